@@ -1,0 +1,1 @@
+"""Radial active magnetic bearings: force law, linearisation and current limits of two bearings with two axes each."""

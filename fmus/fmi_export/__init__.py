@@ -1,0 +1,1 @@
+"""What the three FMUs share: variable tables, units, the FMI slave and the FMU builder."""

@@ -1,0 +1,61 @@
+"""Decides which copy of the model code an FMU runs; shipped at the top of the FMU's resources.
+
+All pythonfmu FMUs of a process share one `sys.modules`. An installed package is preferred when it is the very code
+the FMU was built from (its compiled kernels are cached on disk); otherwise the FMU's own copy is used; and when the
+process already runs another version, the FMU is refused, because it would silently run the wrong code.
+"""
+
+import hashlib
+import importlib.util
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+
+def digest(package: Path) -> str:
+    """Hash of the Python sources of a package folder."""
+    sha = hashlib.sha256()
+    for file in sorted(package.rglob("*.py")):
+        sha.update(file.relative_to(package).as_posix().encode() + b"\0")
+        sha.update(file.read_bytes() + b"\0")
+    return sha.hexdigest()
+
+
+def find(name: str) -> Path | None:
+    """Folder of a loaded or installed package, or None."""
+    spec = sys.modules[name].__spec__ if name in sys.modules else importlib.util.find_spec(name)
+    return Path(spec.origin).parent if spec is not None and spec.origin else None
+
+
+# pythonfmu 0.7 runs the script once more for every instance and then releases the script's globals without having
+# taken a reference. Holding one for each run keeps the module alive however often the FMU is instantiated.
+_script_globals: list[dict[str, Any]] = []
+
+
+def choose_code(script: dict[str, Any]) -> None:
+    """Make the packages of an FMU importable; its script calls this first, with its `globals()`.
+
+    Raises
+    ------
+    ImportError
+        If the process already runs another version of one of the packages.
+    """
+    _script_globals.append(script)
+    # pythonfmu puts the resources first; `__file__` would name the folder of the first FMU of this kind that was loaded.
+    resources = Path(sys.path[0])
+    sys.path[:] = list(dict.fromkeys(sys.path))  # it adds an entry for every instance
+    built = json.loads((resources / "build.json").read_text(encoding="utf-8"))
+    for name, expected in built["packages"].items():
+        folder = find(name)
+        if folder is not None and digest(folder) == expected:
+            continue
+        if name in sys.modules:
+            raise ImportError(
+                f"this process already runs another version of {name} (from {folder}) than the one {built['model']}.fmu "
+                "was built from; rebuild the FMU or run it in a process of its own"
+            )
+        code = str(resources / "code")
+        if code not in sys.path:
+            sys.path.insert(1, code)
+            importlib.invalidate_caches()

@@ -1,0 +1,96 @@
+"""Builds the pythonfmu flavour of a model: script, code, constants and description in one archive."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import json
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from pythonfmu.builder import FmuBuilder
+
+from fmi_export import amb_cosim_bootstrap as bootstrap
+from fmi_export.model import Array, Model
+
+
+def guid_of(model: Model, constants: Array) -> str:
+    """Identifier that changes with the interface, the code or the constants, and with nothing else."""
+    sha = hashlib.sha256(model.interface.canonical())
+    for name, digest in _digests(model).items():
+        sha.update(f"{name} {digest}".encode())
+    sha.update(np.ascontiguousarray(constants, dtype=np.float64).tobytes())
+    text = sha.hexdigest()
+    return f"{{{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:32]}}}"
+
+
+def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
+    """Write `<model.name>.fmu` into `folder` and return its path; the file appears complete or not at all.
+
+    Parameters
+    ----------
+    model
+        The model to export.
+    constants
+        Its constants, flat float64.
+    folder
+        Where the FMU goes; made if it is missing.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="fmu-") as temporary:
+        stage = Path(temporary) / "stage"
+        (stage / "code").mkdir(parents=True)
+        for name in model.packages:
+            shutil.copytree(_folder(name), stage / "code" / name, ignore=shutil.ignore_patterns("__pycache__"))
+        script = shutil.copy2(_folder(model.packages[0]) / f"{model.name}_fmu.py", stage)
+        shutil.copy2(bootstrap.__file__, stage)
+        np.save(stage / "constants.npy", np.ascontiguousarray(constants, dtype=np.float64))
+        (stage / "build.json").write_text(json.dumps(_build_facts(model, constants), indent=1), encoding="utf-8")
+        files = [stage / name for name in ("code", bootstrap.__name__.split(".")[-1] + ".py", "constants.npy", "build.json")]
+        with _interpreter_as_before():
+            built = FmuBuilder.build_FMU(script, dest=Path(temporary), project_files=files)
+        target = folder / f"{model.name}.fmu"
+        partial = target.with_suffix(".partial")
+        shutil.copyfile(built, partial)
+        partial.replace(target)
+    return target
+
+
+def _build_facts(model: Model, constants: Array) -> dict[str, object]:
+    versions = {name: importlib.metadata.version(name) for name in ("amb-cosim", "pythonfmu")}
+    return {
+        "model": model.name,
+        "guid": guid_of(model, constants),
+        "version": versions["amb-cosim"],
+        "tool": f"amb-cosim {versions['amb-cosim']} with PythonFMU {versions['pythonfmu']}",
+        "packages": _digests(model),
+    }
+
+
+def _digests(model: Model) -> dict[str, str]:
+    return {name: bootstrap.digest(_folder(name)) for name in model.packages}
+
+
+def _folder(package: str) -> Path:
+    spec = importlib.util.find_spec(package)
+    if spec is None or spec.origin is None:
+        raise ValueError(f"package {package} is not installed")
+    return Path(spec.origin).parent
+
+
+@contextmanager
+def _interpreter_as_before() -> Iterator[None]:
+    """pythonfmu imports the script and lengthens `sys.path`; undo both."""
+    path, modules = list(sys.path), set(sys.modules)
+    try:
+        yield
+    finally:
+        sys.path[:] = path
+        for name in [n for n in sys.modules if n not in modules and n.endswith(("_fmu", "amb_cosim_bootstrap"))]:
+            del sys.modules[name]

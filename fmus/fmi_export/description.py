@@ -1,0 +1,105 @@
+"""modelDescription.xml of a model, from its variable table alone; the same for every flavour of FMU."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element, SubElement
+
+from fmi_export.model import Model
+from fmi_export.units import base_unit
+from fmi_export.variables import LARGEST, Variable
+
+LOG_CATEGORIES = {
+    "logStatusWarning": "Something was limited or ignored.",
+    "logStatusDiscard": "A step was refused.",
+    "logStatusError": "The model stopped; fault_code says why.",
+    "logStatusFatal": "The FMU cannot be used any more.",
+    "logAll": "Everything.",
+}
+
+
+def model_description(model: Model, guid: str, tool: str, version: str) -> Element:
+    """Root element of the FMI 2.0 co-simulation description of `model`.
+
+    Variables come in table order with value reference = position; outputs are `calculated`, listed with the inputs
+    they depend on without delay, and are the initial unknowns.
+    """
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=model.name,
+        guid=guid,
+        description=model.description,
+        license="BSD-3-Clause",
+        version=version,
+        generationTool=tool,
+        variableNamingConvention="structured",
+    )
+    SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=model.name,
+        needsExecutionTool="true",
+        canHandleVariableCommunicationStepSize=str(model.variable_step).lower(),
+        canBeInstantiatedOnlyOncePerProcess="false",
+        canNotUseMemoryManagementFunctions="true",
+        canGetAndSetFMUstate="true",
+        canSerializeFMUstate="true",
+    )
+    _add_units(root, model)
+    categories = SubElement(root, "LogCategories")
+    for name, description in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", name=name, description=description)
+    SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(model.step_size))
+
+    variables = SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(model.interface.variables):
+        variables.append(_scalar_variable(reference, variable))
+
+    index = {v.name: str(i + 1) for i, v in enumerate(model.interface.variables)}
+    structure = SubElement(root, "ModelStructure")
+    outputs = SubElement(structure, "Outputs")
+    for v in model.interface.of("output"):
+        SubElement(outputs, "Unknown", index=index[v.name], dependencies=" ".join(index[n] for n in v.depends_on))
+    unknowns = SubElement(structure, "InitialUnknowns")
+    for v in model.interface.of("output"):
+        SubElement(unknowns, "Unknown", index=index[v.name])
+    return root
+
+
+def _add_units(root: Element, model: Model) -> None:
+    units = sorted({v.unit for v in model.interface.variables if v.type == "Real"})
+    definitions = SubElement(root, "UnitDefinitions")
+    for unit in units:
+        attributes = {name: repr(value) for name, value in base_unit(unit).items()}
+        SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", attributes)
+
+
+def _scalar_variable(reference: int, v: Variable) -> Element:
+    attributes = {
+        "name": v.name,
+        "valueReference": str(reference),
+        "description": v.description,
+        "causality": v.causality,
+        "variability": v.variability,
+    }
+    if v.causality != "input":
+        attributes["initial"] = "exact" if v.causality == "parameter" else "calculated"
+    element = Element("ScalarVariable", attributes)
+    value: dict[str, str] = {}
+    if v.causality != "output":
+        value["start"] = _text(v.start, v)
+    if v.type == "Real":
+        value["unit"] = v.unit
+    if v.type != "Boolean":
+        if v.minimum > -LARGEST:
+            value["min"] = _text(v.minimum, v)
+        if v.maximum < LARGEST:
+            value["max"] = _text(v.maximum, v)
+    SubElement(element, v.type, value)
+    return element
+
+
+def _text(value: float, v: Variable) -> str:
+    if v.type == "Boolean":
+        return "true" if value else "false"
+    return str(int(value)) if v.type == "Integer" else repr(float(value))

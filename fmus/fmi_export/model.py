@@ -1,0 +1,178 @@
+"""A model: an interface and two kernels on flat arrays. An instance: its arrays, checked and stepped.
+
+This is all a unit test needs, and all that the FMI slave wraps.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmi_export.jit import kernel
+from fmi_export.variables import Interface
+
+Array = NDArray[np.float64]
+InitialiseKernel = Callable[[Array, Array, Array, Array, Array, Array], int]
+StepKernel = Callable[[Array, Array, Array, Array, Array, Array, float, float], int]
+
+# Faults that every model shares; a model numbers its own from 1 to 99.
+FAULT_STEP_SIZE = 999
+FAULT_RANGE = 1000  # plus the value reference of the variable that left its range
+FAULT_NOT_FINITE = 100_000  # plus the value reference of the output that is no finite number
+
+
+@dataclass(frozen=True)
+class Model:
+    """What an FMU is made of.
+
+    Parameters
+    ----------
+    name, description
+        Model identifier of the FMU, and its one-line description.
+    interface
+        The variable table. Its last output is `fault_code`.
+    initialise
+        Kernel `(constants, parameters, inputs, state, work, outputs) -> fault`: the state at the start.
+    step
+        Kernel `(constants, parameters, inputs, state, work, outputs, time, step_size) -> fault`.
+    n_state, n_work
+        Sizes of the state and of the scratch array, both float64.
+    faults
+        Sentence for each fault code the kernels return; `{name}` in it is replaced by that variable's value.
+    packages
+        Names of the packages that the kernels need; they are shipped inside the FMU.
+    step_size, variable_step
+        Usual communication step (s), and whether it may change from step to step.
+
+    What is computed once, with any library (matrices, tables), reaches the kernels as `constants`, a flat array
+    that is made when the FMU is built and stored in it.
+    """
+
+    name: str
+    description: str
+    interface: Interface
+    initialise: InitialiseKernel
+    step: StepKernel
+    n_state: int
+    n_work: int
+    packages: tuple[str, ...]
+    faults: Mapping[int, str] = field(default_factory=dict)
+    step_size: float = 250e-6
+    variable_step: bool = True
+
+    def __post_init__(self) -> None:
+        if self.interface.variables[-1].name != "fault_code":
+            raise ValueError(f"{self.name}: the last output must be fault_code")
+
+
+@kernel
+def first_outside(values: Array, minimum: Array, maximum: Array, stop: int) -> int:
+    """Index of the first of `values[:stop]` outside [minimum, maximum] or not a number, or -1."""
+    for i in range(stop):
+        if not (minimum[i] <= values[i] <= maximum[i]):
+            return i
+    return -1
+
+
+class Fault(ValueError):
+    """A model refused to go on; `code` is its `fault_code`."""
+
+    def __init__(self, code: int, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class Instance:
+    """One running model: parameters, inputs, outputs, state and scratch as flat arrays.
+
+    A fault leaves the outputs at their last good values and is final until the instance is initialised again.
+    """
+
+    def __init__(self, model: Model, constants: Array) -> None:
+        self.model = model
+        self.constants = np.ascontiguousarray(constants, dtype=np.float64)
+        table = model.interface
+        self.values = table.start.copy()
+        self.parameters = self.values[: table.n_parameters]
+        self.inputs = self.values[table.n_parameters : table.n_parameters + table.n_inputs]
+        self.outputs = self.values[table.n_parameters + table.n_inputs :]
+        self._next_outputs = self.outputs.copy()
+        self.state = np.zeros(max(model.n_state, 1))
+        self.work = np.zeros(max(model.n_work, 1))
+        self.fault = 0
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.values[self.model.interface.position[name]])
+
+    def __setitem__(self, name: str, value: float) -> None:
+        self.values[self.model.interface.position[name]] = value
+
+    def initialise(self) -> None:
+        """Compute the initial state and outputs from parameters and inputs; raises `Fault`."""
+        self.fault = 0
+        self._check_given()
+        self.state[:] = 0.0
+        self._finish(
+            self.model.initialise(
+                self.constants, self.parameters, self.inputs, self.state, self.work, self._next_outputs
+            )
+        )
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance the state from `time` by `step_size` (s) under constant inputs; raises `Fault`."""
+        if self.fault:
+            raise Fault(self.fault, self.explain(self.fault))
+        if not (0.0 < step_size < np.inf):
+            raise Fault(
+                self._latch(FAULT_STEP_SIZE), f"step size = {step_size:g} s is not allowed; it must be > 0 s"
+            )
+        self._check_given()
+        self._finish(
+            self.model.step(
+                self.constants,
+                self.parameters,
+                self.inputs,
+                self.state,
+                self.work,
+                self._next_outputs,
+                time,
+                step_size,
+            )
+        )
+
+    def explain(self, code: int) -> str:
+        """One sentence for a fault code, with the offending value where there is one."""
+        variables = self.model.interface.variables
+        if code >= FAULT_NOT_FINITE:
+            return f"{variables[code - FAULT_NOT_FINITE].name} is no longer a finite number"
+        if code >= FAULT_RANGE:
+            i = code - FAULT_RANGE
+            return variables[i].describe_range(float(self.values[i]))
+        sentence = self.model.faults.get(code, f"fault {code}")
+        return re.sub(r"\{([^}]+)\}", lambda match: f"{self[match[1]]:g}", sentence)
+
+    def _check_given(self) -> None:
+        table = self.model.interface
+        i = first_outside(self.values, table.minimum, table.maximum, table.n_parameters + table.n_inputs)
+        if i >= 0:
+            raise Fault(self._latch(FAULT_RANGE + i), self.explain(FAULT_RANGE + i))
+
+    def _finish(self, fault: int) -> None:
+        table = self.model.interface
+        first = table.n_parameters + table.n_inputs
+        if not fault:
+            i = first_outside(self._next_outputs, table.minimum[first:], table.maximum[first:], table.n_outputs)
+            fault = FAULT_NOT_FINITE + first + i if i >= 0 else 0
+        if fault:
+            raise Fault(self._latch(int(fault)), self.explain(int(fault)))
+        self.outputs[:] = self._next_outputs
+        self.outputs[-1] = 0.0
+
+    def _latch(self, fault: int) -> int:
+        self.fault = fault
+        self.outputs[-1] = fault
+        return fault

@@ -1,0 +1,140 @@
+"""The pythonfmu slave of any model: it holds an instance and passes calls on.
+
+Nothing may leave a slave method as an exception: pythonfmu's wrapper would corrupt reference counts and crash the
+host later. Every method therefore catches, logs and sets `fault_code`; a step then answers False (fmi2Discard).
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from pathlib import Path
+from typing import Any, ClassVar
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from pythonfmu import Fmi2Slave
+from pythonfmu.enums import Fmi2Status
+
+from fmi_export.description import LOG_CATEGORIES, model_description
+from fmi_export.model import Fault, Instance, Model
+
+FAULT_INTERNAL = 998
+
+
+class ModelSlave(Fmi2Slave):  # type: ignore[misc]
+    """Base of the three FMUs' entry points; a subclass names its `model`."""
+
+    model: ClassVar[Model]
+    log_categories = LOG_CATEGORIES
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        resources = Path(self.resources)
+        self.modelName = self.model.name
+        self.build = json.loads((resources / "build.json").read_text(encoding="utf-8"))
+        self.guid = self.build["guid"]
+        self.instance = Instance(self.model, np.load(resources / "constants.npy"))
+        self._memory = memoryview(self.instance.values)
+        self._initialising = True
+        self._stale = True
+
+    def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
+        return model_description(self.model, self.guid, self.build["tool"], self.build["version"])
+
+    # Life cycle -----------------------------------------------------------------------------------------------
+
+    def setup_experiment(self, start_time: float, *_: Any) -> None:
+        self._stale = True
+
+    def enter_initialization_mode(self) -> None:
+        self._stale = True
+
+    def exit_initialization_mode(self) -> None:
+        self._refresh()
+        self._initialising = False
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        try:
+            self.instance.step(current_time, step_size)
+        except Exception as error:
+            self._refuse(error, f"at t = {current_time:.9g} s: ")
+            return False
+        return True
+
+    def _refresh(self) -> None:
+        """Initialise again if something was set since; outputs must be right throughout initialisation mode."""
+        if self._initialising and self._stale:
+            self._stale = False
+            try:
+                self.instance.initialise()
+            except Exception as error:
+                self._refuse(error, "initialisation: ")
+
+    def _refuse(self, error: Exception, where: str) -> None:
+        if not isinstance(error, Fault):
+            self.instance.fault = FAULT_INTERNAL
+            self.instance.outputs[-1] = FAULT_INTERNAL
+        # The wrapper passes the text through a printf format.
+        self.log(f"{where}{error}".replace("%", "%%"), Fmi2Status.error)
+
+    # Variables ------------------------------------------------------------------------------------------------
+
+    def get_real(self, vrs: list[int]) -> list[float]:
+        if self._initialising:
+            self._refresh()
+        memory = self._memory
+        return [memory[vr] for vr in vrs]
+
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        memory = self._memory
+        for vr, value in zip(vrs, values, strict=True):
+            memory[vr] = value
+        self._stale = True
+
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        return [int(value) for value in self.get_real(vrs)]
+
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        self.set_real(vrs, values)  # type: ignore[arg-type]
+
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        return [value != 0.0 for value in self.get_real(vrs)]
+
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        self.set_real(vrs, [float(value) for value in values])
+
+    # State ----------------------------------------------------------------------------------------------------
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        instance = self.instance
+        return {
+            "guid": self.guid,
+            "values": instance.values.tobytes(),
+            "state": instance.state.tobytes(),
+            "fault": instance.fault,
+            "initialising": self._initialising,
+            "stale": self._stale,
+        }
+
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        try:
+            if state["guid"] != self.guid:
+                raise ValueError(f"the state belongs to another FMU (guid {state['guid']})")
+            self.instance.values[:] = np.frombuffer(state["values"])
+            self.instance.state[:] = np.frombuffer(state["state"])
+            self.instance.fault = state["fault"]
+            self._initialising = state["initialising"]
+            self._stale = state["stale"]
+        except Exception as error:
+            self._refuse(error, "state: ")
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        text = {k: base64.b64encode(v).decode() if isinstance(v, bytes) else v for k, v in state.items()}
+        return json.dumps(text).encode()
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+        text = json.loads(state.decode())
+        return text | {k: base64.b64decode(text[k]) for k in ("values", "state")}
