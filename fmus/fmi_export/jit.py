@@ -1,18 +1,24 @@
-"""The one decorator of every model kernel: compiled by numba where numba is installed, plain Python elsewhere."""
+"""The one decorator of every model kernel: compiled where numba is installed, plain Python elsewhere."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from fmi_export.amb_cosim_bootstrap import digest
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 try:
     import numba
-except ImportError:  # the kernels are ordinary Python too, only slower
-    numba = None
 
-COMPILED = numba is not None
+    COMPILED = True
+except ImportError:  # the kernels are ordinary Python too, only slower
+    COMPILED = False
 
 
 def kernel(function: F) -> F:
@@ -21,7 +27,40 @@ def kernel(function: F) -> F:
     A kernel takes flat float64 arrays and scalars, allocates nothing and raises nothing: the same source is
     later compiled into FMUs that need no Python.
     """
-    if numba is None:
+    if not COMPILED:
         return function
-    compiled: F = numba.njit(cache=True, error_model="numpy")(function)
-    return compiled
+    with _cache_of(function.__module__.split(".")[0]):
+        return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+
+
+@contextmanager
+def _cache_of(package: str) -> Iterator[None]:
+    """Let numba cache in a folder named after all the code a kernel may call.
+
+    By itself numba notices a change of the file a function is in, but not of what it calls in other files,
+    and would go on running old machine code after an upgrade.
+    """
+    config: Any = numba.config
+    before = config.CACHE_DIR
+    folder = _cache_folder(package, before)
+    if folder:
+        config.CACHE_DIR = folder
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before
+
+
+@cache
+def _cache_folder(package: str, base: str) -> str:
+    """Folder below `base`, or below the package's own `__pycache__`; empty where nothing can be written."""
+    here = Path(__file__).parent
+    loaded = sys.modules.get(package)
+    own = Path(loaded.__file__).parent if loaded is not None and loaded.__file__ else here
+    parent = Path(base) if base else own / "__pycache__"
+    folder = parent / f"kernels-{digest(own)[:16]}-{digest(here)[:16]}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return ""
+    return str(folder)

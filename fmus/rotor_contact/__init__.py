@@ -1,0 +1,1 @@
+"""Plant: a flexible rotor whose journals can touch their retainer bearings."""

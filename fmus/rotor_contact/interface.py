@@ -1,0 +1,141 @@
+"""Variable table of the plant, and the positions that its kernels read."""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.variables import Variable, input_, interface, output, parameter
+
+BEARINGS = ("mb1", "mb2")
+SITES = ("rb1", "rb2")
+DISCS = ("d1", "d2", "d3", "d4")
+N_SENSORS = 8
+
+NODAL, NEWTON = 0, 1  # values of contact.impact_law
+FREE, SLIDING, ROLLING = 0, 1, 2  # values of a site's mode
+
+
+def _site_parameters(site: str) -> list[Variable]:
+    at = f"at {site.upper()}"
+    return [
+        parameter(f"{site}.clearance", "m", f"Radial clearance {at} (2.1)", 0.75e-3, minimum=1e-6, maximum=0.1),
+        parameter(f"{site}.mu", "1", f"Coefficient of friction {at}", 0.0, minimum=0.0, maximum=10.0),
+        parameter(
+            f"{site}.restitution",
+            "1",
+            f"Coefficient of restitution {at}, of the newton impact law",
+            0.0,
+            minimum=0.0,
+            maximum=1.0,
+        ),
+        parameter(f"{site}.journal_radius", "m", f"Journal radius {at} (4.5.1)", 0.025, minimum=0.0, maximum=10.0),
+        parameter(f"{site}.offset_x", "m", f"Centre of the retainer bearing in x {at}", 0.0),
+        parameter(f"{site}.offset_y", "m", f"Centre of the retainer bearing in y {at}", 0.0),
+    ]
+
+
+def _site_outputs(site: str) -> list[Variable]:
+    at = f"at {site.upper()}"
+    return [
+        output(f"{site}.gap", "m", f"Clearance left {at}, zero in contact"),
+        output(f"{site}.mode", "1", f"0 free, 1 sliding, 2 rolling {at}", type="Integer", minimum=0, maximum=2),
+        output(f"{site}.f_n", "N", f"Normal contact force {at}, inward on the rotor"),
+        output(
+            f"{site}.f_t",
+            "N",
+            f"Friction force on the rotor {at}, forward (in the direction of spin) positive",
+        ),
+        output(f"{site}.impulse", "N.s", f"Normal impulse of the impacts {at} during the last step"),
+        output(f"{site}.slip_velocity", "m/s", f"Velocity of the journal surface over the retainer {at}"),
+        output(f"{site}.whirl_speed", "rad/s", f"Whirl speed about the retainer's centre {at}"),
+    ]
+
+
+def _bearing_parameters(bearing: str) -> list[Variable]:
+    at = f"at {bearing.upper()}, both axes; on top of the forces given as inputs"
+    return [
+        parameter(f"{bearing}.k_b", "N/m", f"Passive bearing stiffness {at}", 0.0, tunable=True),
+        parameter(f"{bearing}.c_b", "N.s/m", f"Passive bearing damping {at}", 0.0, minimum=0.0, tunable=True),
+    ]
+
+
+def _axis_inputs(bearing: str, axis: str) -> list[Variable]:
+    at = f"{bearing.upper()}, {axis} axis"
+    return [
+        input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}"),
+        input_(f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}"),
+        input_(f"{bearing}.{axis}_ref", "m", f"Displacement at which that force holds, {at}"),
+    ]
+
+
+def _disc_inputs(disc: str) -> list[Variable]:
+    at = disc.upper()
+    return [
+        input_(f"{disc}.u", "kg.m", f"Unbalance of {at}", minimum=0.0),
+        input_(f"{disc}.phi", "rad", f"Angle of that unbalance from the rotor's mark, {at}"),
+        input_(f"{disc}.f_x", "N", f"External force on {at} in x"),
+        input_(f"{disc}.f_y", "N", f"External force on {at} in y"),
+    ]
+
+
+INTERFACE = interface(
+    parameter(
+        "contact.impact_law",
+        "1",
+        "0 nodal: the radial velocity of the touching node alone becomes zero (4.22, 4.23); "
+        "1 newton: momentum-consistent impact with restitution",
+        NEWTON,
+        minimum=NODAL,
+        maximum=NEWTON,
+        type="Integer",
+    ),
+    parameter("solver.max_substep", "s", "Longest integration step", 62.5e-6, minimum=1e-9, maximum=1e-3),
+    *(_site_parameters(site) for site in SITES),
+    *(_bearing_parameters(bearing) for bearing in BEARINGS),
+    input_("Omega", "rad/s", "Spin speed", minimum=-1e4, maximum=1e4),
+    *(_axis_inputs(bearing, axis) for bearing in BEARINGS for axis in "xy"),
+    *(_disc_inputs(disc) for disc in DISCS),
+    input_("base.a_x", "m/s2", "Acceleration of the base in x"),
+    input_("base.a_y", "m/s2", "Acceleration of the base in y"),
+    output("theta", "rad", "Rotor angle, within one turn", minimum=0.0, maximum=2.0 * math.pi),
+    *(
+        output(f"{bearing}.{axis}", "m", f"Displacement at {bearing.upper()} in {axis}")
+        for bearing in BEARINGS
+        for axis in "xy"
+    ),
+    *(output(f"s{i + 1}", "m", f"Sensor S{i + 1} (Fig. 2.1), {'xy'[i % 2]} direction") for i in range(N_SENSORS)),
+    *(_site_outputs(site) for site in SITES),
+    output("contact_state", "1", "0 none, 1 RB1 only, 2 RB2 only, 3 both", type="Integer", minimum=0, maximum=3),
+    output("energy.kinetic", "J", "Kinetic energy of the lateral motion"),
+    output("energy.strain", "J", "Strain energy of shaft and passive bearings"),
+    output("energy.dissipated", "J", "Heat so far of passive bearing damping, friction and impacts"),
+    output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
+)
+
+N_SITES, N_BEARINGS, N_DISCS = len(SITES), len(BEARINGS), len(DISCS)
+
+# Parameters
+IMPACT_LAW, MAX_SUBSTEP, SITE = range(3)
+SITE_PARAMETERS = 6
+CLEARANCE, MU, RESTITUTION, JOURNAL_RADIUS, OFFSET_X, OFFSET_Y = range(SITE_PARAMETERS)
+BEARING = SITE + N_SITES * SITE_PARAMETERS
+BEARING_PARAMETERS = 2
+STIFFNESS, DAMPING = range(BEARING_PARAMETERS)
+
+# Inputs
+OMEGA, AXIS = range(2)
+AXIS_INPUTS = 3
+FORCE, GRADIENT, REFERENCE = range(AXIS_INPUTS)
+DISC = AXIS + 2 * N_BEARINGS * AXIS_INPUTS
+DISC_INPUTS = 4
+UNBALANCE, PHASE, DISC_FORCE_X, DISC_FORCE_Y = range(DISC_INPUTS)
+BASE = DISC + N_DISCS * DISC_INPUTS
+
+# Outputs
+THETA, DISPLACEMENT = range(2)
+SENSOR = DISPLACEMENT + 2 * N_BEARINGS
+SITE_OUTPUT = SENSOR + N_SENSORS
+SITE_OUTPUTS = 7
+GAP, MODE, NORMAL, TANGENTIAL, IMPULSE, SLIP, WHIRL = range(SITE_OUTPUTS)
+CONTACT_STATE = SITE_OUTPUT + N_SITES * SITE_OUTPUTS
+KINETIC, STRAIN, DISSIPATED = range(CONTACT_STATE + 1, CONTACT_STATE + 4)
