@@ -1,8 +1,8 @@
 """Decides which copy of the model code an FMU runs; shipped at the top of the FMU's resources.
 
-All pythonfmu FMUs of a process share one `sys.modules`. An installed package is preferred when it is the very code
-the FMU was built from (its compiled kernels are cached on disk); otherwise the FMU's own copy is used; and when the
-process already runs another version, the FMU is refused, because it would silently run the wrong code.
+All pythonfmu FMUs of a process share one `sys.modules`. An installed package is preferred when it is the very
+code the FMU was built from: its compiled kernels are cached on disk. Otherwise the FMU's own copy is used.
+When the process already runs another version, the FMU is refused, because it would silently run that one.
 """
 
 import hashlib
@@ -28,34 +28,55 @@ def find(name: str) -> Path | None:
     return Path(spec.origin).parent if spec is not None and spec.origin else None
 
 
-# pythonfmu 0.7 runs the script once more for every instance and then releases the script's globals without having
-# taken a reference. Holding one for each run keeps the module alive however often the FMU is instantiated.
+# pythonfmu 0.7 runs the script once more for every instance and then releases the script's globals without
+# having taken a reference. Holding one for each run keeps the module alive however often that happens.
 _script_globals: list[dict[str, Any]] = []
+
+# Digest of each package that this process runs. Its folder cannot be asked later: hosts delete an extracted
+# FMU after use, and its packages stay loaded.
+_running: dict[str, str] = {}
 
 
 def choose_code(script: dict[str, Any]) -> None:
     """Make the packages of an FMU importable; its script calls this first, with its `globals()`.
 
+    What is loaded already stays: `refuse_other_code` says later whether that is what the FMU was built from.
+    It cannot be said here, because pythonfmu swallows the text of an error that a script raises.
+    """
+    _script_globals.append(script)
+    # pythonfmu puts the resources first; `__file__` would name the folder of the first FMU of this kind.
+    resources = Path(sys.path[0])
+    sys.path[:] = list(dict.fromkeys(sys.path))  # it adds an entry for every instance
+    for name, expected in _build_facts(resources)["packages"].items():
+        folder = find(name)
+        found = digest(folder) if folder is not None else ""
+        if name in sys.modules:
+            _running.setdefault(name, found)
+            continue
+        _running[name] = expected
+        code = str(resources / "code")
+        if found != expected and code not in sys.path:
+            sys.path.insert(1, code)
+            importlib.invalidate_caches()
+
+
+def refuse_other_code(resources: Path) -> None:
+    """Check that the process runs the code that the FMU with these resources was built from.
+
     Raises
     ------
     ImportError
-        If the process already runs another version of one of the packages.
+        If the process runs another version of one of the packages.
     """
-    _script_globals.append(script)
-    # pythonfmu puts the resources first; `__file__` would name the folder of the first FMU of this kind that was loaded.
-    resources = Path(sys.path[0])
-    sys.path[:] = list(dict.fromkeys(sys.path))  # it adds an entry for every instance
-    built = json.loads((resources / "build.json").read_text(encoding="utf-8"))
+    built = _build_facts(resources)
     for name, expected in built["packages"].items():
-        folder = find(name)
-        if folder is not None and digest(folder) == expected:
-            continue
-        if name in sys.modules:
+        if _running.get(name) != expected:
             raise ImportError(
-                f"this process already runs another version of {name} (from {folder}) than the one {built['model']}.fmu "
-                "was built from; rebuild the FMU or run it in a process of its own"
+                f"this process already runs another version of {name} (from {find(name)}) than the one "
+                f"{built['model']}.fmu was built from; rebuild the FMU or run it in a process of its own"
             )
-        code = str(resources / "code")
-        if code not in sys.path:
-            sys.path.insert(1, code)
-            importlib.invalidate_caches()
+
+
+def _build_facts(resources: Path) -> dict[str, Any]:
+    facts: dict[str, Any] = json.loads((resources / "build.json").read_text(encoding="utf-8"))
+    return facts

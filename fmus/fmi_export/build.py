@@ -52,7 +52,9 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
         shutil.copy2(bootstrap.__file__, stage)
         np.save(stage / "constants.npy", np.ascontiguousarray(constants, dtype=np.float64))
         (stage / "build.json").write_text(json.dumps(_build_facts(model, constants), indent=1), encoding="utf-8")
-        files = [stage / name for name in ("code", bootstrap.__name__.split(".")[-1] + ".py", "constants.npy", "build.json")]
+        files = [
+            stage / name for name in ("code", bootstrap.__name__.split(".")[-1] + ".py", "constants.npy", "build.json")
+        ]
         with _interpreter_as_before():
             built = FmuBuilder.build_FMU(script, dest=Path(temporary), project_files=files)
         target = folder / f"{model.name}.fmu"

@@ -20,8 +20,8 @@ LOG_CATEGORIES = {
 def model_description(model: Model, guid: str, tool: str, version: str) -> Element:
     """Root element of the FMI 2.0 co-simulation description of `model`.
 
-    Variables come in table order with value reference = position; outputs are `calculated`, listed with the inputs
-    they depend on without delay, and are the initial unknowns.
+    Variables come in table order with value reference = position; outputs are `calculated`, listed with the
+    inputs they depend on without delay, and are the initial unknowns.
     """
     root = Element(
         "fmiModelDescription",

@@ -22,7 +22,7 @@ StepKernel = Callable[[Array, Array, Array, Array, Array, Array, float, float], 
 # Faults that every model shares; a model numbers its own from 1 to 99.
 FAULT_STEP_SIZE = 999
 FAULT_RANGE = 1000  # plus the value reference of the variable that left its range
-FAULT_NOT_FINITE = 100_000  # plus the value reference of the output that is no finite number
+FAULT_NOT_FINITE = 100_000  # plus the value reference of the output that left its range or is not finite
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,9 @@ class Model:
     step_size, variable_step
         Usual communication step (s), and whether it may change from step to step.
 
-    What is computed once, with any library (matrices, tables), reaches the kernels as `constants`, a flat array
-    that is made when the FMU is built and stored in it.
+    What is computed once, with any library (matrices, tables), reaches the kernels as `constants`, a flat
+    array that is made when the FMU is built and stored in it. A kernel writes every output on every call that
+    returns 0, and nothing in `work` survives a call: parameters, inputs and state are all there is to save.
     """
 
     name: str
@@ -89,7 +90,8 @@ class Fault(ValueError):
 class Instance:
     """One running model: parameters, inputs, outputs, state and scratch as flat arrays.
 
-    A fault leaves the outputs at their last good values and is final until the instance is initialised again.
+    A fault leaves the outputs at their last good values and is final until the instance is initialised again;
+    `message` is its sentence.
     """
 
     def __init__(self, model: Model, constants: Array) -> None:
@@ -104,6 +106,7 @@ class Instance:
         self.state = np.zeros(max(model.n_state, 1))
         self.work = np.zeros(max(model.n_work, 1))
         self.fault = 0
+        self.message = ""
 
     def __getitem__(self, name: str) -> float:
         return float(self.values[self.model.interface.position[name]])
@@ -125,11 +128,9 @@ class Instance:
     def step(self, time: float, step_size: float) -> None:
         """Advance the state from `time` by `step_size` (s) under constant inputs; raises `Fault`."""
         if self.fault:
-            raise Fault(self.fault, self.explain(self.fault))
+            raise Fault(self.fault, f"stopped by an earlier fault: {self.message}")
         if not (0.0 < step_size < np.inf):
-            raise Fault(
-                self._latch(FAULT_STEP_SIZE), f"step size = {step_size:g} s is not allowed; it must be > 0 s"
-            )
+            raise self.stop(FAULT_STEP_SIZE, f"step size = {step_size:g} s is not allowed; it must be > 0 s and finite")
         self._check_given()
         self._finish(
             self.model.step(
@@ -144,11 +145,22 @@ class Instance:
             )
         )
 
+    def stop(self, code: int, message: str = "") -> Fault:
+        """Keep a fault until the next initialisation; the exception to raise for it."""
+        self.fault = code
+        self.message = message or self.explain(code)
+        self.outputs[-1] = code
+        return Fault(code, self.message)
+
     def explain(self, code: int) -> str:
         """One sentence for a fault code, with the offending value where there is one."""
         variables = self.model.interface.variables
         if code >= FAULT_NOT_FINITE:
-            return f"{variables[code - FAULT_NOT_FINITE].name} is no longer a finite number"
+            i = code - FAULT_NOT_FINITE
+            value = float(self._next_outputs[i - (len(variables) - len(self.outputs))])
+            if np.isfinite(value):
+                return variables[i].describe_range(value)
+            return f"{variables[i].name} is no longer a finite number"
         if code >= FAULT_RANGE:
             i = code - FAULT_RANGE
             return variables[i].describe_range(float(self.values[i]))
@@ -159,7 +171,7 @@ class Instance:
         table = self.model.interface
         i = first_outside(self.values, table.minimum, table.maximum, table.n_parameters + table.n_inputs)
         if i >= 0:
-            raise Fault(self._latch(FAULT_RANGE + i), self.explain(FAULT_RANGE + i))
+            raise self.stop(FAULT_RANGE + i)
 
     def _finish(self, fault: int) -> None:
         table = self.model.interface
@@ -168,11 +180,6 @@ class Instance:
             i = first_outside(self._next_outputs, table.minimum[first:], table.maximum[first:], table.n_outputs)
             fault = FAULT_NOT_FINITE + first + i if i >= 0 else 0
         if fault:
-            raise Fault(self._latch(int(fault)), self.explain(int(fault)))
+            raise self.stop(int(fault))
         self.outputs[:] = self._next_outputs
         self.outputs[-1] = 0.0
-
-    def _latch(self, fault: int) -> int:
-        self.fault = fault
-        self.outputs[-1] = fault
-        return fault

@@ -1,7 +1,8 @@
 """The pythonfmu slave of any model: it holds an instance and passes calls on.
 
-Nothing may leave a slave method as an exception: pythonfmu's wrapper would corrupt reference counts and crash the
-host later. Every method therefore catches, logs and sets `fault_code`; a step then answers False (fmi2Discard).
+Nothing may leave a slave method as an exception: pythonfmu's wrapper would corrupt reference counts and crash
+the host later. Every method therefore catches, logs and sets `fault_code`; the next step then answers False
+(fmi2Discard).
 """
 
 from __future__ import annotations
@@ -30,19 +31,22 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
+        import amb_cosim_bootstrap  # lies beside the script that runs this
+
         resources = Path(self.resources)
+        amb_cosim_bootstrap.refuse_other_code(resources)
         self.modelName = self.model.name
         self.build = json.loads((resources / "build.json").read_text(encoding="utf-8"))
         self.guid = self.build["guid"]
         self.instance = Instance(self.model, np.load(resources / "constants.npy"))
-        self._memory = memoryview(self.instance.values)
+        self._memory: Any = self.instance.values.data  # a memoryview: faster than the array for single items
         self._initialising = True
         self._stale = True
 
     def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
         return model_description(self.model, self.guid, self.build["tool"], self.build["version"])
 
-    # Life cycle -----------------------------------------------------------------------------------------------
+    # Life cycle --------------------------------------------------------------------------------------------
 
     def setup_experiment(self, start_time: float, *_: Any) -> None:
         self._stale = True
@@ -63,7 +67,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         return True
 
     def _refresh(self) -> None:
-        """Initialise again if something was set since; outputs must be right throughout initialisation mode."""
+        """Initialise again if something was set since: outputs are right throughout initialisation mode."""
         if self._initialising and self._stale:
             self._stale = False
             try:
@@ -73,27 +77,52 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
     def _refuse(self, error: Exception, where: str) -> None:
         if not isinstance(error, Fault):
-            self.instance.fault = FAULT_INTERNAL
-            self.instance.outputs[-1] = FAULT_INTERNAL
-        # The wrapper passes the text through a printf format.
-        self.log(f"{where}{error}".replace("%", "%%"), Fmi2Status.error)
+            self.instance.stop(FAULT_INTERNAL, str(error))
+        # The wrapper hands every message to the logger of the instance made last, so the text says whose it
+        # is; and it passes the text through a printf format.
+        self.log(f"{self.instance_name}: {where}{error}".replace("%", "%%"), Fmi2Status.error)
 
-    # Variables ------------------------------------------------------------------------------------------------
+    # Variables ---------------------------------------------------------------------------------------------
 
     def get_real(self, vrs: list[int]) -> list[float]:
-        if self._initialising:
-            self._refresh()
-        memory = self._memory
-        return [memory[vr] for vr in vrs]
+        try:
+            if self._initialising:
+                self._refresh()
+            memory = self._memory
+            return [memory[vr] for vr in vrs]
+        except Exception as error:
+            self._refuse(error, f"get {vrs}: ")
+            return [0.0] * len(vrs)
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
-        memory = self._memory
-        for vr, value in zip(vrs, values, strict=True):
-            memory[vr] = value
+        try:
+            self._check_settable(vrs)
+            memory = self._memory
+            for vr, value in zip(vrs, values, strict=True):
+                memory[vr] = value
+        except Exception as error:
+            self._refuse(error, f"set {vrs}: ")
         self._stale = True
 
+    def _check_settable(self, vrs: list[int]) -> None:
+        """Refuse outputs, and fixed parameters after initialisation; parameters and inputs come first."""
+        table = self.model.interface
+        outputs = table.n_parameters + table.n_inputs
+        low = 0 if self._initialising else table.n_parameters
+        if vrs and (min(vrs) < low or max(vrs) >= outputs):
+            for vr in vrs:
+                if not 0 <= vr < len(table.variables):
+                    raise ValueError(f"there is no value reference {vr}")
+                if vr >= outputs or (vr < low and not table.variables[vr].tunable):
+                    v = table.variables[vr]
+                    raise ValueError(f"{v.name} is a {v.variability} {v.causality} and cannot be set now")
+
     def get_integer(self, vrs: list[int]) -> list[int]:
-        return [int(value) for value in self.get_real(vrs)]
+        try:
+            return [int(value) for value in self.get_real(vrs)]
+        except (ValueError, OverflowError) as error:
+            self._refuse(error, f"get {vrs}: ")
+            return [0] * len(vrs)
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
         self.set_real(vrs, values)  # type: ignore[arg-type]
@@ -104,7 +133,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         self.set_real(vrs, [float(value) for value in values])
 
-    # State ----------------------------------------------------------------------------------------------------
+    # State -------------------------------------------------------------------------------------------------
 
     def _get_fmu_state(self) -> dict[str, Any]:
         instance = self.instance
@@ -113,6 +142,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
             "values": instance.values.tobytes(),
             "state": instance.state.tobytes(),
             "fault": instance.fault,
+            "message": instance.message,
             "initialising": self._initialising,
             "stale": self._stale,
         }
@@ -124,6 +154,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
             self.instance.values[:] = np.frombuffer(state["values"])
             self.instance.state[:] = np.frombuffer(state["state"])
             self.instance.fault = state["fault"]
+            self.instance.message = state["message"]
             self._initialising = state["initialising"]
             self._stale = state["stale"]
         except Exception as error:
@@ -136,5 +167,8 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        text = json.loads(state.decode())
-        return text | {k: base64.b64decode(text[k]) for k in ("values", "state")}
+        try:
+            text: dict[str, Any] = json.loads(state.decode())
+            return text | {k: base64.b64decode(text[k]) for k in ("values", "state")}
+        except Exception as error:  # there is no instance to log to: setting this state says why it is none
+            return {"guid": f"unreadable: {error}"}

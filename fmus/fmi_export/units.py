@@ -8,49 +8,65 @@ from functools import cache
 
 import pint
 
-SI = ("kg", "m", "s", "A", "K", "mol", "cd")
+SI = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _PINT_NAMES = dict(
-    zip(("kilogram", "meter", "second", "ampere", "kelvin", "mole", "candela"), SI, strict=True)
+    zip(("kilogram", "meter", "second", "ampere", "kelvin", "mole", "candela", "radian"), SI, strict=True)
 )
 
 
 @cache
 def registry() -> pint.UnitRegistry:  # type: ignore[type-arg]
-    return pint.UnitRegistry()
+    """Pint's units, `Ohm`, and a context in which a hertz is a revolution per second.
+
+    Pint takes a radian as 1, so that 16 Hz would silently become a speed of 16 rad/s.
+    """
+    units: pint.UnitRegistry = pint.UnitRegistry()  # type: ignore[type-arg]
+    units.define("@alias ohm = Ohm")
+    rotation = pint.Context("rotation")
+    rotation.redefine("hertz = 2 * pi * radian / second")
+    units.add_context(rotation)
+    return units
 
 
 def parse_unit(unit: str) -> pint.Unit:
-    """A pint unit from FMI notation: `.` multiplies, a trailing digit is an exponent, `1` is dimensionless.
+    """A pint unit from FMI notation: `.` multiplies, a digit after a letter is an exponent.
 
     Raises
     ------
     ValueError
         If the unit is not known.
     """
-    text = re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", unit.strip().replace(".", "*"))
+    text = re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", unit.strip().replace(".", "*"))
     try:
         return registry().Unit("" if text == "1" else text)
-    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, TypeError, AttributeError) as error:
+    except (
+        pint.UndefinedUnitError,
+        pint.DefinitionSyntaxError,
+        ValueError,
+        TypeError,
+        AttributeError,
+    ) as error:
         raise ValueError(f"unknown unit {unit!r}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz") from error
 
 
 def base_unit(unit: str) -> dict[str, float | int]:
     """Exponents of the FMI base units (kg, m, s, A, K, mol, cd, rad), and `factor` where it is not one."""
     parsed = parse_unit(unit)
-    radians = int(dict(parsed._units).get("radian", 0))
-    quantity = (1 * parsed).to_base_units()
-    exponents: dict[str, float | int] = {
-        _PINT_NAMES[name]: int(power) for name, power in dict(quantity.units._units).items() if name in _PINT_NAMES
-    }
-    if radians:
-        exponents["rad"] = radians
+    quantity = registry().Quantity(1.0, parsed).to_base_units()
+    exponents: dict[str, float | int] = {}
+    for name, power in dict(quantity.units._units).items():
+        if power != round(float(power)):  # type: ignore[arg-type]
+            raise ValueError(f"unit {unit!r} has a fractional exponent, which FMI cannot express")
+        exponents[_PINT_NAMES[name]] = round(float(power))  # type: ignore[arg-type]
     if not math.isclose(quantity.magnitude, 1.0, rel_tol=1e-12):
         exponents["factor"] = float(quantity.magnitude)
-    return exponents
+    return {name: exponents[name] for name in (*SI, "factor") if name in exponents}
 
 
 def to_unit(text: str | float, unit: str, name: str) -> float:
     """Number that `text` (`0.75 mm`, `25 g.m`, or a bare number already in `unit`) is in `unit`.
+
+    A hertz converts to and from an angular velocity as one revolution per second.
 
     Raises
     ------
@@ -67,6 +83,7 @@ def to_unit(text: str | float, unit: str, name: str) -> float:
         return number
     source, target = parse_unit(given), parse_unit(unit)
     try:
-        return float((number * source).to(target).magnitude)
+        contexts = ("rotation",) if "rad" in {*base_unit(given), *base_unit(unit)} else ()
+        return float(registry().Quantity(number, source).to(target, *contexts).magnitude)
     except pint.DimensionalityError as error:
         raise ValueError(f"{name} = {text!r} has unit {given}, which cannot be converted to {unit}") from error

@@ -1,0 +1,69 @@
+"""Keeps the interface table in a model's README equal to its variable table.
+
+    python -m fmi_export.readme amb_actuator.actuator fmus/amb_actuator/README.md
+
+rewrites what stands between the two marker comments of that file.
+"""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+import click
+
+from fmi_export.model import Model
+from fmi_export.variables import LARGEST, Variable
+
+BEGIN = "<!-- interface table: begin -->"
+END = "<!-- interface table: end -->"
+
+
+def interface_table(model: Model) -> str:
+    """Markdown table of every variable of `model`, in the order of the value references."""
+    rows = ["| name | causality | type | unit | start | allowed | description |", "| --- " * 7 + "|"]
+    rows += [_row(v) for v in model.interface.variables]
+    return "\n".join(rows)
+
+
+def with_table(readme: str, table: str) -> str:
+    """The text of a README with `table` between its two markers.
+
+    Raises
+    ------
+    ValueError
+        If the markers are not there exactly once and in order.
+    """
+    head, begin, rest = readme.partition(BEGIN)
+    _, end, tail = rest.partition(END)
+    if not (begin and end) or BEGIN in tail or END in head + tail:
+        raise ValueError(f"the README must contain {BEGIN!r} and then {END!r}, once each")
+    return f"{head}{BEGIN}\n\n{table}\n\n{END}{tail}"
+
+
+def _row(v: Variable) -> str:
+    causality = f"tunable {v.causality}" if v.tunable else v.causality
+    start = "" if v.causality == "output" else _number(v.start, v)
+    low = f">= {_number(v.minimum, v)}" if v.minimum > -LARGEST else ""
+    high = f"<= {_number(v.maximum, v)}" if v.maximum < LARGEST else ""
+    allowed = ", ".join(bound for bound in (low, high) if bound)
+    description = v.description.replace("|", "\\|")
+    return f"| `{v.name}` | {causality} | {v.type} | {v.unit} | {start} | {allowed} | {description} |"
+
+
+def _number(value: float, v: Variable) -> str:
+    if v.type == "Boolean":
+        return "true" if value else "false"
+    return str(int(value)) if v.type == "Integer" else f"{value:.12g}"
+
+
+@click.command(help=__doc__)
+@click.argument("module")
+@click.argument("readme", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+def main(module: str, readme: Path) -> None:
+    model = importlib.import_module(module).MODEL
+    readme.write_text(with_table(readme.read_text(encoding="utf-8"), interface_table(model)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

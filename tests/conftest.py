@@ -1,0 +1,102 @@
+"""What all tests share: one numba cache per state of the code, subprocesses, FMUs built once."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import inspect
+import json
+import os
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+import pytest
+
+PACKAGES = ("fmi_export", "rotor_contact", "amb_actuator", "rolac_controller", "orchestrator")
+SUPPORT = Path(__file__).parent / "fmi_export" / "support"  # modules that subprocesses can import
+
+
+def _code_digest() -> str:
+    sha = hashlib.sha256()
+    for name in PACKAGES:
+        spec = importlib.util.find_spec(name)  # finds without importing
+        assert spec is not None, f"{name} is not installed"
+        assert spec.origin is not None, f"{name} has no __init__.py"
+        folder = Path(spec.origin).parent
+        for file in sorted(folder.rglob("*.py")):
+            sha.update(f"{name}/{file.relative_to(folder).as_posix()}\0".encode())
+            sha.update(file.read_bytes() + b"\0")
+    return sha.hexdigest()
+
+
+# numba's cache notices a change in the file of a kernel, not one in a kernel that it calls from another file:
+# every state of the code gets a cache of its own. Set before numba is imported, and inherited by subprocesses.
+assert "numba" not in sys.modules
+os.environ["NUMBA_CACHE_DIR"] = str(platformdirs.user_cache_path("amb-cosim") / "numba-tests" / _code_digest()[:16])
+
+
+@pytest.fixture(scope="session")
+def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
+    """`run_python(what, timeout=60, cwd=None, **arguments)` in a Python process of its own.
+
+    `what` is a function, which must import what it needs in its body and is called with `arguments`, or the text
+    of a program. The function's return value, or what the program assigns to `result`, comes back through JSON
+    (floats to the last bit).
+    A process that fails, crashes on exit, or takes longer than `timeout` seconds fails the test with its output.
+    """
+
+    def run(what: Callable[..., Any] | str, timeout: float = 60.0, cwd: Path | None = None, **arguments: Any) -> Any:
+        folder = tmp_path_factory.mktemp("process")
+        answer = folder / "answer.json"
+        if callable(what):
+            body = textwrap.dedent(inspect.getsource(what))
+            given = folder / "arguments.json"
+            given.write_text(json.dumps(arguments, default=str), encoding="utf-8")
+            call = f"result = {what.__name__}(**json.loads(pathlib.Path({str(given)!r}).read_text()))"
+        else:
+            body, call = what, "result = globals().get('result')"
+        script = folder / "script.py"
+        script.write_text(
+            f"{body}\nimport json, pathlib\n{call}\npathlib.Path({str(answer)!r}).write_text(json.dumps(result))\n",
+            encoding="utf-8",
+        )
+        paths = [str(SUPPORT), *filter(None, [os.environ.get("PYTHONPATH")])]
+        process = subprocess.run(
+            [sys.executable, str(script)],
+            cwd=cwd or folder,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
+        )
+        output = f"{process.stdout[-4000:]}\n{process.stderr[-4000:]}"
+        assert process.returncode == 0, f"the process ended with {process.returncode}:\n{output}"
+        return json.loads(answer.read_text(encoding="utf-8"))
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def build_fmu(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """`build_fmu(model, constants=None)`: path of the FMU, built once per session and xdist worker."""
+    import numpy as np
+
+    from fmi_export.build import build_python_fmu, guid_of
+    from fmi_export.model import Model
+
+    built: dict[str, Path] = {}
+
+    def build(model: Model, constants: Any = None) -> Path:
+        numbers = np.zeros(1) if constants is None else constants
+        guid = guid_of(model, numbers)
+        if guid not in built:
+            built[guid] = build_python_fmu(model, numbers, tmp_path_factory.mktemp(model.name))
+        return built[guid]
+
+    return build

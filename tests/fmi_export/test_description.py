@@ -1,0 +1,96 @@
+"""The modelDescription.xml of a built FMU."""
+
+import zipfile
+from xml.etree import ElementTree
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+
+from amb_actuator.actuator import MODEL as ACTUATOR
+from fmi_export.build import build_python_fmu, guid_of
+from fmi_export.units import base_unit
+
+
+def xml_of(path):
+    with zipfile.ZipFile(path) as archive:
+        return archive.read("modelDescription.xml")
+
+
+@pytest.fixture(scope="module", params=["lag", "actuator"])
+def model(request):
+    return request.getfixturevalue("lag") if request.param == "lag" else ACTUATOR
+
+
+@pytest.fixture(scope="module")
+def fmu(model, build_fmu):
+    return build_fmu(model)
+
+
+def test_fmpy_finds_no_problem(fmu):
+    assert validate_fmu(str(fmu)) == []
+
+
+def test_two_builds_have_the_same_guid_and_the_same_description(model, fmu, tmp_path):
+    again = build_python_fmu(model, np.zeros(1), tmp_path)
+    assert xml_of(again) == xml_of(fmu)
+    assert guid_of(model, np.zeros(1)) in xml_of(again).decode()
+
+
+def test_other_constants_give_another_guid(model):
+    assert guid_of(model, np.zeros(1)) != guid_of(model, np.ones(1)) != guid_of(model, np.ones(2))
+
+
+def test_variables_stand_in_the_description_as_in_the_table(model, fmu):
+    described = fmpy.read_model_description(str(fmu)).modelVariables
+    assert [v.name for v in described] == [v.name for v in model.interface.variables]
+    for reference, (d, v) in enumerate(zip(described, model.interface.variables, strict=True)):
+        assert d.valueReference == reference
+        assert (d.type, d.causality, d.variability) == (v.type, v.causality, v.variability)
+        assert d.description == v.description
+        if v.type == "Real":
+            assert d.unit == v.unit
+        if v.causality == "output":
+            assert (d.start, d.initial) == (None, "calculated")
+        elif v.type != "Boolean":
+            assert float(d.start) == v.start
+
+
+def test_ranges_are_declared(build_fmu, lag):
+    described = {v.name: v for v in fmpy.read_model_description(str(build_fmu(lag))).modelVariables}
+    assert (float(described["u"].min), float(described["u"].max)) == (-10.0, 10.0)
+    assert (int(described["offset"].min), int(described["offset"].max)) == (-5, 5)
+    assert (float(described["time_constant"].min), described["time_constant"].max) == (1e-6, None)
+    assert (described["gain"].min, described["gain"].max) == (None, None)
+
+
+def test_every_unit_is_defined_with_its_base_exponents(model, fmu):
+    definitions = {u.name: u.baseUnit for u in fmpy.read_model_description(str(fmu)).unitDefinitions}
+    assert set(definitions) == {v.unit for v in model.interface.variables if v.type == "Real"}
+    for unit, base in definitions.items():
+        expected = base_unit(unit)
+        for exponent in ("kg", "m", "s", "A", "rad"):
+            assert getattr(base, exponent) == expected.get(exponent, 0), (unit, exponent)
+
+
+def test_outputs_declare_the_inputs_that_reach_them_without_delay(model, fmu):
+    structure = fmpy.read_model_description(str(fmu)).outputs
+    declared = {o.variable.name: {d.name for d in o.dependencies} for o in structure}
+    assert declared == {v.name: set(v.depends_on) for v in model.interface.of("output")}
+
+
+def test_all_outputs_are_initial_unknowns(model, fmu):
+    root = ElementTree.fromstring(xml_of(fmu))
+    indices = [int(u.get("index")) for u in root.iterfind("ModelStructure/InitialUnknowns/Unknown")]
+    names = [model.interface.variables[i - 1].name for i in indices]
+    assert names == [v.name for v in model.interface.of("output")]
+
+
+def test_the_abilities_the_slave_has_are_declared(fmu):
+    ability = fmpy.read_model_description(str(fmu)).coSimulation
+    assert ability.canGetAndSetFMUstate
+    assert ability.canSerializeFMUstate
+    assert ability.canHandleVariableCommunicationStepSize
+    assert ability.needsExecutionTool
+    assert not ability.canBeInstantiatedOnlyOncePerProcess

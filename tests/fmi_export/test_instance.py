@@ -1,0 +1,116 @@
+"""One instance in plain Python: checks, faults, repeatability."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fmi_export.model import FAULT_NOT_FINITE, FAULT_RANGE, FAULT_STEP_SIZE, Fault, Instance
+
+H = 250e-6
+
+
+@pytest.fixture
+def instance(lag):
+    made = Instance(lag, np.zeros(1))
+    made.initialise()
+    return made
+
+
+def test_the_constants_reach_the_kernels(lag):
+    made = Instance(lag, np.array([0.25]))
+    made.initialise()
+    assert made["y"] == 0.25
+
+
+def test_the_step_response_is_the_exponential(instance):
+    instance["u"] = 2.0
+    for n in range(40):
+        instance.step(n * H, H)
+    assert instance["y"] == pytest.approx(2.0 * (1.0 - math.exp(-40 * H / 1e-3)), rel=1e-12)
+    assert instance["steps"] == 40
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("u", 11.0, "u = 11 V is not allowed; it must be >= -10 and <= 10 V"),
+        ("u", math.nan, "u = nan V is not allowed; it must be >= -10 and <= 10 V"),
+        ("time_constant", -1.0, "time_constant = -1 s is not allowed; it must be >= 1e-06 s"),
+        ("gain", math.inf, "gain = inf is not allowed; it must be a finite number"),
+    ],
+)
+def test_a_value_out_of_range_names_variable_value_unit_and_range(instance, name, value, sentence):
+    instance[name] = value
+    with pytest.raises(Fault) as caught:
+        instance.step(0.0, H)
+    assert str(caught.value) == sentence
+    assert caught.value.code == instance.fault == instance["fault_code"]
+    assert caught.value.code == FAULT_RANGE + instance.model.interface.position[name]
+
+
+def test_bad_values_are_refused_at_initialisation_too(lag):
+    made = Instance(lag, np.zeros(1))
+    made["offset"] = 6
+    with pytest.raises(Fault, match="offset = 6 is not allowed; it must be >= -5 and <= 5"):
+        made.initialise()
+
+
+def test_a_nan_from_a_kernel_never_reaches_the_outputs(instance):
+    instance["u"] = 1.0
+    instance.step(0.0, H)
+    good = instance.outputs.copy()
+    instance["u"] = -7.0
+    with pytest.raises(Fault, match="y is no longer a finite number") as caught:
+        instance.step(H, H)
+    assert caught.value.code == FAULT_NOT_FINITE + instance.model.interface.position["y"]
+    np.testing.assert_array_equal(instance.outputs[:-1], good[:-1])
+
+
+def test_an_output_out_of_its_declared_range_names_its_value(instance):
+    instance["u"] = 6.5
+    with pytest.raises(Fault, match="level = 13 V is not allowed; it must be <= 12 V"):
+        instance.step(0.0, H)
+
+
+def test_a_fault_stays_until_the_next_initialisation_and_keeps_its_sentence(instance):
+    instance["u"] = 11.0
+    with pytest.raises(Fault):
+        instance.step(0.0, H)
+    instance["u"] = 1.0
+    for n in (1, 2):
+        with pytest.raises(Fault, match=r"earlier fault: u = 11 V is not allowed"):
+            instance.step(n * H, H)
+    instance.initialise()
+    instance.step(0.0, H)
+    assert instance["fault_code"] == 0
+    assert instance["steps"] == 1
+
+
+def test_a_fault_of_the_kernel_is_explained_with_the_present_values(instance):
+    instance["u"] = 5.0
+    with pytest.raises(Fault) as caught:
+        instance.step(0.0, H)
+    assert str(caught.value) == "u = 5 V is 100 % too much (%s %n)"
+
+
+@pytest.mark.parametrize("step_size", [0.0, -1e-3, math.nan, math.inf])
+def test_a_bad_step_size_is_refused(instance, step_size):
+    with pytest.raises(Fault, match=rf"step size = {step_size:g} s is not allowed; it must be > 0 s") as caught:
+        instance.step(0.0, step_size)
+    assert caught.value.code == FAULT_STEP_SIZE
+
+
+def test_initialising_again_repeats_the_run_to_the_bit(lag):
+    made = Instance(lag, np.zeros(1))
+    runs = []
+    for _ in range(2):
+        made.initialise()
+        run = []
+        for n in range(20):
+            made["u"] = math.sin(n)
+            made.step(n * H, H)
+            run.append(made["y"])
+        made["u"] = 0.0
+        runs.append(run)
+    assert runs[0] == runs[1]

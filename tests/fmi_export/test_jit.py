@@ -1,0 +1,67 @@
+"""The kernels' on-disk cache."""
+
+import pytest
+
+CALLER = """
+from fmi_export.jit import kernel
+from cached.callee import two
+
+@kernel
+def doubled(x):
+    return two() * x
+"""
+CALLEE = """
+from fmi_export.jit import kernel
+
+@kernel
+def two():
+    return {}
+"""
+
+
+def host(folder: str) -> list:
+    import sys
+
+    sys.path.insert(0, folder)
+    from cached.caller import doubled
+
+    return [doubled(3.0), sum(doubled.stats.cache_hits.values())]
+
+
+def test_a_kernel_is_compiled_again_when_what_it_calls_in_another_file_changed(run_python, tmp_path):
+    package = tmp_path / "cached"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "caller.py").write_text(CALLER)
+    results = []
+    for value in (2.0, 2.0, 5.0):
+        (package / "callee.py").write_text(CALLEE.format(value))
+        results.append(run_python(host, folder=tmp_path))
+    (first, _), (again, hits), (changed, _) = results
+    assert (first, again, changed) == (6.0, 6.0, 15.0)
+    assert hits == 1, "unchanged code comes from the cache"
+
+
+def test_a_kernel_without_numba_is_the_function_itself(run_python):
+    def without_numba() -> list:
+        from hide import hide
+
+        hide("numba")
+        from fmi_export.jit import COMPILED, kernel
+
+        def function(x):
+            return 2 * x
+
+        return [COMPILED, kernel(function) is function]
+
+    assert run_python(without_numba) == [False, True]
+
+
+def test_a_kernel_divides_as_ieee_arithmetic_does():
+    from fmi_export.jit import kernel
+
+    @kernel
+    def quotient(a, b):
+        return a / b
+
+    assert quotient(1.0, 0.0) == pytest.approx(float("inf"))

@@ -1,0 +1,135 @@
+"""Which code an FMU runs: the installed package, its own copy, or none at all."""
+
+import json
+import shutil
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmi_export import amb_cosim_bootstrap as bootstrap
+
+
+def inputs() -> list[list[float]]:
+    rng = np.random.default_rng(1)
+    return [[float(rng.uniform(-4, 4)), float(rng.integers(2))] for _ in range(30)]
+
+
+def run_lag(path: str, inputs: list, hidden: list) -> list:
+    import sys
+
+    from hide import hide
+
+    hide(*hidden)
+    from drive import Fmu
+
+    fmu = Fmu(path)
+    rows = []
+    for n, (u, hold) in enumerate(inputs):
+        fmu.set(u=u, hold=hold)
+        rows.append([fmu.step(n), *fmu.outputs()])
+    fmu.close()
+    lag = sys.modules["probe_lag.lag"]
+    compiled = hasattr(lag.step, "py_func")
+    return [rows, lag.__file__, compiled]
+
+
+def changed_copy(path: Path, folder: Path) -> Path:
+    """The FMU, built from code that differs from the installed one by a comment."""
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(folder / "tree")
+    resources = folder / "tree" / "resources"
+    with (resources / "code" / "probe_lag" / "lag.py").open("a") as source:
+        source.write("# another version\n")
+    facts = json.loads((resources / "build.json").read_text())
+    facts["packages"]["probe_lag"] = bootstrap.digest(resources / "code" / "probe_lag")
+    (resources / "build.json").write_text(json.dumps(facts))
+    packed = shutil.make_archive(str(folder / "changed"), "zip", folder / "tree")
+    return Path(packed).rename(folder / "probe_lag.fmu")
+
+
+@pytest.fixture(scope="module")
+def installed_run(build_fmu, lag, run_python):
+    return run_python(run_lag, path=build_fmu(lag), inputs=inputs(), hidden=[])
+
+
+def test_the_installed_package_is_used_where_it_is_the_same_code(installed_run):
+    rows, file, compiled = installed_run
+    assert "resources" not in Path(file).parts
+    assert compiled
+    assert {row[0] for row in rows} == {0}
+
+
+def test_without_the_installed_packages_the_shipped_code_gives_the_same_numbers(
+    build_fmu, lag, run_python, installed_run
+):
+    hidden = ["probe_lag", "fmi_export"]
+    rows, file, _ = run_python(run_lag, path=build_fmu(lag), inputs=inputs(), hidden=hidden)
+    assert Path(file).parts[-4:] == ("resources", "code", "probe_lag", "lag.py")
+    assert rows == installed_run[0]
+
+
+def test_without_numba_the_same_numbers_come_from_plain_python(build_fmu, lag, run_python, installed_run):
+    hidden = ["probe_lag", "fmi_export", "numba"]
+    rows, file, compiled = run_python(run_lag, path=build_fmu(lag), inputs=inputs(), hidden=hidden)
+    assert "resources" in Path(file).parts
+    assert not compiled
+    assert rows == installed_run[0]
+
+
+def test_an_fmu_of_other_code_runs_its_own_where_nothing_is_loaded(build_fmu, lag, run_python, installed_run, tmp_path):
+    changed = changed_copy(build_fmu(lag), tmp_path)
+    rows, file, _ = run_python(run_lag, path=changed, inputs=inputs(), hidden=[])
+    assert "resources" in Path(file).parts
+    assert rows == installed_run[0]
+
+
+def test_an_fmu_of_other_code_than_is_loaded_is_refused_and_the_host_survives(build_fmu, lag, run_python, tmp_path):
+    def host(path: str, changed: str) -> list:
+        import fmpy
+        from drive import Fmu
+
+        running = Fmu(path, u=1.0)
+        folder, log = fmpy.extract(changed), []
+        for _ in range(5):
+            try:
+                fmpy.instantiate_fmu(
+                    folder,
+                    fmpy.read_model_description(folder),
+                    "CoSimulation",
+                    debug_logging=True,
+                    logger=lambda environment, name, status, category, message: log.append(message.decode()),
+                )
+            except Exception as error:
+                log.append(str(error))
+        statuses = [running.step(n) for n in range(20)]
+        later = Fmu(path, u=1.0)
+        statuses.append(later.step(0))
+        later.close()
+        running.close()
+        return [statuses, log]
+
+    path = build_fmu(lag)
+    statuses, log = run_python(host, path=path, changed=changed_copy(path, tmp_path))
+    assert set(statuses) == {0}
+    assert sum("already runs another version of probe_lag" in line for line in log) == 5
+    assert "rebuild the FMU or run it in a process of its own" in log[0]
+
+
+def test_an_fmu_runs_again_after_the_folder_of_its_first_run_was_deleted(build_fmu, lag, run_python):
+    def host(path: str) -> list:
+        from hide import hide
+
+        hide("probe_lag", "fmi_export")
+        import fmpy
+
+        runs = [
+            fmpy.simulate_fmu(path, stop_time=0.01, step_size=1e-3, output_interval=1e-3, start_values={"u": 1.0})
+            for _ in range(2)
+        ]
+        return [run["y"].tolist() for run in runs]
+
+    first, second = run_python(host, path=build_fmu(lag))
+    assert first == second
+    assert first[-1] > 0.99

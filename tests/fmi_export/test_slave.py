@@ -1,0 +1,257 @@
+"""The FMU as a host sees it. Every host is a subprocess: a pythonfmu FMU may harm the process it runs in."""
+
+import math
+
+import numpy as np
+import pytest
+
+from amb_actuator.actuator import MODEL as ACTUATOR
+from fmi_export.model import Instance
+
+H = 250e-6
+
+
+def random_inputs(n: int) -> list[list[float]]:
+    """Inputs `u` and `hold` of the lag for n steps, clear of the values where it faults."""
+    rng = np.random.default_rng(2006)
+    return [[float(rng.uniform(-4, 4)), float(rng.integers(2))] for _ in range(n)]
+
+
+def run_lag(path: str, inputs: list) -> list:
+    from drive import Fmu
+
+    fmu = Fmu(path, gain=3.0, offset=-2)
+    rows = [fmu.outputs()]
+    for n, (u, hold) in enumerate(inputs):
+        fmu.set(u=u, hold=hold)
+        assert fmu.step(n) == 0
+        rows.append(fmu.outputs())
+    fmu.close()
+    return rows
+
+
+def core_rows(model, inputs):
+    core = Instance(model, np.zeros(1))
+    core["gain"], core["offset"] = 3.0, -2.0
+    core.initialise()
+    rows = [core.outputs.tolist()]
+    for n, (u, hold) in enumerate(inputs):
+        core["u"], core["hold"] = u, hold
+        core.step(n * H, H)
+        rows.append(core.outputs.tolist())
+    return rows
+
+
+def test_the_fmu_gives_the_numbers_of_the_core_to_the_bit(lag, build_fmu, run_python):
+    inputs = random_inputs(50)
+    assert run_python(run_lag, path=build_fmu(lag), inputs=inputs) == core_rows(lag, inputs)
+
+
+def test_outputs_follow_what_is_set_throughout_initialisation_mode(build_fmu, run_python):
+    def host(path: str) -> list:
+        from drive import Fmu
+
+        fmu = Fmu(path, initialise=False, mb1__i_x=1.0)
+        forces = fmu.get("mb1.f_x")
+        fmu.set(mb1__i_x=2.0)
+        forces += fmu.get("mb1.f_x")
+        fmu.set(mb1__turns_x=79.0)
+        forces += fmu.get("mb1.f_x")
+        fmu.fmi.exitInitializationMode()
+        forces += fmu.get("mb1.f_x")
+        fmu.set(mb1__i_x=0.0)
+        forces += fmu.get("mb1.f_x")
+        fmu.close()
+        return forces
+
+    one, two, fewer_turns, left, later = run_python(host, path=build_fmu(ACTUATOR))
+    assert one > 0
+    assert two == pytest.approx(2 * one, rel=1e-14)
+    assert fewer_turns == pytest.approx(two / 4, rel=1e-14)
+    assert left == fewer_turns
+    assert later == left, "after initialisation outputs change by steps alone"
+
+
+def test_reset_gives_a_new_run_with_start_values(build_fmu, lag, run_python):
+    def host(path: str) -> list:
+        from drive import Fmu
+
+        fmu = Fmu(path, gain=3.0)
+        runs = []
+        for _ in range(2):
+            fmu.set(u=2.0)
+            run = [fmu.step(n) for n in range(5)] + fmu.outputs()
+            runs.append(run)
+            fmu.fmi.reset()
+            fmu.fmi.setupExperiment(startTime=0.0)
+            fmu.fmi.enterInitializationMode()
+            fmu.fmi.exitInitializationMode()
+        fmu.close()
+        return runs
+
+    first, second = run_python(host, path=build_fmu(lag))
+    y = 5
+    assert first[y] == pytest.approx(3 * second[y], rel=1e-14)
+    assert first[y + 2] == second[y + 2] == 5
+    assert second[y] == pytest.approx(2 * (1 - math.exp(-5 * H / 1e-3)), rel=1e-12)
+
+
+def test_two_instances_do_not_share_anything(build_fmu, lag, run_python):
+    def host(path: str) -> list:
+        from drive import Fmu
+
+        one, two = Fmu(path, gain=1.0), Fmu(path, gain=10.0)
+        for n in range(4):
+            one.set(u=1.0)
+            two.set(u=-1.0)
+            assert (one.step(n), two.step(n)) == (0, 0)
+        answer = one.get("y") + two.get("y")
+        one.set(u=5.0)
+        answer += [one.step(4), two.step(4)]
+        one.close()
+        two.close()
+        return answer
+
+    y_one, y_two, *statuses = run_python(host, path=build_fmu(lag))
+    assert y_two == pytest.approx(-10 * y_one, rel=1e-14)
+    assert statuses == [2, 0]
+
+
+def test_two_hundred_instances_one_after_another_leave_the_process_alive(build_fmu, run_python):
+    def host(path: str) -> list:
+        import sys
+
+        import fmpy
+        from drive import Fmu
+
+        folder = fmpy.extract(path)
+        answers = set()
+        for _ in range(200):
+            fmu = Fmu(folder, mb1__x=1e-4)
+            fmu.step(0)
+            answers.add(fmu.get("mb1.f_x")[0])
+            fmu.close()
+        return [len(answers), len(sys.path)]
+
+    answers, entries = run_python(host, path=build_fmu(ACTUATOR))
+    assert answers == 1
+    assert entries < 20, "sys.path must not grow with every instance"
+
+
+def test_two_models_run_side_by_side_in_one_process(build_fmu, lag, run_python):
+    def host(lag: str, actuator: str) -> list:
+        from drive import Fmu
+
+        one, two = Fmu(lag, u=1.0), Fmu(actuator, mb1__x=1e-4)
+        statuses = [one.step(0), two.step(0)]
+        answer = statuses + one.get("y") + two.get("mb1.f_x", "mb1.k_xx")
+        two.close()
+        one.close()
+        return answer
+
+    one, two, y, force, gradient = run_python(host, lag=build_fmu(lag), actuator=build_fmu(ACTUATOR))
+    assert (one, two) == (0, 0)
+    assert y == pytest.approx(1 - math.exp(-0.25), rel=1e-12)
+    assert force == pytest.approx(1e-4 * gradient, rel=1e-14)
+
+
+def test_a_fault_is_logged_shown_as_fault_code_and_discards_the_step(build_fmu, lag, run_python):
+    def host(path: str) -> list:
+        from drive import Fmu
+
+        fmu = Fmu(path)
+        fmu.set(u=5.0)
+        answer = [fmu.step(3), *fmu.get("fault_code"), fmu.step(4), fmu.log]
+        fmu.close()
+        return answer
+
+    first, code, second, log = run_python(host, path=build_fmu(lag))
+    assert (first, code, second) == (2, 1, 2)
+    assert log[0] == "probe_lag: at t = 0.00075 s: u = 5 V is 100 % too much (%s %n)", (
+        "printf formats must pass untouched"
+    )
+    assert "stopped by an earlier fault: u = 5 V" in log[1]
+
+
+def test_every_log_line_names_its_instance_because_pythonfmu_uses_the_last_logger(build_fmu, lag, run_python):
+    def host(lag: str, actuator: str) -> list:
+        from drive import Fmu
+
+        one, two = Fmu(lag), Fmu(actuator)
+        one.set(u=5.0)
+        two.set(mb1__x=1.0)
+        statuses = [one.step(0), two.step(0)]
+        one.close()
+        two.close()
+        return [statuses, sorted(one.log + two.log)]
+
+    statuses, log = run_python(host, lag=build_fmu(lag), actuator=build_fmu(ACTUATOR))
+    assert statuses == [2, 2]
+    assert [line.split(":")[0] for line in log] == ["amb_actuator", "probe_lag"]
+
+
+def test_a_fault_in_initialisation_can_be_put_right_before_its_end(build_fmu, run_python):
+    def host(path: str) -> list:
+        from drive import Fmu
+
+        fmu = Fmu(path, initialise=False, mb1__x=2e-3)
+        answer = fmu.get("fault_code")
+        fmu.set(mb1__x=1e-3)
+        answer += fmu.get("fault_code")
+        fmu.fmi.exitInitializationMode()
+        answer += [fmu.step(0), fmu.log]
+        fmu.close()
+        return answer
+
+    before, after, status, log = run_python(host, path=build_fmu(ACTUATOR))
+    assert (before, after, status) == (1, 0, 0)
+    assert log[0].startswith("amb_actuator: initialisation: mb1.x = 0.002 m is not allowed")
+
+
+def test_what_may_not_be_set_after_initialisation_stops_the_run(build_fmu, lag, run_python):
+    def host(path: str) -> list:
+        from drive import Fmu
+
+        answer = []
+        for reference, value in ((0, 2e-3), (5, 1.0), (1000, 1.0), (2**32 - 1, 1.0)):
+            fmu = Fmu(path)
+            fmu.fmi.setReal([reference], [value])
+            answer.append([fmu.step(0), *fmu.get("fault_code", "time_constant"), fmu.log[0]])
+            fmu.close()
+        return answer
+
+    rows = run_python(host, path=build_fmu(lag))
+    assert [row[:3] for row in rows] == [[2, 998, 1e-3]] * 4
+    assert "time_constant is a fixed parameter and cannot be set now" in rows[0][3]
+    assert "y is a continuous output and cannot be set now" in rows[1][3]
+    assert "there is no value reference 1000" in rows[2][3]
+
+
+def test_a_tunable_parameter_may_change_during_the_run(build_fmu, lag, run_python):
+    def host(path: str) -> list:
+        from drive import Fmu
+
+        fmu = Fmu(path, u=1.0)
+        fmu.set(gain=4.0)
+        answer = [fmu.step(0), *fmu.get("y")]
+        fmu.close()
+        return answer
+
+    status, y = run_python(host, path=build_fmu(lag))
+    assert status == 0
+    assert y == pytest.approx(4 * (1 - math.exp(-0.25)), rel=1e-12)
+
+
+def test_reading_an_unknown_value_reference_does_not_bring_the_host_down(build_fmu, lag, run_python):
+    def host(path: str) -> list:
+        from drive import Fmu
+
+        fmu = Fmu(path)
+        fmu.fmi.getReal([0, 1000])
+        answer = [fmu.step(0), fmu.log[0]]
+        fmu.close()
+        return answer
+
+    status, line = run_python(host, path=build_fmu(lag))
+    assert status == 2
+    assert "[0, 1000]" in line

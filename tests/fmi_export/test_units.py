@@ -1,0 +1,90 @@
+"""Units against the SI definitions."""
+
+import math
+
+import pytest
+
+from fmi_export.units import base_unit, to_unit
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected"),
+    [
+        ("N", {"kg": 1, "m": 1, "s": -2}),
+        ("N/m", {"kg": 1, "s": -2}),
+        ("N.s/m", {"kg": 1, "s": -1}),
+        ("kg.m", {"kg": 1, "m": 1}),
+        ("rad/s", {"rad": 1, "s": -1}),
+        ("m2", {"m": 2}),
+        ("m-2", {"m": -2}),
+        ("A", {"A": 1}),
+        ("N/A", {"kg": 1, "m": 1, "s": -2, "A": -1}),
+        ("T", {"kg": 1, "s": -2, "A": -1}),
+        ("Ohm", {"kg": 1, "m": 2, "s": -3, "A": -2}),
+        ("1", {}),
+        ("Hz", {"s": -1}),
+        ("mm", {"m": 1, "factor": 1e-3}),
+    ],
+)
+def test_base_unit_exponents_are_those_of_si(unit, expected):
+    assert base_unit(unit) == pytest.approx(expected)
+
+
+def test_rpm_and_degree_carry_the_radian_and_their_factor():
+    assert base_unit("rpm") == pytest.approx({"rad": 1, "s": -1, "factor": 2 * math.pi / 60})
+    assert base_unit("deg") == pytest.approx({"rad": 1, "factor": math.pi / 180})
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("0.75 mm", "m", 0.75e-3),
+        ("25 g.m", "kg.m", 25e-3),
+        ("-1.5e3 N/mm", "N/m", -1.5e6),
+        ("90deg", "rad", math.pi / 2),
+        ("1 kN", "N", 1e3),
+        ("3", "A", 3.0),
+        (3, "A", 3.0),
+        ("50 %", "1", 0.5),
+    ],
+)
+def test_values_convert_to_the_unit_of_the_variable(text, unit, value):
+    assert to_unit(text, unit, "v") == pytest.approx(value, rel=1e-12)
+
+
+def test_a_speed_in_hertz_means_revolutions_per_second():
+    assert to_unit("16 Hz", "rad/s", "Omega") == pytest.approx(2 * math.pi * 16, rel=1e-12)
+    assert to_unit("960 rpm", "rad/s", "Omega") == pytest.approx(2 * math.pi * 16, rel=1e-12)
+    assert to_unit("960 rpm", "Hz", "f") == pytest.approx(16, rel=1e-12)
+    assert to_unit("6.283185307179586 rad/s", "Hz", "f") == pytest.approx(1, rel=1e-12)
+
+
+def test_a_frequency_in_hertz_is_per_second_where_no_angle_is_involved():
+    assert to_unit("1.4 kHz", "Hz", "bandwidth") == pytest.approx(1400)
+    assert to_unit("7 Hz", "1/s", "alpha") == pytest.approx(7)
+
+
+def test_an_unknown_unit_is_named_with_examples():
+    with pytest.raises(ValueError, match=r"unknown unit 'furlonk'; use SI units such as"):
+        to_unit("3 furlonk", "m", "length")
+
+
+def test_a_wrong_dimension_names_the_variable_and_both_units():
+    with pytest.raises(ValueError, match=r"length = '3 s' has unit s, which cannot be converted to m"):
+        to_unit("3 s", "m", "length")
+
+
+@pytest.mark.parametrize("text", ["", "mm", "three mm"])
+def test_text_without_a_number_is_refused_with_an_example(text):
+    with pytest.raises(ValueError, match=r"is no number; write for example length=0.5 or length='0.5 m'"):
+        to_unit(text, "m", "length")
+
+
+def test_a_decimal_comma_is_not_taken_for_a_whole_number():
+    with pytest.raises(ValueError, match="unknown unit ',5 mm'"):
+        to_unit("1,5 mm", "m", "length")
+
+
+def test_a_fractional_exponent_is_refused():
+    with pytest.raises(ValueError, match="fractional exponent"):
+        base_unit("m^(1/2)")

@@ -1,0 +1,97 @@
+"""Rules of the variable tables."""
+
+import math
+
+import pytest
+
+from fmi_export.model import Model
+from fmi_export.readme import BEGIN, END, interface_table, with_table
+from fmi_export.variables import Interface, input_, interface, output, parameter
+
+A = parameter("a", "m", "A length", 2.0, minimum=1.0, maximum=3.0)
+U = input_("u", "N", "A force")
+Y = output("y", "N", "A force", depends_on=("u",))
+FAULT = output("fault_code", "1", "Fault", type="Integer")
+
+
+def test_groups_are_sorted_by_causality_and_keep_their_order_within_it():
+    table = interface([Y, U], parameter("b", "1", "B", 0.0), [FAULT, A])
+    assert [v.name for v in table.variables] == ["b", "a", "u", "y", "fault_code"]
+    assert (table.n_parameters, table.n_inputs, table.n_outputs) == (2, 1, 2)
+    assert table.position["y"] == 3
+    assert (table.parameter_index("a"), table.input_index("u"), table.output_index("fault_code")) == (1, 0, 1)
+
+
+def test_a_name_declared_twice_is_refused():
+    with pytest.raises(ValueError, match="declared twice: u"):
+        interface(U, U)
+
+
+def test_a_table_out_of_order_is_refused():
+    with pytest.raises(ValueError, match="ordered parameters, inputs, outputs"):
+        Interface((U, A))
+
+
+def test_a_dependency_on_something_that_is_no_input_is_refused():
+    with pytest.raises(ValueError, match="y depends on a, w"):
+        interface(A, U, output("y", "N", "A force", depends_on=("u", "w", "a")))
+
+
+@pytest.mark.parametrize("start", [0.5, 3.5, math.nan, math.inf])
+def test_a_start_value_outside_its_range_is_refused(start):
+    with pytest.raises(ValueError, match=rf"start of a = {start:g} m is not allowed; it must be >= 1 and <= 3 m"):
+        parameter("a", "m", "A length", start, minimum=1.0, maximum=3.0)
+
+
+def test_an_unbounded_variable_must_still_be_finite():
+    with pytest.raises(ValueError, match="a = inf is not allowed; it must be a finite number"):
+        parameter("a", "1", "A number", math.inf)
+
+
+def test_an_unknown_name_lists_what_there_is():
+    with pytest.raises(ValueError, match="no input called 'y'; there are u"):
+        interface(A, U, Y).input_index("y")
+
+
+def test_variability_follows_causality_and_type():
+    assert A.variability == "fixed"
+    assert parameter("k", "1", "Gain", 1.0, tunable=True).variability == "tunable"
+    assert (U.variability, FAULT.variability) == ("continuous", "discrete")
+
+
+def test_the_canonical_bytes_change_with_every_field_that_is_seen_outside():
+    base = interface(A, U, Y).canonical()
+    assert base == interface(A, U, Y).canonical()
+    for changed in (
+        parameter("a", "mm", "A length", 2.0, minimum=1.0, maximum=3.0),
+        parameter("a", "m", "A length", 2.5, minimum=1.0, maximum=3.0),
+        parameter("a", "m", "A length", 2.0, minimum=1.0, maximum=4.0),
+        parameter("a", "m", "A length", 2.0, minimum=1.0, maximum=3.0, tunable=True),
+    ):
+        assert interface(changed, U, Y).canonical() != base
+
+
+def test_a_model_without_a_fault_code_at_the_end_is_refused(lag):
+    with pytest.raises(ValueError, match="mute: the last output must be fault_code"):
+        Model("mute", "", interface(A, U, FAULT, Y), lag.initialise, lag.step, 0, 0, ())
+
+
+def test_the_readme_table_shows_types_ranges_and_start_values(lag):
+    rows = interface_table(lag).splitlines()
+    assert len(rows) == 2 + len(lag.interface.variables)
+    assert "| `offset` | parameter | Integer | 1 | 0 | >= -5, <= 5 | Added to the output in whole numbers |" in rows
+    assert "| `gain` | tunable parameter | Real | 1 | 1 |  | Gain, may change at any time |" in rows
+    assert "| `hold` | input | Boolean | 1 | false |  | Stop following |" in rows
+    assert "| `steps` | output | Integer | 1 |  |  | Steps since the start |" in rows
+
+
+def test_the_readme_table_is_replaced_between_the_markers_only():
+    text = with_table(f"before\n{BEGIN}\nold\n{END}\nafter\n", "new")
+    assert text == f"before\n{BEGIN}\n\nnew\n\n{END}\nafter\n"
+    assert with_table(text, "new") == text
+
+
+@pytest.mark.parametrize("text", ["", BEGIN, f"{END}{BEGIN}", f"{BEGIN}{END}{BEGIN}{END}"])
+def test_a_readme_without_proper_markers_is_refused(text):
+    with pytest.raises(ValueError, match="must contain"):
+        with_table(text, "new")
