@@ -1,1 +1,1 @@
-"""Radial active magnetic bearings: force law, linearisation and current limits of two bearings with two axes each."""
+"""Radial active magnetic bearings: force law and current limits of two bearings with two axes each."""

@@ -37,10 +37,16 @@ def _axis(bearing: str, axis: str) -> list[Variable]:
         parameter(f"{b}.static_current_{a}", "A", f"Static current, {at} (Table 2.2)", 1.14, minimum=0.0),
         parameter(f"{b}.current_limit_{a}", "A", f"Largest coil current, {at} (Table 2.4)", 10.0, minimum=0.0),
         parameter(
-            f"{b}.k_s_measured_{a}", "N/m", f"Negative stiffness for force_law 1, {at} (Fig. 2.5)", MEASURED_K_S[b]
+            f"{b}.k_s_measured_{a}",
+            "N/m",
+            f"Negative stiffness for force_law 1, {at} (Fig. 2.5)",
+            MEASURED_K_S[b],
         ),
         parameter(
-            f"{b}.k_i_measured_{a}", "N/A", f"Current stiffness for force_law 1, {at} (Fig. 2.5)", MEASURED_K_I[b]
+            f"{b}.k_i_measured_{a}",
+            "N/A",
+            f"Current stiffness for force_law 1, {at} (Fig. 2.5)",
+            MEASURED_K_I[b],
         ),
         input_(f"{b}.i_{a}", "A", f"Demanded control current, {at}"),
         input_(f"{b}.{a}", "m", f"Rotor displacement from the centre, {at}"),
@@ -68,7 +74,7 @@ INTERFACE = interface(
     parameter(
         "force_law",
         "1",
-        "Force law: 0 linear with constants from the geometry (2.8, 2.9), 1 linear with measured constants (Fig. 2.5)",
+        "Linear force law: 0 constants from the geometry (2.8, 2.9), 1 measured constants (Fig. 2.5)",
         LINEAR,
         minimum=0,
         maximum=1,
@@ -116,9 +122,7 @@ def evaluate(parameters: Array, inputs: Array, outputs: Array) -> int:
 
 
 @kernel
-def initialise(
-    constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array
-) -> int:
+def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
     """The bearing has no memory: the outputs of the first inputs."""
     return evaluate(parameters, inputs, outputs)
 
@@ -154,8 +158,9 @@ MODEL = Model(
             for k, (b, a) in enumerate(AXES)
         },
         **{
-            FAULT_BIAS + k: f"{b}.bias_current_{a} = {{{b}.bias_current_{a}}} A plus {b}.static_current_{a} = "
-            f"{{{b}.static_current_{a}}} A is not allowed; the sum must be <= {{{b}.current_limit_{a}}} A"
+            FAULT_BIAS + k: f"{b}.bias_current_{a} = {{{b}.bias_current_{a}}} A plus "
+            f"{b}.static_current_{a} = {{{b}.static_current_{a}}} A is not allowed; "
+            f"the sum must be <= {{{b}.current_limit_{a}}} A"
             for k, (b, a) in enumerate(AXES)
         },
     },

@@ -7,8 +7,8 @@
           ========
     lower coil pair (I_b - I_c)
 
-    F = K_s x + K_i I_c: both constants are positive. K_s > 0 pulls the rotor further away from the centre; the
-    bearing is unstable without control.
+    F = K_s x + K_i I_c: both constants are positive. K_s > 0 pulls the rotor further away from the
+    centre; the bearing is unstable without control.
 
 `k_s`, `k_i` are constants of the bearing (N/m, N/A). They are not gains of the controller.
 """
@@ -66,7 +66,7 @@ def current_stiffness(
 
 @kernel
 def limited_current(demand: float, bias: float, static: float, limit: float) -> float:
-    """Control current I_c that keeps both coil currents, I_s + I_b + I_c and I_b - I_c, within [0, limit] (A)."""
+    """Control current I_c (A) that keeps both coils, I_s + I_b + I_c and I_b - I_c, within [0, limit]."""
     low = max(-(static + bias), bias - limit)
     high = min(limit - (static + bias), bias)
     return min(max(demand, low), high)
