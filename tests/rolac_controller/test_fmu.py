@@ -1,0 +1,145 @@
+"""The FMU: validation, equality with the core, state, refusals."""
+
+from __future__ import annotations
+
+import math
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave, fmi2True
+from fmpy.validation import validate_fmu
+
+from fmi_export.build import guid_of
+from fmi_export.model import Instance
+from rolac_controller.controller import INTERFACE, MODEL
+from rolac_controller.table import pack
+
+H = 250e-6
+SPEED = 2.0 * math.pi * 30.3
+GIVEN = [f"s{k}" for k in range(1, 9)] + ["Omega", "theta"]
+OUTPUTS = [v.name for v in INTERFACE.of("output") if v.type == "Real"]
+
+
+@pytest.fixture(scope="module")
+def table():
+    rng = np.random.default_rng(7)
+    r = 1e-6 * (rng.normal(size=(2, 8, 4)) + 1j * rng.normal(size=(2, 8, 4)))
+    return pack([50.0, 400.0], r)
+
+
+@pytest.fixture(scope="module")
+def fmu_file(table, build_fmu):
+    return build_fmu(MODEL, table)
+
+
+@pytest.fixture(scope="module")
+def unpacked(fmu_file, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("unpacked")
+    fmpy.extract(fmu_file, folder)
+    return folder
+
+
+@pytest.fixture
+def fmu(unpacked):
+    """An instance in initialisation mode; terminated and freed whatever happens."""
+    description = fmpy.read_model_description(unpacked)
+    slave = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=str(unpacked),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="controller",
+    )
+    slave.instantiate()
+    try:
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        yield slave
+        slave.terminate()
+    finally:
+        slave.freeInstance()
+
+
+def references(names):
+    return [INTERFACE.position[name] for name in names]
+
+
+def signals(n):
+    theta = SPEED * n * H
+    return [*(1e-4 * np.cos(theta + np.arange(8.0)) + 1e-5), SPEED, theta % (2.0 * math.pi)]
+
+
+def advance(fmu, first, last):
+    """Outputs of samples `first` to `last` - 1."""
+    rows = []
+    for n in range(first, last):
+        fmu.setReal(references(GIVEN), signals(n))
+        fmu.doStep(n * H, H)
+        rows.append(fmu.getReal(references(OUTPUTS)))
+    return np.array(rows)
+
+
+def test_validation_finds_no_problems(fmu_file):
+    assert validate_fmu(fmu_file) == []
+
+
+def test_fmu_gives_what_the_core_gives(fmu, table):
+    core = Instance(MODEL, table)
+    enable = references(["rolac_enable"])
+    for name, value in [("mb1.k_integral_x", 1e6), ("derivative_time", 1e-3)]:
+        fmu.setReal(references([name]), [value])
+        core[name] = value
+    fmu.exitInitializationMode()
+    core.initialise()
+    for n in range(1000):
+        if n == 300:
+            fmu.setBoolean(enable, [fmi2True])
+            core["rolac_enable"] = 1.0
+        row = advance(fmu, n, n + 1)[0]
+        for name, value in zip(GIVEN, signals(n), strict=True):
+            core[name] = value
+        core.step(n * H, H)
+        np.testing.assert_array_equal(row, [core[name] for name in OUTPUTS])
+    assert core["rolac_active"] == 1.0
+    assert list(fmu.getBoolean(references(["rolac_active", "window_valid"]))) == [fmi2True, fmi2True]
+    assert core["mb1.u_x"] > 1.0
+
+
+def test_serialised_state_brings_back_window_and_forces(fmu):
+    fmu.setBoolean(references(["rolac_enable"]), [fmi2True])
+    fmu.exitInitializationMode()
+    advance(fmu, 0, 400)
+    state = fmu.getFMUstate()
+    saved = fmu.serializeFMUstate(state)
+    fmu.freeFMUstate(state)
+    once = advance(fmu, 400, 600)
+    assert fmu.getReal(references(["mb1.u_x"]))[0] > 1.0
+    state = fmu.deSerializeFMUstate(saved)
+    fmu.setFMUstate(state)
+    fmu.freeFMUstate(state)
+    np.testing.assert_array_equal(advance(fmu, 400, 600), once)
+
+
+def test_initial_currents_are_those_of_the_first_displacements(fmu):
+    fmu.setReal(references(["s5"]), [1e-5])
+    current = fmu.getReal(references(["mb1.i_x"]))[0]
+    assert current == pytest.approx(-(1e6 + 2376955.71608877) * 1e-5 / 563.150665808, rel=1e-9)
+    fmu.exitInitializationMode()
+
+
+def test_refused_step_sets_the_fault_code(fmu):
+    fmu.exitInitializationMode()
+    with pytest.raises(FMICallException):
+        fmu.doStep(0.0, 2 * H)
+    assert fmu.getInteger(references(["fault_code"])) == [1]
+
+
+def test_guid_changes_with_the_table(table):
+    assert guid_of(MODEL, table) != guid_of(MODEL, 1.01 * table)
+
+
+def test_fmu_says_that_its_step_is_fixed(unpacked):
+    description = fmpy.read_model_description(unpacked)
+    assert not description.coSimulation.canHandleVariableCommunicationStepSize
+    assert float(description.defaultExperiment.stepSize) == H
