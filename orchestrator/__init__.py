@@ -1,0 +1,1 @@
+"""The co-simulation: wiring as data, master algorithm, FMU adapter, scenarios, results, plots, commands."""

@@ -1,9 +1,7 @@
-"""What all tests share: one numba cache per state of the code, subprocesses, FMUs built once."""
+"""What all tests share: subprocesses, and FMUs built once."""
 
 from __future__ import annotations
 
-import hashlib
-import importlib.util
 import inspect
 import json
 import os
@@ -14,30 +12,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import platformdirs
 import pytest
 
-PACKAGES = ("fmi_export", "rotor_contact", "amb_actuator", "rolac_controller", "orchestrator")
 SUPPORT = Path(__file__).parent / "fmi_export" / "support"  # modules that subprocesses can import
-
-
-def _code_digest() -> str:
-    sha = hashlib.sha256()
-    for name in PACKAGES:
-        spec = importlib.util.find_spec(name)  # finds without importing
-        assert spec is not None, f"{name} is not installed"
-        assert spec.origin is not None, f"{name} has no __init__.py"
-        folder = Path(spec.origin).parent
-        for file in sorted(folder.rglob("*.py")):
-            sha.update(f"{name}/{file.relative_to(folder).as_posix()}\0".encode())
-            sha.update(file.read_bytes() + b"\0")
-    return sha.hexdigest()
-
-
-# numba's cache notices a change in the file of a kernel, not one in a kernel that it calls from another file:
-# every state of the code gets a cache of its own. Set before numba is imported, and inherited by subprocesses.
-assert "numba" not in sys.modules
-os.environ["NUMBA_CACHE_DIR"] = str(platformdirs.user_cache_path("amb-cosim") / "numba-tests" / _code_digest()[:16])
 
 
 @pytest.fixture(scope="session")
