@@ -1,0 +1,154 @@
+"""From a model's name, or the path of an FMU, to an extracted FMU; models are built once and cached."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+
+from fmi_export.build import build_python_fmu, guid_of
+from fmi_export.model import Model
+from orchestrator.interface import suggest
+
+Source = Callable[[], tuple[Model, NDArray[np.float64]]]
+
+
+@dataclass(frozen=True)
+class Fmu:
+    """An FMU at hand: its archive, the folder it is extracted to, and how it came about."""
+
+    path: Path
+    folder: Path
+    flavour: str
+
+
+def _rotor_contact() -> tuple[Model, NDArray[np.float64]]:
+    from rotor_contact.constants import plant_constants
+    from rotor_contact.plant import MODEL
+
+    return MODEL, plant_constants()
+
+
+def _amb_actuator() -> tuple[Model, NDArray[np.float64]]:
+    from amb_actuator.actuator import MODEL
+
+    return MODEL, np.zeros(1)
+
+
+def _rolac_controller() -> tuple[Model, NDArray[np.float64]]:
+    """The controller with H from the plant on bearings K_b = 1e6 N/m, C_b = 5000 N s/m, 5 to 100 Hz."""
+    from rolac_controller.controller import MODEL
+    from rolac_controller.table import pack
+    from rotor_contact.receptance import receptance
+
+    speeds = 2.0 * np.pi * np.arange(5.0, 101.0)
+    return MODEL, pack(speeds, receptance(speeds, k_b=1e6, c_b=5000.0))
+
+
+MODELS: dict[str, Source] = {
+    "rotor_contact": _rotor_contact,
+    "amb_actuator": _amb_actuator,
+    "rolac_controller": _rolac_controller,
+}
+
+
+def build_all(folder: Path) -> list[Path]:
+    """Build the FMU of every model into `folder`."""
+    return [build_python_fmu(*source(), folder) for source in MODELS.values()]
+
+
+def provide(fmu: str) -> Fmu:
+    """The FMU for a component: a model's name, or the path of an FMU.
+
+    Raises
+    ------
+    ValueError
+        If it is neither.
+    """
+    if fmu in MODELS:
+        return ensure_built(fmu)
+    path = Path(fmu)
+    if not path.is_file():
+        raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(MODELS)}")
+    if not zipfile.is_zipfile(path):
+        raise ValueError(f"{fmu} is no FMU: it is no zip archive")
+    return extracted(path)
+
+
+def ensure_built(name: str) -> Fmu:
+    """The FMU of a model of this project, built and extracted into the user's cache if it is not there yet.
+
+    Its folder is named by the guid, so it changes when interface, code or constants do, and what numba
+    compiles is found again by the next run.
+    """
+    if name not in MODELS:
+        raise ValueError(f"no model {name!r}; {suggest(name, MODELS)}")
+    model, constants = MODELS[name]()
+    home = cache_folder() / f"{name}-{guid_of(model, constants).strip('{}')}"
+
+    def fill(stage: Path) -> None:
+        archive = build_python_fmu(model, constants, stage)
+        _unzip(archive, stage / "extracted")
+
+    _appear(home, fill)
+    return Fmu(home / f"{name}.fmu", home / "extracted", "python")
+
+
+def extracted(path: Path) -> Fmu:
+    """An FMU file extracted into the user's cache, named by its content."""
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()[:32]
+    home = cache_folder() / f"{path.stem}-{digest}"
+    _appear(home, lambda stage: _unzip(path, stage / "extracted"))
+    return Fmu(path, home / "extracted", "file")
+
+
+def cache_folder() -> Path:
+    """Where built and extracted FMUs are kept."""
+    folder = platformdirs.user_cache_path("amb-cosim", appauthor=False)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _unzip(archive: Path, folder: Path) -> None:
+    with zipfile.ZipFile(archive) as content:
+        content.extractall(folder)
+
+
+def _appear(home: Path, fill: Callable[[Path], None]) -> None:
+    """Make the folder `home` whole or not at all; where two processes try, the first one's stays."""
+    if home.is_dir():
+        return
+    stage = Path(tempfile.mkdtemp(prefix=f".{home.name}-", dir=home.parent))
+    try:
+        fill(stage)
+        try:
+            stage.rename(home)
+        except OSError:
+            if not home.is_dir():
+                raise
+    finally:
+        shutil.rmtree(stage, ignore_errors=True)
+
+
+def frequency_tables() -> dict[str, Any]:
+    """Tables 3.1 and 3.4 of the thesis (rad/s), and the actuator's constants K_s (N/m) and K_i (N/A)."""
+    tables = importlib.import_module("rotor_contact.tables").frequency_tables()
+    force = importlib.import_module("amb_actuator.force")
+    start = {v.name: v.start for v in importlib.import_module("amb_actuator.actuator").INTERFACE.variables}
+    geometry = [
+        start[f"mb1.{p}_x"] for p in ("turns", "pole_area", "gap", "half_angle", "bias_current", "static_current")
+    ]
+    return {
+        **tables,
+        "amb": {"k_s": force.negative_stiffness(*geometry), "k_i": force.current_stiffness(*geometry)},
+    }

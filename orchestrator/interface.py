@@ -1,0 +1,157 @@
+"""What a modelDescription says about an FMU, reduced to what wiring, scenarios and results need."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import fmpy
+
+UnitDefinition = tuple[float, ...]  # exponents of kg, m, s, A, K, mol, cd, rad, then factor and offset
+
+_BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
+
+
+@dataclass(frozen=True)
+class Port:
+    """One scalar variable of an FMU.
+
+    `definition` is None where the FMU does not define its unit; `depends_on` of an output names the inputs
+    that reach it without delay.
+    """
+
+    name: str
+    type: str
+    causality: str
+    reference: int
+    variability: str = "continuous"
+    unit: str | None = None
+    definition: UnitDefinition | None = None
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    start: float | None = None
+    description: str = ""
+    depends_on: tuple[str, ...] = ()
+
+    @property
+    def shown_unit(self) -> str:
+        """The unit with a leading space, empty where the variable has none."""
+        return "" if self.unit in (None, "", "1") else f" {self.unit}"
+
+    @property
+    def kind(self) -> str:
+        """The causality with its article."""
+        return f"{'an' if self.causality[0] in 'io' else 'a'} {self.causality}"
+
+    def allowed(self) -> str:
+        """Allowed values in words."""
+        if self.type == "Boolean":
+            return "true or false"
+        low = f">= {self.minimum:g}" if self.minimum > -math.inf else ""
+        high = f"<= {self.maximum:g}" if self.maximum < math.inf else ""
+        bounds = " and ".join(bound for bound in (low, high) if bound)
+        if not bounds:
+            return "a finite number"
+        return bounds + self.shown_unit
+
+
+@dataclass(frozen=True)
+class Interface:
+    """An FMU's identity and its variables by name, in the order of the modelDescription."""
+
+    identifier: str
+    guid: str
+    version: str
+    ports: Mapping[str, Port]
+
+    def of(self, causality: str) -> tuple[Port, ...]:
+        return tuple(port for port in self.ports.values() if port.causality == causality)
+
+    def port(self, name: str, component: str) -> Port:
+        """The variable called `name`.
+
+        Raises
+        ------
+        ValueError
+            If there is none; the message lists the names nearest to it.
+        """
+        if name not in self.ports:
+            raise ValueError(f"{component} has no variable {name!r}; {suggest(name, self.ports)}")
+        return self.ports[name]
+
+
+def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
+    """Half a sentence that names what could have been meant by `name`, or what there is."""
+    options = list(options)
+    near = difflib.get_close_matches(name, options, n=5) or [o for o in options if name in o][:5]
+    if near:
+        return f"did you mean {', '.join(near)}?"
+    rest = f" and {len(options) - limit} more" if len(options) > limit else ""
+    return f"there are {', '.join(options[:limit])}{rest}" if options else "there are none"
+
+
+def read_interface(source: Path, name: str) -> Interface:
+    """Interface of the FMU at `source`, an archive or the folder it was extracted to.
+
+    Raises
+    ------
+    ValueError
+        If it is no FMI 2.0 co-simulation FMU.
+    """
+    try:
+        description = fmpy.read_model_description(str(source))
+    except Exception as error:
+        raise ValueError(f"{name}: {source} is no FMU that can be read ({_first_line(error)})") from error
+    if not description.fmiVersion.startswith("2.") or description.coSimulation is None:
+        raise ValueError(f"{name}: {source} is no FMI 2.0 co-simulation FMU")
+    definitions = {
+        unit.name: tuple(float(getattr(unit.baseUnit, field)) for field in _BASE)
+        for unit in description.unitDefinitions
+        if unit.baseUnit is not None
+    }
+    inputs = tuple(v.name for v in description.modelVariables if v.causality == "input")
+    depends_on = {
+        unknown.variable.name: inputs
+        if unknown.dependencies is None
+        else tuple(v.name for v in unknown.dependencies if v.causality == "input")
+        for unknown in description.outputs
+    }
+    ports = {
+        v.name: _port(v, definitions, depends_on.get(v.name, ()))
+        for v in description.modelVariables
+        if v.type != "String"
+    }
+    return Interface(description.coSimulation.modelIdentifier, description.guid, description.version or "", ports)
+
+
+def _port(variable: Any, definitions: Mapping[str, UnitDefinition], depends_on: tuple[str, ...]) -> Port:
+    declared = variable.declaredType
+    unit = variable.unit or (declared.unit if declared is not None else None)
+    return Port(
+        name=variable.name,
+        type="Integer" if variable.type == "Enumeration" else variable.type,
+        causality=variable.causality or "local",
+        reference=int(variable.valueReference),
+        variability=variable.variability or "continuous",
+        unit=unit,
+        definition=definitions.get(unit) if unit is not None else None,
+        minimum=-math.inf if variable.min is None else float(variable.min),
+        maximum=math.inf if variable.max is None else float(variable.max),
+        start=_number(variable.start),
+        description=variable.description or "",
+        depends_on=depends_on,
+    )
+
+
+def _number(start: str | None) -> float | None:
+    if start is None:
+        return None
+    return {"true": 1.0, "false": 0.0}[start] if start in ("true", "false") else float(start)
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error) or type(error).__name__).strip().splitlines()[0]

@@ -1,0 +1,261 @@
+"""The master algorithm: explicit coupling on an integer time grid. It knows components and numbers, no FMI.
+
+All signals stand in one flat array `values`: the exogenous inputs first, then the outputs of each component.
+A component's inputs are gathered from it, its outputs are written to it. Communication points are
+t_n = t_0 + n h with integer n; a component with `every = m` steps by m h at every m-th of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+Coupling = Literal["gauss_seidel", "jacobi"]
+Observer = Callable[[int, Array], None]
+
+
+class Participant(Protocol):
+    """What the algorithm needs of a component."""
+
+    name: str
+    every: int
+    inputs: Array
+    outputs: Array
+
+    def enter(self, start_time: float) -> None: ...
+    def leave(self) -> None: ...
+    def write(self) -> None: ...
+    def read(self) -> None: ...
+    def step(self, time: float, step_size: float) -> None: ...
+    def close(self) -> None: ...
+
+
+class Schedule(Protocol):
+    """Exogenous inputs over time: writes those that change at communication point n into the array."""
+
+    def __call__(self, n: int, exogenous: Array) -> None: ...
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Where every number goes.
+
+    Parameters
+    ----------
+    names
+        Name of each position of `values`.
+    n_exogenous
+        How many positions, from the first, hold exogenous inputs.
+    sources
+        For each component, the positions that its inputs are gathered from.
+    depends_on
+        For each position, the positions that reach it without delay.
+    """
+
+    names: tuple[str, ...]
+    n_exogenous: int
+    sources: tuple[IntArray, ...]
+    depends_on: tuple[tuple[int, ...], ...]
+
+
+class StepFailed(RuntimeError):
+    """A component did not complete a step; `component` and `time` (s) say which and when."""
+
+    def __init__(self, component: str, time: float, reason: str) -> None:
+        super().__init__(f"{component} failed at t = {time:.9g} s: {reason}")
+        self.component = component
+        self.time = time
+        self.reason = reason
+
+
+class StartFailed(RuntimeError):
+    """The components cannot be initialised: one refuses, or their outputs do not settle."""
+
+
+class PiecewiseConstant:
+    """A schedule of events: from communication point n on, a position has a value."""
+
+    def __init__(self, events: Iterable[tuple[int, int, float]]) -> None:
+        self._events: dict[int, list[tuple[int, float]]] = {}
+        for n, position, value in events:
+            self._events.setdefault(n, []).append((position, value))
+
+    def __call__(self, n: int, exogenous: Array) -> None:
+        for position, value in self._events.get(n, ()):
+            exogenous[position] = value
+
+
+class Master:
+    """Steps components together and frees them.
+
+    Parameters
+    ----------
+    components
+        In the order in which Gauss-Seidel visits them.
+    wiring
+        Where their inputs come from.
+    step_size
+        Communication step h in s.
+    coupling
+        `gauss_seidel`: every component sees the outputs that the components before it have at the end of
+        their steps. `jacobi`: all see the outputs at the beginning of the step, and a slower component's
+        outputs appear when its step has passed.
+    start_time
+        t_0 in s, the time of communication point 0.
+
+    Used as a context manager, it closes all components on the way out, whatever happened.
+    """
+
+    def __init__(
+        self,
+        components: Sequence[Participant],
+        wiring: Wiring,
+        step_size: float,
+        coupling: Coupling = "gauss_seidel",
+        start_time: float = 0.0,
+    ) -> None:
+        if not 0.0 < step_size < math.inf:
+            raise ValueError(f"communication step = {step_size:g} s is not allowed; it must be > 0 s")
+        self.components = list(components)
+        self.wiring = wiring
+        self.step_size = step_size
+        self.coupling = coupling
+        self.start_time = start_time
+        self.values = np.zeros(len(wiring.names))
+        self.exogenous = self.values[: wiring.n_exogenous]
+        self._slots: list[Array] = []
+        first = wiring.n_exogenous
+        for component in self.components:
+            self._slots.append(self.values[first : first + len(component.outputs)])
+            first += len(component.outputs)
+        if first != len(self.values):
+            raise ValueError(f"the wiring names {len(self.values)} signals, the components have {first}")
+
+    def __enter__(self) -> Master:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Terminate and free every component."""
+        for component in self.components:
+            component.close()
+
+    def time(self, n: int) -> float:
+        """Time of communication point n in s; never a sum of steps."""
+        return self.start_time + n * self.step_size
+
+    def initialise(self, n: int = 0) -> None:
+        """Initialise all components at point n, carrying outputs along the connections until none changes.
+
+        Raises
+        ------
+        StartFailed
+            If a component refuses, or outputs keep changing although every connection has been passed; the
+            message then names the loop.
+        """
+        for component in self.components:
+            self._starting(component, component.enter, self.time(n))
+        sweeps = 1 + sum(len(sources) for sources in self.wiring.sources)
+        for _ in range(sweeps + 1):
+            before = self.values.copy()
+            for i, component in enumerate(self.components):
+                self._starting(component, self._give, i)
+                self._starting(component, self._take, i)
+            if np.array_equal(before, self.values, equal_nan=True):
+                break
+        else:
+            raise StartFailed(self._describe_loop())
+        for component in self.components:
+            self._starting(component, component.leave)
+
+    def run(self, first: int, last: int, schedule: Schedule | None = None, observers: Sequence[Observer] = ()) -> None:
+        """Advance from communication point `first` to `last`.
+
+        Observers are called at every point, the last included, with the values that hold there.
+
+        Raises
+        ------
+        StepFailed
+            If a component does not complete a step. Observers have seen everything up to it.
+        """
+        for component in self.components:
+            if first % component.every:
+                raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")
+        advance = self._gauss_seidel if self.coupling == "gauss_seidel" else self._jacobi
+        for n in range(first, last + 1):
+            if schedule is not None:
+                schedule(n, self.exogenous)
+            for observe in observers:
+                observe(n, self.values)
+            if n < last:
+                advance(n)
+
+    def _gauss_seidel(self, n: int) -> None:
+        for i, component in enumerate(self.components):
+            if n % component.every == 0:
+                self._guarded(n, component, self._give, i)
+                self._guarded(n, component, self._step, i, n)
+                self._guarded(n, component, self._take, i)
+
+    def _jacobi(self, n: int) -> None:
+        due = [(i, c) for i, c in enumerate(self.components) if n % c.every == 0]
+        for i, component in due:
+            self._guarded(n, component, self._give, i)
+        for i, component in due:
+            self._guarded(n, component, self._step, i, n)
+        for i, component in enumerate(self.components):
+            if (n + 1) % component.every == 0:
+                self._guarded(n, component, self._take, i)
+
+    @staticmethod
+    def _starting(component: Participant, action: Callable[..., None], *arguments: float) -> None:
+        try:
+            action(*arguments)
+        except Exception as error:
+            raise StartFailed(f"{component.name}: {error}") from error
+
+    def _guarded(self, n: int, component: Participant, action: Callable[..., None], *arguments: int) -> None:
+        try:
+            action(*arguments)
+        except Exception as error:
+            raise StepFailed(component.name, self.time(n), str(error)) from error
+
+    def _give(self, i: int) -> None:
+        component = self.components[i]
+        np.take(self.values, self.wiring.sources[i], out=component.inputs)
+        component.write()
+
+    def _step(self, i: int, n: int) -> None:
+        component = self.components[i]
+        component.step(self.time(n), component.every * self.step_size)
+
+    def _take(self, i: int) -> None:
+        component = self.components[i]
+        component.read()
+        self._slots[i][:] = component.outputs
+
+    def _describe_loop(self) -> str:
+        loop = find_loop(self.wiring.depends_on)
+        if not loop:
+            return "outputs do not settle during initialisation, although no loop is declared"
+        path = " -> ".join(self.wiring.names[i] for i in loop)
+        return f"outputs do not settle during initialisation; algebraic loop {path}"
+
+
+def find_loop(depends_on: Sequence[Sequence[int]]) -> list[int]:
+    """A closed path of positions along the signals, its two ends the same; empty where there is none."""
+    try:
+        TopologicalSorter(dict(enumerate(depends_on))).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []

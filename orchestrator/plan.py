@@ -1,0 +1,215 @@
+"""A scenario turned into numbers: what components start with, what happens when, what is recorded."""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from orchestrator.interface import Interface, suggest
+from orchestrator.scenario import Scenario
+from orchestrator.system import Component, System
+from orchestrator.values import Raw, convert
+
+SPEED = "Omega"  # the shared signal whose first value counts the cycles
+
+# Figures and plots need these, whatever else is recorded.
+ESSENTIAL = ("rotor_contact.mb?.[xy]", "rotor_contact.rb?.*", "rotor_contact.contact_state")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a run does, in numbers. Communication point 0 begins cycle 0; settling comes before it.
+
+    `start` holds parameters by component, `exogenous` the first values of signals and scheduled inputs by
+    name, `events` their changes as (point, name, value).
+    """
+
+    system: System
+    step_size: float
+    period: float
+    first: int
+    last: int
+    start: Mapping[str, Mapping[str, float]]
+    exogenous: Mapping[str, float]
+    events: tuple[tuple[int, str, float], ...]
+    marks: Mapping[str, int]
+    recorded: tuple[str, ...]
+
+    @property
+    def speed(self) -> float:
+        """Initial speed in rad/s."""
+        return self.exogenous[SPEED]
+
+
+def parse_settings(settings: Iterable[str]) -> dict[str, str]:
+    """`component.variable=value` texts by variable; the last one counts."""
+    parsed = {}
+    for text in settings:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise ValueError(f"{text!r} is no setting; write component.variable=value")
+        parsed[name] = value
+    return parsed
+
+
+def make_plan(
+    scenario: Scenario,
+    system: System,
+    interfaces: Mapping[str, Interface],
+    settings: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+) -> Plan:
+    """Numbers for a scenario.
+
+    Parameters
+    ----------
+    scenario, system, interfaces
+        What is run, of what, and the interfaces of its components.
+    settings
+        Values by `component.variable`, or by a signal's name, that replace the scenario's first values.
+    until
+        End of the run in s from the beginning of cycle 0, in place of the scenario's.
+
+    Raises
+    ------
+    ValueError
+        For names that do not exist, values that are not allowed, and times that do not fit the steps.
+    """
+    values = _Values(system, interfaces, scenario.unbalance_factor)
+    values.set(SPEED, scenario.Omega)
+    for component, variables in scenario.parameters.items():
+        for variable, raw in variables.items():
+            values.set(f"{component}.{variable}", raw, only="parameter")
+    for component, variables in scenario.inputs.items():
+        for variable, raw in variables.items():
+            values.set(f"{component}.{variable}", raw, only="input", scaled=True)
+    for name, raw in (settings or {}).items():
+        values.set(name, raw)
+    speed = values.exogenous[SPEED]
+    if speed <= 0.0:
+        raise ValueError(f"Omega = {speed:g} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns")
+    period = 2.0 * math.pi / speed
+
+    h = scenario.step_size
+    system = replace(system, components=tuple(_rated(c, interfaces, values.start, h) for c in system.components))
+    events: list[tuple[int, str, float]] = []
+    marks: dict[str, int] = {}
+    for event in scenario.event:
+        n = round(event.moment(period) / h)
+        if event.label:
+            marks[event.label] = n
+        for component, variables in event.set.items():
+            for variable, raw in variables.items():
+                name, value = values.read(f"{component}.{variable}", raw, "input", scaled=True)
+                values.exogenous.setdefault(name, values.default(f"{component}.{variable}"))
+                events.append((n, name, value))
+
+    common = math.lcm(*(c.every for c in system.components))
+    settle = common * math.ceil(scenario.settle_cycles * period / h / common)
+    last = _whole_steps("--until", until, h) if until is not None else max(1, round(scenario.end_cycle * period / h))
+    recorded = _recorded(scenario, system, interfaces, values.exogenous)
+    return Plan(system, h, period, -settle, last, values.start, values.exogenous, tuple(events), marks, recorded)
+
+
+class _Values:
+    """Collects numbers for parameters and exogenous inputs, and refuses everything else."""
+
+    def __init__(self, system: System, interfaces: Mapping[str, Interface], unbalance_factor: float) -> None:
+        self.system, self.interfaces, self.factor = system, interfaces, unbalance_factor
+        self.start: dict[str, dict[str, float]] = {c.name: {} for c in system.components}
+        self.exogenous: dict[str, float] = {}
+
+    def set(self, name: str, raw: Raw, only: str | None = None, scaled: bool = False) -> None:
+        """Set what `name` names; `*` and `?` in it stand for any characters and any one."""
+        for end in self._matching(name):
+            target, value = self.read(end, raw, only, scaled)
+            component, _, variable = target.partition(".")
+            if variable and self.interfaces[component].ports[variable].causality == "parameter":
+                self.start[component][variable] = value
+            else:
+                self.exogenous[target] = value
+
+    def _matching(self, name: str) -> list[str]:
+        if not set("*?") & set(name):
+            return [name]
+        component, pattern = self._split(name)
+        ports = self.interfaces[component].ports.values()
+        settable = [p.name for p in ports if p.causality in ("parameter", "input")]
+        matching = fnmatch.filter(settable, pattern)
+        if not matching:
+            raise ValueError(f"{component} has no parameter or input {pattern!r}; {suggest(pattern, settable)}")
+        return [f"{component}.{variable}" for variable in matching]
+
+    def read(self, name: str, raw: Raw, only: str | None, scaled: bool = False) -> tuple[str, float]:
+        """Name under which a value is kept, a shared signal's in place of its targets', and the value."""
+        signal = next((s for s in self.system.signals if s.name == name), self.system.signal_of(name))
+        ends = signal.targets if signal is not None else (name,)
+        value = 0.0
+        for end in ends:
+            component, variable = self._split(end)
+            port = self.interfaces[component].port(variable, component)
+            settable = ("parameter", "input") if only is None else (only,)
+            if port.causality not in settable:
+                options = [p.name for kind in settable for p in self.interfaces[component].of(kind)]
+                raise ValueError(
+                    f"{end} is {port.kind} and cannot be set here as {' or '.join(settable)}; "
+                    f"{suggest(variable, options)}"
+                )
+            source = self.system.source_of(end)
+            if source is not None:
+                raise ValueError(f"{end} cannot be set; it is connected to {source}")
+            value = convert(raw, port, end if signal is None else signal.name)
+            if scaled and port.unit == "kg.m":
+                value = convert(self.factor * value, port, f"unbalance_factor times {end}")
+        return (signal.name if signal is not None else name), value
+
+    def default(self, end: str) -> float:
+        component, variable = self._split(end)
+        return self.interfaces[component].ports[variable].start or 0.0
+
+    def _split(self, end: str) -> tuple[str, str]:
+        if "." not in end:
+            names = [c.name for c in self.system.components] + [s.name for s in self.system.signals]
+            raise ValueError(f"{end!r} is no component.variable and no signal; {suggest(end, names)}")
+        return self.system.split(end)
+
+
+def _rated(
+    component: Component,
+    interfaces: Mapping[str, Interface],
+    start: Mapping[str, Mapping[str, float]],
+    h: float,
+) -> Component:
+    """The component at the rate of its parameter `sample_time`, if it has one."""
+    port = interfaces[component.name].ports.get("sample_time")
+    if port is None or port.causality != "parameter":
+        return component
+    sample_time = start[component.name].get("sample_time", port.start or h)
+    return replace(component, every=_whole_steps(f"{component.name}.sample_time", sample_time, h))
+
+
+def _whole_steps(name: str, time: float, h: float) -> int:
+    if not 0.0 < time < math.inf:
+        raise ValueError(f"{name} = {time:g} s is not allowed; it must be > 0 s")
+    n = round(time / h)
+    if n < 1 or not math.isclose(n * h, time, rel_tol=1e-9):
+        raise ValueError(
+            f"{name} = {time:.12g} s is not allowed; it must be a whole multiple of the communication step {h:g} s"
+        )
+    return n
+
+
+def _recorded(
+    scenario: Scenario, system: System, interfaces: Mapping[str, Interface], exogenous: Iterable[str]
+) -> tuple[str, ...]:
+    available = [
+        *exogenous,
+        *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
+    ]
+    for pattern in scenario.record.variables:
+        if not fnmatch.filter(available, pattern):
+            raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")
+    patterns = (*scenario.record.variables, *ESSENTIAL)
+    return tuple(name for name in available if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns))

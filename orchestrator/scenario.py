@@ -1,0 +1,195 @@
+"""Scenarios: what is run, at which speed, and what happens when; TOML read into checked models."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    StrictBool,
+    StrictFloat,
+    StrictInt,
+    StrictStr,
+    ValidationError,
+)
+
+from orchestrator.interface import suggest
+from orchestrator.master import Coupling
+from orchestrator.values import quantity
+
+Value = Annotated[StrictBool | StrictInt | StrictFloat | StrictStr, Field(union_mode="smart")]
+Values = dict[str, Value]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Event(_Strict):
+    """From a moment on, inputs have new values. `label` marks the event in figures and plots."""
+
+    cycle: float | None = None
+    time: Value | None = None
+    label: Literal["step", "removal"] | None = None
+    set: dict[str, Values]
+
+    def moment(self, period: float) -> float:
+        """Time of the event in s, for cycles of `period` s."""
+        if (self.cycle is None) == (self.time is None):
+            raise ValueError("an event needs either cycle or time")
+        return self.cycle * period if self.cycle is not None else quantity(self.time or 0.0, "s", "event time")
+
+
+class Record(_Strict):
+    """What is recorded: patterns of variable names, every how many steps, and whether settling is kept."""
+
+    variables: tuple[str, ...] = ("*",)
+    every: int = Field(default=1, ge=1)
+    settling: bool = False
+
+
+class Plot(_Strict):
+    """What the figures show: the range of cycles, the whole run by default."""
+
+    cycles: tuple[float, float] | None = None
+
+
+class Scenario(_Strict):
+    """A run. Cycles are periods of the initial speed, counted from the end of settling.
+
+    Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
+    unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs stand
+    for any characters and any one.
+    """
+
+    description: str
+    source: str = ""
+    system: str = "levitated"
+    gradient: bool = True
+    coupling: Coupling | None = None
+    communication_step: Value = "250 us"
+    Omega: Value
+    settle_cycles: float = Field(default=40.0, ge=0.0)
+    end_cycle: float = Field(gt=0.0)
+    unbalance_factor: float = Field(default=1.0, gt=0.0)
+    inputs: dict[str, Values] = {}
+    parameters: dict[str, Values] = {}
+    event: tuple[Event, ...] = ()
+    record: Record = Record()
+    plot: Plot = Plot()
+    fmu: dict[str, str] = {}
+
+    @property
+    def speed(self) -> float:
+        """Initial speed in rad/s."""
+        speed = quantity(self.Omega, "rad/s", "Omega")
+        if not 0.0 < speed < math.inf:
+            raise ValueError(
+                f"Omega = {speed:g} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns"
+            )
+        return speed
+
+    @property
+    def period(self) -> float:
+        """Duration of a cycle in s."""
+        return 2.0 * math.pi / self.speed
+
+    @property
+    def step_size(self) -> float:
+        """Communication step in s."""
+        step = quantity(self.communication_step, "s", "communication_step")
+        if not 0.0 < step < math.inf:
+            raise ValueError(f"communication_step = {step:g} s is not allowed; it must be > 0 s")
+        return step
+
+    def moment_of(self, label: str) -> float | None:
+        """Time in s of the event with that label, if there is one."""
+        return next((event.moment(self.period) for event in self.event if event.label == label), None)
+
+
+def packaged_scenarios() -> dict[str, Traversable]:
+    """The scenarios that come with the package, by name."""
+    folder = resources.files("orchestrator").joinpath("scenarios")
+    return {f.name.removesuffix(".toml"): f for f in sorted(folder.iterdir(), key=lambda f: f.name)}
+
+
+def load_scenario(name: str) -> Scenario:
+    """The scenario called `name`, or described by the TOML file at that path.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or it is wrong; the message is one line for each mistake.
+    """
+    packaged = packaged_scenarios()
+    source: Traversable = packaged.get(name, Path(name))
+    if not source.is_file():
+        kind = "file" if name.endswith(".toml") else "scenario"
+        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged)}")
+    scenario = parse_scenario(source.read_text(encoding="utf-8"), name)
+    if isinstance(source, Path):  # paths in a file are relative to it
+        fmus = {component: str(source.parent / fmu) for component, fmu in scenario.fmu.items()}
+        scenario = scenario.model_copy(update={"fmu": fmus})
+    return scenario
+
+
+def parse_scenario(text: str, name: str) -> Scenario:
+    """A scenario from TOML; `name` is used in messages. Raises ValueError as `load_scenario` does."""
+    try:
+        scenario = Scenario.model_validate(tomllib.loads(text))
+        labels = [event.label for event in scenario.event if event.label]
+        if len(set(labels)) < len(labels):
+            raise ValueError("two events have the same label")
+        step, removal = scenario.moment_of("step"), scenario.moment_of("removal")
+        if removal is not None and (step is None or removal <= step):
+            raise ValueError("a removal must come after a step")
+        for event in scenario.event:
+            if not 0.0 <= event.moment(scenario.period) < math.inf:
+                raise ValueError(f"event at {event.moment(scenario.period):g} s is not allowed; it must be at >= 0 s")
+        _ = scenario.speed, scenario.step_size  # both raise when they are wrong
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"scenario {name} is no valid TOML: {error}") from error
+    except ValidationError as error:
+        raise ValueError("\n".join(f"scenario {name}: {_sentence(e, Scenario)}" for e in _unique(error))) from error
+    except ValueError as error:
+        raise ValueError(f"scenario {name}: {error}") from error
+    return scenario
+
+
+def _unique(error: ValidationError) -> list[dict[str, object]]:
+    """One mistake for each place; a union would report one for each of its members."""
+    return list({_place(e["loc"]): dict(e) for e in reversed(error.errors())}.values())[::-1]
+
+
+def _place(location: object) -> str:
+    parts = [str(part) for part in location if not isinstance(part, str) or part not in _UNION]  # type: ignore[attr-defined]
+    return ".".join(parts)
+
+
+_UNION = ("bool", "int", "float", "str")
+
+
+def _sentence(error: dict[str, object], model: type[BaseModel]) -> str:
+    place, kind, given = _place(error["loc"]), error["type"], error["input"]
+    if kind == "extra_forbidden":
+        fields = _fields_at(place, model)
+        return f"unknown field {place}; {suggest(place.rpartition('.')[2], fields)}"
+    if kind == "missing":
+        return f"{place} is missing"
+    shown = repr(given) if isinstance(given, str | int | float) else type(given).__name__
+    if place and any(isinstance(part, str) and part in _UNION for part in error["loc"]):  # type: ignore[attr-defined]
+        return f"{place} = {shown} is not allowed; it must be a number, true, false, or a string with a unit"
+    message = str(error["msg"]).replace("Input should be", "it must be").replace("valid ", "")
+    return f"{place} = {shown} is not allowed; {message}"
+
+
+def _fields_at(place: str, model: type[BaseModel]) -> list[str]:
+    nested: dict[str, type[BaseModel]] = {"event": Event, "record": Record, "plot": Plot}
+    return list(nested.get(place.split(".")[0], model).model_fields)

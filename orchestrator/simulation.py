@@ -1,0 +1,166 @@
+"""Runs a scenario: finds its FMUs, plans, initialises, steps, and hands back what was recorded."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import xarray as xr
+
+from orchestrator.build import Fmu, provide
+from orchestrator.component import FmuComponent
+from orchestrator.interface import Interface, read_interface
+from orchestrator.master import Array, Master, Observer, PiecewiseConstant, StepFailed
+from orchestrator.plan import Plan, make_plan
+from orchestrator.recorder import Recorder
+from orchestrator.results import to_dataset
+from orchestrator.scenario import Scenario
+from orchestrator.system import load_system
+from orchestrator.values import Raw
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A scenario with everything that it needs to run, checked."""
+
+    name: str
+    scenario: Scenario
+    plan: Plan
+    fmus: Mapping[str, Fmu]
+    interfaces: Mapping[str, Interface]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run recorded, and what ended it early, if something did."""
+
+    dataset: xr.Dataset
+    failure: str | None
+
+
+def prepare(
+    name: str, scenario: Scenario, settings: Mapping[str, Raw] | None = None, until: float | None = None
+) -> Prepared:
+    """Find the FMUs of a scenario, check its system and plan it; see `make_plan` for the arguments.
+
+    Raises
+    ------
+    ValueError
+        If anything in it does not fit.
+    """
+    system = load_system(scenario.system, {"gradient": scenario.gradient})
+    for component in scenario.fmu:
+        system.component(component)
+    fmus = {c.name: provide(scenario.fmu.get(c.name, c.fmu)) for c in system.components}
+    interfaces = {c: read_interface(fmu.folder, c) for c, fmu in fmus.items()}
+    system.check(interfaces)
+    return Prepared(name, scenario, make_plan(scenario, system, interfaces, settings, until), fmus, interfaces)
+
+
+def run(prepared: Prepared, progress: Progress | None = None) -> Outcome:
+    """Run a prepared scenario.
+
+    A step that fails and Ctrl-C end the run early: the outcome holds what was recorded and what happened.
+    `progress` is called now and then with the steps done and their number.
+
+    Raises
+    ------
+    StartFailed, FmuError
+        If an FMU cannot be loaded or refuses to start.
+    """
+    plan, system = prepared.plan, prepared.plan.system
+    wiring, inputs, outputs = system.wiring(prepared.interfaces, list(plan.exogenous), plan.recorded)
+    positions = [wiring.names.index(name) for name in plan.recorded]
+    recorder = Recorder(
+        positions, plan.first if prepared.scenario.record.settling else 0, prepared.scenario.record.every
+    )
+    failure: str | None = None
+    with ExitStack() as stack, _deferred_interrupt() as interrupted:
+        components = []
+        for c in system.components:
+            component = FmuComponent(
+                c.name,
+                prepared.fmus[c.name].folder,
+                prepared.interfaces[c.name],
+                inputs[c.name],
+                outputs[c.name],
+                plan.start[c.name],
+                c.every,
+            )
+            stack.callback(component.close)
+            components.append(component)
+        master = Master(components, wiring, plan.step_size, prepared.scenario.coupling or system.coupling)
+        master.exogenous[:] = list(plan.exogenous.values())
+        master.initialise(plan.first)
+        schedule = PiecewiseConstant((n, wiring.names.index(name), value) for n, name, value in plan.events)
+        observers: list[Observer] = [recorder, _stop_when(interrupted)]
+        if progress is not None:
+            observers.append(_reporting(progress, plan))
+        try:
+            master.run(plan.first, plan.last, schedule, observers)
+        except StepFailed as error:
+            failure = str(error)
+        except KeyboardInterrupt:
+            failure = f"interrupted at t = {recorder.reached * plan.step_size:.9g} s"
+    dataset = to_dataset(
+        prepared.name,
+        prepared.scenario,
+        plan,
+        prepared.interfaces,
+        _flavour(prepared.fmus),
+        recorder,
+        failure,
+    )
+    return Outcome(dataset, failure)
+
+
+def _flavour(fmus: Mapping[str, Fmu]) -> str:
+    flavours = {fmu.flavour for fmu in fmus.values()}
+    return flavours.pop() if len(flavours) == 1 else "mixed"
+
+
+def _reporting(progress: Progress, plan: Plan) -> Observer:
+    total = plan.last - plan.first
+
+    def report(n: int, _: Array) -> None:
+        done = n - plan.first
+        if done % 200 == 0 or done == total:
+            progress(done, total)
+
+    return report
+
+
+def _stop_when(interrupted: threading.Event) -> Observer:
+    def stop(*_: Any) -> None:
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+
+    return stop
+
+
+@contextmanager
+def _deferred_interrupt() -> Iterator[threading.Event]:
+    """Ctrl-C sets the event; the second one interrupts at once.
+
+    An exception raised at any moment could leave a Python FMU half-way through a call, and crash the process.
+    """
+    interrupted = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield interrupted
+        return
+
+    def handle(*_: Any) -> None:
+        interrupted.set()
+        signal.signal(signal.SIGINT, before)
+
+    before = signal.signal(signal.SIGINT, handle)
+    try:
+        yield interrupted
+    finally:
+        signal.signal(signal.SIGINT, before)

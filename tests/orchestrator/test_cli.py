@@ -1,0 +1,186 @@
+"""The command line: what it says about bad input, and what it leaves behind."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from orchestrator import results
+from orchestrator.cli import main
+
+
+@pytest.fixture
+def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str) -> Result:
+        return CliRunner().invoke(main, list(arguments))
+
+    return call
+
+
+BAD = {
+    "unknown scenario": (["fig4_8"], "no scenario 'fig4_8'; did you mean fig4_"),
+    "unknown file": (["mine.toml"], "no file 'mine.toml'"),
+    "unknown component": (["fig4_9", "--set", "rotor.d1.u=1"], "no component 'rotor'; did you mean"),
+    "unknown variable": (["fig4_9", "--set", "rotor_contact.d1.v=1"], "no variable 'd1.v'; did you mean d1."),
+    "unknown pattern": (["fig4_9", "--set", "rotor_contact.d9*=1"], "no parameter or input 'd9*'"),
+    "no dot": (["fig4_9", "--set", "omega=1"], "'omega' is no component.variable and no signal; did you mean Omega"),
+    "no value": (["fig4_9", "--set", "rotor_contact.d1.u"], "write component.variable=value"),
+    "unknown unit": (["fig4_9", "--set", "rotor_contact.d1.u=1 furlong.q"], "unknown unit 'furlong.q'"),
+    "wrong dimension": (["fig4_9", "--set", "rotor_contact.d1.u=1 m"], "which cannot be converted to kg.m"),
+    "no number": (["fig4_9", "--set", "rotor_contact.d1.u=big"], "is no number"),
+    "below the minimum": (
+        ["fig4_9", "--set", "rotor_contact.rb1.clearance=-0.75 mm"],
+        "rotor_contact.rb1.clearance = -0.00075 m (-0.75 mm) is not allowed; it must be >= 1e-06",
+    ),
+    "not a number": (["fig4_9", "--set", "rotor_contact.d1.u=nan"], "d1.u = nan kg.m is not allowed"),
+    "output": (["fig4_9", "--set", "rotor_contact.mb1.x=0"], "rotor_contact.mb1.x is an output and cannot be set"),
+    "driven input": (
+        ["fig4_9", "--set", "rotor_contact.mb1.f_x=0"],
+        "rotor_contact.mb1.f_x cannot be set; it is connected to amb_actuator.mb1.f_x",
+    ),
+    "no speed": (["fig4_9", "--set", "rotor_contact.Omega=0"], "Omega = 0 rad/s is not allowed; it must be > 0"),
+    "no duration": (["fig4_9", "--until", "0"], "--until = 0 s is not allowed; it must be > 0 s"),
+    "negative duration": (["fig4_9", "--until", "-1"], "--until = -1 s is not allowed"),
+    "duration that is no number": (["fig4_9", "--until", "nan"], "--until = nan s is not allowed"),
+    "duration between steps": (["fig4_9", "--until", "0.0001"], "whole multiple of the communication step 0.00025 s"),
+    "sampling between steps": (
+        ["fig4_9", "--set", "rolac_controller.sample_time=300 us"],
+        "rolac_controller.sample_time = 0.0003 s is not allowed; it must be a whole multiple of the communication step",
+    ),
+    "output is a file": (["fig4_9", "-o", "taken"], "taken cannot be written to; it is a file"),
+    "summary without a folder": (["fig4_9", "--summary-json", "no/s.json"], "no/s.json cannot be written to"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_ends_with_one_message_and_nothing_written(runner, tmp_path, case):
+    arguments, expected = BAD[case]
+    (tmp_path / "taken").touch()
+    result = runner("run", *arguments)
+    assert result.exit_code == 2
+    assert isinstance(result.exception, SystemExit)
+    assert expected in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert result.stdout == ""
+    assert [p.name for p in tmp_path.iterdir()] == ["taken"]
+
+
+def test_a_scenario_file_with_mistakes_says_each(runner, tmp_path):
+    (tmp_path / "mine.toml").write_text("description = 'd'\nspeed = 3\nend_cycle = 1\n")
+    result = runner("run", "mine.toml")
+    assert result.exit_code == 2
+    assert [line.partition(": scenario mine.toml: ")[2].split(";")[0] for line in result.stderr.splitlines()] == [
+        "Omega is missing",
+        "unknown field speed",
+    ]
+
+
+def test_a_replacement_that_is_no_fmu_is_refused(runner, tmp_path):
+    text = "description = 'd'\nOmega = 100\nend_cycle = 1\nfmu.amb_actuator = 'mine.fmu'\n"
+    (tmp_path / "mine.toml").write_text(text)
+    result = runner("run", "mine.toml")
+    assert result.exit_code == 2
+    assert "mine.fmu" in result.stderr
+    (tmp_path / "mine.fmu").write_text("not a zip")
+    assert "is no FMU: it is no zip archive" in runner("run", "mine.toml").stderr
+
+
+def test_list_names_every_scenario(runner):
+    result = runner("list")
+    assert result.exit_code == 0
+    assert all(name in result.stdout for name in ("fig4_7", "fig4_9", "fig5_6", "fig5_6_pid"))
+
+
+def test_tables_are_printed_as_json_and_as_text(runner):
+    data = json.loads(runner("tables", "--json").stdout)
+    assert len(data["table_3_1"]["13_node"]["consistent"]["90"]) == 8
+    assert len(data["table_3_4"]["90"]["condensed"]) == 8
+    assert data["amb"]["k_s"] == pytest.approx(2376.96e3, rel=1e-4)
+    assert data["amb"]["k_i"] == pytest.approx(563.15, rel=1e-4)
+    text = runner("tables").stdout
+    assert "Table 3.1" in text
+    assert f"{data['table_3_1']['13_node']['consistent']['90'][0]:.2f}" in text
+
+
+def test_build_writes_the_three_fmus(runner, tmp_path):
+    result = runner("build", "-o", "fmus")
+    assert result.exit_code == 0
+    assert sorted(p.name for p in (tmp_path / "fmus").iterdir()) == [
+        "amb_actuator.fmu",
+        "rolac_controller.fmu",
+        "rotor_contact.fmu",
+    ]
+
+
+def test_a_run_writes_results_and_prints_the_summary(cosim, tmp_path):
+    done = cosim("run", "fig4_9", "--until", "0.05", "--summary-json", "-")
+    assert done.returncode == 0, done.stderr
+    figures = json.loads(done.stdout)
+    folder = tmp_path / "results" / "fig4_9"
+    assert "results/fig4_9" in done.stderr
+    assert sorted(p.name for p in folder.iterdir()) == [
+        "contact.png",
+        "displacement.png",
+        "orbits.png",
+        "result.nc",
+        "summary.json",
+    ]
+    assert json.loads((folder / "summary.json").read_text()) == figures
+    dataset = results.load(folder / "result.nc")
+    assert results.summary(dataset) == figures
+    assert figures["simulated_s"] == pytest.approx(0.05, rel=1e-12)
+    assert dataset["time"].values[[0, -1]] == pytest.approx([0.0, 0.05])
+    assert dataset["rotor_contact.mb1.x"].attrs["units"] == "m"
+    assert dataset["Omega"].attrs["units"] == "rad/s"
+    assert set(json.loads(dataset.attrs["fmu_guids"])) == {"rotor_contact", "amb_actuator", "rolac_controller"}
+    assert json.loads(dataset.attrs["parameters"])["rotor_contact"]["rb1.clearance"] == 0.75e-3
+
+
+def test_settings_replace_first_values_in_any_unit(cosim, tmp_path):
+    done = cosim(
+        "run", "fig4_9", "--until", "0.01", "--no-plots", "-o", "out",
+        "--set", "rotor_contact.Omega=16 Hz",
+        "--set", "rotor_contact.d1.u=2 g.m",
+        "--set", "rotor_contact.rb1.clearance=0.8 mm",
+        "--set", "rolac_controller.sample_time=500 us",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["result.nc", "summary.json"]
+    dataset = results.load(tmp_path / "out" / "result.nc")
+    assert dataset["Omega"].values == pytest.approx(100.53096491487338)
+    assert dataset["rotor_contact.d1.u"].values == pytest.approx(2e-3)
+    assert json.loads(dataset.attrs["parameters"])["rotor_contact"]["rb1.clearance"] == 0.8e-3
+    current = dataset["rolac_controller.mb1.i_x"].values[1:]
+    assert (current[0::2][:19] == current[1::2][:19]).all(), "held for two communication steps"
+
+
+def test_an_fmu_that_refuses_to_start_ends_with_its_own_words(cosim, tmp_path):
+    done = cosim("run", "fig4_9", "--until", "0.01", "--set", "amb_actuator.mb1.bias_current_x=9 A")
+    assert done.returncode == 2
+    assert "amb_actuator: initialisation answered fault" in done.stderr
+    assert "mb1.bias_current_x = 9 A plus mb1.static_current_x = 1.14 A is not allowed" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failing_step_keeps_what_was_recorded(cosim, tmp_path):
+    """Without control current the rotor falls into the magnet as soon as the retainer is wider than the air gap."""
+    done = cosim(
+        "run", "fig4_9", "-o", "out", "--no-plots",
+        "--set", "rotor_contact.rb?.clearance=5 mm",
+        "--set", "rotor_contact.d1.u=0.2 kg.m",
+        "--set", "amb_actuator.*.current_limit_?=5.58 A",
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert "amb_actuator failed at t = " in done.stderr
+    assert "the rotor must stay within the air gap" in done.stderr
+    assert "Traceback" not in done.stderr
+    dataset = results.load(tmp_path / "out" / "result.nc")
+    assert dataset.attrs["completed"] == 0
+    assert dataset.attrs["failure"].startswith("amb_actuator failed")
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["completed"] is False

@@ -1,0 +1,173 @@
+"""The FMU adapter with the real actuator FMU, in a process of its own; the cache that FMUs are kept in."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import pytest
+
+from orchestrator import build
+from orchestrator.interface import read_interface, suggest
+
+
+def in_a_process(code: str, folder) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code), str(folder)], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+PREPARE = """
+    import sys
+    from pathlib import Path
+    from orchestrator.component import FmuComponent, FmuError
+    from orchestrator.interface import read_interface
+    folder = Path(sys.argv[1])
+    interface = read_interface(folder, "actuator")
+    def load(start={}, name="actuator"):
+        return FmuComponent(name, folder, interface, ["mb1.x", "mb1.i_x"], ["mb1.clipped_x", "mb1.f_x"], start)
+"""
+
+
+@pytest.fixture(scope="module")
+def actuator():
+    return build.ensure_built("amb_actuator").folder
+
+
+def test_values_pass_in_both_directions_whatever_their_type(actuator):
+    out = in_a_process(
+        PREPARE
+        + """
+    c = load({"force_law": 1.0, "mb1.k_s_measured_x": 1e6, "mb1.k_i_measured_x": 100.0})
+    c.enter(-1.0); c.write(); c.leave()
+    for u in ((1e-4, 2.0), (1e-4, 50.0)):
+        c.inputs[:] = u
+        c.write(); c.step(0.0, 1e-3); c.read()
+        print(*c.outputs)
+    c.close(); c.close()
+    """,
+        actuator,
+    )
+    first, second = ([float(v) for v in line.split()] for line in out.splitlines())
+    assert first == pytest.approx([0.0, 100.0 + 200.0])
+    assert second[0] == 1.0
+
+
+def test_a_refused_step_carries_status_and_log_of_its_own_component(actuator):
+    out = in_a_process(
+        PREPARE
+        + """
+    good, bad = load(name="good"), load(name="bad")
+    for c in (good, bad):
+        c.enter(0.0); c.leave()
+    bad.inputs[:] = 2e-3, 0.0
+    bad.write()
+    try:
+        bad.step(0.25, 1e-3)
+    except FmuError as error:
+        print(error.status, error)
+    good.write(); good.step(0.25, 1e-3)
+    for c in (good, bad):
+        c.close()
+    """,
+        actuator,
+    )
+    assert out.startswith("Discard fmi2DoStep answered Discard: at t = 0.25 s: mb1.x = 0.002 m is not allowed")
+
+
+def test_a_fault_at_initialisation_is_raised_though_the_call_succeeded(actuator):
+    out = in_a_process(
+        PREPARE
+        + """
+    c = load({"mb1.bias_current_x": 9.0})
+    c.enter(0.0); c.write()
+    try:
+        c.leave()
+    except FmuError as error:
+        print(error)
+    c.close()
+    """,
+        actuator,
+    )
+    assert out.startswith("initialisation answered fault 11: initialisation: mb1.bias_current_x = 9 A plus")
+
+
+def test_the_interface_has_units_limits_and_dependencies(actuator):
+    ports = read_interface(actuator, "actuator").ports
+    force = ports["mb1.f_x"]
+    assert (force.unit, force.causality, force.type) == ("N", "output", "Real")
+    assert set(force.depends_on) == {"mb1.i_x", "mb1.x"}
+    assert force.definition[:3] == (1.0, 1.0, -2.0)
+    assert ports["mb1.gap_x"].minimum == 1e-6
+    assert ports["force_law"].maximum == 1.0
+
+
+def test_what_is_no_fmu_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"rotor: .* is no FMU that can be read"):
+        read_interface(tmp_path, "rotor")
+
+
+def test_a_model_is_built_once(actuator, monkeypatch):
+    monkeypatch.setattr(build, "build_python_fmu", lambda *_: pytest.fail("built again"))
+    assert build.ensure_built("amb_actuator").folder == actuator
+
+
+def test_unknown_models_and_paths_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="no model 'amb_actuators'; did you mean amb_actuator"):
+        build.ensure_built("amb_actuators")
+    with pytest.raises(ValueError, match="it must be a path or one of rotor_contact"):
+        build.provide(str(tmp_path / "none.fmu"))
+
+
+def test_a_file_is_extracted_once_for_its_content(actuator, tmp_path):
+    path = tmp_path / "copy.fmu"
+    path.write_bytes((actuator.parent / "amb_actuator.fmu").read_bytes())
+    first = build.provide(str(path))
+    assert read_interface(first.folder, "copy").guid == read_interface(actuator, "original").guid
+    stamp = first.folder.stat().st_mtime_ns
+    assert build.provide(str(path)).folder.stat().st_mtime_ns == stamp
+
+
+def test_a_cache_folder_appears_whole_when_several_make_it_at_once(tmp_path):
+    home, barrier, errors = tmp_path / "home", threading.Barrier(4), []
+
+    def fill(stage):
+        (stage / "a").write_text("a")
+        barrier.wait(timeout=10)
+        (stage / "b").write_text("b")
+
+    def make():
+        try:
+            build._appear(home, fill)
+        except Exception as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=make) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    while any(thread.is_alive() for thread in threads):
+        assert not home.exists() or {p.name for p in home.iterdir()} == {"a", "b"}
+        time.sleep(0.001)
+    assert errors == []
+    assert [p.name for p in tmp_path.iterdir()] == ["home"]
+
+
+def test_a_failed_build_leaves_nothing(tmp_path):
+    def fill(stage):
+        (stage / "a").write_text("a")
+        raise RuntimeError("no compiler")
+
+    with pytest.raises(RuntimeError, match="no compiler"):
+        build._appear(tmp_path / "home", fill)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_suggestions_name_what_is_near_or_what_there_is():
+    assert suggest("mb1.xx", ["mb1.x", "theta"]) == "did you mean mb1.x?"
+    assert suggest("zzz", ["mb1.x", "theta"]) == "there are mb1.x, theta"
+    assert suggest("zzz", [str(k) for k in range(20)]).endswith("and 8 more")

@@ -1,0 +1,259 @@
+"""The master algorithm on components that are a few lines of arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from orchestrator.master import Master, PiecewiseConstant, StartFailed, StepFailed, Wiring, find_loop
+
+
+class Block:
+    """A component y = output(x, u) with x' advanced by `advance`; it logs what happens to it."""
+
+    def __init__(
+        self,
+        name: str,
+        n_inputs: int = 1,
+        advance: Callable[[float, np.ndarray, float, float], float] = lambda x, u, t, h: x,
+        output: Callable[[float, np.ndarray], float] = lambda x, u: x,
+        x: float = 0.0,
+        every: int = 1,
+        trace: list | None = None,
+    ) -> None:
+        self.name, self.every, self.x = name, every, x
+        self.inputs, self.outputs = np.zeros(n_inputs), np.zeros(1)
+        self._u = np.zeros(n_inputs)
+        self._advance, self._output = advance, output
+        self.trace = [] if trace is None else trace
+        self.closed = 0
+
+    def enter(self, start_time: float) -> None:
+        self.trace.append((self.name, "enter", start_time))
+
+    def leave(self) -> None:
+        self.trace.append((self.name, "leave"))
+
+    def write(self) -> None:
+        self._u = self.inputs.copy()
+
+    def read(self) -> None:
+        self.outputs[0] = self._output(self.x, self._u)
+
+    def step(self, time: float, step_size: float) -> None:
+        self.trace.append((self.name, "step", time, step_size))
+        self.x = self._advance(self.x, self._u, time, step_size)
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def ring(*names: str) -> Wiring:
+    """Each component is fed by the one before it, the first by the last; nothing is without delay."""
+    n = len(names)
+    return Wiring(names, 0, tuple(np.array([(i - 1) % n]) for i in range(n)), ((),) * n)
+
+
+def relay(name: str, x: float = 0.0, **options) -> Block:
+    """Its output is the input at the beginning of its last step, plus one."""
+    return Block(name, advance=lambda x, u, t, h: u[0] + 1.0, x=x, **options)
+
+
+def run(master: Master, steps: int, schedule=None) -> list[list[float]]:
+    record: list[list[float]] = []
+    master.initialise()
+    master.run(0, steps, schedule, [lambda n, values: record.append(values.tolist())])
+    return record
+
+
+def test_gauss_seidel_passes_new_outputs_on_within_a_step():
+    master = Master([relay("a"), relay("b"), relay("c")], ring("a", "b", "c"), 0.1)
+    assert run(master, 2) == [[0, 0, 0], [1, 2, 3], [4, 5, 6]]
+
+
+def test_gauss_seidel_order_is_that_of_the_components():
+    wiring = Wiring(("b", "a"), 0, (np.array([1]), np.array([0])), ((), ()))
+    assert run(Master([relay("b"), relay("a", x=10.0)], wiring, 0.1), 1)[1] == [11, 12]
+
+
+def test_jacobi_passes_the_outputs_at_the_beginning_of_the_step():
+    master = Master([relay("a"), relay("b"), relay("c")], ring("a", "b", "c"), 0.1, "jacobi")
+    assert run(master, 2) == [[0, 0, 0], [1, 1, 1], [2, 2, 2]]
+
+
+def test_time_is_exact_after_a_million_steps():
+    last = []
+    clock = Block("clock", n_inputs=0, advance=lambda x, u, t, h: last.append(t) or t)
+    master = Master([clock], Wiring(("clock",), 0, (np.array([], dtype=int),), ((),)), 0.1, start_time=3.0)
+    clock.trace = _Nothing()
+    master.run(0, 1_000_001)
+    assert last[-1] == 3.0 + 1_000_000 * 0.1
+    assert sum([0.1] * 1_000_000, 3.0) != last[-1]
+
+
+class _Nothing(list):
+    def append(self, _: object) -> None:
+        pass
+
+
+def test_a_slow_component_takes_long_steps_at_the_beginning_of_its_interval():
+    trace: list = []
+    fast, slow = Block("fast", trace=trace), Block("slow", every=3, trace=trace)
+    run(Master([slow, fast], ring("slow", "fast"), 0.5), 4)
+    steps = [event for event in trace if event[1] == "step"]
+    assert steps == [
+        ("slow", "step", 0.0, 1.5),
+        ("fast", "step", 0.0, 0.5),
+        ("fast", "step", 0.5, 0.5),
+        ("fast", "step", 1.0, 0.5),
+        ("slow", "step", 1.5, 1.5),
+        ("fast", "step", 1.5, 0.5),
+    ]
+
+
+def test_a_slow_component_holds_its_output_under_gauss_seidel():
+    counter = Block("counter", advance=lambda x, u, t, h: x + 1.0)
+    slow = Block("slow", advance=lambda x, u, t, h: u[0], every=2)
+    record = run(Master([counter, slow], ring("counter", "slow"), 0.1), 4)
+    assert [row[1] for row in record] == [0, 1, 1, 3, 3]
+
+
+def test_a_slow_component_publishes_after_its_interval_under_jacobi():
+    counter = Block("counter", advance=lambda x, u, t, h: x + 1.0)
+    slow = Block("slow", advance=lambda x, u, t, h: u[0] + 10.0, every=2)
+    record = run(Master([counter, slow], ring("counter", "slow"), 0.1, "jacobi"), 4)
+    assert [row[1] for row in record] == [0, 0, 10, 10, 12]
+
+
+def test_a_slow_component_cannot_start_between_its_points():
+    slow = Block("slow", every=4)
+    with pytest.raises(ValueError, match="slow steps every 4 points and cannot start at -3"):
+        Master([slow], ring("slow"), 0.1).run(-3, 0)
+
+
+@pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
+def test_explicit_coupling_converges_with_first_order(coupling):
+    a = np.array([[-1.0, 2.0], [-3.0, -0.5]])
+    exact = expm(a) @ np.array([1.0, 0.5])
+
+    def half(i: int, x: float) -> Block:
+        own, other = a[i, i], a[i, 1 - i]
+
+        def advance(x: float, u: np.ndarray, t: float, h: float) -> float:
+            return float(np.exp(own * h) * x + np.expm1(own * h) / own * other * u[0])
+
+        return Block("ab"[i], advance=advance, x=x)
+
+    def error(steps: int) -> float:
+        master = Master([half(0, 1.0), half(1, 0.5)], ring("a", "b"), 1.0 / steps, coupling)
+        return float(np.linalg.norm(np.array(run(master, steps)[-1]) - exact))
+
+    errors = [error(steps) for steps in (100, 200, 400, 800)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert errors[-1] < 5e-3
+    np.testing.assert_allclose(orders, 1.0, atol=0.06)
+
+
+def test_outputs_are_propagated_during_initialisation_against_the_order():
+    """A chain c <- b <- a whose first link comes last needs a sweep for each link."""
+    source = Block("a", n_inputs=0, x=1.0)
+    links = [Block(name, output=lambda x, u: 2.0 * u[0]) for name in ("c", "b")]
+    wiring = Wiring(("c", "b", "a"), 0, (np.array([1]), np.array([2]), np.array([], dtype=int)), ((1,), (2,), ()))
+    master = Master([*links, source], wiring, 0.1)
+    master.initialise()
+    assert master.values.tolist() == [4.0, 2.0, 1.0]
+
+
+def test_exogenous_inputs_reach_the_components_during_initialisation():
+    wiring = Wiring(("u", "y"), 1, (np.array([0]),), ((), (0,)))
+    master = Master([Block("gain", output=lambda x, u: 3.0 * u[0])], wiring, 0.1)
+    master.exogenous[:] = 5.0
+    master.initialise(-7)
+    assert master.values.tolist() == [5.0, 15.0]
+    assert master.components[0].trace == [("gain", "enter", -7 * 0.1), ("gain", "leave")]
+
+
+def test_an_algebraic_loop_is_reported_with_its_path():
+    blocks = [Block(name, output=lambda x, u: 1.0 - 0.5 * u[0]) for name in ("a.y", "b.y")]
+    wiring = Wiring(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((1,), (0,)))
+    with pytest.raises(StartFailed, match=r"algebraic loop (a\.y -> b\.y -> a\.y|b\.y -> a\.y -> b\.y)"):
+        Master(blocks, wiring, 0.1).initialise()
+
+
+def test_a_declared_loop_that_settles_is_no_error():
+    blocks = [Block(name, output=lambda x, u: min(u[0], 0.0)) for name in ("a.y", "b.y")]
+    wiring = Wiring(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((1,), (0,)))
+    Master(blocks, wiring, 0.1).initialise()
+
+
+def test_a_loop_is_found_among_other_paths():
+    loop = find_loop([(), (0,), (1, 4), (2,), (3,), (4,)])
+    assert loop[0] == loop[-1]
+    assert set(loop) == {2, 3, 4}
+    assert find_loop([(), (0,), (0, 1)]) == []
+
+
+def test_loop_path_follows_the_signals():
+    """Signal 0 reaches 1, 1 reaches 2, 2 reaches 0."""
+    loop = find_loop([(2,), (0,), (1,)])
+    assert all((a + 1) % 3 == b for a, b in pairwise(loop))
+
+
+def test_events_hold_from_their_point_on():
+    wiring = Wiring(("u", "y"), 1, (np.array([0]),), ((), ()))
+    follower = Block("follower", advance=lambda x, u, t, h: u[0])
+    record = run(Master([follower], wiring, 0.1), 4, PiecewiseConstant([(1, 0, 7.0), (3, 0, 2.0)]))
+    assert record == [[0, 0], [7, 0], [7, 7], [2, 7], [2, 2]]
+
+
+def failing(name: str, at: float) -> Block:
+    def advance(x: float, u: np.ndarray, t: float, h: float) -> float:
+        if t >= at:
+            raise RuntimeError("fmi2DoStep answered Discard: the rotor left the bearing")
+        return x + 1.0
+
+    return Block(name, advance=advance)
+
+
+def test_a_failing_step_keeps_the_record_and_frees_all():
+    record: list[float] = []
+    good, bad = Block("good"), failing("bad", at=0.3)
+    with pytest.raises(StepFailed) as caught, Master([good, bad], ring("good", "bad"), 0.1) as master:
+        master.run(0, 100, None, [lambda n, values: record.append(values[1])])
+    assert record == [0, 1, 2, 3]
+    assert (good.closed, bad.closed) == (1, 1)
+    assert caught.value.component == "bad"
+    assert caught.value.time == pytest.approx(0.3)
+    assert str(caught.value) == ("bad failed at t = 0.3 s: fmi2DoStep answered Discard: the rotor left the bearing")
+
+
+def test_an_interrupt_keeps_the_record_and_frees_all():
+    record: list[int] = []
+    block = Block("block")
+
+    def observe(n: int, _: np.ndarray) -> None:
+        if n == 5:
+            raise KeyboardInterrupt
+        record.append(n)
+
+    with pytest.raises(KeyboardInterrupt), Master([block], ring("block"), 0.1) as master:
+        master.run(0, 100, None, [observe])
+    assert record == [0, 1, 2, 3, 4]
+    assert block.closed == 1
+
+
+def test_a_component_that_refuses_to_start_is_named():
+    block = Block("pump")
+    block.leave = lambda: (_ for _ in ()).throw(RuntimeError("initialisation answered fault 3: too dry"))
+    with pytest.raises(StartFailed, match="pump: initialisation answered fault 3: too dry"):
+        Master([block], ring("pump"), 0.1).initialise()
+
+
+@pytest.mark.parametrize("step", [0.0, -1e-3, float("nan"), float("inf")])
+def test_communication_step_must_be_positive(step):
+    with pytest.raises(ValueError, match="communication step"):
+        Master([Block("a")], ring("a"), step)

@@ -1,0 +1,165 @@
+"""From a scenario to numbers: values, rates, and the points at which something happens."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+
+import pytest
+
+from orchestrator.interface import Interface, Port
+from orchestrator.plan import make_plan, parse_settings
+from orchestrator.scenario import parse_scenario
+from orchestrator.simulation import _deferred_interrupt
+from orchestrator.system import Component, Connection, Signal, System
+
+INTERFACES = {
+    "sampler": Interface(
+        "sampler",
+        "guid",
+        "1",
+        {
+            port.name: port
+            for port in (
+                Port("sample_time", "Real", "parameter", 0, "fixed", "s", start=250e-6, minimum=1e-6),
+                Port("k_x", "Real", "parameter", 1, "fixed", "N/m", start=1.0),
+                Port("k_y", "Real", "parameter", 2, "fixed", "N/m", start=1.0),
+                Port("Omega", "Real", "input", 3, unit="rad/s", minimum=0.0, maximum=500.0),
+                Port("x", "Real", "input", 4, unit="m"),
+                Port("i", "Real", "output", 5, unit="A"),
+            )
+        },
+    ),
+    "rotor": Interface(
+        "rotor",
+        "guid",
+        "1",
+        {
+            port.name: port
+            for port in (
+                Port("Omega", "Real", "input", 0, unit="rad/s", minimum=-1e4, maximum=1e4),
+                Port("d1.u", "Real", "input", 1, unit="kg.m", minimum=0.0, maximum=0.1),
+                Port("d2.u", "Real", "input", 2, unit="kg.m", start=0.003),
+                Port("x", "Real", "output", 3, unit="m"),
+            )
+        },
+    ),
+}
+SYSTEM = System(
+    "pair",
+    "d",
+    (Component("sampler", "a"), Component("rotor", "b")),
+    (Connection("rotor.x", "sampler.x"),),
+    (Signal("Omega", ("rotor.Omega", "sampler.Omega")),),
+)
+SCENARIO = """
+description = "d"
+Omega = "100 rad/s"
+settle_cycles = 2
+end_cycle = 10
+unbalance_factor = 2
+inputs.rotor."d1.u" = "5 g.m"
+[[event]]
+label = "step"
+cycle = 5
+set.rotor."d1.u" = "10 g.m"
+[[event]]
+time = "0.4 s"
+set.rotor."d2.u" = "1 g.m"
+"""
+PERIOD = 2.0 * math.pi / 100.0
+H = 250e-6
+
+
+def plan(settings=None, until=None, extra=""):
+    return make_plan(parse_scenario(extra + SCENARIO, "mine"), SYSTEM, INTERFACES, settings, until)
+
+
+def test_moments_are_the_nearest_communication_points():
+    p = plan()
+    assert p.last == round(10 * PERIOD / H)
+    assert p.marks == {"step": round(5 * PERIOD / H)}
+    assert abs(p.marks["step"] * H - 5 * PERIOD) <= H / 2
+    assert -p.first == math.ceil(2 * PERIOD / H)
+    assert [n for n, _, _ in p.events] == [p.marks["step"], 1600]
+
+
+def test_the_factor_scales_what_the_scenario_sets_and_nothing_else():
+    p = plan()
+    assert p.exogenous["rotor.d1.u"] == pytest.approx(10e-3)
+    assert p.events[0][1:] == ("rotor.d1.u", pytest.approx(20e-3))
+    assert p.exogenous["rotor.d2.u"] == 0.003, "an input that only an event sets starts as the FMU does"
+    assert plan({"rotor.d1.u": "5 g.m"}).exogenous["rotor.d1.u"] == pytest.approx(5e-3)
+
+
+def test_a_scaled_value_is_held_against_the_limits():
+    with pytest.raises(ValueError, match=r"unbalance_factor times rotor\.d1\.u = 0\.12 kg\.m is not allowed"):
+        make_plan(parse_scenario(SCENARIO.replace("10 g.m", "60 g.m"), "mine"), SYSTEM, INTERFACES)
+
+
+def test_a_new_speed_moves_the_cycles_and_reaches_all_targets():
+    for name in ("Omega", "rotor.Omega", "sampler.Omega"):
+        p = plan({name: 200})
+        assert p.period == pytest.approx(PERIOD / 2)
+        assert p.exogenous["Omega"] == 200.0
+        assert p.marks["step"] == round(5 * PERIOD / 2 / H)
+
+
+def test_a_speed_must_suit_every_target():
+    with pytest.raises(ValueError, match="Omega = 600 rad/s is not allowed; it must be >= 0 and <= 500 rad/s"):
+        plan({"rotor.Omega": 600})
+
+
+def test_sample_time_sets_the_rate_and_settling_fits_it():
+    p = plan({"sampler.sample_time": "1.75 ms"})
+    assert [c.every for c in p.system.components] == [7, 1]
+    assert p.first % 7 == 0
+    assert p.first <= -2 * PERIOD / H
+
+
+def test_a_pattern_sets_all_that_match():
+    p = plan({"sampler.k_?": 5, "rotor.*.u": "1 g.m"})
+    assert p.start["sampler"] == {"k_x": 5.0, "k_y": 5.0}
+    assert (p.exogenous["rotor.d1.u"], p.exogenous["rotor.d2.u"]) == (1e-3, 1e-3)
+
+
+def test_end_is_a_whole_number_of_steps():
+    assert plan(until=0.1).last == 400
+    with pytest.raises(ValueError, match=r"--until = 0\.1001 s is not allowed; it must be a whole multiple"):
+        plan(until=0.1001)
+
+
+def test_parameters_and_inputs_are_told_apart():
+    with pytest.raises(ValueError, match=r"rotor\.d1\.u is an input and cannot be set here as parameter"):
+        plan(extra='parameters.rotor."d1.u" = 1\n')
+    with pytest.raises(ValueError, match=r"sampler\.k_x is a parameter and cannot be set here as input"):
+        plan(extra="inputs.sampler.k_x = 1\n")
+
+
+def test_recorded_variables_follow_the_patterns():
+    assert plan().recorded == ("Omega", "rotor.d1.u", "rotor.d2.u", "sampler.i", "rotor.x")
+    assert plan(extra='record.variables = ["rotor.*"]\n').recorded == ("rotor.d1.u", "rotor.d2.u", "rotor.x")
+    with pytest.raises(ValueError, match="nothing matches 'rotr"):
+        plan(extra='record.variables = ["rotr.*"]\n')
+
+
+def test_settings_are_split_at_the_first_equals_sign():
+    assert parse_settings(["a.b=1 mm", " c.d = 2 ", "a.b=3"]) == {"a.b": "3", "c.d": "2"}
+    for text in ("a.b", "=1", "a.b="):
+        with pytest.raises(ValueError, match=r"write component\.variable=value"):
+            parse_settings([text])
+
+
+def test_an_interrupt_waits_for_a_safe_moment():
+    before = signal.getsignal(signal.SIGINT)
+    with _deferred_interrupt() as interrupted:
+        os.kill(os.getpid(), signal.SIGINT)
+        assert interrupted.is_set()
+        assert signal.getsignal(signal.SIGINT) is before, "a second one ends the process"
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_plan_can_be_written_as_json():
+    json.dumps([plan().start, plan().exogenous, plan().events], allow_nan=False)

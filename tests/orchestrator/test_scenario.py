@@ -1,0 +1,167 @@
+"""Scenario files: units, times, and what is said about mistakes in them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from orchestrator.interface import Port
+from orchestrator.scenario import load_scenario, packaged_scenarios, parse_scenario
+from orchestrator.values import convert, quantity
+
+MINIMAL = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n'
+
+
+def refused(text: str) -> str:
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the callers compare messages
+        parse_scenario(text, "mine")
+    message = str(caught.value)
+    assert "pydantic" not in message
+    assert "For further information" not in message
+    return message
+
+
+@pytest.mark.parametrize(
+    ("raw", "unit", "expected"),
+    [
+        ("0.75 mm", "m", 0.75e-3),
+        ("25.5 g.m", "kg.m", 25.5e-3),
+        ("260 rad/s", "rad/s", 260.0),
+        ("16 Hz", "rad/s", 2.0 * math.pi * 16.0),
+        ("0.016 kHz", "rad/s", 2.0 * math.pi * 16.0),
+        ("1.6e1 Hz", "rad/s", 2.0 * math.pi * 16.0),
+        ("960 rpm", "rad/s", 2.0 * math.pi * 16.0),
+        ("16 Hz", "Hz", 16.0),
+        ("90 deg", "rad", math.pi / 2.0),
+        ("250 us", "s", 250e-6),
+        (42, "N", 42.0),
+        ("42", "N", 42.0),
+    ],
+)
+def test_units_are_converted(raw, unit, expected):
+    assert quantity(raw, unit, "value") == pytest.approx(expected, rel=1e-14)
+
+
+def test_hertz_is_no_force():
+    with pytest.raises(ValueError, match=r"f = '16 Hz' has unit Hz, which cannot be converted to N"):
+        quantity("16 Hz", "N", "f")
+
+
+CLEARANCE = Port("rb1.clearance", "Real", "parameter", 0, unit="m", minimum=1e-6, maximum=0.1)
+COUNT = Port("n", "Integer", "parameter", 1, minimum=0.0, maximum=3.0)
+SWITCH = Port("on", "Boolean", "input", 2)
+
+
+def test_values_outside_the_limits_name_value_unit_and_range():
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        convert("-1 mm", CLEARANCE, "rotor_contact.rb1.clearance")
+    assert str(caught.value) == (
+        "rotor_contact.rb1.clearance = -0.001 m (-1 mm) is not allowed; it must be >= 1e-06 and <= 0.1 m"
+    )
+
+
+@pytest.mark.parametrize("raw", ["nan", "inf", "-inf", float("nan")])
+@pytest.mark.parametrize("port", [CLEARANCE, COUNT, Port("free", "Real", "input", 3)])
+def test_values_must_be_finite(raw, port):
+    with pytest.raises(ValueError, match="is not allowed; it must be"):
+        convert(raw, port, port.name)
+
+
+def test_integers_must_be_whole():
+    assert convert("2", COUNT, "n") == 2.0
+    with pytest.raises(ValueError, match=r"n = 1\.5 is not allowed; it must be a whole number >= 0 and <= 3"):
+        convert("1.5", COUNT, "n")
+
+
+@pytest.mark.parametrize(("raw", "expected"), [(True, 1.0), ("true", 1.0), ("0", 0.0), (False, 0.0), ("1", 1.0)])
+def test_booleans_are_read(raw, expected):
+    assert convert(raw, SWITCH, "on") == expected
+
+
+@pytest.mark.parametrize("raw", ["yes", 2, "2", "1 m"])
+def test_booleans_take_nothing_else(raw):
+    with pytest.raises(ValueError, match="it must be true or false"):
+        convert(raw, SWITCH, "on")
+
+
+def test_truth_is_no_number():
+    with pytest.raises(ValueError, match="clearance = true is no number"):
+        convert(True, CLEARANCE, "clearance")
+
+
+def test_cycles_are_periods_of_the_initial_speed():
+    scenario = parse_scenario(MINIMAL + '[[event]]\nlabel = "step"\ncycle = 5\nset.a.b = 1', "mine")
+    assert scenario.moment_of("step") == pytest.approx(5.0 * 2.0 * math.pi / 100.0)
+    assert scenario.moment_of("removal") is None
+
+
+def test_an_event_may_have_a_time_instead():
+    scenario = parse_scenario(MINIMAL + '[[event]]\nlabel = "step"\ntime = "120 ms"\nset.a.b = 1', "mine")
+    assert scenario.moment_of("step") == pytest.approx(0.12)
+
+
+def test_unknown_fields_are_refused_with_a_suggestion():
+    assert refused(MINIMAL + "setle_cycles = 3") == (
+        "scenario mine: unknown field setle_cycles; did you mean settle_cycles, end_cycle?"
+    )
+    assert "unknown field event.0.cycel; did you mean cycle?" in refused(MINIMAL + "[[event]]\ncycel = 3\nset.a.b = 1")
+
+
+def test_every_mistake_is_one_line():
+    lines = refused('description = "d"\nend_cycle = -1\nfoo = 2').splitlines()
+    assert lines == [
+        "scenario mine: Omega is missing",
+        "scenario mine: end_cycle = -1 is not allowed; it must be greater than 0",
+        "scenario mine: unknown field foo; " + lines[2].partition("; ")[2],
+    ]
+
+
+def test_a_value_must_be_a_scalar():
+    assert refused(MINIMAL + "inputs.a.b = [1, 2]") == (
+        "scenario mine: inputs.a.b = list is not allowed; it must be a number, true, false, or a string with a unit"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("description = ", "scenario mine is no valid TOML"),
+        (MINIMAL.replace("100 rad/s", "0 rad/s"), "Omega = 0 rad/s is not allowed; it must be > 0 rad/s"),
+        (MINIMAL.replace("100 rad/s", "100 m"), "Omega = '100 m' has unit m, which cannot be converted to rad/s"),
+        (MINIMAL + 'communication_step = "0 s"', "communication_step = 0 s is not allowed; it must be > 0 s"),
+        (MINIMAL + "[[event]]\nset.a.b = 1", "an event needs either cycle or time"),
+        (MINIMAL + "[[event]]\ncycle = -1\nset.a.b = 1", "must be at >= 0 s"),
+        (MINIMAL + "[[event]]\nlabel = 'removal'\ncycle = 1\nset.a.b = 1", "a removal must come after a step"),
+        (MINIMAL + "coupling = 'magic'", "coupling = 'magic' is not allowed; it must be 'gauss_seidel' or 'jacobi'"),
+    ],
+)
+def test_mistakes_are_explained(text, expected):
+    assert expected in refused(text)
+
+
+def test_every_packaged_scenario_is_sound():
+    assert {"fig4_7", "fig4_9", "fig5_6", "fig5_6_pid"} <= set(packaged_scenarios())
+    for name in packaged_scenarios():
+        scenario = load_scenario(name)
+        assert scenario.moment_of("step") == pytest.approx(5.0 * scenario.period)
+
+
+def test_figures_5_6_differ_in_the_controller_alone():
+    both, pid = load_scenario("fig5_6"), load_scenario("fig5_6_pid")
+    assert both.inputs["rolac_controller"] == {"rolac_enable": True}
+    assert pid.inputs["rolac_controller"] == {"rolac_enable": False}
+    same = {"description", "source", "inputs"}
+    assert both.model_dump(exclude=same) == pid.model_dump(exclude=same)
+    assert both.inputs["rotor_contact"] == pid.inputs["rotor_contact"]
+
+
+def test_unknown_scenario_lists_what_there_is():
+    with pytest.raises(ValueError, match=r"no scenario 'fig4_8'; did you mean .*fig4_9"):
+        load_scenario("fig4_8")
+
+
+def test_fmu_paths_are_relative_to_the_scenario_file(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(MINIMAL + "fmu.rotor_contact = 'other/rotor.fmu'")
+    assert load_scenario(str(path)).fmu == {"rotor_contact": str(tmp_path / "other/rotor.fmu")}

@@ -1,0 +1,168 @@
+"""Wiring as data: what is wrong with it is said with both ends."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from orchestrator.interface import Interface, Port
+from orchestrator.system import Component, Connection, Signal, System, load_system
+
+METRE = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+MILLIMETRE = (*METRE[:8], 1e-3, 0.0)
+FORCE = (1.0, 1.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+def interface(*ports: Port) -> Interface:
+    return Interface("model", "guid", "1", {port.name: port for port in ports})
+
+
+INTERFACES = {
+    "rotor": interface(
+        Port("f", "Real", "input", 0, unit="N", definition=FORCE),
+        Port("Omega", "Real", "input", 1, unit="rad/s"),
+        Port("x", "Real", "output", 2, unit="m", definition=METRE),
+        Port("xmm", "Real", "output", 3, unit="mm", definition=MILLIMETRE),
+        Port("state", "Integer", "output", 4),
+        Port("plain", "Real", "output", 5),
+        Port("mass", "Real", "parameter", 6, unit="kg"),
+    ),
+    "magnet": interface(
+        Port("x", "Real", "input", 0, unit="metre", definition=METRE),
+        Port("f", "Real", "output", 1, unit="N", definition=FORCE, depends_on=("x",)),
+        Port("speed", "Real", "input", 2, unit="Hz"),
+    ),
+}
+
+SYSTEM = System(
+    "pair",
+    "A rotor and a magnet",
+    (Component("magnet", "magnet", mandatory=("x",)), Component("rotor", "rotor", mandatory=("f", "Omega"))),
+    (Connection("rotor.x", "magnet.x"), Connection("magnet.f", "rotor.f")),
+    (Signal("Omega", ("rotor.Omega",)),),
+)
+
+
+def refused(**changes) -> str:
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the callers compare messages
+        replace(SYSTEM, **changes).check(INTERFACES)
+    return str(caught.value)
+
+
+def linked(source: str, target: str) -> tuple[Connection, ...]:
+    return (*(c for c in SYSTEM.connections if c.target != target), Connection(source, target))
+
+
+def test_a_sound_system_passes():
+    SYSTEM.check(INTERFACES)
+
+
+def test_equal_units_may_have_different_names():
+    assert INTERFACES["rotor"].ports["x"].unit != INTERFACES["magnet"].ports["x"].unit
+    SYSTEM.check(INTERFACES)
+
+
+def test_unknown_component_lists_the_components():
+    message = refused(connections=linked("stator.x", "magnet.x"))
+    assert message == "no component 'stator'; there are magnet, rotor (connected with magnet.x)"
+
+
+def test_unknown_variable_lists_near_matches_and_names_the_other_end():
+    message = refused(connections=linked("rotor.xm", "magnet.x"))
+    assert message.startswith("rotor has no variable 'xm'; did you mean xmm")
+    assert message.endswith("(connected with magnet.x)")
+
+
+def test_wrong_causality_lists_what_would_do():
+    message = refused(connections=linked("rotor.f", "magnet.x"))
+    assert message.startswith("rotor.f is an input, and a connection needs an output there; there are x, xmm")
+    message = refused(connections=(*SYSTEM.connections, Connection("rotor.x", "rotor.mass")))
+    assert message.startswith("rotor.mass is a parameter, and a connection needs an input there")
+
+
+def test_types_must_agree():
+    assert refused(connections=linked("rotor.state", "magnet.x")) == (
+        "rotor.state is Integer and magnet.x is Real; connected variables must have one type"
+    )
+
+
+def test_units_must_agree_in_exponents():
+    assert refused(connections=linked("rotor.x", "rotor.f")) == (
+        "rotor.x is in m and rotor.f is in N; connected variables must have one unit"
+    )
+
+
+def test_units_must_agree_in_their_factor():
+    assert "rotor.xmm is in mm and magnet.x is in metre" in refused(connections=linked("rotor.xmm", "magnet.x"))
+
+
+def test_a_port_without_a_unit_connects_to_any():
+    replace(SYSTEM, connections=linked("rotor.plain", "magnet.x")).check(INTERFACES)
+
+
+def test_signal_targets_must_agree_in_their_unit():
+    message = refused(signals=(Signal("Omega", ("rotor.Omega", "magnet.speed")),))
+    assert "rotor.Omega is in rad/s and magnet.speed is in Hz" in message
+
+
+def test_an_input_is_fed_once():
+    message = refused(connections=(*SYSTEM.connections, Connection("rotor.plain", "magnet.x")))
+    assert message == "magnet.x is connected twice: to rotor.x and to rotor.plain"
+
+
+def test_a_signal_must_not_feed_a_connected_input():
+    message = refused(signals=(Signal("Omega", ("rotor.Omega", "rotor.f")),))
+    assert message == "rotor.f is connected twice: to magnet.f and to signal Omega"
+
+
+def test_a_mandatory_input_must_be_connected():
+    message = refused(connections=linked("magnet.f", "rotor.f")[1:])
+    assert message == "magnet.x must be connected, and is not; there are rotor.x"
+
+
+def test_a_component_name_must_be_unique():
+    with pytest.raises(ValueError, match="components named twice: rotor"):
+        replace(SYSTEM, components=(Component("rotor", "a"), Component("rotor", "b")))
+
+
+def test_wiring_puts_exogenous_signals_first_and_gathers_by_position():
+    wiring, inputs, outputs = SYSTEM.wiring(INTERFACES, ["Omega"], ["rotor.state"])
+    assert wiring.names == ("Omega", "magnet.f", "rotor.x", "rotor.state")
+    assert inputs == {"magnet": ["x"], "rotor": ["f", "Omega"]}
+    assert outputs == {"magnet": ["f"], "rotor": ["x", "state"]}
+    assert [s.tolist() for s in wiring.sources] == [[2], [1, 0]]
+    assert wiring.depends_on == ((), (2,), (), ())
+
+
+def test_a_scheduled_input_is_its_own_source():
+    system = replace(SYSTEM, signals=())
+    wiring, inputs, _ = system.wiring(INTERFACES, ["rotor.Omega"])
+    assert wiring.names[0] == "rotor.Omega"
+    assert wiring.sources[1].tolist() == [1, 0]
+    assert inputs["rotor"] == ["f", "Omega"]
+
+
+def test_the_gradient_can_be_left_unconnected():
+    with_gradient = load_system("levitated", {"gradient": True}).connections
+    without = load_system("levitated", {"gradient": False}).connections
+    gone = {c.target for c in set(with_gradient) - set(without)}
+    assert gone == {f"rotor_contact.mb{b}.{v}" for b in (1, 2) for v in ("k_xx", "k_yy", "x_ref", "y_ref")}
+
+
+def test_the_levitated_system_steps_controller_actuator_plant():
+    system = load_system("levitated", {})
+    assert [c.name for c in system.components] == ["rolac_controller", "amb_actuator", "rotor_contact"]
+    assert all(c.source.partition(".")[2] == c.target.partition(".")[2] for c in system.connections)
+
+
+def test_unknown_system_lists_the_systems():
+    with pytest.raises(ValueError, match="no system 'levitate'; did you mean levitated"):
+        load_system("levitate", {})
+
+
+def test_a_system_file_with_a_mistake_is_named(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("description = 'x'\n[[component]]\nname = 'a'\n")
+    with pytest.raises(ValueError, match=r"mine\.toml.*'fmu'"):
+        load_system(str(path), {})
