@@ -1,0 +1,120 @@
+"""The co-simulation of the three FMUs against the system integrated as a whole.
+
+The master is explicit: a held force reaches the rotor late by a step, an error of first order in the step. With its
+gradient the linear law is followed exactly, and what remains is the rotor's own fourth-order integration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from monolithic import CLEARANCE, Case, free_orbit, orbit_with_contact
+
+SCENARIO = """
+description = "An unbalanced rotor from rest"
+Omega = "{Omega} rad/s"
+settle_cycles = 0
+end_cycle = {cycles}
+gradient = {gradient}
+communication_step = "{step} us"
+
+[inputs.rotor_contact]
+"{disc}.u" = "{unbalance} kg.m"
+
+[parameters.rotor_contact]
+"contact.impact_law" = 0
+"solver.max_substep" = "{substep} us"
+
+# With so many newtons per ampere no coil comes near its limits.
+[parameters.amb_actuator]
+force_law = 1
+"*.k_s_measured_?" = "{k_s} N/m"
+"*.k_i_measured_?" = "1e4 N/A"
+
+[parameters.rolac_controller]
+"*.k_s_?" = "{k_s} N/m"
+"*.k_i_?" = "1e4 N/A"
+"*.k_b_?" = "{k_b} N/m"
+"*.c_b_?" = "{c_b} N.s/m"
+"""
+
+
+def recorded(text: str, stride: int) -> dict[str, list[float]]:
+    """Displacements and contact forces of a scenario, every `stride` points; runs in a process of its own."""
+    from orchestrator.scenario import parse_scenario
+    from orchestrator.simulation import prepare, run
+
+    outcome = run(prepare("coupling", parse_scenario(text, "coupling")))
+    assert outcome.failure is None, outcome.failure
+    names = ["mb1.x", "mb1.y", "mb2.x", "mb2.y", "rb1.f_n", "rb2.f_n"]
+    return {name: outcome.dataset[f"rotor_contact.{name}"].values[::stride].tolist() for name in names}
+
+
+@pytest.fixture(scope="module")
+def cosimulate(run_python: Callable[..., Any]) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+    """Complex displacements at MB1 and MB2 and contact forces at each sample of the controller."""
+
+    def run(
+        case: Case, cycles: float, gradient: bool = True, step: float = 250, substep: float = 62.5
+    ) -> tuple[np.ndarray, np.ndarray]:
+        text = SCENARIO.format(**vars(case), cycles=cycles, gradient=str(gradient).lower(), step=step, substep=substep)
+        data = run_python(recorded, text=text, stride=round(250 / step), timeout=300)
+        x_1, y_1, x_2, y_2, f_1, f_2 = (np.array(column) for column in data.values())
+        return np.array([x_1 + 1j * y_1, x_2 + 1j * y_2]).T, np.array([f_1, f_2]).T
+
+    return run
+
+
+FREE = Case(Omega=120.0, disc="d3", unbalance=0.02)
+RUBBING = Case(Omega=260.0, disc="d1", unbalance=0.0255)  # the unbalance of Fig. 4.9, from rest: both bearings touch
+
+
+def test_held_force_converges_with_first_order(cosimulate: Any) -> None:
+    errors = []
+    for step in (250, 125):
+        orbit, _ = cosimulate(FREE, 4, gradient=False, step=step)
+        exact = free_orbit(FREE, len(orbit) - 1)
+        errors.append(np.abs(orbit - exact).max() / np.abs(exact).max())
+    assert errors[0] == pytest.approx(0.039, rel=0.1)
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
+
+
+@pytest.mark.parametrize("step", [250, 125])
+def test_force_with_gradient_is_followed_exactly(cosimulate: Any, step: float) -> None:
+    orbit, _ = cosimulate(FREE, 4, step=step)
+    exact = free_orbit(FREE, len(orbit) - 1)
+    assert np.abs(orbit - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+@pytest.fixture(scope="module")
+def rubbing() -> tuple[np.ndarray, np.ndarray]:
+    return orbit_with_contact(RUBBING, 550)
+
+
+@pytest.mark.parametrize("step", [250, 125])
+def test_contact_phases_agree_with_the_whole_system(
+    cosimulate: Any, rubbing: tuple[np.ndarray, np.ndarray], step: float
+) -> None:
+    """Impacts, rubbing and release at both bearings, 5.7 cycles: orbit to 1e-5 of the clearance, force to 1e-4."""
+    exact_orbit, exact_force = rubbing
+    assert np.all((exact_force > 0.0).sum(axis=0) > 100)
+    orbit, force = cosimulate(RUBBING, 5.65, step=step)
+    count = min(len(orbit), len(exact_orbit))
+    assert count > 540
+    assert np.abs(orbit[:count] - exact_orbit[:count]).max() < 1e-5 * CLEARANCE
+    assert np.abs(force[:count] - exact_force[:count]).max() < 1e-4 * exact_force.max()
+
+
+def test_contact_converges_with_fourth_order_through_events(
+    cosimulate: Any, rubbing: tuple[np.ndarray, np.ndarray]
+) -> None:
+    exact_orbit, _ = rubbing
+    errors = []
+    for substep in (125, 62.5):
+        orbit, _ = cosimulate(RUBBING, 5.65, substep=substep)
+        count = min(len(orbit), len(exact_orbit))
+        errors.append(np.abs(orbit[:count] - exact_orbit[:count]).max())
+    assert 12.0 < errors[0] / errors[1] < 24.0
