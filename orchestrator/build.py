@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import importlib
 import shutil
 import tempfile
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import platformdirs
@@ -138,17 +136,3 @@ def _appear(home: Path, fill: Callable[[Path], None]) -> None:
                 raise
     finally:
         shutil.rmtree(stage, ignore_errors=True)
-
-
-def frequency_tables() -> dict[str, Any]:
-    """Tables 3.1 and 3.4 of the thesis (rad/s), and the actuator's constants K_s (N/m) and K_i (N/A)."""
-    tables = importlib.import_module("rotor_contact.tables").frequency_tables()
-    force = importlib.import_module("amb_actuator.force")
-    start = {v.name: v.start for v in importlib.import_module("amb_actuator.actuator").INTERFACE.variables}
-    geometry = [
-        start[f"mb1.{p}_x"] for p in ("turns", "pole_area", "gap", "half_angle", "bias_current", "static_current")
-    ]
-    return {
-        **tables,
-        "amb": {"k_s": force.negative_stiffness(*geometry), "k_i": force.current_stiffness(*geometry)},
-    }

@@ -8,9 +8,8 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import wraps
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn
 
 import click
 from rich.console import Console
@@ -23,8 +22,6 @@ from orchestrator.scenario import load_scenario, packaged_scenarios
 
 BAD_INPUT, FAILED = 2, 1
 
-F = TypeVar("F", bound=Callable[..., Any])
-
 
 def _fail(message: str, code: int) -> NoReturn:
     for line in message.splitlines():
@@ -32,20 +29,23 @@ def _fail(message: str, code: int) -> NoReturn:
     sys.exit(code)
 
 
-def _explained(command: F) -> F:
-    """Bad input and an FMU that refuses to start end a command with one message and exit code 2."""
+@contextmanager
+def _refusing_bad_input() -> Iterator[None]:
+    """Bad input, and an FMU that refuses to start, end the program with one message and exit code 2."""
+    try:
+        yield
+    except (ValueError, StartFailed, FmuError) as error:
+        _fail(str(error), BAD_INPUT)
 
-    @wraps(command)
-    def wrapper(*args: Any, **kwargs: Any) -> Any:
-        try:
-            return command(*args, **kwargs)
-        except (ValueError, StartFailed, FmuError) as error:
-            _fail(str(error), BAD_INPUT)
-        except OSError as error:
-            where = f"{error.filename}: " if error.filename else ""
-            _fail(f"{where}{error.strerror or error}", BAD_INPUT)
 
-    return wrapper  # type: ignore[return-value]
+@contextmanager
+def _writing() -> Iterator[None]:
+    """What cannot be written ends the program with one message and exit code 2."""
+    try:
+        yield
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        _fail(f"{where}{error.strerror or error}", BAD_INPUT)
 
 
 @click.group()
@@ -67,7 +67,6 @@ def main() -> None:
 @click.option("--until", type=float, metavar="SECONDS", help="End of the run, from the beginning of cycle 0.")
 @click.option("--no-plots", is_flag=True, help="Draw no figures.")
 @click.option("--summary-json", metavar="FILE", help="Also write the summary to FILE; - is standard output.")
-@_explained
 def run(
     name: str,
     settings: tuple[str, ...],
@@ -81,34 +80,35 @@ def run(
     from orchestrator.plan import parse_settings
 
     folder = output or Path("results") / Path(name).stem
-    scenario = load_scenario(name)
-    _check_writable(folder, is_folder=True)
-    if summary_json not in (None, "-"):
-        _check_writable(Path(summary_json), is_folder=False)
+    copy = Path(summary_json) if summary_json not in (None, "-") else None
     console = Console(stderr=True)
-    with console.status("preparing the FMUs"):
-        prepared = simulation.prepare(Path(name).stem, scenario, parse_settings(settings), until)
-    with _progress(console) as report:
-        outcome = simulation.run(prepared, report)
+    with _refusing_bad_input():
+        scenario = load_scenario(name)
+        _check_writable(folder, is_folder=True)
+        if copy is not None:
+            _check_writable(copy, is_folder=False)
+        with console.status("preparing the FMUs"):
+            prepared = simulation.prepare(Path(name).stem, scenario, parse_settings(settings), until)
+        with _progress(console) as report:
+            outcome = simulation.run(prepared, report)
 
     figures = results.summary(outcome.dataset)
     text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
-    folder.mkdir(parents=True, exist_ok=True)
-    results.save(outcome.dataset, folder / "result.nc")
-    results.write_atomically(folder / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
-    if not no_plots:
-        plots.draw_all(outcome.dataset, folder)
+    with _writing():
+        folder.mkdir(parents=True, exist_ok=True)
+        results.save(outcome.dataset, folder / "result.nc")
+        for path in [folder / "summary.json"] + ([copy] if copy is not None else []):
+            results.write_atomically(path, lambda p: p.write_text(text, encoding="utf-8"))
+        if not no_plots:
+            plots.draw_all(outcome.dataset, folder)
     if summary_json == "-":
         click.echo(text, nl=False)
-    elif summary_json is not None:
-        results.write_atomically(Path(summary_json), lambda path: path.write_text(text, encoding="utf-8"))
     _show(Console(stderr=summary_json == "-"), figures, folder)
     if outcome.failure is not None:
         _fail(f"{outcome.failure}; what was recorded until then is in {folder}", FAILED)
 
 
 @main.command("list")
-@_explained
 def list_scenarios() -> None:
     """List the scenarios."""
     table = Table(box=None, pad_edge=False)
@@ -122,50 +122,30 @@ def list_scenarios() -> None:
 
 @main.command()
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("build"), show_default=True)
-@_explained
 def build(output: Path) -> None:
     """Build the FMUs into a folder."""
     from orchestrator.build import build_all
 
-    _check_writable(output, is_folder=True)
-    for path in build_all(output):
-        click.echo(path)
+    with _refusing_bad_input():
+        _check_writable(output, is_folder=True)
+    with _writing():
+        for path in build_all(output):
+            click.echo(path)
 
 
 @main.command()
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-@_explained
 def tables(as_json: bool) -> None:
     """Print the thesis's tables 3.1 and 3.4 and the bearing constants, computed from the models."""
-    from orchestrator.build import frequency_tables
+    from orchestrator.tables import as_text, thesis_tables
 
-    data = frequency_tables()
+    data = thesis_tables()
     if as_json:
         click.echo(json.dumps(data, indent=2))
         return
     console = Console()
-    for title, rows in _table_rows(data).items():
-        table = Table("", *(f"{i + 1}" for i in range(8)), title=f"{title}: damped natural frequencies (rad/s)")
-        for label, frequencies in rows:
-            table.add_row(label, *(f"{f:.2f}" for f in frequencies))
-        console.print(table)
-    console.print(f"K_s = {data['amb']['k_s'] / 1e3:.2f} N/mm, K_i = {data['amb']['k_i']:.2f} N/A (2.8, 2.9)")
-
-
-def _table_rows(data: dict[str, Any]) -> dict[str, list[tuple[str, list[float]]]]:
-    return {
-        "Table 3.1": [
-            (f"{model.replace('_', ' ')}s, {mass} mass, {speed} rad/s", frequencies)
-            for model, masses in data["table_3_1"].items()
-            for mass, speeds in masses.items()
-            for speed, frequencies in speeds.items()
-        ],
-        "Table 3.4": [
-            (f"{model.replace('_', ' ')}, {speed} rad/s", frequencies)
-            for speed, models in data["table_3_4"].items()
-            for model, frequencies in models.items()
-        ],
-    }
+    for part in as_text(data):
+        console.print(part)
 
 
 def _check_writable(path: Path, is_folder: bool) -> None:

@@ -79,9 +79,10 @@ def make_plan(
     """
     values = _Values(system, interfaces, scenario.unbalance_factor)
     values.set(SPEED, scenario.Omega)
-    for component, variables in scenario.parameters.items():
-        for variable, raw in variables.items():
-            values.set(f"{component}.{variable}", raw, only="parameter")
+    for parameters in (system.parameters, scenario.parameters):
+        for component, variables in parameters.items():
+            for variable, raw in variables.items():
+                values.set(f"{component}.{variable}", raw, only="parameter")
     for component, variables in scenario.inputs.items():
         for variable, raw in variables.items():
             values.set(f"{component}.{variable}", raw, only="input", scaled=True)

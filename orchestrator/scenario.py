@@ -7,7 +7,7 @@ import tomllib
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     BaseModel,
@@ -22,6 +22,7 @@ from pydantic import (
 
 from orchestrator.interface import suggest
 from orchestrator.master import Coupling
+from orchestrator.mistakes import mistakes
 from orchestrator.values import quantity
 
 Value = Annotated[StrictBool | StrictInt | StrictFloat | StrictStr, Field(union_mode="smart")]
@@ -114,6 +115,9 @@ class Scenario(_Strict):
         return next((event.moment(self.period) for event in self.event if event.label == label), None)
 
 
+NESTED: dict[str, type[BaseModel]] = {"event": Event, "record": Record, "plot": Plot}
+
+
 def packaged_scenarios() -> dict[str, Traversable]:
     """The scenarios that come with the package, by name."""
     folder = resources.files("orchestrator").joinpath("scenarios")
@@ -123,27 +127,25 @@ def packaged_scenarios() -> dict[str, Traversable]:
 def load_scenario(name: str) -> Scenario:
     """The scenario called `name`, or described by the TOML file at that path.
 
+    A file with a `base`, the name or path of another one, only says what differs from it.
+
     Raises
     ------
     ValueError
         If there is none, or it is wrong; the message is one line for each mistake.
     """
-    packaged = packaged_scenarios()
-    source: Traversable = packaged.get(name, Path(name))
-    if not source.is_file():
-        kind = "file" if name.endswith(".toml") else "scenario"
-        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged)}")
-    scenario = parse_scenario(source.read_text(encoding="utf-8"), name)
-    if isinstance(source, Path):  # paths in a file are relative to it
-        fmus = {component: str(source.parent / fmu) for component, fmu in scenario.fmu.items()}
-        scenario = scenario.model_copy(update={"fmu": fmus})
-    return scenario
+    return make_scenario(_read(name), name)
 
 
 def parse_scenario(text: str, name: str) -> Scenario:
     """A scenario from TOML; `name` is used in messages. Raises ValueError as `load_scenario` does."""
+    return make_scenario(_parse(text, name), name)
+
+
+def make_scenario(data: dict[str, Any], name: str) -> Scenario:
+    """A scenario from what its TOML holds. Raises ValueError as `load_scenario` does."""
     try:
-        scenario = Scenario.model_validate(tomllib.loads(text))
+        scenario = Scenario.model_validate(data)
         labels = [event.label for event in scenario.event if event.label]
         if len(set(labels)) < len(labels):
             raise ValueError("two events have the same label")
@@ -154,42 +156,45 @@ def parse_scenario(text: str, name: str) -> Scenario:
             if not 0.0 <= event.moment(scenario.period) < math.inf:
                 raise ValueError(f"event at {event.moment(scenario.period):g} s is not allowed; it must be at >= 0 s")
         _ = scenario.speed, scenario.step_size  # both raise when they are wrong
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"scenario {name} is no valid TOML: {error}") from error
     except ValidationError as error:
-        raise ValueError("\n".join(f"scenario {name}: {_sentence(e, Scenario)}" for e in _unique(error))) from error
+        raise ValueError("\n".join(f"scenario {name}: {line}" for line in mistakes(error, Scenario, NESTED))) from error
     except ValueError as error:
         raise ValueError(f"scenario {name}: {error}") from error
     return scenario
 
 
-def _unique(error: ValidationError) -> list[dict[str, object]]:
-    """One mistake for each place; a union would report one for each of its members."""
-    return list({_place(e["loc"]): dict(e) for e in reversed(error.errors())}.values())[::-1]
+def _read(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Content of a scenario file, laid over that of its base; paths in a file are relative to it."""
+    packaged = packaged_scenarios()
+    source: Traversable = packaged.get(name, Path(name))
+    if not source.is_file():
+        kind = "file" if name.endswith(".toml") else "scenario"
+        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged)}")
+    if name in derived:
+        raise ValueError(f"scenario {name}: it is its own base ({' -> '.join((*derived, name))})")
+    data = _parse(source.read_text(encoding="utf-8"), name)
+    folder = source.parent if isinstance(source, Path) else Path()
+    if isinstance(data.get("fmu"), dict):
+        data["fmu"] = {component: str(folder / str(fmu)) for component, fmu in data["fmu"].items()}
+    base = data.pop("base", None)
+    if base is None:
+        return data
+    if not isinstance(base, str):
+        raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")
+    return _overlaid(_read(base if base in packaged else str(folder / base), (*derived, name)), data)
 
 
-def _place(location: object) -> str:
-    parts = [str(part) for part in location if not isinstance(part, str) or part not in _UNION]  # type: ignore[attr-defined]
-    return ".".join(parts)
+def _overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """`below` with what `above` says instead; tables are merged, everything else is replaced."""
+    merged = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, dict) and isinstance(merged.get(key), dict)
+        merged[key] = _overlaid(merged[key], value) if both else value
+    return merged
 
 
-_UNION = ("bool", "int", "float", "str")
-
-
-def _sentence(error: dict[str, object], model: type[BaseModel]) -> str:
-    place, kind, given = _place(error["loc"]), error["type"], error["input"]
-    if kind == "extra_forbidden":
-        fields = _fields_at(place, model)
-        return f"unknown field {place}; {suggest(place.rpartition('.')[2], fields)}"
-    if kind == "missing":
-        return f"{place} is missing"
-    shown = repr(given) if isinstance(given, str | int | float) else type(given).__name__
-    if place and any(isinstance(part, str) and part in _UNION for part in error["loc"]):  # type: ignore[attr-defined]
-        return f"{place} = {shown} is not allowed; it must be a number, true, false, or a string with a unit"
-    message = str(error["msg"]).replace("Input should be", "it must be").replace("valid ", "")
-    return f"{place} = {shown} is not allowed; {message}"
-
-
-def _fields_at(place: str, model: type[BaseModel]) -> list[str]:
-    nested: dict[str, type[BaseModel]] = {"event": Event, "record": Record, "plot": Plot}
-    return list(nested.get(place.split(".")[0], model).model_fields)
+def _parse(text: str, name: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"scenario {name} is no valid TOML: {error}") from error

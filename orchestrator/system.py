@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -13,6 +13,7 @@ import numpy as np
 
 from orchestrator.interface import Interface, Port, suggest
 from orchestrator.master import Coupling, Wiring
+from orchestrator.values import Raw
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Signal:
 
 @dataclass(frozen=True)
 class System:
-    """Components in Gauss-Seidel order, their connections and shared signals.
+    """Components in Gauss-Seidel order, their connections, shared signals and parameters.
 
     `check` and `wiring` hold it against the components' interfaces.
     """
@@ -54,6 +55,7 @@ class System:
     connections: tuple[Connection, ...]
     signals: tuple[Signal, ...] = ()
     coupling: Coupling = "gauss_seidel"
+    parameters: Mapping[str, Mapping[str, Raw]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         names = [component.name for component in self.components]
@@ -248,6 +250,7 @@ def load_system(name: str, options: Mapping[str, bool]) -> System:
             ),
             signals=tuple(Signal(s["name"], tuple(s["targets"])) for s in data.get("signal", ())),
             coupling=data.get("coupling", "gauss_seidel"),
+            parameters=data.get("parameters", {}),
         )
     except (tomllib.TOMLDecodeError, KeyError, TypeError) as error:
         raise ValueError(f"system {name}: {type(error).__name__} {error}") from error

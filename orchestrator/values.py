@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
-import re
 
-from fmi_export.units import base_unit, to_unit
+from fmi_export.units import to_unit
 from orchestrator.interface import Port
 
 Raw = bool | int | float | str
 
-_HERTZ = re.compile(r"[^A-Za-z]*[kM]?Hz")
 _BOOLEANS = {"true": 1.0, "false": 0.0, "1": 1.0, "0": 0.0}
 
 
 def quantity(raw: Raw, unit: str, name: str) -> float:
-    """Number that `raw` (`0.75 mm`, or a bare number already in `unit`) is in `unit`.
-
-    Hertz counts revolutions where an angular speed is asked for: 16 Hz are 2 pi 16 rad/s.
+    """Number that `raw` (`0.75 mm`, `16 Hz`, or a bare number already in `unit`) is in `unit`.
 
     Raises
     ------
@@ -26,10 +22,6 @@ def quantity(raw: Raw, unit: str, name: str) -> float:
     """
     if isinstance(raw, bool):
         raise ValueError(f"{name} = {str(raw).lower()} is no number")
-    if isinstance(raw, str) and _HERTZ.fullmatch(raw.strip().replace("e", "").replace("E", "")):
-        exponents = base_unit(unit)
-        if exponents.get("rad") == 1 and exponents.get("s") == -1:
-            return 2.0 * math.pi * to_unit(raw, "Hz", name) / exponents.get("factor", 1.0)
     return to_unit(raw, unit, name)
 
 

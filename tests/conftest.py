@@ -31,7 +31,7 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
         folder = tmp_path_factory.mktemp("process")
         answer = folder / "answer.json"
         if callable(what):
-            body = textwrap.dedent(inspect.getsource(what))
+            body = "from __future__ import annotations\n" + textwrap.dedent(inspect.getsource(what))
             given = folder / "arguments.json"
             given.write_text(json.dumps(arguments, default=str), encoding="utf-8")
             call = f"result = {what.__name__}(**json.loads(pathlib.Path({str(given)!r}).read_text()))"

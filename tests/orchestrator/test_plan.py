@@ -6,6 +6,7 @@ import json
 import math
 import os
 import signal
+from dataclasses import replace
 
 import pytest
 
@@ -92,6 +93,15 @@ def test_the_factor_scales_what_the_scenario_sets_and_nothing_else():
     assert p.events[0][1:] == ("rotor.d1.u", pytest.approx(20e-3))
     assert p.exogenous["rotor.d2.u"] == 0.003, "an input that only an event sets starts as the FMU does"
     assert plan({"rotor.d1.u": "5 g.m"}).exogenous["rotor.d1.u"] == pytest.approx(5e-3)
+
+
+def test_parameters_of_the_system_hold_until_the_scenario_or_a_setting_says_otherwise():
+    system = replace(SYSTEM, parameters={"sampler": {"k_?": 5.0}})
+    scenario = parse_scenario(SCENARIO + "[parameters.sampler]\nk_y = 6\n", "mine")
+    p = make_plan(scenario, system, INTERFACES)
+    assert (p.start["sampler"]["k_x"], p.start["sampler"]["k_y"]) == (5.0, 6.0)
+    p = make_plan(scenario, system, INTERFACES, {"sampler.k_y": "7"})
+    assert (p.start["sampler"]["k_x"], p.start["sampler"]["k_y"]) == (5.0, 7.0)
 
 
 def test_a_scaled_value_is_held_against_the_limits():

@@ -165,3 +165,27 @@ def test_fmu_paths_are_relative_to_the_scenario_file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(MINIMAL + "fmu.rotor_contact = 'other/rotor.fmu'")
     assert load_scenario(str(path)).fmu == {"rotor_contact": str(tmp_path / "other/rotor.fmu")}
+
+
+def test_a_scenario_with_a_base_says_only_what_differs(tmp_path):
+    derived = tmp_path / "derived.toml"
+    derived.write_text('base = "fig4_9"\nend_cycle = 7\n[inputs.rotor_contact]\n"d2.u" = "1 g.m"\n')
+    scenario, base = load_scenario(str(derived)), load_scenario("fig4_9")
+    assert scenario.end_cycle == 7.0
+    assert scenario.inputs["rotor_contact"] == {**base.inputs["rotor_contact"], "d2.u": "1 g.m"}
+    assert scenario.event == base.event
+
+
+def test_a_base_that_leads_back_to_itself_is_refused(tmp_path):
+    a, b = tmp_path / "a.toml", tmp_path / "b.toml"
+    a.write_text('base = "b.toml"\n')
+    b.write_text('base = "a.toml"\n')
+    with pytest.raises(ValueError, match=r"its own base .*a\.toml -> .*b\.toml"):
+        load_scenario(str(a))
+
+
+def test_an_unknown_base_is_refused(tmp_path):
+    derived = tmp_path / "derived.toml"
+    derived.write_text('base = "nothing.toml"\n')
+    with pytest.raises(ValueError, match=r"no file .*nothing\.toml"):
+        load_scenario(str(derived))
