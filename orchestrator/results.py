@@ -224,17 +224,14 @@ def contact_cycles(dataset: xr.Dataset) -> tuple[float | None, float | None]:
 
 
 def recovered(dataset: xr.Dataset) -> bool | None:
-    """Whether the rotor is free of contact at the end: no sample of the last five cycles is in contact.
+    """Whether the rotor is free of contact for good: the run goes on for five cycles after the last contact.
 
-    A record of fewer than five cycles cannot show it and is not recovered; a rotor that never touched is.
+    A rotor that never touched has nothing to recover from, and counts as recovered.
     """
-    touching = in_contact(dataset)
-    if touching is None:
+    if in_contact(dataset) is None:
         return None
-    cycle = cycles(dataset)
-    if not len(cycle) or cycle[-1] - max(cycle[0], 0.0) < RECOVERY_CYCLES:
-        return False
-    return not bool(touching[cycle >= cycle[-1] - RECOVERY_CYCLES].any())
+    _, last = contact_cycles(dataset)
+    return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
 
 
 def orbit_before(dataset: xr.Dataset) -> dict[str, float | None]:

@@ -24,24 +24,26 @@ def thesis_tables() -> dict[str, Any]:
 
 def as_text(data: dict[str, Any]) -> list[Table | str]:
     """What `thesis_tables` returns, to print."""
-    rows = {
-        "Table 3.1": [
-            (f"{model.replace('_', ' ')}s, {mass} mass, {speed} rad/s", frequencies)
-            for model, masses in data["table_3_1"].items()
-            for mass, speeds in masses.items()
-            for speed, frequencies in speeds.items()
-        ],
-        "Table 3.4": [
-            (f"{model.replace('_', ' ')}, {speed} rad/s", frequencies)
-            for speed, models in data["table_3_4"].items()
-            for model, frequencies in models.items()
-        ],
-    }
-    parts: list[Table | str] = []
-    for title, lines in rows.items():
-        table = Table("", *(f"{i + 1}" for i in range(8)), title=f"{title}: damped natural frequencies (rad/s)")
-        for label, frequencies in lines:
-            table.add_row(label, *(f"{f:.2f}" for f in frequencies))
-        parts.append(table)
-    parts.append(f"K_s = {data['amb']['k_s'] / 1e3:.2f} N/mm, K_i = {data['amb']['k_i']:.2f} N/A (2.8, 2.9)")
-    return parts
+    (nodes, masses), *_ = data["table_3_1"].items()
+    full = [(mass, speed, row) for mass, rows in masses.items() for speed, row in rows.items()]
+    condensed = [(model, speed, row) for speed, models in data["table_3_4"].items() for model, row in models.items()]
+    amb = data["amb"]
+    return [
+        _table(f"Table 3.1, {nodes.replace('_node', ' nodes')}", "mass", full),
+        _table("Table 3.4, diagonal mass", "model", condensed),
+        f"K_s = {amb['k_s'] / 1e3:.2f} N/mm, K_i = {amb['k_i']:.2f} N/A (2.8, 2.9)",
+    ]
+
+
+def _table(title: str, kind: str, rows: list[tuple[str, str, list[float]]]) -> Table:
+    table = Table(
+        title=f"{title}: damped natural frequencies (rad/s)", title_justify="left", box=None, padding=(0, 1, 0, 0)
+    )
+    table.add_column(kind, no_wrap=True)
+    table.add_column("speed", no_wrap=True, justify="right")
+    for pair in range(4):
+        table.add_column(f"{pair + 1}b", no_wrap=True, justify="right")
+        table.add_column(f"{pair + 1}f", no_wrap=True, justify="right")
+    for label, speed, frequencies in rows:
+        table.add_row(label, speed, *(f"{frequency:.2f}" for frequency in frequencies))
+    return table

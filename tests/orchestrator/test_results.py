@@ -97,8 +97,14 @@ def test_recovered_means_free_for_the_last_five_cycles(end, expected):
     assert results.recovered(synthetic(end)) is expected
 
 
-def test_a_run_shorter_than_five_cycles_is_not_recovered():
-    assert results.recovered(synthetic(4)) is False
+def test_a_run_that_ends_within_five_cycles_of_the_last_contact_is_not_recovered():
+    _, last = results.contact_cycles(synthetic())
+    assert results.recovered(synthetic(last + 4.9)) is False
+    assert results.recovered(synthetic(last + 5.1)) is True
+
+
+def test_a_rotor_that_never_touched_counts_as_recovered():
+    assert results.recovered(synthetic(4)) is True
 
 
 def test_an_impact_between_samples_counts_as_contact():
