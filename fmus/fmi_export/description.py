@@ -5,7 +5,6 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element, SubElement
 
 from fmi_export.model import Model
-from fmi_export.units import base_unit
 from fmi_export.variables import LARGEST, Variable
 
 LOG_CATEGORIES = {
@@ -67,6 +66,8 @@ def model_description(model: Model, guid: str, tool: str, version: str) -> Eleme
 
 
 def _add_units(root: Element, model: Model) -> None:
+    from fmi_export.units import base_unit  # only builds need pint; a running FMU needs numpy alone
+
     units = sorted({v.unit for v in model.interface.variables if v.type == "Real"})
     definitions = SubElement(root, "UnitDefinitions")
     for unit in units:
