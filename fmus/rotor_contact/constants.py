@@ -13,6 +13,8 @@ from rotor_contact.interface import N_BEARINGS, N_DISCS, N_SENSORS
 from rotor_contact.reduction import msdc
 from rotor_contact.rotor import Rotor, load_rotor
 
+N_RIG = 12  # degrees of freedom of the reduced rig; the plant's arrays have room for no more
+
 
 class Structure(NamedTuple):
     """The reduced rotor, n degrees of freedom. A product with M^-1 is an acceleration.
@@ -55,9 +57,13 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
     Raises
     ------
     ValueError
-        If the rotor's master planes cannot hold it.
+        If the rotor's master planes cannot hold it, or are more than the plant has room for.
     """
     rotor = rotor or load_rotor()
+    if 2 * len(rotor.planes.master) > N_RIG:
+        raise ValueError(
+            f"planes.master = {list(rotor.planes.master)} is not allowed; it must be at most {N_RIG // 2} node numbers"
+        )
     full = assemble(rotor, "diagonal")
     reduction = msdc(full, rotor.planes.master)
     reduced = reduction.model

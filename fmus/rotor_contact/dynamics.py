@@ -75,8 +75,8 @@ def prepare(
         cosine[i] = 0.0
         sine[i] = 0.0
         for j in range(n):
-            K[i, j] = s.MinvK[i, j]
-            C[i, j] = Omega * s.MinvG[i, j]
+            K[j, i] = s.MinvK[i, j]
+            C[j, i] = Omega * s.MinvG[i, j]
         for d in range(N_DISCS):
             at = DISC + d * DISC_INPUTS
             f_x = s.MinvB_disc[i, 2 * d]
@@ -95,8 +95,8 @@ def prepare(
                 row = int(s.rows[k]) + axis
                 effect = s.Minv[i, row]
                 steady[i] += effect * (inputs[at + FORCE] - inputs[at + GRADIENT] * inputs[at + REFERENCE])
-                K[i, row] += effect * (k_b - inputs[at + GRADIENT])
-                C[i, row] += effect * c_b
+                K[row, i] += effect * (k_b - inputs[at + GRADIENT])
+                C[row, i] += effect * c_b
     return Motion(K, C, steady, cosine, sine, theta, Omega)
 
 
@@ -108,10 +108,10 @@ def free_acceleration(m: Motion, tau: float, q: Array, v: Array, a: Array) -> No
     sine = math.sin(angle)
     n = q.shape[0]
     for i in range(n):
-        total = m.steady[i] + cosine * m.cosine[i] + sine * m.sine[i]
-        for j in range(n):
-            total -= m.K[i, j] * q[j] + m.C[i, j] * v[j]
-        a[i] = total
+        a[i] = m.steady[i] + cosine * m.cosine[i] + sine * m.sine[i]
+    for j in range(n):
+        for i in range(n):
+            a[i] -= m.K[j, i] * q[j] + m.C[j, i] * v[j]
 
 
 @kernel

@@ -39,10 +39,12 @@ FAULT_TOO_MANY_EVENTS, FAULT_SINGULAR = 1, 2
 MAX_EVENTS = 500  # of one step; a bouncing site ends in contact long before
 PLASTIC_AFTER = 50  # events, then impacts no longer rebound and flights shorter than a substep are not resolved
 SHORTEST_FLIGHT = 1e-3  # of a substep; a shorter one is sustained contact
+SHORTEST_TURN = 0.01  # of a substep; no shorter ones however fast the whirl
 FORCE_SCALE = 1e3  # N, and m/s for velocities: makes indicators comparable
 TOLERANCE = 1e-12  # of the indicators, below which nothing has happened
 AIM = 1e-11  # value of the indicator at a located event
 STICTION = 1e-9  # m/s, slip that counts as none
+MAX_TURN = 0.1  # rad that a closed site may whirl in a substep; rolling is fast, and the constraint turns with it
 
 
 class Run(NamedTuple):
@@ -223,17 +225,25 @@ def _close_one(s: Structure, m: Motion, sites: Sites, q: Array, v: Array, a: Arr
 
 @kernel
 def _change_friction(s: Structure, m: Motion, sites: Sites, v: Array) -> bool:
-    """Let one site stick that has stopped slipping, or slip that cannot stick; True if something changed."""
+    """Let one site stick that has stopped slipping, or slip that cannot stick; True if something changed.
+
+    An impact elsewhere may have reversed the slip of a sliding site: friction turns with it.
+    """
     for k in range(N_SITES):
         if sites.mode[k] == ROLLING and abs(sites.tangential[k]) > sites.mu[k] * sites.normal[k]:
             sites.mode[k] = SLIDING
             sites.sign[k] = -1.0 if sites.tangential[k] > 0.0 else 1.0
             sites.mark[k] = 1.0  # it slips for good; do not try to stick again at this instant
             return True
-        may_stick = sites.mode[k] == SLIDING and sites.mu[k] > 0.0 and sites.mark[k] == 0.0
-        if may_stick and abs(slip_velocity(s, sites, k, v, m.Omega)) <= STICTION:
-            sites.mode[k] = ROLLING
-            return True
+        if sites.mode[k] == SLIDING and sites.mu[k] > 0.0:
+            slip = slip_velocity(s, sites, k, v, m.Omega)
+            if abs(slip) <= STICTION:
+                if sites.mark[k] == 0.0:
+                    sites.mode[k] = ROLLING
+                    return True
+            elif sites.sign[k] * slip < 0.0:
+                sites.sign[k] = -sites.sign[k]
+                return True
     return False
 
 
@@ -245,6 +255,11 @@ def strike(s: Structure, m: Motion, sites: Sites, r: Run, law: int, plastic: boo
     v = r.z[n : 2 * n]
     if not mark_touching(s, sites, q, v):
         return True
+    for k in range(N_SITES):  # a site that leaves again must not look as if it touched
+        if sites.mark[k] == TOUCHING:
+            row = int(s.rows[k])
+            q[row] = sites.offset_x[k] + sites.clearance[k] * sites.normals[2 * k]
+            q[row + 1] = sites.offset_y[k] + sites.clearance[k] * sites.normals[2 * k + 1]
     if law == NODAL:
         for k in range(N_SITES):
             if sites.mark[k] == TOUCHING:
@@ -254,6 +269,16 @@ def strike(s: Structure, m: Motion, sites: Sites, r: Run, law: int, plastic: boo
     if plastic:
         sites.rebound[:] = 0.0
     return newton_impact(s, sites, v, r.before, m.Omega)
+
+
+@kernel
+def fastest_whirl(s: Structure, sites: Sites, v: Array) -> float:
+    """Largest whirl speed (rad/s) of the closed sites, never zero."""
+    fastest = 1e-300
+    for k in range(N_SITES):
+        if sites.mode[k] != FREE:
+            fastest = max(fastest, abs(tangential(s, sites, k, v)) / sites.clearance[k])
+    return fastest
 
 
 @kernel
@@ -267,20 +292,28 @@ def advance(
     step_size: float,
     max_substep: float,
 ) -> int:
-    """Advance z over one communication step in substeps no longer than `max_substep`; returns a fault code."""
+    """Advance z over one communication step, in substeps within `max_substep` and `MAX_TURN`; returns a fault code."""
+    n = s.M.shape[0]
     substeps = int(step_size / max_substep + 1.0 - 1e-9)
     longest = step_size / substeps
+    shortest = SHORTEST_FLIGHT * longest
     tau = 0.0
     events = 0
-    if not settle(s, m, sites, parameters, tau, r, SHORTEST_FLIGHT * longest):
+    if not settle(s, m, sites, parameters, tau, r, shortest):
         return FAULT_SINGULAR
     while tau < step_size * (1.0 - 1e-12):
-        dt = min(longest, step_size - tau)
+        turn = max(MAX_TURN / fastest_whirl(s, sites, r.z[n : 2 * n]), SHORTEST_TURN * longest)
+        dt = min(longest, step_size - tau, turn)
         if not substep(s, m, sites, parameters, r, tau, dt):
             return FAULT_SINGULAR
         event = indicator(s, m, sites, r.z_new) > TOLERANCE
+        crowded = events > PLASTIC_AFTER
         if event:
             dt = locate_event(s, m, sites, parameters, r, tau, dt)
+            # strong friction can leave no consistent motion: time must go on all the same
+            if crowded and dt < shortest:
+                dt = min(shortest, step_size - tau)
+                substep(s, m, sites, parameters, r, tau, dt)
         tau += dt
         r.z[:] = r.z_new
         r.k1[:] = r.k_new
@@ -288,9 +321,8 @@ def advance(
             events += 1
             if events > MAX_EVENTS:
                 return FAULT_TOO_MANY_EVENTS
-            crowded = events > PLASTIC_AFTER
             if not strike(s, m, sites, r, law, crowded):
                 return FAULT_SINGULAR
-            if not settle(s, m, sites, parameters, tau, r, longest if crowded else SHORTEST_FLIGHT * longest):
+            if not settle(s, m, sites, parameters, tau, r, longest if crowded else shortest):
                 return FAULT_SINGULAR
     return 0

@@ -128,7 +128,7 @@ def _impulses(s: Structure, sites: Sites, v: Array, before: Array, Omega: float,
         if sites.P_n[weakest] < 0.0:
             sites.mode[weakest] = FREE
             continue
-        if plain or not _adjust_friction(s, sites, v, Omega):
+        if plain or not (_adjust_friction(s, sites, v, Omega) or _close_again(s, sites, v, Omega)):
             return True
     return False
 
@@ -144,6 +144,16 @@ def _adjust_friction(s: Structure, sites: Sites, v: Array, Omega: float) -> bool
         elif sites.mode[k] == ROLLING and abs(sites.P_t[k]) > sites.mu[k] * sites.P_n[k] * (1.0 + 1e-12):
             sites.mode[k] = SLIDING
             sites.sign[k] = -1.0 if sites.P_t[k] > 0.0 else 1.0
+            return True
+    return False
+
+
+@kernel
+def _close_again(s: Structure, sites: Sites, v: Array, Omega: float) -> bool:
+    """Close one site that was left out and approaches all the same, now that others have changed; True if there is."""
+    for k in range(N_SITES):
+        if sites.mode[k] == FREE and sites.mode_before[k] != FREE and radial(s, sites, k, v) > 1e-9:
+            begin_slip(s, sites, k, v, Omega)
             return True
     return False
 

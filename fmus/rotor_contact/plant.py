@@ -6,7 +6,7 @@ import math
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from rotor_contact.constants import structure_of
+from rotor_contact.constants import N_RIG, structure_of
 from rotor_contact.contact import Sites, locate, slip_velocity, tangential
 from rotor_contact.dynamics import prepare, quadratic_form
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, Run, advance
@@ -57,7 +57,8 @@ SITE_WORK = 12 * N_SITES + 4 * N_SITES * N_SITES  # scratch of the sites
 def sites_of(parameters: Array, state: Array, work: Array) -> Sites:
     """Views of the contact sites.
 
-    The state is q, v, heat, theta, energy lost in impacts, then the mode and the sign of slip of each site.
+    The state begins with q, v, heat, theta and ends with the energy lost in impacts, the modes and the signs of slip of
+    the sites; a rotor of fewer degrees of freedom than `N_RIG` leaves a gap between.
     """
     n = N_SITES
     end = SITE + n * SITE_PARAMETERS
@@ -196,10 +197,8 @@ def write_outputs(
         strain += k_b * (q[row] * q[row] + q[row + 1] * q[row + 1])
     outputs[KINETIC] = 0.5 * quadratic_form(s.M, v)
     outputs[STRAIN] = 0.5 * strain
-    outputs[DISSIPATED] = state[2 * n] + state[2 * n + 2]
+    outputs[DISSIPATED] = state[2 * n] + sites.loss[0]
 
-
-N_RIG = 12  # degrees of freedom of the reduced rig
 
 MODEL = Model(
     name="rotor_contact",

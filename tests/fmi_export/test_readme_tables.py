@@ -7,7 +7,7 @@ import pytest
 
 from fmi_export.readme import BEGIN, END, interface_table
 
-MODULES = ["amb_actuator.actuator", "rolac_controller.controller"]
+MODULES = ["amb_actuator.actuator", "rolac_controller.controller", "rotor_contact.plant"]
 
 
 @pytest.mark.parametrize("module", MODULES)
