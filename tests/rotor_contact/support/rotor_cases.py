@@ -1,0 +1,176 @@
+"""Rotors, runs and the independent model that the tests of the plant share.
+
+`OnePlane` is the oracle: the rotor in complex coordinates r = x + i y, M r'' - i Omega G r' + K r = f, with element
+stiffness from the flexibility of a clamped beam. It shares no code with the package but the rotor's description.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fmi_export.model import Instance
+from rotor_contact.constants import plant_constants
+from rotor_contact.plant import MODEL
+from rotor_contact.rotor import Body, Planes, Rotor, Shaft, load_rotor
+
+STEEL = {"youngs_modulus": 2.07e11, "density": 7850.0, "poissons_ratio": 0.3}
+CLEARANCE = 0.75e-3
+H = 250e-6
+
+
+def shaft_only(nodes, diameter=0.05, **material):
+    """A bare shaft; every node is a master."""
+    count = len(nodes)
+    shaft = Shaft(diameter=diameter, nodes=tuple(nodes), **(STEEL | material))
+    planes = Planes(tuple(range(1, count + 1)), (1, count), (1,) * 4, (1,) * 4)
+    return Rotor("shaft", shaft, (), planes)
+
+
+def rigid_rotor(mass=20.0, length=0.5):
+    """Two equal masses on a stiff, nearly massless shaft; two master planes leave it no way to bend."""
+    shaft = Shaft(diameter=0.05, youngs_modulus=2e11, density=1e-6, poissons_ratio=0.3, nodes=(0.0, length))
+    bodies = tuple(Body(f"b{node}", node, mass / 2.0, 0.0, 0.0) for node in (1, 2))
+    return Rotor("rigid", shaft, bodies, Planes((1, 2), (1, 2), (1, 1, 2, 2), (2, 2, 1, 1)))
+
+
+def symmetric_rotor():
+    """A flexible rotor that looks the same from both ends."""
+    shaft = Shaft(diameter=0.05, nodes=(0.0, 0.25, 0.5, 1.0, 1.5, 1.75, 2.0), **STEEL)
+    bodies = tuple(Body(f"b{node}", node, 10.0, 0.12, 0.03) for node in (1, 3, 5, 7))
+    return Rotor("symmetric", shaft, bodies, Planes((1, 2, 3, 5, 6, 7), (2, 6), (1, 3, 5, 7), (7, 6, 2, 1)))
+
+
+def plant(values=None, rotor=None):
+    """An initialised plant with the given variables."""
+    instance = Instance(MODEL, plant_constants(rotor or load_rotor()))
+    for name, value in (values or {}).items():
+        instance[name] = value
+    instance.initialise()
+    return instance
+
+
+def both(name, value):
+    """The same value for both bearings or sites: both('rb.mu', 0.1)."""
+    kind, _, rest = name.partition(".")
+    return {f"{kind}{k}.{rest}": value for k in (1, 2)}
+
+
+BEARINGS = both("mb.k_b", 1e6) | both("mb.c_b", 5000.0)
+
+
+def run(instance, steps, names=(), h=H, start=0.0):
+    """Step the plant and return the named variables after each step, shape (steps, names)."""
+    record = np.empty((steps, len(names)))
+    for n in range(steps):
+        instance.step(start + n * h, h)
+        record[n] = [instance[name] for name in names]
+    return record
+
+
+def size_of(instance):
+    return int(instance.constants[0])
+
+
+def place(instance, r, velocity, modes=(0, 0), signs=(1.0, 1.0)):
+    """Put the masters at complex positions and velocities, the sites into the given modes."""
+    n = size_of(instance)
+    instance.state[:n] = np.ravel(np.column_stack([np.real(r), np.imag(r)]))
+    instance.state[n : 2 * n] = np.ravel(np.column_stack([np.real(velocity), np.imag(velocity)]))
+    instance.state[-4:-2] = modes
+    instance.state[-2:] = signs
+    return instance
+
+
+def masters(instance):
+    """Complex positions and velocities of the masters."""
+    n = size_of(instance)
+    q, v = instance.state[:n], instance.state[n : 2 * n]
+    return q[::2] + 1j * q[1::2], v[::2] + 1j * v[1::2]
+
+
+def bearing_positions(instance):
+    return np.array([instance[f"mb{k}.x"] + 1j * instance[f"mb{k}.y"] for k in (1, 2)])
+
+
+@dataclass
+class OnePlane:
+    """Reduced complex model: matrices on the masters, and which masters carry the bearings and discs."""
+
+    M: np.ndarray
+    G: np.ndarray
+    K: np.ndarray
+    C: np.ndarray
+    T: np.ndarray
+    bearings: list[int]
+    discs: list[int]
+    full: tuple[np.ndarray, np.ndarray, np.ndarray]
+
+    @classmethod
+    def of(cls, rotor, k_b=0.0, c_b=0.0):
+        M, G, K = one_plane_matrices(rotor)
+        kept = [2 * (node - 1) for node in rotor.planes.master]
+        rest = [i for i in range(len(M)) if i not in kept]
+        T = np.zeros((len(M), len(kept)))
+        T[kept, range(len(kept))] = 1.0
+        T[rest] = -np.linalg.lstsq(K[np.ix_(rest, rest)], K[np.ix_(rest, kept)], rcond=None)[0]
+        bearings = [rotor.planes.master.index(node) for node in rotor.planes.bearings]
+        held = np.zeros(len(kept))
+        held[bearings] = 1.0
+        full_stiffness = K.copy()
+        for node in rotor.planes.bearings:
+            full_stiffness[2 * (node - 1), 2 * (node - 1)] += k_b
+        return cls(
+            M=T.T @ M @ T,
+            G=T.T @ G @ T,
+            K=T.T @ K @ T + k_b * np.diag(held),
+            C=c_b * np.diag(held),
+            T=T,
+            bearings=bearings,
+            discs=[2 * (node - 1) for node in rotor.planes.discs],
+            full=(M, G, full_stiffness),
+        )
+
+    def unbalance(self, u):
+        """Force on the masters for complex unbalances u (kg m) of the four discs, without Omega^2 e^(i theta)."""
+        force = np.zeros(len(self.T), dtype=complex)
+        for disc, value in zip(self.discs, u, strict=True):
+            force[disc] += value
+        return self.T.T @ force
+
+    def orbit(self, Omega, u):
+        """Synchronous response r_0 of r = r_0 e^(i theta)."""
+        dynamic = -(Omega**2) * (self.M - self.G) + 1j * Omega * self.C + self.K
+        return np.linalg.solve(dynamic, Omega**2 * self.unbalance(u))
+
+    def acceleration(self, Omega, r, v, force):
+        return np.linalg.solve(self.M, force - self.K @ r - (self.C - 1j * Omega * self.G) @ v)
+
+
+def one_plane_matrices(rotor):
+    """Diagonal mass, polar inertia and stiffness in one plane, from the clamped beam's flexibility."""
+    shaft, z = rotor.shaft, rotor.shaft.nodes
+    size = 2 * len(z)
+    M, G, K = (np.zeros((size, size)) for _ in range(3))
+    area, second = np.pi / 4 * shaft.diameter**2, np.pi / 64 * shaft.diameter**4
+    E, nu = shaft.youngs_modulus, shaft.poissons_ratio
+    shear = E / (2 * (1 + nu)) * 6 * (1 + nu) / (7 + 6 * nu) * area
+    for e, (a, b) in enumerate(pairwise(z)):
+        L = b - a
+        flexibility = np.array(
+            [[L**3 / (3 * E * second) + L / shear, L**2 / (2 * E * second)], [0.0, L / (E * second)]]
+        )
+        flexibility[1, 0] = flexibility[0, 1]
+        relative = np.hstack([-np.array([[1.0, L], [0.0, 1.0]]), np.eye(2)])  # end 2 seen from the tangent at end 1
+        at = slice(2 * e, 2 * e + 4)
+        K[at, at] += relative.T @ np.linalg.inv(flexibility) @ relative
+        M[at, at] += shaft.density * L / 2 * np.diag([area, second, area, second])
+        G[at, at] += shaft.density * L * np.diag([0.0, second, 0.0, second])
+    for body in rotor.bodies:
+        w = 2 * (body.node - 1)
+        M[w, w] += body.mass
+        M[w + 1, w + 1] += body.mass * (3 * body.radius**2 + body.width**2) / 12
+        G[w + 1, w + 1] += body.mass * body.radius**2 / 2
+    return M, G, K

@@ -1,0 +1,134 @@
+"""Motion without contact: an independent integration, order of convergence, signs of what acts on the rotor."""
+
+import numpy as np
+import pytest
+from rotor_cases import BEARINGS, H, OnePlane, both, masters, place, plant, rigid_rotor, run, size_of
+from scipy.integrate import solve_ivp
+
+from rotor_contact.rotor import load_rotor
+
+ROTOR = load_rotor()
+WIDE = both("rb.clearance", 0.1)
+UNBALANCE = {"d1.u": 5e-3, "d2.u": 2e-3, "d2.phi": 2.0, "d3.u": 4e-3, "d3.phi": -1.0, "d4.u": 1e-3, "d4.phi": 0.5}
+COMPLEX_UNBALANCE = [5e-3, 2e-3 * np.exp(2j), 4e-3 * np.exp(-1j), 1e-3 * np.exp(0.5j)]
+START = 1e-4 * np.array([1 + 0.5j, -0.3j, 0.2 + 0.1j, 0.4, -0.6 + 0.2j, 0.1 - 0.7j])
+START_VELOCITY = 0.02 * np.array([0.3j, 1 - 0.2j, -0.5, 0.4 + 0.4j, -0.1j, 0.7])
+
+
+def exact_motion(Omega, duration, k_b=1e6, c_b=5000.0, unbalance=COMPLEX_UNBALANCE):
+    """Masters at the end, by an eighth-order method at tight tolerance on the complex model."""
+    model = OnePlane.of(ROTOR, k_b, c_b)
+    rotating = Omega**2 * model.unbalance(unbalance)
+
+    def derivative(t, z):
+        r, v = np.split(z, 2)
+        return np.concatenate([v, model.acceleration(Omega, r, v, rotating * np.exp(1j * Omega * t))])
+
+    start = np.concatenate([START, START_VELOCITY])
+    solution = solve_ivp(derivative, (0.0, duration), start, method="DOP853", rtol=1e-12, atol=1e-15)
+    return np.split(solution.y[:, -1], 2)
+
+
+def moved(Omega, steps, h=H, **values):
+    x = plant(WIDE | BEARINGS | UNBALANCE | {"Omega": Omega} | {k.replace("__", "."): v for k, v in values.items()})
+    place(x, START, START_VELOCITY)
+    run(x, steps, h=h)
+    return x
+
+
+@pytest.mark.parametrize("Omega", [150.0, -150.0, 400.0])
+def test_plant_moves_as_the_complex_model_integrated_independently(Omega):
+    steps = 400
+    r, v = exact_motion(Omega, steps * H)
+    x = moved(Omega, steps, solver__max_substep=5e-6)
+    q, w = masters(x)
+    np.testing.assert_allclose(q, r, atol=1e-8 * np.max(np.abs(r)))
+    np.testing.assert_allclose(w, v, atol=1e-7 * np.max(np.abs(v)))
+    assert x["theta"] == pytest.approx((Omega * steps * H) % (2 * np.pi), rel=1e-12)
+
+
+def test_integration_is_of_fourth_order_in_the_substep():
+    steps = 40
+    r, _ = exact_motion(300.0, steps * 1e-3)
+    errors = [
+        np.max(np.abs(masters(moved(300.0, steps, 1e-3, solver__max_substep=1e-3 / parts))[0] - r))
+        for parts in (4, 8, 16)
+    ]
+    order = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    np.testing.assert_allclose(order, 4.0, atol=0.3)
+    assert errors[-1] < 3e-5 * np.max(np.abs(r))
+
+
+def test_communication_step_does_not_change_the_motion():
+    once = moved(200.0, 100, 1e-3)
+    often = moved(200.0, 1600, 62.5e-6)
+    np.testing.assert_allclose(masters(once)[0], masters(often)[0], rtol=1e-9, atol=1e-16)
+    assert once["energy.dissipated"] == pytest.approx(often["energy.dissipated"], rel=1e-9)
+
+
+def test_force_with_gradient_is_a_spring_about_its_reference():
+    """F + k (x - x_ref) with k = -1e6 and F = 0 at x_ref = 0 is the passive bearing."""
+    spring = moved(150.0, 200)
+    values = WIDE | UNBALANCE | {"Omega": 150.0} | both("mb.c_b", 5000.0)
+    for k in (1, 2):
+        for axis, reference in (("x", 2e-5), ("y", -1e-5)):
+            values |= {f"mb{k}.k_{axis}{axis}": -1e6, f"mb{k}.{axis}_ref": reference}
+            values |= {f"mb{k}.f_{axis}": -1e6 * reference}
+    held = place(plant(values), START, START_VELOCITY)
+    run(held, 200)
+    np.testing.assert_allclose(masters(held)[0], masters(spring)[0], rtol=1e-9, atol=1e-16)
+
+
+@pytest.mark.parametrize(("name", "site", "direction"), [
+    ("mb1.f_x", 0, 1.0), ("mb1.f_y", 0, 1j), ("mb2.f_x", 1, 1.0), ("mb2.f_y", 1, 1j),
+    ("d1.f_x", 0, 1.0), ("d2.f_y", 0, 1j), ("d3.f_x", 1, 1.0), ("d4.f_y", 1, 1j),
+])  # fmt: skip
+def test_force_input_accelerates_its_own_point_along_its_own_axis(name, site, direction):
+    x = plant(WIDE | {name: 5.0}, rigid_rotor(mass=20.0))
+    run(x, 40)
+    r, _ = masters(x)
+    assert r[site] == pytest.approx(direction * 0.5 * (5.0 / 10.0) * 0.01**2, rel=1e-6)
+    assert abs(r[1 - site]) < 1e-6 * abs(r[site])
+
+
+def test_base_acceleration_moves_a_free_rotor_the_other_way_as_a_rigid_body():
+    x = plant(WIDE | {"base.a_x": 2.0, "base.a_y": -3.0})
+    run(x, 200)
+    np.testing.assert_allclose(masters(x)[0], -0.5 * (2.0 - 3.0j) * 0.05**2, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("theta", "phi"), [(0.0, 0.0), (0.0, 1.0), (1.3, -0.4)])
+def test_unbalance_force_points_along_the_mark_plus_its_angle(theta, phi):
+    u, Omega, h = 1e-3, 50.0, 1e-5
+    x = plant(WIDE | {"Omega": Omega, "d1.u": u, "d1.phi": phi}, rigid_rotor(mass=20.0))
+    x.state[2 * size_of(x) + 1] = theta
+    run(x, 1, h=h)
+    acceleration = masters(x)[1][0] / h
+    assert acceleration == pytest.approx(u * Omega**2 / 10.0 * np.exp(1j * (theta + phi + Omega * h / 2)), rel=1e-6)
+
+
+@pytest.mark.parametrize("Omega", [60.0, -60.0])
+def test_unbalance_turns_from_x_to_y_for_positive_speed(Omega):
+    """A free rigid rotor: 10 r'' = u Omega^2 e^(i Omega t), so v = u Omega/(10 i) (e^(i Omega t) - 1)."""
+    u, steps = 1e-3, 100
+    x = plant(WIDE | {"Omega": Omega, "d1.u": u}, rigid_rotor(mass=20.0))
+    run(x, steps)
+    v = masters(x)[1][0]
+    assert v == pytest.approx(u * Omega / 10j * (np.exp(1j * Omega * steps * H) - 1.0), rel=1e-6)
+    assert np.sign(v.imag) == np.sign(Omega)
+
+
+def test_speed_zero_and_no_force_leave_the_rotor_at_rest():
+    x = plant(UNBALANCE)
+    run(x, 100)
+    assert np.all(x.state[: 2 * size_of(x) + 3] == 0.0)
+
+
+def test_energy_balance_of_free_vibration_on_damped_bearings():
+    x = place(plant(WIDE | BEARINGS | {"Omega": 200.0}), START, START_VELOCITY)
+    model = OnePlane.of(ROTOR, 1e6)
+    start = 0.5 * (START_VELOCITY.conj() @ model.M @ START_VELOCITY + START.conj() @ model.K @ START).real
+    energy = run(x, 2000, ["energy.kinetic", "energy.strain", "energy.dissipated"])
+    np.testing.assert_allclose(energy.sum(axis=1), start, rtol=1e-4)
+    assert energy[-1, 2] > 0.99 * start
+    assert np.all(np.diff(energy[:, 2]) >= 0.0)

@@ -1,0 +1,226 @@
+"""Impacts: bouncing in closed form, momentum, energy, several at once."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rotor_cases import BEARINGS, CLEARANCE, both, masters, place, plant, rigid_rotor, run, size_of
+
+from rotor_contact.constants import structure_of
+from rotor_contact.contact import locate, slip_velocity
+from rotor_contact.impact import TOUCHING, mark_touching, newton_impact, nodal_impact
+from rotor_contact.interface import NEWTON, NODAL
+from rotor_contact.plant import sites_of
+
+RING, G = 0.05, 9.81
+RIG = plant()
+
+
+def bounce_height(t, e, drop):
+    """Height above the bottom of a mass that bounces from rest at `drop`: t1 = sqrt(2h/g), then flights 2 e^n v1/g."""
+    begin, speed = math.sqrt(2 * drop / G), math.sqrt(2 * G * drop)
+    if t < begin:
+        return drop - 0.5 * G * t**2
+    while speed > 1e-12:
+        speed *= e
+        flight = 2 * speed / G
+        if t < begin + flight:
+            return speed * (t - begin) - 0.5 * G * (t - begin) ** 2
+        begin += flight
+    return 0.0
+
+
+def dropped(e):
+    return plant(both("rb.clearance", RING) | both("rb.restitution", e) | {"base.a_y": G}, rigid_rotor(20.0))
+
+
+def test_bouncing_rotor_follows_the_closed_form_flight_by_flight():
+    e, h = 0.9, 1e-3
+    x = dropped(e)
+    steps = 1000  # 15 flights and more
+    record = run(x, steps, ["mb1.y", "mb2.y", "rb1.impulse", "rb2.impulse"], h=h)
+    expected = [bounce_height((n + 1) * h, e, RING) - RING for n in range(steps)]
+    np.testing.assert_allclose(record[:, 0], expected, atol=1e-8)
+    np.testing.assert_allclose(record[:, 1], expected, atol=1e-8)
+    impulses = record[record[:, 2] > 0, 2]
+    v1 = math.sqrt(2 * G * RING)
+    np.testing.assert_allclose(impulses, 10.0 * (1 + e) * v1 * e ** np.arange(len(impulses)), rtol=1e-7)
+    assert len(impulses) >= 5
+    np.testing.assert_allclose(record[:, 3], record[:, 2], rtol=1e-7)
+
+
+def test_impact_times_are_those_of_the_published_bouncing_ball():
+    """h0 = 1 m, e = 0.9: 0.451523641, 1.264266195, 1.995734493 s; here h0 = 0.05 m, so times shrink by sqrt(0.05)."""
+    x = dropped(0.9)
+    h = 1e-4
+    times = []
+    for n in range(4600):
+        before = masters(x)[1][0].imag
+        x.step(n * h, h)
+        if x["rb1.impulse"] > 0.0:
+            # v jumps from v- to -e v-: solve v(end) = 0.9 (g t - before) - g (h - t)
+            after = masters(x)[1][0].imag
+            times.append(n * h + (after + 0.9 * before + G * h) / (1.9 * G))
+    expected = np.array([0.451523641, 1.264266195, 1.995734493]) * math.sqrt(0.05)
+    np.testing.assert_allclose(times, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("e", [0.5, 0.9])
+def test_bouncing_accumulates_and_ends_at_rest_on_the_ring(e):
+    x = dropped(e)
+    end = math.sqrt(2 * RING / G) * (1 + 2 * e / (1 - e))
+    run(x, math.ceil(1.02 * end / 1e-3), h=1e-3)
+    assert (x["rb1.mode"], x["rb2.mode"], x["contact_state"]) == (1, 1, 3)
+    assert x["mb1.y"] == pytest.approx(-RING, abs=1e-12)
+    assert np.max(np.abs(masters(x)[1])) < 1e-12
+    assert x["rb1.f_n"] == pytest.approx(10.0 * G, rel=1e-6)
+    assert x["energy.dissipated"] == pytest.approx(20.0 * G * RING, rel=1e-4)
+
+
+def test_impact_without_restitution_stops_at_once():
+    x = dropped(0.0)
+    t1 = math.sqrt(2 * RING / G)
+    run(x, 1, h=t1 + 1e-3)
+    assert x["rb1.mode"] == 1
+    assert x["rb1.impulse"] == pytest.approx(10.0 * math.sqrt(2 * G * RING), rel=1e-7)
+    assert x["energy.dissipated"] == pytest.approx(20.0 * G * RING, rel=1e-7)
+
+
+# One impact of the rig, on the kernel itself.
+
+angles = st.floats(0.0, 2 * math.pi)
+
+
+def touching(seed, angle_1, angle_2, mu=0.0, e=0.0, Omega=0.0, sites=(0, 1)):
+    """The rig with the given journals on their rings, and random velocities that bring these outward."""
+    rng = np.random.default_rng(seed)
+    n = size_of(RIG)
+    s = structure_of(RIG.constants)
+    RIG.initialise()
+    for k in (1, 2):
+        RIG[f"rb{k}.mu"], RIG[f"rb{k}.restitution"] = mu, e
+    q, v = 1e-4 * rng.normal(size=n), rng.normal(size=n)
+    for k, angle in enumerate((angle_1, angle_2)):
+        if k in sites:
+            i = int(s.rows[k])
+            normal = np.array([math.cos(angle), math.sin(angle)])
+            q[i : i + 2] = CLEARANCE * normal * (1 + 1e-11)
+            v[i : i + 2] += (abs(normal @ v[i : i + 2]) + 0.01 - normal @ v[i : i + 2]) * normal
+    contact = sites_of(RIG.parameters, RIG.state, RIG.work)
+    contact.loss[0] = 0.0
+    contact.impulse[:] = 0.0
+    assert mark_touching(s, contact, q, v)
+    assert [contact.mark[k] == TOUCHING for k in range(2)] == [k in sites for k in range(2)]
+    return s, contact, q, v
+
+
+def directions(s, contact):
+    """Rows n_k and t_k that take a velocity to its radial and forward components."""
+    N, T = np.zeros((2, s.M.shape[0])), np.zeros((2, s.M.shape[0]))
+    for k in range(2):
+        i, (x, y) = int(s.rows[k]), contact.normals[2 * k : 2 * k + 2]
+        N[k, i : i + 2], T[k, i : i + 2] = (x, y), (-y, x)
+    return N, T
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**32 - 1), angles, angles, st.sampled_from([(0,), (1,), (0, 1)]))
+def test_elastic_impact_conserves_energy_and_changes_momentum_by_the_impulse_alone(seed, a, b, sites):
+    s, contact, _, v = touching(seed, a, b, e=1.0, sites=sites)
+    before = v.copy()
+    assert newton_impact(s, contact, v, np.empty_like(v), 100.0)
+    N, _ = directions(s, contact)
+    np.testing.assert_allclose(s.M @ (v - before), -N.T @ contact.P_n, atol=1e-9)
+    assert v @ s.M @ v == pytest.approx(before @ s.M @ before, rel=1e-10)
+    for k in sites:
+        rebound = -N[k] @ before
+        if contact.P_n[k] > 0.0:
+            assert N[k] @ v == pytest.approx(rebound, rel=1e-9)
+        else:  # the blow at the other site threw it off faster still
+            assert N[k] @ v <= rebound + 1e-12
+        assert contact.impulse[k] == contact.P_n[k]
+    assert np.any(contact.P_n > 0.0)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**32 - 1), angles, st.floats(0.0, 1.0), st.sampled_from([0, 1]))
+def test_impact_loses_one_minus_e_squared_of_the_energy_of_approach(seed, angle, e, k):
+    s, contact, _, v = touching(seed, angle, angle, e=e, sites=(k,))
+    before = v.copy()
+    assert newton_impact(s, contact, v, np.empty_like(v), 0.0)
+    N, _ = directions(s, contact)
+    effective_mass = 1.0 / (N[k] @ s.Minv @ N[k])
+    lost = 0.5 * (before @ s.M @ before - v @ s.M @ v)
+    assert lost == pytest.approx(0.5 * effective_mass * (1 - e**2) * (N[k] @ before) ** 2, rel=1e-7, abs=1e-9)
+    assert contact.loss[0] == pytest.approx(lost, rel=1e-7, abs=1e-9)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.integers(0, 2**32 - 1), angles, angles, st.floats(0.0, 5.0), st.floats(0.0, 1.0), st.floats(-600.0, 600.0),
+    st.sampled_from([(0,), (1,), (0, 1)]),
+)  # fmt: skip
+def test_impact_with_friction_never_creates_energy_pulls_or_drives_the_slip(seed, a, b, mu, e, Omega, sites):
+    s, contact, _, v = touching(seed, a, b, mu, e, Omega, sites)
+    before = v.copy()
+    assert newton_impact(s, contact, v, np.empty_like(v), Omega)
+    N, T = directions(s, contact)
+    np.testing.assert_allclose(s.M @ (v - before), -N.T @ contact.P_n + T.T @ contact.P_t, atol=1e-9)
+    assert np.all(contact.P_n >= 0.0)
+    assert np.all(np.abs(contact.P_t) <= mu * contact.P_n * (1 + 1e-9))
+    spin_work = -sum(contact.P_t[k] * Omega * 0.025 for k in range(2))
+    heat = 0.5 * (before @ s.M @ before - v @ s.M @ v) + spin_work
+    assert heat >= -1e-9
+    assert contact.loss[0] == pytest.approx(heat, rel=1e-7, abs=1e-8)
+    for k in sites:
+        assert N[k] @ v <= 1e-9  # leaves or stays
+        assert contact.P_t[k] * slip_velocity(s, contact, k, v, Omega) <= 1e-9
+        if len(sites) == 1:
+            slip_before, slip = (slip_velocity(s, contact, k, w, Omega) for w in (before, v))
+            assert slip * slip_before >= -1e-9
+            assert abs(slip) <= abs(slip_before) + 1e-12
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**32 - 1), angles, angles, st.sampled_from([(0,), (1,), (0, 1)]))
+def test_nodal_law_stops_the_radial_motion_of_the_touching_nodes_and_nothing_else(seed, a, b, sites):
+    s, contact, _, v = touching(seed, a, b, mu=0.5, e=0.7, sites=sites)
+    before = v.copy()
+    nodal_impact(s, contact, v)
+    N, _ = directions(s, contact)
+    expected = before - sum(N[k] * (N[k] @ before) for k in sites)
+    np.testing.assert_allclose(v, expected, atol=1e-14)
+    assert [contact.mode[k] for k in range(2)] == [1.0 if k in sites else 0.0 for k in range(2)]
+    assert contact.loss[0] == pytest.approx(0.5 * (before @ s.M @ before - v @ s.M @ v), rel=1e-9, abs=1e-12)
+
+
+def test_blow_at_one_site_loads_or_releases_a_journal_at_rest_on_the_other_but_never_pulls_it():
+    for side in (1.0, -1.0):
+        s, contact, q, v = touching(0, 0.0, 0.0, sites=(0,))
+        i, j = int(s.rows[0]), int(s.rows[1])
+        v[:] = 0.0
+        v[i] = 1.0
+        q[j : j + 2] = (side * CLEARANCE, 0.0)
+        contact.mode[1] = 1.0
+        locate(s, contact, 1, q)
+        assert newton_impact(s, contact, v, np.empty_like(v), 0.0)
+        alone = -side * s.Minv[j, i] / s.Minv[i, i]  # outward velocity the blow alone would give MB2
+        released = alone < 0.0
+        assert (contact.mode[1] == 0.0) == released
+        assert (contact.P_n[1] > 0.0) == (not released)
+
+
+def test_law_of_a_whole_run_is_the_one_that_was_chosen():
+    """First impact of the rig from a given flight: newton moves the neighbours' velocities, nodal does not."""
+    jumps = {}
+    for law in (NEWTON, NODAL):
+        x = plant(BEARINGS | {"contact.impact_law": law, "solver.max_substep": 1e-6})
+        r = np.zeros(6, dtype=complex)
+        r[2] = 0.999999 * CLEARANCE
+        place(x, r, np.array([0, 0, 0.1, 0, 0, 0]))
+        x.step(0.0, 2e-8)
+        jumps[law] = np.abs(masters(x)[1][[0, 1, 3]])
+        assert x["rb1.impulse"] > 0.0
+    assert np.max(jumps[NODAL]) < 1e-3 * np.max(jumps[NEWTON])

@@ -1,0 +1,87 @@
+"""Synchronous receptance: the transfer functions that the controller inverts."""
+
+import numpy as np
+import pytest
+from rotor_cases import BEARINGS, OnePlane, both, plant, run
+
+from rotor_contact.receptance import receptance
+from rotor_contact.rotor import load_rotor
+
+SENSORS = [f"s{k}" for k in range(1, 9)]
+COLLOCATED = [4, 5, 2, 3]  # sensors at mb1 x, y and mb2 x, y
+
+
+def test_static_receptance_is_that_of_two_springs_under_a_beam():
+    """Two bearings hold the rotor statically determinate: a force on one deflects its spring alone, by 1/k_b."""
+    at_rest = receptance(np.array([0.0]))[0]
+    np.testing.assert_allclose(at_rest[COLLOCATED], 1e-6 * np.eye(4), atol=1e-15)
+    z = np.array([1.948, 1.321, 0.624, 0.0])  # sensor planes
+    lever = 1e-6 * (1.321 - z) / (1.321 - 0.624)  # the free ends follow as a rigid body
+    np.testing.assert_allclose(at_rest[0::2, 0], lever, atol=1e-14)
+    np.testing.assert_allclose(at_rest[1::2, 3], 1e-6 - lever, atol=1e-14)
+
+
+@pytest.mark.parametrize("Omega", [5.0, 120.0])
+def test_receptance_is_reciprocal_in_each_plane_and_gyroscopic_across(Omega):
+    R = receptance(np.array([Omega]))[0][COLLOCATED]
+    direct, cross = R[0::2, 0::2], R[1::2, 0::2]  # x by x and y by x
+    scale = np.max(np.abs(R))
+    np.testing.assert_allclose(direct, direct.T, atol=1e-10 * scale)
+    np.testing.assert_allclose(cross, cross.T, atol=1e-10 * scale)
+    np.testing.assert_allclose(R[1::2, 1::2], direct, atol=1e-10 * scale)
+    np.testing.assert_allclose(R[0::2, 1::2], -cross, atol=1e-10 * scale)
+    assert np.max(np.abs(direct[0, 1])) > 1e-3 * scale * (Omega / 120.0) ** 2
+
+
+@pytest.mark.parametrize("Omega", [40.0, 120.0, 250.0])
+def test_receptance_is_that_of_the_complex_model_for_forward_and_backward_force(Omega):
+    rotor = load_rotor()
+    model = OnePlane.of(rotor, 1e6, 5000.0)
+    R = receptance(np.array([Omega]))[0]
+    place = [rotor.planes.master.index(node) for node in rotor.planes.sensors]
+    for sign in (1.0, -1.0):  # force e^(+-i Omega t) in the complex plane
+        dynamic = -(Omega**2) * model.M + 1j * sign * Omega * (model.C - 1j * Omega * model.G) + model.K
+        response = np.linalg.inv(dynamic)[np.ix_(place, model.bearings)]
+        # real phasors of force (1, -+j) and of the response, r = x + i y
+        x = R[0::2, 0::2] - sign * 1j * R[0::2, 1::2]
+        y = R[1::2, 0::2] - sign * 1j * R[1::2, 1::2]
+        expected = response if sign > 0 else response.conj()
+        np.testing.assert_allclose(x, expected, rtol=1e-6, atol=1e-13)
+        np.testing.assert_allclose(y, -sign * 1j * expected, rtol=1e-6, atol=1e-13)
+
+
+@pytest.mark.parametrize(("axis", "column"), [("mb1.f_x", 0), ("mb2.f_y", 3)])
+def test_plant_driven_by_a_synchronous_force_settles_on_the_receptance(axis, column):
+    Omega, steps, turns, amplitude, phase = 150.0, 500, 30, 10.0, 0.7
+    h = 2.0 * np.pi / Omega / steps
+    values = BEARINGS | both("rb.clearance", 0.1) | {"Omega": Omega}
+    x = plant(values)
+    for n in range(steps * (turns - 1)):
+        x[axis] = amplitude * np.cos(Omega * (n + 0.5) * h + phase)  # held at its value in the middle of the step
+        x.step(n * h, h)
+    record = np.empty((steps, 8))
+    angles = np.empty(steps)
+    for n in range(steps * (turns - 1), steps * turns):
+        x[axis] = amplitude * np.cos(Omega * (n + 0.5) * h + phase)
+        x.step(n * h, h)
+        record[n % steps] = [x[name] for name in SENSORS]
+        angles[n % steps] = x["theta"]
+    measured = 2.0 / steps * np.exp(-1j * angles) @ record
+    expected = receptance(np.array([Omega]))[0][:, column] * amplitude * np.exp(1j * phase)
+    np.testing.assert_allclose(measured, expected, atol=2e-5 * np.max(np.abs(expected)))
+
+
+def test_unbalance_orbit_is_the_receptance_to_its_rotating_force():
+    """Unbalance at the bearings makes exactly synchronous forces u Omega^2 (1, -j): no hold, so nearly exact."""
+    rotor = load_rotor()
+    planes = type(rotor.planes)(rotor.planes.master, rotor.planes.bearings, (4, 4, 11, 11), rotor.planes.sensors)
+    rotor = type(rotor)(rotor.name, rotor.shaft, rotor.bodies, planes)
+    Omega, steps, turns = 120.0, 200, 60
+    h = 2.0 * np.pi / Omega / steps
+    x = plant(BEARINGS | both("rb.clearance", 0.1) | {"Omega": Omega, "d1.u": 2e-3, "d3.u": 1e-3, "d3.phi": 1.1}, rotor)
+    run(x, steps * (turns - 1), h=h)
+    record = run(x, steps, [*SENSORS, "theta"], h=h)
+    measured = 2.0 / steps * np.exp(-1j * record[:, 8]) @ record[:, :8]
+    R = receptance(np.array([Omega]))[0]
+    U = Omega**2 * np.array([2e-3, -2e-3j, 1e-3 * np.exp(1.1j), -1j * 1e-3 * np.exp(1.1j)])
+    np.testing.assert_allclose(measured, R @ U, atol=1e-8 * np.max(np.abs(R @ U)))

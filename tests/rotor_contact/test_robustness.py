@@ -1,0 +1,196 @@
+"""Whatever is given: finite numbers, or a refusal that says why. And rotors that are not the rig."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, run
+
+from fmi_export.model import Fault, Instance
+from rotor_contact.constants import plant_constants
+from rotor_contact.interface import NEWTON, NODAL
+from rotor_contact.plant import MODEL
+from rotor_contact.rotor import RIG, Body, load_rotor
+
+ROTOR = load_rotor()
+CONSTANTS = plant_constants(ROTOR)
+
+
+def values_of(causality, scale):
+    """Any set of that causality's variables: mostly of a size that means something, now and then absurd."""
+    table = [v for v in MODEL.interface.of(causality) if v.name != "solver.max_substep"]
+    sensible = {
+        "m": 1e-3, "N": 3e3, "N/m": 3e6, "N.s/m": 1e4, "kg.m": 0.1, "rad": 7.0, "rad/s": 700.0, "m/s2": 50.0, "1": 3.0
+    }  # fmt: skip
+
+    def one(v):
+        if v.type == "Integer":
+            return st.integers(int(v.minimum), int(v.maximum)).map(float)
+        size = sensible[v.unit] * scale
+        return st.floats(max(v.minimum, -size), min(v.maximum, size))
+
+    return st.lists(
+        st.sampled_from(table).flatmap(lambda v: st.tuples(st.just(v.name), one(v))), max_size=25
+    ).map(dict)  # fmt: skip
+
+
+def survives(values, steps):
+    """Step; True if it went through. A fault must say something and leave the last outputs, all finite."""
+    x = Instance(MODEL, CONSTANTS)
+    for name, value in values.items():
+        x[name] = value
+    try:
+        x.initialise()
+        for n in range(steps):
+            x.step(n * H, H)
+            assert np.all(np.isfinite(x.outputs))
+            assert x["energy.kinetic"] >= 0.0
+            for k in (1, 2):
+                assert x[f"rb{k}.gap"] >= -1e-9 * x[f"rb{k}.clearance"]
+                assert x[f"rb{k}.f_n"] >= -1e-6
+    except Fault:
+        pass
+    assert np.all(np.isfinite(x.outputs))
+    assert x["fault_code"] == x.fault
+    assert x.fault == 0 or len(x.message) > 20
+    return x.fault == 0
+
+
+@settings(max_examples=100, deadline=None)
+@given(values_of("parameter", 1.0), values_of("input", 1.0))
+def test_outputs_are_finite_or_a_fault_says_why(parameters, inputs):
+    survives(BEARINGS | parameters | inputs, 60)
+
+
+@settings(max_examples=60, deadline=None)
+@given(values_of("input", 1.0))
+def test_rig_with_default_parameters_goes_through_any_sensible_input(inputs):
+    gradients = {name: 0.0 for name in inputs if name.endswith(("_xx", "_yy"))}
+    assert survives(BEARINGS | both("rb.mu", 0.2) | both("rb.restitution", 0.5) | inputs | gradients, 60)
+
+
+@settings(max_examples=40, deadline=None)
+@given(values_of("input", 1e40))
+def test_absurd_inputs_end_in_finite_numbers_or_a_fault(inputs):
+    survives(BEARINGS | inputs, 10)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_input_that_is_no_number_is_refused_by_name(value):
+    x = plant()
+    x["mb2.f_y"] = value
+    with pytest.raises(Fault, match=r"mb2\.f_y = (nan|inf) N is not allowed"):
+        x.step(0.0, H)
+
+
+@pytest.mark.parametrize(("x_offset", "y_offset"), [(CLEARANCE, 0.0), (-6e-4, 6e-4), (0.0, 1.0)])
+@pytest.mark.parametrize("site", ["rb1", "rb2"])
+def test_retainer_offset_by_its_clearance_or_more_is_refused(site, x_offset, y_offset):
+    with pytest.raises(Fault, match=rf"{site}\.offset_x = .* the distance must be < 0\.00075 m, the clearance"):
+        plant({f"{site}.offset_x": x_offset, f"{site}.offset_y": y_offset})
+    plant({f"{site}.offset_x": 0.999 * CLEARANCE})
+
+
+@pytest.mark.parametrize(("name", "value", "allowed"), [
+    ("rb1.clearance", -1e-3, r">= 1e-06 and <= 0\.1 m"),
+    ("rb2.restitution", 1.1, ">= 0 and <= 1"),
+    ("rb2.mu", -0.1, ">= 0 and <= 10"),
+    ("mb1.c_b", -1.0, r">= 0 N\.s/m"),
+    ("solver.max_substep", 0.0, ">= 1e-09 and <= 0.001 s"),
+    ("contact.impact_law", 2.0, ">= 0 and <= 1"),
+    ("d1.u", -0.1, ">= 0 kg.m"),
+])  # fmt: skip
+def test_value_out_of_range_is_refused_with_value_and_range(name, value, allowed):
+    with pytest.raises(Fault, match=rf"{name} = {value:g}.* is not allowed; it must be {allowed}"):
+        plant({name: value})
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.95, 1.0])
+def test_two_sites_that_bounce_in_turn_do_not_exhaust_the_events(mu, e):
+    """The case of Fig. 4.18 with impacts that conserve momentum, for twenty turns."""
+    Omega = 90.0
+    orbit = OnePlane.of(ROTOR, 1e6, 5000.0).orbit(Omega, [0.5e-3, 0, 0, 0])
+    values = BEARINGS | both("rb.mu", mu) | both("rb.restitution", e)
+    x = plant(values | {"Omega": Omega, "d1.u": 44.5e-3, "contact.impact_law": NEWTON})
+    place(x, orbit, 1j * Omega * orbit)
+    record = run(x, round(20 * 2 * math.pi / Omega / H), ["rb1.impulse", "rb2.impulse", "rb1.gap", "rb2.gap"])
+    assert np.count_nonzero(record[:, 0]) >= 2
+    assert np.count_nonzero(record[:, 1]) >= 2
+    assert np.all(record[:, 2:] >= -1e-9)
+
+
+@pytest.mark.parametrize("law", [NODAL, NEWTON])
+def test_energy_stays_bounded_by_what_the_inputs_put_in(law):
+    """Without spin and unbalance a kicked rotor bouncing between its rings only loses energy."""
+    x = plant(both("mb.k_b", 1e6) | both("rb.restitution", 0.8) | both("rb.mu", 0.3) | {"contact.impact_law": law})
+    place(x, np.zeros(6), np.array([0.5, 0.3j, 0.4, -0.2, 0.3 - 0.2j, 0.1j]))
+    start = plant(both("mb.k_b", 1e6))
+    place(start, np.zeros(6), np.array([0.5, 0.3j, 0.4, -0.2, 0.3 - 0.2j, 0.1j]))
+    start.step(0.0, 1e-9)
+    record = run(x, 2000, ["energy.kinetic", "energy.strain", "energy.dissipated", "rb1.impulse"])
+    assert np.count_nonzero(record[:, 3]) > 5
+    balance = record[:, :3].sum(axis=1)
+    np.testing.assert_allclose(balance, start["energy.kinetic"], rtol=2e-4)
+    if law == NEWTON:
+        assert np.all(np.diff(record[:, 2]) >= -1e-9)
+    assert record[-1, 2] > 0.05 * balance[0]
+
+
+def test_nothing_but_parameters_inputs_and_state_carries_over_between_steps():
+    values = BEARINGS | both("rb.mu", 0.3) | {"Omega": 180.0, "d1.u": 0.06}
+    x = plant(values)
+    run(x, 300)
+    assert x["contact_state"] > 0
+    other = plant(values)
+    other.work[:] = np.nan
+    other.state[:] = x.state
+    run(x, 50, start=300 * H)
+    run(other, 50, start=300 * H)
+    np.testing.assert_array_equal(other.state, x.state)
+    np.testing.assert_array_equal(other.outputs, x.outputs)
+
+
+def test_events_do_not_depend_on_the_communication_step():
+    def case(steps, h):
+        x = plant(BEARINGS | both("rb.restitution", 0.4) | {"Omega": 260.0, "d1.u": 0.0255, "solver.max_substep": 2e-5})
+        run(x, steps, h=h)
+        return x
+
+    coarse, fine = case(40, 1e-3), case(640, 62.5e-6)
+    assert coarse["energy.dissipated"] > 0.1
+    for name in ("mb1.x", "mb1.y", "mb2.x", "mb2.y"):
+        assert coarse[name] == pytest.approx(fine[name], abs=1e-5 * CLEARANCE)
+
+
+def test_more_master_planes_than_the_plant_has_room_for_are_refused():
+    rotor = replace(ROTOR, planes=replace(ROTOR.planes, master=(1, 3, 4, 8, 10, 11, 13)))
+    with pytest.raises(ValueError, match="it must be at most 6 node numbers"):
+        plant_constants(rotor)
+
+
+def test_rotor_file_gives_the_rig_and_refuses_what_it_does_not_know(tmp_path):
+    file, text = tmp_path / "rotor.toml", RIG.read_text(encoding="utf-8")
+    for old, new, message in (
+        ("diameter = 0.050", "diameter = -0.05", r"shaft\.diameter = -0\.05 m is not allowed; it must be > 0 m"),
+        ("poissons_ratio = 0.3", "poisson = 0.3", r"\[shaft\] must have exactly .*; check poisson, poissons_ratio"),
+        ("bearings = [4, 11]", "bearings = [4, 12]", r"a list that includes the bearings \[12\]"),
+        ("node = 13", "node = 14", r"d4\.node = 14 is not allowed; it must be a node number from 1 to 13"),
+        ('name = "bath_rig"', "", "'name' is missing"),
+        ("[shaft]", "[shaft", "cannot be read"),
+    ):
+        assert old in text
+        file.write_text(text.replace(old, new, 1), encoding="utf-8")
+        with pytest.raises(ValueError, match=message):
+            load_rotor(file)
+    file.write_text(text, encoding="utf-8")
+    assert load_rotor(file) == ROTOR
+
+
+def test_body_inertias_are_those_of_a_disc():
+    body = Body("disc", 1, 10.0, 0.12, 0.028)
+    assert body.polar_inertia == pytest.approx(0.072)
+    assert body.diametral_inertia == pytest.approx(0.036 + 10.0 * 0.028**2 / 12)
