@@ -4,44 +4,80 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.constants import Structure
 from rotor_contact.contact import (
-    Sites,
-    assemble_rows,
+    IMPULSE,
+    LOSS,
+    MARK,
+    MODE,
+    MODE_BEFORE,
+    N_X,
+    N_Y,
+    P_N,
+    P_T,
+    PLANE,
+    REBOUND,
+    RHS,
+    SIGN,
     locate,
     push,
     radial,
-    read_unknowns,
     slip_velocity,
     solve,
+    write_equations,
 )
 from rotor_contact.dynamics import quadratic_form
-from rotor_contact.interface import FREE, N_SITES, ROLLING, SLIDING
+from rotor_contact.interface import CLEARANCE, FREE, MU, N_SITES, OFFSET_X, OFFSET_Y, RESTITUTION, ROLLING, SLIDING
 
-UNTOUCHED, TOUCHING = 0, 1  # values of Sites.mark
+UNTOUCHED, TOUCHING = 0, 1  # values of the column MARK
 
 
 @kernel
-def nodal_impact(s: Structure, sites: Sites, v: Array) -> None:
-    """The radial velocity of each touching node alone becomes zero (4.22, 4.23); marked sites begin to slide.
+def mark_touching(sites: Array, q: Array, v: Array) -> bool:
+    """Mark free sites that have reached their retainer and move outward, and put them on it; True if there is one."""
+    found = False
+    for k in range(N_SITES):
+        sites[k, MARK] = UNTOUCHED
+        sites[k, REBOUND] = sites[k, RESTITUTION]
+        c = sites[k, CLEARANCE]
+        r = locate(sites, k, q)
+        if sites[k, MODE] == FREE and r >= c * (1.0 - 1e-10) and radial(sites, k, v) > 0.0:
+            # exactly on the circle, or a site that leaves again would look as if it touched
+            row = int(sites[k, PLANE])
+            q[row] = sites[k, OFFSET_X] + c * sites[k, N_X]
+            q[row + 1] = sites[k, OFFSET_Y] + c * sites[k, N_Y]
+            sites[k, MARK] = TOUCHING
+            found = True
+    return found
+
+
+@kernel
+def begin_slip(sites: Array, k: int, v: Array, Omega: float) -> None:
+    """Close site k in sliding, with friction against the present slip."""
+    sites[k, MODE] = SLIDING
+    sites[k, SIGN] = 1.0 if slip_velocity(sites, k, v, Omega) >= 0.0 else -1.0
+
+
+@kernel
+def nodal_impact(M: Array, sites: Array, v: Array, Omega: float) -> None:
+    """The radial velocity of each touching node alone becomes zero (4.22, 4.23), and it begins to slide.
 
     This is the rule of the thesis. It does not conserve momentum: the rest of the rotor is not asked. The impulse
     reported is the momentum that the node's own condensed mass loses.
     """
-    before = quadratic_form(s.M, v)
     for k in range(N_SITES):
-        if sites.mark[k] == TOUCHING:
-            row = int(s.rows[k])
-            speed = radial(s, sites, k, v)
-            v[row] -= speed * sites.normals[2 * k]
-            v[row + 1] -= speed * sites.normals[2 * k + 1]
-            sites.impulse[k] += s.M[row, row] * speed
-            sites.mode[k] = SLIDING
-    sites.loss[0] += 0.5 * (before - quadratic_form(s.M, v))
+        if sites[k, MARK] == TOUCHING:
+            begin_slip(sites, k, v, Omega)
+            before = quadratic_form(M, v)
+            row = int(sites[k, PLANE])
+            speed = radial(sites, k, v)
+            v[row] -= speed * sites[k, N_X]
+            v[row + 1] -= speed * sites[k, N_Y]
+            sites[k, IMPULSE] += M[row, row] * speed
+            sites[k, LOSS] += 0.5 * (before - quadratic_form(M, v))
 
 
 @kernel
-def newton_impact(s: Structure, sites: Sites, v: Array, before: Array, Omega: float) -> bool:
+def newton_impact(M: Array, Minv: Array, sites: Array, equations: Array, v: Array, before: Array, Omega: float) -> bool:
     """Impulses at all touching and closed sites at once; False if no consistent set was found.
 
     v+ = v- - M^-1 J^T P with n . v+ = -e n . v- at touching sites, n . v+ = 0 at sites already closed, P >= 0 with
@@ -49,12 +85,12 @@ def newton_impact(s: Structure, sites: Sites, v: Array, before: Array, Omega: fl
 
     Parameters
     ----------
-    s, sites
-        Structure and sites; `sites.mark` says which touch, `sites.rebound` their e.
-    v
-        Velocities (m/s), changed in place.
-    before
-        Scratch of the same shape.
+    M, Minv
+        Mass matrix and its inverse, shape (n, n).
+    sites, equations
+        Table of sites, whose MARK says which touch and REBOUND with which e; scratch for the equations.
+    v, before
+        Velocities (m/s), changed in place, and scratch of the same shape.
     Omega
         Spin speed (rad/s).
 
@@ -65,108 +101,88 @@ def newton_impact(s: Structure, sites: Sites, v: Array, before: Array, Omega: fl
     """
     before[:] = v
     for k in range(N_SITES):
-        if sites.mark[k] == TOUCHING:
-            begin_slip(s, sites, k, v, Omega)
-    sites.mode_before[:] = sites.mode
+        if sites[k, MARK] == TOUCHING:
+            begin_slip(sites, k, v, Omega)
+        sites[k, MODE_BEFORE] = sites[k, MODE]
     for attempt in range(2):
         plain = attempt == 1
-        sites.mode[:] = sites.mode_before
-        if not _impulses(s, sites, v, before, Omega, plain):
-            continue
-        loss = 0.0
         for k in range(N_SITES):
-            loss += 0.5 * sites.P_n[k] * (radial(s, sites, k, before) + radial(s, sites, k, v))
-            loss -= (
-                0.5 * sites.P_t[k] * (slip_velocity(s, sites, k, before, Omega) + slip_velocity(s, sites, k, v, Omega))
-            )
-        if loss < -1e-12 * (1.0 + quadratic_form(s.M, before)):
+            sites[k, MODE] = sites[k, MODE_BEFORE]
+        if not _impulses(Minv, sites, equations, v, before, Omega, plain):
             continue
-        sites.loss[0] += loss
+        total = 0.0
         for k in range(N_SITES):
-            sites.impulse[k] += sites.P_n[k]
-            if sites.mark[k] == TOUCHING and radial(s, sites, k, v) < -1e-12:
-                sites.mode[k] = FREE
+            total += _heat(sites, k, v, before, Omega)
+        if total < -1e-12 * (1.0 + quadratic_form(M, before)):
+            continue
+        for k in range(N_SITES):
+            sites[k, LOSS] += _heat(sites, k, v, before, Omega)
+            sites[k, IMPULSE] += sites[k, P_N]
+            if sites[k, MARK] == TOUCHING and radial(sites, k, v) < -1e-12:
+                sites[k, MODE] = FREE
         return True
     return False
 
 
 @kernel
-def begin_slip(s: Structure, sites: Sites, k: int, v: Array, Omega: float) -> None:
-    """Close site k in sliding, with friction against the present slip."""
-    sites.mode[k] = SLIDING
-    sites.sign[k] = 1.0 if slip_velocity(s, sites, k, v, Omega) >= 0.0 else -1.0
+def _heat(sites: Array, k: int, v: Array, before: Array, Omega: float) -> float:
+    """Energy (J) that the impulses of site k turn into heat: the mean of the velocities before and after counts."""
+    approach = 0.5 * (radial(sites, k, before) + radial(sites, k, v))
+    slip = 0.5 * (slip_velocity(sites, k, before, Omega) + slip_velocity(sites, k, v, Omega))
+    heat: float = sites[k, P_N] * approach - sites[k, P_T] * slip
+    return heat
 
 
 @kernel
-def _impulses(s: Structure, sites: Sites, v: Array, before: Array, Omega: float, plain: bool) -> bool:
-    """One consistent set of impulses P_n, P_t; `plain` leaves restitution and sliding friction out."""
-    friction = 0.0 if plain else 1.0
+def _impulses(Minv: Array, sites: Array, equations: Array, v: Array, before: Array, Omega: float, plain: bool) -> bool:
+    """One consistent set of impulses P_N, P_T; `plain` leaves restitution and sliding friction out."""
     for _ in range(4 * N_SITES + 2):
-        row = 0
+        write_equations(Minv, sites, equations, 0.0 if plain else 1.0)
         for k in range(N_SITES):
-            if sites.mode[k] == FREE:
+            if sites[k, MODE] == FREE:
                 continue
-            approach = radial(s, sites, k, before)
-            rebound = sites.rebound[k] if sites.mark[k] == TOUCHING and not plain else 0.0
-            sites.b[row] = -(1.0 + rebound) * approach
-            row += 1
-            if sites.mode[k] == ROLLING:
-                sites.b[row] = -slip_velocity(s, sites, k, before, Omega)
-                row += 1
-        assemble_rows(s, sites, friction)
-        if not solve(sites.A, sites.b, row):
+            rebound = sites[k, REBOUND] if sites[k, MARK] == TOUCHING and not plain else 0.0
+            equations[2 * k, RHS] = -(1.0 + rebound) * radial(sites, k, before)
+            if sites[k, MODE] == ROLLING:
+                equations[2 * k + 1, RHS] = -slip_velocity(sites, k, before, Omega)
+        if not solve(equations):
             return False
-        read_unknowns(sites, sites.P_n, sites.P_t)
         v[:] = before
         weakest = 0
         for k in range(N_SITES):
-            if sites.mode[k] == SLIDING:
-                sites.P_t[k] *= friction
-            push(s, sites, k, sites.P_n[k], sites.P_t[k], v)
-            if sites.P_n[k] < sites.P_n[weakest]:
+            sites[k, P_N] = equations[2 * k, RHS]
+            sites[k, P_T] = equations[2 * k + 1, RHS]
+            push(Minv, sites, k, sites[k, P_N], sites[k, P_T], v)
+            if sites[k, P_N] < sites[weakest, P_N]:
                 weakest = k
-        if sites.P_n[weakest] < 0.0:
-            sites.mode[weakest] = FREE
+        if sites[weakest, P_N] < 0.0:
+            sites[weakest, MODE] = FREE
             continue
-        if plain or not (_adjust_friction(s, sites, v, Omega) or _close_again(s, sites, v, Omega)):
+        if plain or not (_adjust_friction(sites, v, Omega) or _close_again(sites, v, Omega)):
             return True
     return False
 
 
 @kernel
-def _adjust_friction(s: Structure, sites: Sites, v: Array, Omega: float) -> bool:
+def _adjust_friction(sites: Array, v: Array, Omega: float) -> bool:
     """Change one site between slip and stick if its impulse asks for it; True if something changed."""
     for k in range(N_SITES):
-        if sites.mode[k] == SLIDING and sites.mu[k] > 0.0:
-            if sites.sign[k] * slip_velocity(s, sites, k, v, Omega) < 0.0:
-                sites.mode[k] = ROLLING
+        if sites[k, MODE] == SLIDING and sites[k, MU] > 0.0:
+            if sites[k, SIGN] * slip_velocity(sites, k, v, Omega) < 0.0:
+                sites[k, MODE] = ROLLING
                 return True
-        elif sites.mode[k] == ROLLING and abs(sites.P_t[k]) > sites.mu[k] * sites.P_n[k] * (1.0 + 1e-12):
-            sites.mode[k] = SLIDING
-            sites.sign[k] = -1.0 if sites.P_t[k] > 0.0 else 1.0
+        elif sites[k, MODE] == ROLLING and abs(sites[k, P_T]) > sites[k, MU] * sites[k, P_N] * (1.0 + 1e-12):
+            sites[k, MODE] = SLIDING
+            sites[k, SIGN] = -1.0 if sites[k, P_T] > 0.0 else 1.0
             return True
     return False
 
 
 @kernel
-def _close_again(s: Structure, sites: Sites, v: Array, Omega: float) -> bool:
+def _close_again(sites: Array, v: Array, Omega: float) -> bool:
     """Close one site that was left out and approaches all the same, now that others have changed; True if there is."""
     for k in range(N_SITES):
-        if sites.mode[k] == FREE and sites.mode_before[k] != FREE and radial(s, sites, k, v) > 1e-9:
-            begin_slip(s, sites, k, v, Omega)
+        if sites[k, MODE] == FREE and sites[k, MODE_BEFORE] != FREE and radial(sites, k, v) > 1e-9:
+            begin_slip(sites, k, v, Omega)
             return True
     return False
-
-
-@kernel
-def mark_touching(s: Structure, sites: Sites, q: Array, v: Array) -> bool:
-    """Mark free sites that have reached their retainer and move outward; True if there is one."""
-    found = False
-    for k in range(N_SITES):
-        sites.mark[k] = UNTOUCHED
-        sites.rebound[k] = sites.restitution[k]
-        r = locate(s, sites, k, q)
-        if sites.mode[k] == FREE and r >= sites.clearance[k] * (1.0 - 1e-10) and radial(s, sites, k, v) > 0.0:
-            sites.mark[k] = TOUCHING
-            found = True
-    return found

@@ -1,4 +1,4 @@
-"""The plant's step: fourth-order substeps, located events, contact modes, outputs."""
+"""The plant's step: from the flat arrays of an FMU to the integration and back."""
 
 from __future__ import annotations
 
@@ -6,10 +6,24 @@ import math
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from rotor_contact.constants import N_RIG, structure_of
-from rotor_contact.contact import Sites, locate, slip_velocity, tangential
+from rotor_contact.constants import N_RIG, Structure, structure_of
+from rotor_contact.contact import (
+    IMPULSE,
+    LOSS,
+    MODE,
+    NORMAL,
+    PLANE,
+    RHS,
+    SIGN,
+    SITE_COLUMNS,
+    TANGENTIAL,
+    locate,
+    slip_velocity,
+    tangential,
+)
 from rotor_contact.dynamics import prepare, quadratic_form
-from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, Run, advance
+from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
+from rotor_contact.integration import RUNGE_ROWS, Z
 from rotor_contact.interface import (
     BEARING,
     BEARING_PARAMETERS,
@@ -18,103 +32,74 @@ from rotor_contact.interface import (
     DISPLACEMENT,
     DISSIPATED,
     FREE,
-    GAP,
     IMPACT_LAW,
-    IMPULSE,
     INTERFACE,
-    JOURNAL_RADIUS,
     KINETIC,
     MAX_SUBSTEP,
-    MODE,
-    MU,
     N_BEARINGS,
     N_SENSORS,
     N_SITES,
-    NORMAL,
     OFFSET_X,
     OFFSET_Y,
     OMEGA,
-    RESTITUTION,
     SENSOR,
     SITE,
     SITE_OUTPUT,
     SITE_OUTPUTS,
     SITE_PARAMETERS,
     SITES,
-    SLIP,
     STIFFNESS,
     STRAIN,
-    TANGENTIAL,
     THETA,
-    WHIRL,
+    Y_GAP,
+    Y_IMPULSE,
+    Y_MODE,
+    Y_NORMAL,
+    Y_SLIP,
+    Y_TANGENTIAL,
+    Y_WHIRL,
 )
 
 FAULT_OFFSET = 11  # plus the site
-SITE_WORK = 12 * N_SITES + 4 * N_SITES * N_SITES  # scratch of the sites
+
+# State: mode, sign of slip and energy lost in impacts of each site, the rotor angle, then z = (q, v, heat).
+SITE_STATE = 3
+ANGLE = N_SITES * SITE_STATE
+HEAD = ANGLE + 1
 
 
 @kernel
-def sites_of(parameters: Array, state: Array, work: Array) -> Sites:
-    """Views of the contact sites.
-
-    The state begins with q, v, heat, theta and ends with the energy lost in impacts, the modes and the signs of slip of
-    the sites; a rotor of fewer degrees of freedom than `N_RIG` leaves a gap between.
-    """
-    n = N_SITES
-    end = SITE + n * SITE_PARAMETERS
-    last = state.shape[0]
-    start = 10 * n
-    return Sites(
-        clearance=parameters[SITE + CLEARANCE : end : SITE_PARAMETERS],
-        mu=parameters[SITE + MU : end : SITE_PARAMETERS],
-        restitution=parameters[SITE + RESTITUTION : end : SITE_PARAMETERS],
-        journal_radius=parameters[SITE + JOURNAL_RADIUS : end : SITE_PARAMETERS],
-        offset_x=parameters[SITE + OFFSET_X : end : SITE_PARAMETERS],
-        offset_y=parameters[SITE + OFFSET_Y : end : SITE_PARAMETERS],
-        mode=state[last - 2 * n : last - n],
-        sign=state[last - n : last],
-        normal=work[:n],
-        tangential=work[n : 2 * n],
-        impulse=work[2 * n : 3 * n],
-        normals=work[3 * n : 5 * n],
-        P_n=work[5 * n : 6 * n],
-        P_t=work[6 * n : 7 * n],
-        mark=work[7 * n : 8 * n],
-        mode_before=work[8 * n : 9 * n],
-        rebound=work[9 * n : 10 * n],
-        A=work[start : start + 4 * n * n].reshape(2 * n, 2 * n),
-        b=work[start + 4 * n * n : start + 4 * n * n + 2 * n],
-        loss=state[last - 2 * n - 1 : last - 2 * n],
-    )
+def load_sites(s: Structure, parameters: Array, state: Array, sites: Array) -> None:
+    """Fill the table of sites from parameters and state."""
+    sites[:, :] = 0.0
+    for k in range(N_SITES):
+        for i in range(SITE_PARAMETERS):
+            sites[k, i] = parameters[SITE + k * SITE_PARAMETERS + i]
+        sites[k, PLANE] = s.rows[k]
+        sites[k, MODE] = state[k * SITE_STATE]
+        sites[k, SIGN] = state[k * SITE_STATE + 1]
+        sites[k, LOSS] = state[k * SITE_STATE + 2]
 
 
 @kernel
-def run_of(n: int, state: Array, work: Array) -> Run:
-    """Views of the integration arrays: z is the head of the state, the rest scratch after that of the sites."""
-    size = 2 * n + 1
-    start = SITE_WORK
-    return Run(
-        z=state[:size],
-        z_new=work[start : start + size],
-        z_stage=work[start + size : start + 2 * size],
-        k1=work[start + 2 * size : start + 3 * size],
-        k2=work[start + 3 * size : start + 4 * size],
-        k3=work[start + 4 * size : start + 5 * size],
-        k4=work[start + 5 * size : start + 6 * size],
-        k_new=work[start + 6 * size : start + 7 * size],
-        before=work[start + 7 * size : start + 7 * size + n],
-    )
+def store_sites(sites: Array, state: Array) -> None:
+    """Keep in the state what the table of sites must remember."""
+    for k in range(N_SITES):
+        state[k * SITE_STATE] = sites[k, MODE]
+        state[k * SITE_STATE + 1] = sites[k, SIGN]
+        state[k * SITE_STATE + 2] = sites[k, LOSS]
 
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
     """Rotor at rest in the centre at angle zero, all sites free."""
-    sites = sites_of(parameters, state, work)
+    s = structure_of(constants)
+    sites = work[: N_SITES * SITE_COLUMNS].reshape(N_SITES, SITE_COLUMNS)
+    load_sites(s, parameters, state, sites)
     for k in range(N_SITES):
-        if math.hypot(sites.offset_x[k], sites.offset_y[k]) >= sites.clearance[k]:
+        if math.hypot(sites[k, OFFSET_X], sites[k, OFFSET_Y]) >= sites[k, CLEARANCE]:
             return FAULT_OFFSET + k
-    work[:] = 0.0
-    write_outputs(constants, parameters, inputs, state, work, outputs)
+    write_outputs(s, parameters, inputs, state, sites, outputs)
     return 0
 
 
@@ -132,72 +117,71 @@ def step(
     """Advance the rotor by `step_size` (s) under constant inputs; outputs are those at the end of the step."""
     s = structure_of(constants)
     n = s.M.shape[0]
-    sites = sites_of(parameters, state, work)
-    run = run_of(n, state, work)
-    start = SITE_WORK + 8 * (2 * n + 1)
-    motion = prepare(
-        s,
-        parameters,
-        inputs,
-        state[2 * n + 1],
-        work[start : start + n * n].reshape(n, n),
-        work[start + n * n : start + 2 * n * n].reshape(n, n),
-        work[start + 2 * n * n : start + 2 * n * n + n],
-        work[start + 2 * n * n + n : start + 2 * n * n + 2 * n],
-        work[start + 2 * n * n + 2 * n : start + 2 * n * n + 3 * n],
-    )
-    sites.impulse[:] = 0.0
-    fault = advance(s, motion, sites, parameters, run, int(parameters[IMPACT_LAW]), step_size, parameters[MAX_SUBSTEP])
+    end = N_SITES * SITE_COLUMNS
+    sites = work[:end].reshape(N_SITES, SITE_COLUMNS)
+    start, end = end, end + RHS * (RHS + 1)
+    equations = work[start:end].reshape(RHS, RHS + 1)
+    start, end = end, end + RUNGE_ROWS * (2 * n + 1)
+    r = work[start:end].reshape(RUNGE_ROWS, 2 * n + 1)
+    start, end = end, end + (2 * n + 3) * n
+    coefficients = work[start:end].reshape(2 * n + 3, n)
+    start, end = end, end + 2 * N_BEARINGS
+    bearings = work[start:end].reshape(N_BEARINGS, 2)
+
+    z = state[HEAD : HEAD + 2 * n + 1]
+    load_sites(s, parameters, state, sites)
+    r[Z] = z
+    motion = prepare(s, parameters, inputs, state[ANGLE], coefficients, bearings)
+    law = int(parameters[IMPACT_LAW])
+    fault = advance(s.M, s.Minv, motion, sites, equations, r, law, step_size, parameters[MAX_SUBSTEP])
     if fault != 0:
         return fault
-    state[2 * n + 1] = (state[2 * n + 1] + inputs[OMEGA] * step_size) % (2.0 * math.pi)
-    write_outputs(constants, parameters, inputs, state, work, outputs)
+    z[:] = r[Z]
+    store_sites(sites, state)
+    state[ANGLE] = (state[ANGLE] + inputs[OMEGA] * step_size) % (2.0 * math.pi)
+    write_outputs(s, parameters, inputs, state, sites, outputs)
     return 0
 
 
 @kernel
-def write_outputs(
-    constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array
-) -> None:
+def write_outputs(s: Structure, parameters: Array, inputs: Array, state: Array, sites: Array, outputs: Array) -> None:
     """Everything the table lists, from the state and the last contact forces."""
-    s = structure_of(constants)
     n = s.M.shape[0]
-    sites = sites_of(parameters, state, work)
-    q = state[:n]
-    v = state[n : 2 * n]
-    outputs[THETA] = state[2 * n + 1]
+    q = state[HEAD : HEAD + n]
+    v = state[HEAD + n : HEAD + 2 * n]
+    outputs[THETA] = state[ANGLE]
+    outputs[KINETIC] = 0.5 * quadratic_form(s.M, v)
+    strain = quadratic_form(s.K, q)
     for k in range(N_BEARINGS):
         row = int(s.rows[k])
         outputs[DISPLACEMENT + 2 * k] = q[row]
         outputs[DISPLACEMENT + 2 * k + 1] = q[row + 1]
+        k_b = parameters[BEARING + k * BEARING_PARAMETERS + STIFFNESS]
+        strain += k_b * (q[row] * q[row] + q[row + 1] * q[row + 1])
+    outputs[STRAIN] = 0.5 * strain
     for i in range(N_SENSORS):
         total = 0.0
         for j in range(n):
             total += s.sensors[i, j] * q[j]
         outputs[SENSOR + i] = total
     contact_state = 0.0
+    dissipated = state[HEAD + 2 * n]
     for k in range(N_SITES):
-        y = outputs[SITE_OUTPUT + k * SITE_OUTPUTS : SITE_OUTPUT + (k + 1) * SITE_OUTPUTS]
-        r = locate(s, sites, k, q)
-        closed = sites.mode[k] != FREE
-        y[GAP] = 0.0 if closed else sites.clearance[k] - r
-        y[MODE] = sites.mode[k]
-        y[NORMAL] = sites.normal[k] if closed else 0.0
-        y[TANGENTIAL] = sites.tangential[k] if closed else 0.0
-        y[IMPULSE] = sites.impulse[k]
-        y[SLIP] = slip_velocity(s, sites, k, v, inputs[OMEGA])
-        y[WHIRL] = tangential(s, sites, k, v) / r if r > 0.0 else 0.0
+        at = SITE_OUTPUT + k * SITE_OUTPUTS
+        r = locate(sites, k, q)
+        closed = sites[k, MODE] != FREE
+        outputs[at + Y_GAP] = 0.0 if closed else sites[k, CLEARANCE] - r
+        outputs[at + Y_MODE] = sites[k, MODE]
+        outputs[at + Y_NORMAL] = sites[k, NORMAL] if closed else 0.0
+        outputs[at + Y_TANGENTIAL] = sites[k, TANGENTIAL] if closed else 0.0
+        outputs[at + Y_IMPULSE] = sites[k, IMPULSE]
+        outputs[at + Y_SLIP] = slip_velocity(sites, k, v, inputs[OMEGA])
+        outputs[at + Y_WHIRL] = tangential(sites, k, v) / r if r > 0.0 else 0.0
+        dissipated += sites[k, LOSS]
         if closed:
             contact_state += 2.0**k
     outputs[CONTACT_STATE] = contact_state
-    strain = quadratic_form(s.K, q)
-    for k in range(N_BEARINGS):
-        row = int(s.rows[k])
-        k_b = parameters[BEARING + k * BEARING_PARAMETERS + STIFFNESS]
-        strain += k_b * (q[row] * q[row] + q[row + 1] * q[row + 1])
-    outputs[KINETIC] = 0.5 * quadratic_form(s.M, v)
-    outputs[STRAIN] = 0.5 * strain
-    outputs[DISSIPATED] = state[2 * n] + sites.loss[0]
+    outputs[DISSIPATED] = dissipated
 
 
 MODEL = Model(
@@ -206,8 +190,12 @@ MODEL = Model(
     interface=INTERFACE,
     initialise=initialise,
     step=step,
-    n_state=2 * N_RIG + 3 + 2 * N_SITES,
-    n_work=SITE_WORK + 9 * (2 * N_RIG + 1) + 2 * N_RIG**2 + 3 * N_RIG,
+    n_state=HEAD + 2 * N_RIG + 1,
+    n_work=N_SITES * SITE_COLUMNS
+    + RHS * (RHS + 1)
+    + RUNGE_ROWS * (2 * N_RIG + 1)
+    + (2 * N_RIG + 3) * N_RIG
+    + 2 * N_BEARINGS,
     packages=("rotor_contact", "fmi_export"),
     faults={
         FAULT_TOO_MANY_EVENTS: "more than 500 contact events in one step; shorten the communication step",

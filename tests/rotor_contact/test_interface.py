@@ -14,13 +14,13 @@ SITE_PARAMETERS = {
     "offset_y": at.OFFSET_Y,
 }
 SITE_OUTPUTS = {
-    "gap": at.GAP,
-    "mode": at.MODE,
-    "f_n": at.NORMAL,
-    "f_t": at.TANGENTIAL,
-    "impulse": at.IMPULSE,
-    "slip_velocity": at.SLIP,
-    "whirl_speed": at.WHIRL,
+    "gap": at.Y_GAP,
+    "mode": at.Y_MODE,
+    "f_n": at.Y_NORMAL,
+    "f_t": at.Y_TANGENTIAL,
+    "impulse": at.Y_IMPULSE,
+    "slip_velocity": at.Y_SLIP,
+    "whirl_speed": at.Y_WHIRL,
 }
 
 

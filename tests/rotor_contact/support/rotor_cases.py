@@ -13,7 +13,7 @@ import numpy as np
 
 from fmi_export.model import Instance
 from rotor_contact.constants import plant_constants
-from rotor_contact.plant import MODEL
+from rotor_contact.plant import ANGLE, HEAD, MODEL, SITE_STATE
 from rotor_contact.rotor import Body, Planes, Rotor, Shaft, load_rotor
 
 STEEL = {"youngs_modulus": 2.07e11, "density": 7850.0, "poissons_ratio": 0.3}
@@ -77,17 +77,18 @@ def size_of(instance):
 def place(instance, r, velocity, modes=(0, 0), signs=(1.0, 1.0)):
     """Put the masters at complex positions and velocities, the sites into the given modes."""
     n = size_of(instance)
-    instance.state[:n] = np.ravel(np.column_stack([np.real(r), np.imag(r)]))
-    instance.state[n : 2 * n] = np.ravel(np.column_stack([np.real(velocity), np.imag(velocity)]))
-    instance.state[-4:-2] = modes
-    instance.state[-2:] = signs
+    z = instance.state[HEAD:]
+    z[:n] = np.ravel(np.column_stack([np.real(r), np.imag(r)]))
+    z[n : 2 * n] = np.ravel(np.column_stack([np.real(velocity), np.imag(velocity)]))
+    instance.state[0:ANGLE:SITE_STATE] = modes
+    instance.state[1:ANGLE:SITE_STATE] = signs
     return instance
 
 
 def masters(instance):
     """Complex positions and velocities of the masters."""
     n = size_of(instance)
-    q, v = instance.state[:n], instance.state[n : 2 * n]
+    q, v = instance.state[HEAD : HEAD + n], instance.state[HEAD + n : HEAD + 2 * n]
     return q[::2] + 1j * q[1::2], v[::2] + 1j * v[1::2]
 
 
