@@ -12,8 +12,8 @@ Every site has two unknowns, N_k and T_k, and two equations in every mode (4.27 
     sliding    n_k . a_k = -|v_k|^2 / r_k        T_k + mu_k sign_k N_k = 0
     rolling    n_k . a_k = -|v_k|^2 / r_k        t_k . a_k = 0
 
-The equation of N_k in contact is (4.15) divided by 2 r_k, that of T_k in rolling is (4.33) at constant spin speed. The same equations,
-with other right-hand sides, give impulses (`impact`) and corrections (`project`).
+The equation of N_k in contact is (4.15) divided by 2 r_k, that of T_k in rolling is (4.33) at constant spin speed. The
+same equations, with other right-hand sides, give impulses (`impact`) and corrections (`project`).
 """
 
 from __future__ import annotations
