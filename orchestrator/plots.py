@@ -112,7 +112,7 @@ def contact(dataset: xr.Dataset) -> Figure:
         axis.set_title(_titled(site), loc="left", pad=14 if axis is axes[0] else None)
         axis.set_ylabel("$N$ (kN)")
         if not force.any():
-            axis.text(0.5, 0.5, "no contact", transform=axis.transAxes, ha="center", color="0.3", fontsize=8)
+            axis.text(0.25, 0.5, "no contact", transform=axis.transAxes, ha="center", color="0.3", fontsize=8)
         _mark(axis, dataset, named=axis is axes[0])
     for axis in axes:
         axis.set_ylim(0.0, 1.08 * highest)
