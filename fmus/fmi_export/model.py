@@ -140,8 +140,8 @@ class Instance:
                 self.state,
                 self.work,
                 self._next_outputs,
-                time,
-                step_size,
+                float(time),  # an int would be another signature, compiled anew
+                float(step_size),
             )
         )
 
