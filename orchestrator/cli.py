@@ -167,11 +167,11 @@ def _check_writable(path: Path, is_folder: bool) -> None:
 
 @contextmanager
 def _progress(console: Console) -> Iterator[Callable[[int, int], None]]:
-    """A bar on standard error that appears with the first report."""
-    columns = (TextColumn("simulating"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    """A bar on standard error."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+        task = bar.add_task("starting (a first run compiles the models)", total=None)
+        yield lambda done, total: bar.update(task, description="simulating", completed=done, total=total)
 
 
 def _show(console: Console, figures: dict[str, Any], folder: Path) -> None:
