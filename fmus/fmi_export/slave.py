@@ -18,6 +18,7 @@ from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
 from fmi_export.description import LOG_CATEGORIES, model_description
+from fmi_export.exit_order import release_before_static_destructors
 from fmi_export.model import Fault, Instance, Model
 
 FAULT_INTERNAL = 998
@@ -34,6 +35,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         import amb_cosim_bootstrap  # lies beside the script that runs this
 
         resources = Path(self.resources)
+        release_before_static_destructors(resources.parent / "binaries" / "linux64" / f"{self.model.name}.so")
         amb_cosim_bootstrap.refuse_other_code(resources)
         self.modelName = self.model.name
         self.build = json.loads((resources / "build.json").read_text(encoding="utf-8"))
