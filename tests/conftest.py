@@ -46,7 +46,8 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
         process = subprocess.run(
             [sys.executable, str(script)],
             cwd=cwd or folder,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+            # what a host extracts and leaves behind goes with pytest's folders
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), "TMPDIR": str(folder)},
             capture_output=True,
             text=True,
             timeout=timeout,
