@@ -12,7 +12,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import hypothesis
 import pytest
+
+# The search for counterexamples is random at a developer's desk and the same every time where a build depends on it.
+hypothesis.settings.register_profile("repeatable", derandomize=True)
+if os.environ.get("CI"):
+    hypothesis.settings.load_profile("repeatable")
 
 SUPPORT = Path(__file__).parent / "fmi_export" / "support"  # modules that subprocesses can import
 
