@@ -85,7 +85,8 @@ INTERFACE = interface(
 )
 
 N_AXES = len(AXES)
-AXIS_PARAMETERS = (INTERFACE.n_parameters - 1) // N_AXES
+FORCE_LAW, AXIS = INTERFACE.parameter_index("force_law"), INTERFACE.parameter_index("mb1.turns_x")
+AXIS_PARAMETERS = (INTERFACE.n_parameters - AXIS) // N_AXES
 TURNS, POLE_AREA, GAP, HALF_ANGLE, BIAS, STATIC, LIMIT, K_S_MEASURED, K_I_MEASURED = range(AXIS_PARAMETERS)
 AXIS_INPUTS = INTERFACE.n_inputs // N_AXES
 DEMAND, DISPLACEMENT = range(AXIS_INPUTS)
@@ -99,14 +100,14 @@ FAULT_GAP, FAULT_BIAS = 1, 11  # plus the axis
 def evaluate(parameters: Array, inputs: Array, outputs: Array) -> int:
     """All outputs for the present currents and displacements; F = K_s x + K_i I_c (2.7)."""
     for k in range(N_AXES):
-        p = parameters[1 + k * AXIS_PARAMETERS : 1 + (k + 1) * AXIS_PARAMETERS]
+        p = parameters[AXIS + k * AXIS_PARAMETERS : AXIS + (k + 1) * AXIS_PARAMETERS]
         u = inputs[k * AXIS_INPUTS : (k + 1) * AXIS_INPUTS]
         y = outputs[k * AXIS_OUTPUTS : (k + 1) * AXIS_OUTPUTS]
         if abs(u[DISPLACEMENT]) >= p[GAP]:
             return FAULT_GAP + k
         if p[STATIC] + p[BIAS] > p[LIMIT]:
             return FAULT_BIAS + k
-        if parameters[0] == MEASURED:
+        if parameters[FORCE_LAW] == MEASURED:
             k_s, k_i = p[K_S_MEASURED], p[K_I_MEASURED]
         else:
             k_s = negative_stiffness(p[TURNS], p[POLE_AREA], p[GAP], p[HALF_ANGLE], p[BIAS], p[STATIC])

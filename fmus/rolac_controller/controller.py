@@ -147,14 +147,20 @@ INTERFACE = interface(
     output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
 )
 
-SAMPLE_TIME, DERIVATIVE_TIME, ALPHA, MIN_SPEED, GAINS = range(5)
-OMEGA, THETA, ENABLE = range(N_SENSORS, N_SENSORS + 3)
+SAMPLE_TIME = INTERFACE.parameter_index("sample_time")
+DERIVATIVE_TIME = INTERFACE.parameter_index("derivative_time")
+ALPHA = INTERFACE.parameter_index("rolac.alpha")
+MIN_SPEED = INTERFACE.parameter_index("rolac.min_speed")
+GAINS = INTERFACE.parameter_index("mb1.k_b_x")
+OMEGA = INTERFACE.input_index("Omega")
+THETA = INTERFACE.input_index("theta")
+ENABLE = INTERFACE.input_index("rolac_enable")
 AXIS_OUTPUTS = 3
 CURRENT, FORCE, FORCE_PHASE = range(AXIS_OUTPUTS)
-AMPLITUDE = N_AXES * AXIS_OUTPUTS
+AMPLITUDE = INTERFACE.output_index("amplitude.s1")
 PHASE = AMPLITUDE + 1  # amplitude and phase alternate
-ACTIVE = AMPLITUDE + 2 * N_SENSORS
-VALID = ACTIVE + 1
+ACTIVE = INTERFACE.output_index("rolac_active")
+VALID = INTERFACE.output_index("window_valid")
 SENSOR_OF_AXIS = tuple(SENSOR_NAMES.index(sensor) for _, _, sensor in AXES)
 
 # Layout of the state: whether a sample was taken, memory of the axes, synchronous forces, window.

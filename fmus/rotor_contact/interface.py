@@ -114,28 +114,36 @@ INTERFACE = interface(
 
 N_SITES, N_BEARINGS, N_DISCS = len(SITES), len(BEARINGS), len(DISCS)
 
+# First positions are looked up in the table; what repeats for each site, bearing or disc follows its declaration.
+
 # Parameters
-IMPACT_LAW, MAX_SUBSTEP, SITE = range(3)
+IMPACT_LAW = INTERFACE.parameter_index("contact.impact_law")
+MAX_SUBSTEP = INTERFACE.parameter_index("solver.max_substep")
+SITE = INTERFACE.parameter_index("rb1.clearance")
 SITE_PARAMETERS = 6
 CLEARANCE, MU, RESTITUTION, JOURNAL_RADIUS, OFFSET_X, OFFSET_Y = range(SITE_PARAMETERS)
-BEARING = SITE + N_SITES * SITE_PARAMETERS
+BEARING = INTERFACE.parameter_index("mb1.k_b")
 BEARING_PARAMETERS = 2
 STIFFNESS, DAMPING = range(BEARING_PARAMETERS)
 
 # Inputs
-OMEGA, AXIS = range(2)
+OMEGA = INTERFACE.input_index("Omega")
+AXIS = INTERFACE.input_index("mb1.f_x")
 AXIS_INPUTS = 3
 FORCE, GRADIENT, REFERENCE = range(AXIS_INPUTS)
-DISC = AXIS + 2 * N_BEARINGS * AXIS_INPUTS
+DISC = INTERFACE.input_index("d1.u")
 DISC_INPUTS = 4
 UNBALANCE, PHASE, DISC_FORCE_X, DISC_FORCE_Y = range(DISC_INPUTS)
-BASE = DISC + N_DISCS * DISC_INPUTS
+BASE = INTERFACE.input_index("base.a_x")
 
 # Outputs
-THETA, DISPLACEMENT = range(2)
-SENSOR = DISPLACEMENT + 2 * N_BEARINGS
-SITE_OUTPUT = SENSOR + N_SENSORS
+THETA = INTERFACE.output_index("theta")
+DISPLACEMENT = INTERFACE.output_index("mb1.x")
+SENSOR = INTERFACE.output_index("s1")
+SITE_OUTPUT = INTERFACE.output_index("rb1.gap")
 SITE_OUTPUTS = 7
 Y_GAP, Y_MODE, Y_NORMAL, Y_TANGENTIAL, Y_IMPULSE, Y_SLIP, Y_WHIRL = range(SITE_OUTPUTS)
-CONTACT_STATE = SITE_OUTPUT + N_SITES * SITE_OUTPUTS
-KINETIC, STRAIN, DISSIPATED = range(CONTACT_STATE + 1, CONTACT_STATE + 4)
+CONTACT_STATE = INTERFACE.output_index("contact_state")
+KINETIC = INTERFACE.output_index("energy.kinetic")
+STRAIN = INTERFACE.output_index("energy.strain")
+DISSIPATED = INTERFACE.output_index("energy.dissipated")
