@@ -37,6 +37,10 @@ class Matrices:
     def size(self) -> int:
         return int(self.M.shape[0])
 
+    def rows(self, nodes: tuple[int, ...]) -> list[int]:
+        """Rows of the translations at `nodes`: x and y of the first, x and y of the next, ..."""
+        return [row for node in nodes for row in self.translations[node]]
+
     def with_bearing(self, node: int, stiffness: Array, damping: Array) -> Matrices:
         """Add a bearing's 2 x 2 stiffness (N/m) and damping (N s/m) at `node`, which must keep its translations."""
         if node not in self.translations:

@@ -69,9 +69,6 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
     reduced = reduction.model
     Minv: Array = np.linalg.inv(reduced.M).astype(np.float64)
 
-    def translations(nodes: tuple[int, ...]) -> list[int]:
-        return [row for node in nodes for row in full.translations[node]]
-
     shaken = np.zeros((full.size, 2))
     for rows in full.translations.values():
         shaken[rows, (0, 1)] = 1.0
@@ -81,9 +78,9 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
         Minv=Minv,
         MinvK=Minv @ reduced.K,
         MinvG=Minv @ reduced.G,
-        MinvB_disc=Minv @ reduction.left[:, translations(rotor.planes.discs)],
+        MinvB_disc=Minv @ reduction.left[:, full.rows(rotor.planes.discs)],
         MinvB_base=-Minv @ reduction.left @ full.M @ shaken,
-        sensors=reduction.right[translations(rotor.planes.sensors)],
+        sensors=reduction.right[full.rows(rotor.planes.sensors)],
         rows=np.array([reduced.translations[node][0] for node in rotor.planes.bearings], dtype=np.float64),
     )
     return np.concatenate([[float(reduced.size)], *(np.ravel(part) for part in structure)])

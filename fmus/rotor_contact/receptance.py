@@ -37,9 +37,8 @@ def receptance(
     full = on_bearings(assemble(rotor, "diagonal"), rotor, (k_b, k_b), (c_b, c_b))
     reduction = msdc(full, rotor.planes.master)
     m = reduction.model
-    sensors = reduction.right[[row for node in rotor.planes.sensors for row in full.translations[node]]]
-    forces = [row for node in rotor.planes.bearings for row in m.translations[node]]
-    B = np.eye(m.size)[:, forces]
+    sensors = reduction.right[full.rows(rotor.planes.sensors)]
+    B = np.eye(m.size)[:, m.rows(rotor.planes.bearings)]
     return np.array(
         [
             sensors @ np.linalg.solve(-(Omega**2) * m.M + 1j * Omega * (m.C + Omega * m.G) + m.K, B)

@@ -48,7 +48,7 @@ def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
     unknown = [node for node in planes if node not in full.translations]
     if unknown:
         raise ValueError(f"planes {unknown} are not in the model; there are {sorted(full.translations)}")
-    masters = [row for node in planes for row in full.translations[node]]
+    masters = full.rows(planes)
     slaves = [row for row in range(full.size) if row not in set(masters)]
     K_ss = full.K[np.ix_(slaves, slaves)]
     if slaves and np.linalg.cond(K_ss) > 1e14:
