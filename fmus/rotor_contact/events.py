@@ -29,7 +29,7 @@ from rotor_contact.contact import (
     tangential,
 )
 from rotor_contact.dynamics import Motion
-from rotor_contact.impact import begin_slip, mark_touching, newton_impact, nodal_impact
+from rotor_contact.impact import begin_slip, break_loose, mark_touching, newton_impact, nodal_impact
 from rotor_contact.integration import BEFORE, K_1, K_NEW, Z_NEW, Z, derivative, substep, substep_limit
 from rotor_contact.interface import CLEARANCE, FREE, MU, N_SITES, NODAL, ROLLING, SLIDING
 
@@ -165,8 +165,7 @@ def _change_friction(sites: Array, v: Array, Omega: float) -> bool:
     """
     for k in range(N_SITES):
         if sites[k, MODE] == ROLLING and abs(sites[k, TANGENTIAL]) > sites[k, MU] * sites[k, NORMAL]:
-            sites[k, MODE] = SLIDING
-            sites[k, SIGN] = -1.0 if sites[k, TANGENTIAL] > 0.0 else 1.0
+            break_loose(sites, k, sites[k, TANGENTIAL])
             sites[k, MARK] = 1.0  # it slips for good; do not try to stick again at this instant
             return True
         if sites[k, MODE] == SLIDING and sites[k, MU] > 0.0:

@@ -58,6 +58,13 @@ def begin_slip(sites: Array, k: int, v: Array, Omega: float) -> None:
 
 
 @kernel
+def break_loose(sites: Array, k: int, held: float) -> None:
+    """Let site k, which friction `held` (forward positive), slide: friction keeps its direction."""
+    sites[k, MODE] = SLIDING
+    sites[k, SIGN] = -1.0 if held > 0.0 else 1.0
+
+
+@kernel
 def nodal_impact(M: Array, sites: Array, v: Array, Omega: float) -> None:
     """The radial velocity of each touching node alone becomes zero (4.22, 4.23), and it begins to slide.
 
@@ -172,8 +179,7 @@ def _adjust_friction(sites: Array, v: Array, Omega: float) -> bool:
                 sites[k, MODE] = ROLLING
                 return True
         elif sites[k, MODE] == ROLLING and abs(sites[k, P_T]) > sites[k, MU] * sites[k, P_N] * (1.0 + 1e-12):
-            sites[k, MODE] = SLIDING
-            sites[k, SIGN] = -1.0 if sites[k, P_T] > 0.0 else 1.0
+            break_loose(sites, k, sites[k, P_T])
             return True
     return False
 
