@@ -88,19 +88,13 @@ def _scalar_variable(reference: int, v: Variable) -> Element:
     element = Element("ScalarVariable", attributes)
     value: dict[str, str] = {}
     if v.causality != "output":
-        value["start"] = _text(v.start, v)
+        value["start"] = v.literal(v.start)
     if v.type == "Real":
         value["unit"] = v.unit
     if v.type != "Boolean":
         if v.minimum > -LARGEST:
-            value["min"] = _text(v.minimum, v)
+            value["min"] = v.literal(v.minimum)
         if v.maximum < LARGEST:
-            value["max"] = _text(v.maximum, v)
+            value["max"] = v.literal(v.maximum)
     SubElement(element, v.type, value)
     return element
-
-
-def _text(value: float, v: Variable) -> str:
-    if v.type == "Boolean":
-        return "true" if value else "false"
-    return str(int(value)) if v.type == "Integer" else repr(float(value))

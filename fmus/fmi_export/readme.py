@@ -17,6 +17,7 @@ from fmi_export.variables import LARGEST, Variable
 
 BEGIN = "<!-- interface table: begin -->"
 END = "<!-- interface table: end -->"
+DIGITS = ".12g"
 
 
 def interface_table(model: Model) -> str:
@@ -43,18 +44,12 @@ def with_table(readme: str, table: str) -> str:
 
 def _row(v: Variable) -> str:
     causality = f"tunable {v.causality}" if v.tunable else v.causality
-    start = "" if v.causality == "output" else _number(v.start, v)
-    low = f">= {_number(v.minimum, v)}" if v.minimum > -LARGEST else ""
-    high = f"<= {_number(v.maximum, v)}" if v.maximum < LARGEST else ""
+    start = "" if v.causality == "output" else v.literal(v.start, DIGITS)
+    low = f">= {v.literal(v.minimum, DIGITS)}" if v.minimum > -LARGEST else ""
+    high = f"<= {v.literal(v.maximum, DIGITS)}" if v.maximum < LARGEST else ""
     allowed = ", ".join(bound for bound in (low, high) if bound)
     description = v.description.replace("|", "\\|")
     return f"| `{v.name}` | {causality} | {v.type} | {v.unit} | {start} | {allowed} | {description} |"
-
-
-def _number(value: float, v: Variable) -> str:
-    if v.type == "Boolean":
-        return "true" if value else "false"
-    return str(int(value)) if v.type == "Integer" else f"{value:.12g}"
 
 
 @click.command(help=__doc__)

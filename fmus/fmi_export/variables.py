@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ LARGEST = sys.float_info.max
 
 Causality = Literal["parameter", "input", "output"]
 Type = Literal["Real", "Integer", "Boolean"]
+ORDER: tuple[Causality, ...] = get_args(Causality)  # of the variables in a table
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,12 @@ class Variable:
         if self.causality == "parameter":
             return "tunable" if self.tunable else "fixed"
         return "continuous" if self.type == "Real" else "discrete"
+
+    def literal(self, value: float, real: str = "") -> str:
+        """`value` as text of the variable's type; `real` is the format of a Real, all its digits by default."""
+        if self.type == "Boolean":
+            return "true" if value else "false"
+        return str(int(value)) if self.type == "Integer" else f"{float(value):{real}}"
 
     def describe_range(self, value: float) -> str:
         """Sentence for a value that is not allowed: name, value, unit and what is."""
@@ -93,8 +100,7 @@ class Interface:
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise ValueError(f"variables declared twice: {', '.join(twice)}")
-        order = ["parameter", "input", "output"]
-        ranks = [order.index(v.causality) for v in self.variables]
+        ranks = [ORDER.index(v.causality) for v in self.variables]
         if ranks != sorted(ranks):
             raise ValueError("variables must be ordered parameters, inputs, outputs")
         inputs = {v.name for v in self.variables if v.causality == "input"}
@@ -166,5 +172,4 @@ def interface(*groups: Variable | Iterable[Variable]) -> Interface:
     flat: list[Variable] = []
     for group in groups:
         flat.extend([group] if isinstance(group, Variable) else group)
-    order = ["parameter", "input", "output"]
-    return Interface(tuple(sorted(flat, key=lambda v: order.index(v.causality))))
+    return Interface(tuple(sorted(flat, key=lambda v: ORDER.index(v.causality))))
