@@ -47,7 +47,7 @@ def choose_code(script: dict[str, Any]) -> None:
     # pythonfmu puts the resources first; `__file__` would name the folder of the first FMU of this kind.
     resources = Path(sys.path[0])
     sys.path[:] = list(dict.fromkeys(sys.path))  # it adds an entry for every instance
-    for name, expected in _build_facts(resources)["packages"].items():
+    for name, expected in build_facts(resources)["packages"].items():
         folder = find(name)
         found = digest(folder) if folder is not None else ""
         if name in sys.modules:
@@ -60,15 +60,14 @@ def choose_code(script: dict[str, Any]) -> None:
             importlib.invalidate_caches()
 
 
-def refuse_other_code(resources: Path) -> None:
-    """Check that the process runs the code that the FMU with these resources was built from.
+def refuse_other_code(built: dict[str, Any]) -> None:
+    """Check that the process runs the code that the FMU with these build facts was built from.
 
     Raises
     ------
     ImportError
         If the process runs another version of one of the packages.
     """
-    built = _build_facts(resources)
     for name, expected in built["packages"].items():
         if _running.get(name) != expected:
             raise ImportError(
@@ -77,6 +76,7 @@ def refuse_other_code(resources: Path) -> None:
             )
 
 
-def _build_facts(resources: Path) -> dict[str, Any]:
+def build_facts(resources: Path) -> dict[str, Any]:
+    """What the build noted in an FMU's resources: guid, version, digest of each package."""
     facts: dict[str, Any] = json.loads((resources / "build.json").read_text(encoding="utf-8"))
     return facts

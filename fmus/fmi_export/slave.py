@@ -36,9 +36,9 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
         resources = Path(self.resources)
         release_before_static_destructors(resources.parent / "binaries" / "linux64" / f"{self.model.name}.so")
-        amb_cosim_bootstrap.refuse_other_code(resources)
+        self.build = amb_cosim_bootstrap.build_facts(resources)
+        amb_cosim_bootstrap.refuse_other_code(self.build)
         self.modelName = self.model.name
-        self.build = json.loads((resources / "build.json").read_text(encoding="utf-8"))
         self.guid = self.build["guid"]
         self.instance = Instance(self.model, np.load(resources / "constants.npy"))
         self._memory: Any = self.instance.values.data  # a memoryview: faster than the array for single items
