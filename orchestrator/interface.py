@@ -28,7 +28,6 @@ class Port:
     type: str
     causality: str
     reference: int
-    variability: str = "continuous"
     unit: str | None = None
     definition: UnitDefinition | None = None
     minimum: float = -math.inf
@@ -136,7 +135,6 @@ def _port(variable: Any, definitions: Mapping[str, UnitDefinition], depends_on: 
         type="Integer" if variable.type == "Enumeration" else variable.type,
         causality=variable.causality or "local",
         reference=int(variable.valueReference),
-        variability=variable.variability or "continuous",
         unit=unit,
         definition=definitions.get(unit) if unit is not None else None,
         minimum=-math.inf if variable.min is None else float(variable.min),

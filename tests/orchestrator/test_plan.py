@@ -24,9 +24,9 @@ INTERFACES = {
         {
             port.name: port
             for port in (
-                Port("sample_time", "Real", "parameter", 0, "fixed", "s", start=250e-6, minimum=1e-6),
-                Port("k_x", "Real", "parameter", 1, "fixed", "N/m", start=1.0),
-                Port("k_y", "Real", "parameter", 2, "fixed", "N/m", start=1.0),
+                Port("sample_time", "Real", "parameter", 0, "s", start=250e-6, minimum=1e-6),
+                Port("k_x", "Real", "parameter", 1, "N/m", start=1.0),
+                Port("k_y", "Real", "parameter", 2, "N/m", start=1.0),
                 Port("Omega", "Real", "input", 3, unit="rad/s", minimum=0.0, maximum=500.0),
                 Port("x", "Real", "input", 4, unit="m"),
                 Port("i", "Real", "output", 5, unit="A"),
