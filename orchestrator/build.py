@@ -47,7 +47,7 @@ def _rolac_controller() -> tuple[Model, NDArray[np.float64]]:
     """The controller with H from the plant on bearings K_b = 1e6 N/m, C_b = 5000 N s/m, 5 to 100 Hz."""
     from rolac_controller.controller import MODEL
     from rolac_controller.table import pack
-    from rotor_contact.receptance import receptance
+    from rotor_analysis.receptance import receptance
 
     speeds = 2.0 * np.pi * np.arange(5.0, 101.0)
     return MODEL, pack(speeds, receptance(speeds, k_b=1e6, c_b=5000.0))

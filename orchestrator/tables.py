@@ -8,7 +8,7 @@ from rich.table import Table
 
 from amb_actuator.actuator import INTERFACE
 from amb_actuator.force import current_stiffness, negative_stiffness
-from rotor_contact.tables import frequency_tables
+from rotor_analysis.tables import frequency_tables
 
 GEOMETRY = ("turns", "pole_area", "gap", "half_angle", "bias_current", "static_current")
 

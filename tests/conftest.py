@@ -21,6 +21,7 @@ if os.environ.get("CI"):
     hypothesis.settings.load_profile("repeatable")
 
 SUPPORT = Path(__file__).parent / "fmi_export" / "support"  # modules that subprocesses can import
+sys.path.insert(0, str(Path(__file__).parent / "support"))  # cases that several folders share
 
 
 @pytest.fixture(scope="session")

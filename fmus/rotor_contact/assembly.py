@@ -53,7 +53,7 @@ class Matrices:
 
 
 def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
-    """Free rotor without bearings (3.1 to 3.6).
+    """Free rotor, without its bearings (3.1 to 3.6).
 
     Parameters
     ----------
@@ -74,19 +74,18 @@ def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
     """
     if mass not in ("consistent", "diagonal"):
         raise ValueError(f"mass = {mass!r} is not allowed; it must be 'consistent' or 'diagonal'")
-    shaft, nodes = rotor.shaft, rotor.shaft.nodes
+    nodes = rotor.shaft.nodes
     size = 2 * len(nodes)
     M, G, K = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
-    for e in range(len(nodes) - 1):
-        length = nodes[e + 1] - nodes[e]
+    for e, element in enumerate(rotor.shaft.elements):
         rows = slice(2 * e, 2 * e + 4)
-        K[rows, rows] += beam.stiffness(shaft, length)
+        K[rows, rows] += beam.stiffness(element)
         if mass == "consistent":
-            rotary = beam.consistent_rotary_inertia(shaft, length)
-            M[rows, rows] += beam.consistent_translational_mass(shaft, length) + rotary
+            rotary = beam.consistent_rotary_inertia(element)
+            M[rows, rows] += beam.consistent_translational_mass(element) + rotary
             G[rows, rows] += 2.0 * rotary
         else:
-            lumped, polar = beam.diagonal_mass(shaft, length)
+            lumped, polar = beam.diagonal_mass(element)
             M[rows, rows] += lumped
             G[rows, rows] += polar
     for body in rotor.bodies:
@@ -102,3 +101,10 @@ def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
         K=np.kron(K, both).astype(np.float64),
         translations={k + 1: (4 * k, 4 * k + 1) for k in range(len(nodes))},
     )
+
+
+def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:
+    """`model` of `rotor` with the stiffness and damping of its bearings added."""
+    for bearing in rotor.bearings:
+        model = model.with_bearing(bearing.node, np.array(bearing.stiffness), np.array(bearing.damping))
+    return model

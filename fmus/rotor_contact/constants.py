@@ -11,7 +11,8 @@ from fmi_export.model import Array
 from rotor_contact.assembly import assemble
 from rotor_contact.interface import N_BEARINGS, N_DISCS, N_SENSORS
 from rotor_contact.reduction import msdc
-from rotor_contact.rotor import Rotor, load_rotor
+from rotor_contact.rotor import Rotor
+from rotor_contact.rotor_file import load_rotor
 
 N_RIG = 12  # degrees of freedom of the reduced rig; the plant's arrays have room for no more
 
@@ -81,7 +82,7 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
         MinvB_disc=Minv @ reduction.left[:, full.rows(rotor.planes.discs)],
         MinvB_base=-Minv @ reduction.left @ full.M @ shaken,
         sensors=reduction.right[full.rows(rotor.planes.sensors)],
-        rows=np.array([reduced.translations[node][0] for node in rotor.planes.bearings], dtype=np.float64),
+        rows=np.array([reduced.translations[node][0] for node in rotor.bearing_nodes], dtype=np.float64),
     )
     return np.concatenate([[float(reduced.size)], *(np.ravel(part) for part in structure)])
 

@@ -6,7 +6,7 @@ from rotor_cases import BEARINGS, H, OnePlane, both, masters, place, plant, rigi
 from scipy.integrate import solve_ivp
 
 from rotor_contact.plant import ANGLE
-from rotor_contact.rotor import load_rotor
+from rotor_contact.rotor_file import load_rotor
 
 ROTOR = load_rotor()
 WIDE = both("rb.clearance", 0.1)

@@ -21,7 +21,7 @@ from rotor_cases import (
 )
 
 from rotor_contact.interface import NEWTON, NODAL
-from rotor_contact.rotor import load_rotor
+from rotor_contact.rotor_file import load_rotor
 
 ROTOR = load_rotor()
 RING = 0.05

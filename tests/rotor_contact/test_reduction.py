@@ -8,12 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotor_cases import shaft_only
 
-from rotor_contact.assembly import assemble
+from rotor_analysis.modes import damped_frequencies, eigenvalues
+from rotor_contact.assembly import assemble, on_bearings
 from rotor_contact.constants import plant_constants, structure_of
-from rotor_contact.modes import damped_frequencies, eigenvalues
 from rotor_contact.reduction import msdc
-from rotor_contact.rotor import load_rotor
-from rotor_contact.tables import on_bearings
+from rotor_contact.rotor_file import load_rotor
 
 ROTOR = load_rotor()
 CROSS = np.array([[1e6, 4e5], [-6e5, 8e5]])  # unsymmetric, as of a journal bearing
@@ -53,7 +52,7 @@ def test_forces_on_slaves_move_the_masters_exactly_also_with_cross_coupling():
 
 def test_condensation_of_massless_slaves_changes_no_eigenvalue():
     """Slaves without inertia follow statically: the finite eigenvalues of the full model are those of the reduced."""
-    full = on_bearings(assemble(ROTOR), ROTOR, (1e6, 1e6), (5000.0, 5000.0))
+    full = on_bearings(assemble(ROTOR), ROTOR.on_equal_bearings(1e6, 5000.0))
     masters = [row for node in ROTOR.planes.master for row in full.translations[node]]
     kept = np.zeros(full.size)
     kept[masters] = 1.0
@@ -71,7 +70,8 @@ def test_condensation_of_massless_slaves_changes_no_eigenvalue():
 
 
 def test_undamped_reduced_frequencies_bound_the_full_ones_from_above():
-    full = on_bearings(assemble(ROTOR), ROTOR, damping=(0.0, 0.0))
+    undamped = replace(ROTOR, bearings=tuple(replace(b, damping=((0.0, 0.0), (0.0, 0.0))) for b in ROTOR.bearings))
+    full = on_bearings(assemble(ROTOR), undamped)
     exact = damped_frequencies(full, 0.0, 12)
     reduced = damped_frequencies(msdc(full, ROTOR.planes.master).model, 0.0)
     assert np.all(reduced[:12] >= exact * (1.0 - 1e-9))

@@ -17,7 +17,7 @@ from scipy.linalg import expm
 
 from rotor_contact.assembly import assemble
 from rotor_contact.reduction import msdc
-from rotor_contact.rotor import load_rotor
+from rotor_contact.rotor_file import load_rotor
 
 BEARINGS = [2, 4]  # among the masters, nodes 1, 3, 4, 10, 11, 13
 DISCS = {"d1": 0, "d2": 1, "d3": 3, "d4": 5}

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from rotor_cases import OnePlane, one_plane_matrices
+from rotor_cases import OnePlane, bearings, one_plane_matrices, planes
 from scipy.linalg import eig
 
-from rotor_contact.assembly import assemble
-from rotor_contact.modes import damped_frequencies, eigenvalues
-from rotor_contact.rotor import Body, Planes, Rotor, Shaft, load_rotor
-from rotor_contact.tables import on_bearings
+from rotor_analysis.modes import damped_frequencies, eigenvalues
+from rotor_contact.assembly import assemble, on_bearings
+from rotor_contact.rotor import Body, Rotor, Shaft
+from rotor_contact.rotor_file import load_rotor
 
 
 def complex_eigenvalues(M, D, K):
@@ -29,12 +29,12 @@ def test_real_model_has_the_eigenvalues_of_the_complex_one_plane_model(Omega):
     rotor = load_rotor()
     M, G, K = one_plane_matrices(rotor)
     D = -1j * Omega * G
-    for node in rotor.planes.bearings:
+    for node in rotor.bearing_nodes:
         K[2 * node - 2, 2 * node - 2] += 1e6
         D[2 * node - 2, 2 * node - 2] += 5000.0
     whirl = complex_eigenvalues(M, D, K)
     expected = np.concatenate([whirl, whirl.conj()])  # r and its conjugate both solve the real model
-    found = eigenvalues(on_bearings(assemble(rotor), rotor, (1e6, 1e6), (5000.0, 5000.0)), Omega)
+    found = eigenvalues(on_bearings(assemble(rotor), rotor.on_equal_bearings(1e6, 5000.0)), Omega)
     expected, found = sorted_upper(expected), sorted_upper(found)
     count = 20
     np.testing.assert_allclose(found[:count].imag, expected[:count].imag, rtol=2e-6)
@@ -58,8 +58,8 @@ def forward_and_backward(model, Omega, modes):
 
 
 def test_forward_whirl_rises_and_backward_whirl_falls_with_speed():
-    rotor = load_rotor()
-    model = on_bearings(assemble(rotor), rotor, (1e6, 1e6), (0.0, 0.0))
+    rotor = load_rotor().on_equal_bearings(1e6, 0.0)
+    model = on_bearings(assemble(rotor), rotor)
     at_rest = damped_frequencies(model, 0.0, 12)[::2]
     before_forward, before_backward = at_rest, at_rest
     for Omega in (50.0, 150.0, 400.0):
@@ -72,11 +72,11 @@ def test_forward_whirl_rises_and_backward_whirl_falls_with_speed():
 @pytest.mark.parametrize(("radius", "width"), [(0.2, 0.01), (0.05, 0.3)])
 def test_free_rigid_disc_precesses_forward_at_the_ratio_of_its_inertias(radius, width):
     """Torque-free motion: I_d r'' = i Omega I_p r', a precession at Omega I_p / I_d."""
-    shaft = Shaft(0.1, 2e15, 1e-9, 0.3, (0.0, 0.01, 0.02))
-    body = Body("disc", 2, 30.0, radius, width)
-    rotor = Rotor("disc", shaft, (body,), Planes((1, 2, 3), (1, 3), (2,) * 4, (2,) * 4))
+    shaft = Shaft((0.0, 0.01, 0.02), (0.1,), 2e15, 1e-9, 0.3)
+    body = Body.disc("disc", 2, 30.0, radius, width)
+    rotor = Rotor("disc", shaft, (body,), bearings(1, 3), planes((1, 2, 3), (1, 3)))
     Omega = 100.0
-    model = OnePlane.of(Rotor("disc", shaft, (body,), Planes((1, 3), (1, 3), (2,) * 4, (2,) * 4)))
+    model = OnePlane.of(Rotor("disc", shaft, (body,), bearings(1, 3), planes((1, 3), (1, 3))))
     ratio = 6 * radius**2 / (3 * radius**2 + width**2)  # (m r^2 / 2) / (m (3 r^2 + w^2) / 12)
     whirl = complex_eigenvalues(model.M, -1j * Omega * model.G, model.K)
     assert np.max(whirl.imag) == pytest.approx(ratio * Omega, rel=1e-5)  # positive: forward
@@ -92,8 +92,8 @@ def test_free_rigid_disc_precesses_forward_at_the_ratio_of_its_inertias(radius, 
 
 def test_overhung_disc_on_a_massless_shaft_whirls_as_its_two_degree_of_freedom_closed_form_says():
     L, d, E, nu = 0.6, 0.04, 2.07e11, 0.3
-    body = Body("disc", 2, 12.0, 0.2, 0.02)
-    rotor = Rotor("overhung", Shaft(d, E, 1e-9, nu, (0.0, L)), (body,), Planes((1, 2), (1, 2), (2,) * 4, (2,) * 4))
+    body = Body.disc("disc", 2, 12.0, 0.2, 0.02)
+    rotor = Rotor("overhung", Shaft((0.0, L), (d,), E, 1e-9, nu), (body,))
     full = assemble(rotor)
     Omega = 300.0
     M, K, G = full.M[4:, 4:], full.K[4:, 4:], full.G[4:, 4:]  # clamped at node 1

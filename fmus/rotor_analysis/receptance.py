@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmi_export.model import Array
-from rotor_contact.assembly import assemble
+from rotor_contact.assembly import assemble, on_bearings
 from rotor_contact.reduction import msdc
-from rotor_contact.rotor import Rotor, load_rotor
-from rotor_contact.tables import on_bearings
+from rotor_contact.rotor import Rotor
+from rotor_contact.rotor_file import load_rotor
 
 
 def receptance(
@@ -33,12 +33,12 @@ def receptance(
     array, shape (n, 8, 4), complex
         m/N; sensors s1 .. s8 by forces mb1.x, mb1.y, mb2.x, mb2.y.
     """
-    rotor = rotor or load_rotor()
-    full = on_bearings(assemble(rotor, "diagonal"), rotor, (k_b, k_b), (c_b, c_b))
+    rotor = (rotor or load_rotor()).on_equal_bearings(k_b, c_b)
+    full = on_bearings(assemble(rotor, "diagonal"), rotor)
     reduction = msdc(full, rotor.planes.master)
     m = reduction.model
     sensors = reduction.right[full.rows(rotor.planes.sensors)]
-    B = np.eye(m.size)[:, m.rows(rotor.planes.bearings)]
+    B = np.eye(m.size)[:, m.rows(rotor.bearing_nodes)]
     return np.array(
         [
             sensors @ np.linalg.solve(-(Omega**2) * m.M + 1j * Omega * (m.C + Omega * m.G) + m.K, B)

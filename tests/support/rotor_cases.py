@@ -14,7 +14,8 @@ import numpy as np
 from fmi_export.model import Instance
 from rotor_contact.constants import plant_constants
 from rotor_contact.plant import ANGLE, HEAD, MODEL, SITE_STATE
-from rotor_contact.rotor import Body, Planes, Rotor, Shaft, load_rotor
+from rotor_contact.rotor import Bearing, Body, Planes, Rotor, Shaft
+from rotor_contact.rotor_file import load_rotor
 
 STEEL = {"youngs_modulus": 2.07e11, "density": 7850.0, "poissons_ratio": 0.3}
 CLEARANCE = 0.75e-3
@@ -24,23 +25,34 @@ H = 250e-6
 def shaft_only(nodes, diameter=0.05, **material):
     """A bare shaft; every node is a master."""
     count = len(nodes)
-    shaft = Shaft(diameter=diameter, nodes=tuple(nodes), **(STEEL | material))
-    planes = Planes(tuple(range(1, count + 1)), (1, count), (1,) * 4, (1,) * 4)
-    return Rotor("shaft", shaft, (), planes)
+    shaft = Shaft(diameter=(diameter,), nodes=tuple(nodes), **(STEEL | material))
+    return Rotor("shaft", shaft, (), bearings(1, count), planes(range(1, count + 1), (1, count)))
+
+
+def bearings(*nodes):
+    """Two bearings that hold nothing by themselves."""
+    return tuple(Bearing(f"mb{k + 1}", node) for k, node in enumerate(nodes))
+
+
+def planes(master, bearings, discs=(), sensors=()):
+    """Planes of a rotor whose end bushes sit beside its retainer bearings."""
+    first = (bearings[0],) * 4
+    return Planes(tuple(master), tuple(discs or first), tuple(sensors or first), (*bearings, *bearings))
 
 
 def rigid_rotor(mass=20.0, length=0.5):
     """Two equal masses on a stiff, nearly massless shaft; two master planes leave it no way to bend."""
-    shaft = Shaft(diameter=0.05, youngs_modulus=2e11, density=1e-6, poissons_ratio=0.3, nodes=(0.0, length))
-    bodies = tuple(Body(f"b{node}", node, mass / 2.0, 0.0, 0.0) for node in (1, 2))
-    return Rotor("rigid", shaft, bodies, Planes((1, 2), (1, 2), (1, 1, 2, 2), (2, 2, 1, 1)))
+    shaft = Shaft(diameter=(0.05,), youngs_modulus=2e11, density=1e-6, poissons_ratio=0.3, nodes=(0.0, length))
+    bodies = tuple(Body(f"b{node}", node, mass / 2.0) for node in (1, 2))
+    return Rotor("rigid", shaft, bodies, bearings(1, 2), planes((1, 2), (1, 2), (1, 1, 2, 2), (2, 2, 1, 1)))
 
 
 def symmetric_rotor():
     """A flexible rotor that looks the same from both ends."""
-    shaft = Shaft(diameter=0.05, nodes=(0.0, 0.25, 0.5, 1.0, 1.5, 1.75, 2.0), **STEEL)
-    bodies = tuple(Body(f"b{node}", node, 10.0, 0.12, 0.03) for node in (1, 3, 5, 7))
-    return Rotor("symmetric", shaft, bodies, Planes((1, 2, 3, 5, 6, 7), (2, 6), (1, 3, 5, 7), (7, 6, 2, 1)))
+    shaft = Shaft(diameter=(0.05,), nodes=(0.0, 0.25, 0.5, 1.0, 1.5, 1.75, 2.0), **STEEL)
+    bodies = tuple(Body.disc(f"b{node}", node, 10.0, 0.12, 0.03) for node in (1, 3, 5, 7))
+    where = planes((1, 2, 3, 5, 6, 7), (2, 6), (1, 3, 5, 7), (7, 6, 2, 1))
+    return Rotor("symmetric", shaft, bodies, bearings(2, 6), where)
 
 
 def plant(values=None, rotor=None):
@@ -117,11 +129,11 @@ class OnePlane:
         T = np.zeros((len(M), len(kept)))
         T[kept, range(len(kept))] = 1.0
         T[rest] = -np.linalg.lstsq(K[np.ix_(rest, rest)], K[np.ix_(rest, kept)], rcond=None)[0]
-        bearings = [rotor.planes.master.index(node) for node in rotor.planes.bearings]
+        bearings = [rotor.planes.master.index(node) for node in rotor.bearing_nodes]
         held = np.zeros(len(kept))
         held[bearings] = 1.0
         full_stiffness = K.copy()
-        for node in rotor.planes.bearings:
+        for node in rotor.bearing_nodes:
             full_stiffness[2 * (node - 1), 2 * (node - 1)] += k_b
         return cls(
             M=T.T @ M @ T,
@@ -153,9 +165,10 @@ class OnePlane:
 def one_plane_matrices(rotor):
     """Diagonal mass, polar inertia and stiffness in one plane, from the clamped beam's flexibility."""
     shaft, z = rotor.shaft, rotor.shaft.nodes
+    (diameter,) = set(shaft.diameter)  # uniform and solid
     size = 2 * len(z)
     M, G, K = (np.zeros((size, size)) for _ in range(3))
-    area, second = np.pi / 4 * shaft.diameter**2, np.pi / 64 * shaft.diameter**4
+    area, second = np.pi / 4 * diameter**2, np.pi / 64 * diameter**4
     E, nu = shaft.youngs_modulus, shaft.poissons_ratio
     shear = E / (2 * (1 + nu)) * 6 * (1 + nu) / (7 + 6 * nu) * area
     for e, (a, b) in enumerate(pairwise(z)):
@@ -172,6 +185,6 @@ def one_plane_matrices(rotor):
     for body in rotor.bodies:
         w = 2 * (body.node - 1)
         M[w, w] += body.mass
-        M[w + 1, w + 1] += body.mass * (3 * body.radius**2 + body.width**2) / 12
-        G[w + 1, w + 1] += body.mass * body.radius**2 / 2
+        M[w + 1, w + 1] += body.diametral_inertia
+        G[w + 1, w + 1] += body.polar_inertia
     return M, G, K

@@ -1,11 +1,13 @@
 """Synchronous receptance: the transfer functions that the controller inverts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rotor_cases import BEARINGS, OnePlane, both, plant, run
 
-from rotor_contact.receptance import receptance
-from rotor_contact.rotor import load_rotor
+from rotor_analysis.receptance import receptance
+from rotor_contact.rotor_file import load_rotor
 
 SENSORS = [f"s{k}" for k in range(1, 9)]
 COLLOCATED = [4, 5, 2, 3]  # sensors at mb1 x, y and mb2 x, y
@@ -74,8 +76,7 @@ def test_plant_driven_by_a_synchronous_force_settles_on_the_receptance(axis, col
 def test_unbalance_orbit_is_the_receptance_to_its_rotating_force():
     """Unbalance at the bearings makes exactly synchronous forces u Omega^2 (1, -j): no hold, so nearly exact."""
     rotor = load_rotor()
-    planes = type(rotor.planes)(rotor.planes.master, rotor.planes.bearings, (4, 4, 11, 11), rotor.planes.sensors)
-    rotor = type(rotor)(rotor.name, rotor.shaft, rotor.bodies, planes)
+    rotor = replace(rotor, planes=replace(rotor.planes, discs=(4, 4, 11, 11)))
     Omega, steps, turns = 120.0, 200, 60
     h = 2.0 * np.pi / Omega / steps
     x = plant(BEARINGS | both("rb.clearance", 0.1) | {"Omega": Omega, "d1.u": 2e-3, "d3.u": 1e-3, "d3.phi": 1.1}, rotor)

@@ -4,29 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from rotor_contact.assembly import MassModel, Matrices, assemble
-from rotor_contact.modes import damped_frequencies
+from rotor_analysis.modes import damped_frequencies
+from rotor_contact.assembly import MassModel, Matrices, assemble, on_bearings
 from rotor_contact.reduction import msdc
-from rotor_contact.rotor import Rotor, load_rotor
+from rotor_contact.rotor import Rotor
+from rotor_contact.rotor_file import load_rotor
 
-# Chapter 3: net stiffness K_b = 2.7e6 N/m less the measured negative stiffness (Fig. 2.5), and identified damping.
-CHAPTER_3_STIFFNESS = (2.7e6 - 1.944e6, 2.7e6 - 2.156e6)  # N/m
-CHAPTER_3_DAMPING = (4665.0, 4665.0)  # N s/m
 SPEEDS = (90.0, 120.0, 145.0)  # rad/s
-
-
-def on_bearings(
-    model: Matrices,
-    rotor: Rotor,
-    stiffness: tuple[float, float] = CHAPTER_3_STIFFNESS,
-    damping: tuple[float, float] = CHAPTER_3_DAMPING,
-) -> Matrices:
-    """`model` on two isotropic bearings of the given net stiffness (N/m) and damping (N s/m)."""
-    for node, k, c in zip(rotor.planes.bearings, stiffness, damping, strict=True):
-        model = model.with_bearing(node, k * np.eye(2), c * np.eye(2))
-    return model
 
 
 def frequency_tables(rotor: Rotor | None = None) -> dict[str, Any]:

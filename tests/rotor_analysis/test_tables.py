@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rotor_analysis.tables import frequency_tables
 from rotor_contact.assembly import assemble
-from rotor_contact.rotor import load_rotor
-from rotor_contact.tables import frequency_tables
+from rotor_contact.rotor_file import load_rotor
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 

@@ -1,0 +1,1 @@
+"""What a rotor description tells without a simulation: modes, tables, receptance."""
