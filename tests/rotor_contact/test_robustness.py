@@ -178,7 +178,7 @@ def test_rotor_file_gives_the_rig_and_refuses_what_it_does_not_know(tmp_path):
     for old, new, message in (
         ("diameter = 0.050", "diameter = -0.05", r"shaft\.diameter = -0\.05 m is not allowed; it must be > 0 m"),
         ("poissons_ratio = 0.3", "poisson = 0.3", r"\[shaft\]: poissons_ratio is missing"),
-        ("node = 11", "node = 12", r"a list that includes bearings and retainers \[12\]"),
+        ("retainers = [4, 11", "retainers = [4, 12", r"a list that includes bearings and retainers \[12\]"),
         ("node = 13", "node = 14", r"d4\.node = 14 is not allowed; it must be a node number from 1 to 13"),
         ('name = "bath_rig"', "", "the file: name is missing"),
         ("[shaft]", "[shaft", "cannot be read"),
