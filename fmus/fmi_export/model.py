@@ -18,6 +18,7 @@ from fmi_export.variables import Interface
 Array = NDArray[np.float64]
 InitialiseKernel = Callable[[Array, Array, Array, Array, Array, Array], int]
 StepKernel = Callable[[Array, Array, Array, Array, Array, Array, float, float], int]
+Size = int | Callable[[Array], int]
 
 # Faults that every model shares; a model numbers its own from 1 to 99.
 FAULT_STEP_SIZE = 999
@@ -40,7 +41,7 @@ class Model:
     step
         Kernel `(constants, parameters, inputs, state, work, outputs, time, step_size) -> fault`.
     n_state, n_work
-        Sizes of the state and of the scratch array, both float64.
+        Sizes of the state and of the scratch array, both float64; functions where they depend on the constants.
     faults
         Sentence for each fault code the kernels return; `{name}` in it is replaced by that variable's value.
     packages
@@ -58,8 +59,8 @@ class Model:
     interface: Interface
     initialise: InitialiseKernel
     step: StepKernel
-    n_state: int
-    n_work: int
+    n_state: Size
+    n_work: Size
     packages: tuple[str, ...]
     faults: Mapping[int, str] = field(default_factory=dict)
     step_size: float = 250e-6
@@ -103,10 +104,13 @@ class Instance:
         self.inputs = self.values[table.n_parameters : table.n_parameters + table.n_inputs]
         self.outputs = self.values[table.n_parameters + table.n_inputs :]
         self._next_outputs = self.outputs.copy()
-        self.state = np.zeros(max(model.n_state, 1))
-        self.work = np.zeros(max(model.n_work, 1))
+        self.state = self._zeros(model.n_state)
+        self.work = self._zeros(model.n_work)
         self.fault = 0
         self.message = ""
+
+    def _zeros(self, size: Size) -> Array:
+        return np.zeros(max(size(self.constants) if callable(size) else size, 1))
 
     def __getitem__(self, name: str) -> float:
         return float(self.values[self.model.interface.position[name]])

@@ -9,12 +9,10 @@ import numpy as np
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.assembly import assemble
-from rotor_contact.interface import N_BEARINGS, N_DISCS, N_SENSORS
+from rotor_contact.interface import N_BEARINGS, N_DISCS, N_SENSORS, N_SITES
 from rotor_contact.reduction import msdc
 from rotor_contact.rotor import Rotor
 from rotor_contact.rotor_file import load_rotor
-
-N_RIG = 12  # degrees of freedom of the reduced rig; the plant's arrays have room for no more
 
 
 class Structure(NamedTuple):
@@ -24,14 +22,14 @@ class Structure(NamedTuple):
         Mass (kg) and stiffness (N/m), shape (n, n).
     Minv, MinvK, MinvG
         M^-1 and its products with K and with the gyroscopic matrix, shape (n, n).
-    MinvB_disc
-        Acceleration for unit forces x, y on each disc, shape (n, 2 n_discs).
-    MinvB_base
-        Acceleration for unit acceleration of the base in x, y, shape (n, 2); sign of the motion relative to it.
+    B_disc
+        Forces on the masters for unit forces x, y on each disc, shape (n, 2 n_discs).
+    B_base
+        Forces on the masters for unit acceleration of the base in x, y, shape (n, 2); motion is relative to the base.
     sensors
         Sensor displacements from the masters, shape (n_sensors, n).
-    rows
-        Row of x of each bearing plane; y is the next. The retainer bearings sit in the same planes.
+    bearings, sites
+        Row of x of each magnetic bearing and of each contact site; y is the next.
     """
 
     M: Array
@@ -39,10 +37,11 @@ class Structure(NamedTuple):
     Minv: Array
     MinvK: Array
     MinvG: Array
-    MinvB_disc: Array
-    MinvB_base: Array
+    B_disc: Array
+    B_base: Array
     sensors: Array
-    rows: Array
+    bearings: Array
+    sites: Array
 
 
 def plant_constants(rotor: Rotor | None = None) -> Array:
@@ -58,31 +57,45 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
     Raises
     ------
     ValueError
-        If the rotor's master planes cannot hold it, or are more than the plant has room for.
+        If the rotor does not have what the plant's interface shows, or its master planes cannot hold it.
     """
     rotor = rotor or load_rotor()
-    if 2 * len(rotor.planes.master) > N_RIG:
-        raise ValueError(
-            f"planes.master = {list(rotor.planes.master)} is not allowed; it must be at most {N_RIG // 2} node numbers"
-        )
+    planes = rotor.planes
+    for what, nodes, wanted in (
+        ("bearings", rotor.bearing_nodes, N_BEARINGS),
+        ("planes.discs", planes.discs, N_DISCS),
+        ("planes.sensors", planes.sensors, N_SENSORS // 2),
+        ("planes.retainers", planes.retainers, N_SITES),
+    ):
+        if len(nodes) != wanted:
+            raise ValueError(
+                f"{what} = {list(nodes)} of rotor {rotor.name!r} is not allowed in a plant; it must be {wanted} nodes"
+            )
+    if not planes.master:
+        raise ValueError(f"planes.master of rotor {rotor.name!r} is empty; a plant needs its master planes")
     full = assemble(rotor, "diagonal")
-    reduction = msdc(full, rotor.planes.master)
+    reduction = msdc(full, planes.master)
     reduced = reduction.model
     Minv: Array = np.linalg.inv(reduced.M).astype(np.float64)
 
     shaken = np.zeros((full.size, 2))
     for rows in full.translations.values():
         shaken[rows, (0, 1)] = 1.0
+
+    def first_rows(nodes: tuple[int, ...]) -> Array:
+        return np.array([reduced.translations[node][0] for node in nodes], dtype=np.float64)
+
     structure = Structure(
         M=reduced.M,
         K=reduced.K,
         Minv=Minv,
         MinvK=Minv @ reduced.K,
         MinvG=Minv @ reduced.G,
-        MinvB_disc=Minv @ reduction.left[:, full.rows(rotor.planes.discs)],
-        MinvB_base=-Minv @ reduction.left @ full.M @ shaken,
-        sensors=reduction.right[full.rows(rotor.planes.sensors)],
-        rows=np.array([reduced.translations[node][0] for node in rotor.bearing_nodes], dtype=np.float64),
+        B_disc=reduction.left[:, full.rows(planes.discs)],
+        B_base=-reduction.left @ full.M @ shaken,
+        sensors=reduction.right[full.rows(planes.sensors)],
+        bearings=first_rows(rotor.bearing_nodes),
+        sites=first_rows(planes.retainers),
     )
     return np.concatenate([[float(reduced.size)], *(np.ravel(part) for part in structure)])
 
@@ -99,11 +112,12 @@ def structure_of(constants: Array) -> Structure:
     MinvK = constants[start + 3 * nn : start + 4 * nn].reshape(n, n)
     MinvG = constants[start + 4 * nn : start + 5 * nn].reshape(n, n)
     start += 5 * nn
-    MinvB_disc = constants[start : start + 2 * N_DISCS * n].reshape(n, 2 * N_DISCS)
+    B_disc = constants[start : start + 2 * N_DISCS * n].reshape(n, 2 * N_DISCS)
     start += 2 * N_DISCS * n
-    MinvB_base = constants[start : start + 2 * n].reshape(n, 2)
+    B_base = constants[start : start + 2 * n].reshape(n, 2)
     start += 2 * n
     sensors = constants[start : start + N_SENSORS * n].reshape(N_SENSORS, n)
     start += N_SENSORS * n
-    rows = constants[start : start + N_BEARINGS]
-    return Structure(M, K, Minv, MinvK, MinvG, MinvB_disc, MinvB_base, sensors, rows)
+    bearings = constants[start : start + N_BEARINGS]
+    sites = constants[start + N_BEARINGS : start + N_BEARINGS + N_SITES]
+    return Structure(M, K, Minv, MinvK, MinvG, B_disc, B_base, sensors, bearings, sites)

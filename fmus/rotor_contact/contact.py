@@ -10,10 +10,11 @@ Every site has two unknowns, N_k and T_k, and two equations in every mode (4.27 
 
     free       N_k = 0                           T_k = 0
     sliding    n_k . a_k = -|v_k|^2 / r_k        T_k + mu_k sign_k N_k = 0
-    rolling    n_k . a_k = -|v_k|^2 / r_k        t_k . a_k = 0
+    rolling    n_k . a_k = -|v_k|^2 / r_k        t_k . a_k = -R_s Omega'
 
-The equation of N_k in contact is (4.15) divided by 2 r_k, that of T_k in rolling is (4.33) at constant spin speed. The
-same equations, with other right-hand sides, give impulses (`impact`) and corrections (`project`).
+The equation of N_k in contact is (4.15) divided by 2 r_k, that of T_k in rolling is (4.33). Those of a free site need
+no solution; only those of sites in contact are written down. The same equations, with other right-hand sides, give
+impulses (`impact`) and corrections (`project`). Sites whose contact yields (`compliant`) have none.
 """
 
 from __future__ import annotations
@@ -24,9 +25,13 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.interface import (
     CLEARANCE,
+    CONSTRAINT,
+    ENABLED,
     FREE,
     JOURNAL_RADIUS,
+    LAW,
     MU,
+    MU_STATIC,
     N_SITES,
     OFFSET_X,
     OFFSET_Y,
@@ -40,21 +45,42 @@ MODE = PLANE + 1  # free, sliding or rolling
 SIGN = PLANE + 2  # of the slip that sliding friction opposes
 RADIUS, N_X, N_Y = PLANE + 3, PLANE + 4, PLANE + 5  # distance of the journal from the centre, outward normal
 NORMAL, TANGENTIAL = PLANE + 6, PLANE + 7  # contact forces of the last solution (N)
-IMPULSE, LOSS = PLANE + 8, PLANE + 9  # impulse of impacts in this step (N s), energy lost in impacts so far (J)
-P_N, P_T = PLANE + 10, PLANE + 11  # scratch: impulses
-MARK, MODE_BEFORE, REBOUND = PLANE + 12, PLANE + 13, PLANE + 14  # scratch of events
-SITE_COLUMNS = PLANE + 15
+IMPULSE = PLANE + 8  # of the impacts in this step (N s)
+LOSS, DRIVE = PLANE + 9, PLANE + 10  # heat of these impacts, and the drive's work against their friction (J)
+P_N, P_T = PLANE + 11, PLANE + 12  # scratch: impulses
+SLOT, MARK, MODE_BEFORE, REBOUND = PLANE + 13, PLANE + 14, PLANE + 15, PLANE + 16  # scratch of equations and events
+SITE_COLUMNS = PLANE + 17
 
 RHS = 2 * N_SITES  # the right-hand side is the last column of the equations
 
 
 @kernel
-def any_closed(sites: Array) -> bool:
-    """Whether a site is in contact."""
+def held(sites: Array, k: int) -> bool:
+    """Whether site k is in contact by constraint."""
+    return sites[k, MODE] != FREE and sites[k, LAW] == CONSTRAINT
+
+
+@kernel
+def can_touch(sites: Array, k: int) -> bool:
+    """Whether site k is there and free."""
+    return sites[k, MODE] == FREE and sites[k, ENABLED] != 0.0
+
+
+@kernel
+def number_held(sites: Array) -> int:
+    """Give the held sites their place in the equations; returns how many there are."""
+    count = 0
     for k in range(N_SITES):
-        if sites[k, MODE] != FREE:
-            return True
-    return False
+        if held(sites, k):
+            sites[k, SLOT] = 2 * count
+            count += 1
+    return count
+
+
+@kernel
+def sticking_friction(sites: Array, k: int) -> float:
+    """Coefficient up to which site k sticks."""
+    return max(sites[k, MU], sites[k, MU_STATIC])
 
 
 @kernel
@@ -93,25 +119,28 @@ def slip_velocity(sites: Array, k: int, v: Array, Omega: float) -> float:
 
 
 @kernel
-def write_equations(Minv: Array, sites: Array, equations: Array, friction: float) -> None:
-    """Left-hand sides for all sites in their modes, shape (2 n_sites, 2 n_sites + 1); right-hand sides are zeroed.
+def write_equations(Minv: Array, sites: Array, equations: Array, friction: float) -> int:
+    """Left-hand sides for the held sites in their modes; right-hand sides are zeroed. Returns the number of equations.
 
-    Row 2 k belongs to N_k and row 2 k + 1 to T_k; a column holds the response M^-1 (-n) or M^-1 t. `friction` is 1, or
-    0 to leave sliding friction out.
+    Rows and columns SLOT and SLOT + 1 belong to N_k and T_k; a column holds the response M^-1 (-n) or M^-1 t.
+    `friction` is 1, or 0 to leave sliding friction out.
     """
-    equations[:, :] = 0.0
+    size = 2 * number_held(sites)
     for k in range(N_SITES):
-        if sites[k, MODE] == FREE:
-            equations[2 * k, 2 * k] = 1.0
-            equations[2 * k + 1, 2 * k + 1] = 1.0
+        if not held(sites, k):
             continue
         i = int(sites[k, PLANE])
+        row = int(sites[k, SLOT])
         k_x = sites[k, N_X]
         k_y = sites[k, N_Y]
+        rolling = sites[k, MODE] == ROLLING
+        equations[row, RHS] = 0.0
+        equations[row + 1, RHS] = 0.0
         for other in range(N_SITES):
-            if sites[other, MODE] == FREE:
+            if not held(sites, other):
                 continue
             j = int(sites[other, PLANE])
+            column = int(sites[other, SLOT])
             n_x = sites[other, N_X]
             n_y = sites[other, N_Y]
             # response at site k, in x and y, to a unit force along n and along t at the other site
@@ -119,20 +148,22 @@ def write_equations(Minv: Array, sites: Array, equations: Array, friction: float
             yn = Minv[i + 1, j] * n_x + Minv[i + 1, j + 1] * n_y
             xt = Minv[i, j + 1] * n_x - Minv[i, j] * n_y
             yt = Minv[i + 1, j + 1] * n_x - Minv[i + 1, j] * n_y
-            equations[2 * k, 2 * other] = -(k_x * xn + k_y * yn)
-            equations[2 * k, 2 * other + 1] = k_x * xt + k_y * yt
-            if sites[k, MODE] == ROLLING:
-                equations[2 * k + 1, 2 * other] = -(k_x * yn - k_y * xn)
-                equations[2 * k + 1, 2 * other + 1] = k_x * yt - k_y * xt
-        if sites[k, MODE] != ROLLING:
-            equations[2 * k + 1, 2 * k] = friction * sites[k, MU] * sites[k, SIGN]
-            equations[2 * k + 1, 2 * k + 1] = 1.0
+            equations[row, column] = -(k_x * xn + k_y * yn)
+            equations[row, column + 1] = k_x * xt + k_y * yt
+            equations[row + 1, column] = -(k_x * yn - k_y * xn) if rolling else 0.0
+            equations[row + 1, column + 1] = k_x * yt - k_y * xt if rolling else 0.0
+        if not rolling:
+            equations[row + 1, row] = friction * sites[k, MU] * sites[k, SIGN]
+            equations[row + 1, row + 1] = 1.0
+    return size
 
 
 @kernel
-def solve(equations: Array) -> bool:
-    """Gaussian elimination with partial pivoting; the solution replaces the right-hand side. False if singular."""
-    n = equations.shape[0]
+def solve(equations: Array, n: int, rhs: int) -> bool:
+    """Gaussian elimination with partial pivoting of the first `n` equations; the solution replaces column `rhs`.
+
+    False if they are singular.
+    """
     for i in range(n):
         best = i
         for r in range(i + 1, n):
@@ -141,17 +172,19 @@ def solve(equations: Array) -> bool:
         if not abs(equations[best, i]) > 1e-300:
             return False
         if best != i:
-            for c in range(i, n + 1):
+            for c in range(i, n):
                 equations[i, c], equations[best, c] = equations[best, c], equations[i, c]
+            equations[i, rhs], equations[best, rhs] = equations[best, rhs], equations[i, rhs]
         for r in range(i + 1, n):
             ratio = equations[r, i] / equations[i, i]
             if ratio != 0.0:
-                for c in range(i + 1, n + 1):
+                for c in range(i + 1, n):
                     equations[r, c] -= ratio * equations[i, c]
+                equations[r, rhs] -= ratio * equations[i, rhs]
     for i in range(n - 1, -1, -1):
         for c in range(i + 1, n):
-            equations[i, n] -= equations[i, c] * equations[c, n]
-        equations[i, n] /= equations[i, i]
+            equations[i, rhs] -= equations[i, c] * equations[c, rhs]
+        equations[i, rhs] /= equations[i, i]
     return True
 
 
@@ -166,55 +199,60 @@ def push(Minv: Array, sites: Array, k: int, normal: float, forward: float, targe
 
 
 @kernel
-def apply_contact(Minv: Array, sites: Array, equations: Array, q: Array, v: Array, a: Array) -> bool:
-    """Solve the multipliers of all sites and add their effect to the free acceleration `a`; False if singular."""
-    if not any_closed(sites):
+def apply_contact(Minv: Array, sites: Array, equations: Array, q: Array, v: Array, Omega_dot: float, a: Array) -> bool:
+    """Solve the multipliers of the held sites and add their effect to the acceleration `a`; False if singular."""
+    if number_held(sites) == 0:
         return True
     for k in range(N_SITES):
-        locate(sites, k, q)
-    write_equations(Minv, sites, equations, 1.0)
+        if held(sites, k):
+            locate(sites, k, q)
+    size = write_equations(Minv, sites, equations, 1.0)
     for k in range(N_SITES):
-        if sites[k, MODE] != FREE:
+        if held(sites, k):
             i = int(sites[k, PLANE])
+            row = int(sites[k, SLOT])
             curvature = (v[i] * v[i] + v[i + 1] * v[i + 1]) / sites[k, RADIUS]
-            equations[2 * k, RHS] = -curvature - radial(sites, k, a)
+            equations[row, RHS] = -curvature - radial(sites, k, a)
             if sites[k, MODE] == ROLLING:
-                equations[2 * k + 1, RHS] = -tangential(sites, k, a)
-    if not solve(equations):
+                equations[row + 1, RHS] = -sites[k, JOURNAL_RADIUS] * Omega_dot - tangential(sites, k, a)
+    if not solve(equations, size, RHS):
         return False
     for k in range(N_SITES):
-        sites[k, NORMAL] = equations[2 * k, RHS]
-        sites[k, TANGENTIAL] = equations[2 * k + 1, RHS]
-        if sites[k, MODE] != FREE:
+        if held(sites, k):
+            row = int(sites[k, SLOT])
+            sites[k, NORMAL] = equations[row, RHS]
+            sites[k, TANGENTIAL] = equations[row + 1, RHS]
             push(Minv, sites, k, sites[k, NORMAL], sites[k, TANGENTIAL], a)
     return True
 
 
 @kernel
 def project(Minv: Array, sites: Array, equations: Array, q: Array, v: Array, Omega: float) -> bool:
-    """Put closed sites back on the circle and onto the velocity constraint, by the mass-weighted smallest change.
+    """Put held sites back on the circle and onto the velocity constraint, by the mass-weighted smallest change.
 
     Without this the drift of the integrated constraint (4.14) grows with time. Friction plays no part in it. One Newton
     step is enough for positions: what a substep leaves is squared.
     """
-    if not any_closed(sites):
+    if number_held(sites) == 0:
         return True
     for target in range(2):
         for k in range(N_SITES):
-            locate(sites, k, q)
-        write_equations(Minv, sites, equations, 0.0)
+            if held(sites, k):
+                locate(sites, k, q)
+        size = write_equations(Minv, sites, equations, 0.0)
         for k in range(N_SITES):
-            if sites[k, MODE] == FREE:
-                continue
-            if target == 0:
-                equations[2 * k, RHS] = sites[k, CLEARANCE] - sites[k, RADIUS]
-            else:
-                equations[2 * k, RHS] = -radial(sites, k, v)
-                if sites[k, MODE] == ROLLING:
-                    equations[2 * k + 1, RHS] = -slip_velocity(sites, k, v, Omega)
-        if not solve(equations):
+            if held(sites, k):
+                row = int(sites[k, SLOT])
+                if target == 0:
+                    equations[row, RHS] = sites[k, CLEARANCE] - sites[k, RADIUS]
+                else:
+                    equations[row, RHS] = -radial(sites, k, v)
+                    if sites[k, MODE] == ROLLING:
+                        equations[row + 1, RHS] = -slip_velocity(sites, k, v, Omega)
+        if not solve(equations, size, RHS):
             return False
         for k in range(N_SITES):
-            if sites[k, MODE] != FREE:
-                push(Minv, sites, k, equations[2 * k, RHS], equations[2 * k + 1, RHS], q if target == 0 else v)
+            if held(sites, k):
+                row = int(sites[k, SLOT])
+                push(Minv, sites, k, equations[row, RHS], equations[row + 1, RHS], q if target == 0 else v)
     return True

@@ -14,6 +14,8 @@ from rotor_contact.interface import (
     BASE,
     BEARING,
     BEARING_PARAMETERS,
+    CORE,
+    CORE_INPUTS,
     DAMPING,
     DISC,
     DISC_FORCE_X,
@@ -21,82 +23,123 @@ from rotor_contact.interface import (
     DISC_INPUTS,
     FORCE,
     GRADIENT,
+    GRAVITY,
     N_BEARINGS,
     N_DISCS,
     OMEGA,
+    OMEGA_DOT,
     PHASE,
     REFERENCE,
     STIFFNESS,
     UNBALANCE,
 )
 
-ROW, C_B = 0, 1  # columns of Motion.bearings
+ROW, C_B, GRADIENT_X, GRADIENT_Y = range(4)  # columns of Motion.bearings
+BEARING_COLUMNS = 4
+STEADY, COSINE, SINE = range(3)  # rows of Motion.forces, and the last rows of Motion.coefficients
 
 
 class Motion(NamedTuple):
-    """Coefficients of q'' = steady + cosine cos(theta) + sine sin(theta) - K q - C q' during one step.
+    """Coefficients of q'' = steady + A cosine + B sine - K q - C q' during one step.
+
+    A + i B = exp(i theta) (Omega^2 - i Omega') is the direction and size of a unit unbalance.
 
     coefficients
         Shape (2 n + 3, n): the columns of K = M^-1 (K - force gradients + passive bearings), the columns of
-        C = M^-1 (C + Omega G), then steady, cosine and sine; everything in SI units.
+        C = M^-1 (C + Omega G) at the beginning of the step, then steady, cosine and sine; everything in SI units.
+    forces
+        The forces (N) behind steady, cosine and sine, shape (3, n).
     bearings
-        Row of x and passive damping (N s/m) of each bearing, shape (n_bearings, 2).
-    theta, Omega
-        Rotor angle at the beginning of the step (rad) and spin speed (rad/s).
+        Row of x, passive damping (N s/m) and the two force gradients (N/m) of each bearing, shape (n_bearings, 4).
+    MinvG
+        M^-1 G, for speeds that change within the step, shape (n, n).
+    theta, Omega, Omega_dot
+        Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, spin acceleration (rad/s^2).
     """
 
     coefficients: Array
+    forces: Array
     bearings: Array
+    MinvG: Array
     theta: float
     Omega: float
+    Omega_dot: float
 
 
 @kernel
 def prepare(
-    s: Structure, parameters: Array, inputs: Array, theta: float, coefficients: Array, bearings: Array
+    s: Structure, parameters: Array, inputs: Array, theta: float, coefficients: Array, forces: Array, bearings: Array
 ) -> Motion:
     """Collect the coefficients of a step into the given arrays (3.1 to 3.6, 3.13).
 
     Bearing force on the rotor, for each axis: F + k_xx (x - x_ref) - k_b x - c_b x'.
-    Unbalance: f_x + i f_y = u exp(i (theta + phi)) Omega^2.
+    Unbalance: f_x + i f_y = u exp(i (theta + phi)) (Omega^2 - i Omega').
+    Gravity g acts like an acceleration g / sqrt(2) of the base along both axes.
     """
     n = s.M.shape[0]
     Omega = inputs[OMEGA]
-    steady = coefficients[2 * n]
-    cosine = coefficients[2 * n + 1]
-    sine = coefficients[2 * n + 2]
+    held_up = parameters[GRAVITY] * math.sqrt(0.5)
     for i in range(n):
-        steady[i] = s.MinvB_base[i, 0] * inputs[BASE] + s.MinvB_base[i, 1] * inputs[BASE + 1]
-        cosine[i] = 0.0
-        sine[i] = 0.0
+        forces[STEADY, i] = s.B_base[i, 0] * (inputs[BASE] + held_up) + s.B_base[i, 1] * (inputs[BASE + 1] + held_up)
+        forces[COSINE, i] = 0.0
+        forces[SINE, i] = 0.0
         for j in range(n):
             coefficients[j, i] = s.MinvK[i, j]
             coefficients[n + j, i] = Omega * s.MinvG[i, j]
     for d in range(N_DISCS):
         at = DISC + d * DISC_INPUTS
-        radial = inputs[at + UNBALANCE] * Omega * Omega
-        a = radial * math.cos(inputs[at + PHASE])
-        b = radial * math.sin(inputs[at + PHASE])
+        a = inputs[at + UNBALANCE] * math.cos(inputs[at + PHASE])
+        b = inputs[at + UNBALANCE] * math.sin(inputs[at + PHASE])
         for i in range(n):
-            f_x = s.MinvB_disc[i, 2 * d]
-            f_y = s.MinvB_disc[i, 2 * d + 1]
-            steady[i] += f_x * inputs[at + DISC_FORCE_X] + f_y * inputs[at + DISC_FORCE_Y]
-            cosine[i] += f_x * a + f_y * b
-            sine[i] += f_y * a - f_x * b
+            f_x = s.B_disc[i, 2 * d]
+            f_y = s.B_disc[i, 2 * d + 1]
+            forces[STEADY, i] += f_x * inputs[at + DISC_FORCE_X] + f_y * inputs[at + DISC_FORCE_Y]
+            forces[COSINE, i] += f_x * a + f_y * b
+            forces[SINE, i] += f_y * a - f_x * b
     for k in range(N_BEARINGS):
+        row = int(s.bearings[k])
         k_b = parameters[BEARING + k * BEARING_PARAMETERS + STIFFNESS]
-        bearings[k, ROW] = s.rows[k]
+        bearings[k, ROW] = row
         bearings[k, C_B] = parameters[BEARING + k * BEARING_PARAMETERS + DAMPING]
+        core = CORE + k * CORE_INPUTS
+        a = inputs[core + UNBALANCE] * math.cos(inputs[core + PHASE])
+        b = inputs[core + UNBALANCE] * math.sin(inputs[core + PHASE])
+        forces[COSINE, row] += a
+        forces[COSINE, row + 1] += b
+        forces[SINE, row] -= b
+        forces[SINE, row + 1] += a
         for axis in range(2):
             at = AXIS + (2 * k + axis) * AXIS_INPUTS
-            row = int(s.rows[k]) + axis
-            force = inputs[at + FORCE] - inputs[at + GRADIENT] * inputs[at + REFERENCE]
+            gradient = inputs[at + GRADIENT]
+            bearings[k, GRADIENT_X + axis] = gradient
+            forces[STEADY, row + axis] += inputs[at + FORCE] - gradient * inputs[at + REFERENCE]
             for i in range(n):
-                effect = s.Minv[i, row]
-                steady[i] += effect * force
-                coefficients[row, i] += effect * (k_b - inputs[at + GRADIENT])
-                coefficients[n + row, i] += effect * bearings[k, C_B]
-    return Motion(coefficients, bearings, theta, Omega)
+                effect = s.Minv[i, row + axis]
+                coefficients[row + axis, i] += effect * (k_b - gradient)
+                coefficients[n + row + axis, i] += effect * bearings[k, C_B]
+    for kind in range(3):
+        for i in range(n):
+            total = 0.0
+            for j in range(n):
+                total += s.Minv[i, j] * forces[kind, j]
+            coefficients[2 * n + kind, i] = total
+    return Motion(coefficients, forces, bearings, s.MinvG, theta, Omega, inputs[OMEGA_DOT])
+
+
+@kernel
+def spin(m: Motion, tau: float) -> float:
+    """Spin speed (rad/s) at `tau` (s) after the beginning of the step."""
+    return m.Omega + m.Omega_dot * tau
+
+
+@kernel
+def unbalance_direction(m: Motion, tau: float) -> tuple[float, float]:
+    """A and B of A + i B = exp(i theta) (Omega^2 - i Omega') (rad^2/s^2)."""
+    Omega = spin(m, tau)
+    theta = m.theta + 0.5 * (m.Omega + Omega) * tau
+    cosine = math.cos(theta)
+    sine = math.sin(theta)
+    return Omega * Omega * cosine + m.Omega_dot * sine, Omega * Omega * sine - m.Omega_dot * cosine
 
 
 @kernel
@@ -104,13 +147,31 @@ def free_acceleration(m: Motion, tau: float, q: Array, v: Array, a: Array) -> No
     """Write the acceleration without contact, at time `tau` (s) after the beginning of the step, into `a`."""
     n = q.shape[0]
     c = m.coefficients
-    cosine = math.cos(m.theta + m.Omega * tau)
-    sine = math.sin(m.theta + m.Omega * tau)
+    along, across = unbalance_direction(m, tau)
     for i in range(n):
-        a[i] = c[2 * n, i] + cosine * c[2 * n + 1, i] + sine * c[2 * n + 2, i]
+        a[i] = c[2 * n, i] + along * c[2 * n + 1, i] + across * c[2 * n + 2, i]
     for j in range(n):
         for i in range(n):
             a[i] -= c[j, i] * q[j] + c[n + j, i] * v[j]
+    if m.Omega_dot != 0.0:
+        faster = m.Omega_dot * tau
+        for i in range(n):
+            for j in range(n):
+                a[i] -= faster * m.MinvG[i, j] * v[j]
+
+
+@kernel
+def input_power(m: Motion, tau: float, q: Array, v: Array) -> float:
+    """Work of all forces given as inputs, in a second (W); that of passive bearings is not among them."""
+    along, across = unbalance_direction(m, tau)
+    power = 0.0
+    for i in range(q.shape[0]):
+        power += v[i] * (m.forces[STEADY, i] + along * m.forces[COSINE, i] + across * m.forces[SINE, i])
+    for k in range(N_BEARINGS):
+        row = int(m.bearings[k, ROW])
+        power += m.bearings[k, GRADIENT_X] * q[row] * v[row]
+        power += m.bearings[k, GRADIENT_Y] * q[row + 1] * v[row + 1]
+    return power
 
 
 @kernel

@@ -3,9 +3,10 @@
 Between events the motion is smooth. Each kind of event is the rising zero crossing of an indicator:
 
     free       gap closes             |r| - c
-    closed     normal force vanishes  -N
+    held       normal force vanishes  -N
+    yielding   gap opens              c - |r|
     sliding    slip vanishes          -sign v_slip
-    rolling    friction too small     |T| - mu N
+    rolling    friction too small     |T| - mu_s N
 
 The crossing is located by repeating the substep with another length, so events are not rounded to steps; then modes and
 velocities change, and integration goes on from there.
@@ -22,16 +23,19 @@ from rotor_contact.contact import (
     REBOUND,
     SIGN,
     TANGENTIAL,
+    can_touch,
+    held,
     locate,
     project,
     radial,
     slip_velocity,
+    sticking_friction,
     tangential,
 )
-from rotor_contact.dynamics import Motion
+from rotor_contact.dynamics import Motion, spin
 from rotor_contact.impact import begin_slip, break_loose, mark_touching, newton_impact, nodal_impact
-from rotor_contact.integration import BEFORE, K_1, K_NEW, Z_NEW, Z, derivative, substep, substep_limit
-from rotor_contact.interface import CLEARANCE, FREE, MU, N_SITES, NODAL, ROLLING, SLIDING
+from rotor_contact.integration import BEFORE, K_1, K_NEW, TALLIES, Z_NEW, Z, derivative, substep, substep_limit
+from rotor_contact.interface import CLEARANCE, CONSTRAINT, ENABLED, FREE, LAW, MU, N_SITES, NODAL, ROLLING, SLIDING
 
 FAULT_TOO_MANY_EVENTS, FAULT_SINGULAR = 1, 2
 
@@ -47,16 +51,18 @@ STICTION = 1e-9  # m/s, slip that counts as none
 @kernel
 def indicator(sites: Array, z: Array, Omega: float) -> float:
     """Largest of all sites' event indicators at z (contact forces must be up to date); positive after an event."""
-    n = (z.shape[0] - 1) // 2
+    n = (z.shape[0] - TALLIES) // 2
     largest = -1.0
     for k in range(N_SITES):
-        if sites[k, MODE] == FREE:
-            c = sites[k, CLEARANCE]
-            largest = max(largest, (locate(sites, k, z[:n]) - c) / c)
+        if sites[k, ENABLED] == 0.0:
+            continue
+        if not held(sites, k):
+            beyond = locate(sites, k, z[:n]) / sites[k, CLEARANCE] - 1.0
+            largest = max(largest, beyond if sites[k, MODE] == FREE else -beyond)
             continue
         largest = max(largest, -sites[k, NORMAL] / FORCE_SCALE)
         if sites[k, MODE] == ROLLING:
-            friction = abs(sites[k, TANGENTIAL]) - sites[k, MU] * sites[k, NORMAL]
+            friction = abs(sites[k, TANGENTIAL]) - sticking_friction(sites, k) * sites[k, NORMAL]
             largest = max(largest, friction / FORCE_SCALE)
         elif sites[k, MU] > 0.0:
             largest = max(largest, -sites[k, SIGN] * slip_velocity(sites, k, z[n : 2 * n], Omega))
@@ -73,7 +79,7 @@ def locate_event(Minv: Array, m: Motion, sites: Array, equations: Array, r: Arra
     low = 0.0
     high = dt
     f_low = -AIM
-    f_high = indicator(sites, r[Z_NEW], m.Omega) - AIM
+    f_high = indicator(sites, r[Z_NEW], spin(m, tau + dt)) - AIM
     side = 0
     for _ in range(100):
         if high - low <= 1e-15 * dt:
@@ -82,7 +88,7 @@ def locate_event(Minv: Array, m: Motion, sites: Array, equations: Array, r: Arra
         if f_low < -1e-6 * f_high:
             trial = low + (high - low) * f_low / (f_low - f_high)
         substep(Minv, m, sites, equations, r, tau, trial)
-        f = indicator(sites, r[Z_NEW], m.Omega) - AIM
+        f = indicator(sites, r[Z_NEW], spin(m, tau + trial)) - AIM
         if abs(f) < AIM - TOLERANCE:
             return trial
         if f > 0.0:
@@ -111,16 +117,19 @@ def settle(Minv: Array, m: Motion, sites: Array, equations: Array, r: Array, tau
     n = Minv.shape[0]
     q = r[Z, :n]
     v = r[Z, n : 2 * n]
+    Omega = spin(m, tau)
     for k in range(N_SITES):
         sites[k, MARK] = 0.0
+        if sites[k, ENABLED] != 0.0 and sites[k, LAW] != CONSTRAINT:
+            sites[k, MODE] = SLIDING if locate(sites, k, q) > sites[k, CLEARANCE] else FREE
     for _ in range(6 * N_SITES + 1):
-        project(Minv, sites, equations, q, v, m.Omega)
+        project(Minv, sites, equations, q, v, Omega)
         if not derivative(Minv, m, sites, equations, tau, r[Z], r[K_1]):
             return False
         if not (
             _release_one(sites)
-            or _change_friction(sites, v, m.Omega)
-            or _close_one(sites, q, v, r[K_1, n : 2 * n], m.Omega, shortest)
+            or _change_friction(sites, v, Omega)
+            or _close_one(sites, q, v, r[K_1, n : 2 * n], Omega, shortest)
         ):
             return True
     return True
@@ -132,7 +141,7 @@ def _release_one(sites: Array) -> bool:
     weakest = -1
     force = -TOLERANCE * FORCE_SCALE
     for k in range(N_SITES):
-        if sites[k, MODE] != FREE and sites[k, NORMAL] < force:
+        if held(sites, k) and sites[k, NORMAL] < force:
             weakest = k
             force = sites[k, NORMAL]
     if weakest < 0:
@@ -146,7 +155,7 @@ def _release_one(sites: Array) -> bool:
 def _close_one(sites: Array, q: Array, v: Array, a: Array, Omega: float, shortest: float) -> bool:
     """Close a free site on its circle whose next flight takes less than `shortest`; True if there is one."""
     for k in range(N_SITES):
-        if sites[k, MODE] == FREE and sites[k, MARK] == 0.0:
+        if can_touch(sites, k) and sites[k, LAW] == CONSTRAINT and sites[k, MARK] == 0.0:
             radius = locate(sites, k, q)
             if radius >= sites[k, CLEARANCE] * (1.0 - 1e-10):
                 outward = radial(sites, k, a) + tangential(sites, k, v) ** 2 / radius
@@ -164,7 +173,10 @@ def _change_friction(sites: Array, v: Array, Omega: float) -> bool:
     An impact elsewhere may have reversed the slip of a sliding site: friction turns with it.
     """
     for k in range(N_SITES):
-        if sites[k, MODE] == ROLLING and abs(sites[k, TANGENTIAL]) > sites[k, MU] * sites[k, NORMAL]:
+        if not held(sites, k):
+            continue
+        limit = sticking_friction(sites, k) * sites[k, NORMAL]
+        if sites[k, MODE] == ROLLING and abs(sites[k, TANGENTIAL]) > limit:
             break_loose(sites, k, sites[k, TANGENTIAL])
             sites[k, MARK] = 1.0  # it slips for good; do not try to stick again at this instant
             return True
@@ -222,10 +234,10 @@ def advance(
     if not settle(Minv, m, sites, equations, r, tau, shortest):
         return FAULT_SINGULAR
     while tau < step_size * (1.0 - 1e-12):
-        dt = min(step_size - tau, substep_limit(sites, r[Z, n : 2 * n], longest))
+        dt = min(step_size - tau, substep_limit(Minv, sites, r[Z, n : 2 * n], spin(m, tau), longest))
         if not substep(Minv, m, sites, equations, r, tau, dt):
             return FAULT_SINGULAR
-        event = indicator(sites, r[Z_NEW], m.Omega) > TOLERANCE
+        event = indicator(sites, r[Z_NEW], spin(m, tau + dt)) > TOLERANCE
         crowded = events > CROWDED
         if event:
             dt = locate_event(Minv, m, sites, equations, r, tau, dt)
@@ -234,14 +246,14 @@ def advance(
                 dt = min(shortest, step_size - tau)
                 substep(Minv, m, sites, equations, r, tau, dt)
         tau += dt
-        for i in range(2 * n + 1):
+        for i in range(2 * n + TALLIES):
             r[Z, i] = r[Z_NEW, i]
             r[K_1, i] = r[K_NEW, i]
         if event:
             events += 1
             if events > MAX_EVENTS:
                 return FAULT_TOO_MANY_EVENTS
-            if not strike(M, Minv, sites, equations, r, m.Omega, law, crowded):
+            if not strike(M, Minv, sites, equations, r, spin(m, tau), law, crowded):
                 return FAULT_SINGULAR
             if not settle(Minv, m, sites, equations, r, tau, longest if crowded else shortest):
                 return FAULT_SINGULAR

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.contact import (
+    DRIVE,
     IMPULSE,
     LOSS,
     MARK,
@@ -18,15 +19,32 @@ from rotor_contact.contact import (
     REBOUND,
     RHS,
     SIGN,
+    SLOT,
+    can_touch,
+    held,
     locate,
     push,
     radial,
     slip_velocity,
     solve,
+    sticking_friction,
     write_equations,
 )
 from rotor_contact.dynamics import quadratic_form
-from rotor_contact.interface import CLEARANCE, FREE, MU, N_SITES, OFFSET_X, OFFSET_Y, RESTITUTION, ROLLING, SLIDING
+from rotor_contact.interface import (
+    CLEARANCE,
+    CONSTRAINT,
+    FREE,
+    JOURNAL_RADIUS,
+    LAW,
+    MU,
+    N_SITES,
+    OFFSET_X,
+    OFFSET_Y,
+    RESTITUTION,
+    ROLLING,
+    SLIDING,
+)
 
 UNTOUCHED, TOUCHING = 0, 1  # values of the column MARK
 
@@ -40,7 +58,8 @@ def mark_touching(sites: Array, q: Array, v: Array) -> bool:
         sites[k, REBOUND] = sites[k, RESTITUTION]
         c = sites[k, CLEARANCE]
         r = locate(sites, k, q)
-        if sites[k, MODE] == FREE and r >= c * (1.0 - 1e-10) and radial(sites, k, v) > 0.0:
+        reached = can_touch(sites, k) and sites[k, LAW] == CONSTRAINT and r >= c * (1.0 - 1e-10)
+        if reached and radial(sites, k, v) > 0.0:
             # exactly on the circle, or a site that leaves again would look as if it touched
             row = int(sites[k, PLANE])
             q[row] = sites[k, OFFSET_X] + c * sites[k, N_X]
@@ -124,6 +143,7 @@ def newton_impact(M: Array, Minv: Array, sites: Array, equations: Array, v: Arra
             continue
         for k in range(N_SITES):
             sites[k, LOSS] += _heat(sites, k, v, before, Omega)
+            sites[k, DRIVE] -= sites[k, P_T] * sites[k, JOURNAL_RADIUS] * Omega
             sites[k, IMPULSE] += sites[k, P_N]
             if sites[k, MARK] == TOUCHING and radial(sites, k, v) < -1e-12:
                 sites[k, MODE] = FREE
@@ -144,22 +164,26 @@ def _heat(sites: Array, k: int, v: Array, before: Array, Omega: float) -> float:
 def _impulses(Minv: Array, sites: Array, equations: Array, v: Array, before: Array, Omega: float, plain: bool) -> bool:
     """One consistent set of impulses P_N, P_T; `plain` leaves restitution and sliding friction out."""
     for _ in range(4 * N_SITES + 2):
-        write_equations(Minv, sites, equations, 0.0 if plain else 1.0)
+        size = write_equations(Minv, sites, equations, 0.0 if plain else 1.0)
         for k in range(N_SITES):
-            if sites[k, MODE] == FREE:
-                continue
-            rebound = sites[k, REBOUND] if sites[k, MARK] == TOUCHING and not plain else 0.0
-            equations[2 * k, RHS] = -(1.0 + rebound) * radial(sites, k, before)
-            if sites[k, MODE] == ROLLING:
-                equations[2 * k + 1, RHS] = -slip_velocity(sites, k, before, Omega)
-        if not solve(equations):
+            if held(sites, k):
+                row = int(sites[k, SLOT])
+                rebound = sites[k, REBOUND] if sites[k, MARK] == TOUCHING and not plain else 0.0
+                equations[row, RHS] = -(1.0 + rebound) * radial(sites, k, before)
+                if sites[k, MODE] == ROLLING:
+                    equations[row + 1, RHS] = -slip_velocity(sites, k, before, Omega)
+        if not solve(equations, size, RHS):
             return False
         v[:] = before
         weakest = 0
         for k in range(N_SITES):
-            sites[k, P_N] = equations[2 * k, RHS]
-            sites[k, P_T] = equations[2 * k + 1, RHS]
-            push(Minv, sites, k, sites[k, P_N], sites[k, P_T], v)
+            sites[k, P_N] = 0.0
+            sites[k, P_T] = 0.0
+            if held(sites, k):
+                row = int(sites[k, SLOT])
+                sites[k, P_N] = equations[row, RHS]
+                sites[k, P_T] = equations[row + 1, RHS]
+                push(Minv, sites, k, sites[k, P_N], sites[k, P_T], v)
             if sites[k, P_N] < sites[weakest, P_N]:
                 weakest = k
         if sites[weakest, P_N] < 0.0:
@@ -174,12 +198,18 @@ def _impulses(Minv: Array, sites: Array, equations: Array, v: Array, before: Arr
 def _adjust_friction(sites: Array, v: Array, Omega: float) -> bool:
     """Change one site between slip and stick if its impulse asks for it; True if something changed."""
     for k in range(N_SITES):
-        if sites[k, MODE] == SLIDING and sites[k, MU] > 0.0:
-            if sites[k, SIGN] * slip_velocity(sites, k, v, Omega) < 0.0:
-                sites[k, MODE] = ROLLING
-                return True
-        elif sites[k, MODE] == ROLLING and abs(sites[k, P_T]) > sites[k, MU] * sites[k, P_N] * (1.0 + 1e-12):
+        if not held(sites, k):
+            continue
+        limit = sticking_friction(sites, k) * sites[k, P_N]
+        if sites[k, MODE] == ROLLING and abs(sites[k, P_T]) > limit * (1.0 + 1e-12):
             break_loose(sites, k, sites[k, P_T])
+            return True
+        if (
+            sites[k, MODE] == SLIDING
+            and sites[k, MU] > 0.0
+            and sites[k, SIGN] * slip_velocity(sites, k, v, Omega) < 0.0
+        ):
+            sites[k, MODE] = ROLLING
             return True
     return False
 

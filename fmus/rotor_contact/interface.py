@@ -7,19 +7,44 @@ import math
 from fmi_export.variables import Variable, input_, interface, output, parameter
 
 BEARINGS = ("mb1", "mb2")
-SITES = ("rb1", "rb2")
+RETAINERS = ("rb1", "rb2")  # in the magnetic bearings; contact_state tells of these two
+SITES = (*RETAINERS, "eb1", "eb2")  # and the bushes at the non-driven and at the motor end
 DISCS = ("d1", "d2", "d3", "d4")
 N_SENSORS = 8
 
 NODAL, NEWTON = 0, 1  # values of contact.impact_law
 FREE, SLIDING, ROLLING = 0, 1, 2  # values of a site's mode
 
+# Values of a site's law: the constraint, and the classical laws of 4.2 in the order of the thesis.
+LAWS = ("constraint", "linear", "hertz", "kelvin_voigt", "kirk", "hunt_crossley", "ulbrich", "switched_kelvin_voigt")
+CONSTRAINT, LINEAR, HERTZ, KELVIN_VOIGT, KIRK, HUNT_CROSSLEY, ULBRICH, SWITCHED_KELVIN_VOIGT = range(len(LAWS))
+
 
 def _site_parameters(site: str) -> list[Variable]:
+    clearance = 0.75e-3 if site in RETAINERS else 0.9e-3
     at = f"at {site.upper()}"
+    laws = ", ".join(f"{number} {name}" for number, name in enumerate(LAWS))
     return [
-        parameter(f"{site}.clearance", "m", f"Radial clearance {at} (2.1)", 0.75e-3, minimum=1e-6, maximum=0.1),
+        parameter(f"{site}.enabled", "1", f"Whether the rotor can touch {at}", 1.0, type="Boolean"),
+        parameter(
+            f"{site}.law",
+            "1",
+            f"Contact law {at}: {laws}",
+            CONSTRAINT,
+            type="Integer",
+            minimum=0,
+            maximum=len(LAWS) - 1,
+        ),
+        parameter(f"{site}.clearance", "m", f"Radial clearance {at} (2.1)", clearance, minimum=1e-6, maximum=0.1),
         parameter(f"{site}.mu", "1", f"Coefficient of friction {at}", 0.0, minimum=0.0, maximum=10.0),
+        parameter(
+            f"{site}.mu_static",
+            "1",
+            f"Coefficient of static friction {at}; that of sliding counts if it is larger",
+            0.0,
+            minimum=0.0,
+            maximum=10.0,
+        ),
         parameter(
             f"{site}.restitution",
             "1",
@@ -29,15 +54,34 @@ def _site_parameters(site: str) -> list[Variable]:
             maximum=1.0,
         ),
         parameter(f"{site}.journal_radius", "m", f"Journal radius {at} (4.5.1)", 0.025, minimum=0.0, maximum=10.0),
-        parameter(f"{site}.offset_x", "m", f"Centre of the retainer bearing in x {at}", 0.0),
-        parameter(f"{site}.offset_y", "m", f"Centre of the retainer bearing in y {at}", 0.0),
+        parameter(f"{site}.offset_x", "m", f"Centre of the clearance in x {at}", 0.0),
+        parameter(f"{site}.offset_y", "m", f"Centre of the clearance in y {at}", 0.0),
+        parameter(
+            f"{site}.k_c",
+            "N/m",
+            f"Contact stiffness {at}, at delta_c in laws 2, 5 and 6",
+            1e8,
+            minimum=1.0,
+            maximum=1e12,
+        ),
+        parameter(f"{site}.c_c", "N.s/m", f"Contact damping {at}, of laws 3, 4 and 7", 0.0, minimum=0.0, maximum=1e9),
+        parameter(
+            f"{site}.delta_c",
+            "m",
+            f"Penetration {at} at which laws 2, 5 and 6 have stiffness k_c, law 4 is fully engaged, and law 7 switches",
+            1e-5,
+            minimum=1e-9,
+            maximum=1e-2,
+        ),
+        parameter(f"{site}.alpha_c", "s/m", f"Damping {at}, of law 5", 0.0, minimum=0.0, maximum=1e3),
+        parameter(f"{site}.eta", "1", f"Loss {at}, of law 6", 0.0, minimum=0.0, maximum=0.66),
     ]
 
 
 def _site_outputs(site: str) -> list[Variable]:
     at = f"at {site.upper()}"
     return [
-        output(f"{site}.gap", "m", f"Clearance left {at}, zero in contact"),
+        output(f"{site}.gap", "m", f"Clearance left {at}, zero in contact, negative if the contact yields"),
         output(f"{site}.mode", "1", f"0 free, 1 sliding, 2 rolling {at}", type="Integer", minimum=0, maximum=2),
         output(f"{site}.f_n", "N", f"Normal contact force {at}, inward on the rotor"),
         output(
@@ -47,7 +91,7 @@ def _site_outputs(site: str) -> list[Variable]:
         ),
         output(f"{site}.impulse", "N.s", f"Normal impulse of the impacts {at} during the last step"),
         output(f"{site}.slip_velocity", "m/s", f"Velocity of the journal surface over the retainer {at}"),
-        output(f"{site}.whirl_speed", "rad/s", f"Whirl speed about the retainer's centre {at}"),
+        output(f"{site}.whirl_speed", "rad/s", f"Whirl speed about the centre of the clearance {at}"),
     ]
 
 
@@ -68,11 +112,17 @@ def _axis_inputs(bearing: str, axis: str) -> list[Variable]:
     ]
 
 
+def _unbalance_inputs(name: str, what: str) -> list[Variable]:
+    return [
+        input_(f"{name}.u", "kg.m", f"Unbalance of {what}", minimum=0.0),
+        input_(f"{name}.phi", "rad", f"Angle of that unbalance from the rotor's mark, {what}"),
+    ]
+
+
 def _disc_inputs(disc: str) -> list[Variable]:
     at = disc.upper()
     return [
-        input_(f"{disc}.u", "kg.m", f"Unbalance of {at}", minimum=0.0),
-        input_(f"{disc}.phi", "rad", f"Angle of that unbalance from the rotor's mark, {at}"),
+        *_unbalance_inputs(disc, at),
         input_(f"{disc}.f_x", "N", f"External force on {at} in x"),
         input_(f"{disc}.f_y", "N", f"External force on {at} in y"),
     ]
@@ -90,11 +140,22 @@ INTERFACE = interface(
         type="Integer",
     ),
     parameter("solver.max_substep", "s", "Longest integration step", 62.5e-6, minimum=1e-9, maximum=1e-3),
+    parameter("gravity", "m/s2", "Gravity, at 45 degrees to both axes, towards negative x and y", 0.0),
+    parameter(
+        "initial.orbit",
+        "1",
+        "Start on the synchronous orbit in the passive bearings, put back onto the retainers where it passes them, "
+        "in place of at rest",
+        0.0,
+        type="Boolean",
+    ),
     *(_site_parameters(site) for site in SITES),
     *(_bearing_parameters(bearing) for bearing in BEARINGS),
-    input_("Omega", "rad/s", "Spin speed", minimum=-1e4, maximum=1e4),
+    input_("Omega", "rad/s", "Spin speed at the beginning of a step", minimum=-1e4, maximum=1e4),
+    input_("Omega_dot", "rad/s2", "Spin acceleration during a step"),
     *(_axis_inputs(bearing, axis) for bearing in BEARINGS for axis in "xy"),
     *(_disc_inputs(disc) for disc in DISCS),
+    *(_unbalance_inputs(bearing, f"the rotor at {bearing.upper()}") for bearing in BEARINGS),
     input_("base.a_x", "m/s2", "Acceleration of the base in x"),
     input_("base.a_y", "m/s2", "Acceleration of the base in y"),
     output("theta", "rad", "Rotor angle, within one turn", minimum=0.0, maximum=2.0 * math.pi),
@@ -107,8 +168,13 @@ INTERFACE = interface(
     *(_site_outputs(site) for site in SITES),
     output("contact_state", "1", "0 none, 1 RB1 only, 2 RB2 only, 3 both", type="Integer", minimum=0, maximum=3),
     output("energy.kinetic", "J", "Kinetic energy of the lateral motion"),
-    output("energy.strain", "J", "Strain energy of shaft and passive bearings"),
-    output("energy.dissipated", "J", "Heat so far of passive bearing damping, friction and impacts"),
+    output("energy.strain", "J", "Strain energy of shaft, passive bearings and yielding contacts"),
+    output("energy.damping", "J", "Heat so far of passive bearing damping"),
+    output("energy.friction", "J", "Heat so far of sliding friction"),
+    output("energy.impact", "J", "Heat so far of impacts, friction in them included, and of yielding contacts"),
+    output("energy.dissipated", "J", "Heat so far, the sum of the three"),
+    output("energy.work", "J", "Work so far of all inputs, the drive's against friction included"),
+    output("energy.balance", "J", "Gain of kinetic + strain + dissipated beyond the work; ideally zero"),
     output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
 )
 
@@ -119,21 +185,27 @@ N_SITES, N_BEARINGS, N_DISCS = len(SITES), len(BEARINGS), len(DISCS)
 # Parameters
 IMPACT_LAW = INTERFACE.parameter_index("contact.impact_law")
 MAX_SUBSTEP = INTERFACE.parameter_index("solver.max_substep")
-SITE = INTERFACE.parameter_index("rb1.clearance")
-SITE_PARAMETERS = 6
-CLEARANCE, MU, RESTITUTION, JOURNAL_RADIUS, OFFSET_X, OFFSET_Y = range(SITE_PARAMETERS)
+GRAVITY = INTERFACE.parameter_index("gravity")
+ORBIT = INTERFACE.parameter_index("initial.orbit")
+SITE = INTERFACE.parameter_index("rb1.enabled")
+SITE_PARAMETERS = 14
+ENABLED, LAW, CLEARANCE, MU, MU_STATIC, RESTITUTION, JOURNAL_RADIUS = range(7)
+OFFSET_X, OFFSET_Y, K_C, C_C, DELTA_C, ALPHA_C, ETA = range(7, SITE_PARAMETERS)
 BEARING = INTERFACE.parameter_index("mb1.k_b")
 BEARING_PARAMETERS = 2
 STIFFNESS, DAMPING = range(BEARING_PARAMETERS)
 
 # Inputs
 OMEGA = INTERFACE.input_index("Omega")
+OMEGA_DOT = INTERFACE.input_index("Omega_dot")
 AXIS = INTERFACE.input_index("mb1.f_x")
 AXIS_INPUTS = 3
 FORCE, GRADIENT, REFERENCE = range(AXIS_INPUTS)
 DISC = INTERFACE.input_index("d1.u")
 DISC_INPUTS = 4
 UNBALANCE, PHASE, DISC_FORCE_X, DISC_FORCE_Y = range(DISC_INPUTS)
+CORE = INTERFACE.input_index("mb1.u")
+CORE_INPUTS = 2  # unbalance and phase, as of a disc
 BASE = INTERFACE.input_index("base.a_x")
 
 # Outputs
@@ -146,4 +218,7 @@ Y_GAP, Y_MODE, Y_NORMAL, Y_TANGENTIAL, Y_IMPULSE, Y_SLIP, Y_WHIRL = range(SITE_O
 CONTACT_STATE = INTERFACE.output_index("contact_state")
 KINETIC = INTERFACE.output_index("energy.kinetic")
 STRAIN = INTERFACE.output_index("energy.strain")
+HEAT = INTERFACE.output_index("energy.damping")  # then of friction, then of impact
 DISSIPATED = INTERFACE.output_index("energy.dissipated")
+WORK = INTERFACE.output_index("energy.work")
+BALANCE = INTERFACE.output_index("energy.balance")

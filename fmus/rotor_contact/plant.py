@@ -6,100 +6,66 @@ import math
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from rotor_contact.constants import N_RIG, Structure, structure_of
-from rotor_contact.contact import (
-    IMPULSE,
-    LOSS,
-    MODE,
-    NORMAL,
-    PLANE,
-    RHS,
-    SIGN,
-    SITE_COLUMNS,
-    TANGENTIAL,
-    locate,
-    slip_velocity,
-    tangential,
+from rotor_contact.arrays import (
+    ANGLE,
+    ENERGY_AT_START,
+    HEAD,
+    load_sites,
+    n_state,
+    n_work,
+    orbit_equations,
+    scratch_of,
+    store_sites,
 )
-from rotor_contact.dynamics import prepare, quadratic_form
-from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
-from rotor_contact.integration import RUNGE_ROWS, Z
+from rotor_contact.constants import structure_of
+from rotor_contact.dynamics import prepare
+from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance, settle
+from rotor_contact.integration import TALLIES, Z
 from rotor_contact.interface import (
-    BEARING,
-    BEARING_PARAMETERS,
     CLEARANCE,
-    CONTACT_STATE,
-    DISPLACEMENT,
-    DISSIPATED,
-    FREE,
+    ENABLED,
     IMPACT_LAW,
     INTERFACE,
-    KINETIC,
     MAX_SUBSTEP,
-    N_BEARINGS,
-    N_SENSORS,
     N_SITES,
     OFFSET_X,
     OFFSET_Y,
     OMEGA,
-    SENSOR,
-    SITE,
-    SITE_OUTPUT,
-    SITE_OUTPUTS,
-    SITE_PARAMETERS,
+    OMEGA_DOT,
+    ORBIT,
     SITES,
-    STIFFNESS,
-    STRAIN,
-    THETA,
-    Y_GAP,
-    Y_IMPULSE,
-    Y_MODE,
-    Y_NORMAL,
-    Y_SLIP,
-    Y_TANGENTIAL,
-    Y_WHIRL,
 )
+from rotor_contact.outputs import mechanical_energy, write_outputs
+from rotor_contact.start import put_back, start_on_orbit
 
+FAULT_NO_ORBIT = 3
 FAULT_OFFSET = 11  # plus the site
-
-# State: mode, sign of slip and energy lost in impacts of each site, the rotor angle, then z = (q, v, heat).
-SITE_STATE = 3
-ANGLE = N_SITES * SITE_STATE
-HEAD = ANGLE + 1
-
-
-@kernel
-def load_sites(s: Structure, parameters: Array, state: Array, sites: Array) -> None:
-    """Fill the table of sites from parameters and state."""
-    sites[:, :] = 0.0
-    for k in range(N_SITES):
-        for i in range(SITE_PARAMETERS):
-            sites[k, i] = parameters[SITE + k * SITE_PARAMETERS + i]
-        sites[k, PLANE] = s.rows[k]
-        sites[k, MODE] = state[k * SITE_STATE]
-        sites[k, SIGN] = state[k * SITE_STATE + 1]
-        sites[k, LOSS] = state[k * SITE_STATE + 2]
-
-
-@kernel
-def store_sites(sites: Array, state: Array) -> None:
-    """Keep in the state what the table of sites must remember."""
-    for k in range(N_SITES):
-        state[k * SITE_STATE] = sites[k, MODE]
-        state[k * SITE_STATE + 1] = sites[k, SIGN]
-        state[k * SITE_STATE + 2] = sites[k, LOSS]
 
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Rotor at rest in the centre at angle zero, all sites free."""
+    """Rotor at angle zero, at rest in the centre or on its orbit; sites are free unless the orbit passes them."""
     s = structure_of(constants)
-    sites = work[: N_SITES * SITE_COLUMNS].reshape(N_SITES, SITE_COLUMNS)
-    load_sites(s, parameters, state, sites)
+    n = s.M.shape[0]
+    x = scratch_of(work, n)
+    load_sites(s, parameters, state, x.sites)
     for k in range(N_SITES):
-        if math.hypot(sites[k, OFFSET_X], sites[k, OFFSET_Y]) >= sites[k, CLEARANCE]:
+        off_centre = math.hypot(x.sites[k, OFFSET_X], x.sites[k, OFFSET_Y])
+        if x.sites[k, ENABLED] != 0.0 and off_centre >= x.sites[k, CLEARANCE]:
             return FAULT_OFFSET + k
-    write_outputs(s, parameters, inputs, state, sites, outputs)
+    z = state[HEAD : HEAD + 2 * n + TALLIES]
+    if parameters[ORBIT] != 0.0:
+        motion = prepare(s, parameters, inputs, 0.0, x.coefficients, x.forces, x.bearings)
+        if not start_on_orbit(motion, orbit_equations(work, n), z[:n], z[n : 2 * n]):
+            return FAULT_NO_ORBIT
+        put_back(x.sites, z[:n], z[n : 2 * n], inputs[OMEGA])
+        x.runge[Z] = z
+        if not settle(s.Minv, motion, x.sites, x.equations, x.runge, 0.0, 0.0):
+            return FAULT_SINGULAR
+        z[:] = x.runge[Z]
+        store_sites(x.sites, state, z)
+    state[ENERGY_AT_START] = mechanical_energy(s, parameters, x.sites, z[:n], z[n : 2 * n], outputs)
+    write_outputs(s, parameters, state, x.sites, inputs[OMEGA], outputs)
     return 0
 
 
@@ -117,89 +83,37 @@ def step(
     """Advance the rotor by `step_size` (s) under constant inputs; outputs are those at the end of the step."""
     s = structure_of(constants)
     n = s.M.shape[0]
-    end = N_SITES * SITE_COLUMNS
-    sites = work[:end].reshape(N_SITES, SITE_COLUMNS)
-    start, end = end, end + RHS * (RHS + 1)
-    equations = work[start:end].reshape(RHS, RHS + 1)
-    start, end = end, end + RUNGE_ROWS * (2 * n + 1)
-    r = work[start:end].reshape(RUNGE_ROWS, 2 * n + 1)
-    start, end = end, end + (2 * n + 3) * n
-    coefficients = work[start:end].reshape(2 * n + 3, n)
-    start, end = end, end + 2 * N_BEARINGS
-    bearings = work[start:end].reshape(N_BEARINGS, 2)
-
-    z = state[HEAD : HEAD + 2 * n + 1]
-    load_sites(s, parameters, state, sites)
-    r[Z] = z
-    motion = prepare(s, parameters, inputs, state[ANGLE], coefficients, bearings)
+    x = scratch_of(work, n)
+    z = state[HEAD : HEAD + 2 * n + TALLIES]
+    load_sites(s, parameters, state, x.sites)
+    x.runge[Z] = z
+    motion = prepare(s, parameters, inputs, state[ANGLE], x.coefficients, x.forces, x.bearings)
     law = int(parameters[IMPACT_LAW])
-    fault = advance(s.M, s.Minv, motion, sites, equations, r, law, step_size, parameters[MAX_SUBSTEP])
+    fault = advance(s.M, s.Minv, motion, x.sites, x.equations, x.runge, law, step_size, parameters[MAX_SUBSTEP])
     if fault != 0:
         return fault
-    z[:] = r[Z]
-    store_sites(sites, state)
-    state[ANGLE] = (state[ANGLE] + inputs[OMEGA] * step_size) % (2.0 * math.pi)
-    write_outputs(s, parameters, inputs, state, sites, outputs)
+    z[:] = x.runge[Z]
+    store_sites(x.sites, state, z)
+    Omega = inputs[OMEGA] + inputs[OMEGA_DOT] * step_size
+    state[ANGLE] = (state[ANGLE] + 0.5 * (inputs[OMEGA] + Omega) * step_size) % (2.0 * math.pi)
+    write_outputs(s, parameters, state, x.sites, Omega, outputs)
     return 0
-
-
-@kernel
-def write_outputs(s: Structure, parameters: Array, inputs: Array, state: Array, sites: Array, outputs: Array) -> None:
-    """Everything the table lists, from the state and the last contact forces."""
-    n = s.M.shape[0]
-    q = state[HEAD : HEAD + n]
-    v = state[HEAD + n : HEAD + 2 * n]
-    outputs[THETA] = state[ANGLE]
-    outputs[KINETIC] = 0.5 * quadratic_form(s.M, v)
-    strain = quadratic_form(s.K, q)
-    for k in range(N_BEARINGS):
-        row = int(s.rows[k])
-        outputs[DISPLACEMENT + 2 * k] = q[row]
-        outputs[DISPLACEMENT + 2 * k + 1] = q[row + 1]
-        k_b = parameters[BEARING + k * BEARING_PARAMETERS + STIFFNESS]
-        strain += k_b * (q[row] * q[row] + q[row + 1] * q[row + 1])
-    outputs[STRAIN] = 0.5 * strain
-    for i in range(N_SENSORS):
-        total = 0.0
-        for j in range(n):
-            total += s.sensors[i, j] * q[j]
-        outputs[SENSOR + i] = total
-    contact_state = 0.0
-    dissipated = state[HEAD + 2 * n]
-    for k in range(N_SITES):
-        at = SITE_OUTPUT + k * SITE_OUTPUTS
-        r = locate(sites, k, q)
-        closed = sites[k, MODE] != FREE
-        outputs[at + Y_GAP] = 0.0 if closed else sites[k, CLEARANCE] - r
-        outputs[at + Y_MODE] = sites[k, MODE]
-        outputs[at + Y_NORMAL] = sites[k, NORMAL] if closed else 0.0
-        outputs[at + Y_TANGENTIAL] = sites[k, TANGENTIAL] if closed else 0.0
-        outputs[at + Y_IMPULSE] = sites[k, IMPULSE]
-        outputs[at + Y_SLIP] = slip_velocity(sites, k, v, inputs[OMEGA])
-        outputs[at + Y_WHIRL] = tangential(sites, k, v) / r if r > 0.0 else 0.0
-        dissipated += sites[k, LOSS]
-        if closed:
-            contact_state += 2.0**k
-    outputs[CONTACT_STATE] = contact_state
-    outputs[DISSIPATED] = dissipated
 
 
 MODEL = Model(
     name="rotor_contact",
-    description="Flexible rotor with unbalance that can touch its two retainer bearings",
+    description="Flexible rotor with unbalance that can touch its retainer bearings and end bushes",
     interface=INTERFACE,
     initialise=initialise,
     step=step,
-    n_state=HEAD + 2 * N_RIG + 1,
-    n_work=N_SITES * SITE_COLUMNS
-    + RHS * (RHS + 1)
-    + RUNGE_ROWS * (2 * N_RIG + 1)
-    + (2 * N_RIG + 3) * N_RIG
-    + 2 * N_BEARINGS,
+    n_state=n_state,
+    n_work=n_work,
     packages=("rotor_contact", "fmi_export"),
     faults={
         FAULT_TOO_MANY_EVENTS: "more than 500 contact events in one step; shorten the communication step",
         FAULT_SINGULAR: "the contact equations have no unique solution; lower the coefficients of friction",
+        FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; there must be passive bearings with stiffness "
+        "that hold the rotor, mb1.k_b = {mb1.k_b} N/m, mb2.k_b = {mb2.k_b} N/m",
         **{
             FAULT_OFFSET
             + k: f"{site}.offset_x = {{{site}.offset_x}} m, {site}.offset_y = {{{site}.offset_y}} m is not "

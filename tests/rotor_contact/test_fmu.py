@@ -64,7 +64,7 @@ def drive(fmu, steps):
                 core[name] = value
             core.step(n * h, h)
             different += outputs() != [core[name] for name in reals + integers]
-            modes |= {core["rb1.mode"], core["rb2.mode"]}
+            modes |= {core[f"{site}.mode"] for site in ("rb1", "rb2", "eb1", "eb2")}
         saved = slave.getFMUstate()
         slave.doStep(steps * h, h)
         once = outputs()

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotor_cases import BEARINGS, CLEARANCE, both, masters, place, plant, rigid_rotor, run, size_of
 
+from rotor_contact.arrays import load_sites
 from rotor_contact.constants import structure_of
 from rotor_contact.contact import (
     IMPULSE,
@@ -24,8 +25,7 @@ from rotor_contact.contact import (
     slip_velocity,
 )
 from rotor_contact.impact import TOUCHING, mark_touching, newton_impact, nodal_impact
-from rotor_contact.interface import NEWTON, NODAL
-from rotor_contact.plant import load_sites
+from rotor_contact.interface import N_SITES, NEWTON, NODAL
 
 RING, G = 0.05, 9.81
 RIG = plant()
@@ -118,22 +118,22 @@ def touching(seed, angle_1, angle_2, mu=0.0, e=0.0, Omega=0.0, sites=(0, 1)):
     q, v = 1e-4 * rng.normal(size=n), rng.normal(size=n)
     for k, angle in enumerate((angle_1, angle_2)):
         if k in sites:
-            i = int(s.rows[k])
+            i = int(s.sites[k])
             normal = np.array([math.cos(angle), math.sin(angle)])
             q[i : i + 2] = CLEARANCE * normal * (1 + 1e-11)
             v[i : i + 2] += (abs(normal @ v[i : i + 2]) + 0.01 - normal @ v[i : i + 2]) * normal
-    contact = np.empty((2, SITE_COLUMNS))
+    contact = np.empty((N_SITES, SITE_COLUMNS))
     load_sites(s, RIG.parameters, RIG.state, contact)
     assert mark_touching(contact, q, v)
-    assert [contact[k, MARK] == TOUCHING for k in range(2)] == [k in sites for k in range(2)]
+    assert [contact[k, MARK] == TOUCHING for k in range(N_SITES)] == [k in sites for k in range(N_SITES)]
     return s, contact, q, v
 
 
 def directions(s, contact):
     """Rows n_k and t_k that take a velocity to its radial and forward components."""
-    N, T = np.zeros((2, s.M.shape[0])), np.zeros((2, s.M.shape[0]))
+    N, T = np.zeros((N_SITES, s.M.shape[0])), np.zeros((N_SITES, s.M.shape[0]))
     for k in range(2):
-        i, (x, y) = int(s.rows[k]), contact[k, [N_X, N_Y]]
+        i, (x, y) = int(s.sites[k]), contact[k, [N_X, N_Y]]
         N[k, i : i + 2], T[k, i : i + 2] = (x, y), (-y, x)
     return N, T
 
@@ -212,7 +212,7 @@ def test_nodal_law_stops_the_radial_motion_of_the_touching_nodes_and_nothing_els
 def test_blow_at_one_site_loads_or_releases_a_journal_at_rest_on_the_other_but_never_pulls_it():
     for side in (1.0, -1.0):
         s, contact, q, v = touching(0, 0.0, 0.0, sites=(0,))
-        i, j = int(s.rows[0]), int(s.rows[1])
+        i, j = int(s.sites[0]), int(s.sites[1])
         v[:] = 0.0
         v[i] = 1.0
         q[j : j + 2] = (side * CLEARANCE, 0.0)

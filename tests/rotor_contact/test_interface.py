@@ -5,13 +5,22 @@ import pytest
 from rotor_contact import interface as at
 from rotor_contact.interface import INTERFACE
 
+SITES = ("rb1", "rb2", "eb1", "eb2")
 SITE_PARAMETERS = {
+    "enabled": at.ENABLED,
+    "law": at.LAW,
     "clearance": at.CLEARANCE,
     "mu": at.MU,
+    "mu_static": at.MU_STATIC,
     "restitution": at.RESTITUTION,
     "journal_radius": at.JOURNAL_RADIUS,
     "offset_x": at.OFFSET_X,
     "offset_y": at.OFFSET_Y,
+    "k_c": at.K_C,
+    "c_c": at.C_C,
+    "delta_c": at.DELTA_C,
+    "alpha_c": at.ALPHA_C,
+    "eta": at.ETA,
 }
 SITE_OUTPUTS = {
     "gap": at.Y_GAP,
@@ -27,7 +36,9 @@ SITE_OUTPUTS = {
 def parameters():
     yield "contact.impact_law", at.IMPACT_LAW
     yield "solver.max_substep", at.MAX_SUBSTEP
-    for k, site in enumerate(("rb1", "rb2")):
+    yield "gravity", at.GRAVITY
+    yield "initial.orbit", at.ORBIT
+    for k, site in enumerate(SITES):
         for name, position in SITE_PARAMETERS.items():
             yield f"{site}.{name}", at.SITE + k * at.SITE_PARAMETERS + position
     for k, bearing in enumerate(("mb1", "mb2")):
@@ -37,6 +48,7 @@ def parameters():
 
 def inputs():
     yield "Omega", at.OMEGA
+    yield "Omega_dot", at.OMEGA_DOT
     for k, bearing in enumerate(("mb1", "mb2")):
         for i, axis in enumerate("xy"):
             start = at.AXIS + (2 * k + i) * at.AXIS_INPUTS
@@ -49,6 +61,9 @@ def inputs():
         yield f"d{k + 1}.phi", start + at.PHASE
         yield f"d{k + 1}.f_x", start + at.DISC_FORCE_X
         yield f"d{k + 1}.f_y", start + at.DISC_FORCE_Y
+    for k, bearing in enumerate(("mb1", "mb2")):
+        yield f"{bearing}.u", at.CORE + k * at.CORE_INPUTS + at.UNBALANCE
+        yield f"{bearing}.phi", at.CORE + k * at.CORE_INPUTS + at.PHASE
     yield "base.a_x", at.BASE
     yield "base.a_y", at.BASE + 1
 
@@ -59,13 +74,17 @@ def outputs():
         yield name, at.DISPLACEMENT + i
     for i in range(8):
         yield f"s{i + 1}", at.SENSOR + i
-    for k, site in enumerate(("rb1", "rb2")):
+    for k, site in enumerate(SITES):
         for name, position in SITE_OUTPUTS.items():
             yield f"{site}.{name}", at.SITE_OUTPUT + k * at.SITE_OUTPUTS + position
     yield "contact_state", at.CONTACT_STATE
     yield "energy.kinetic", at.KINETIC
     yield "energy.strain", at.STRAIN
+    for i, name in enumerate(("damping", "friction", "impact")):
+        yield f"energy.{name}", at.HEAT + i
     yield "energy.dissipated", at.DISSIPATED
+    yield "energy.work", at.WORK
+    yield "energy.balance", at.BALANCE
 
 
 @pytest.mark.parametrize("causality", ["parameter", "input", "output"])
@@ -77,5 +96,7 @@ def test_every_position_constant_names_its_variable(causality):
 
 def test_modes_and_laws_have_the_numbers_that_the_table_documents():
     assert INTERFACE["rb1.mode"].description.startswith(f"{at.FREE} free, {at.SLIDING} sliding, {at.ROLLING} rolling")
+    laws = [f"{getattr(at, name.upper())} {name}" for name in at.LAWS]
+    assert INTERFACE["eb2.law"].description.endswith(": " + ", ".join(laws))
     assert f"{at.NODAL} nodal" in INTERFACE["contact.impact_law"].description
     assert f"{at.NEWTON} newton" in INTERFACE["contact.impact_law"].description

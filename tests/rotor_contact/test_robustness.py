@@ -24,10 +24,13 @@ def values_of(causality, scale):
     """Any set of that causality's variables: mostly of a size that means something, now and then absurd."""
     table = [v for v in MODEL.interface.of(causality) if v.name != "solver.max_substep"]
     sensible = {
-        "m": 1e-3, "N": 3e3, "N/m": 3e6, "N.s/m": 1e4, "kg.m": 0.1, "rad": 7.0, "rad/s": 700.0, "m/s2": 50.0, "1": 3.0
+        "m": 1e-3, "N": 3e3, "N/m": 3e6, "N.s/m": 1e4, "kg.m": 0.1, "rad": 7.0, "rad/s": 700.0, "m/s2": 50.0, "1": 3.0,
+        "rad/s2": 1e3, "s/m": 1.0,
     }  # fmt: skip
 
     def one(v):
+        if v.type == "Boolean":
+            return st.sampled_from([0.0, 1.0])
         if v.type == "Integer":
             return st.integers(int(v.minimum), int(v.maximum)).map(float)
         size = sensible[v.unit] * scale
@@ -167,10 +170,14 @@ def test_events_do_not_depend_on_the_communication_step():
         assert coarse[name] == pytest.approx(fine[name], abs=1e-5 * CLEARANCE)
 
 
-def test_more_master_planes_than_the_plant_has_room_for_are_refused():
-    rotor = replace(ROTOR, planes=replace(ROTOR.planes, master=(1, 3, 4, 8, 10, 11, 13)))
-    with pytest.raises(ValueError, match="it must be at most 6 node numbers"):
-        plant_constants(rotor)
+@pytest.mark.parametrize(("planes", "message"), [
+    ({"discs": (1, 3, 10)}, r"planes\.discs = \[1, 3, 10\] of rotor 'bath_rig' .* it must be 4 nodes"),
+    ({"retainers": (4, 11)}, r"planes\.retainers = \[4, 11\] .* it must be 4 nodes"),
+    ({"master": ()}, r"planes\.master of rotor 'bath_rig' is empty"),
+])  # fmt: skip
+def test_rotor_without_the_planes_that_the_plant_shows_is_refused(planes, message):
+    with pytest.raises(ValueError, match=message):
+        plant_constants(replace(ROTOR, planes=replace(ROTOR.planes, **planes)))
 
 
 def test_rotor_file_gives_the_rig_and_refuses_what_it_does_not_know(tmp_path):

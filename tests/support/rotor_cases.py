@@ -12,8 +12,9 @@ from itertools import pairwise
 import numpy as np
 
 from fmi_export.model import Instance
+from rotor_contact.arrays import HEAD, SITE_STATE
 from rotor_contact.constants import plant_constants
-from rotor_contact.plant import ANGLE, HEAD, MODEL, SITE_STATE
+from rotor_contact.plant import MODEL
 from rotor_contact.rotor import Bearing, Body, Planes, Rotor, Shaft
 from rotor_contact.rotor_file import load_rotor
 
@@ -56,9 +57,9 @@ def symmetric_rotor():
 
 
 def plant(values=None, rotor=None):
-    """An initialised plant with the given variables."""
+    """An initialised plant with the given variables; it has no end bushes unless they are asked for."""
     instance = Instance(MODEL, plant_constants(rotor or load_rotor()))
-    for name, value in (values or {}).items():
+    for name, value in ({"eb1.enabled": 0.0, "eb2.enabled": 0.0} | (values or {})).items():
         instance[name] = value
     instance.initialise()
     return instance
@@ -92,8 +93,8 @@ def place(instance, r, velocity, modes=(0, 0), signs=(1.0, 1.0)):
     z = instance.state[HEAD:]
     z[:n] = np.ravel(np.column_stack([np.real(r), np.imag(r)]))
     z[n : 2 * n] = np.ravel(np.column_stack([np.real(velocity), np.imag(velocity)]))
-    instance.state[0:ANGLE:SITE_STATE] = modes
-    instance.state[1:ANGLE:SITE_STATE] = signs
+    instance.state[0 : 2 * SITE_STATE : SITE_STATE] = modes
+    instance.state[1 : 2 * SITE_STATE : SITE_STATE] = signs
     return instance
 
 
