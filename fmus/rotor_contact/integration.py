@@ -7,7 +7,7 @@ from fmi_export.model import Array
 from rotor_contact.compliant import apply_compliant, compliant_limit
 from rotor_contact.contact import MODE, TANGENTIAL, apply_contact, held, project, slip_velocity, tangential
 from rotor_contact.dynamics import Motion, damping_power, free_acceleration, input_power, spin
-from rotor_contact.interface import CLEARANCE, FREE, JOURNAL_RADIUS, N_SITES
+from rotor_contact.interface import CLEARANCE, FREE, JOURNAL_RADIUS, N_SITES, SLIDING
 
 # A state z is (q, v, heat of damping, friction and impact, work); its last columns count from 2 n.
 DAMPING_HEAT, FRICTION_HEAT, IMPACT_HEAT, WORK_DONE = range(4)
@@ -20,7 +20,7 @@ STAGE, K_2, K_3, K_4 = 4, 5, 6, 7
 BEFORE = 8  # scratch of impacts
 RUNGE_ROWS = 9
 
-MAX_TURN = 0.1  # rad that a closed site may whirl in a substep: rolling is fast, and the constraint turns with it
+MAX_TURN = 0.05  # rad that a closed site may whirl in a substep: rolling is fast, and the constraint turns with it
 SHORTEST_TURN = 0.01  # of a substep; none shorter however fast the whirl, so that a step always ends
 
 
@@ -43,7 +43,8 @@ def derivative(Minv: Array, m: Motion, sites: Array, equations: Array, tau: floa
     work = input_power(m, tau, q, v)
     for k in range(N_SITES):
         if sites[k, MODE] != FREE:
-            friction -= sites[k, TANGENTIAL] * slip_velocity(sites, k, v, Omega)
+            if sites[k, MODE] == SLIDING:
+                friction -= sites[k, TANGENTIAL] * slip_velocity(sites, k, v, Omega)
             work -= sites[k, TANGENTIAL] * sites[k, JOURNAL_RADIUS] * Omega
     dz[2 * n + DAMPING_HEAT] = damping_power(m, v)
     dz[2 * n + FRICTION_HEAT] = friction

@@ -9,6 +9,8 @@ from rotor_contact.dynamics import COSINE, SINE, STEADY, Motion
 from rotor_contact.impact import begin_slip
 from rotor_contact.interface import CLEARANCE, N_SITES, OFFSET_X, OFFSET_Y
 
+FURTHEST = 1.0  # m; an equilibrium further away is that of a rotor that nothing holds
+
 
 @kernel
 def start_on_orbit(m: Motion, equations: Array, q: Array, v: Array) -> bool:
@@ -36,6 +38,8 @@ def start_on_orbit(m: Motion, equations: Array, q: Array, v: Array) -> bool:
         return False
     for i in range(n):
         q[i] = equations[i, 2 * n]
+        if not abs(q[i]) < FURTHEST:
+            return False
     for i in range(n):
         for j in range(n):
             elastic = c[j, i] - (square if i == j else 0.0)
@@ -51,6 +55,8 @@ def start_on_orbit(m: Motion, equations: Array, q: Array, v: Array) -> bool:
     for i in range(n):
         q[i] += equations[i, 2 * n]
         v[i] = -m.Omega * equations[n + i, 2 * n]
+        if not abs(q[i]) < FURTHEST:
+            return False
     return True
 
 

@@ -5,7 +5,7 @@ import pytest
 from rotor_cases import BEARINGS, H, OnePlane, both, masters, place, plant, rigid_rotor, run
 from scipy.integrate import solve_ivp
 
-from rotor_contact.plant import ANGLE
+from rotor_contact.arrays import ANGLE
 from rotor_contact.rotor_file import load_rotor
 
 ROTOR = load_rotor()

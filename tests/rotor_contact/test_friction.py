@@ -83,9 +83,10 @@ def test_friction_drives_a_rigid_rotor_into_rolling_at_the_ratio_of_journal_to_c
     assert rolling[-1, 6] == pytest.approx(rolling[0, 6], rel=1e-12)
 
 
-def held_to(value, mu):
+def held_to(value, mu, static=0.0):
     """Rolling at rest of the spin with a tangential load on the journal; the ring carries N = 900 N in steady state."""
-    x = plant(both("rb.clearance", RING) | both("rb.mu", mu) | {"mb1.f_y": value, "mb2.f_y": value}, rigid_rotor(20.0))
+    friction = both("rb.mu", mu) | both("rb.mu_static", static)
+    x = plant(both("rb.clearance", RING) | friction | {"mb1.f_y": value, "mb2.f_y": value}, rigid_rotor(20.0))
     for k in (1, 2):
         x[f"mb{k}.f_x"] = 900.0
     return place(x, np.full(2, RING + 0j), np.zeros(2), modes=(2, 2))
@@ -106,6 +107,22 @@ def test_sticking_friction_carries_the_load_up_to_coulombs_limit_and_then_slips(
     assert record[0, 4] == pytest.approx(H * (181.0 - 180.0) / 10.0, rel=1e-2)
     x = held_to(-181.0, mu)
     assert np.all(run(x, 20, SLIPS)[:, 0] < 0.0)
+
+
+def test_stuck_journal_holds_up_to_static_friction_and_slides_with_less():
+    x = held_to(160.0, 0.1, static=0.2)
+    record = run(x, 20, ["rb1.f_t", "rb1.mode"])
+    np.testing.assert_allclose(record[:, 0], -160.0, rtol=1e-9)
+    assert np.all(record[:, 1] == 2)
+    x = held_to(181.0, 0.1, static=0.2)
+    record = run(x, 20, ["rb1.f_n", "rb1.f_t", "rb1.mode", "rb1.slip_velocity"])
+    assert np.all(record[:, 2] == 1)
+    np.testing.assert_allclose(record[:, 1], -0.1 * record[:, 0], rtol=1e-9)
+    assert record[0, 3] == pytest.approx(H * (181.0 - 90.0) / 10.0, rel=1e-2)
+
+
+def test_static_friction_below_that_of_sliding_changes_nothing():
+    assert np.all(run(held_to(160.0, 0.2, static=0.05), 20, ["rb1.mode"]) == 2)
 
 
 def rig(law, turn=0.0, mirrored=False, mu=0.3, **values):

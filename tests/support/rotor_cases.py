@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from fmi_export.model import Instance
-from rotor_contact.arrays import HEAD, SITE_STATE
-from rotor_contact.constants import plant_constants
+from rotor_contact.arrays import ENERGY_AT_START, HEAD, SITE_STATE
+from rotor_contact.constants import plant_constants, structure_of
 from rotor_contact.plant import MODEL
 from rotor_contact.rotor import Bearing, Body, Planes, Rotor, Shaft
 from rotor_contact.rotor_file import load_rotor
@@ -95,7 +95,18 @@ def place(instance, r, velocity, modes=(0, 0), signs=(1.0, 1.0)):
     z[n : 2 * n] = np.ravel(np.column_stack([np.real(velocity), np.imag(velocity)]))
     instance.state[0 : 2 * SITE_STATE : SITE_STATE] = modes
     instance.state[1 : 2 * SITE_STATE : SITE_STATE] = signs
+    instance.state[ENERGY_AT_START] = energy(instance)
     return instance
+
+
+def energy(instance):
+    """Kinetic and strain energy of the state, without that of yielding contacts."""
+    s, n = structure_of(instance.constants), size_of(instance)
+    q, v = instance.state[HEAD : HEAD + n], instance.state[HEAD + n : HEAD + 2 * n]
+    bearings = sum(
+        instance[f"mb{k + 1}.k_b"] * (q[int(row)] ** 2 + q[int(row) + 1] ** 2) for k, row in enumerate(s.bearings)
+    )
+    return 0.5 * (v @ s.M @ v + q @ s.K @ q + bearings)
 
 
 def masters(instance):

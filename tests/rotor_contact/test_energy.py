@@ -1,0 +1,88 @@
+"""The energy balance: kinetic + strain + heat is what the inputs have put in, whatever happens."""
+
+import math
+
+import numpy as np
+import pytest
+from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, run
+
+from rotor_contact.interface import LAWS, NEWTON, NODAL
+from rotor_contact.rotor_file import load_rotor
+
+ROTOR = load_rotor()
+TERMS = [f"energy.{name}" for name in ("kinetic", "strain", "damping", "friction", "impact", "work")]
+
+
+def largest_gap(record):
+    """Of the balance, over the largest term."""
+    return np.max(np.abs(record[:, -1])) / np.max(np.abs(record[:, :-1]))
+
+
+def through_fig4_9(values):
+    """260 rad/s, five turns with 0.5 g m, five with 25.5 g m, five with 0.5 g m on D1."""
+    x = plant(BEARINGS | values | {"Omega": 260.0, "d1.u": 5e-4, "initial.orbit": 1.0})
+    parts = []
+    for unbalance in (5e-4, 25.5e-3, 5e-4):
+        x["d1.u"] = unbalance
+        parts.append(run(x, round(5 * 2 * math.pi / 260.0 / H), [*TERMS, "energy.balance"]))
+    return np.vstack(parts)
+
+
+@pytest.mark.parametrize("law", [NODAL, NEWTON])
+@pytest.mark.parametrize(("mu", "e"), [(0.0, 0.0), (0.2, 0.3)])
+def test_balance_closes_through_impacts_and_rubbing_of_fig4_9(law, mu, e):
+    record = through_fig4_9(both("rb.mu", mu) | both("rb.restitution", e) | {"contact.impact_law": law})
+    assert record[-1, 4] > 0.0
+    assert largest_gap(record) < 1e-6
+    heat = record[:, 2:4] if law == NODAL else record[:, 2:5]  # the nodal rule may create energy
+    assert np.all(np.diff(heat, axis=0) >= -1e-9)
+    assert (record[-1, 3] > 1.0) == (mu > 0.0)
+
+
+@pytest.mark.parametrize("law", ["linear", "kelvin_voigt", "hunt_crossley"])
+def test_balance_closes_with_yielding_contacts(law):
+    given = both("rb.law", LAWS.index(law)) | both("rb.c_c", 1e4) | both("rb.alpha_c", 1.0) | both("rb.mu", 0.1)
+    assert largest_gap(through_fig4_9(given)) < 1e-6
+
+
+def test_balance_closes_with_every_kind_of_input():
+    """Forces with gradient, moving base, gravity, external forces, four sites, friction."""
+    given = BEARINGS | both("rb.mu", 0.2) | {"eb1.enabled": 1.0, "eb2.enabled": 1.0, "gravity": 9.81}
+    given |= {"Omega": 150.0, "d1.u": 0.02, "d3.u": 0.03, "mb1.u": 0.01, "mb2.u": 0.01, "mb2.phi": 2.0}
+    given |= {"mb1.f_x": 300.0, "mb1.k_xx": 4e5, "mb1.x_ref": 1e-4, "mb2.f_y": -200.0, "mb2.k_yy": 3e5}
+    given |= {"base.a_x": 3.0, "base.a_y": -8.0, "d2.f_x": 200.0, "d4.f_y": -100.0}
+    x = plant(given)
+    record = run(x, 2000, [*TERMS, "energy.balance", "rb1.mode", "rb2.mode", "eb1.mode"])
+    assert np.all(np.max(record[:, 7:], axis=0) > 0)
+    assert largest_gap(record[:, :7]) < 1e-6
+
+
+def test_rolling_makes_no_heat_and_the_drive_pays_for_the_damping():
+    x = plant(BEARINGS | both("rb.mu", 2.0) | {"Omega": 90.0, "d1.u": 0.094, "initial.orbit": 1.0, "rb2.enabled": 0.0})
+    run(x, 400)
+    record = run(x, 1000, [*TERMS, "energy.balance", "rb1.mode"])
+    assert np.all(record[:, 7] == 2)
+    assert np.ptp(record[:, 3]) == 0.0
+    assert np.ptp(record[:, 4]) == 0.0
+    gained = np.ptp(record[:, 0] + record[:, 1])
+    assert record[-1, 5] - record[0, 5] == pytest.approx(record[-1, 2] - record[0, 2], abs=gained + 1e-3)
+    assert largest_gap(record[:, :7]) < 1e-6
+
+
+def test_balance_improves_with_the_fourth_power_of_the_substep():
+    def gap(substep):
+        x = plant(BEARINGS | {"Omega": 260.0, "d1.u": 0.0255, "solver.max_substep": substep})
+        place(x, *(0.2 * CLEARANCE * np.array([1, 1j, -1, 0.5, -1j, 1]) * f for f in (1.0, 50.0)))
+        return abs(run(x, 60, ["energy.balance"])[-1, 0])
+
+    gaps = np.array([gap(substep) for substep in (2.5e-4, 1.25e-4, 6.25e-5)])
+    assert np.all(np.log2(gaps[:-1] / gaps[1:]) > 3.5)
+
+
+def test_orbit_takes_from_the_drive_what_the_bearings_turn_into_heat():
+    """Steady whirl: c_b Omega^2 |r|^2 at each bearing."""
+    x = plant(BEARINGS | {"Omega": 90.0, "d1.u": 5e-4, "initial.orbit": 1.0})
+    r = OnePlane.of(ROTOR, 1e6, 5000.0).orbit(90.0, [5e-4, 0, 0, 0])[[2, 4]]
+    record = run(x, 1000, ["energy.damping", "energy.work"])
+    heat = 5000.0 * 90.0**2 * np.sum(np.abs(r) ** 2) * 1000 * H
+    np.testing.assert_allclose(record[-1], heat, rtol=1e-6)

@@ -1,0 +1,71 @@
+"""Spin speed that changes: run-up against an independent integration, angle, rolling that follows the spin."""
+
+import numpy as np
+import pytest
+from rotor_cases import BEARINGS, H, OnePlane, both, masters, place, plant, rigid_rotor
+from scipy.integrate import solve_ivp
+
+from rotor_contact.rotor_file import load_rotor
+
+ROTOR = load_rotor()
+WIDE = both("rb.clearance", 0.1)
+
+
+def run_up(x, Omega, Omega_dot, steps, names=(), h=H):
+    """Feed a ramp as a master does: the speed at the beginning of each step, and its slope."""
+    record = np.empty((steps, len(names)))
+    x["Omega_dot"] = Omega_dot
+    for n in range(steps):
+        x["Omega"] = Omega + Omega_dot * n * h
+        x.step(n * h, h)
+        record[n] = [x[name] for name in names]
+    return record
+
+
+@pytest.mark.parametrize(("Omega", "Omega_dot"), [(40.0, 400.0), (150.0, -300.0), (-40.0, -400.0)])
+def test_run_through_a_critical_speed_is_the_one_of_the_complex_model(Omega, Omega_dot):
+    """M r'' + (C - i Omega(t) G) r' + K r = u exp(i theta) (Omega^2 - i Omega'), theta = Omega t + Omega' t^2/2."""
+    steps, u = 800, 5e-3
+    model = OnePlane.of(ROTOR, 1e6, 5000.0)
+    shape = model.unbalance([u, 0, 0, 2e-3j])
+
+    def derivative(t, z):
+        r, v = np.split(z, 2)
+        speed = Omega + Omega_dot * t
+        turned = np.exp(1j * (Omega * t + 0.5 * Omega_dot * t**2)) * (speed**2 - 1j * Omega_dot)
+        return np.concatenate([v, model.acceleration(speed, r, v, shape * turned)])
+
+    start = np.zeros(12, dtype=complex)
+    exact = solve_ivp(derivative, (0.0, steps * H), start, method="DOP853", rtol=1e-12, atol=1e-16).y[:, -1]
+    x = plant(WIDE | BEARINGS | {"d1.u": u, "d4.u": 2e-3, "d4.phi": np.pi / 2, "solver.max_substep": 5e-6})
+    run_up(x, Omega, Omega_dot, steps)
+    r, v = masters(x)
+    np.testing.assert_allclose(r, exact[:6], atol=1e-8 * np.max(np.abs(exact[:6])))
+    np.testing.assert_allclose(v, exact[6:], atol=1e-7 * np.max(np.abs(exact[6:])))
+    theta = Omega * steps * H + 0.5 * Omega_dot * (steps * H) ** 2
+    assert x["theta"] == pytest.approx(theta % (2 * np.pi), rel=1e-9)
+    assert abs(x["energy.balance"]) < 1e-9 * x["energy.work"]
+
+
+def test_unbalance_resists_the_angular_acceleration():
+    """At angle zero and speed zero the force is -i u Omega': it points backward, along -y for a positive Omega'."""
+    x = plant({"d1.u": 1e-2, "Omega_dot": 1e3})
+    x.step(0.0, 1e-6)
+    v = masters(x)[1][0]
+    assert v.imag < 0.0
+    assert abs(v.real) < 1e-3 * abs(v.imag)
+
+
+def test_rolling_follows_the_spin_as_it_changes():
+    ring, Omega, Omega_dot = 0.05, 60.0, 100.0
+    x = plant(both("rb.clearance", ring) | both("rb.mu", 2.0) | {"Omega": Omega}, rigid_rotor(20.0))
+    place(x, np.full(2, ring + 0j), np.full(2, -1j * 0.025 * Omega), modes=(2, 2))
+    names = ["rb1.whirl_speed", "rb1.mode", "rb1.f_t", "rb1.slip_velocity", "energy.friction", "energy.balance"]
+    record = run_up(x, Omega, Omega_dot, 800, names)
+    speed = Omega + Omega_dot * H * np.arange(1, 801)
+    np.testing.assert_allclose(record[:, 0], -0.025 / ring * speed, rtol=1e-9)
+    assert np.all(record[:, 1] == 2)
+    np.testing.assert_allclose(record[:, 2], -10.0 * 0.025 * Omega_dot, rtol=1e-6)  # m t.a, a = -R_s Omega'
+    np.testing.assert_allclose(record[:, 3], 0.0, atol=1e-10)
+    assert record[-1, 4] == 0.0
+    np.testing.assert_allclose(record[:, 5], 0.0, atol=1e-7)
