@@ -60,7 +60,7 @@ def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
     rotor
         Its description.
     mass
-        `consistent` (cubic Hermite functions) or `diagonal` (half the element at each end node).
+        `consistent` (from the static deflection) or `diagonal` (half the element at each end node).
 
     Returns
     -------

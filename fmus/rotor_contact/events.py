@@ -37,10 +37,10 @@ from rotor_contact.impact import begin_slip, break_loose, mark_touching, newton_
 from rotor_contact.integration import BEFORE, K_1, K_NEW, TALLIES, Z_NEW, Z, derivative, substep, substep_limit
 from rotor_contact.interface import CLEARANCE, CONSTRAINT, ENABLED, FREE, LAW, MU, N_SITES, NODAL, ROLLING, SLIDING
 
-FAULT_TOO_MANY_EVENTS, FAULT_SINGULAR = 1, 2
+FAULT_SINGULAR = 1
 
-MAX_EVENTS = 500  # of one step; a bouncing site ends in contact long before
-CROWDED = 50  # events, then impacts no longer rebound and flights shorter than a substep are not resolved
+CROWDED = 50  # events of one step, then impacts no longer rebound and flights shorter than a substep are not resolved
+SHORTEST_CROWDED = 1.0 / 200.0  # of a step, then no event is located closer to the one before: this bounds their number
 SHORTEST_FLIGHT = 1e-3  # of a substep; a shorter one is sustained contact
 FORCE_SCALE = 1e3  # N, and m/s for velocities: makes indicators comparable
 TOLERANCE = 1e-12  # of the indicators, below which nothing has happened
@@ -242,8 +242,8 @@ def advance(
         if event:
             dt = locate_event(Minv, m, sites, equations, r, tau, dt)
             # strong friction can leave no consistent motion: time must go on all the same
-            if crowded and dt < shortest:
-                dt = min(shortest, step_size - tau)
+            if crowded and dt < SHORTEST_CROWDED * step_size:
+                dt = min(SHORTEST_CROWDED * step_size, step_size - tau)
                 substep(Minv, m, sites, equations, r, tau, dt)
         tau += dt
         for i in range(2 * n + TALLIES):
@@ -251,8 +251,6 @@ def advance(
             r[K_1, i] = r[K_NEW, i]
         if event:
             events += 1
-            if events > MAX_EVENTS:
-                return FAULT_TOO_MANY_EVENTS
             if not strike(M, Minv, sites, equations, r, spin(m, tau), law, crowded):
                 return FAULT_SINGULAR
             if not settle(Minv, m, sites, equations, r, tau, longest if crowded else shortest):

@@ -1,0 +1,190 @@
+"""Computes the published rotors with ROSS, a rotor-dynamics program that shares no code with this project.
+
+    python -m pip install "ross-rotordynamics>=2.3" "plotly<7"
+    python tests/reference/published_rotors.py
+
+rewrites what `published_rotors.json` holds under `ross`; `-o FILE` writes to another file. Rotors are read from
+`rotors/*.toml` without the project's reader. Speeds are in rev/min, eigenvalues and frequencies in rad/s, as
+[real, imaginary]; all else is in SI units. Nodes count from 1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import re
+import tomllib
+from importlib.metadata import version
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import ross
+
+HERE = Path(__file__).parent
+STORED = HERE / "published_rotors.json"
+
+SPEEDS = {  # rev/min
+    "nelson_mcvaugh": (0, 30000, 100000),
+    "nelson_mcvaugh_coupled": (0, 30000, 100000),
+    "friswell_5_9_1": (0, 2000, 4000),
+    "friswell_5_9_2": (0, 2000, 4000),
+    "friswell_5_9_3": (0, 2000, 4000),
+    "friswell_5_9_4": (0, 2000, 4000),
+    "friswell_5_9_5": (0, 2000, 4000),
+    "friswell_5_9_6": (1500,),  # the speed its oil film is given for
+    "friswell_5_9_9": (0, 2000, 4000),
+}
+THEORIES = ("rayleigh", "timoshenko")
+COUNT = 10  # eigenvalues of smallest size, one of each conjugate pair
+
+# The rotor of example 5.9.1 on a hollow conical shaft, which the project's rotor file can only approximate by steps.
+CONE: dict[str, Any] = {
+    "rotor": "friswell_5_9_1",
+    "elements": 48,
+    "diameters": (0.04, 0.06),
+    "inner_diameter": 0.02,
+    "speed": 4000,
+}
+
+UNBALANCES = ({"node": 3, "magnitude": 2e-3, "phase": 0.4}, {"node": 5, "magnitude": 1e-3, "phase": -1.9})
+RESPONSES = {"friswell_5_9_5": (400, 830, 2500, 3100, 8000), "friswell_5_9_6": (1500,)}
+SEEN = (1, 3, 5, 7)
+
+OIL_FILM_SPEED = 1500 * np.pi / 30
+OIL_FILM = {
+    "weight": 525.0,
+    "bearing_length": 0.03,
+    "journal_diameter": 0.1,
+    "radial_clearance": 1e-4,
+    "oil_viscosity": 0.1,
+}
+
+
+def read(name: str) -> dict[str, Any]:
+    """The rotor file as it stands."""
+    return tomllib.loads((HERE / "rotors" / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def build(data: dict[str, Any], theory: str, shaft: list[Any] | None = None) -> Any:
+    """ROSS's rotor; `shaft` replaces the file's elements."""
+    nodes = len(shaft) + 1 if shaft else len(data["shaft"]["nodes"])
+    stretch = (nodes - 1) // (len(data["shaft"]["nodes"]) - 1)  # elements in the place of one
+    discs = [
+        ross.DiskElement(stretch * (b["node"] - 1), b["mass"], b["diametral_inertia"], b["polar_inertia"])
+        for b in data["bodies"]
+    ]
+    bearings = [
+        ross.BearingElement(
+            stretch * (b["node"] - 1), **tensor("k", b["stiffness"]), **tensor("c", b.get("damping", 0))
+        )
+        for b in data["bearings"]
+    ]
+    return ross.Rotor(shaft or cylinders(data, theory), discs, bearings)
+
+
+def cylinders(data: dict[str, Any], theory: str) -> list[Any]:
+    """The shaft of the file."""
+    shaft = data["shaft"]
+    lengths = np.diff(shaft["nodes"])
+    outer, inner = (np.broadcast_to(shaft.get(key, 0.0), lengths.shape) for key in ("diameter", "inner_diameter"))
+    return [
+        ross.ShaftElement(length, d_i, d_o, material=material(shaft), shear_effects=theory == "timoshenko")
+        for length, d_i, d_o in zip(lengths, inner, outer, strict=True)
+    ]
+
+
+def cones(data: dict[str, Any]) -> list[Any]:
+    """A conical shaft with a straight bore, without shear deformation."""
+    count, bore = CONE["elements"], CONE["inner_diameter"]
+    length = data["shaft"]["nodes"][-1] / count
+    ends = np.linspace(*CONE["diameters"], count + 1)
+    return [
+        ross.ShaftElement(length, bore, left, bore, right, material(data["shaft"]), shear_effects=False)
+        for left, right in pairwise(ends)
+    ]
+
+
+def material(shaft: dict[str, Any]) -> Any:
+    return ross.Material("shaft", shaft["density"], E=shaft["youngs_modulus"], Poisson=shaft["poissons_ratio"])
+
+
+def tensor(letter: str, value: Any) -> dict[str, float]:
+    (xx, xy), (yx, yy) = value if isinstance(value, list) else ((value, 0.0), (0.0, value))
+    return {f"{letter}xx": xx, f"{letter}xy": xy, f"{letter}yx": yx, f"{letter}yy": yy}
+
+
+def eigenvalues(rotor: Any, speed: float) -> list[list[float]]:
+    """The bending modes; ROSS's rotor can also stretch and twist."""
+    modal = rotor.run_modal(speed * np.pi / 30, sparse=False)
+    motion = np.abs(modal.evectors[: rotor.ndof]) ** 2
+    bending = np.isin(np.arange(rotor.ndof) % 6, (0, 1, 3, 4))
+    found = modal.evalues[motion[bending].sum(axis=0) > 0.5 * motion.sum(axis=0)]
+    found = found[found.imag >= 0.0]
+    return pairs(found[np.argsort(np.abs(found), kind="stable")][:COUNT])
+
+
+def unbalance_response(rotor: Any, speeds: tuple[float, ...]) -> dict[str, Any]:
+    """Complex x, y at the nodes seen: q(t) = Re[q exp(i theta)]."""
+    places = [6 * (node - 1) + axis for node in SEEN for axis in (0, 1)]
+    forced = rotor.run_unbalance_response(
+        [u["node"] - 1 for u in UNBALANCES],
+        [u["magnitude"] for u in UNBALANCES],
+        [u["phase"] for u in UNBALANCES],
+        frequency=np.array(speeds) * np.pi / 30,
+    ).forced_resp
+    return {str(speed): pairs(forced[places, k]) for k, speed in enumerate(speeds)}
+
+
+def oil_film() -> dict[str, Any]:
+    """Coefficients of the short bearing of example 5.9.6."""
+    bearing = ross.CylindricalBearing(0, np.array([OIL_FILM_SPEED]), **OIL_FILM)
+    K, C = (matrix(OIL_FILM_SPEED)[:2, :2].tolist() for matrix in (bearing.K, bearing.C))
+    return {"stiffness": K, "damping": C}
+
+
+def pairs(values: np.ndarray) -> list[list[float]]:
+    """[real, imaginary], each to ten digits of the number's size."""
+    decimals = [9 - math.floor(math.log10(abs(v))) for v in values]
+    return [[round(v.real, n) + 0.0, round(v.imag, n) + 0.0] for v, n in zip(values.tolist(), decimals, strict=True)]
+
+
+def compute() -> dict[str, Any]:
+    rotors = {name: {theory: build(read(name), theory) for theory in THEORIES} for name in SPEEDS}
+    cone = read(CONE["rotor"])
+    return {
+        "version": version("ross-rotordynamics"),
+        "eigenvalues": {
+            name: {
+                theory: {str(speed): eigenvalues(rotors[name][theory], speed) for speed in speeds}
+                for theory in THEORIES
+            }
+            for name, speeds in SPEEDS.items()
+        },
+        "cone": {**CONE, "eigenvalues": eigenvalues(build(cone, "rayleigh", cones(cone)), CONE["speed"])},
+        "unbalance_response": {
+            "unbalances": UNBALANCES,
+            "nodes": SEEN,
+            "x_y": {
+                name: {theory: unbalance_response(rotors[name][theory], speeds) for theory in THEORIES}
+                for name, speeds in RESPONSES.items()
+            },
+        },
+        "oil_film": oil_film(),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-o", "--output", type=Path, default=STORED, metavar="FILE")
+    target = parser.parse_args().output
+    numbers = json.loads(STORED.read_text(encoding="utf-8"))
+    numbers["ross"] = compute()
+    text = re.sub(r"\[\s+([^][{}]*?)\s+\]", lambda row: f"[{' '.join(row[1].split())}]", json.dumps(numbers, indent=1))
+    target.write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,152 @@
+"""Rotors of the literature: eigenvalues and unbalance response against ROSS, frequencies against printed ones.
+
+Both programs use the same elements, those of Nelson and McVaugh without shear deformation and of Nelson with it, and
+differ by rounding alone. `python tests/reference/published_rotors.py` renews ROSS's numbers.
+"""
+
+import importlib.util
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import linear_sum_assignment
+
+from rotor_analysis.modes import eigenvalues
+from rotor_contact.assembly import assemble, on_bearings
+from rotor_contact.rotor_file import load_rotor
+
+REFERENCE = Path(__file__).parents[1] / "reference"
+STORED = json.loads((REFERENCE / "published_rotors.json").read_text(encoding="utf-8"))
+CASES = [(rotor, speed) for rotor, theories in STORED["ross"]["eigenvalues"].items() for speed in theories["rayleigh"]]
+RPM = np.pi / 30.0
+
+# The stored numbers have ten digits. Nelson and McVaugh's rotor has an element 5 mm long and 66 mm thick, 1e6 times as
+# stiff as the first mode; the eigensolver rounds on its scale: 1e-7 was measured.
+ROUNDING = {"nelson_mcvaugh": 5e-7, "nelson_mcvaugh_coupled": 5e-7}
+
+
+@pytest.fixture(scope="module", params=["stored", pytest.param("live", marks=pytest.mark.slow)])
+def ross(request, tmp_path_factory):
+    """ROSS's numbers: those in the file and, where ROSS is installed, those it computes now."""
+    if request.param == "stored":
+        return STORED["ross"]
+    if importlib.util.find_spec("ross") is None:
+        pytest.skip("ROSS is not installed")
+    target = tmp_path_factory.mktemp("ross") / "numbers.json"
+    command = [sys.executable, str(REFERENCE / "published_rotors.py"), "--output", str(target)]
+    process = subprocess.run(command, cwd=target.parent, capture_output=True, text=True, timeout=600, check=False)
+    assert process.returncode == 0, process.stderr[-4000:]
+    return json.loads(target.read_text(encoding="utf-8"))["ross"]
+
+
+def rotor_of(name, theory=None):
+    rotor = load_rotor(REFERENCE / "rotors" / f"{name}.toml")
+    return replace(rotor, shaft=replace(rotor.shaft, theory=theory)) if theory else rotor
+
+
+def supported(rotor):
+    return on_bearings(assemble(rotor, "consistent"), rotor)
+
+
+def complex_numbers(pairs):
+    return np.array(pairs) @ [1.0, 1.0j]
+
+
+def nearest(found, expected):
+    """Of the eigenvalues found, a different one for each of those expected."""
+    upper = found[found.imag >= 0.0]
+    _, chosen = linear_sum_assignment(np.abs(expected[:, np.newaxis] - upper))
+    return upper[chosen]
+
+
+def difference(found, expected):
+    """Relative to their size."""
+    return np.abs(nearest(found, expected) - expected) / np.abs(expected)
+
+
+@pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])
+@pytest.mark.parametrize(("name", "speed"), CASES)
+def test_eigenvalues_are_those_of_ross(ross, name, speed, theory):
+    expected = complex_numbers(ross["eigenvalues"][name][theory][speed])
+    found = eigenvalues(supported(rotor_of(name, theory)), float(speed) * RPM)
+    assert np.max(difference(found, expected)) < ROUNDING.get(name, 2e-9)
+
+
+@pytest.mark.parametrize("name", STORED["ross"]["eigenvalues"])
+def test_shear_deformation_is_seen_in_every_rotor(name):
+    """Or the comparison of the two theories would say nothing."""
+    found, rigid = (eigenvalues(supported(rotor_of(name, theory)), 0.0) for theory in ("timoshenko", "rayleigh"))
+    lowest = np.argsort(np.abs(found.imag))[:20]
+    assert np.max(difference(rigid, found[lowest])) > 1e-3
+
+
+@pytest.mark.parametrize("case", STORED["printed"], ids=lambda case: f"{case['rotor']}-{case['speed']}")
+def test_frequencies_are_the_printed_ones_to_one_unit_of_the_last_digit(case):
+    found = eigenvalues(supported(rotor_of(case["rotor"])), case["speed"] * RPM)
+    upper = sorted(found[found.imag > 1.0], key=lambda value: value.imag)
+    for quantity, numbers in (("damped_frequencies", np.imag(upper)), ("sizes", np.abs(upper))):
+        for number, printed in zip(numbers / (2.0 * np.pi), case.get(quantity, []), strict=False):
+            assert number == pytest.approx(float(printed), abs=1.001 * 10.0 ** -len(printed.partition(".")[2]))
+
+
+def test_stepped_shaft_approaches_the_hollow_cone_with_the_square_of_the_step(ross):
+    cone = ross["cone"]
+    expected = complex_numbers(cone["eigenvalues"])
+    errors = np.array(
+        [difference(eigenvalues(supported(steps(cone, n)), cone["speed"] * RPM), expected) for n in (12, 24, 48)]
+    )
+    np.testing.assert_allclose(errors[:-1] / errors[1:], 4.0, rtol=0.15)
+    assert np.max(errors[-1]) < 3e-4
+
+
+def steps(cone, count):
+    """The rotor on `count` cylinders, each as thick as the cone is at its middle."""
+    rotor = rotor_of(cone["rotor"], "rayleigh")
+    stretch = count // len(rotor.shaft.elements)
+    ends = np.linspace(*cone["diameters"], count + 1)
+    shaft = replace(
+        rotor.shaft,
+        nodes=tuple(np.linspace(0.0, rotor.shaft.nodes[-1], count + 1)),
+        diameter=tuple((ends[:-1] + ends[1:]) / 2.0),
+        inner_diameter=(cone["inner_diameter"],),
+    )
+
+    def moved(part):
+        return replace(part, node=stretch * (part.node - 1) + 1)
+
+    return replace(
+        rotor, shaft=shaft, bodies=tuple(map(moved, rotor.bodies)), bearings=tuple(map(moved, rotor.bearings))
+    )
+
+
+@pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])
+@pytest.mark.parametrize("name", STORED["ross"]["unbalance_response"]["x_y"])
+def test_unbalance_response_has_the_amplitude_and_phase_of_ross(ross, name, theory):
+    case = ross["unbalance_response"]
+    model = supported(rotor_of(name, theory))
+    for speed, pairs in case["x_y"][name][theory].items():
+        expected = complex_numbers(pairs)
+        found = response(model, float(speed) * RPM, case["unbalances"])[model.rows(tuple(case["nodes"]))]
+        np.testing.assert_allclose(np.abs(found), np.abs(expected), rtol=2e-9)
+        np.testing.assert_allclose(np.angle(found / expected), 0.0, atol=2e-9)
+
+
+def response(model, Omega, unbalances):
+    """(-Omega^2 M + i Omega (C + Omega G) + K) q = f, with f_x + i f_y = u Omega^2 exp(i (theta + phase))."""
+    force = np.zeros(model.size, dtype=complex)
+    for unbalance in unbalances:
+        x, y = model.translations[unbalance["node"]]
+        phasor = unbalance["magnitude"] * Omega**2 * np.exp(1j * unbalance["phase"])
+        force[x] += phasor
+        force[y] -= 1j * phasor
+    return np.linalg.solve(-(Omega**2) * model.M + 1j * Omega * (model.C + Omega * model.G) + model.K, force)
+
+
+def test_oil_film_of_the_rotor_file_is_that_of_ross(ross):
+    for bearing in rotor_of("friswell_5_9_6").bearings:
+        np.testing.assert_allclose(bearing.stiffness, ross["oil_film"]["stiffness"], rtol=1e-6)
+        np.testing.assert_allclose(bearing.damping, ross["oil_film"]["damping"], rtol=1e-6)
