@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 from fmi_export.build import build_python_fmu, guid_of
 from fmi_export.model import Model
 from orchestrator.interface import suggest
+from rotor_contact.rotor import Rotor
+from rotor_contact.rotor_file import load_rotor
 
-Source = Callable[[], tuple[Model, NDArray[np.float64]]]
+Source = Callable[[Rotor | None], tuple[Model, NDArray[np.float64]]]
 
 
 @dataclass(frozen=True)
@@ -30,27 +32,27 @@ class Fmu:
     flavour: str
 
 
-def _rotor_contact() -> tuple[Model, NDArray[np.float64]]:
+def _rotor_contact(rotor: Rotor | None) -> tuple[Model, NDArray[np.float64]]:
     from rotor_contact.constants import plant_constants
     from rotor_contact.plant import MODEL
 
-    return MODEL, plant_constants()
+    return MODEL, plant_constants(rotor)
 
 
-def _amb_actuator() -> tuple[Model, NDArray[np.float64]]:
+def _amb_actuator(_: Rotor | None) -> tuple[Model, NDArray[np.float64]]:
     from amb_actuator.actuator import MODEL
 
     return MODEL, np.zeros(1)
 
 
-def _rolac_controller() -> tuple[Model, NDArray[np.float64]]:
+def _rolac_controller(rotor: Rotor | None) -> tuple[Model, NDArray[np.float64]]:
     """The controller with H from the plant on bearings K_b = 1e6 N/m, C_b = 5000 N s/m, 5 to 100 Hz."""
     from rolac_controller.controller import MODEL
     from rolac_controller.table import pack
     from rotor_analysis.receptance import receptance
 
     speeds = 2.0 * np.pi * np.arange(5.0, 101.0)
-    return MODEL, pack(speeds, receptance(speeds, k_b=1e6, c_b=5000.0))
+    return MODEL, pack(speeds, receptance(speeds, k_b=1e6, c_b=5000.0, rotor=rotor))
 
 
 MODELS: dict[str, Source] = {
@@ -60,9 +62,17 @@ MODELS: dict[str, Source] = {
 }
 
 
-def build_all(folder: Path) -> list[Path]:
-    """Build the FMU of every model into `folder`."""
-    return [build_python_fmu(*source(), folder) for source in MODELS.values()]
+def build_all(folder: Path, rotor_file: Path | None = None) -> list[Path]:
+    """Build the FMU of every model into `folder`, for the rotor in a file or for the rig of the thesis.
+
+    Raises
+    ------
+    ValueError
+        If the rotor file is wrong, or has not the bearings and planes that the plant shows.
+    """
+    rotor = None if rotor_file is None else load_rotor(rotor_file)
+    models = [source(rotor) for source in MODELS.values()]  # all of them, before anything is written
+    return [build_python_fmu(*model, folder) for model in models]
 
 
 def provide(fmu: str) -> Fmu:
@@ -91,7 +101,7 @@ def ensure_built(name: str) -> Fmu:
     """
     if name not in MODELS:
         raise ValueError(f"no model {name!r}; {suggest(name, MODELS)}")
-    model, constants = MODELS[name]()
+    model, constants = MODELS[name](None)
     home = cache_folder() / f"{name}-{guid_of(model, constants).strip('{}')}"
 
     def fill(stage: Path) -> None:

@@ -48,6 +48,7 @@ from rotor_contact.interface import (
     LINEAR,
     MU,
     N_SITES,
+    SWITCHED_KELVIN_VOIGT,
     ULBRICH,
 )
 
@@ -146,12 +147,15 @@ def compliant_limit(Minv: Array, sites: Array, v: Array, Omega: float, longest: 
             i = int(sites[k, PLANE])
             delta = max(sites[k, RADIUS] - sites[k, CLEARANCE], 0.0)
             depth = math.sqrt(delta / sites[k, DELTA_C]) if progressive(sites[k, LAW]) else 1.0
-            stiffness = 1.5 * sites[k, K_C] * depth
+            rate = abs(radial(sites, k, v))
+            stiffness = 1.5 * sites[k, K_C] * depth * (1.0 + 1.5 * sites[k, ALPHA_C] * rate)
+            if sites[k, LAW] == KIRK or sites[k, LAW] == SWITCHED_KELVIN_VOIGT:
+                stiffness += 3.0 * sites[k, C_C] * rate / sites[k, DELTA_C]
             per_force = 1.5 * (sites[k, ALPHA_C] + sites[k, ETA] / SLIP_SCALE)
             damping = sites[k, C_C] + per_force * sites[k, K_C] * delta * depth
             if abs(slip_velocity(sites, k, v, Omega)) < 3.0 * SLIP_SCALE:
                 damping = max(damping, sites[k, MU] * sites[k, NORMAL] / SLIP_SCALE)
-            rate = math.sqrt(Minv[i, i] * stiffness) + Minv[i, i] * damping
-            if rate * limit > RESOLUTION:
-                limit = RESOLUTION / rate
+            fastest = math.sqrt(Minv[i, i] * stiffness) + Minv[i, i] * damping
+            if fastest * limit > RESOLUTION:
+                limit = RESOLUTION / fastest
     return limit

@@ -27,7 +27,7 @@ def allocations(module: str, start: dict[str, float], counts: list[int]) -> list
     from fmi_export.model import Instance
     from orchestrator.build import MODELS
 
-    model, constants = MODELS[module.split(".")[0]]()
+    model, constants = MODELS[module.split(".")[0]](None)
     assert model is importlib.import_module(module).MODEL
     step, turns = model.step, model.interface.position.get("theta")
 
