@@ -145,9 +145,10 @@ def compliant_limit(Minv: Array, sites: Array, v: Array, Omega: float, longest: 
     for k in range(N_SITES):
         if yields(sites, k):
             i = int(sites[k, PLANE])
-            delta = max(sites[k, RADIUS] - sites[k, CLEARANCE], 0.0)
-            depth = math.sqrt(delta / sites[k, DELTA_C]) if progressive(sites[k, LAW]) else 1.0
             rate = abs(radial(sites, k, v))
+            # as deep as it may come: at first touch there is no stiffness yet
+            delta = max(sites[k, RADIUS] - sites[k, CLEARANCE], 0.0) + rate * limit
+            depth = math.sqrt(delta / sites[k, DELTA_C]) if progressive(sites[k, LAW]) else 1.0
             stiffness = 1.5 * sites[k, K_C] * depth * (1.0 + 1.5 * sites[k, ALPHA_C] * rate)
             if sites[k, LAW] == KIRK or sites[k, LAW] == SWITCHED_KELVIN_VOIGT:
                 stiffness += 3.0 * sites[k, C_C] * rate / sites[k, DELTA_C]
