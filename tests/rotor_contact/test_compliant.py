@@ -122,6 +122,21 @@ def test_damped_blow_turns_the_lost_kinetic_energy_into_heat(law):
 
 
 @pytest.mark.parametrize("law", LAWS[1:])
+def test_hard_blow_is_resolved_without_being_asked_for_short_substeps(law):
+    """2 m/s into 5e9 N/m lasts less than a communication step; the rebound is that of very short substeps."""
+
+    def rebound(**solver):
+        x = plant(sites(law, **DAMPING.get(law, {}) | {"k_c": 5e9}) | solver, rigid_rotor(2 * MASS))
+        place(x, np.full(2, RING - 1e-4 + 0j), np.full(2, 2.0 + 0j))
+        run(x, 8)
+        assert abs(x["energy.balance"]) < 1e-3 * MASS * 2.0**2
+        return masters(x)[1][0].real
+
+    assert rebound() == pytest.approx(rebound(**FINE), rel=1e-3)
+    assert rebound() < 0.0
+
+
+@pytest.mark.parametrize("law", LAWS[1:])
 @pytest.mark.parametrize("Omega", [100.0, -100.0])
 def test_friction_of_a_yielding_contact_opposes_the_slip(law, Omega):
     values = sites(law, mu=0.2) | {"Omega": Omega, "mb1.f_x": 1e3, "mb2.f_x": 1e3}
