@@ -170,17 +170,23 @@ def _close_one(sites: Array, q: Array, v: Array, a: Array, Omega: float, shortes
 def _change_friction(sites: Array, v: Array, Omega: float) -> bool:
     """Let one site stick that has stopped slipping, or slip that cannot stick; True if something changed.
 
-    An impact elsewhere may have reversed the slip of a sliding site: friction turns with it.
+    Of several that cannot stick the one furthest beyond its limit slips first: another may roll on once it does. An
+    impact elsewhere may have reversed the slip of a sliding site: friction turns with it.
     """
+    loosest = -1
+    excess = 0.0
     for k in range(N_SITES):
-        if not held(sites, k):
-            continue
-        limit = sticking_friction(sites, k) * sites[k, NORMAL]
-        if sites[k, MODE] == ROLLING and abs(sites[k, TANGENTIAL]) > limit:
-            break_loose(sites, k, sites[k, TANGENTIAL])
-            sites[k, MARK] = 1.0  # it slips for good; do not try to stick again at this instant
-            return True
-        if sites[k, MODE] == SLIDING and sites[k, MU] > 0.0:
+        if held(sites, k) and sites[k, MODE] == ROLLING:
+            beyond = abs(sites[k, TANGENTIAL]) - sticking_friction(sites, k) * sites[k, NORMAL]
+            if beyond > excess:
+                loosest = k
+                excess = beyond
+    if loosest >= 0:
+        break_loose(sites, loosest, sites[loosest, TANGENTIAL])
+        sites[loosest, MARK] = 1.0  # it slips for good; do not try to stick again at this instant
+        return True
+    for k in range(N_SITES):
+        if held(sites, k) and sites[k, MODE] == SLIDING and sites[k, MU] > 0.0:
             slip = slip_velocity(sites, k, v, Omega)
             if abs(slip) <= STICTION:
                 if sites[k, MARK] == 0.0:

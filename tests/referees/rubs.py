@@ -1,0 +1,121 @@
+"""One description of a rub for both sides: the plant's, and the second-order system that another code integrates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from rotor_cases import masters, place, plant
+
+from fmi_export.model import Instance
+from rotor_contact.assembly import Matrices, assemble
+from rotor_contact.reduction import msdc
+from rotor_contact.rotor_file import load_rotor
+
+RIG = load_rotor()
+FULL = assemble(RIG, "diagonal")
+REDUCED = msdc(FULL, RIG.planes.master).model
+CLEARANCE = {"rb1": 0.75e-3, "rb2": 0.75e-3, "eb1": 0.9e-3, "eb2": 0.9e-3}
+AT = [RIG.planes.master.index(node) for node in RIG.planes.retainers]  # the sites among the masters
+
+
+def at_rest() -> np.ndarray:
+    return np.zeros(len(RIG.planes.master), dtype=complex)
+
+
+@dataclass(frozen=True)
+class Rub:
+    """The rig on passive bearings from a given state of its masters, all SI; complex numbers are x + i y."""
+
+    Omega: float = 120.0
+    unbalance: float = 0.0  # of D1 (kg m)
+    load: tuple[complex, complex] = (0.0, 0.0)  # on the bearings (N)
+    k_b: float = 1e6
+    c_b: float = 5000.0
+    sites: tuple[str, ...] = ("rb1", "rb2")
+    mu: float = 0.0
+    restitution: float | tuple[float, ...] = 0.0  # one for all sites, or one each
+    journal_radius: float = 0.025
+    r: np.ndarray = field(default_factory=at_rest)
+    v: np.ndarray = field(default_factory=at_rest)
+    modes: tuple[int, int] = (0, 0)  # of rb1, rb2
+
+    def site_table(self) -> dict[str, np.ndarray]:
+        """Clearance, restitution, friction and surface velocity Omega R_s of each site."""
+        each = np.ones(len(self.sites))
+        return {
+            "clearance": np.array([CLEARANCE[site] for site in self.sites]),
+            "restitution": self.restitution * each,
+            "mu": self.mu * each,
+            "surface": self.Omega * self.journal_radius * each,
+        }
+
+    def plant(self, max_substep: float) -> Instance:
+        """The plant in the initial state; sites in contact slide in the direction of their slip."""
+        values = {"Omega": self.Omega, "d1.u": self.unbalance, "solver.max_substep": max_substep}
+        for k, f in enumerate(self.load, start=1):
+            values |= {f"mb{k}.k_b": self.k_b, f"mb{k}.c_b": self.c_b, f"mb{k}.f_x": f.real, f"mb{k}.f_y": f.imag}
+        for site, e in zip(self.sites, self.site_table()["restitution"], strict=True):
+            values |= {f"{site}.mu": self.mu, f"{site}.restitution": e, f"{site}.journal_radius": self.journal_radius}
+            if site.startswith("eb"):
+                values[f"{site}.enabled"] = 1.0
+        r, v = self.r[AT[:2]], self.v[AT[:2]]
+        slip = self.Omega * self.journal_radius + (r.conj() * v).imag / np.maximum(np.abs(r), 1e-12)
+        return place(plant(values), self.r, self.v, self.modes, np.where(slip >= 0.0, 1.0, -1.0))
+
+    def system(self, model: Matrices = REDUCED) -> dict[str, np.ndarray]:
+        """M q'' + C q' + K q = f from q, v, and the sites with their rows of x.
+
+        The unbalance is u Omega^2 times a unit vector e that spins in two coordinates of its own, e'' = -Omega^2 e.
+        """
+        for node in RIG.bearing_nodes:
+            model = model.with_bearing(node, self.k_b * np.eye(2), self.c_b * np.eye(2))
+        n, spin = model.size, self.Omega**2
+        M, C, K = np.eye(n + 2), np.zeros((n + 2, n + 2)), spin * np.eye(n + 2)
+        M[:n, :n], C[:n, :n], K[:n, :n] = model.M, model.C + self.Omega * model.G, model.K
+        K[model.translations[RIG.planes.discs[0]], (n, n + 1)] = -self.unbalance * spin
+        f, q, v = np.zeros((3, n + 2))
+        f[model.rows(RIG.bearing_nodes)] = flat(np.array(self.load))
+        masters = model.rows(RIG.planes.master)
+        q[masters], v[masters] = flat(self.r), flat(self.v)
+        q[n], v[n + 1] = 1.0, self.Omega
+        rows = [model.translations[RIG.planes.retainers[list(CLEARANCE).index(site)]][0] for site in self.sites]
+        return {"M": M, "C": C, "K": K, "f": f, "q": q, "v": v, "rows": np.array(rows)} | self.site_table()
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A run at its points: complex r, v of the masters (points, 6), and of each site (points, sites)."""
+
+    r: np.ndarray
+    v: np.ndarray
+    mode: np.ndarray
+    force: np.ndarray  # normal (N)
+    impacts: np.ndarray  # normal impulse of the impacts so far (N s)
+    impulse: np.ndarray  # normal impulse of impacts and lasting contact so far (N s)
+
+
+def follow(rub: Rub, points: int, h: float, inner: int = 1, max_substep: float = 2e-6) -> Trace:
+    """The plant from point to point in `inner` steps, by whose trapezium the force is summed."""
+    rotor = rub.plant(max_substep)
+    read = [f"{site}.{name}" for name in ("f_n", "impulse", "mode") for site in rub.sites]
+    rows, (force, impacts, pushed) = [], np.zeros((3, len(rub.sites)))
+    for n in range(points * inner):
+        rotor.step(n * h / inner, h / inner)
+        before, (force, blow, mode) = force, np.reshape([rotor[name] for name in read], (3, -1))
+        impacts = impacts + blow
+        pushed = pushed + 0.5 * (before + force) * h / inner
+        if (n + 1) % inner == 0:
+            rows.append((*masters(rotor), mode, force, impacts, impacts + pushed))
+    return Trace(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def flat(r: np.ndarray) -> np.ndarray:
+    """x and y of the first, x and y of the next, ..."""
+    return np.column_stack([r.real, r.imag]).ravel()
+
+
+def folded(q: np.ndarray) -> np.ndarray:
+    """The reverse for the masters, from rows that begin with theirs."""
+    n = REDUCED.size
+    return q[:, :n:2] + 1j * q[:, 1:n:2]

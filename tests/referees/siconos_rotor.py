@@ -1,0 +1,216 @@
+"""A rotor in rigid circular clearances, integrated by Siconos. Runs under the system's Python: numpy and siconos alone.
+
+    /usr/bin/python3 siconos_rotor.py given.npz answer.npz
+
+Siconos (Inria; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008) is given a second-order
+system and unilateral constraints. Which of them act, by which impulse or force, and whether friction sticks or slides
+is its own finding:
+
+    M q'' + C q' + K q = f + J^T lambda,    g_k = c_k - |r_k| >= 0,    r_k = (q_row, q_row+1)
+
+`given` holds `scheme`, which is one of the last three functions, the arrays M, C, K (n, n), f, q, v (n) and, of each
+site, `rows` (row of x), `clearance`, `restitution`, `mu` and `surface` (velocity Omega R_s of the journal's surface),
+and what the function asks for. `answer` holds q and v at each point, and what the function says.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+import siconos.kernel as sk
+import siconos.numerics as sn
+
+SITE = ("rows", "clearance", "restitution", "mu", "surface")
+ACTIVE = 1e-15  # m, gap that counts as none: a journal on its ring is off it by rounding
+SOLVER_TOLERANCE = 1e-12  # of the friction problem; short steps have small impulses
+LSODAR_TOLERANCE = 1e-11  # relative and absolute
+
+
+def polar(q, row):
+    """Distance of the journal from the centre of its ring, and outward normal."""
+    x, y = float(q[row]), float(q[row + 1])
+    r = np.hypot(x, y)
+    return (r, x / r, y / r) if r > 0.0 else (1.0, 1.0, 0.0)
+
+
+def lasting_jacobian(relation, lines, size):
+    """A matrix for C() to give back: Siconos keeps a bare reference to it, and numpy's would be a passing copy."""
+    jacobian = sk.SimpleMatrix(lines, size)
+    jacobian.zero()
+    relation.setJachqPtr(jacobian)
+    return jacobian
+
+
+class RubbingRing(sk.LagrangianRheonomousR):
+    """Gap and, with friction, slip: g' = -n . v, v_slip = Omega R_s + t . v with t = (-y, x)/|r|.
+
+    Omega R_s is the partial derivative of the tangential coordinate with respect to time.
+    """
+
+    def __init__(self, row, size, clearance, surface, friction):
+        super().__init__()
+        self.row, self.clearance, self.friction = row, clearance, friction
+        lines = 2 if friction else 1
+        self.jacobian = lasting_jacobian(self, lines, size)
+        self.rate = sk.SiconosVector(lines)
+        self.rate.zero()
+        if friction:
+            self.rate.setValue(1, surface)
+        self._hDot = self.rate
+
+    def C(self):
+        return self.jacobian
+
+    def computeh(self, time, q, z, y):
+        y[0] = self.clearance - np.hypot(q[self.row], q[self.row + 1])
+
+    def computeJachq(self, time, q, z):
+        i, put = self.row, self.jacobian.setValue
+        _, x, y = polar(q, i)
+        put(0, i, -x)
+        put(0, i + 1, -y)
+        if self.friction:
+            put(1, i, -y)
+            put(1, i + 1, x)
+
+    def computehDot(self, time, q, z):
+        pass
+
+
+class SmoothRing(sk.LagrangianScleronomousR):
+    """Gap, with what its second derivative needs: g'' = -n . a - n' . v."""
+
+    def __init__(self, row, size, clearance, refresh):
+        super().__init__()
+        self.row, self.clearance, self.refresh = row, clearance, refresh
+        self.jacobian = lasting_jacobian(self, 1, size)
+
+    def C(self):
+        # Siconos asks for it at each complementarity problem, and takes the free acceleration and n' from the last
+        # call of the integrator, which was before the impact or beyond the root.
+        self.refresh(self)
+        return self.jacobian
+
+    def computeh(self, q, z, y):
+        y[0] = self.clearance - np.hypot(q[self.row], q[self.row + 1])
+
+    def computeJachq(self, q, z):
+        _, x, y = polar(q, self.row)
+        self.jacobian.setValue(0, self.row, -x)
+        self.jacobian.setValue(0, self.row + 1, -y)
+
+    def computeDotJachq(self, q, z, v):
+        i = self.row
+        r, x, y = polar(q, i)
+        turning = (x * v[i + 1] - y * v[i]) / r
+        rate = self.dotJachq()
+        rate[0, i], rate[0, i + 1] = y * turning, -x * turning
+
+
+def rotor(given, end):
+    """The dynamical system, and the model it is in until time `end`."""
+    system = sk.LagrangianLinearTIDS(given["q"], given["v"], given["M"], given["K"], given["C"])
+    system.setFExtPtr(given["f"])
+    model = sk.NonSmoothDynamicalSystem(0.0, end)
+    model.insertDynamicalSystem(system)
+    return system, model
+
+
+def connect(law, ring, system, model):
+    contact = sk.Interaction(law, ring)
+    contact.parts = law, ring  # Siconos holds their C++ halves alone
+    model.link(contact, system)
+    return contact
+
+
+def time_stepping(given):
+    """Moreau-Jean's scheme with theta = 1/2 and no events, `every` steps of `h` (s) for each of `points`.
+
+    Also gives `impulse` (N s) so far, in columns normal (inward) and tangential (forward) of each site in turn, and the
+    `seconds` that stepping took.
+    """
+    h, every, points = float(given["h"]), int(given["every"]), int(given["points"])
+    size, friction = len(given["M"]), bool(np.any(given["mu"] > 0.0))
+    system, model = rotor(given, (points * every + 1) * h)
+    contacts = []
+    for row, clearance, e, mu, surface in zip(*(given[name] for name in SITE), strict=True):
+        law = sk.NewtonImpactFrictionNSL(e, 0.0, mu, 2) if friction else sk.NewtonImpactNSL(e)
+        ring = RubbingRing(int(row), size, clearance, surface, friction)
+        contacts.append(connect(law, ring, system, model))
+    integrator = sk.MoreauJeanOSI(0.5)
+    integrator.setConstraintActivationThreshold(ACTIVE)
+    if friction:
+        # by enumeration: that of Lemke reports success without checking
+        problem = sk.FrictionContact(2, sn.SICONOS_FRICTION_2D_ENUM)
+        problem.numericsSolverOptions().dparam[sn.SICONOS_DPARAM_TOL] = SOLVER_TOLERANCE
+    else:
+        problem = sk.LCP()
+    simulation = sk.TimeStepping(model, sk.TimeDiscretisation(0.0, h), integrator, problem)
+    impulse, answer = np.zeros((len(contacts), 2)), {"q": [], "v": [], "impulse": []}
+    begin = time.perf_counter()
+    for n in range(points * every):
+        simulation.computeOneStep()
+        for total, contact in zip(impulse, contacts, strict=True):
+            p = contact.lambda_(1)
+            total[: len(p)] += p
+        simulation.nextStep()
+        if (n + 1) % every == 0:
+            answer["q"].append(system.q().copy())
+            answer["v"].append(system.velocity().copy())
+            answer["impulse"].append(impulse.ravel().copy())
+    return answer | {"seconds": time.perf_counter() - begin}
+
+
+def single_steps(given):
+    """What one such step of `h` gives, for each row of f, q, v, restitution, mu and surface."""
+    answer = {"q": [], "v": [], "impulse": []}
+    for k in range(len(given["q"])):
+        case = given | {name: given[name][k] for name in ("f", "q", "v", "restitution", "mu", "surface")}
+        after = time_stepping(case | {"points": 1, "every": 1})
+        for name, values in answer.items():
+            values += after[name]
+    return answer
+
+
+def from_event_to_event(given):
+    """LSODAR from event to event, for a frictionless rotor; `points` every `h` (s), `tolerance` (m, m/s, m/s2, N).
+
+    Also gives the normal `force` (N) and the `impulse` (N s) of impacts so far, of each site.
+    """
+    h, points, size = float(given["h"]), int(given["points"]), len(given["M"])
+    system, model = rotor(given, (points + 1) * h)
+    integrator = sk.LsodarOSI()
+    integrator.setTol(1, LSODAR_TOLERANCE, LSODAR_TOLERANCE)
+
+    def refresh(ring):
+        integrator.computeRhs(0.0)  # no force depends on time
+        ring.computeDotJachq(system.q(), None, system.velocity())
+
+    contacts = []
+    for row, clearance, e, _, _ in zip(*(given[name] for name in SITE), strict=True):
+        contacts.append(connect(sk.NewtonImpactNSL(e), SmoothRing(int(row), size, clearance, refresh), system, model))
+    simulation = sk.EventDriven(model, sk.TimeDiscretisation(0.0, h))
+    simulation.insertIntegrator(integrator)
+    impacts, accelerations = sk.LCP(), sk.LCP()
+    simulation.insertNonSmoothProblem(impacts, sk.SICONOS_OSNSP_ED_IMPACT)
+    simulation.insertNonSmoothProblem(accelerations, sk.SICONOS_OSNSP_ED_SMOOTH_ACC)
+    simulation.setToleranceED(float(given["tolerance"]))
+    impulse, answer = np.zeros(len(contacts)), {"q": [], "v": [], "force": [], "impulse": []}
+    while len(answer["q"]) < points:
+        simulation.advanceToEvent()
+        simulation.processEvents()
+        impulse += [contact.lambda_(1)[0] for contact in contacts]
+        if abs(simulation.startingTime() - (len(answer["q"]) + 1) * h) < 1e-9 * h:
+            answer["q"].append(system.q().copy())
+            answer["v"].append(system.velocity().copy())
+            answer["force"].append([contact.lambda_(2)[0] for contact in contacts])
+            answer["impulse"].append(impulse.copy())
+    return answer
+
+
+if __name__ == "__main__":
+    given = dict(np.load(sys.argv[1]))
+    scheme = {f.__name__: f for f in (time_stepping, single_steps, from_event_to_event)}[str(given.pop("scheme"))]
+    np.savez(sys.argv[2], **scheme(given))
