@@ -37,10 +37,11 @@ from rotor_contact.impact import begin_slip, break_loose, mark_touching, newton_
 from rotor_contact.integration import BEFORE, K_1, K_NEW, TALLIES, Z_NEW, Z, derivative, substep, substep_limit
 from rotor_contact.interface import CLEARANCE, CONSTRAINT, ENABLED, FREE, LAW, MU, N_SITES, NODAL, ROLLING, SLIDING
 
-FAULT_SINGULAR = 1
+FAULT_TOO_MANY_EVENTS, FAULT_SINGULAR = 1, 2
 
 CROWDED = 50  # events of one step, then impacts no longer rebound and flights shorter than a substep are not resolved
 SHORTEST_CROWDED = 1.0 / 200.0  # of a step, then no event is located closer to the one before: this bounds their number
+CARELESS = 1e-2  # of the clearance, how far a journal may get beyond its retainer for that
 SHORTEST_FLIGHT = 1e-3  # of a substep; a shorter one is sustained contact
 FORCE_SCALE = 1e3  # N, and m/s for velocities: makes indicators comparable
 TOLERANCE = 1e-12  # of the indicators, below which nothing has happened
@@ -66,6 +67,16 @@ def indicator(sites: Array, z: Array, Omega: float) -> float:
             largest = max(largest, friction / FORCE_SCALE)
         elif sites[k, MU] > 0.0:
             largest = max(largest, -sites[k, SIGN] * slip_velocity(sites, k, z[n : 2 * n], Omega))
+    return largest
+
+
+@kernel
+def deepest(sites: Array, q: Array) -> float:
+    """How far the free journals are beyond their rigid retainers, the largest over its clearance."""
+    largest = 0.0
+    for k in range(N_SITES):
+        if can_touch(sites, k) and sites[k, LAW] == CONSTRAINT:
+            largest = max(largest, locate(sites, k, q) / sites[k, CLEARANCE] - 1.0)
     return largest
 
 
@@ -251,6 +262,8 @@ def advance(
             if crowded and dt < SHORTEST_CROWDED * step_size:
                 dt = min(SHORTEST_CROWDED * step_size, step_size - tau)
                 substep(Minv, m, sites, equations, r, tau, dt)
+                if deepest(sites, r[Z_NEW, :n]) > CARELESS:
+                    return FAULT_TOO_MANY_EVENTS
         tau += dt
         for i in range(2 * n + TALLIES):
             r[Z, i] = r[Z_NEW, i]

@@ -59,13 +59,15 @@ def mark_touching(sites: Array, q: Array, v: Array) -> bool:
         c = sites[k, CLEARANCE]
         r = locate(sites, k, q)
         reached = can_touch(sites, k) and sites[k, LAW] == CONSTRAINT and r >= c * (1.0 - 1e-10)
-        if reached and radial(sites, k, v) > 0.0:
+        outward = radial(sites, k, v) > 0.0
+        if reached and (outward or r > c):
             # exactly on the circle, or a site that leaves again would look as if it touched
             row = int(sites[k, PLANE])
             q[row] = sites[k, OFFSET_X] + c * sites[k, N_X]
             q[row + 1] = sites[k, OFFSET_Y] + c * sites[k, N_Y]
-            sites[k, MARK] = TOUCHING
-            found = True
+            if outward:
+                sites[k, MARK] = TOUCHING
+                found = True
     return found
 
 

@@ -19,7 +19,7 @@ from rotor_contact.arrays import (
 )
 from rotor_contact.constants import structure_of
 from rotor_contact.dynamics import prepare
-from rotor_contact.events import FAULT_SINGULAR, advance, settle
+from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance, settle
 from rotor_contact.integration import TALLIES, Z
 from rotor_contact.interface import (
     CLEARANCE,
@@ -38,7 +38,7 @@ from rotor_contact.interface import (
 from rotor_contact.outputs import mechanical_energy, write_outputs
 from rotor_contact.start import put_back, start_on_orbit
 
-FAULT_NO_ORBIT = 2
+FAULT_NO_ORBIT = 3
 FAULT_OFFSET = 11  # plus the site
 
 
@@ -110,6 +110,7 @@ MODEL = Model(
     n_work=n_work,
     packages=("rotor_contact", "fmi_export"),
     faults={
+        FAULT_TOO_MANY_EVENTS: "too many contact events in one step to follow them; shorten the communication step",
         FAULT_SINGULAR: "the contact equations have no unique solution; lower the coefficients of friction",
         FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; there must be passive bearings with stiffness "
         "that hold the rotor, mb1.k_b = {mb1.k_b} N/m, mb2.k_b = {mb2.k_b} N/m",

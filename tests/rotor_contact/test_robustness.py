@@ -11,7 +11,7 @@ from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, ru
 
 from fmi_export.model import Fault, Instance
 from rotor_contact.constants import plant_constants
-from rotor_contact.interface import CONSTRAINT, NEWTON, NODAL
+from rotor_contact.interface import CONSTRAINT, NEWTON, NODAL, SITES
 from rotor_contact.plant import MODEL
 from rotor_contact.rotor import Body
 from rotor_contact.rotor_file import RIG, load_rotor
@@ -203,3 +203,20 @@ def test_body_inertias_are_those_of_a_disc():
     body = Body.disc("disc", 1, 10.0, 0.12, 0.028)
     assert body.polar_inertia == pytest.approx(0.072)
     assert body.diametral_inertia == pytest.approx(0.036 + 10.0 * 0.028**2 / 12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_no_friction_or_restitution_exhausts_the_events_of_four_sites(seed):
+    """Strong friction, elastic blows, both impact laws, bushes in place: a step always ends, and the energy adds up."""
+    rng = np.random.default_rng(seed)
+    values = {"contact.impact_law": float(rng.integers(2)), "Omega": rng.uniform(-400, 400), "initial.orbit": 1.0}
+    for site in SITES:
+        values |= {f"{site}.enabled": 1.0, f"{site}.mu": rng.uniform(0, 2), f"{site}.mu_static": rng.uniform(0, 3)}
+        values |= {f"{site}.restitution": rng.choice([0.0, 0.5, 1.0]), f"{site}.offset_x": rng.normal(scale=5e-5)}
+    values |= {f"d{k}.u": 10 ** rng.uniform(-4, -1) for k in (1, 2, 3, 4)}
+    x = plant(BEARINGS | values)
+    record = run(
+        x, 200, [*(f"energy.{name}" for name in ("kinetic", "strain", "dissipated", "work")), "energy.balance"]
+    )
+    assert np.max(np.abs(record[:, 4])) < 1e-3 * np.max(np.abs(record[:, :4]))
