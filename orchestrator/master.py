@@ -8,6 +8,7 @@ t_n = t_0 + n h with integer n; a component with `every = m` steps by m h at eve
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
@@ -91,6 +92,34 @@ class PiecewiseConstant:
     def __call__(self, n: int, exogenous: Array) -> None:
         for position, value in self._events.get(n, ()):
             exogenous[position] = value
+
+
+class PiecewiseLinear:
+    """A schedule of one quantity that is linear between points, constant outside, with its slope.
+
+    Parameters
+    ----------
+    points
+        Communication points and values, ascending.
+    step_size
+        Communication step h in s.
+    value, slope
+        Positions of the quantity and of its derivative over the coming step, in 1/s.
+    """
+
+    def __init__(self, points: Sequence[tuple[int, float]], step_size: float, value: int, slope: int) -> None:
+        self._at = [n for n, _ in points]
+        self._values = [value for _, value in points]
+        self._step_size = step_size
+        self._value, self._slope = value, slope
+
+    def __call__(self, n: int, exogenous: Array) -> None:
+        after = bisect_right(self._at, n)
+        before, after = max(after - 1, 0), min(after, len(self._at) - 1)
+        begin, steps = self._at[before], self._at[after] - self._at[before]
+        rise = self._values[after] - self._values[before]
+        exogenous[self._value] = self._values[before] + (rise * (n - begin) / steps if steps else 0.0)
+        exogenous[self._slope] = rise / (steps * self._step_size) if steps else 0.0
 
 
 class Master:
@@ -178,10 +207,13 @@ class Master:
         for component in self.components:
             self._starting(component, component.leave)
 
-    def run(self, first: int, last: int, schedule: Schedule | None = None, observers: Sequence[Observer] = ()) -> None:
+    def run(
+        self, first: int, last: int, schedules: Sequence[Schedule] = (), observers: Sequence[Observer] = ()
+    ) -> None:
         """Advance from communication point `first` to `last`.
 
-        Observers are called at every point, the last included, with the values that hold there.
+        At every point, the last included, schedules write the exogenous inputs, and then observers are called with
+        the values that hold there.
 
         Raises
         ------
@@ -193,7 +225,7 @@ class Master:
                 raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")
         advance = self._gauss_seidel if self.coupling == "gauss_seidel" else self._jacobi
         for n in range(first, last + 1):
-            if schedule is not None:
+            for schedule in schedules:
                 schedule(n, self.exogenous)
             for observe in observers:
                 observe(n, self.values)

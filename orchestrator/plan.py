@@ -8,14 +8,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from orchestrator.interface import Interface, suggest
-from orchestrator.scenario import Scenario
+from orchestrator.scenario import Scenario, positive_speed
 from orchestrator.system import Component, System
 from orchestrator.values import Raw, convert
 
 SPEED = "Omega"  # the shared signal whose first value counts the cycles
+ACCELERATION = "Omega_dot"  # the shared signal that tells how the speed changes over the coming step
 
 # Figures and plots need these, whatever else is recorded.
-ESSENTIAL = ("rotor_contact.mb?.[xy]", "rotor_contact.rb?.*", "rotor_contact.contact_state")
+ESSENTIAL = tuple(f"rotor_contact.{name}" for name in ("mb?.[xy]", "rb?.*", "eb?.*", "contact_state", "energy.*"))
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,8 @@ class Plan:
     """What a run does, in numbers. Communication point 0 begins cycle 0; settling comes before it.
 
     `start` holds parameters by component, `exogenous` the first values of signals and scheduled inputs by
-    name, `events` their changes as (point, name, value).
+    name, `events` their changes as (point, name, value). `profile` holds the points (point, speed in rad/s)
+    that a changing speed is linear between; it is empty where the speed stays.
     """
 
     system: System
@@ -34,6 +36,7 @@ class Plan:
     start: Mapping[str, Mapping[str, float]]
     exogenous: Mapping[str, float]
     events: tuple[tuple[int, str, float], ...]
+    profile: tuple[tuple[int, float], ...]
     marks: Mapping[str, int]
     recorded: tuple[str, ...]
 
@@ -79,6 +82,8 @@ def make_plan(
     """
     values = _Values(system, interfaces, scenario.unbalance_factor)
     values.set(SPEED, scenario.Omega)
+    for shared in system.signals:
+        values.exogenous.setdefault(shared.name, values.default(shared.targets[0]))
     for parameters in (system.parameters, scenario.parameters):
         for component, variables in parameters.items():
             for variable, raw in variables.items():
@@ -88,12 +93,10 @@ def make_plan(
             values.set(f"{component}.{variable}", raw, only="input", scaled=True)
     for name, raw in (settings or {}).items():
         values.set(name, raw)
-    speed = values.exogenous[SPEED]
-    if speed <= 0.0:
-        raise ValueError(f"Omega = {speed:g} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns")
-    period = 2.0 * math.pi / speed
+    period = 2.0 * math.pi / positive_speed(values.exogenous[SPEED])
 
     h = scenario.step_size
+    profile = _profile(scenario, values, period, h)
     system = replace(system, components=tuple(_rated(c, interfaces, values.start, h) for c in system.components))
     events: list[tuple[int, str, float]] = []
     marks: dict[str, int] = {}
@@ -104,14 +107,18 @@ def make_plan(
         for component, variables in event.set.items():
             for variable, raw in variables.items():
                 name, value = values.read(f"{component}.{variable}", raw, "input", scaled=True)
+                if profile and name in (SPEED, ACCELERATION):
+                    raise ValueError(f"an event cannot set {name}; the speed points of the scenario do")
                 values.exogenous.setdefault(name, values.default(f"{component}.{variable}"))
                 events.append((n, name, value))
 
     common = math.lcm(*(c.every for c in system.components))
     settle = common * math.ceil(scenario.settle_cycles * period / h / common)
-    last = _whole_steps("--until", until, h) if until is not None else max(1, round(scenario.end_cycle * period / h))
+    last = _whole_steps("--until", until, h) if until is not None else max(1, round(scenario.end(period) / h))
     recorded = _recorded(scenario, system, interfaces, values.exogenous)
-    return Plan(system, h, period, -settle, last, values.start, values.exogenous, tuple(events), marks, recorded)
+    return Plan(
+        system, h, period, -settle, last, values.start, values.exogenous, tuple(events), profile, marks, recorded
+    )
 
 
 class _Values:
@@ -175,6 +182,28 @@ class _Values:
             names = [c.name for c in self.system.components] + [s.name for s in self.system.signals]
             raise ValueError(f"{end!r} is no component.variable and no signal; {suggest(end, names)}")
         return self.system.split(end)
+
+
+def _profile(scenario: Scenario, values: _Values, period: float, h: float) -> tuple[tuple[int, float], ...]:
+    """Communication points and speeds that the speed is linear between, from point 0 on."""
+    if not scenario.speed:
+        return ()
+    signals = [signal.name for signal in values.system.signals]
+    if ACCELERATION not in signals:
+        raise ValueError(
+            f"system {values.system.name} has no signal {ACCELERATION}, and so its speed cannot change; "
+            f"there are {', '.join(signals)}"
+        )
+    profile = [(0, values.exogenous[SPEED])]
+    for point in scenario.speed:
+        n = round(point.moment(period) / h)
+        if n <= profile[-1][0]:
+            raise ValueError(
+                f"speed point at {point.moment(period):g} s is not allowed; it must be at least one communication "
+                f"step, {h:g} s, after the one before it"
+            )
+        profile.append((n, positive_speed(values.read(SPEED, point.Omega, "input")[1])))
+    return tuple(profile)
 
 
 def _rated(

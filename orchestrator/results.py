@@ -1,13 +1,8 @@
-"""A run's results: one labelled data set, its file, and its figures."""
+"""What a run's data set says: its figures, and its file."""
 
 from __future__ import annotations
 
-import importlib.metadata
-import json
-import platform
-import subprocess
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,110 +10,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from orchestrator.interface import Interface, Port
-from orchestrator.plan import Plan
-from orchestrator.recorder import Recorder
-from orchestrator.scenario import Scenario
-
 BEARINGS = {"rb1": "mb1", "rb2": "mb2"}  # each retainer bearing and the magnetic bearing that it protects
+BUSHES = ("eb1", "eb2")  # at the rotor's ends
 RECOVERY_CYCLES = 5.0
+FREE, ROLLING = 0, 2  # values of a site's mode
 _PLANT = "rotor_contact"
-_PACKAGES = ("amb-cosim", "fmpy", "pythonfmu", "numba", "numpy", "xarray")
-_DTYPES = {"Real": np.float64, "Integer": np.int32, "Boolean": np.int8}
-
-
-def to_dataset(
-    name: str,
-    scenario: Scenario,
-    plan: Plan,
-    interfaces: Mapping[str, Interface],
-    flavour: str,
-    recorder: Recorder,
-    failure: str | None,
-) -> xr.Dataset:
-    """Everything that a run recorded, labelled.
-
-    Coordinates are `time` (s) from the beginning of cycle 0 and `cycle`, in turns of the initial speed.
-    Structured attributes (scenario, parameters, versions, ...) are JSON texts, so that NetCDF can hold them.
-    """
-    time = recorder.points * plan.step_size
-    variables = {}
-    for column, variable in enumerate(recorder.table.T):
-        label = plan.recorded[column]
-        component, port = _port_of(label, plan, interfaces)
-        variables[label] = (
-            "time",
-            variable.astype(_DTYPES[port.type]),
-            {
-                "units": port.unit or "1",
-                "description": port.description,
-                "causality": port.causality,
-                "component": component,
-            },
-        )
-    coordinates = {
-        "time": ("time", time, {"units": "s", "description": "Time from the beginning of cycle 0"}),
-        "cycle": ("time", time / plan.period, {"units": "1", "description": "Turns of the initial speed"}),
-    }
-    attributes: dict[str, Any] = {
-        "scenario": name,
-        "description": scenario.description,
-        "source": scenario.source,
-        "flavour": flavour,
-        "speed_rad_s": plan.speed,
-        "period_s": plan.period,
-        "communication_step_s": plan.step_size,
-        "settling_s": -plan.first * plan.step_size,
-        "simulated_s": recorder.reached * plan.step_size,
-        "wall_s": recorder.wall_time,
-        "completed": int(failure is None),
-        "failure": failure or "",
-        "scenario_data": scenario.model_dump_json(exclude_defaults=True),
-        "parameters": json.dumps(_parameters(plan, interfaces)),
-        "initial_inputs": json.dumps(dict(plan.exogenous)),
-        "fmu_guids": json.dumps({c: interface.guid for c, interface in interfaces.items()}),
-        "versions": json.dumps(_versions()),
-        "git_revision": git_revision() or "",
-    }
-    if scenario.plot.cycles is not None:
-        attributes["plot_cycles"] = list(scenario.plot.cycles)
-    for label, n in plan.marks.items():
-        if n <= recorder.reached:
-            attributes[f"{label}_cycle"] = n * plan.step_size / plan.period
-    return xr.Dataset(variables, coordinates, attributes)
-
-
-def _port_of(label: str, plan: Plan, interfaces: Mapping[str, Interface]) -> tuple[str, Port]:
-    signal = next((s for s in plan.system.signals if s.name == label), None)
-    component, variable = plan.system.split(signal.targets[0] if signal is not None else label)
-    return component, interfaces[component].ports[variable]
-
-
-def _parameters(plan: Plan, interfaces: Mapping[str, Interface]) -> dict[str, dict[str, float | None]]:
-    """Every parameter of every component: what was set, or what it starts with."""
-    return {
-        c: {p.name: plan.start[c].get(p.name, p.start) for p in interface.of("parameter")}
-        for c, interface in interfaces.items()
-    }
-
-
-def _versions() -> dict[str, str]:
-    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _PACKAGES}
-
-
-def git_revision() -> str | None:
-    """Commit of the checkout that this package runs from, `-dirty` if changed; None outside of one."""
-    folder = Path(__file__).parent
-
-    def git(*arguments: str) -> str:
-        command = ["git", "-C", str(folder), *arguments]
-        return subprocess.run(command, check=True, capture_output=True, text=True, timeout=10).stdout.strip()
-
-    try:
-        git("ls-files", "--error-unmatch", Path(__file__).name)
-        return git("describe", "--always", "--dirty", "--abbrev=40", "--exclude=*")
-    except (OSError, subprocess.SubprocessError):
-        return None
+_HEAT = ("damping", "friction", "impact")
 
 
 def write_atomically(path: Path, write: Any) -> None:
@@ -156,14 +53,18 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "simulated_s": simulated,
         "wall_s": wall,
         "real_time_factor": simulated / wall if wall > 0.0 else None,
-        "peak_contact_force_N": {site: peak(dataset, f"{site}.f_n") for site in BEARINGS},
-        "peak_impulse_Ns": {site: peak(dataset, f"{site}.impulse") for site in BEARINGS},
+        "peak_contact_force_N": {site: peak(dataset, f"{site}.f_n") for site in touchable(dataset)},
+        "peak_impulse_Ns": {site: peak(dataset, f"{site}.impulse") for site in touchable(dataset)},
         "contact_share": contact_share(dataset),
         "first_contact_cycle": first,
         "last_contact_cycle": last,
         "recovered": recovered(dataset),
+        "rolling_from_cycle": rolling_from(dataset),
+        "whirl_speed_rad_s": {site: whirl_at_the_end(dataset, site) for site in BEARINGS},
         "orbit_before_mm": orbit_before(dataset),
         "orbit_after_mm": orbit_after(dataset),
+        "orbit_largest_mm": _largest_radii(dataset, cycles(dataset) >= 0.0),
+        **energy_figures(dataset),
     }
 
 
@@ -184,6 +85,11 @@ def peak(dataset: xr.Dataset, name: str) -> float | None:
     if values is None or not (cycles(dataset) >= 0.0).any():
         return None
     return float(values[cycles(dataset) >= 0.0].max())
+
+
+def touchable(dataset: xr.Dataset) -> list[str]:
+    """The retainer bearings, and the end bushes that the rotor has touched."""
+    return [*BEARINGS, *(site for site in BUSHES if peak(dataset, f"{site}.f_n") or peak(dataset, f"{site}.impulse"))]
 
 
 def loaded_interval(dataset: xr.Dataset) -> tuple[float, float]:
@@ -207,10 +113,11 @@ def in_contact(dataset: xr.Dataset) -> NDArray[np.bool_] | None:
     if state is None:
         return None
     touching = state != 0
-    for site in BEARINGS:
-        impulse = signal(dataset, f"{site}.impulse")
-        if impulse is not None:
-            touching |= impulse > 0.0
+    for site in (*BEARINGS, *BUSHES):
+        for name in ("mode", "impulse"):
+            values = signal(dataset, f"{site}.{name}")
+            if values is not None:
+                touching |= values > 0
     return np.asarray(touching)
 
 
@@ -232,6 +139,62 @@ def recovered(dataset: xr.Dataset) -> bool | None:
         return None
     _, last = contact_cycles(dataset)
     return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
+
+
+def whirl_at_the_end(dataset: xr.Dataset, site: str) -> float | None:
+    """Whirl speed (rad/s) at a site at the end of the run; None where the rotor does not touch it then."""
+    mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
+    if mode is None or whirl is None or not len(mode) or mode[-1] == FREE:
+        return None
+    return float(whirl[-1])
+
+
+def rolling_from(dataset: xr.Dataset) -> float | None:
+    """First cycle from which a retainer bearing rolls without a break through a turn of its whirl or more."""
+    starts = [start for site in BEARINGS for start in _turns_rolled(dataset, site)]
+    return min(starts, default=None)
+
+
+def _turns_rolled(dataset: xr.Dataset, site: str) -> list[float]:
+    """Cycles at which the rolling of at least a turn begins."""
+    mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
+    if mode is None or whirl is None:
+        return []
+    rolls = np.concatenate([[False], (mode == ROLLING) & (cycles(dataset) >= 0.0), [False]])
+    begins, ends = np.flatnonzero(rolls[1:] & ~rolls[:-1]), np.flatnonzero(rolls[:-1] & ~rolls[1:])
+    steps = np.diff(dataset["time"].values, prepend=np.nan)  # a sample's mode is that at the end of its step
+    turned = [float(np.sum(np.abs(whirl[i + 1 : j]) * steps[i + 1 : j])) for i, j in zip(begins, ends, strict=True)]
+    return [float(cycles(dataset)[i]) for i, angle in zip(begins, turned, strict=True) if angle >= 2.0 * np.pi]
+
+
+def energies(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]] | None:
+    """Energies of the plant (J) at each sample: those stored, and work, heat and balance counted from cycle 0.
+
+    None if they were not recorded, or cycle 0 was not reached.
+    """
+    values = {name: signal(dataset, f"energy.{name}") for name in ("kinetic", "strain", *_HEAT, "work", "balance")}
+    begin = int(np.searchsorted(cycles(dataset), 0.0))
+    if any(v is None for v in values.values()) or begin == dataset.sizes["time"]:
+        return None
+    stored = ("kinetic", "strain")
+    return {name: v if name in stored else v - v[begin] for name, v in values.items() if v is not None}
+
+
+def energy_figures(dataset: xr.Dataset) -> dict[str, Any]:
+    """What became of the energy from cycle 0 to the end (J), and how well the plant accounts for it.
+
+    `balance` is the largest difference between what the rotor gained and the work done on it; relative, it is divided
+    by the largest of all energies.
+    """
+    series = energies(dataset)
+    if series is None:
+        return {"energy_J": None, "energy_balance_relative": None}
+    after = cycles(dataset) >= 0.0
+    largest = {name: float(np.abs(values[after]).max()) for name, values in series.items()}
+    balance = largest.pop("balance")
+    figures = {name: float(series[name][-1]) for name in (*_HEAT, "work")} | {"balance": balance}
+    scale = max(largest.values())
+    return {"energy_J": figures, "energy_balance_relative": balance / scale if scale > 0.0 else None}
 
 
 def orbit_before(dataset: xr.Dataset) -> dict[str, float | None]:

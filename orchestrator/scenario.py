@@ -7,7 +7,7 @@ import tomllib
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BaseModel,
@@ -27,25 +27,45 @@ from orchestrator.values import quantity
 
 Value = Annotated[StrictBool | StrictInt | StrictFloat | StrictStr, Field(union_mode="smart")]
 Values = dict[str, Value]
+FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy"]
 
 
 class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Event(_Strict):
-    """From a moment on, inputs have new values. `label` marks the event in figures and plots."""
+class _Moment(_Strict):
+    """Something that happens at a cycle or at a time."""
+
+    noun: ClassVar[str]
 
     cycle: float | None = None
     time: Value | None = None
+
+    def moment(self, period: float) -> float:
+        """When it happens in s, for cycles of `period` s."""
+        if (self.cycle is None) == (self.time is None):
+            raise ValueError(f"{self.noun} needs either cycle or time")
+        if self.cycle is not None:
+            return self.cycle * period
+        return quantity(self.time or 0.0, "s", f"time of {self.noun}")
+
+
+class Event(_Moment):
+    """From a moment on, inputs have new values. `label` marks the event in figures and plots."""
+
+    noun = "an event"
+
     label: Literal["step", "removal"] | None = None
     set: dict[str, Values]
 
-    def moment(self, period: float) -> float:
-        """Time of the event in s, for cycles of `period` s."""
-        if (self.cycle is None) == (self.time is None):
-            raise ValueError("an event needs either cycle or time")
-        return self.cycle * period if self.cycle is not None else quantity(self.time or 0.0, "s", "event time")
+
+class SpeedPoint(_Moment):
+    """A speed that is reached at a moment; it changes linearly from the point before."""
+
+    noun = "a speed point"
+
+    Omega: Value
 
 
 class Record(_Strict):
@@ -57,14 +77,17 @@ class Record(_Strict):
 
 
 class Plot(_Strict):
-    """What the figures show: the range of cycles, the whole run by default."""
+    """Which figures are drawn, and of which cycles: what suits the run, and the whole of it, by default."""
 
     cycles: tuple[float, float] | None = None
+    figures: tuple[FigureName, ...] | None = None
 
 
 class Scenario(_Strict):
     """A run. Cycles are periods of the initial speed, counted from the end of settling.
 
+    The speed is `Omega` until cycle 0 begins, and from then on linear through the points of `speed` and constant
+    after the last; without points it stays.
     Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
     unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs stand
     for any characters and any one.
@@ -78,29 +101,26 @@ class Scenario(_Strict):
     communication_step: Value = "250 us"
     Omega: Value
     settle_cycles: float = Field(default=40.0, ge=0.0)
-    end_cycle: float = Field(gt=0.0)
+    end_cycle: float | None = Field(default=None, gt=0.0)
+    end_time: Value | None = None
     unbalance_factor: float = Field(default=1.0, gt=0.0)
     inputs: dict[str, Values] = {}
     parameters: dict[str, Values] = {}
     event: tuple[Event, ...] = ()
+    speed: tuple[SpeedPoint, ...] = ()
     record: Record = Record()
     plot: Plot = Plot()
     fmu: dict[str, str] = {}
 
     @property
-    def speed(self) -> float:
-        """Initial speed in rad/s."""
-        speed = quantity(self.Omega, "rad/s", "Omega")
-        if not 0.0 < speed < math.inf:
-            raise ValueError(
-                f"Omega = {speed:g} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns"
-            )
-        return speed
+    def initial_speed(self) -> float:
+        """Speed before and at the beginning of cycle 0 in rad/s."""
+        return positive_speed(quantity(self.Omega, "rad/s", "Omega"))
 
     @property
     def period(self) -> float:
         """Duration of a cycle in s."""
-        return 2.0 * math.pi / self.speed
+        return 2.0 * math.pi / self.initial_speed
 
     @property
     def step_size(self) -> float:
@@ -110,12 +130,28 @@ class Scenario(_Strict):
             raise ValueError(f"communication_step = {step:g} s is not allowed; it must be > 0 s")
         return step
 
+    def end(self, period: float) -> float:
+        """End of the run in s, for cycles of `period` s."""
+        if (self.end_cycle is None) == (self.end_time is None):
+            raise ValueError("a scenario needs either end_cycle or end_time")
+        end = self.end_cycle * period if self.end_cycle is not None else quantity(self.end_time or 0.0, "s", "end_time")
+        if not 0.0 < end < math.inf:
+            raise ValueError(f"end_time = {end:g} s is not allowed; it must be > 0 s")
+        return end
+
     def moment_of(self, label: str) -> float | None:
         """Time in s of the event with that label, if there is one."""
         return next((event.moment(self.period) for event in self.event if event.label == label), None)
 
 
-NESTED: dict[str, type[BaseModel]] = {"event": Event, "record": Record, "plot": Plot}
+NESTED: dict[str, type[BaseModel]] = {"event": Event, "speed": SpeedPoint, "record": Record, "plot": Plot}
+
+
+def positive_speed(speed: float) -> float:
+    """The speed (rad/s), if it is one that cycles can count; raises ValueError otherwise."""
+    if not 0.0 < speed < math.inf:
+        raise ValueError(f"Omega = {speed:g} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns")
+    return speed
 
 
 def packaged_scenarios() -> dict[str, Traversable]:
@@ -150,17 +186,29 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
         if len(set(labels)) < len(labels):
             raise ValueError("two events have the same label")
         step, removal = scenario.moment_of("step"), scenario.moment_of("removal")
-        if removal is not None and (step is None or removal <= step):
-            raise ValueError("a removal must come after a step")
+        if removal is not None and step is not None and removal <= step:
+            raise ValueError("a removal must come after the step")
         for event in scenario.event:
             if not 0.0 <= event.moment(scenario.period) < math.inf:
                 raise ValueError(f"event at {event.moment(scenario.period):g} s is not allowed; it must be at >= 0 s")
-        _ = scenario.speed, scenario.step_size  # both raise when they are wrong
+        _check_speeds(scenario)
+        _ = scenario.step_size, scenario.end(scenario.period)  # both raise when they are wrong
     except ValidationError as error:
         raise ValueError("\n".join(f"scenario {name}: {line}" for line in mistakes(error, Scenario, NESTED))) from error
     except ValueError as error:
         raise ValueError(f"scenario {name}: {error}") from error
     return scenario
+
+
+def _check_speeds(scenario: Scenario) -> None:
+    before = 0.0
+    for point in scenario.speed:
+        moment = point.moment(scenario.period)
+        if not before < moment < math.inf:
+            what = f"at > {before:g} s, after the point before it" if before else "at > 0 s, where Omega holds"
+            raise ValueError(f"speed point at {moment:g} s is not allowed; it must be {what}")
+        positive_speed(quantity(point.Omega, "rad/s", "Omega"))
+        before = moment
 
 
 def _read(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:

@@ -13,11 +13,11 @@ import xarray as xr
 
 from orchestrator.build import Fmu, provide
 from orchestrator.component import FmuComponent
+from orchestrator.dataset import to_dataset
 from orchestrator.interface import Interface, read_interface
-from orchestrator.master import Array, Master, Observer, PiecewiseConstant, StepFailed
-from orchestrator.plan import Plan, make_plan
+from orchestrator.master import Array, Master, Observer, PiecewiseConstant, PiecewiseLinear, Schedule, StepFailed
+from orchestrator.plan import ACCELERATION, SPEED, Plan, make_plan
 from orchestrator.recorder import Recorder
-from orchestrator.results import to_dataset
 from orchestrator.scenario import Scenario
 from orchestrator.system import load_system
 from orchestrator.values import Raw
@@ -98,12 +98,15 @@ def run(prepared: Prepared, progress: Progress | None = None) -> Outcome:
         master = Master(components, wiring, plan.step_size, prepared.scenario.coupling or system.coupling)
         master.exogenous[:] = list(plan.exogenous.values())
         master.initialise(plan.first)
-        schedule = PiecewiseConstant((n, wiring.names.index(name), value) for n, name, value in plan.events)
+        at = wiring.names.index
+        schedules: list[Schedule] = [PiecewiseConstant((n, at(name), value) for n, name, value in plan.events)]
+        if plan.profile:
+            schedules.append(PiecewiseLinear(plan.profile, plan.step_size, at(SPEED), at(ACCELERATION)))
         observers: list[Observer] = [recorder, _stop_when(interrupted)]
         if progress is not None:
             observers.append(_reporting(progress, plan))
         try:
-            master.run(plan.first, plan.last, schedule, observers)
+            master.run(plan.first, plan.last, schedules, observers)
         except StepFailed as error:
             failure = str(error)
         except KeyboardInterrupt:

@@ -244,7 +244,7 @@ def load_system(name: str, options: Mapping[str, bool]) -> System:
             ),
             connections=tuple(
                 Connection(f"{link['from']}.{variable}", f"{link['to']}.{variable}")
-                for link in data["connect"]
+                for link in data.get("connect", ())
                 if options.get(link.get("option", ""), True)
                 for variable in link["variables"]
             ),

@@ -10,6 +10,7 @@ from click.testing import CliRunner, Result
 
 from orchestrator import results
 from orchestrator.cli import main
+from orchestrator.scenario import packaged_scenarios
 
 
 @pytest.fixture
@@ -71,12 +72,12 @@ def test_bad_input_ends_with_one_message_and_nothing_written(runner, tmp_path, c
 
 
 def test_a_scenario_file_with_mistakes_says_each(runner, tmp_path):
-    (tmp_path / "mine.toml").write_text("description = 'd'\nspeed = 3\nend_cycle = 1\n")
+    (tmp_path / "mine.toml").write_text("description = 'd'\nOmga = 3\nend_cycle = 1\n")
     result = runner("run", "mine.toml")
     assert result.exit_code == 2
     assert [line.partition(": scenario mine.toml: ")[2].split(";")[0] for line in result.stderr.splitlines()] == [
         "Omega is missing",
-        "unknown field speed",
+        "unknown field Omga",
     ]
 
 
@@ -93,7 +94,7 @@ def test_a_replacement_that_is_no_fmu_is_refused(runner, tmp_path):
 def test_list_names_every_scenario(runner):
     result = runner("list")
     assert result.exit_code == 0
-    assert all(name in result.stdout for name in ("fig4_7", "fig4_9", "fig5_6", "fig5_6_pid"))
+    assert all(name in result.stdout for name in packaged_scenarios())
 
 
 def test_tables_are_printed_as_json_and_as_text(runner):

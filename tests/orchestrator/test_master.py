@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from orchestrator.master import Master, PiecewiseConstant, StartFailed, StepFailed, Wiring, find_loop
+from orchestrator.master import Master, PiecewiseConstant, PiecewiseLinear, StartFailed, StepFailed, Wiring, find_loop
 
 
 class Block:
@@ -63,10 +63,10 @@ def relay(name: str, x: float = 0.0, **options) -> Block:
     return Block(name, advance=lambda x, u, t, h: u[0] + 1.0, x=x, **options)
 
 
-def run(master: Master, steps: int, schedule=None) -> list[list[float]]:
+def run(master: Master, steps: int, schedules=()) -> list[list[float]]:
     record: list[list[float]] = []
     master.initialise()
-    master.run(0, steps, schedule, [lambda n, values: record.append(values.tolist())])
+    master.run(0, steps, schedules, [lambda n, values: record.append(values.tolist())])
     return record
 
 
@@ -206,8 +206,52 @@ def test_loop_path_follows_the_signals():
 def test_events_hold_from_their_point_on():
     wiring = Wiring(("u", "y"), 1, (np.array([0]),), ((), ()))
     follower = Block("follower", advance=lambda x, u, t, h: u[0])
-    record = run(Master([follower], wiring, 0.1), 4, PiecewiseConstant([(1, 0, 7.0), (3, 0, 2.0)]))
+    record = run(Master([follower], wiring, 0.1), 4, [PiecewiseConstant([(1, 0, 7.0), (3, 0, 2.0)])])
     assert record == [[0, 0], [7, 0], [7, 7], [2, 7], [2, 2]]
+
+
+PROFILE = PiecewiseLinear([(0, 10.0), (4, 10.0), (8, 30.0), (10, 25.0)], 0.5, value=1, slope=0)
+
+
+def at(n: int) -> tuple[float, float]:
+    """Value and slope that the profile writes at point n."""
+    exogenous = np.full(2, np.nan)
+    PROFILE(n, exogenous)
+    return exogenous[1], exogenous[0]
+
+
+def test_a_profile_is_linear_between_its_points_and_constant_outside():
+    assert [at(n)[0] for n in (-7, 0, 3, 4, 5, 6, 8, 9, 10, 50)] == [10, 10, 10, 10, 15, 20, 30, 27.5, 25, 25]
+    assert [at(n)[1] for n in (-7, 3, 4, 7, 8, 9, 10)] == [0, 0, 10, 10, -5, -5, 0]
+
+
+def test_a_profile_carried_on_by_its_slope_meets_its_next_value():
+    """What a component does within a step: value + slope t; there is no jump at the end."""
+    for n in range(-2, 12):
+        value, slope = at(n)
+        assert value + slope * 0.5 == pytest.approx(at(n + 1)[0], rel=1e-15)
+
+
+def test_a_profile_does_not_depend_on_where_it_is_asked_first():
+    assert at(9) == at(9)
+    PROFILE(2, np.zeros(2))
+    assert at(9) == (27.5, -5.0)
+
+
+def test_a_profile_of_a_long_run_has_no_accumulated_error():
+    exogenous = np.zeros(2)
+    PiecewiseLinear([(0, 0.0), (10_000_000, 1.0)], 1e-3, 0, 1)(9_999_999, exogenous)
+    assert exogenous[0] == 9_999_999 / 10_000_000
+
+
+def test_schedules_write_before_observers_see_a_point():
+    wiring = Wiring(("slope", "u", "y"), 2, (np.array([1]),), ((), (), ()))
+    follower = Block("follower", advance=lambda x, u, t, h: u[0])
+    events = PiecewiseConstant([(1, 0, 7.0)])
+    record = run(Master([follower], wiring, 0.1), 2, [PiecewiseLinear([(0, 1.0), (2, 5.0)], 0.1, 1, 0), events])
+    assert [row[1] for row in record] == [1, 3, 5]
+    assert [row[2] for row in record] == [0, 1, 3]
+    assert record[1][0] == 7.0, "the later schedule has the last word"
 
 
 def failing(name: str, at: float) -> Block:
@@ -223,7 +267,7 @@ def test_a_failing_step_keeps_the_record_and_frees_all():
     record: list[float] = []
     good, bad = Block("good"), failing("bad", at=0.3)
     with pytest.raises(StepFailed) as caught, Master([good, bad], ring("good", "bad"), 0.1) as master:
-        master.run(0, 100, None, [lambda n, values: record.append(values[1])])
+        master.run(0, 100, (), [lambda n, values: record.append(values[1])])
     assert record == [0, 1, 2, 3]
     assert (good.closed, bad.closed) == (1, 1)
     assert caught.value.component == "bad"
@@ -241,7 +285,7 @@ def test_an_interrupt_keeps_the_record_and_frees_all():
         record.append(n)
 
     with pytest.raises(KeyboardInterrupt), Master([block], ring("block"), 0.1) as master:
-        master.run(0, 100, None, [observe])
+        master.run(0, 100, (), [observe])
     assert record == [0, 1, 2, 3, 4]
     assert block.closed == 1
 

@@ -44,6 +44,7 @@ INTERFACES = {
                 Port("d1.u", "Real", "input", 1, unit="kg.m", minimum=0.0, maximum=0.1),
                 Port("d2.u", "Real", "input", 2, unit="kg.m", start=0.003),
                 Port("x", "Real", "output", 3, unit="m"),
+                Port("Omega_dot", "Real", "input", 4, unit="rad/s2"),
             )
         },
     ),
@@ -53,7 +54,7 @@ SYSTEM = System(
     "d",
     (Component("sampler", "a"), Component("rotor", "b")),
     (Connection("rotor.x", "sampler.x"),),
-    (Signal("Omega", ("rotor.Omega", "sampler.Omega")),),
+    (Signal("Omega", ("rotor.Omega", "sampler.Omega")), Signal("Omega_dot", ("rotor.Omega_dot",))),
 )
 SCENARIO = """
 description = "d"
@@ -122,6 +123,63 @@ def test_a_speed_must_suit_every_target():
         plan({"rotor.Omega": 600})
 
 
+RUN_UP = """
+[[speed]]
+time = "0.2 s"
+Omega = "100 rad/s"
+[[speed]]
+cycle = 20
+Omega = "300 rad/s"
+"""
+
+
+def changing(points=RUN_UP, settings=None, system=SYSTEM, scenario=SCENARIO):
+    return make_plan(parse_scenario(scenario + points, "mine"), system, INTERFACES, settings)
+
+
+def test_a_speed_profile_stands_on_communication_points():
+    p = changing()
+    assert p.profile == ((0, 100.0), (800, 100.0), (round(20 * PERIOD / H), 300.0))
+    assert p.exogenous["Omega_dot"] == 0.0
+    assert plan().profile == ()
+
+
+def test_a_new_initial_speed_moves_the_points_that_are_given_in_cycles():
+    p = changing(settings={"Omega": "50 rad/s"})
+    assert p.profile == ((0, 50.0), (800, 100.0), (round(40 * PERIOD / H), 300.0))
+
+
+def test_points_of_a_profile_must_be_a_step_apart():
+    points = "[[speed]]\ntime = 0.2\nOmega = 90\n[[speed]]\ntime = 0.2001\nOmega = 80\n"
+    with pytest.raises(
+        ValueError, match=r"speed point at 0\.2001 s is not allowed; .* one communication step, 0\.00025 s"
+    ):
+        changing(points)
+
+
+def test_speeds_of_a_profile_must_suit_every_target():
+    with pytest.raises(ValueError, match=r"Omega = 600 rad/s .* is not allowed; it must be >= 0 and <= 500 rad/s"):
+        changing(RUN_UP.replace("300", "600"))
+
+
+def test_the_speed_has_one_master():
+    event = '[[event]]\ncycle = 7\nset.sampler.Omega = "50 rad/s"\n'
+    assert plan().exogenous["Omega"] == 100.0
+    assert ("Omega", 50.0) in [e[1:] for e in changing("", scenario=SCENARIO + event).events]
+    with pytest.raises(ValueError, match="an event cannot set Omega; the speed points of the scenario do"):
+        changing(scenario=SCENARIO + event)
+
+
+def test_a_system_whose_speed_cannot_change_refuses_a_profile():
+    with pytest.raises(ValueError, match=r"system pair has no signal Omega_dot, and so .*; there are Omega"):
+        changing(system=replace(SYSTEM, signals=SYSTEM.signals[:1]))
+
+
+def test_the_end_may_be_a_time():
+    p = make_plan(parse_scenario(SCENARIO.replace("end_cycle = 10", "end_time = '300 ms'"), "mine"), SYSTEM, INTERFACES)
+    assert p.last == 1200
+
+
 def test_sample_time_sets_the_rate_and_settling_fits_it():
     p = plan({"sampler.sample_time": "1.75 ms"})
     assert [c.every for c in p.system.components] == [7, 1]
@@ -149,7 +207,7 @@ def test_parameters_and_inputs_are_told_apart():
 
 
 def test_recorded_variables_follow_the_patterns():
-    assert plan().recorded == ("Omega", "rotor.d1.u", "rotor.d2.u", "sampler.i", "rotor.x")
+    assert plan().recorded == ("Omega", "Omega_dot", "rotor.d1.u", "rotor.d2.u", "sampler.i", "rotor.x")
     assert plan(extra='record.variables = ["rotor.*"]\n').recorded == ("rotor.d1.u", "rotor.d2.u", "rotor.x")
     with pytest.raises(ValueError, match="nothing matches 'rotr"):
         plan(extra='record.variables = ["rotr.*"]\n')

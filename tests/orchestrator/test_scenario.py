@@ -8,6 +8,7 @@ import pytest
 
 from orchestrator.interface import Port
 from orchestrator.scenario import load_scenario, packaged_scenarios, parse_scenario
+from orchestrator.simulation import prepare
 from orchestrator.values import convert, quantity
 
 MINIMAL = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n'
@@ -132,7 +133,15 @@ def test_a_value_must_be_a_scalar():
         (MINIMAL + 'communication_step = "0 s"', "communication_step = 0 s is not allowed; it must be > 0 s"),
         (MINIMAL + "[[event]]\nset.a.b = 1", "an event needs either cycle or time"),
         (MINIMAL + "[[event]]\ncycle = -1\nset.a.b = 1", "must be at >= 0 s"),
-        (MINIMAL + "[[event]]\nlabel = 'removal'\ncycle = 1\nset.a.b = 1", "a removal must come after a step"),
+        (
+            MINIMAL + "[[event]]\nlabel = 'removal'\ncycle = 1\nset.a.b = 1\n"
+            "[[event]]\nlabel = 'step'\ncycle = 1\nset.a.b = 1",
+            "a removal must come after the step",
+        ),
+        (MINIMAL + "end_time = 3", "a scenario needs either end_cycle or end_time"),
+        (MINIMAL.replace("end_cycle = 10", ""), "a scenario needs either end_cycle or end_time"),
+        (MINIMAL.replace("end_cycle = 10", "end_time = '-1 s'"), "end_time = -1 s is not allowed; it must be > 0 s"),
+        (MINIMAL + "[plot]\nfigures = ['orbit']", "plot.figures.0 = 'orbit' is not allowed; it must be 'orbits', "),
         (MINIMAL + "coupling = 'magic'", "coupling = 'magic' is not allowed; it must be 'gauss_seidel' or 'jacobi'"),
     ],
 )
@@ -140,11 +149,63 @@ def test_mistakes_are_explained(text, expected):
     assert expected in refused(text)
 
 
+def with_points(*points: str) -> str:
+    return MINIMAL + "".join(f"[[speed]]\n{point}\n" for point in points)
+
+
+def test_speed_points_are_at_a_time_or_at_a_cycle_of_the_initial_speed():
+    scenario = parse_scenario(with_points("cycle = 3\nOmega = '16 Hz'", "time = '500 ms'\nOmega = 90"), "mine")
+    moments = [point.moment(scenario.period) for point in scenario.speed]
+    assert moments == pytest.approx([3 * 2.0 * math.pi / 100.0, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("points", "expected"),
+    [
+        (["time = 1\nOmega = -3"], "Omega = -3 rad/s is not allowed; it must be > 0 rad/s"),
+        (["time = 1\nOmega = 0"], "Omega = 0 rad/s is not allowed; it must be > 0 rad/s"),
+        (["time = 1\nOmega = '3 m'"], "Omega = '3 m' has unit m, which cannot be converted to rad/s"),
+        (["Omega = 3"], "a speed point needs either cycle or time"),
+        (["time = 1\ncycle = 1\nOmega = 3"], "a speed point needs either cycle or time"),
+        (["time = '1 V'\nOmega = 3"], "time of a speed point = '1 V' has unit V"),
+        (["time = 0\nOmega = 3"], "speed point at 0 s is not allowed; it must be at > 0 s, where Omega holds"),
+        (["time = nan\nOmega = 3"], "speed point at nan s is not allowed"),
+        (
+            ["time = 2\nOmega = 3", "time = 2\nOmega = 4"],
+            "speed point at 2 s is not allowed; it must be at > 2 s, after the point before it",
+        ),
+        (["time = 2\nOmega = 3", "time = 1\nOmega = 4"], "speed point at 1 s is not allowed; it must be at > 2 s"),
+        (["time = 2\nspeed = 3"], "unknown field speed.0.speed"),
+        (["time = 2"], "speed.0.Omega is missing"),
+    ],
+)
+def test_mistakes_in_speed_points_are_explained(points, expected):
+    assert expected in refused(with_points(*points))
+
+
 def test_every_packaged_scenario_is_sound():
-    assert {"fig4_7", "fig4_9", "fig5_6", "fig5_6_pid"} <= set(packaged_scenarios())
     for name in packaged_scenarios():
         scenario = load_scenario(name)
-        assert scenario.moment_of("step") == pytest.approx(5.0 * scenario.period)
+        assert scenario.description
+        assert scenario.source
+        if "step" in {event.label for event in scenario.event}:
+            assert scenario.moment_of("step") == pytest.approx(5.0 * scenario.period), "as everywhere in the thesis"
+
+
+@pytest.mark.parametrize("name", packaged_scenarios())
+def test_every_packaged_scenario_fits_the_fmus(name):
+    plan = prepare(name, load_scenario(name)).plan
+    assert plan.start["rotor_contact"]["eb1.enabled"] == 0.0
+    assert all(plan.start["rotor_contact"].get(f"rb{i}.enabled") == 0.0 for i in (1, 2)) == name.startswith("fig3")
+    assert (plan.exogenous["Omega_dot"], bool(plan.profile)) == (0.0, name.startswith("run_"))
+
+
+def test_run_down_mirrors_run_up():
+    up, down = (prepare(name, load_scenario(name)).plan for name in ("run_up", "run_down"))
+    assert [n for n, _ in up.profile] == [n for n, _ in down.profile]
+    sums = [a + b for (_, a), (_, b) in zip(up.profile, down.profile, strict=True)]
+    assert sums == pytest.approx([2.0 * math.pi * 33.0] * 3)
+    assert up.exogenous["rotor_contact.d1.u"] == down.exogenous["rotor_contact.d1.u"]
 
 
 def test_figures_5_6_differ_in_the_controller_alone():

@@ -156,6 +156,20 @@ def test_the_levitated_system_steps_controller_actuator_plant():
     assert all(c.source.partition(".")[2] == c.target.partition(".")[2] for c in system.connections)
 
 
+def test_the_passive_system_is_the_rotor_alone():
+    system = load_system("passive", {})
+    assert [c.name for c in system.components] == ["rotor_contact"]
+    assert system.connections == ()
+
+
+@pytest.mark.parametrize("name", ["levitated", "passive"])
+def test_speed_and_acceleration_are_shared_and_the_end_bushes_off(name):
+    system = load_system(name, {})
+    assert {s.name for s in system.signals} == {"Omega", "Omega_dot"}
+    assert all(target.endswith(f".{s.name}") for s in system.signals for target in s.targets)
+    assert system.parameters["rotor_contact"]["eb?.enabled"] is False
+
+
 def test_unknown_system_lists_the_systems():
     with pytest.raises(ValueError, match="no system 'levitate'; did you mean levitated"):
         load_system("levitate", {})

@@ -1,0 +1,120 @@
+"""The labelled data set of a run: what was recorded, and everything needed to know where it came from."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import platform
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from orchestrator.interface import Interface, Port
+from orchestrator.plan import Plan
+from orchestrator.recorder import Recorder
+from orchestrator.scenario import Scenario
+
+_PACKAGES = ("amb-cosim", "fmpy", "pythonfmu", "numba", "numpy", "xarray")
+_DTYPES = {"Real": np.float64, "Integer": np.int32, "Boolean": np.int8}
+
+
+def to_dataset(
+    name: str,
+    scenario: Scenario,
+    plan: Plan,
+    interfaces: Mapping[str, Interface],
+    flavour: str,
+    recorder: Recorder,
+    failure: str | None,
+) -> xr.Dataset:
+    """Everything that a run recorded, labelled.
+
+    Coordinates are `time` (s) from the beginning of cycle 0 and `cycle`, in turns of the initial speed.
+    Structured attributes (scenario, parameters, versions, ...) are JSON texts, so that NetCDF can hold them.
+    """
+    time = recorder.points * plan.step_size
+    variables = {}
+    for column, variable in enumerate(recorder.table.T):
+        label = plan.recorded[column]
+        component, port = _port_of(label, plan, interfaces)
+        variables[label] = (
+            "time",
+            variable.astype(_DTYPES[port.type]),
+            {
+                "units": port.unit or "1",
+                "description": port.description,
+                "causality": port.causality,
+                "component": component,
+            },
+        )
+    coordinates = {
+        "time": ("time", time, {"units": "s", "description": "Time from the beginning of cycle 0"}),
+        "cycle": ("time", time / plan.period, {"units": "1", "description": "Turns of the initial speed"}),
+    }
+    attributes: dict[str, Any] = {
+        "scenario": name,
+        "description": scenario.description,
+        "source": scenario.source,
+        "flavour": flavour,
+        "speed_rad_s": plan.speed,
+        "period_s": plan.period,
+        "communication_step_s": plan.step_size,
+        "settling_s": -plan.first * plan.step_size,
+        "simulated_s": recorder.reached * plan.step_size,
+        "wall_s": recorder.wall_time,
+        "completed": int(failure is None),
+        "failure": failure or "",
+        "scenario_data": scenario.model_dump_json(exclude_defaults=True),
+        "parameters": json.dumps(_parameters(plan, interfaces)),
+        "initial_inputs": json.dumps(dict(plan.exogenous)),
+        "fmu_guids": json.dumps({c: interface.guid for c, interface in interfaces.items()}),
+        "versions": json.dumps(_versions()),
+        "git_revision": git_revision() or "",
+    }
+    if plan.profile:
+        attributes["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in plan.profile])
+    if scenario.plot.cycles is not None:
+        attributes["plot_cycles"] = list(scenario.plot.cycles)
+    if scenario.plot.figures is not None:
+        attributes["plot_figures"] = json.dumps(scenario.plot.figures)
+    for label, n in plan.marks.items():
+        if n <= recorder.reached:
+            attributes[f"{label}_cycle"] = n * plan.step_size / plan.period
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def _port_of(label: str, plan: Plan, interfaces: Mapping[str, Interface]) -> tuple[str, Port]:
+    signal = next((s for s in plan.system.signals if s.name == label), None)
+    component, variable = plan.system.split(signal.targets[0] if signal is not None else label)
+    return component, interfaces[component].ports[variable]
+
+
+def _parameters(plan: Plan, interfaces: Mapping[str, Interface]) -> dict[str, dict[str, float | None]]:
+    """Every parameter of every component: what was set, or what it starts with."""
+    return {
+        c: {p.name: plan.start[c].get(p.name, p.start) for p in interface.of("parameter")}
+        for c, interface in interfaces.items()
+    }
+
+
+def _versions() -> dict[str, str]:
+    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _PACKAGES}
+
+
+def git_revision() -> str | None:
+    """Commit of the checkout that this package runs from, `-dirty` if changed; None outside of one."""
+    folder = Path(__file__).parent
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(folder), *arguments]
+        return subprocess.run(command, check=True, capture_output=True, text=True, timeout=10).stdout.strip()
+
+    try:
+        git("ls-files", "--error-unmatch", Path(__file__).name)
+        return git("describe", "--always", "--dirty", "--abbrev=40", "--exclude=*")
+    except (OSError, subprocess.SubprocessError):
+        return None

@@ -1,0 +1,194 @@
+"""Commands that analyse a rotor: what they print and write, and what they say about bad input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from matplotlib.image import imread
+
+from orchestrator import analysis_commands
+from orchestrator.cli import main
+from orchestrator.studies import Outcome
+from rotor_analysis.modes import damped_frequencies
+from rotor_analysis.supported import supported
+from rotor_contact.rotor_file import load_rotor
+
+UNSTABLE = """
+name = "pump"
+[shaft]
+nodes = [0.0, 0.3, 0.6]
+diameter = [0.03, 0.04]
+youngs_modulus = 2.1e11
+density = 7800.0
+poissons_ratio = 0.3
+[[bodies]]
+name = "impeller"
+node = 2
+mass = 5.0
+radius = 0.1
+width = 0.02
+[[bearings]]
+name = "left"
+node = 1
+stiffness = [[1e6, 5e5], [-5e5, 1e6]]
+damping = 100.0
+[[bearings]]
+name = "right"
+node = 3
+stiffness = 1e6
+"""
+FREE = UNSTABLE[: UNSTABLE.index("[[bodies]]")]
+
+
+@pytest.fixture
+def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pump.toml").write_text(UNSTABLE)
+    (tmp_path / "free.toml").write_text(FREE)
+    (tmp_path / "taken").touch()
+
+    def call(*arguments: str) -> Result:
+        return CliRunner().invoke(main, list(arguments))
+
+    return call
+
+
+def test_modes_of_the_rig_are_printed_as_json_and_as_text(runner):
+    data = json.loads(runner("modes", "--json").stdout)
+    assert (data["rotor"], data["mass"]) == ("bath_rig", "diagonal")
+    assert list(data["speeds"]) == ["90", "120", "145"]
+    found = data["speeds"]["90"]
+    expected = damped_frequencies(supported(load_rotor()).model, 90.0, 8)
+    np.testing.assert_allclose(found["frequencies_rad_s"], expected, rtol=1e-9)
+    assert len(found["damping_ratios"]) == len(found["whirl"]) == 8
+    assert found["whirl"][:2] == ["backward", "forward"]
+    text = runner("modes").stdout
+    assert f"{expected[0]:.3f}" in text
+    assert "unstable" not in text
+
+
+def test_modes_of_any_rotor_at_speeds_with_units(runner):
+    arguments = ("--rotor", "pump.toml", "--speeds", "0, 50 Hz", "--count", "3", "--mass", "consistent")
+    data = json.loads(runner("modes", *arguments, "--json").stdout)
+    assert (data["rotor"], data["mass"], list(data["speeds"])) == ("pump", "consistent", ["0", "314.159"])
+    assert min(data["speeds"]["0"]["damping_ratios"]) < 0.0
+    assert len(data["speeds"]["0"]["whirl"]) == 3
+    assert "forward, unstable" in runner("modes", *arguments).stdout
+
+
+def test_motion_without_oscillation_is_reported(runner):
+    data = json.loads(runner("modes", "--rotor", "free.toml", "--speeds", "0", "--json").stdout)
+    assert data["speeds"]["0"]["real_eigenvalues_per_s"] == [0.0] * 8
+    assert "motion that does not oscillate" in runner("modes", "--rotor", "free.toml", "--speeds", "0").stdout
+
+
+@pytest.mark.parametrize("name", ["campbell", "modes", "tables", "unbalance_response"])
+@pytest.mark.parametrize("rotor", [(), ("--rotor", "pump.toml")], ids=["rig", "pump"])
+def test_study_writes_its_figure_and_its_data(runner, tmp_path, name, rotor):
+    result = runner("study", name, *rotor)
+    assert result.exit_code == 0, result.output
+    assert f"results in results/study_{name}" in result.stdout
+    folder = tmp_path / "results" / f"study_{name}"
+    assert sorted(path.name for path in folder.iterdir()) == [f"{name}.json", f"{name}.png"]
+    assert json.loads((folder / f"{name}.json").read_text())["rotor"] == ("pump" if rotor else "bath_rig")
+    picture = imread(folder / f"{name}.png")[:, :, :3]
+    assert min(picture.shape[:2]) > 600
+    ink = (picture.min(axis=2) < 0.99).mean()
+    assert 0.01 < ink < 0.8
+
+
+def test_campbell_data_hold_the_critical_speeds_on_the_synchronous_line(runner, tmp_path):
+    runner("study", "campbell", "--up-to", "50 Hz", "-o", "out", "--count", "6")
+    data = json.loads((tmp_path / "out" / "campbell.json").read_text())
+    assert data["speeds_rad_s"][-1] == pytest.approx(100.0 * np.pi)
+    assert len(data["modes"]) == 6
+    model = supported(load_rotor()).model
+    for critical in data["critical_speeds"]:
+        frequencies = damped_frequencies(model, critical["speed_rad_s"])
+        assert np.min(np.abs(frequencies - critical["speed_rad_s"])) < 1e-6
+
+
+def test_condensation_report_is_for_the_planes_asked_for(runner, tmp_path):
+    for planes in ("1,4,11,13", "1,3,4,6,8,10,11,12,13"):
+        assert runner("study", "tables", "--planes", planes, "-o", planes, "--up-to", "145").exit_code == 0
+    few, many = (
+        json.loads((tmp_path / planes / "tables.json").read_text())["condensation"]
+        for planes in ("1,4,11,13", "1,3,4,6,8,10,11,12,13")
+    )
+    assert few["planes"] == [1, 4, 11, 13]
+    worst_few, worst_many = (np.max(np.abs(data["frequency_error_percent"])) for data in (few, many))
+    assert worst_many < 0.2 * worst_few
+
+
+def test_response_data_grow_with_the_unbalance(runner, tmp_path):
+    peaks = []
+    for unbalance in ("1 g.m", "2 g.m"):
+        arguments = ("--unbalance", unbalance, "--node", "10", "-o", "out")
+        assert runner("study", "unbalance_response", *arguments).exit_code == 0
+        data = json.loads((tmp_path / "out" / "unbalance_response.json").read_text())
+        assert data["node"] == 10
+        assert set(data["places"]) == {"mb1", "mb2", "end at z = 0 m", "end at z = 1.948 m"}
+        peaks.append(max(data["places"]["mb2"]["amplitude_m"]))
+    assert peaks[1] == pytest.approx(2.0 * peaks[0])
+
+
+def test_study_that_is_registered_runs_with_its_options(runner, tmp_path, monkeypatch):
+    seen = {}
+
+    def mine(rotor, level):
+        seen.update(rotor=rotor.name, level=level)
+        return Outcome({"level": level}, {}, ["done"])
+
+    monkeypatch.setattr("orchestrator.studies.mine", mine, raising=False)
+    monkeypatch.setattr(analysis_commands.study, "commands", dict(analysis_commands.study.commands))
+    analysis_commands.register("mine", "A study.", click.option("--level", type=float, default=1.0))
+    result = runner("study", "mine", "--rotor", "pump.toml", "--level", "3")
+    assert result.exit_code == 0, result.output
+    assert seen == {"rotor": "pump", "level": 3.0}
+    assert json.loads((tmp_path / "results" / "study_mine" / "mine.json").read_text()) == {"level": 3.0}
+    assert "done" in result.stdout
+
+
+BAD = {
+    "no such rotor": (["modes", "--rotor", "nope.toml"], "rotor file nope.toml cannot be read"),
+    "speed that is no number": (["modes", "--speeds", "90,fast"], "speeds = 'fast' is no number"),
+    "negative speed": (["modes", "--speeds", "-5"], "speeds = -5 rad/s is not allowed; it must be >= 0 rad/s"),
+    "no modes": (["modes", "--count", "0"], "count = 0 is not allowed; it must be 1 or more"),
+    "speed in metres": (
+        ["study", "campbell", "--up-to", "3 m"],
+        "'3 m' has unit m, which cannot be converted to rad/s",
+    ),
+    "no range": (["study", "campbell", "--up-to", "0"], "up-to = 0 rad/s is not allowed; it must be > 0 rad/s"),
+    "planes that are no nodes": (
+        ["study", "tables", "--planes", "1,x"],
+        "planes = 1,x is not allowed; it must be node",
+    ),
+    "no such plane": (["study", "tables", "--planes", "4,99"], "planes [99] are not in the model"),
+    "no such node": (["study", "unbalance_response", "--node", "99"], "node = 99 is not allowed; it must be a node"),
+    "no unbalance": (["study", "unbalance_response", "--unbalance", "0"], "unbalance = 0 kg m is not allowed"),
+    "no clearance": (["study", "unbalance_response", "--clearance", "-1 mm"], "clearance = -0.001 m is not allowed"),
+    "no disc": (
+        ["study", "unbalance_response", "--rotor", "free.toml"],
+        "node is missing: a rotor without disc planes",
+    ),
+    "output is a file": (["study", "modes", "-o", "taken"], "taken cannot be written to"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_ends_with_one_message_and_nothing_written(runner, tmp_path, case):
+    arguments, expected = BAD[case]
+    before = sorted(path.name for path in tmp_path.iterdir())
+    result = runner(*arguments)
+    assert result.exit_code == 2
+    assert isinstance(result.exception, SystemExit)
+    assert expected in result.stderr
+    assert result.stderr.startswith("amb-cosim: ")
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert result.stdout == ""
+    assert sorted(path.name for path in tmp_path.iterdir()) == before

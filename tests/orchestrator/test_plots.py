@@ -1,0 +1,92 @@
+"""Pictures of a synthetic run: which are drawn, and what they show."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from orchestrator import plots
+from orchestrator.plots import axes, motion
+
+USUAL = ["orbits", "displacement", "contact"]
+
+
+def profile(*points):
+    return {"speed_profile": json.dumps(points)}
+
+
+def drawn(dataset, folder):
+    paths = plots.draw_all(dataset, folder)
+    assert all(p.read_bytes().startswith(b"\x89PNG") for p in paths)
+    return [p.stem for p in paths]
+
+
+@pytest.mark.parametrize("left_out", [(), ("removal_cycle",), ("step_cycle",), ("step_cycle", "removal_cycle")])
+def test_every_figure_is_drawn_from_the_data_set_alone(synthetic, without, tmp_path, left_out):
+    asked = json.dumps([*USUAL, "whirl", "energy"])
+    dataset = without(synthetic(plot_figures=asked), *left_out)
+    assert drawn(dataset, tmp_path) == json.loads(asked)
+
+
+def test_usual_figures(synthetic, tmp_path):
+    assert drawn(synthetic(), tmp_path) == USUAL
+
+
+def test_a_run_that_rolls_shows_its_whirl(synthetic, tmp_path):
+    dataset = synthetic()
+    dataset["rotor_contact.rb1.mode"] = dataset["rotor_contact.rb1.mode"] * 2
+    assert drawn(dataset, tmp_path) == [*USUAL, "whirl"]
+
+
+def test_a_changing_speed_is_drawn_over_time(synthetic, tmp_path):
+    dataset = synthetic(**profile((0.0, 20.0), (0.1, 20.0), (0.3, 60.0)))
+    assert drawn(dataset, tmp_path) == ["displacement", "contact"]
+    figure = motion.displacement(dataset)
+    *_, below = figure.axes
+    (line,) = below.lines[:1]
+    assert below.get_xlabel() == "time (s)"
+    assert below.get_xlim() == pytest.approx((0.0, 0.4))
+    assert np.interp([0.05, 0.2, 0.35], *line.get_data()) == pytest.approx([20.0, 40.0, 60.0])
+
+
+def test_figures_show_the_cycles_that_the_scenario_asks_for(synthetic):
+    figure = motion.displacement(synthetic(plot_cycles=[4.0, 12.0]))
+    assert figure.axes[-1].get_xlim() == (4.0, 12.0)
+    assert figure.axes[-1].get_xlabel() == "synchronous cycles"
+
+
+def test_an_energy_figure_needs_energies(synthetic, tmp_path):
+    dataset = synthetic(plot_figures=json.dumps(["energy", "contact"])).drop_vars("rotor_contact.energy.work")
+    assert drawn(dataset, tmp_path) == ["contact"]
+
+
+@pytest.mark.parametrize("samples", [0, 1, 2])
+def test_the_shortest_runs_can_be_drawn(synthetic, tmp_path, samples):
+    dataset = synthetic(plot_figures=json.dumps([*USUAL, "whirl", "energy"]))
+    plots.draw_all(dataset.isel(time=slice(0, samples)), tmp_path)
+
+
+def test_a_run_that_failed_while_settling_can_be_drawn(synthetic, tmp_path):
+    dataset = synthetic(1, plot_figures=json.dumps([*USUAL, "whirl", "energy"]))
+    plots.draw_all(dataset.assign_coords(cycle=dataset["cycle"] - 8.0), tmp_path)
+
+
+def test_phases_share_their_ends_so_that_lines_join(synthetic):
+    parts = motion.phases(synthetic())
+    assert [name for name, _, _ in parts] == ["before the step", "with the added unbalance", "after its removal"]
+    covered = sum(within.astype(int) for _, _, within in parts)
+    assert covered.min() == 1
+    assert np.flatnonzero(covered == 2).tolist() == [500, 1000]
+
+
+def test_an_unbalance_from_the_start_has_no_phase_before_it(synthetic, without):
+    parts = motion.phases(without(synthetic(), "step_cycle"))
+    assert [name for name, _, _ in parts] == ["with the unbalance", "after its removal"]
+    assert sum(within.astype(int) for _, _, within in parts).min() == 1
+
+
+def test_speed_is_constant_without_a_profile(synthetic):
+    dataset = synthetic()
+    assert set(axes.speed(dataset)) == {dataset.attrs["speed_rad_s"]}
