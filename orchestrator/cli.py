@@ -1,4 +1,4 @@
-"""Command line: run scenarios, list them, build the FMUs, print the thesis's tables."""
+"""Command line: run scenarios, list them, build the FMUs; the analyses are in `analysis_commands`."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
+from orchestrator import analysis_commands
 from orchestrator.component import FmuError
 from orchestrator.master import StartFailed
 from orchestrator.scenario import load_scenario, packaged_scenarios
@@ -133,21 +134,6 @@ def build(output: Path) -> None:
             click.echo(path)
 
 
-@main.command()
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def tables(as_json: bool) -> None:
-    """Print the thesis's tables 3.1 and 3.4 and the bearing constants, computed from the models."""
-    from orchestrator.tables import as_text, thesis_tables
-
-    data = thesis_tables()
-    if as_json:
-        click.echo(json.dumps(data, indent=2))
-        return
-    console = Console()
-    for part in as_text(data):
-        console.print(part)
-
-
 def _check_writable(path: Path, is_folder: bool) -> None:
     """Find out that results cannot be written before anything runs, and leave nothing behind."""
     if is_folder and path.exists() and not path.is_dir():
@@ -186,6 +172,7 @@ def _show(console: Console, figures: dict[str, Any], folder: Path) -> None:
         ("peak impulse", "peak_impulse_Ns", "N s"),
         ("orbit before the step", "orbit_before_mm", "mm"),
         ("orbit at the end", "orbit_after_mm", "mm"),
+        ("largest orbit", "orbit_largest_mm", "mm"),
     ):
         values = (f"{at.upper()} {_number(value)} {unit}" for at, value in figures[key].items())
         table.add_row(label, ", ".join(values))
@@ -193,6 +180,9 @@ def _show(console: Console, figures: dict[str, Any], folder: Path) -> None:
     first, last = (figures[key] for key in ("first_contact_cycle", "last_contact_cycle"))
     table.add_row("contact", "none" if first is None else f"from cycle {first:.4g} to {last:.4g}")
     table.add_row("recovered", {True: "yes", False: "no", None: "-"}[figures["recovered"]])
+    if figures["rolling_from_cycle"] is not None:
+        whirls = ", ".join(f"{at.upper()} {_number(w)} rad/s" for at, w in figures["whirl_speed_rad_s"].items())
+        table.add_row("rolling", f"from cycle {figures['rolling_from_cycle']:.4g}; whirl at the end {whirls}")
     table.add_row(
         "simulated", f"{figures['simulated_s']:.4g} s, {_number(figures['real_time_factor'])} times real time"
     )
@@ -202,3 +192,7 @@ def _show(console: Console, figures: dict[str, Any], folder: Path) -> None:
 
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
+
+
+for command in analysis_commands.COMMANDS:
+    main.add_command(command)

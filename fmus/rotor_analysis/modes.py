@@ -21,14 +21,14 @@ _SAME = 1e-8  # eigenvalues closer than this, relatively, are one
 _FREQUENCY_UNIT = 1e3  # rad/s; velocities are counted in it so that both halves of the eigenproblem weigh the same
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mode:
     """One mode of free motion.
 
     eigenvalue
         lambda (rad/s), the one with Im >= 0 of a conjugate pair.
     shape
-        phi over the model's rows; the largest translation is 1 (no unit).
+        phi over the model's rows; the largest translation is 1 (no unit), or the largest slope if no node translates.
     turning
         Per node of the model, 1 for a forward circle, -1 for a backward one, 0 for a straight line, between for an
         ellipse: 2 Im(x conj(y)) / (|x|^2 + |y|^2). Forward is from x to y, as positive spin. 0 where a node rests.
@@ -54,7 +54,7 @@ class Mode:
 
     @property
     def whirl(self) -> Whirl:
-        """`forward` or `backward` if all nodes that move turn this way, `mixed` if they do not or move on lines."""
+        """`forward` or `backward` if all nodes that move go round this way; `mixed` if not, or if on lines."""
         senses = [sense for sense in self.turning.values() if sense != 0.0]
         if senses and min(senses) > 1e-6:
             return "forward"
@@ -87,9 +87,10 @@ def modes(model: Matrices, Omega: float, count: int | None = None) -> list[Mode]
     """
     require(count is None or count >= 1, "count", count, "1 or more")
     values, shapes = _eigenpairs(model, Omega)
-    found = np.flatnonzero(values.imag > AT_REST)
+    found = np.flatnonzero(_oscillating(values) & (values.imag > 0.0))
     found = found[np.argsort(values[found].imag, kind="stable")]
-    return _described(model, values[found], shapes[:, found])[:count]
+    shapes = _split(model, values[found], shapes[:, found])
+    return _described(model, values[found], shapes)[:count]
 
 
 def overdamped(model: Matrices, Omega: float) -> list[Mode]:
@@ -98,7 +99,7 @@ def overdamped(model: Matrices, Omega: float) -> list[Mode]:
     Their damping ratio is 1 if they die out and -1 if they grow; a rotor that nothing holds drifts, with eigenvalue 0.
     """
     values, shapes = _eigenpairs(model, Omega)
-    found = np.flatnonzero(np.abs(values.imag) <= AT_REST)
+    found = np.flatnonzero(np.isfinite(values) & ~_oscillating(values))
     found = found[np.argsort(np.abs(values[found]), kind="stable")]
     real = values[found].real.astype(np.complex128)
     real[np.abs(real) <= AT_REST] = 0.0
@@ -107,7 +108,7 @@ def overdamped(model: Matrices, Omega: float) -> list[Mode]:
 
 def eigenvalues(model: Matrices, Omega: float) -> Complex:
     """All eigenvalues of M q'' + (C + Omega G) q' + K q = 0 at spin speed Omega (rad/s), in rad/s, shape (2 size,)."""
-    return _FREQUENCY_UNIT * np.asarray(eigvals(*_first_order(model, Omega)))
+    return _in_rad_per_s(eigvals(*_first_order(model, Omega)))
 
 
 def damped_frequencies(model: Matrices, Omega: float, count: int | None = None) -> Array:
@@ -122,13 +123,18 @@ def damped_frequencies(model: Matrices, Omega: float, count: int | None = None) 
     count
         How many to return; all of them by default.
     """
-    imaginary = eigenvalues(model, Omega).imag
-    return np.sort(imaginary[imaginary > AT_REST])[:count]
+    values = eigenvalues(model, Omega)
+    frequencies = values.imag[_oscillating(values)]
+    return np.sort(frequencies[frequencies > 0.0])[:count]
 
 
 def translations(model: Matrices, shape: Complex) -> Complex:
     """x and y of each node of `model` in `shape`, shape (nodes, 2), nodes ascending."""
     return shape[[row for node in sorted(model.translations) for row in model.translations[node]]].reshape(-1, 2)
+
+
+def _oscillating(values: Complex) -> NDArray[np.bool_]:
+    return np.isfinite(values) & (np.abs(values.imag) > np.maximum(AT_REST, 1e-6 * np.abs(values)))
 
 
 def _first_order(model: Matrices, Omega: float) -> tuple[Array, Array]:
@@ -143,29 +149,43 @@ def _first_order(model: Matrices, Omega: float) -> tuple[Array, Array]:
 
 def _eigenpairs(model: Matrices, Omega: float) -> tuple[Complex, Complex]:
     values, vectors = eig(*_first_order(model, Omega))
-    return _FREQUENCY_UNIT * values, vectors[: model.size]
+    return _in_rad_per_s(values), vectors[: model.size]
+
+
+def _in_rad_per_s(values: Complex) -> Complex:
+    # Part by part: a mass matrix that is nearly singular has infinite eigenvalues, and inf times 0 would be NaN.
+    return np.asarray((np.ascontiguousarray(values).view(np.float64) * _FREQUENCY_UNIT).view(np.complex128))
 
 
 def _described(model: Matrices, values: Complex, shapes: Complex) -> list[Mode]:
-    begin = 0
-    described: list[Mode] = []
+    return [_mode(model, value, shape) for value, shape in zip(values, shapes.T, strict=True)]
+
+
+def _split(model: Matrices, values: Complex, shapes: Complex) -> Complex:
+    """Replace shapes that share an eigenvalue by combinations, from the most backward to the most forward."""
+    shapes, begin = shapes.copy(), 0
     for end in range(1, len(values) + 1):
-        if end == len(values) or abs(values[end] - values[begin]) > _SAME * abs(values[begin]):
-            described += [Mode(complex(values[begin]), *_shape(model, column)) for column in _split(model, shapes[:, begin:end]).T]
-            begin = end
-    return described
+        if end < len(values) and abs(values[end] - values[begin]) <= _SAME * abs(values[begin]):
+            continue
+        if end - begin > 1:
+            place = np.stack([translations(model, shape) for shape in shapes[:, begin:end].T], axis=-1)
+            x, y = place[:, 0], place[:, 1]
+            size = x.conj().T @ x + y.conj().T @ y
+            if np.linalg.cond(size) < 1e3:  # else they are one shape, of a defective eigenvalue
+                turning = 1j * (x.conj().T @ y - y.conj().T @ x)  # Hermitian: 2 Im(x conj(y)) summed over the nodes
+                shapes[:, begin:end] = shapes[:, begin:end] @ eigh(turning, size)[1]
+        begin = end
+    return shapes
 
 
-def _split(model: Matrices, shapes: Complex) -> Complex:
-    """Combinations of shapes that share an eigenvalue, from the most backward to the most forward."""
-    if shapes.shape[1] == 1:
-        return shapes
-    places = [translations(model, column) for column in shapes.T]
-    x, y = (np.column_stack([place[:, axis] for place in places]) for axis in (0, 1))
-    turning = 1j * (y.conj().T @ x - x.conj().T @ y)  # Hermitian; 2 Im(conj(y) x) summed over the nodes
-    _, combinations = eigh(-turning, x.conj().T @ x + y.conj().T @ y)
-    return np.asarray(shapes @ combinations)
-
-
-def _shape(model: Matrices, shape: Complex) -> tuple[Complex, dict[int, float]]:
-    ...
+def _mode(model: Matrices, value: complex, shape: Complex) -> Mode:
+    place = translations(model, shape)
+    if np.max(np.abs(place)) < 1e-6 * np.max(np.abs(shape)):  # rounding: the nodes turn in place
+        place = np.zeros_like(place)
+    among = place if place.any() else shape
+    largest = among.flat[np.argmax(np.abs(among))]
+    x, y = place[:, 0] / largest, place[:, 1] / largest
+    size = np.abs(x) ** 2 + np.abs(y) ** 2
+    moving = size > 1e-6 * np.max(size, initial=0.0)  # not a node of the shape
+    turning = np.where(moving, 2.0 * (x * y.conj()).imag / np.where(moving, size, 1.0), 0.0)
+    return Mode(complex(value), shape / largest, dict(zip(sorted(model.translations), turning.tolist(), strict=True)))

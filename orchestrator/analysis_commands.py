@@ -1,0 +1,150 @@
+"""Commands that analyse a rotor without a simulation: modes, tables, and studies that draw figures."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import click
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from rotor_contact.assembly import MassModel
+
+Option = Callable[[Callable[..., None]], Callable[..., None]]
+
+ROTOR = click.option(
+    "--rotor",
+    "rotor_file",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Rotor file (TOML); the rig of the thesis by default.",
+)
+MASS = click.option(
+    "--mass", type=click.Choice(["diagonal", "consistent"]), default="diagonal", show_default=True, help="Mass matrix."
+)
+COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
+UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
+
+
+class Refused(click.ClickException):
+    """Bad input: one message and exit code 2."""
+
+    exit_code = 2
+
+    def show(self, file: IO[Any] | None = None) -> None:
+        for line in self.message.splitlines():
+            click.echo(f"amb-cosim: {line}", err=True)
+
+
+@contextmanager
+def refusing() -> Iterator[None]:
+    """Turn what is wrong with the input, or cannot be written, into `Refused`."""
+    try:
+        yield
+    except ValueError as error:
+        raise Refused(str(error)) from error
+    except OSError as error:
+        raise Refused(f"{error.filename or 'the output'} cannot be written to: {error.strerror or error}") from error
+
+
+@click.command()
+@ROTOR
+@MASS
+@click.option("--speeds", default="90,120,145", show_default=True, help="Spin speeds in rad/s, or with their unit.")
+@COUNT
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def modes(rotor_file: Path | None, mass: MassModel, speeds: str, count: int, as_json: bool) -> None:
+    """Print the damped natural frequencies, damping ratios and whirl directions of a rotor."""
+    from orchestrator import modal
+
+    with refusing():
+        data = modal.modes_at(modal.read_rotor(rotor_file), mass, modal.speed_list(speeds), count)
+    _show(data, modal.as_text, as_json)
+
+
+@click.command()
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def tables(as_json: bool) -> None:
+    """Print the thesis's tables 3.1 to 3.4 and the bearing constants, computed from the models."""
+    from orchestrator.tables import as_text, thesis_tables
+
+    _show(thesis_tables(), as_text, as_json)
+
+
+@click.group()
+def study() -> None:
+    """Analyse a rotor: draw figures and write their data."""
+
+
+def register(name: str, description: str, *options: Option, module: str = "orchestrator.studies") -> None:
+    """Add a study to the command line.
+
+    Its function is `name` in `module`, imported when the study runs. It takes a rotor and the options by keyword, and
+    returns an `orchestrator.studies.Outcome`.
+    """
+
+    def run(rotor_file: Path | None, output: Path | None, **settings: Any) -> None:
+        from orchestrator.modal import read_rotor
+
+        folder = output or Path("results") / f"study_{name}"
+        with refusing():
+            compute: Any = getattr(importlib.import_module(module), name)
+            outcome = compute(read_rotor(rotor_file), **settings)
+            outcome.write(folder, name)
+        _print([*outcome.printed, f"results in {folder}"])
+
+    output = click.option(
+        "-o", "--output", type=click.Path(path_type=Path), help=f"Folder for the results; default results/study_{name}."
+    )
+    decorated: Callable[..., None] = run
+    every: tuple[Option, ...] = (ROTOR, *options, output)
+    for add_option in reversed(every):
+        decorated = add_option(decorated)
+    study.command(name, help=description)(decorated)
+
+
+def _show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Any], as_json: bool) -> None:
+    if as_json:
+        click.echo(json.dumps(data, indent=2, allow_nan=False))
+        return
+    _print(as_text(data))
+
+
+def _print(parts: Iterable[Any]) -> None:
+    console = Console()
+    if not console.is_terminal:  # a file has no width to cut tables to
+        console = Console(width=160)
+    for part in parts:
+        console.print(part)
+
+
+register("campbell", "Frequencies and damping ratios over speed, critical speeds (Figs 3.1, 3.6).", MASS, UP_TO, COUNT)
+register(
+    "modes",
+    "Mode shapes with their orbits (Figs 3.2, 3.3).",
+    MASS,
+    click.option("--speed", default="90 rad/s", show_default=True, help="Spin speed; also in Hz."),
+    COUNT,
+)
+register(
+    "tables",
+    "Frequencies by mesh, mass matrix and condensation (Tables 3.1 to 3.4).",
+    UP_TO,
+    click.option("--planes", help="Nodes to condense to, 1,4,11,13; the master planes of the rotor by default."),
+)
+register(
+    "unbalance_response",
+    "Amplitude and phase over speed under unbalance at a node (Fig. 3.7).",
+    MASS,
+    UP_TO,
+    click.option("--unbalance", default="10 g.m", show_default=True, help="Unbalance."),
+    click.option("--node", type=int, help="Its node; the first disc by default."),
+    click.option("--clearance", default="0.75 mm", show_default=True, help="Radial clearance, drawn as a line."),
+)
+
+COMMANDS = (modes, tables, study)

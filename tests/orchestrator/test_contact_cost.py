@@ -1,0 +1,58 @@
+"""The comparison of contact laws: what it measures is there, errors behave as they must. Costs are not asserted."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from orchestrator.contact_cost import cheapest
+
+
+@pytest.fixture(scope="module")
+def data():
+    from orchestrator.contact_cost import compare
+
+    return compare(repeats=1)
+
+
+def test_constraint_converges_to_the_rigid_retainer_without_penetration(data):
+    errors = [row["orbit_error"] for row in data["constraint"]]
+    assert errors[0] < data["orbit_tolerance"]
+    assert errors == sorted(errors, reverse=True)
+    assert all(row["penetration"] < 1e-12 for row in data["constraint"])
+
+
+def test_stiffer_springs_come_closer_to_the_rigid_retainer(data):
+    rows = data["rigid_retainer"]
+    for key in ("orbit_error", "penetration"):
+        values = [row[key] for row in rows]
+        assert values == sorted(values, reverse=True)
+    assert data["cost_ratio_at_equal_accuracy"] == rows[-1]["cost_ratio"]
+
+
+def test_every_classical_law_reaches_the_tolerance_of_its_own_limit(data):
+    assert len(data["own_accuracy"]) == 7
+    for row in data["own_accuracy"]:
+        assert row["force_error"] <= data["force_tolerance"]
+        assert row["penetration"] > 0.01
+
+
+def test_nothing_good_enough_is_said_so():
+    assert cheapest([], "orbit_error", 1e-2) is None
+
+
+def test_command_prints_json_or_tables_and_draws(tmp_path, monkeypatch, data):
+    from orchestrator import contact_cost
+    from orchestrator.cli import main
+
+    monkeypatch.setattr(contact_cost, "compare", lambda: data)
+    run = CliRunner().invoke(main, ["bench", "contact", "--json", "-o", str(tmp_path / "figures")])
+    assert run.exit_code == 0
+    assert json.loads(run.stdout)["constraint"] == data["constraint"]
+    assert (tmp_path / "figures" / "contact_cost.png").stat().st_size > 10_000
+    run = CliRunner().invoke(main, ["bench", "contact"])
+    assert "times what the constraint costs" in run.stdout.replace("\n", " ")
+    blocked = tmp_path / "file"
+    blocked.touch()
+    run = CliRunner().invoke(main, ["bench", "contact", "-o", str(blocked)])
+    assert run.exit_code == 2

@@ -1,0 +1,131 @@
+"""Modes over speed: critical speeds in closed form, and modes that keep their identity."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from analysis_cases import I_D, I_P, MASS, E, L, clamped, jeffcott, rigid, spring, tensor
+from rotor_cases import one_plane_matrices
+from scipy.linalg import eigh
+
+from rotor_analysis.campbell import campbell
+from rotor_analysis.modes import modes
+from rotor_analysis.supported import supported
+from rotor_analysis.tracking import assurance, follow, paired
+from rotor_contact.assembly import assemble
+from rotor_contact.rotor import Body, Rotor, Shaft
+from rotor_contact.rotor_file import load_rotor
+
+
+def criticals(diagram, whirl):
+    return [c.Omega for c in diagram.critical_speeds if c.whirl == whirl]
+
+
+@pytest.mark.parametrize("step", [7.0, 90.0])
+def test_critical_speed_of_the_jeffcott_rotor_is_that_of_its_spring_whatever_the_grid(step):
+    diagram = campbell(jeffcott().model, np.arange(0.0, 900.0, step), 2)
+    expected = np.sqrt(spring() / MASS)
+    assert [c.whirl for c in diagram.critical_speeds] in (["forward", "backward"], ["backward", "forward"])
+    np.testing.assert_allclose([c.Omega for c in diagram.critical_speeds], expected, rtol=1e-9)
+
+
+def test_damped_critical_speed_of_the_jeffcott_rotor_is_its_damped_frequency():
+    c = 700.0
+    diagram = campbell(jeffcott(damping=c).model, np.linspace(0.0, 900.0, 20), 2)
+    ratio = c / (2.0 * np.sqrt(spring() * MASS))
+    for critical in diagram.critical_speeds:
+        assert critical.Omega == pytest.approx(np.sqrt(spring() / MASS * (1.0 - ratio**2)), rel=1e-9)
+        assert critical.damping_ratio == pytest.approx(ratio, rel=1e-8)
+
+
+def test_tilting_rotor_has_its_gyroscopic_critical_speeds():
+    """(I_d -+ I_p) Omega^2 = k L^2 / 2: a disc (I_p > I_d) has no forward one, a drum has both."""
+    k, speeds = 3e6, np.linspace(0.0, 6000.0, 61)
+    for i_d, i_p in ((I_D, I_P), (0.12, 0.05)):
+        diagram = campbell(rigid(tensor(k), i_d=i_d, i_p=i_p).model, speeds, 4)
+        translation = np.sqrt(2 * k / MASS)
+        tilt = k * L**2 / 2
+        np.testing.assert_allclose(criticals(diagram, "backward"), sorted([translation, np.sqrt(tilt / (i_d + i_p))]))
+        forward = sorted([translation, np.sqrt(tilt / (i_d - i_p))]) if i_d > i_p else [translation]
+        np.testing.assert_allclose(criticals(diagram, "forward"), forward)
+
+
+def test_overhung_disc_has_the_critical_speeds_of_its_flexibility():
+    """Whirl at Omega = p (forward) or -p: force m p^2 w and moment (I_d p^2 - I_p Omega p) slope on a, b; b, c."""
+    length, d, i_d, i_p = 0.6, 0.04, 0.3, 0.2
+    shaft = Shaft((0.0, length), (d,), E, 1e-9, 0.3, theory="rayleigh")
+    model = clamped(assemble(Rotor("overhung", shaft, (Body("disc", 2, MASS, i_d, i_p),))))
+    EI = E * np.pi * d**4 / 64
+    a, b, c = length**3 / (3 * EI), length**2 / (2 * EI), length / EI
+    diagram = campbell(model, np.linspace(0.0, 1500.0, 40), 4)
+    for whirl, inertia in (("forward", i_d - i_p), ("backward", i_d + i_p)):
+        squared = np.roots([(a * c - b**2) * MASS * inertia, -(a * MASS + c * inertia), 1.0])
+        np.testing.assert_allclose(criticals(diagram, whirl), np.sort(np.sqrt(squared)), rtol=1e-8)
+
+
+def test_undamped_critical_speeds_of_the_rig_solve_the_synchronous_eigenproblem():
+    """K r = Omega^2 (M -+ G_1) r in one plane, forward and backward: no iteration over speed."""
+    rotor = load_rotor()
+    M, G, K = one_plane_matrices(rotor)
+    for node in rotor.bearing_nodes:
+        K[2 * node - 2, 2 * node - 2] += 1e6
+    diagram = campbell(supported(rotor.on_equal_bearings(1e6, 0.0)).model, np.linspace(0.0, 600.0, 31), 8)
+    for whirl, sign in (("forward", -1.0), ("backward", 1.0)):
+        inverse = eigh(M + sign * G, K, eigvals_only=True)  # of M -+ G, which need not be positive definite
+        exact = np.sort(1.0 / np.sqrt(inverse[inverse > 0]))[:4]
+        np.testing.assert_allclose(criticals(diagram, whirl), exact, rtol=1e-6)
+
+
+def test_forward_critical_speeds_of_the_rig_are_near_the_measured_ones():
+    """10, 17 and 28 Hz were measured under PID; the model's bearings are those of chapter 3."""
+    diagram = campbell(supported(load_rotor()).model, np.linspace(0.0, 628.0, 64), 8)
+    found = np.array(criticals(diagram, "forward")[:3]) / (2.0 * np.pi)
+    np.testing.assert_allclose(found, [10.0, 17.0, 28.0], rtol=0.05)
+
+
+def test_modes_keep_their_identity_where_frequencies_cross():
+    """Backward tilting falls through the translation of the same rotor; by order of frequency they would swap."""
+    k, i_d, i_p, speeds = 1.2e6, 0.5, 0.9, np.linspace(0.0, 1500.0, 16)
+    diagram = campbell(rigid(tensor(k), i_d=i_d, i_p=i_p).model, speeds, 4)
+    translation, half = np.sqrt(2 * k / MASS), speeds * i_p / i_d / 2
+    tilt = np.sqrt(half**2 + k * L**2 / 2 / i_d)
+    assert tilt[0] - half[0] > translation > tilt[-1] - half[-1]
+    found = sorted(diagram.frequencies.tolist())
+    expected = sorted([(tilt - half).tolist(), (tilt + half).tolist(), *[[translation] * len(speeds)] * 2])
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+    assert all(len({mode.whirl for mode in track}) == 1 for track in diagram.tracks)
+
+
+def test_tracks_do_not_depend_on_the_step_in_speed():
+    """Strong gyroscopic moments on anisotropic bearings: at 2000 rad/s no shape is what it was at rest."""
+    rotor = load_rotor()
+    bodies = tuple(replace(body, polar_inertia=5.0 * body.polar_inertia) for body in rotor.bodies)
+    tensors = (((2e6, 0.0), (0.0, 3e5)), ((8e5, 0.0), (0.0, 1.5e6)))
+    bearings = tuple(replace(b, stiffness=k) for b, k in zip(rotor.bearings, tensors, strict=True))
+    model = supported(replace(rotor, bodies=bodies, bearings=bearings)).model
+    fine, at_once = (follow(model, np.linspace(0.0, 2000.0, n), 8) for n in (101, 2))
+    for one, other in zip(fine, at_once, strict=True):
+        assert one[-1].eigenvalue == pytest.approx(other[-1].eigenvalue, rel=1e-8)
+
+
+def test_assurance_tells_circles_apart_and_ignores_size_and_phase():
+    M = np.diag([2.0, 2.0, 1.0, 1.0])
+    forward, backward = np.array([1.0, -1j, 0.5, -0.5j]), np.array([1.0, 1j, 0.5, 0.5j])
+    np.testing.assert_allclose(assurance(M, [forward], [backward, (3.0 - 4.0j) * forward]), [[0.0, 1.0]], atol=1e-15)
+    assert paired(M, [forward, backward], [2j * backward]) == [(None, 0.0), (0, pytest.approx(1.0))]
+
+
+@pytest.mark.parametrize("speeds", [[0.0, 2.0, 1.0], [], [0.0, np.nan]])
+def test_speeds_that_do_not_rise_are_refused(speeds):
+    with pytest.raises(ValueError, match="must be finite and ascending"):
+        campbell(jeffcott().model, np.array(speeds))
+
+
+def test_unstable_bearing_shows_as_negative_damping_ratio_above_its_threshold_alone():
+    """Internal friction c_i in the shaft acts as k_xy = c_i Omega: forward whirl grows above a threshold speed."""
+    k, c, c_i = 1.2e6, 300.0, 100.0
+    natural = np.sqrt(2 * k / MASS)
+    for Omega, stable in ((0.9 * natural * (1 + c / c_i), True), (1.1 * natural * (1 + c / c_i), False)):
+        model = rigid(tensor(k, c_i * Omega), tensor(c + c_i)).model
+        ratios = [m.damping_ratio for m in modes(model, Omega) if m.whirl == "forward" and m.frequency < 1.3 * natural]
+        assert (min(ratios) > 0.0) == stable

@@ -1,0 +1,70 @@
+"""Error of the condensation to a few planes, for any planes and any bearings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rotor_analysis.condensation import condensation_error
+from rotor_analysis.modes import damped_frequencies, modes
+from rotor_analysis.supported import supported
+from rotor_contact.rotor import Planes
+from rotor_contact.rotor_file import load_rotor
+
+RIG = load_rotor()
+SPEEDS = np.array([90.0, 120.0, 145.0])
+CROSS = ((1e6, 4e5), (-6e5, 8e5))  # unsymmetric, as of a journal bearing
+ON_OIL = replace(RIG, bearings=tuple(replace(b, stiffness=CROSS) for b in RIG.bearings))
+PLANES = [(1, 4, 11, 13), (1, 3, 4, 10, 11, 13), (1, 3, 4, 6, 8, 10, 11, 12, 13), tuple(range(1, 14))]
+
+
+def test_error_of_the_rig_is_that_of_the_frequencies_in_ascending_order():
+    """0.1127 % is the largest of the thesis."""
+    error = condensation_error(RIG, SPEEDS)
+    assert error.planes == RIG.planes.master
+    for row, Omega in zip(error.frequency, SPEEDS, strict=True):
+        full = damped_frequencies(supported(RIG).model, Omega, 8)
+        condensed = damped_frequencies(supported(RIG, planes=RIG.planes.master).model, Omega, 8)
+        np.testing.assert_allclose(row, 100.0 * (condensed / full - 1.0), atol=1e-9)
+    np.testing.assert_allclose(error.worst_frequency, [0.089, 0.100, 0.109], atol=6e-4)
+    assert np.all(error.worst_frequency < 0.1127)
+
+
+def test_error_grows_with_speed_through_the_condensed_gyroscopic_moment():
+    worst = condensation_error(RIG, np.array([0.0, 150.0, 300.0, 600.0])).worst_frequency
+    assert np.all(np.diff(worst) > 0.0)
+
+
+@pytest.mark.parametrize("rotor", [RIG, ON_OIL], ids=["symmetric", "cross-coupled"])
+def test_more_planes_cost_less_accuracy(rotor):
+    eigenvalue = [np.max(condensation_error(rotor, SPEEDS, planes, 4).eigenvalue) for planes in PLANES]
+    assert np.all(np.diff(eigenvalue) < 0.0)
+    assert eigenvalue[0] < 1.0
+    assert eigenvalue[-1] < 0.05
+
+
+def test_condensation_of_cross_coupled_bearings_keeps_what_is_unstable_unstable():
+    for planes in PLANES[1:]:
+        full, condensed = (modes(supported(ON_OIL, planes=p).model, 90.0, 8) for p in (None, planes))
+        ratios = [[mode.damping_ratio for mode in found] for found in (full, condensed)]
+        assert min(ratios[0]) < 0.0
+        np.testing.assert_allclose(ratios[1], ratios[0], atol=1e-3)
+        assert [mode.whirl for mode in full] == [mode.whirl for mode in condensed]
+
+
+def test_planes_need_not_hold_a_bearing():
+    error = condensation_error(RIG, SPEEDS, (1, 3, 6, 10, 13), 6)
+    assert np.all(error.worst_frequency < 1.0)
+
+
+def test_modes_that_the_condensed_model_does_not_have_are_marked():
+    error = condensation_error(RIG, SPEEDS[:1], (4, 11), 8)
+    assert np.isnan(error.frequency).sum() >= 4  # two planes whirl in four modes
+    assert error.worst_frequency == [np.inf]
+
+
+def test_planes_that_hold_nothing_are_refused():
+    with pytest.raises(ValueError, match="a list of node numbers to condense to"):
+        condensation_error(replace(RIG, planes=Planes()), SPEEDS)
+    with pytest.raises(ValueError, match=r"planes \[99\] are not in the model"):
+        condensation_error(RIG, SPEEDS, (4, 99))

@@ -1,0 +1,231 @@
+"""Modes against closed forms: frequency, damping ratio and its sign, direction of whirl."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from analysis_cases import I_D, I_P, MASS, L, disc_between, jeffcott, rigid, spring, tensor
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rotor_analysis.modes import damped_frequencies, modes, overdamped, translations
+from rotor_analysis.supported import supported
+from rotor_contact.assembly import assemble, on_bearings
+from rotor_contact.rotor import Bearing, Body, Rotor, Shaft
+from rotor_contact.rotor_file import load_rotor
+
+STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
+
+
+@pytest.mark.parametrize("damping", [0.0, 40.0, 900.0])
+@pytest.mark.parametrize("Omega", [0.0, 250.0])
+def test_jeffcott_rotor_has_its_frequency_and_damping_ratio_at_any_speed(damping, Omega):
+    k = spring()
+    natural, ratio = np.sqrt(k / MASS), damping / (2.0 * np.sqrt(k * MASS))
+    found = modes(jeffcott(damping=damping).model, Omega)
+    assert [mode.whirl for mode in found] == ["backward", "forward"]
+    for mode in found:
+        assert mode.damping_ratio == pytest.approx(ratio, abs=1e-9)
+        assert mode.frequency == pytest.approx(natural * np.sqrt(1.0 - ratio**2), rel=1e-8)
+
+
+@pytest.mark.parametrize("Omega", [0.0, 80.0, 600.0])
+def test_tilting_of_a_rigid_rotor_is_split_by_the_gyroscopic_moment(Omega):
+    k, c = 3e6, 200.0
+    found = modes(rigid(tensor(k), tensor(c)).model, Omega)
+    tilt = np.roots([I_D, c * L**2 / 2 - 1j * Omega * I_P, k * L**2 / 2])  # forward where Im > 0
+    translation = np.roots([MASS, 2 * c, 2 * k])
+    expected = [(value if value.imag > 0 else value.conjugate()) for value in (*tilt, *translation)]
+    expected = sorted(expected, key=lambda value: value.imag)
+    np.testing.assert_allclose([mode.eigenvalue for mode in found], expected, rtol=1e-7)
+    forward_tilt = max(tilt, key=lambda value: value.imag)
+    (mode,) = [m for m in found if abs(m.eigenvalue - forward_tilt) < 1e-6 * abs(forward_tilt) and m.whirl == "forward"]
+    left, right = translations(rigid(tensor(k)).model, mode.shape)
+    np.testing.assert_allclose(left, -right, atol=1e-6)
+    np.testing.assert_allclose(left[1], -1j * left[0], atol=1e-6)  # y follows x
+
+
+@pytest.mark.parametrize(("share", "sign"), [(0.95, 1.0), (1.05, -1.0)])
+def test_cross_coupling_beyond_damping_times_frequency_makes_forward_whirl_grow(share, sign):
+    """Jeffcott rotor: m r'' + c r' + (k - i k_xy) r = 0 is stable as long as k_xy < c sqrt(k / m)."""
+    k, c = 2e6, 300.0
+    threshold = c * np.sqrt(2 * k / MASS)
+    model = rigid(tensor(k, share * threshold), tensor(c)).model
+    expected = np.roots([MASS, 2 * c, 2 * (k - 1j * share * threshold)])
+    found = {mode.whirl: mode for mode in modes(model, 0.0) if mode.frequency < 1.2 * np.sqrt(2 * k / MASS)}
+    forward, backward = found["forward"], found["backward"]
+    upper = expected[np.argmax(expected.imag)]
+    assert forward.eigenvalue == pytest.approx(upper, rel=1e-8)
+    assert forward.damping_ratio == pytest.approx(-upper.real / abs(upper), rel=1e-6)
+    assert np.sign(forward.damping_ratio) == sign
+    assert backward.damping_ratio > 0.0
+
+
+def test_opposite_cross_coupling_drives_backward_whirl():
+    k, c = 2e6, 300.0
+    model = rigid(tensor(k, -1.2 * c * np.sqrt(2 * k / MASS)), tensor(c)).model
+    unstable = [mode.whirl for mode in modes(model, 0.0) if mode.damping_ratio < 0.0]
+    assert unstable == ["backward"]
+
+
+@pytest.mark.parametrize("Omega", [60.0, 500.0])
+def test_ellipses_on_anisotropic_bearings_have_the_axes_of_the_closed_form(Omega):
+    """I_d a'' + Omega I_p b' + k_x a = 0, I_d b'' - Omega I_p a' + k_y b = 0: b = i beta a in a mode."""
+    k_x, k_y = 1e6, 3e6
+    lever = L**2 / 2
+    found = modes(rigid(((k_x, 0.0), (0.0, k_y))).model, Omega)
+    tilting = [mode for mode in found if np.allclose(mode.shape[:2], -mode.shape[2:], atol=1e-6)]
+    assert len(tilting) == 2
+    for mode, whirl in zip(tilting, ("backward", "forward"), strict=True):
+        w = mode.frequency
+        assert (k_x * lever - I_D * w**2) * (k_y * lever - I_D * w**2) == pytest.approx(
+            (w * Omega * I_P) ** 2, rel=1e-6
+        )
+        beta = (k_x * lever - I_D * w**2) / (w * Omega * I_P)
+        expected = -2.0 * beta / (1.0 + beta**2)
+        assert mode.turning == pytest.approx({1: expected, 3: expected}, rel=1e-6)
+        assert mode.whirl == whirl
+
+
+def test_turning_has_the_sign_of_the_area_that_an_orbit_encloses():
+    """On strongly cross-coupled, unequal bearings some nodes of a mode go round one way and some the other."""
+    oil = ((1.3e7, 1.6e7), (-2.5e7, 8.8e6)), ((2.3e5, -8.2e4), (-8.2e4, 2.9e5))
+    shaft = Shaft(tuple(np.linspace(0.0, 1.5, 7)), (0.05,), **STEEL)
+    discs = (Body.disc("left", 3, 32.6, 0.14, 0.07), Body.disc("right", 5, 51.5, 0.175, 0.07))
+    model = supported(Rotor("oil", shaft, discs, (Bearing("a", 1, *oil), Bearing("b", 7, *oil)))).model
+    angle = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 721))
+    kinds = set()
+    for mode in modes(model, 157.0, 12):
+        place = translations(model, mode.shape)
+        x, y = np.outer(place[:, 0], angle).real, np.outer(place[:, 1], angle).real
+        area = 0.5 * np.sum(x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1], axis=1)
+        seen = np.array([sense != 0.0 for sense in mode.turning.values()])
+        size = np.pi / 2.0 * np.sum(np.abs(place) ** 2, axis=1)
+        np.testing.assert_allclose(area[seen] / size[seen], np.array(list(mode.turning.values()))[seen], atol=1e-4)
+        signs = set(np.sign(area[seen]))
+        assert mode.whirl == {(1.0,): "forward", (-1.0,): "backward"}.get(tuple(signs), "mixed")
+        kinds.add(mode.whirl)
+    assert kinds == {"forward", "backward", "mixed"}
+
+
+def test_motion_along_straight_lines_is_neither_forward_nor_backward():
+    found = modes(rigid(((1e6, 0.0), (0.0, 3e6))).model, 0.0)
+    assert [mode.whirl for mode in found] == ["mixed"] * 4
+
+
+def test_coinciding_modes_at_rest_are_told_apart_as_circles():
+    rotor = load_rotor()
+    for mode in modes(supported(rotor).model, 0.0, 8):
+        sense = {"forward": 1.0, "backward": -1.0}[mode.whirl]
+        np.testing.assert_allclose(list(mode.turning.values()), sense, atol=1e-6)
+    assert [mode.whirl for mode in modes(supported(rotor).model, 0.0, 8)] == ["backward", "forward"] * 4
+
+
+def test_reversed_spin_exchanges_forward_and_backward():
+    model = supported(load_rotor()).model
+    one, other = modes(model, 145.0, 8), modes(model, -145.0, 8)
+    np.testing.assert_allclose([m.eigenvalue for m in one], [m.eigenvalue for m in other], rtol=1e-8)
+    exchanged = {"forward": "backward", "backward": "forward"}
+    assert [mode.whirl for mode in other] == [exchanged[mode.whirl] for mode in one]
+
+
+def test_overdamped_motion_creeps_with_real_eigenvalues_and_has_no_frequency():
+    k, c = 1e6, 8e3
+    model = rigid(tensor(k), tensor(c)).model
+    creeping = overdamped(model, 0.0)
+    translation, tilt = np.roots([MASS, 2 * c, 2 * k]), np.roots([I_D, c * L**2 / 2, k * L**2 / 2])
+    expected = np.sort(np.repeat([*translation, *tilt], 2))  # in both planes
+    np.testing.assert_allclose(np.sort([mode.eigenvalue.real for mode in creeping]), expected, rtol=1e-7)
+    assert all(mode.damping_ratio == 1.0 and mode.frequency == 0.0 for mode in creeping)
+    assert modes(model, 0.0) == []
+
+
+def test_rotor_on_negative_stiffness_falls_away_without_oscillating():
+    k = 2e6  # of a magnet without control
+    falling = [mode for mode in overdamped(rigid(tensor(-k)).model, 0.0) if mode.damping_ratio < 0.0]
+    rates = sorted(mode.eigenvalue.real for mode in falling)
+    translation, tilt = np.sqrt(2 * k / MASS), np.sqrt(k * L**2 / 2 / I_D)
+    np.testing.assert_allclose(rates, [translation] * 2 + [tilt] * 2, rtol=1e-7)
+    assert all(mode.damping_ratio == -1.0 for mode in falling)
+
+
+def test_rotor_that_nothing_holds_drifts_with_eigenvalue_zero():
+    free = assemble(load_rotor())
+    drifting = overdamped(free, 0.0)
+    assert len(drifting) == 8  # two translations and two rotations, each with a constant velocity
+    assert all(mode.eigenvalue == 0.0 and mode.damping_ratio == 0.0 for mode in drifting)
+    assert modes(free, 0.0, 1)[0].frequency > 100.0
+
+
+def on_stiff_supports(rotor):
+    ends = [Bearing(f"b{node}", node, tensor(1e15)) for node in (1, len(rotor.shaft.nodes))]
+    return on_bearings(assemble(rotor, "consistent"), replace(rotor, bearings=tuple(ends)))
+
+
+@pytest.mark.parametrize("Omega", [0.0, 2000.0, 8000.0])
+def test_simply_supported_rotating_rayleigh_beam_has_its_whirl_frequencies(Omega):
+    """(rho A + rho I b^2) w^2 - 2 rho I b^2 Omega w - E I b^4 = 0 with b = n pi / L: forward > 0, backward < 0."""
+    shaft = Shaft(tuple(np.linspace(0.0, 1.2, 25)), (0.15,), **STEEL, theory="rayleigh")
+    found = modes(on_stiff_supports(Rotor("beam", shaft)), Omega, 6)
+    e = shaft.elements[0]
+    for n in (1, 2, 3):
+        b = n * np.pi / 1.2
+        inertia = e.density * e.second_moment * b**2
+        roots = np.roots(
+            [e.density * e.area + inertia, -2 * inertia * Omega, -e.youngs_modulus * e.second_moment * b**4]
+        )
+        pair = {mode.whirl: mode.frequency for mode in found[2 * n - 2 : 2 * n]}
+        assert pair["forward"] == pytest.approx(np.max(roots), rel=1e-4)
+        assert pair["backward"] == pytest.approx(-np.min(roots), rel=1e-4)
+
+
+def test_simply_supported_timoshenko_beam_has_its_frequencies_at_second_order_with_diagonal_mass():
+    """E I b^4 - rho A w^2 - rho I (1 + E / (kappa G)) b^2 w^2 + rho^2 I / (kappa G) w^4 = 0."""
+    length, errors = 1.2, []
+    for count in (8, 16, 32):
+        shaft = Shaft(tuple(np.linspace(0.0, length, count + 1)), (0.15,), **STEEL)
+        ends = tuple(Bearing(f"b{node}", node, tensor(1e15)) for node in (1, count + 1))
+        found = damped_frequencies(supported(Rotor("beam", shaft, (), ends)).model, 0.0, 6)[::2]
+        e, b = shaft.elements[0], np.arange(1, 4) * np.pi / length
+        EI, shear = e.youngs_modulus * e.second_moment, e.shear_coefficient * e.shear_modulus
+        rotary = e.density * e.second_moment * (1.0 + e.youngs_modulus / shear)
+        a, h, q = e.density**2 * e.second_moment / shear, e.density * e.area + rotary * b**2, EI * b**4
+        exact = np.sqrt(2.0 * q / (h + np.sqrt(h**2 - 4.0 * a * q)))
+        errors.append(np.abs(found / exact - 1.0))
+    without_shear = np.sqrt(q / (e.density * (e.area + e.second_moment * b**2)))
+    assert np.all(errors[-1] < 0.05 * (without_shear / exact - 1.0))
+    order = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    np.testing.assert_allclose(order, 2.0, atol=0.3)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    k=st.tuples(*[st.floats(1e5, 1e7)] * 2),
+    cross=st.tuples(*[st.floats(-5e5, 5e5)] * 2),
+    c=st.floats(0.0, 5e3),
+    Omega=st.floats(0.0, 600.0),
+)
+def test_every_mode_solves_the_eigenproblem_on_any_bearings(k, cross, c, Omega):
+    rotor = disc_between(
+        Bearing("left", 1, ((k[0], cross[0]), (cross[1], k[1])), tensor(c)),
+        Bearing("right", 3, tensor(k[1]), tensor(c)),
+    )
+    rotor = replace(rotor, shaft=replace(rotor.shaft, density=7800.0))
+    model = supported(rotor).model
+    for mode in modes(model, Omega, 6):
+        s, shape = mode.eigenvalue, mode.shape
+        terms = [s**2 * (model.M @ shape), s * ((model.C + Omega * model.G) @ shape), model.K @ shape]
+        assert np.linalg.norm(sum(terms)) < 1e-6 * max(np.linalg.norm(term) for term in terms)
+        assert np.max(np.abs(translations(model, shape))) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda m: modes(m, np.nan), "Omega = nan rad/s is not allowed; it must be finite"),
+        (lambda m: modes(m, 0.0, 0), "count = 0 is not allowed; it must be 1 or more"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call(jeffcott().model)

@@ -1,0 +1,30 @@
+"""The README shows code that runs and names what there is."""
+
+import re
+from pathlib import Path
+
+import rotor_analysis
+
+FOLDER = Path(rotor_analysis.__file__).parent
+README = (FOLDER / "README.md").read_text(encoding="utf-8")
+
+
+def test_example_in_the_readme_prints_the_modes_and_critical_speeds_of_the_rig(capsys):
+    (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    exec(compile(example, "README.md", "exec"), {})
+    lines = capsys.readouterr().out.strip().splitlines()
+    assert lines[0] == "61.52 rad/s, zeta = 0.218, backward"
+    assert lines[4].startswith("critical speed 62.5 rad/s: ")
+    assert len(lines) == 8
+
+
+def test_readme_names_every_file_of_the_package():
+    files = {f.name for pattern in ("*.py", "*.toml") for f in FOLDER.glob(pattern)} - {"__init__.py"}
+    assert {name for name in files if f"`{name}`" not in README} == set()
+
+
+def test_pictures_of_the_readme_exist():
+    pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", README)
+    assert pictures
+    for picture in pictures:
+        assert (FOLDER / picture).stat().st_size > 10_000

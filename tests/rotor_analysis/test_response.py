@@ -1,0 +1,174 @@
+"""Unbalance response and the linear system: closed forms with their phase, and independent models of the rig."""
+
+import control
+import numpy as np
+import pytest
+from analysis_cases import MASS, jeffcott, rigid, spring, tensor
+from rotor_cases import OnePlane
+from scipy.integrate import solve_ivp
+
+from rotor_analysis.linear import state_space, unbalance_step
+from rotor_analysis.modes import eigenvalues
+from rotor_analysis.response import orbit, steady_state, unbalance_response
+from rotor_analysis.supported import supported
+from rotor_contact.assembly import Matrices
+from rotor_contact.rotor import Bearing, Rotor
+from rotor_contact.rotor_file import load_rotor
+
+SPEEDS = np.array([20.0, 150.0, 310.0, 900.0])
+
+
+def test_jeffcott_orbit_is_the_closed_form_in_size_and_phase():
+    """r_0 = u Omega^2 / (k - m Omega^2 + i c Omega) e^(i phi): in phase below the critical speed, opposed far above."""
+    c, u = 500.0, 2e-3 * np.exp(0.7j)
+    k = spring()
+    amplitudes = unbalance_response(jeffcott(damping=c), {2: u}, SPEEDS, (2,))
+    expected = u * SPEEDS**2 / (k - MASS * SPEEDS**2 + 1j * c * SPEEDS)
+    np.testing.assert_allclose(amplitudes[:, 0, 0], expected, rtol=1e-8)
+    np.testing.assert_allclose(amplitudes[:, 0, 1], -1j * expected, rtol=1e-8)
+    major, minor, phase = orbit(amplitudes[:, 0])
+    np.testing.assert_allclose(major, np.abs(expected), rtol=1e-8)
+    np.testing.assert_allclose(minor, np.abs(expected), rtol=1e-8)
+    np.testing.assert_allclose(phase, np.angle(expected), rtol=1e-8)
+    lag = phase - 0.7
+    assert -0.1 < lag[0] < 0.0
+    assert -np.pi < lag[-1] < -0.9 * np.pi
+
+
+def test_phase_lags_by_a_right_angle_at_the_undamped_critical_speed():
+    critical = np.sqrt(spring() / MASS)
+    *_, phase = orbit(unbalance_response(jeffcott(damping=200.0), {2: 1e-3}, np.array([critical]), (2,))[:, 0])
+    np.testing.assert_allclose(phase, -np.pi / 2, rtol=1e-7)
+
+
+def test_nodes_between_the_masters_follow_the_static_deflection():
+    """Half the spring's force bends each bearing: x_1 = x_2 k / (2 k_b)."""
+    amplitudes = unbalance_response(jeffcott(k_bearing=4e5, damping=100.0), {2: 1e-3}, SPEEDS, (1, 2, 3))
+    share = spring(4e5) / (2 * 4e5)
+    np.testing.assert_allclose(amplitudes[:, 0], share * amplitudes[:, 1], rtol=1e-7)
+    np.testing.assert_allclose(amplitudes[:, 2], share * amplitudes[:, 1], rtol=1e-7)
+
+
+def test_orbit_on_anisotropic_bearings_turns_backward_between_the_two_critical_speeds():
+    k_x, k_y, c, u = 5e5, 2e6, 30.0, 1e-3
+    support = rigid(((k_x, 0.0), (0.0, k_y)), tensor(c))
+    first, second = np.sqrt(2 * k_x / MASS), np.sqrt(2 * k_y / MASS)
+    speeds = np.array([0.5 * first, np.sqrt(first * second), 2.0 * second])
+    amplitudes = unbalance_response(support, {2: u}, speeds, (2,))[:, 0]
+    x = u * speeds**2 / (2 * k_x - MASS * speeds**2 + 2j * c * speeds)
+    y = -1j * u * speeds**2 / (2 * k_y - MASS * speeds**2 + 2j * c * speeds)
+    np.testing.assert_allclose(amplitudes, np.column_stack([x, y]), rtol=1e-7)
+    major, minor, _ = orbit(amplitudes)
+    assert np.sign(minor).tolist() == [1.0, -1.0, 1.0]
+    angle = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 100_001))
+    for k in range(3):
+        radius = np.hypot((x[k] * angle).real, (y[k] * angle).real)
+        assert major[k] == pytest.approx(radius.max(), rel=1e-8)
+        assert abs(minor[k]) == pytest.approx(radius.min(), rel=1e-8)
+
+
+@pytest.mark.parametrize("condensed", [True, False])
+def test_rig_responds_as_the_independent_one_plane_model(condensed):
+    rotor = load_rotor()
+    u = np.array([3e-3, 1e-3j, 0.0, -2e-3 + 1e-3j])
+    on_equal = rotor.on_equal_bearings(1e6, 5000.0)
+    one_plane = OnePlane.of(rotor, 1e6, 5000.0)
+    support = supported(on_equal, planes=rotor.planes.master if condensed else None)
+    unbalance = dict(zip(rotor.planes.discs, u, strict=True))
+    found = unbalance_response(support, unbalance, np.array([90.0, 180.0]), rotor.planes.master)
+    expected = np.array([one_plane.orbit(Omega, u) for Omega in (90.0, 180.0)])
+    if condensed:
+        np.testing.assert_allclose(found[:, :, 0], expected, rtol=1e-6)
+    else:  # the condensation costs a little, and not nothing
+        np.testing.assert_allclose(found[:, :, 0], expected, atol=2e-3 * np.max(np.abs(expected)))
+        assert np.max(np.abs(found[:, :, 0] - expected)) > 1e-6 * np.max(np.abs(expected))
+
+
+def test_slow_unbalance_between_the_masters_acts_through_the_static_deflection_also_with_cross_coupling():
+    """f_R = f_m - R_E f_s, where R_E is not the transpose of R_D if a cross-coupled bearing sits between masters."""
+    oil = ((1e6, 4e5), (-6e5, 8e5))
+    rig = load_rotor()
+    rotor = Rotor("oil", rig.shaft, rig.bodies, (Bearing("a", 6, oil), Bearing("b", 12, oil)))
+    masters, slowly = (1, 4, 11, 13), np.array([1e-3])
+    full, condensed = supported(rotor), supported(rotor, planes=masters)
+    expected, found = (unbalance_response(s, {5: 1e-3}, slowly, masters) for s in (full, condensed))
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
+
+
+def test_transfer_function_of_the_linear_system_at_the_spin_speed_is_the_unbalance_response():
+    rotor = load_rotor()
+    Omega = 130.0
+    support = supported(rotor, planes=rotor.planes.master)
+    system = state_space(support, Omega, (1,), (4, 11))
+    assert system.output_labels == ["x4", "y4", "x11", "y11"]
+    response = control.evalfr(system, 1j * Omega) @ (1e-2 * Omega**2 * np.array([1.0, -1j]))
+    expected = unbalance_response(support, {1: 1e-2}, np.array([Omega]), (4, 11))
+    np.testing.assert_allclose(response, expected.ravel(), rtol=1e-8)
+
+
+def test_poles_of_the_linear_system_are_the_eigenvalues_of_the_modes():
+    rotor = load_rotor()
+    support = supported(rotor, planes=rotor.planes.master)
+    poles = state_space(support, 90.0, (4,), (4,)).poles()
+    found = eigenvalues(support.model, 90.0)
+    for pole in poles:
+        assert np.min(np.abs(found - pole)) < 1e-8 * abs(pole)
+
+
+def test_step_of_unbalance_is_the_solution_of_the_equations_of_motion():
+    """Fig. 3.8: 120 rad/s, unbalance on D1 from 0.5 to 22.5 g m; against an integration of the one-plane model."""
+    rotor, Omega = load_rotor(), 120.0
+    one_plane = OnePlane.of(rotor, 1e6, 5000.0)
+    before, after = np.array([0.5e-3, 0, 0, 0]), np.array([22.5e-3, 0, 0, 0])
+    times = np.linspace(0.0, 0.4, 401)
+
+    def motion(t, z):
+        r, v = z.reshape(2, -1)
+        force = Omega**2 * one_plane.unbalance(after) * np.exp(1j * Omega * t)
+        return np.concatenate([v, one_plane.acceleration(Omega, r, v, force)])
+
+    r = one_plane.orbit(Omega, before)
+    exact = solve_ivp(motion, (0.0, 0.4), np.concatenate([r, 1j * Omega * r]), "DOP853", times, rtol=1e-9, atol=1e-12)
+    support = supported(rotor.on_equal_bearings(1e6, 5000.0), planes=rotor.planes.master)
+    found = unbalance_step(support, Omega, {1: 0.5e-3}, {1: 22.5e-3}, times, rotor.planes.master)
+    expected = exact.y[:6]
+    scale = np.max(np.abs(expected))
+    np.testing.assert_allclose(found[:, 0] + 1j * found[:, 1], expected, atol=1e-6 * scale)
+
+
+def test_step_of_unbalance_begins_and_ends_steadily():
+    rotor, Omega = load_rotor(), 145.0
+    support = supported(rotor, planes=rotor.planes.master)
+    old, new = {1: 0.5e-3}, {1: 11.5e-3, 13: 1e-3j}
+    times = np.linspace(0.0, 2.0, 4001)
+    found = unbalance_step(support, Omega, old, new, times, (4, 11))
+    steady = {
+        name: unbalance_response(support, u, np.array([Omega]), (4, 11))[0] for name, u in (("old", old), ("new", new))
+    }
+    np.testing.assert_allclose(found[:, :, 0], steady["old"].real, rtol=1e-9)
+    np.testing.assert_allclose(found[:, :, -1], (steady["new"] * np.exp(1j * Omega * 2.0)).real, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda s: unbalance_response(s, {9: 1e-3}, SPEEDS, (1,)),
+            "node = 9 is not allowed; it must be a node number from",
+        ),
+        (lambda s: unbalance_response(s, {2: 1e-3}, SPEEDS, (0,)), "node = 0 is not allowed"),
+        (lambda s: unbalance_response(s, {2: np.nan}, SPEEDS, (1,)), "unbalance at node 2 = nan kg m is not allowed"),
+        (lambda s: unbalance_response(s, {2: 1.0}, np.array([np.inf]), (1,)), "Omega = inf rad/s is not allowed"),
+        (lambda s: state_space(s, np.nan, (), (1,)), "Omega = nan rad/s is not allowed"),
+        (lambda s: unbalance_step(s, 9.0, {}, {}, np.array([0.1, 0.2]), (1,)), "it must be two or more, from 0 s"),
+    ],
+)
+def test_bad_input_is_refused_by_name(call, message):
+    with pytest.raises(ValueError, match=message):
+        call(jeffcott(damping=1.0))
+
+
+def test_undamped_rotor_at_its_critical_speed_has_no_steady_state():
+    one, zero = np.eye(2), np.zeros((2, 2))
+    with pytest.raises(ValueError, match=r"Omega = 3\.0 rad/s is a critical speed of an undamped rotor"):
+        steady_state(Matrices(one, zero, zero, 9.0 * one, {1: (0, 1)}), 3.0, np.ones(2, dtype=complex))
