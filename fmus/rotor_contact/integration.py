@@ -20,7 +20,7 @@ STAGE, K_2, K_3, K_4 = 4, 5, 6, 7
 BEFORE = 8  # scratch of impacts
 RUNGE_ROWS = 9
 
-MAX_TURN = 0.05  # rad that a closed site may whirl in a substep: rolling is fast, and the constraint turns with it
+MAX_TURN = 0.035  # rad that a closed site may whirl in a substep: rolling is fast, and the constraint turns with it
 SHORTEST_TURN = 0.01  # of a substep; none shorter however fast the whirl, so that a step always ends
 
 

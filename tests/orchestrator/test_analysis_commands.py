@@ -11,9 +11,9 @@ import pytest
 from click.testing import CliRunner, Result
 from matplotlib.image import imread
 
-from orchestrator import analysis_commands
 from orchestrator.cli import main
-from orchestrator.studies import Outcome
+from orchestrator.commands import analysis
+from orchestrator.studies.outcome import Outcome
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.supported import supported
 from rotor_contact.rotor_file import load_rotor
@@ -144,9 +144,9 @@ def test_study_that_is_registered_runs_with_its_options(runner, tmp_path, monkey
         seen.update(rotor=rotor.name, level=level)
         return Outcome({"level": level}, {}, ["done"])
 
-    monkeypatch.setattr("orchestrator.studies.mine", mine, raising=False)
-    monkeypatch.setattr(analysis_commands.study, "commands", dict(analysis_commands.study.commands))
-    analysis_commands.register("mine", "A study.", click.option("--level", type=float, default=1.0))
+    monkeypatch.setattr("orchestrator.studies.rotor.mine", mine, raising=False)
+    monkeypatch.setattr(analysis.study, "commands", dict(analysis.study.commands))
+    analysis.register("mine", "A study.", click.option("--level", type=float, default=1.0))
     result = runner("study", "mine", "--rotor", "pump.toml", "--level", "3")
     assert result.exit_code == 0, result.output
     assert seen == {"rotor": "pump", "level": 3.0}

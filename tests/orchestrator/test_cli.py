@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import io
 import json
+import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
 from orchestrator import results
+from orchestrator.build import MODELS
 from orchestrator.cli import main
 from orchestrator.scenario import packaged_scenarios
+from rotor_contact.constants import plant_constants
+from rotor_contact.rotor_file import RIG, load_rotor
 
 
 @pytest.fixture
@@ -116,6 +122,24 @@ def test_build_writes_the_three_fmus(runner, tmp_path):
         "rolac_controller.fmu",
         "rotor_contact.fmu",
     ]
+
+
+def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
+    rig = RIG.read_text(encoding="utf-8")
+    (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")
+    (tmp_path / "lame.toml").write_text(rig.replace("discs = [1, 3, 10, 13]", "discs = [1, 3]"), encoding="utf-8")
+    assert runner("build", "--rotor", "heavy.toml", "-o", "heavy").exit_code == 0
+
+    def stored(name):
+        with zipfile.ZipFile(tmp_path / "heavy" / f"{name}.fmu") as archive:
+            return np.load(io.BytesIO(archive.read("resources/constants.npy")))
+
+    np.testing.assert_array_equal(stored("rotor_contact"), plant_constants(load_rotor(tmp_path / "heavy.toml")))
+    assert not np.array_equal(stored("rolac_controller"), MODELS["rolac_controller"](None)[1])
+    refused = runner("build", "--rotor", "lame.toml", "-o", "lame")
+    assert refused.exit_code == 2
+    assert "planes.discs = [1, 3] of rotor 'bath_rig' is not allowed in a plant; it must be 4 nodes" in refused.output
+    assert not (tmp_path / "lame").exists()
 
 
 def test_a_run_writes_results_and_prints_the_summary(cosim, tmp_path):

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import importlib
-import json
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 import click
-from rich.console import Console
+
+from orchestrator.commands.printing import print_parts, show
+from orchestrator.commands.refusals import check_writable, refusing
 
 if TYPE_CHECKING:
     from rotor_contact.assembly import MassModel
@@ -31,27 +31,6 @@ COUNT = click.option("--count", type=int, default=8, show_default=True, help="Nu
 UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
 
 
-class Refused(click.ClickException):
-    """Bad input: one message and exit code 2."""
-
-    exit_code = 2
-
-    def show(self, file: IO[Any] | None = None) -> None:
-        for line in self.message.splitlines():
-            click.echo(f"amb-cosim: {line}", err=True)
-
-
-@contextmanager
-def refusing() -> Iterator[None]:
-    """Turn what is wrong with the input, or cannot be written, into `Refused`."""
-    try:
-        yield
-    except ValueError as error:
-        raise Refused(str(error)) from error
-    except OSError as error:
-        raise Refused(f"{error.filename or 'the output'} cannot be written to: {error.strerror or error}") from error
-
-
 @click.command()
 @ROTOR
 @MASS
@@ -60,20 +39,20 @@ def refusing() -> Iterator[None]:
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def modes(rotor_file: Path | None, mass: MassModel, speeds: str, count: int, as_json: bool) -> None:
     """Print the damped natural frequencies, damping ratios and whirl directions of a rotor."""
-    from orchestrator import modal
+    from orchestrator.studies import modal
 
     with refusing():
         data = modal.modes_at(modal.read_rotor(rotor_file), mass, modal.speed_list(speeds), count)
-    _show(data, modal.as_text, as_json)
+    show(data, modal.as_text, as_json)
 
 
 @click.command()
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def tables(as_json: bool) -> None:
     """Print the thesis's tables 3.1 to 3.4 and the bearing constants, computed from the models."""
-    from orchestrator.tables import as_text, thesis_tables
+    from orchestrator.studies.tables import as_text, thesis_tables
 
-    _show(thesis_tables(), as_text, as_json)
+    show(thesis_tables(), as_text, as_json)
 
 
 @click.group()
@@ -81,22 +60,23 @@ def study() -> None:
     """Analyse a rotor: draw figures and write their data."""
 
 
-def register(name: str, description: str, *options: Option, module: str = "orchestrator.studies") -> None:
+def register(name: str, description: str, *options: Option, module: str = "orchestrator.studies.rotor") -> None:
     """Add a study to the command line.
 
     Its function is `name` in `module`, imported when the study runs. It takes a rotor and the options by keyword, and
-    returns an `orchestrator.studies.Outcome`.
+    returns an `orchestrator.studies.outcome.Outcome`.
     """
 
     def run(rotor_file: Path | None, output: Path | None, **settings: Any) -> None:
-        from orchestrator.modal import read_rotor
+        from orchestrator.studies.modal import read_rotor
 
         folder = output or Path("results") / f"study_{name}"
         with refusing():
+            check_writable(folder, is_folder=True)
             compute: Any = getattr(importlib.import_module(module), name)
             outcome = compute(read_rotor(rotor_file), **settings)
             outcome.write(folder, name)
-        _print([*outcome.printed, f"results in {folder}"])
+        print_parts([*outcome.printed, f"results in {folder}"])
 
     output = click.option(
         "-o", "--output", type=click.Path(path_type=Path), help=f"Folder for the results; default results/study_{name}."
@@ -106,21 +86,6 @@ def register(name: str, description: str, *options: Option, module: str = "orche
     for add_option in reversed(every):
         decorated = add_option(decorated)
     study.command(name, help=description)(decorated)
-
-
-def _show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Any], as_json: bool) -> None:
-    if as_json:
-        click.echo(json.dumps(data, indent=2, allow_nan=False))
-        return
-    _print(as_text(data))
-
-
-def _print(parts: Iterable[Any]) -> None:
-    console = Console()
-    if not console.is_terminal:  # a file has no width to cut tables to
-        console = Console(width=160)
-    for part in parts:
-        console.print(part)
 
 
 register("campbell", "Frequencies and damping ratios over speed, critical speeds (Figs 3.1, 3.6).", MASS, UP_TO, COUNT)

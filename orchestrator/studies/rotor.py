@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from rich.table import Table
 
 from fmi_export.model import Array
-from orchestrator import modal, study_plots
-from orchestrator.plots.axes import STYLE
-from orchestrator.results import write_atomically
-from orchestrator.tables import as_text as tables_as_text
-from orchestrator.tables import rotor_tables
+from orchestrator.studies import figures, modal
+from orchestrator.studies.outcome import Outcome
+from orchestrator.studies.tables import as_text as tables_as_text
+from orchestrator.studies.tables import rotor_tables
 from orchestrator.values import quantity
 from rotor_analysis.campbell import Campbell
 from rotor_analysis.campbell import campbell as follow_modes
@@ -34,26 +26,6 @@ from rotor_contact.assembly import MassModel
 from rotor_contact.rotor import Rotor, require
 
 POINTS = 161  # of a range of speeds
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a study found: data for JSON, figures by name, and what to print."""
-
-    data: dict[str, Any]
-    figures: dict[str, Callable[[], Figure]]
-    printed: list[Table | str]
-
-    def write(self, folder: Path, name: str) -> None:
-        """Write `NAME.json` and a PNG for each figure to `folder`, each whole or not at all."""
-        text = json.dumps(self.data, indent=1, allow_nan=False) + "\n"
-        folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder / f"{name}.json", lambda path: path.write_text(text, encoding="utf-8"))
-        for title, draw in self.figures.items():
-            with mpl.rc_context(STYLE):
-                figure = draw()
-                FigureCanvasAgg(figure)
-                write_atomically(folder / f"{title}.png", lambda path, figure=figure: figure.savefig(path, dpi=200))
 
 
 def campbell(rotor: Rotor, mass: MassModel, up_to: str, count: int) -> Outcome:
@@ -78,7 +50,7 @@ def campbell(rotor: Rotor, mass: MassModel, up_to: str, count: int) -> Outcome:
             for c in diagram.critical_speeds
         ],
     }
-    figure = partial(study_plots.campbell, rotor.name, diagram)
+    figure = partial(figures.campbell, rotor.name, diagram)
     return Outcome(data, {"campbell": figure}, [_critical_speeds(diagram)])
 
 
@@ -97,7 +69,7 @@ def modes(rotor: Rotor, mass: MassModel, speed: str, count: int) -> Outcome:
         for mode in found
     ]
     data["z_m"] = list(rotor.shaft.nodes)
-    return Outcome(data, {"modes": partial(study_plots.mode_shapes, rotor, Omega, found)}, listed)
+    return Outcome(data, {"modes": partial(figures.mode_shapes, rotor, Omega, found)}, listed)
 
 
 def tables(rotor: Rotor, up_to: str, planes: str | None) -> Outcome:
@@ -112,7 +84,7 @@ def tables(rotor: Rotor, up_to: str, planes: str | None) -> Outcome:
             "frequency_error_percent": [_listed(row) for row in error.frequency.T],
             "eigenvalue_error_percent": [_listed(row) for row in error.eigenvalue.T],
         }
-    return Outcome(data, {"tables": partial(study_plots.errors, data, error)}, tables_as_text(data))
+    return Outcome(data, {"tables": partial(figures.errors, data, error)}, tables_as_text(data))
 
 
 def unbalance_response(
@@ -139,7 +111,7 @@ def unbalance_response(
             for k, (name, place) in enumerate(places.items())
         },
     }
-    figure = partial(study_plots.unbalance_response, rotor.name, data, limit)
+    figure = partial(figures.unbalance_response, rotor.name, data, limit)
     return Outcome(data, {"unbalance_response": figure}, [_peaks(data, limit)])
 
 

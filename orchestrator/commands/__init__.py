@@ -1,0 +1,1 @@
+"""The commands of `amb-cosim`, one file for each group of them."""

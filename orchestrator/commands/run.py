@@ -1,0 +1,129 @@
+"""Commands that run scenarios and list them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from orchestrator.commands.refusals import Failed, check_writable, refusing
+from orchestrator.scenario import load_scenario, packaged_scenarios
+
+
+@click.command()
+@click.argument("name")
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="COMPONENT.VARIABLE=VALUE",
+    help="Replace a value; units are understood.",
+)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results; default results/NAME.")
+@click.option("--until", type=float, metavar="SECONDS", help="End of the run, from the beginning of cycle 0.")
+@click.option("--no-plots", is_flag=True, help="Draw no figures.")
+@click.option("--summary-json", metavar="FILE", help="Also write the summary to FILE; - is standard output.")
+def run(
+    name: str,
+    settings: tuple[str, ...],
+    output: Path | None,
+    until: float | None,
+    no_plots: bool,
+    summary_json: str | None,
+) -> None:
+    """Run the scenario NAME, or the one in a TOML file."""
+    from orchestrator import plots, results, simulation
+    from orchestrator.plan import parse_settings
+
+    folder = output or Path("results") / Path(name).stem
+    copy = Path(summary_json) if summary_json not in (None, "-") else None
+    console = Console(stderr=True)
+    with refusing():
+        scenario = load_scenario(name)
+        check_writable(folder, is_folder=True)
+        if copy is not None:
+            check_writable(copy, is_folder=False)
+        with console.status("preparing the FMUs"):
+            prepared = simulation.prepare(Path(name).stem, scenario, parse_settings(settings), until)
+        with _progress(console) as report:
+            outcome = simulation.run(prepared, report)
+
+    figures = results.summary(outcome.dataset)
+    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
+    with refusing():
+        folder.mkdir(parents=True, exist_ok=True)
+        results.save(outcome.dataset, folder / "result.nc")
+        for path in [folder / "summary.json"] + ([copy] if copy is not None else []):
+            results.write_atomically(path, lambda p: p.write_text(text, encoding="utf-8"))
+        if not no_plots:
+            plots.draw_all(outcome.dataset, folder)
+    if summary_json == "-":
+        click.echo(text, nl=False)
+    _show(Console(stderr=summary_json == "-"), figures, folder)
+    if outcome.failure is not None:
+        raise Failed(f"{outcome.failure}; what was recorded until then is in {folder}")
+
+
+@click.command("list")
+def list_scenarios() -> None:
+    """List the scenarios."""
+    table = Table(box=None, pad_edge=False)
+    for column in ("name", "description", "source"):
+        table.add_column(column, no_wrap=column == "name")
+    for name in packaged_scenarios():
+        scenario = load_scenario(name)
+        table.add_row(name, scenario.description, scenario.source)
+    Console().print(table)
+
+
+@contextmanager
+def _progress(console: Console) -> Iterator[Callable[[int, int], None]]:
+    """A bar on standard error."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("starting (a first run compiles the models)", total=None)
+        yield lambda done, total: bar.update(task, description="simulating", completed=done, total=total)
+
+
+def _show(console: Console, figures: dict[str, Any], folder: Path) -> None:
+    table = Table(title=figures["scenario"], show_header=False, title_justify="left")
+    shares = ", ".join(
+        f"{name} {100 * share:.1f} %"
+        for name, share in zip(("none", "RB1", "RB2", "both"), figures["contact_share"].values(), strict=True)
+        if share is not None
+    )
+    for label, key, unit in (
+        ("peak contact force", "peak_contact_force_N", "N"),
+        ("peak impulse", "peak_impulse_Ns", "N s"),
+        ("orbit before the step", "orbit_before_mm", "mm"),
+        ("orbit at the end", "orbit_after_mm", "mm"),
+        ("largest orbit", "orbit_largest_mm", "mm"),
+    ):
+        values = (f"{at.upper()} {_number(value)} {unit}" for at, value in figures[key].items())
+        table.add_row(label, ", ".join(values))
+    table.add_row("contact between step and removal", shares or "-")
+    first, last = (figures[key] for key in ("first_contact_cycle", "last_contact_cycle"))
+    table.add_row("contact", "none" if first is None else f"from cycle {first:.4g} to {last:.4g}")
+    table.add_row("recovered", {True: "yes", False: "no", None: "-"}[figures["recovered"]])
+    if figures["rolling_from_cycle"] is not None:
+        whirls = ", ".join(f"{at.upper()} {_number(w)} rad/s" for at, w in figures["whirl_speed_rad_s"].items())
+        table.add_row("rolling", f"from cycle {figures['rolling_from_cycle']:.4g}; whirl at the end {whirls}")
+    table.add_row(
+        "simulated", f"{figures['simulated_s']:.4g} s, {_number(figures['real_time_factor'])} times real time"
+    )
+    console.print(table)
+    console.print(f"results in {folder}")
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+COMMANDS = (run, list_scenarios)
