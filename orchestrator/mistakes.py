@@ -41,5 +41,5 @@ def _sentence(error: dict[str, Any], model: type[BaseModel], nested: Mapping[str
     shown = repr(given) if isinstance(given, str | int | float) else type(given).__name__
     if any(part in _UNION for part in error["loc"]):
         return f"{place} = {shown} is not allowed; it must be a number, true, false, or a string with a unit"
-    message = str(error["msg"]).replace("Input should be", "it must be").replace("valid ", "")
+    message = str(error["msg"]).replace("Input should be", "it must be").replace("valid ", "").replace("tuple", "list")
     return f"{place} = {shown} is not allowed; {message}"
