@@ -16,7 +16,10 @@ import hypothesis
 import pytest
 
 # The search for counterexamples is random at a developer's desk and the same every time where a build depends on it.
-hypothesis.settings.register_profile("repeatable", derandomize=True)
+# No deadlines: a first example may compile a kernel.
+hypothesis.settings.register_profile("patient", deadline=None)
+hypothesis.settings.register_profile("repeatable", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("patient")
 if os.environ.get("CI"):
     hypothesis.settings.load_profile("repeatable")
 

@@ -1,131 +1,116 @@
-"""The actuator: four bearing axes, each with a linear force law, its gradient and a current limit."""
+"""The actuator: four bearing axes, from demanded currents and displacements to forces and their gradients."""
 
 from __future__ import annotations
 
-import math
-
-from amb_actuator.force import current_stiffness, limited_current, negative_stiffness
+from amb_actuator.amplifier import Drive, coil_at_start, coil_step, commanded_current, demanded_current
+from amb_actuator.force import Coils, beyond_knee, force
+from amb_actuator.interface import (
+    AMPLIFIER,
+    AXES,
+    AXIS,
+    AXIS_INPUTS,
+    AXIS_OUTPUTS,
+    AXIS_PARAMETERS,
+    BIAS,
+    CLIPPED,
+    COPPER_LOSS,
+    CURRENT_LIMIT,
+    DISPLACEMENT,
+    DYNAMIC,
+    FORCE,
+    FORCE_LAW,
+    GAP,
+    GRADIENT,
+    INTERFACE,
+    LOWER,
+    LOWER_LOSS,
+    LOWER_VOLTAGE,
+    MEAN_CURRENT,
+    N_AXES,
+    REFERENCE,
+    RESISTANCE,
+    SATURATED,
+    STATIC,
+    UPPER,
+    UPPER_LOSS,
+    UPPER_VOLTAGE,
+    VOLTAGE_LIMIT,
+    VOLTAGE_LIMITED,
+)
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from fmi_export.variables import Variable, input_, interface, output, parameter
 
-AXES = (("mb1", "x"), ("mb1", "y"), ("mb2", "x"), ("mb2", "y"))
-LINEAR, MEASURED = 0, 1  # values of `force_law`
+__all__ = ["INTERFACE", "MODEL"]
 
-# Fig. 2.5: constants measured on the rig.
-MEASURED_K_S = {"mb1": 1.944e6, "mb2": 2.156e6}
-MEASURED_K_I = {"mb1": 544.0, "mb2": 539.0}
+# State of an axis: how far the coil currents are from the operating point, see `Coils`.
+AXIS_STATE = 2
+UPPER_DEVIATION, LOWER_DEVIATION = range(AXIS_STATE)
 
-
-def _axis(bearing: str, axis: str) -> list[Variable]:
-    """Variables of one axis; within each causality their order is the layout that `step` reads."""
-    b, a = bearing, axis
-    at = f"{b.upper()}, {a} axis"
-    return [
-        parameter(f"{b}.turns_{a}", "1", f"Turns per pole, {at} (Table 2.2)", 158.0, minimum=1.0),
-        parameter(f"{b}.pole_area_{a}", "m2", f"Pole face area, {at} (Table 2.2)", 1399e-6, minimum=1e-9),
-        parameter(f"{b}.gap_{a}", "m", f"Air gap, {at} (Table 2.2)", 1.2e-3, minimum=1e-6),
-        parameter(
-            f"{b}.half_angle_{a}",
-            "rad",
-            f"Half angle between the double pole faces, {at} (2.2)",
-            math.radians(22.5),
-            minimum=0.0,
-            maximum=1.5,
-        ),
-        parameter(f"{b}.bias_current_{a}", "A", f"Bias current, {at} (Table 2.2)", 4.43, minimum=0.0),
-        parameter(f"{b}.static_current_{a}", "A", f"Static current, {at} (Table 2.2)", 1.14, minimum=0.0),
-        parameter(f"{b}.current_limit_{a}", "A", f"Largest coil current, {at} (Table 2.4)", 10.0, minimum=0.0),
-        parameter(
-            f"{b}.k_s_measured_{a}",
-            "N/m",
-            f"Negative stiffness for force_law 1, {at} (Fig. 2.5)",
-            MEASURED_K_S[b],
-        ),
-        parameter(
-            f"{b}.k_i_measured_{a}",
-            "N/A",
-            f"Current stiffness for force_law 1, {at} (Fig. 2.5)",
-            MEASURED_K_I[b],
-        ),
-        input_(f"{b}.i_{a}", "A", f"Demanded control current, {at}"),
-        input_(f"{b}.{a}", "m", f"Rotor displacement from the centre, {at}"),
-        output(
-            f"{b}.f_{a}",
-            "N",
-            f"Force on the rotor in excess of the static load, {at}",
-            depends_on=(f"{b}.i_{a}", f"{b}.{a}"),
-        ),
-        output(f"{b}.k_{a}{a}", "N/m", f"Gradient of the force over displacement, {at}"),
-        output(f"{b}.{a}_ref", "m", f"Displacement where the force was evaluated, {at}", depends_on=(f"{b}.{a}",)),
-        output(f"{b}.i_upper_{a}", "A", f"Current of the upper coil pair, {at}", depends_on=(f"{b}.i_{a}",)),
-        output(f"{b}.i_lower_{a}", "A", f"Current of the lower coil pair, {at}", depends_on=(f"{b}.i_{a}",)),
-        output(
-            f"{b}.clipped_{a}",
-            "1",
-            f"The demanded current was cut to the coil limits, {at}",
-            type="Boolean",
-            depends_on=(f"{b}.i_{a}",),
-        ),
-    ]
-
-
-INTERFACE = interface(
-    parameter(
-        "force_law",
-        "1",
-        "Linear force law: 0 constants from the geometry (2.8, 2.9), 1 measured constants (Fig. 2.5)",
-        LINEAR,
-        minimum=0,
-        maximum=1,
-        type="Integer",
-    ),
-    *(_axis(bearing, axis) for bearing, axis in AXES),
-    output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
-)
-
-N_AXES = len(AXES)
-FORCE_LAW, AXIS = INTERFACE.parameter_index("force_law"), INTERFACE.parameter_index("mb1.turns_x")
-AXIS_PARAMETERS = (INTERFACE.n_parameters - AXIS) // N_AXES
-TURNS, POLE_AREA, GAP, HALF_ANGLE, BIAS, STATIC, LIMIT, K_S_MEASURED, K_I_MEASURED = range(AXIS_PARAMETERS)
-AXIS_INPUTS = INTERFACE.n_inputs // N_AXES
-DEMAND, DISPLACEMENT = range(AXIS_INPUTS)
-AXIS_OUTPUTS = (INTERFACE.n_outputs - 1) // N_AXES
-FORCE, GRADIENT, REFERENCE, UPPER, LOWER, CLIPPED = range(AXIS_OUTPUTS)
-
-FAULT_GAP, FAULT_BIAS = 1, 11  # plus the axis
+FAULT_GAP, FAULT_BIAS, FAULT_VOLTAGE = 1, 11, 21  # plus the axis
 
 
 @kernel
-def evaluate(parameters: Array, inputs: Array, outputs: Array) -> int:
-    """All outputs for the present currents and displacements; F = K_s x + K_i I_c (2.7)."""
+def check(parameters: Array, inputs: Array) -> int:
+    """First fault among the axes, or 0."""
     for k in range(N_AXES):
         p = parameters[AXIS + k * AXIS_PARAMETERS : AXIS + (k + 1) * AXIS_PARAMETERS]
-        u = inputs[k * AXIS_INPUTS : (k + 1) * AXIS_INPUTS]
-        y = outputs[k * AXIS_OUTPUTS : (k + 1) * AXIS_OUTPUTS]
-        if abs(u[DISPLACEMENT]) >= p[GAP]:
+        operating = p[STATIC] + p[BIAS]
+        if abs(inputs[k * AXIS_INPUTS + DISPLACEMENT]) >= p[GAP]:
             return FAULT_GAP + k
-        if p[STATIC] + p[BIAS] > p[LIMIT]:
+        if operating > p[CURRENT_LIMIT]:
             return FAULT_BIAS + k
-        if parameters[FORCE_LAW] == MEASURED:
-            k_s, k_i = p[K_S_MEASURED], p[K_I_MEASURED]
-        else:
-            k_s = negative_stiffness(p[TURNS], p[POLE_AREA], p[GAP], p[HALF_ANGLE], p[BIAS], p[STATIC])
-            k_i = current_stiffness(p[TURNS], p[POLE_AREA], p[GAP], p[HALF_ANGLE], p[BIAS], p[STATIC])
-        current = limited_current(u[DEMAND], p[BIAS], p[STATIC], p[LIMIT])
-        y[FORCE] = k_s * u[DISPLACEMENT] + k_i * current
-        y[GRADIENT] = k_s
-        y[REFERENCE] = u[DISPLACEMENT]
-        y[UPPER] = p[STATIC] + p[BIAS] + current
-        y[LOWER] = p[BIAS] - current
-        y[CLIPPED] = 1.0 if current != u[DEMAND] else 0.0
+        if parameters[AMPLIFIER] == DYNAMIC and p[RESISTANCE] * operating > p[VOLTAGE_LIMIT]:
+            return FAULT_VOLTAGE + k
     return 0
 
 
 @kernel
+def write_outputs(mode: Array, p: Array, u: Array, i_c: float, upper: Drive, lower: Drive, y: Array) -> None:
+    """Outputs of one axis from its two coil pairs.
+
+    Parameters
+    ----------
+    mode
+        The parameters that all axes share, at the positions of the table.
+    p, u, y
+        Parameters, inputs and outputs of the axis, in the order of the table.
+    i_c
+        Commanded control current (A).
+    upper, lower
+        Its coil pairs, with deviations from the operating point as currents.
+    """
+    x = u[DISPLACEMENT]
+    coils = Coils(upper.current, lower.current, 1.0 - u[UPPER_LOSS], 1.0 - u[LOWER_LOSS])
+    if mode[MEAN_CURRENT] != 0.0:
+        coils = Coils(upper.mean, lower.mean, coils.upper_turns, coils.lower_turns)
+    y[FORCE], y[GRADIENT] = force(mode[FORCE_LAW], p, x, coils)
+    y[REFERENCE] = x
+    y[UPPER] = p[STATIC] + p[BIAS] + upper.current
+    y[LOWER] = p[BIAS] - lower.current
+    y[CLIPPED] = 1.0 if i_c != demanded_current(p, u) else 0.0
+    y[SATURATED] = 1.0 if beyond_knee(p, x, coils) else 0.0
+    y[VOLTAGE_LIMITED] = max(upper.limited, lower.limited)
+    y[UPPER_VOLTAGE] = upper.voltage
+    y[LOWER_VOLTAGE] = lower.voltage
+    y[COPPER_LOSS] = p[RESISTANCE] * (y[UPPER] * y[UPPER] + y[LOWER] * y[LOWER])
+
+
+@kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """The bearing has no memory: the outputs of the first inputs."""
-    return evaluate(parameters, inputs, outputs)
+    """Currents as the first inputs command them, as if they had done so for long."""
+    fault = check(parameters, inputs)
+    if fault != 0:
+        return fault
+    for k in range(N_AXES):
+        p = parameters[AXIS + k * AXIS_PARAMETERS : AXIS + (k + 1) * AXIS_PARAMETERS]
+        u = inputs[k * AXIS_INPUTS : (k + 1) * AXIS_INPUTS]
+        i_c = commanded_current(p, u, parameters[AMPLIFIER])
+        upper = coil_at_start(p, u, p[STATIC] + p[BIAS], 1.0, i_c)
+        lower = coil_at_start(p, u, p[BIAS], -1.0, i_c)
+        state[k * AXIS_STATE + UPPER_DEVIATION] = upper.current
+        state[k * AXIS_STATE + LOWER_DEVIATION] = lower.current
+        write_outputs(parameters, p, u, i_c, upper, lower, outputs[k * AXIS_OUTPUTS : (k + 1) * AXIS_OUTPUTS])
+    return 0
 
 
 @kernel
@@ -139,30 +124,49 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """Force at the beginning of the step, to be held, or extrapolated with its gradient, over the step."""
-    return evaluate(parameters, inputs, outputs)
+    """Advance the currents by `step_size` (s) under constant inputs; forces at the displacement that was given."""
+    fault = check(parameters, inputs)
+    if fault != 0:
+        return fault
+    amplifier = parameters[AMPLIFIER]
+    for k in range(N_AXES):
+        p = parameters[AXIS + k * AXIS_PARAMETERS : AXIS + (k + 1) * AXIS_PARAMETERS]
+        u = inputs[k * AXIS_INPUTS : (k + 1) * AXIS_INPUTS]
+        d = state[k * AXIS_STATE : (k + 1) * AXIS_STATE]
+        i_c = commanded_current(p, u, amplifier)
+        upper = coil_step(p, u, amplifier, p[STATIC] + p[BIAS], 1.0, d[UPPER_DEVIATION], i_c, step_size)
+        lower = coil_step(p, u, amplifier, p[BIAS], -1.0, d[LOWER_DEVIATION], i_c, step_size)
+        d[UPPER_DEVIATION] = upper.current
+        d[LOWER_DEVIATION] = lower.current
+        write_outputs(parameters, p, u, i_c, upper, lower, outputs[k * AXIS_OUTPUTS : (k + 1) * AXIS_OUTPUTS])
+    return 0
+
+
+def _fault_sentences() -> dict[int, str]:
+    sentences = {}
+    for k, (b, a) in enumerate(AXES):
+        operating = f"{b}.bias_current_{a} = {{{b}.bias_current_{a}}} A plus "
+        operating += f"{b}.static_current_{a} = {{{b}.static_current_{a}}} A"
+        sentences[FAULT_GAP + k] = (
+            f"{b}.{a} = {{{b}.{a}}} m is not allowed; the rotor must stay within the air gap, "
+            f"|{b}.{a}| < {{{b}.gap_{a}}} m"
+        )
+        sentences[FAULT_BIAS + k] = f"{operating} is not allowed; the sum must be <= {{{b}.current_limit_{a}}} A"
+        sentences[FAULT_VOLTAGE + k] = (
+            f"{b}.voltage_limit_{a} = {{{b}.voltage_limit_{a}}} V is not allowed; it must drive {operating} "
+            f"through {b}.resistance_{a} = {{{b}.resistance_{a}}} Ohm"
+        )
+    return sentences
 
 
 MODEL = Model(
     name="amb_actuator",
-    description="Two radial active magnetic bearings: linear force law with current limits, force gradient",
+    description="Two radial active magnetic bearings: force laws with gradient, saturation, amplifiers, faults",
     interface=INTERFACE,
     initialise=initialise,
     step=step,
-    n_state=0,
+    n_state=N_AXES * AXIS_STATE,
     n_work=0,
     packages=("amb_actuator", "fmi_export"),
-    faults={
-        **{
-            FAULT_GAP + k: f"{b}.{a} = {{{b}.{a}}} m is not allowed; the rotor must stay within the air gap, "
-            f"|{b}.{a}| < {{{b}.gap_{a}}} m"
-            for k, (b, a) in enumerate(AXES)
-        },
-        **{
-            FAULT_BIAS + k: f"{b}.bias_current_{a} = {{{b}.bias_current_{a}}} A plus "
-            f"{b}.static_current_{a} = {{{b}.static_current_{a}}} A is not allowed; "
-            f"the sum must be <= {{{b}.current_limit_{a}}} A"
-            for k, (b, a) in enumerate(AXES)
-        },
-    },
+    faults=_fault_sentences(),
 )

@@ -1,26 +1,26 @@
-"""The actuator as a model: signs, limits, independence of its axes, faults."""
+"""The actuator as a model: signs, limits, independence of its axes, declared dependencies, errors."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from amb_actuator.actuator import AXES, MEASURED, MODEL
+from amb_actuator.actuator import MODEL
+from amb_actuator.interface import AXES, DYNAMIC, INTERFACE, LAWS, MEASURED, NONLINEAR
 from fmi_export.model import Fault, Instance
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text())["amb"]
 H = 250e-6
-NAMES = [v.name for v in MODEL.interface.variables]
+OUTPUTS = [v.name for v in INTERFACE.of("output")]
 
-axes = pytest.mark.parametrize(("bearing", "axis"), AXES, ids=[f"{b}-{a}" for b, a in AXES])
+axes = pytest.mark.parametrize(("b", "a"), AXES, ids=[f"{b}-{a}" for b, a in AXES])
 
 
 @pytest.fixture
-def actuator():
-    made = Instance(MODEL, np.zeros(1))
-    made.initialise()
-    return made
+def actuator(bearing):
+    return bearing()
 
 
 def after_step(actuator, **inputs):
@@ -31,52 +31,78 @@ def after_step(actuator, **inputs):
 
 
 @axes
-def test_a_positive_current_pulls_towards_positive_x(actuator, bearing, axis):
-    actuator[f"{bearing}.i_{axis}"] = 1.0
+def test_a_positive_current_pulls_towards_positive_x(actuator, b, a):
+    actuator[f"{b}.i_{a}"] = 1.0
     actuator.step(0.0, H)
-    assert actuator[f"{bearing}.f_{axis}"] == pytest.approx(563.15, abs=0.005)
+    assert actuator[f"{b}.f_{a}"] == pytest.approx(563.15, abs=0.005)
 
 
 @axes
-def test_a_displaced_rotor_is_pulled_further_away(actuator, bearing, axis):
+def test_a_displaced_rotor_is_pulled_further_away(actuator, b, a):
     for x in (1e-4, -1e-4):
-        actuator[f"{bearing}.{axis}"] = x
+        actuator[f"{b}.{a}"] = x
         actuator.step(0.0, H)
-        assert actuator[f"{bearing}.f_{axis}"] == pytest.approx(2.376956e6 * x, rel=1e-6)
-    assert actuator[f"{bearing}.k_{axis}{axis}"] > 0
+        assert actuator[f"{b}.f_{a}"] == pytest.approx(2.376956e6 * x, rel=1e-6)
+    assert actuator[f"{b}.k_{a}{a}"] > 0
+
+
+def of_axis(name, b, a):
+    return name.startswith(f"{b}.") and name.endswith((f"_{a}", f".{a}", f".{a}_ref", f".k_{a}{a}"))
+
+
+def differing(one, other):
+    return {name for name in OUTPUTS if one[name] != other[name]}
 
 
 @axes
-def test_an_axis_answers_to_its_own_inputs_alone(actuator, bearing, axis):
-    before = actuator.values.copy()
-    actuator[f"{bearing}.i_{axis}"] = 7.0
-    actuator[f"{bearing}.{axis}"] = 3e-4
-    actuator.step(0.0, H)
-    changed = {name for name, old, new in zip(NAMES, before, actuator.values, strict=True) if old != new}
-    b, a = bearing, axis
-    assert changed == {
-        *(f"{b}.i_{a}", f"{b}.{a}", f"{b}.f_{a}", f"{b}.{a}_ref"),
-        *(f"{b}.i_upper_{a}", f"{b}.i_lower_{a}", f"{b}.clipped_{a}"),
-    }
+@pytest.mark.parametrize("causality", ["parameter", "input"])
+def test_an_axis_answers_to_its_own_variables_alone(bearing, b, a, causality):
+    """Each parameter and input of an axis moves some output of that axis in some mode, and none of another."""
+    modes = [
+        {"force_law": law, "amplifier": amplifier, "mean_current": mean, f"{b}.i_{a}": i_c, f"{b}.{a}": 2e-4}
+        for law, amplifier, mean in ((0, 0, 0), (MEASURED, 0, 0), (NONLINEAR, DYNAMIC, 1))
+        for i_c in (0.2, 9.0)
+    ]
+    own = [v for v in INTERFACE.of(causality) if of_axis(v.name, b, a)]
+    assert len(own) == (16 if causality == "parameter" else 7)
+    for v in own:
+        changed = set()
+        for mode in modes:
+            start = mode | {f"{b}.command_voltage_{a}": 0.2}
+            given = start.get(v.name, v.start)
+            value = 1.0 if v.type == "Boolean" else 0.9 * given if given else 0.5
+            plain, moved = bearing(start), bearing(start | ({v.name: value} if causality == "parameter" else {}))
+            moved[v.name] = value
+            for made in (plain, moved):
+                made[f"{b}.i_{a}"] -= 0.3  # something must be under way for a stuck current to differ
+                made.step(0.0, H)
+            changed |= differing(plain, moved)
+        assert changed, v.name
+        assert all(of_axis(name, b, a) for name in changed), v.name
+
+
+def test_outputs_follow_without_delay_the_inputs_they_declare_and_no_others(bearing):
+    """At initialisation, from a hundred operating points."""
+    rng = np.random.default_rng(2006)
+    seen = {name: set() for name in OUTPUTS}
+    ranges = {"mb1.i_x": (-6, 6), "mb1.x": (-6e-4, 6e-4), "mb1.command_voltage_x": (-3, 3)}
+    ranges |= {"mb1.coil_loss_upper_x": (0, 1), "mb1.coil_loss_lower_x": (0, 1)}
+    for _ in range(100):
+        start = {"force_law": NONLINEAR} | {name: rng.uniform(*ends) for name, ends in ranges.items()}
+        moves = {name: rng.uniform(*ends) for name, ends in ranges.items()} | {"mb1.amplifier_off_x": 1.0}
+        for name, value in moves.items():
+            for output in differing(bearing(start), bearing(start | {name: value})):
+                seen[output].add(name)
+    for v in INTERFACE.of("output"):
+        # A stuck current, and the voltage limit, need a step to show.
+        declared = set(v.depends_on) - {"mb1.stuck_x"} if of_axis(v.name, "mb1", "x") else set()
+        assert seen[v.name] == (set() if v.name == "mb1.voltage_limited_x" else declared), v.name
 
 
 @axes
-def test_an_axis_answers_to_its_own_parameters_alone(bearing, axis):
-    changed = Instance(MODEL, np.zeros(1))
-    plain = Instance(MODEL, np.zeros(1))
-    for made in (changed, plain):
-        for b, a in AXES:
-            made[f"{b}.i_{a}"] = 1.0
-    changed[f"{bearing}.turns_{axis}"] = 100.0
-    for made in (changed, plain):
-        made.initialise()
-    differing = {n for n, p, c in zip(NAMES, plain.values, changed.values, strict=True) if p != c}
-    assert differing == {f"{bearing}.{v}_{axis}" for v in ("turns", "f")} | {f"{bearing}.k_{axis}{axis}"}
-
-
-@axes
-def test_extrapolating_with_the_gradient_gives_the_force_elsewhere(actuator, bearing, axis):
-    b, a = bearing, axis
+@pytest.mark.parametrize("law", range(2))
+def test_extrapolating_with_the_gradient_gives_the_linear_force_elsewhere(bearing, b, a, law):
+    actuator = bearing(force_law=law)
     actuator[f"{b}.i_{a}"], actuator[f"{b}.{a}"] = 0.8, 2e-4
     actuator.step(0.0, H)
     force, gradient, x_0 = (actuator[f"{b}.{n}"] for n in (f"f_{a}", f"k_{a}{a}", f"{a}_ref"))
@@ -84,6 +110,15 @@ def test_extrapolating_with_the_gradient_gives_the_force_elsewhere(actuator, bea
     actuator[f"{b}.{a}"] = -3e-4
     actuator.step(H, H)
     assert actuator[f"{b}.f_{a}"] == pytest.approx(force + gradient * (-3e-4 - x_0), rel=1e-14)
+
+
+def test_extrapolating_with_the_gradient_errs_with_the_square_of_the_distance(bearing):
+    errors = []
+    for distance in (2e-5, 1e-5):
+        here = bearing(force_law=NONLINEAR, mb1__x=1e-4, mb1__i_x=0.5)
+        there = bearing(force_law=NONLINEAR, mb1__x=1e-4 + distance, mb1__i_x=0.5)
+        errors.append(there["mb1.f_x"] - here["mb1.f_x"] - here["mb1.k_xx"] * distance)
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.1)
 
 
 @pytest.mark.parametrize(
@@ -110,33 +145,38 @@ def test_the_force_of_a_cut_demand_is_that_of_the_limit(actuator):
     assert after_step(actuator, mb2__i_y=50.0)["mb2.f_y"] == pytest.approx(at_limit, rel=1e-12)
 
 
-@pytest.mark.parametrize("bearing", ["mb1", "mb2"])
-def test_the_measured_constants_are_those_of_figure_2_5(bearing):
-    made = Instance(MODEL, np.zeros(1))
-    made["force_law"] = MEASURED
-    made[f"{bearing}.i_x"] = 1.0
-    made.initialise()
-    assert made[f"{bearing}.k_xx"] == THESIS["k_s_measured_N_per_m"][bearing]
-    assert made[f"{bearing}.f_x"] == THESIS["k_i_measured_N_per_A"][bearing]
+@pytest.mark.parametrize("name", ["mb1", "mb2"])
+def test_the_measured_constants_are_those_of_figure_2_5(bearing, name):
+    made = bearing({"force_law": MEASURED, f"{name}.i_x": 1.0})
+    assert made[f"{name}.k_xx"] == THESIS["k_s_measured_N_per_m"][name]
+    assert made[f"{name}.f_x"] == THESIS["k_i_measured_N_per_A"][name]
 
 
 @axes
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_rotor_beyond_the_air_gap_is_a_fault_that_names_axis_value_and_limit(actuator, bearing, axis, sign):
-    actuator[f"{bearing}.{axis}"] = sign * 1.3e-3
-    with pytest.raises(Fault) as caught:
-        actuator.step(0.0, H)
-    name = f"{bearing}.{axis}"
-    assert str(caught.value) == (
-        f"{name} = {sign * 0.0013:g} m is not allowed; the rotor must stay within the air gap, |{name}| < 0.0012 m"
-    )
+@pytest.mark.parametrize("law", range(len(LAWS)))
+def test_a_rotor_beyond_the_air_gap_is_a_fault_that_names_axis_value_and_limit(bearing, b, a, sign, law):
+    actuator = bearing(force_law=law)
+    name = f"{b}.{a}"
+    for beyond in (1.2e-3, 1.3e-3):
+        actuator.initialise()
+        actuator[name] = sign * beyond
+        with pytest.raises(Fault) as caught:
+            actuator.step(0.0, H)
+        assert str(caught.value) == (
+            f"{name} = {sign * beyond:g} m is not allowed; the rotor must stay within the air gap, |{name}| < 0.0012 m"
+        )
+        assert np.all(np.isfinite(actuator.outputs))
+        actuator[name] = 0.0
 
 
 def test_every_axis_has_its_own_fault_codes():
     codes = set()
-    for bearing, axis in AXES:
-        for name, value in ((f"{bearing}.{axis}", 1.2e-3), (f"{bearing}.bias_current_{axis}", 9.0)):
+    for b, a in AXES:
+        cases = ((f"{b}.{a}", 1.2e-3), (f"{b}.bias_current_{a}", 9.0), (f"{b}.voltage_limit_{a}", 2.0))
+        for name, value in cases:
             made = Instance(MODEL, np.zeros(1))
+            made["amplifier"] = DYNAMIC
             made[name] = value
             with pytest.raises(Fault) as caught:
                 made.initialise()
@@ -146,26 +186,68 @@ def test_every_axis_has_its_own_fault_codes():
     assert codes == set(MODEL.faults)
 
 
-def test_a_bias_above_the_coil_limit_is_a_fault_that_gives_both_currents_and_the_limit():
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        (
+            "mb2.bias_current_y",
+            9.0,
+            "mb2.bias_current_y = 9 A plus mb2.static_current_y = 1.14 A is not allowed; the sum must be <= 10 A",
+        ),
+        (
+            "mb1.voltage_limit_x",
+            2.0,
+            "mb1.voltage_limit_x = 2 V is not allowed; it must drive mb1.bias_current_x = 4.43 A plus "
+            "mb1.static_current_x = 1.14 A through mb1.resistance_x = 0.365 Ohm",
+        ),
+        ("mb1.turns_x", -158.0, "mb1.turns_x = -158 is not allowed; it must be >= 1 and <= 1e+06"),
+        ("mb1.turns_x", math.nan, "mb1.turns_x = nan is not allowed; it must be >= 1 and <= 1e+06"),
+        ("mb2.gap_x", 0.0, "mb2.gap_x = 0 m is not allowed; it must be >= 1e-06 and <= 1 m"),
+        ("mb2.b_sat_x", 0.0, "mb2.b_sat_x = 0 T is not allowed; it must be >= 0.001 and <= 1000 T"),
+        ("mb1.i_x", math.nan, "mb1.i_x = nan A is not allowed; it must be a finite number A"),
+        ("mb1.y", math.inf, "mb1.y = inf m is not allowed; it must be a finite number m"),
+        ("mb1.coil_loss_upper_x", 1.5, "mb1.coil_loss_upper_x = 1.5 is not allowed; it must be >= 0 and <= 1"),
+        ("mb2.inductance_y", -1.0, "mb2.inductance_y = -1 H is not allowed; it must be >= 1e-09 and <= 1000 H"),
+    ],
+)
+def test_nonsense_ends_in_a_sentence_with_value_and_limit(name, value, sentence):
     made = Instance(MODEL, np.zeros(1))
-    made["mb2.bias_current_y"] = 9.0
+    made["amplifier"] = DYNAMIC
+    made[name] = value
     with pytest.raises(Fault) as caught:
         made.initialise()
-    assert str(caught.value) == (
-        "mb2.bias_current_y = 9 A plus mb2.static_current_y = 1.14 A is not allowed; the sum must be <= 10 A"
-    )
+    assert str(caught.value) == sentence
+    assert np.all(np.isfinite(made.outputs))
+    assert made["fault_code"] == caught.value.code
 
 
-def test_outputs_do_not_depend_on_what_the_scratch_arrays_held(actuator):
-    after_step(actuator, mb1__x=1e-4, mb2__i_y=2.0)
-    expected = actuator.outputs.copy()
-    actuator.work[:] = np.nan
-    actuator._next_outputs[:-1] = np.nan
-    actuator.step(H, H)
-    np.testing.assert_array_equal(actuator.outputs, expected)
+def test_voltage_limit_does_not_bind_an_ideal_amplifier(bearing):
+    assert bearing(mb1__voltage_limit_x=0.01, mb1__i_x=1.0)["mb1.f_x"] == pytest.approx(563.15, abs=0.005)
 
 
-def test_a_step_size_has_no_influence_because_the_bearing_has_no_memory(actuator):
+def test_a_refused_step_leaves_the_currents_as_they_were(bearing):
+    """Also those of the axes before the faulty one."""
+    actuator = bearing(amplifier=DYNAMIC)
+    before = actuator.state.copy()
+    actuator["mb1.i_x"], actuator["mb2.y"] = 1.0, 2e-3
+    with pytest.raises(Fault):
+        actuator.step(0.0, H)
+    np.testing.assert_array_equal(actuator.state, before)
+
+
+@pytest.mark.parametrize("amplifier", [0, DYNAMIC])
+def test_outputs_do_not_depend_on_what_the_scratch_arrays_held(bearing, amplifier):
+    made = [bearing(force_law=NONLINEAR, amplifier=amplifier) for _ in range(2)]
+    for actuator in made:
+        after_step(actuator, mb1__x=1e-4, mb2__i_y=2.0)
+    made[1].work[:] = np.nan
+    made[1]._next_outputs[:-1] = np.nan
+    for actuator in made:
+        actuator.step(H, H)
+    np.testing.assert_array_equal(made[1].outputs, made[0].outputs)
+
+
+def test_a_step_size_has_no_influence_on_an_ideal_amplifier(actuator):
     forces = []
     for n, h in enumerate((1e-6, 250e-6, 1.0)):
         actuator["mb1.i_x"] = 0.7

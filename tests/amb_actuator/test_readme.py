@@ -1,29 +1,63 @@
-"""The README shows the interface as it is and code that runs."""
+"""The README shows the interface as it is, code that runs, and figures that hold."""
 
 import re
 import shutil
 from importlib import util
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from amb_actuator.actuator import MODEL
+from amb_actuator.design import (
+    axis_parameters,
+    current_amplitude,
+    force_slew_rate,
+    full_swing_bandwidth,
+    linear_range,
+    load_capacity,
+)
+from amb_actuator.interface import B_SAT
 from fmi_export.readme import interface_table, with_table
 
 README = Path(util.find_spec("amb_actuator").origin).parent / "README.md"
+TEXT = README.read_text(encoding="utf-8")
+PROSE = " ".join(TEXT.split())
 
 
-def test_the_code_of_the_readme_runs_and_prints_what_it_says(build_fmu, run_python, tmp_path):
+def test_the_code_of_the_readme_runs_draws_and_prints_what_it_says(build_fmu, run_python, tmp_path):
     shutil.copy(build_fmu(MODEL), tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
     assert len(blocks) == 1
-    result = run_python(blocks[0] + "\nresult = [force, gradient]", cwd=tmp_path)
-    force, gradient = result
-    assert gradient == pytest.approx(2.376956e6, rel=1e-6)
-    assert force == pytest.approx(563.15 + 237.70, abs=0.01)
-    assert f"{force:.1f} N" in blocks[0]
+    program = f"import matplotlib\nmatplotlib.use('Agg')\n{blocks[0]}"
+    curves = "[line.get_ydata().tolist() for axes in (left, right) for line in axes.lines]"
+    largest, lines = run_python(f"{program}\nresult = [float(largest), {curves}]", cwd=tmp_path)
+    assert largest == pytest.approx(1700.0 - 321.0, abs=0.05)
+    assert f"# {largest:.1f} N" in blocks[0]
+    picture = imread(tmp_path / "force.png")
+    assert np.count_nonzero(picture[..., :3].min(axis=-1) < 0.9) > 5000, "something is drawn"
+    assert len(lines) == 12
+    for nonlinear, linear in zip(lines[0::2], lines[1::2], strict=True):
+        middle = len(linear) // 2
+        assert nonlinear[middle] == pytest.approx(linear[middle], abs=60.0)
+        assert np.max(np.abs(nonlinear)) <= 1700.0 + 321.0 + 1e-6
+        assert np.all(np.diff(nonlinear) >= -1e-9)
+        assert np.all(np.diff(linear) > 0.0)
+
+
+def test_figures_in_the_text_are_those_of_the_model():
+    p = axis_parameters()
+    found, capacity = linear_range(p), load_capacity(p, np.array([500.0 / np.sqrt(2.0)]))
+    in_mm = f"{found.x_low * 1e3:.3f} to {found.x_high * 1e3:.3f} mm"
+    assert f"{in_mm}, {found.i_low:.2f} to {found.i_high:.2f} A" in PROSE
+    assert ", ".join(f"{rate / 1e6:.2f}" for rate in force_slew_rate(p)) + " MN/s" in PROSE
+    in_hz = [full_swing_bandwidth(p, amplitude) for amplitude in (1.0, 4.43)]
+    assert f"1 A up to {in_hz[0]:.0f} Hz, 4.43 A up to {in_hz[1]:.0f} Hz" in PROSE
+    assert f"354 N: {capacity.up[0]:.0f} N up, {capacity.down[0]:.0f} N down" in PROSE
+    assert f"B_sat = {p[B_SAT]:.4f} T" in PROSE
+    assert f"more than {float(current_amplitude(p, 1400.0)):.2f} A is followed at the slew rate" in PROSE
 
 
 def test_rewriting_the_interface_table_changes_nothing():
-    text = README.read_text(encoding="utf-8")
-    assert with_table(text, interface_table(MODEL)) == text
+    assert with_table(TEXT, interface_table(MODEL)) == TEXT

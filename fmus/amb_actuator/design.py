@@ -1,0 +1,269 @@
+"""What a bearing axis can do, without a simulation: linearisation, range, slew rate, load capacity, amplifier.
+
+No kernel imports this module; it needs scipy and python-control, which the FMU does not. The functions take the
+parameters of one axis as the kernels do, an array in the order of the table; `axis_parameters` makes one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+import control
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from amb_actuator.force import Coils, current_stiffness, limited_current, negative_stiffness, nonlinear_force, pull
+from amb_actuator.interface import (
+    AXES,
+    AXIS_PARAMETERS,
+    BANDWIDTH,
+    BIAS,
+    CURRENT_LIMIT,
+    GAP,
+    INDUCTANCE,
+    INTERFACE,
+    POLE_AREA,
+    RESISTANCE,
+    STATIC,
+    TURNS,
+    VOLTAGE_LIMIT,
+)
+from fmi_export.model import Array
+
+
+class Linearisation(NamedTuple):
+    """Force in excess of the static load (N), K_s = dF/dx (N/m) and K_i = dF/dI_c (N/A), arrays of one shape."""
+
+    force: Array
+    k_s: Array
+    k_i: Array
+
+
+class LinearRange(NamedTuple):
+    """Displacements at I_c = 0 (m) and control currents at x = 0 (A) between which the linear law holds."""
+
+    x_low: float
+    x_high: float
+    i_low: float
+    i_high: float
+
+
+class LoadCapacity(NamedTuple):
+    """Static current (A) that carries each load, and the control force left towards and against it (N)."""
+
+    static_current: Array
+    up: Array
+    down: Array
+
+
+def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> Array:
+    """Parameters of an axis as the kernels read them: start values of the table, with changes.
+
+    Parameters
+    ----------
+    bearing, axis
+        `mb1` or `mb2`, `x` or `y`.
+    changes
+        Values by name without bearing and axis, `bias_current=4.3`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such axis or parameter, a value is outside its range, or the coils cannot carry the bias.
+    """
+    if (bearing, axis) not in AXES:
+        raise ValueError(f"no axis {bearing}.{axis}; there are {', '.join(f'{b}.{a}' for b, a in AXES)}")
+    table = INTERFACE.of("parameter")
+    first = INTERFACE.parameter_index(f"{bearing}.turns_{axis}")
+    own = {v.name[len(bearing) + 1 : -len(axis) - 1]: v for v in table[first : first + AXIS_PARAMETERS]}
+    for name, value in changes.items():
+        if name not in own:
+            raise ValueError(f"no parameter {name!r}; there are {', '.join(own)}")
+        if not own[name].minimum <= value <= own[name].maximum:
+            raise ValueError(own[name].describe_range(value))
+    p = np.array([changes.get(name, v.start) for name, v in own.items()], dtype=np.float64)
+    if p[STATIC] + p[BIAS] > p[CURRENT_LIMIT]:
+        raise ValueError(
+            f"bias_current = {p[BIAS]:g} A plus static_current = {p[STATIC]:g} A is not allowed; "
+            f"the sum must be <= {p[CURRENT_LIMIT]:g} A"
+        )
+    return p
+
+
+def constants(p: Array) -> tuple[float, float]:
+    """K_s (N/m) and K_i (N/A) of the linear law from the geometry     (2.8, 2.9)."""
+    geometry = [float(value) for value in (*p[TURNS : POLE_AREA + 1], *p[GAP : STATIC + 1])]
+    return negative_stiffness(*geometry), current_stiffness(*geometry)
+
+
+def current_range(p: Array) -> tuple[float, float]:
+    """Least and largest control current (A) that both coil pairs can carry."""
+    low, high = (limited_current(sign * math.inf, p[BIAS], p[STATIC], p[CURRENT_LIMIT]) for sign in (-1.0, 1.0))
+    return float(low), float(high)
+
+
+def linearisation(p: Array, x: Array | float = 0.0, i_c: Array | float = 0.0) -> Linearisation:
+    """Force of the nonlinear law (2.6) with saturation, and its slopes K_s and K_i, at any operating point.
+
+    Parameters
+    ----------
+    p
+        Parameters of the axis.
+    x, i_c
+        Displacements (m) and control currents (A), of shapes that broadcast.
+
+    Raises
+    ------
+    ValueError
+        If a displacement is not within the air gap or a current not within what the coils carry.
+    """
+    x_all, i_all = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(i_c, dtype=np.float64))
+    low, high = current_range(p)
+    _refuse("x", x_all, ~(np.abs(x_all) < p[GAP]), "m", f"> {-p[GAP]:g} m and < {p[GAP]:g} m")
+    slack = 1e-12 * p[CURRENT_LIMIT]  # both ends are sums and differences of currents
+    outside = ~((low - slack <= i_all) & (i_all <= high + slack))
+    _refuse("i_c", i_all, outside, "A", f">= {low:g} A and <= {high:g} A")
+    rows = np.empty((x_all.size, 3))
+    for row, x_one, i_one in zip(rows, x_all.flat, i_all.flat, strict=True):
+        row[:2] = nonlinear_force(p, x_one, Coils(i_one, i_one, 1.0, 1.0))
+        upper = pull(p, p[STATIC] + p[BIAS] + i_one, p[GAP] - x_one)
+        lower = pull(p, p[BIAS] - i_one, p[GAP] + x_one)
+        row[2] = upper.per_current + lower.per_current
+    return Linearisation(*(column.reshape(x_all.shape) for column in rows.T))
+
+
+def linear_error(p: Array, x: Array | float, i_c: Array | float) -> Array:
+    """Error of F = K_s x + K_i I_c (2.7) against (2.6) with saturation, relative to |K_s x| + |K_i I_c|.
+
+    Measured by the sum of both terms, the error stays finite where they cancel. At the operating point it is 0.
+    Parameters and errors as in `linearisation`.
+    """
+    k_s, k_i = constants(p)
+    exact = linearisation(p, x, i_c).force
+    stiff, driven = np.broadcast_arrays(k_s * np.asarray(x, dtype=float), k_i * np.asarray(i_c, dtype=float))
+    size = np.abs(stiff) + np.abs(driven)
+    return np.divide(np.abs(exact - stiff - driven), size, out=np.zeros(exact.shape), where=size > 0.0)
+
+
+def linear_range(p: Array, tolerance: float = 0.05) -> LinearRange:
+    """How far the linear law holds within `tolerance`, along x and along I_c.
+
+    Where it holds everywhere, the limit is that of the gap or of the coils.
+
+    Raises
+    ------
+    ValueError
+        If the tolerance is not between 0 and 1.
+    """
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance = {tolerance:g} is not allowed; it must be between 0 and 1")
+    low, high = current_range(p)
+    gap = float(np.nextafter(p[GAP], 0.0))
+    along_x = [_first_crossing(lambda x: float(linear_error(p, x, 0.0)) - tolerance, end) for end in (-gap, gap)]
+    along_i = [_first_crossing(lambda i: float(linear_error(p, 0.0, i)) - tolerance, end) for end in (low, high)]
+    return LinearRange(*along_x, *along_i)
+
+
+def _first_crossing(excess: Callable[[float], float], end: float) -> float:
+    """Where `excess` first becomes positive on the way from 0 to `end`, or `end`."""
+    for inside, outside in pairwise(np.linspace(0.0, end, 401)):
+        if excess(outside) > 0.0:
+            return float(brentq(excess, inside, outside, xtol=1e-12 * abs(end)))
+    return end
+
+
+def force_slew_rate(p: Array) -> tuple[float, float]:
+    """Fastest rise and fastest fall (N/s) of the force at the operating point, with both coils at the voltage limit.
+
+    dF/dt = K_upper (V - R a)/L + K_lower (V + R b)/L, with a = I_s + I_b and b = I_b; falling, the signs of R turn.
+    """
+    a, b = p[STATIC] + p[BIAS], p[BIAS]
+    k_upper, k_lower = pull(p, a, p[GAP]).per_current, pull(p, b, p[GAP]).per_current
+    v, r, inductance = p[VOLTAGE_LIMIT], p[RESISTANCE], p[INDUCTANCE]
+    rise = (k_upper * (v - r * a) + k_lower * (v + r * b)) / inductance
+    fall = (k_upper * (v + r * a) + k_lower * (v - r * b)) / inductance
+    return float(rise), float(fall)
+
+
+def current_amplitude(p: Array, frequency: Array | float) -> Array:
+    """Largest sine of the control current (A) that coil limits and voltage allow at a frequency (Hz).
+
+    R I_0 + I |R + j omega L| <= V for the coil pair with the larger current I_0 at rest.
+    """
+    low, high = current_range(p)
+    impedance = np.hypot(p[RESISTANCE], 2.0 * math.pi * p[INDUCTANCE] * np.asarray(frequency, dtype=np.float64))
+    return np.clip(_voltage_left(p) / impedance, 0.0, min(-low, high))
+
+
+def full_swing_bandwidth(p: Array, amplitude: float) -> float:
+    """Frequency (Hz) up to which the coils follow a sine of the control current with this amplitude (A).
+
+    omega L = sqrt(((V - R I_0)/I)^2 - R^2); above it the voltage limit cuts the amplitude to `current_amplitude`.
+
+    Raises
+    ------
+    ValueError
+        If the amplitude is not positive, or more than coils and voltage allow even at rest.
+    """
+    largest = float(current_amplitude(p, 0.0))
+    if not 0.0 < amplitude <= largest:
+        raise ValueError(f"amplitude = {amplitude:g} A is not allowed; it must be > 0 A and <= {largest:g} A")
+    return float(math.sqrt((_voltage_left(p) / amplitude) ** 2 - p[RESISTANCE] ** 2) / (2.0 * math.pi * p[INDUCTANCE]))
+
+
+def load_capacity(p: Array, loads: Array) -> LoadCapacity:
+    """Control force left above static loads that the axis carries at its centre, with saturation.
+
+    Each load W sets its own static current, P(I_s + I_b) - P(I_b) = W. What is left is the force at the largest and at
+    the least control current. Of a vertical load on a bearing, each of its two axes at 45 degrees carries 1/sqrt(2).
+
+    Parameters
+    ----------
+    p
+        Parameters of the axis; its static current is ignored.
+    loads
+        Static loads of the axis, >= 0 (N), shape (n,).
+
+    Raises
+    ------
+    ValueError
+        If a load is negative or more than the axis can carry.
+    """
+
+    def carried(static: float) -> float:
+        return float(pull(p, p[BIAS] + static, p[GAP]).force - pull(p, p[BIAS], p[GAP]).force)
+
+    most = p[CURRENT_LIMIT] - p[BIAS]
+    given = np.asarray(loads, dtype=np.float64)
+    outside = ~((given >= 0.0) & (given <= carried(most)))
+    _refuse("load", given, outside, "N", f">= 0 N and <= {carried(most):g} N")
+    rows = []
+    for load in given:
+        static = brentq(lambda i, load=load: carried(i) - load, 0.0, most, xtol=1e-13) if load > 0.0 else 0.0
+        q = p.copy()
+        q[STATIC] = static
+        low, high = current_range(q)
+        rows.append((static, float(linearisation(q, 0.0, high).force), -float(linearisation(q, 0.0, low).force)))
+    return LoadCapacity(*np.array(rows).reshape(-1, 3).T)
+
+
+def amplifier_transfer(p: Array) -> control.TransferFunction:
+    """Coil current over commanded control current, A/A, within the voltage limit: omega_b/(s + omega_b).
+
+    Times `amplifier_gain` it is A/V, and times K_i (N/A) the force of a command at a rotor that stands still.
+    """
+    omega = 2.0 * math.pi * float(p[BANDWIDTH])
+    return control.tf([omega], [1.0, omega])
+
+
+def _voltage_left(p: Array) -> float:
+    return float(p[VOLTAGE_LIMIT] - p[RESISTANCE] * (p[STATIC] + p[BIAS]))
+
+
+def _refuse(name: str, values: Array, outside: NDArray[np.bool_], unit: str, allowed: str) -> None:
+    if outside.any():
+        raise ValueError(f"{name} = {values[outside].flat[0]:g} {unit} is not allowed; it must be {allowed}")

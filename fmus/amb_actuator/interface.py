@@ -1,0 +1,250 @@
+"""Variable table of the actuator, and the positions that its kernels read."""
+
+from __future__ import annotations
+
+import math
+
+from amb_actuator.flux import saturation_flux
+from fmi_export.variables import Variable, input_, interface, output, parameter
+
+AXES = (("mb1", "x"), ("mb1", "y"), ("mb2", "x"), ("mb2", "y"))
+N_AXES = len(AXES)
+
+LAWS = ("linear", "measured", "nonlinear")
+LINEAR, MEASURED, NONLINEAR = range(len(LAWS))  # values of `force_law`
+IDEAL, DYNAMIC = 0, 1  # values of `amplifier`
+
+# Fig. 2.5: constants measured on the rig.
+MEASURED_K_S = {"mb1": 1.944e6, "mb2": 2.156e6}
+MEASURED_K_I = {"mb1": 544.0, "mb2": 539.0}
+
+# Table 2.2.
+POLE_FACE, HALF_POLE_ANGLE, MAX_FORCE = 1399e-6, math.radians(22.5), 1700.0
+
+
+def _magnet(b: str, a: str, at: str) -> list[Variable]:
+    return [
+        parameter(f"{b}.turns_{a}", "1", f"Turns per pole, {at} (Table 2.2)", 158.0, minimum=1.0, maximum=1e6),
+        parameter(
+            f"{b}.pole_area_{a}", "m2", f"Pole face area, {at} (Table 2.2)", POLE_FACE, minimum=1e-9, maximum=10.0
+        ),
+        parameter(f"{b}.gap_{a}", "m", f"Air gap, {at} (Table 2.2)", 1.2e-3, minimum=1e-6, maximum=1.0),
+        parameter(
+            f"{b}.half_angle_{a}",
+            "rad",
+            f"Half angle between the double pole faces, {at} (2.2)",
+            HALF_POLE_ANGLE,
+            minimum=0.0,
+            maximum=1.5,
+        ),
+        parameter(f"{b}.bias_current_{a}", "A", f"Bias current, {at} (Table 2.2)", 4.43, minimum=0.0, maximum=1e4),
+        parameter(f"{b}.static_current_{a}", "A", f"Static current, {at} (Table 2.2)", 1.14, minimum=0.0, maximum=1e4),
+        parameter(
+            f"{b}.current_limit_{a}", "A", f"Largest coil current, {at} (Table 2.4)", 10.0, minimum=0.0, maximum=1e4
+        ),
+        parameter(
+            f"{b}.k_s_measured_{a}",
+            "N/m",
+            f"Negative stiffness for force_law 1, {at} (Fig. 2.5)",
+            MEASURED_K_S[b],
+            minimum=-1e12,
+            maximum=1e12,
+        ),
+        parameter(
+            f"{b}.k_i_measured_{a}",
+            "N/A",
+            f"Current stiffness for force_law 1, {at} (Fig. 2.5)",
+            MEASURED_K_I[b],
+            minimum=-1e9,
+            maximum=1e9,
+        ),
+        parameter(
+            f"{b}.b_sat_{a}",
+            "T",
+            f"Saturation flux density for force_law 2, {at}; by default a coil pair pulls at most 1700 N (Table 2.2)",
+            saturation_flux(MAX_FORCE, POLE_FACE, HALF_POLE_ANGLE),
+            minimum=1e-3,
+            maximum=1e3,
+        ),
+        parameter(
+            f"{b}.knee_width_{a}",
+            "1",
+            f"Half-width of the knee of saturation, relative to b_sat, {at}",
+            0.2,
+            minimum=0.0,
+            maximum=1.0,
+        ),
+    ]
+
+
+def _amplifier(b: str, a: str, at: str) -> list[Variable]:
+    return [
+        parameter(
+            f"{b}.resistance_{a}",
+            "Ohm",
+            f"Resistance of a coil pair, {at} (Table 2.2)",
+            0.365,
+            minimum=1e-3,
+            maximum=1e6,
+        ),
+        parameter(
+            f"{b}.inductance_{a}",
+            "H",
+            f"Inductance of a coil pair, {at} (Table 2.2)",
+            0.0732,
+            minimum=1e-9,
+            maximum=1e3,
+        ),
+        parameter(
+            f"{b}.amplifier_gain_{a}",
+            "A/V",
+            f"Control current demanded by a volt of command, {at} (Table 2.4)",
+            0.5,
+            minimum=-1e6,
+            maximum=1e6,
+        ),
+        parameter(
+            f"{b}.bandwidth_{a}",
+            "Hz",
+            f"Bandwidth of the dynamic amplifier, {at} (Table 2.4)",
+            1400.0,
+            minimum=1e-3,
+            maximum=1e9,
+        ),
+        parameter(
+            f"{b}.voltage_limit_{a}",
+            "V",
+            f"Largest voltage of the dynamic amplifier, either way, {at} (assumed)",
+            150.0,
+            minimum=1e-3,
+            maximum=1e9,
+        ),
+    ]
+
+
+def _inputs(b: str, a: str, at: str) -> list[Variable]:
+    return [
+        input_(f"{b}.i_{a}", "A", f"Demanded control current, {at}"),
+        input_(f"{b}.{a}", "m", f"Rotor displacement from the centre, {at}"),
+        input_(
+            f"{b}.command_voltage_{a}",
+            "V",
+            f"Command as a voltage; amplifier_gain times it adds to the demanded control current, {at}",
+        ),
+        input_(
+            f"{b}.coil_loss_upper_{a}",
+            "1",
+            f"Fault: share of the upper coil pair's turns that is lost, {at}",
+            minimum=0.0,
+            maximum=1.0,
+        ),
+        input_(
+            f"{b}.coil_loss_lower_{a}",
+            "1",
+            f"Fault: share of the lower coil pair's turns that is lost, {at}",
+            minimum=0.0,
+            maximum=1.0,
+        ),
+        input_(
+            f"{b}.amplifier_off_{a}",
+            "1",
+            f"Fault: amplifiers off, currents decay through the coils, {at}",
+            type="Boolean",
+        ),
+        input_(f"{b}.stuck_{a}", "1", f"Fault: currents stay as they are, {at}", type="Boolean"),
+    ]
+
+
+def _outputs(b: str, a: str, at: str) -> list[Variable]:
+    demand = (f"{b}.i_{a}", f"{b}.command_voltage_{a}")
+    switches = (f"{b}.amplifier_off_{a}", f"{b}.stuck_{a}")
+    losses = (f"{b}.coil_loss_upper_{a}", f"{b}.coil_loss_lower_{a}")
+    current = (*demand, *switches)
+    force = (*demand, f"{b}.{a}", *losses, *switches)
+    flag: dict[str, object] = {"type": "Boolean"}
+    return [
+        output(f"{b}.f_{a}", "N", f"Force on the rotor in excess of the static load, {at}", depends_on=force),
+        output(f"{b}.k_{a}{a}", "N/m", f"Gradient of the force over displacement, {at}", depends_on=force),
+        output(f"{b}.{a}_ref", "m", f"Displacement where the force was evaluated, {at}", depends_on=(f"{b}.{a}",)),
+        output(f"{b}.i_upper_{a}", "A", f"Current of the upper coil pair, {at}", depends_on=current),
+        output(f"{b}.i_lower_{a}", "A", f"Current of the lower coil pair, {at}", depends_on=current),
+        output(
+            f"{b}.clipped_{a}", "1", f"The demanded current was cut to the coil limits, {at}", depends_on=demand, **flag
+        ),
+        output(
+            f"{b}.saturated_{a}",
+            "1",
+            f"The flux density of a coil pair is beyond the knee, where force_law 2 limits it, {at}",
+            depends_on=force,
+            **flag,
+        ),
+        output(
+            f"{b}.voltage_limited_{a}",
+            "1",
+            f"An amplifier was at its voltage limit during the step, {at}",
+            depends_on=current,
+            **flag,
+        ),
+        output(f"{b}.v_upper_{a}", "V", f"Voltage at the upper coil pair, {at}", depends_on=current),
+        output(f"{b}.v_lower_{a}", "V", f"Voltage at the lower coil pair, {at}", depends_on=current),
+        output(f"{b}.copper_loss_{a}", "W", f"Heat in both coil pairs, {at}", minimum=0.0, depends_on=current),
+    ]
+
+
+def _axis(bearing: str, axis: str) -> list[Variable]:
+    """Variables of one axis; within each causality their order is that of the positions below."""
+    at = f"{bearing.upper()}, {axis} axis"
+    return [group for table in (_magnet, _amplifier, _inputs, _outputs) for group in table(bearing, axis, at)]
+
+
+INTERFACE = interface(
+    parameter(
+        "force_law",
+        "1",
+        "0 linear with constants from the geometry (2.8, 2.9), 1 linear with measured constants (Fig. 2.5), "
+        "2 nonlinear (2.6) with saturation",
+        LINEAR,
+        minimum=0,
+        maximum=len(LAWS) - 1,
+        type="Integer",
+    ),
+    parameter(
+        "amplifier",
+        "1",
+        "0 ideal: the currents are there at once; 1 dynamic: bandwidth and voltage limit",
+        IDEAL,
+        minimum=IDEAL,
+        maximum=DYNAMIC,
+        type="Integer",
+    ),
+    parameter(
+        "mean_current",
+        "1",
+        "Force of the mean currents over a step in place of those at its end: "
+        "for a master that moves the rotor over the same step afterwards",
+        0.0,
+        type="Boolean",
+    ),
+    *(_axis(bearing, axis) for bearing, axis in AXES),
+    output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
+)
+
+# First positions are looked up in the table; what repeats for each axis follows its declaration.
+
+# Parameters
+FORCE_LAW = INTERFACE.parameter_index("force_law")
+AMPLIFIER = INTERFACE.parameter_index("amplifier")
+MEAN_CURRENT = INTERFACE.parameter_index("mean_current")
+AXIS = INTERFACE.parameter_index("mb1.turns_x")
+AXIS_PARAMETERS = (INTERFACE.n_parameters - AXIS) // N_AXES
+TURNS, POLE_AREA, GAP, HALF_ANGLE, BIAS, STATIC, CURRENT_LIMIT, K_S_MEASURED, K_I_MEASURED, B_SAT, KNEE = range(11)
+RESISTANCE, INDUCTANCE, AMPLIFIER_GAIN, BANDWIDTH, VOLTAGE_LIMIT = range(11, AXIS_PARAMETERS)
+
+# Inputs
+AXIS_INPUTS = INTERFACE.n_inputs // N_AXES
+DEMAND, DISPLACEMENT, COMMAND_VOLTAGE, UPPER_LOSS, LOWER_LOSS, OFF, STUCK = range(AXIS_INPUTS)
+
+# Outputs
+AXIS_OUTPUTS = (INTERFACE.n_outputs - 1) // N_AXES
+FORCE, GRADIENT, REFERENCE, UPPER, LOWER, CLIPPED, SATURATED = range(7)
+VOLTAGE_LIMITED, UPPER_VOLTAGE, LOWER_VOLTAGE, COPPER_LOSS = range(7, AXIS_OUTPUTS)

@@ -1,0 +1,144 @@
+"""Faults of the hardware, switched while the bearing runs: lost turns, amplifiers off, stuck currents."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from amb_actuator.interface import AXES, DYNAMIC, LAWS, LINEAR, MEASURED, NONLINEAR
+
+R, L, H = 0.365, 0.0732, 250e-6
+K = 4e-7 * math.pi * 158**2 * 1399e-6 * math.cos(math.radians(22.5)) / 1.2e-3**2  # N/A^2, pull at the centre
+F_0 = K * (5.57**2 - 4.43**2)
+K_I = 2 * K * (5.57 + 4.43)
+
+laws = pytest.mark.parametrize("law", range(len(LAWS)), ids=LAWS)
+amplifiers = pytest.mark.parametrize("amplifier", [0, DYNAMIC], ids=["ideal", "dynamic"])
+
+
+def settle(actuator, steps=40, **inputs):
+    for name, value in inputs.items():
+        actuator[name.replace("__", ".")] = value
+    for n in range(steps):
+        actuator.step(n * H, H)
+    return actuator
+
+
+@amplifiers
+def test_switched_off_currents_decay_with_the_time_constant_of_the_coil(bearing, amplifier):
+    actuator = bearing(amplifier=amplifier, mb1__i_x=0.5)
+    for n in range(1, 2001):
+        actuator["mb1.amplifier_off_x"] = 1.0
+        actuator.step(n * H, H)
+        if n in (1, 10, 2000):
+            decay = math.exp(-R / L * n * H)
+            assert actuator["mb1.i_upper_x"] == pytest.approx(6.07 * decay, rel=1e-10)
+            assert actuator["mb1.i_lower_x"] == pytest.approx(3.93 * decay, rel=1e-10)
+            assert (actuator["mb1.v_upper_x"], actuator["mb1.v_lower_x"]) == (0.0, 0.0)
+            loss = R * (6.07**2 + 3.93**2) * decay**2
+            assert actuator["mb1.copper_loss_x"] == pytest.approx(loss, rel=1e-10)
+
+
+@laws
+@amplifiers
+def test_bearing_without_current_drops_its_static_load(bearing, law, amplifier):
+    """f = -F_0: the rotor's weight, no longer carried; and nothing pulls it off its centre."""
+    scale = 544.0 / K_I if law == MEASURED else 1.0
+    for x in (0.0, 3e-4):
+        actuator = bearing(force_law=law, amplifier=amplifier, mb1__x=x)
+        settle(actuator, steps=1, mb1__amplifier_off_x=1.0)
+        actuator.step(H, 20.0)
+        assert actuator["mb1.f_x"] == pytest.approx(-F_0 * scale, rel=1e-9)
+        assert actuator["mb1.k_xx"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_amplifier_that_is_off_from_the_beginning_has_no_current(bearing):
+    actuator = bearing(mb1__amplifier_off_x=1.0, mb1__i_x=2.0)
+    assert (actuator["mb1.i_upper_x"], actuator["mb1.i_lower_x"]) == (0.0, 0.0)
+    assert actuator["mb1.copper_loss_x"] == 0.0
+
+
+def test_ideal_amplifier_comes_back_at_once_and_a_dynamic_one_at_its_slew_rate(bearing):
+    for amplifier in (0, DYNAMIC):
+        actuator = bearing(amplifier=amplifier, mb1__amplifier_off_x=1.0)
+        settle(actuator, steps=1, mb1__amplifier_off_x=0.0)
+        expected = 5.57 if amplifier == 0 else 150.0 / R * (1 - math.exp(-R / L * H))
+        assert actuator["mb1.i_upper_x"] == pytest.approx(expected, rel=1e-12)
+        settle(actuator, steps=100)
+        assert actuator["mb1.f_x"] == pytest.approx(0.0, abs=1e-9)
+
+
+@amplifiers
+def test_stuck_currents_stay_and_return_when_freed(bearing, amplifier):
+    actuator = settle(bearing(amplifier=amplifier), mb1__i_x=1.0)
+    settle(actuator, mb1__stuck_x=1.0, mb1__i_x=-2.0)
+    assert actuator["mb1.i_upper_x"] == pytest.approx(6.57, rel=1e-12)
+    assert actuator["mb1.i_lower_x"] == pytest.approx(3.43, rel=1e-12)
+    assert actuator["mb1.f_x"] == pytest.approx(K_I, rel=1e-9)
+    assert actuator["mb1.v_upper_x"] == pytest.approx(R * 6.57)
+    settle(actuator, mb1__stuck_x=0.0)
+    assert actuator["mb1.f_x"] == pytest.approx(-2 * K_I, rel=1e-9)
+
+
+def test_current_sticks_in_the_middle_of_a_slew(bearing):
+    actuator = settle(bearing(amplifier=DYNAMIC), steps=3, mb1__i_x=4.0)
+    held = actuator["mb1.i_upper_x"]
+    assert 5.57 < held < 9.0
+    settle(actuator, mb1__stuck_x=1.0)
+    assert actuator["mb1.i_upper_x"] == held
+
+
+def test_amplifier_that_is_off_cannot_hold_a_stuck_current(bearing):
+    actuator = settle(bearing(), steps=10, mb1__stuck_x=1.0, mb1__amplifier_off_x=1.0)
+    assert actuator["mb1.i_upper_x"] == pytest.approx(5.57 * math.exp(-R / L * 10 * H), rel=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.25, 0.5, 1.0])
+@pytest.mark.parametrize("law", [LINEAR, NONLINEAR])
+def test_lost_turns_cost_pull_with_their_square(bearing, law, share):
+    upper = bearing(force_law=law, mb1__coil_loss_upper_x=share)
+    lower = bearing(force_law=law, mb1__coil_loss_lower_x=share)
+    both = bearing(force_law=law, mb1__coil_loss_upper_x=share, mb1__coil_loss_lower_x=share)
+    kept = (1 - share) ** 2
+    assert upper["mb1.f_x"] == pytest.approx(-(1 - kept) * K * 5.57**2, rel=1e-9)
+    assert lower["mb1.f_x"] == pytest.approx((1 - kept) * K * 4.43**2, rel=1e-9)
+    assert both["mb1.f_x"] == pytest.approx(-(1 - kept) * F_0, rel=1e-9)
+    whole = 2 * K * (5.57**2 + 4.43**2) / 1.2e-3
+    assert upper["mb1.k_xx"] == pytest.approx(whole - (1 - kept) * 2 * K * 5.57**2 / 1.2e-3, rel=1e-9)
+    assert both["mb1.k_xx"] == pytest.approx(kept * whole, rel=1e-9, abs=1e-6)
+
+
+@pytest.mark.parametrize("law", [LINEAR, NONLINEAR])
+def test_control_current_of_a_half_lost_coil_works_with_what_is_left(bearing, law):
+    """dF/dI_c = 2 K [n_u^2 (I_s + I_b) + n_l^2 I_b] at the centre."""
+    forces = [bearing(force_law=law, mb1__coil_loss_upper_x=0.5, mb1__i_x=i_c)["mb1.f_x"] for i_c in (-1e-3, 1e-3)]
+    assert (forces[1] - forces[0]) / 2e-3 == pytest.approx(2 * K * (0.25 * 5.57 + 4.43), rel=1e-9)
+
+
+def test_lost_turns_leave_current_and_copper_loss_alone(bearing):
+    faulty, sound = bearing(mb1__coil_loss_upper_x=1.0), bearing()
+    for name in ("i_upper", "i_lower", "copper_loss", "v_upper"):
+        assert faulty[f"mb1.{name}_x"] == sound[f"mb1.{name}_x"]
+
+
+@laws
+@amplifiers
+def test_cured_faults_leave_no_trace(bearing, law, amplifier):
+    actuator = bearing(force_law=law, amplifier=amplifier, mb1__x=1e-4)
+    before = actuator.outputs.copy()
+    faults = {"amplifier_off_x": 1.0, "stuck_x": 1.0, "coil_loss_upper_x": 0.7, "coil_loss_lower_x": 0.2}
+    for fault, value in faults.items():
+        settle(actuator, **{f"mb1__{fault}": value})
+        assert not np.array_equal(actuator.outputs, before) or fault == "stuck_x"
+        settle(actuator, steps=400, **{f"mb1__{fault}": 0.0})
+    np.testing.assert_allclose(actuator.outputs, before, rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize(("faulty", "sound"), list(itertools.permutations(AXES, 2)))
+def test_a_fault_stays_in_its_axis(bearing, faulty, sound):
+    (b, a), (c, e) = faulty, sound
+    faults = ("amplifier_off", "stuck", "coil_loss_upper", "coil_loss_lower")
+    actuator = bearing({f"{b}.{fault}_{a}": 1.0 for fault in faults})
+    assert settle(actuator)[f"{b}.f_{a}"] < -100.0
+    assert (actuator[f"{c}.f_{e}"], actuator[f"{c}.i_upper_{e}"]) == (0.0, pytest.approx(5.57))
