@@ -12,12 +12,17 @@ import sys
 from pathlib import Path
 from typing import Any
 
+BUILD_ONLY = "native"  # a subpackage that builds FMUs and that none runs: neither shipped nor part of a digest
+
 
 def digest(package: Path) -> str:
     """Hash of the Python sources of a package folder."""
     sha = hashlib.sha256()
     for file in sorted(package.rglob("*.py")):
-        sha.update(file.relative_to(package).as_posix().encode() + b"\0")
+        path = file.relative_to(package)
+        if path.parts[0] == BUILD_ONLY:
+            continue
+        sha.update(path.as_posix().encode() + b"\0")
         sha.update(file.read_bytes() + b"\0")
     return sha.hexdigest()
 

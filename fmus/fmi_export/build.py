@@ -20,10 +20,10 @@ from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.model import Array, Model
 
 
-def guid_of(model: Model, constants: Array) -> str:
-    """Identifier that changes with the interface, the code or the constants, and with nothing else."""
-    sha = hashlib.sha256(model.interface.canonical())
-    for name, digest in _digests(model).items():
+def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
+    """Identifier that changes with the interface, the code, the constants or `flavour`, and with nothing else."""
+    sha = hashlib.sha256(model.interface.canonical() + flavour.encode())
+    for name, digest in digests(model).items():
         sha.update(f"{name} {digest}".encode())
     sha.update(np.ascontiguousarray(constants, dtype=np.float64).tobytes())
     text = sha.hexdigest()
@@ -46,8 +46,9 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
     with tempfile.TemporaryDirectory(prefix="fmu-") as temporary:
         stage = Path(temporary) / "stage"
         (stage / "code").mkdir(parents=True)
+        unneeded = shutil.ignore_patterns("__pycache__", bootstrap.BUILD_ONLY)
         for name in model.packages:
-            shutil.copytree(_folder(name), stage / "code" / name, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(_folder(name), stage / "code" / name, ignore=unneeded)
         script = shutil.copy2(_folder(model.packages[0]) / f"{model.name}_fmu.py", stage)
         shutil.copy2(bootstrap.__file__, stage)
         np.save(stage / "constants.npy", np.ascontiguousarray(constants, dtype=np.float64))
@@ -71,11 +72,12 @@ def _build_facts(model: Model, constants: Array) -> dict[str, object]:
         "guid": guid_of(model, constants),
         "version": versions["amb-cosim"],
         "tool": f"amb-cosim {versions['amb-cosim']} with PythonFMU {versions['pythonfmu']}",
-        "packages": _digests(model),
+        "packages": digests(model),
     }
 
 
-def _digests(model: Model) -> dict[str, str]:
+def digests(model: Model) -> dict[str, str]:
+    """Hash of each package that the model's kernels need."""
     return {name: bootstrap.digest(_folder(name)) for name in model.packages}
 
 

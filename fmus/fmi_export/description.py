@@ -16,8 +16,8 @@ LOG_CATEGORIES = {
 }
 
 
-def model_description(model: Model, guid: str, tool: str, version: str) -> Element:
-    """Root element of the FMI 2.0 co-simulation description of `model`.
+def model_description(model: Model, guid: str, tool: str, version: str, needs_tool: bool = True) -> Element:
+    """Root element of the FMI 2.0 co-simulation description of `model`; an FMU that runs by itself needs no tool.
 
     Variables come in table order with value reference = position; outputs are `calculated`, listed with the
     inputs they depend on without delay, and are the initial unknowns.
@@ -37,7 +37,7 @@ def model_description(model: Model, guid: str, tool: str, version: str) -> Eleme
         root,
         "CoSimulation",
         modelIdentifier=model.name,
-        needsExecutionTool="true",
+        needsExecutionTool=str(needs_tool).lower(),
         canHandleVariableCommunicationStepSize=str(model.variable_step).lower(),
         canBeInstantiatedOnlyOncePerProcess="false",
         canNotUseMemoryManagementFunctions="true",

@@ -1,0 +1,128 @@
+"""Sources to shared libraries for every platform, by the C compiler of PyPI's `ziglang`."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import importlib.util
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+
+from fmi_export.native.universal import universal
+
+# FMI 2.0.4 platform folder: suffix of its libraries, and the targets that one of them is for.
+PLATFORMS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "linux64": (".so", ("x86_64-linux-gnu.2.17",)),
+    "win64": (".dll", ("x86_64-windows-gnu",)),
+    "darwin64": (".dylib", ("x86_64-macos.11.0", "aarch64-macos.11.0")),
+    "aarch64-linux": (".so", ("aarch64-linux-gnu.2.17",)),
+    "aarch64-darwin": (".dylib", ("aarch64-macos.11.0",)),
+}
+
+OPTIONS = (
+    "-shared",
+    "-O2",
+    "-std=c11",
+    "-s",  # no names of functions, no paths
+    "-fvisibility=hidden",
+    "-ffp-contract=off",  # a product and a sum are rounded apart on every processor
+    "-fno-sanitize=all",
+    "-Wno-override-module",  # the kernels' module has no target before it gets this one
+)
+
+
+def host_platform() -> str:
+    """The platform of this machine.
+
+    Raises
+    ------
+    ValueError
+        If there is no FMU for it.
+    """
+    here = (sys.platform, platform.machine().lower())
+    names = {
+        ("linux", "x86_64"): "linux64",
+        ("win32", "amd64"): "win64",
+        ("darwin", "x86_64"): "darwin64",
+        ("darwin", "arm64"): "darwin64",  # both in one; importers look there first
+        ("linux", "aarch64"): "aarch64-linux",
+    }
+    if here not in names:
+        raise ValueError(f"there is no native FMU for {' '.join(here)}; there are {', '.join(PLATFORMS)}")
+    return names[here]
+
+
+def check_platforms(platforms: Iterable[str]) -> list[str]:
+    """`platforms` without repetition, in the order of `PLATFORMS`; `all` stands for every one.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or one is not known.
+    """
+    wanted = set(platforms)
+    unknown = sorted(wanted - {*PLATFORMS, "all"})
+    if unknown or not wanted:
+        what = f"no platform {', '.join(unknown)}" if unknown else "no platform was named"
+        raise ValueError(f"{what}; there are {', '.join(PLATFORMS)}, and all for every one")
+    return [name for name in PLATFORMS if wanted & {name, "all"}]
+
+
+def compile_library(name: str, sources: Mapping[str, str], target_platform: str) -> bytes:
+    """Shared library `name` for a platform, out of sources (C, LLVM assembly, headers) by file name.
+
+    Raises
+    ------
+    ValueError
+        If there is no compiler, it does not fit numba, or it refuses the sources.
+    """
+    check_compiler()
+    suffix, targets = PLATFORMS[target_platform]
+    with tempfile.TemporaryDirectory(prefix="zig-") as temporary:
+        folder = Path(temporary)
+        for file, text in sources.items():
+            (folder / file).write_text(text, encoding="utf-8", newline="\n")
+        inputs = sorted(f"../{file}" for file in sources if not file.endswith(".h"))
+        slices = []
+        for target in targets:
+            (folder / target).mkdir()
+            _zig(["-target", target, *OPTIONS, "-o", f"{name}{suffix}", *inputs, "-lm"], folder / target)
+            slices.append((folder / target / f"{name}{suffix}").read_bytes())
+    return slices[0] if len(slices) == 1 else universal(slices)
+
+
+@cache
+def check_compiler() -> str:
+    """Version of the installed `ziglang`.
+
+    Raises
+    ------
+    ValueError
+        If it is missing, or its LLVM is another than that of numba, whose code it has to read.
+    """
+    if importlib.util.find_spec("ziglang") is None:
+        raise ValueError("a native FMU is compiled by ziglang, which is not installed: pip install 'amb-cosim[native]'")
+    ours = int(importlib.import_module("llvmlite.binding").llvm_version_info[0])
+    found = re.search(r"clang version (\d+)", _zig(["--version"], Path.cwd()))
+    theirs = int(found[1]) if found else 0
+    if ours != theirs:
+        raise ValueError(
+            f"numba writes code of LLVM {ours}, but the installed ziglang reads LLVM {theirs}; "
+            f"install a ziglang with LLVM {ours} or a numba with LLVM {theirs}"
+        )
+    return importlib.metadata.version("ziglang")
+
+
+def _zig(arguments: list[str], folder: Path) -> str:
+    process = subprocess.run(
+        [sys.executable, "-m", "ziglang", "cc", *arguments], cwd=folder, capture_output=True, text=True, check=False
+    )
+    if process.returncode != 0:
+        raise ValueError(f"zig cc failed: {process.stderr.strip()[-2000:]}")
+    return process.stdout

@@ -1,0 +1,220 @@
+"""The two kernels of a model as one LLVM module that needs nothing but a C library's mathematics.
+
+numba compiles for the processor it runs on, so that is done anew in a process that is told of none. What numba leaves
+in the code for Python's sake is removed:
+
+    reference counts    the arrays of an FMU have no owner: counting does nothing
+    exceptions          their text is dropped; the kernel's status says that there was one
+    allocation          there must be none; a kernel that allocates is refused
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from fmi_export.model import Model
+
+ENTRIES = ("kernel_initialise", "kernel_step")
+
+# What a lowered kernel may call: C's mathematics and memory, and the helpers that instance.c has.
+ALLOWED = re.compile(
+    "acos|asin|atan2?|cbrt|ceil|copysign|cosh?|erfc?|exp2?|expm1|fabs|floor|fma|fmax|fmin|fmod|frexp|hypot|ldexp|lgamma|"
+    "log|log10|log1p|log2|modf|nearbyint|nextafter|pow|rint|round|sinh?|sqrt|tanh?|tgamma|trunc|"
+    "memcpy|memmove|memset|no_memory|numba_attempt_nocopy_reshape"
+)
+
+EXCEPTION = "__excinfo"  # begins the name of a function that puts an exception together from values
+
+# No processor, so that the code is anybody's; no optimisation before Python's share is out; no order by chance.
+SETTINGS = {
+    "NUMBA_CPU_NAME": "generic",
+    "NUMBA_CPU_FEATURES": "",
+    "NUMBA_OPT": "0",
+    "NUMBA_LOOP_VECTORIZE": "0",
+    "NUMBA_SLP_VECTORIZE": "0",
+    "PYTHONHASHSEED": "0",
+}
+
+
+def lower(model: Model) -> str:
+    """LLVM assembly, for no particular target, of `kernel_initialise` and `kernel_step`.
+
+    `int32_t kernel_step(int64_t *fault, void **exception, double *constants, int64_t n_constants, ..., double time,
+    double step_size)` takes each array as address and size and returns 0 unless the kernel raised an exception.
+
+    Raises
+    ------
+    ValueError
+        If the kernels are not compiled by numba, or need Python when they run.
+    """
+    places = [_place(model.name, kernel) for kernel in (model.initialise, model.step)]
+    with tempfile.TemporaryDirectory(prefix="lower-") as folder:
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+        environment |= SETTINGS | {"NUMBA_CACHE_DIR": folder}
+        environment["PYTHONPATH"] = os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)
+        target = Path(folder) / "kernels.ll"
+        process = subprocess.run(
+            [sys.executable, "-m", __name__, json.dumps(places), str(target)],
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if process.returncode != 0:
+            reason = process.stderr.strip().splitlines() or [f"numba's process ended with {process.returncode}"]
+            raise ValueError(f"{model.name} cannot be built without Python: {reason[-1]}")
+        return target.read_text(encoding="utf-8")
+
+
+def _place(name: str, kernel: Any) -> tuple[str, str]:
+    """Module and name under which another process finds a kernel."""
+    if not hasattr(kernel, "py_func"):
+        raise ValueError(f"{name} cannot be built without Python: its kernels are not compiled; install numba")
+    module, function = kernel.py_func.__module__, kernel.py_func.__qualname__
+    if getattr(sys.modules.get(module), function, None) is not kernel:
+        raise ValueError(f"{name} cannot be built without Python: there is no kernel {function} in module {module}")
+    return module, function
+
+
+# In the process of its own ---------------------------------------------------------------------------------------
+
+
+def main() -> None:
+    """Compile the kernels named in the first argument to the file named in the second."""
+    kernels = [getattr(importlib.import_module(module), name) for module, name in json.loads(sys.argv[1])]
+    try:
+        assembly = without_python([_initialise_entry(kernels[0]), _step_entry(kernels[1])])
+    except Exception as error:
+        sys.exit(" ".join(str(error).split()) or repr(error))
+    Path(sys.argv[2]).write_text(assembly, encoding="utf-8")
+
+
+def _initialise_entry(kernel: Callable[..., int]) -> Any:
+    numba: Any = importlib.import_module("numba")
+    carray, size, pointer = numba.carray, numba.int64, numba.types.CPointer(numba.float64)
+
+    @numba.cfunc(size(*(pointer, size) * 6), error_model="numpy")
+    def entry(c, n_c, p, n_p, u, n_u, x, n_x, w, n_w, y, n_y):  # type: ignore[no-untyped-def]
+        return kernel(carray(c, n_c), carray(p, n_p), carray(u, n_u), carray(x, n_x), carray(w, n_w), carray(y, n_y))
+
+    return entry
+
+
+def _step_entry(kernel: Callable[..., int]) -> Any:
+    numba: Any = importlib.import_module("numba")
+    carray, size, pointer = numba.carray, numba.int64, numba.types.CPointer(numba.float64)
+
+    @numba.cfunc(size(*(pointer, size) * 6, numba.float64, numba.float64), error_model="numpy")
+    def entry(c, n_c, p, n_p, u, n_u, x, n_x, w, n_w, y, n_y, t, h):  # type: ignore[no-untyped-def]
+        return kernel(
+            carray(c, n_c), carray(p, n_p), carray(u, n_u), carray(x, n_x), carray(w, n_w), carray(y, n_y), t, h
+        )
+
+    return entry
+
+
+def without_python(entries: list[Any]) -> str:
+    """LLVM assembly of compiled entries (`numba.cfunc`), named `ENTRIES`, with Python's share removed.
+
+    Raises
+    ------
+    ValueError
+        If something is left that needs Python.
+    """
+    llvm: Any = importlib.import_module("llvmlite.binding")
+    llvm.initialize_native_target()
+    modules = [llvm.parse_assembly(_cut(entry.inspect_llvm())) for entry in entries]
+    module = modules[0]
+    # What numba calls the C callback goes through Python's error indicator; the function behind it does not.
+    for entry, name in zip(entries, ENTRIES, strict=True):
+        own = modules[ENTRIES.index(name)]
+        own.get_function(entry.native_name.removeprefix("cfunc.")).name = name
+    for other in modules[1:]:
+        module.link_in(other)
+    _keep_entries_only(module, llvm)
+    _refuse_what_needs_python(module)
+    return re.sub(r"^(target |source_filename|; ModuleID).*\n", "", str(module), flags=re.MULTILINE)
+
+
+# What these do for Python has no place here. Arrays of an FMU have no owner, so counting references is nothing. numba
+# asks for memory only to assign an array to one that overlaps it; instance.c gives it none, and the kernel fails. Every
+# exception is the same one, which says nothing: the pickled ones hold paths of this machine.
+RUNTIME = """
+@no_exception = internal constant { ptr, i32, ptr, ptr, i32 } zeroinitializer
+define internal void @NRT_incref(ptr %p) { ret void }
+define internal void @NRT_decref(ptr %p) { ret void }
+define internal void @NRT_Free(ptr %p) { ret void }
+"""
+
+
+def _cut(assembly: str) -> str:
+    """Assembly without Python's runtime, the contents of exceptions, and addresses within this process."""
+    flags = re.MULTILINE | re.DOTALL
+    for name in re.findall(r"@(\w+)\(", RUNTIME):
+        assembly = re.sub(rf"^define [^@\n]*@{name}\(.*?^\}}", "", assembly, flags=flags)
+        assembly = re.sub(rf"^declare [^@\n]*@{name}\(.*?$", "", assembly, flags=flags)
+    assembly = assembly.replace("@NRT_Allocate(", "@no_memory(")
+    # It words the error of an assignment between different shapes, out of strings.
+    assembly = re.sub(
+        r"^define [^@\n]*(i32 @_ZN5numba2np8arrayobj\w*raise_with_shape_context[^\n]*)\{\n.*?^\}",
+        r"define internal \1{ ret i32 1 }",
+        assembly,
+        flags=flags,
+    )
+    # Unless it is optimised away, such a variable is now one that nobody defines.
+    assembly = re.sub(r"^(@numba\.dynamic\.globals\.\w+ =) .*?$", r"\1 external global ptr", assembly, flags=flags)
+    lines = (
+        line if line.startswith("@") else re.sub(r"@\.const\.picklebuf\.[\w.]+", "@no_exception", line)
+        for line in assembly.splitlines()
+    )
+    return "\n".join(lines) + RUNTIME
+
+
+def _keep_entries_only(module: Any, llvm: Any) -> None:
+    """Make everything but the entries private and drop what they do not reach."""
+    for function in module.functions:
+        if not function.is_declaration:
+            kept = function.name in ENTRIES
+            function.linkage = "external" if kept else "internal"
+            function.visibility = "hidden" if kept else "default"
+    for variable in module.global_variables:
+        if not variable.is_declaration:
+            variable.linkage = "internal"
+    machine = llvm.Target.from_default_triple().create_target_machine(cpu="generic", features="", opt=2)
+    tuning = llvm.create_pipeline_tuning_options(speed_level=2)
+    tuning.loop_vectorization = tuning.slp_vectorization = False  # left to the compiler of each platform
+    builder = llvm.create_pass_builder(machine, tuning)
+    builder.getModulePassManager().run(module, builder)
+    module.verify()
+    for k, function in enumerate(f for f in module.functions if not f.is_declaration and f.name not in ENTRIES):
+        if not function.name.startswith(EXCEPTION):
+            function.name = f"kernel_{k}"  # numba's names are long, and macOS libraries keep them
+
+
+def _refuse_what_needs_python(module: Any) -> None:
+    functions, variables = list(module.functions), list(module.global_variables)
+    names = {v.name for v in (*functions, *variables) if v.is_declaration and not v.name.startswith("llvm.")}
+    names = {name for name in names if not ALLOWED.fullmatch(name)}
+    names |= {function.name for function in functions if function.name.startswith(EXCEPTION)}
+    if names:
+        raise ValueError(
+            f"the kernels call {', '.join(sorted(names))}, which an FMU does not have; "
+            "a kernel must not allocate, print, or raise an exception with values in it"
+        )
+    processors = sorted({f.name for f in functions if re.match(r"llvm\.(x86|aarch64)\.", f.name)})
+    if processors:
+        raise ValueError(f"the kernels are compiled for one processor only: {', '.join(processors)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,610 @@
+/* FMI 2.0 for co-simulation around one model: the standard's state machine, checks, logging, saved states.
+
+   Nothing here is global and writable, so instances share nothing. Memory is taken once for each instance and once for
+   each saved state. Every call that is refused answers fmi2Error, logs the reason and, but for questions that the
+   standard leaves optional, puts the instance into the error state, from which fmi2Reset and fmi2SetFMUstate lead. */
+
+#include <limits.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2.h"
+#include "instance.h"
+
+/* States of the standard that a slave without asynchronous steps can be in. */
+enum {
+    INSTANTIATED = 1,
+    INITIALIZATION = 2,
+    STEP_COMPLETE = 4,
+    STEP_FAILED = 8,
+    TERMINATED = 16,
+    ERROR = 32,
+};
+
+enum {
+    ANY = INSTANTIATED | INITIALIZATION | STEP_COMPLETE | STEP_FAILED | TERMINATED | ERROR,
+    READABLE = INITIALIZATION | STEP_COMPLETE | STEP_FAILED | TERMINATED | ERROR,
+    SETTABLE = INSTANTIATED | INITIALIZATION | STEP_COMPLETE,
+    STARTED = STEP_COMPLETE | STEP_FAILED | TERMINATED,
+};
+
+static const struct {
+    int32_t state;
+    const char *name;
+} STATE_NAMES[] = {
+    {INSTANTIATED, "instantiated"}, {INITIALIZATION, "initialization mode"}, {STEP_COMPLETE, "step complete"},
+    {STEP_FAILED, "step failed"},   {TERMINATED, "terminated"},              {ERROR, "error"},
+};
+
+static const char *const TYPE_NAMES[] = {"Real", "Integer", "Boolean", "String"};
+
+enum { GUID_SIZE = 40 };
+
+/* A saved state. */
+typedef struct {
+    char guid[GUID_SIZE]; /* first, so that the state of another FMU is known by it */
+    int32_t state;
+    int32_t stale; /* something was set in initialization mode that the outputs do not show yet */
+    double time;   /* end of the last successful step (s) */
+    Run run;
+} Saved;
+
+typedef struct {
+    Saved now;
+    Scratch scratch;
+    fmi2CallbackFunctions host;
+    int logging;
+    unsigned int categories; /* one bit for each of CATEGORIES */
+    char name[];
+} Instance;
+
+/* Logging -------------------------------------------------------------------------------------------------------- */
+
+/* In the order of fmi2Status, from fmi2Warning on. */
+static const char *const CATEGORIES[] = {"logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal",
+                                         "logAll"};
+enum { N_CATEGORIES = sizeof CATEGORIES / sizeof *CATEGORIES, LOG_ALL = N_CATEGORIES - 1 };
+
+/* Hand a text to the host's logger, which takes it for a printf format. */
+static void hand_over(const fmi2CallbackFunctions *host, const char *name, fmi2Status status, const char *text)
+{
+    char format[2 * TEXT_SIZE];
+    size_t used = 0;
+    if (!host->logger)
+        return;
+    for (; *text && used < sizeof format - 2; text++) {
+        if (*text == '%')
+            format[used++] = '%';
+        format[used++] = *text;
+    }
+    format[used] = '\0';
+    host->logger(host->componentEnvironment, name, status, CATEGORIES[status - fmi2Warning], format);
+}
+
+static void say(const Instance *instance, fmi2Status status, const char *format, ...)
+{
+    char text[TEXT_SIZE];
+    unsigned int wanted = 1u << (status - fmi2Warning) | 1u << LOG_ALL;
+    va_list arguments;
+    if (!instance->logging || !(instance->categories & wanted))
+        return;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    hand_over(&instance->host, instance->name, status, text);
+}
+
+/* Refuse a call for good: the first reason stays as the fault. */
+static fmi2Status refuse(Instance *instance, const char *format, ...)
+{
+    char text[TEXT_SIZE];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    if (!instance->now.run.fault)
+        run_stop(&instance->now.run, FAULT_INTERNAL, text);
+    instance->now.state = ERROR;
+    say(instance, fmi2Error, "%s", text);
+    return fmi2Error;
+}
+
+/* Whether `call` may come now; if not it is refused, with what state the instance is in and which would do. */
+static int may(Instance *instance, int states, const char *call)
+{
+    char text[TEXT_SIZE];
+    const char *now = "an unknown state", *separator = "";
+    if (!instance)
+        return 0;
+    if (instance->now.state & states)
+        return 1;
+    for (size_t i = 0; i < sizeof STATE_NAMES / sizeof *STATE_NAMES; i++)
+        if (STATE_NAMES[i].state == instance->now.state)
+            now = STATE_NAMES[i].name;
+    size_t used = (size_t)snprintf(text, sizeof text, "%s is not allowed in state '%s'; it is allowed in ", call, now);
+    for (size_t i = 0; i < sizeof STATE_NAMES / sizeof *STATE_NAMES; i++)
+        if (states & STATE_NAMES[i].state && used < sizeof text) {
+            used += (size_t)snprintf(text + used, sizeof text - used, "%s'%s'", separator, STATE_NAMES[i].name);
+            separator = ", ";
+        }
+    refuse(instance, "%s", text);
+    return 0;
+}
+
+/* A question that the standard leaves optional: refused, and the instance lives on. */
+static fmi2Status unsupported(const Instance *instance, fmi2Status status, const char *what)
+{
+    if (!instance)
+        return fmi2Error;
+    say(instance, status, "%s", what);
+    return status;
+}
+
+/* Life cycle ----------------------------------------------------------------------------------------------------- */
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return "default";
+}
+
+const char *fmi2GetVersion(void)
+{
+    return "2.0";
+}
+
+static void start_over(Instance *instance)
+{
+    Saved *now = &instance->now;
+    memset(now, 0, sizeof *now);
+    snprintf(now->guid, sizeof now->guid, "%s", model_guid);
+    now->state = INSTANTIATED;
+    now->stale = 1;
+    run_clear(&now->run);
+    memset(&instance->scratch, 0, sizeof instance->scratch);
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *host, fmi2Boolean visible, fmi2Boolean logging)
+{
+    char reason[TEXT_SIZE] = "";
+    (void)resources, (void)visible;
+    if (!host)
+        return NULL;
+    if (!name || !*name)
+        snprintf(reason, sizeof reason, "an instance needs a name");
+    else if (type != fmi2CoSimulation)
+        snprintf(reason, sizeof reason, "this is an FMU for co-simulation, not for model exchange");
+    else if (!guid || strcmp(guid, model_guid) != 0)
+        snprintf(reason, sizeof reason, "the modelDescription.xml has guid %s, but the binary belongs to %s",
+                 guid ? guid : "NULL", model_guid);
+    Instance *instance = *reason ? NULL : calloc(1, sizeof *instance + strlen(name) + 1);
+    if (!instance) {
+        hand_over(host, name ? name : "", fmi2Error, *reason ? reason : "there is no memory for another instance");
+        return NULL;
+    }
+    memcpy(instance->name, name, strlen(name) + 1);
+    instance->host = *host;
+    instance->logging = logging != fmi2False;
+    instance->categories = 1u << LOG_ALL;
+    start_over(instance);
+    return instance;
+}
+
+void fmi2FreeInstance(fmi2Component component)
+{
+    free(component);
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t count, const fmi2String categories[])
+{
+    Instance *instance = component;
+    unsigned int chosen = count ? 0 : 1u << LOG_ALL;
+    if (!may(instance, ANY, "fmi2SetDebugLogging"))
+        return fmi2Error;
+    if (count && !categories)
+        return refuse(instance, "fmi2SetDebugLogging: categories is NULL");
+    for (size_t i = 0; i < count; i++) {
+        unsigned int k = 0;
+        while (k < N_CATEGORIES && !(categories[i] && strcmp(categories[i], CATEGORIES[k]) == 0))
+            k++;
+        if (k == N_CATEGORIES)
+            return refuse(instance, "fmi2SetDebugLogging: there is no category %s; there are %s, %s, %s, %s and %s",
+                          categories[i] ? categories[i] : "NULL", CATEGORIES[0], CATEGORIES[1], CATEGORIES[2],
+                          CATEGORIES[3], CATEGORIES[4]);
+        chosen |= 1u << k;
+    }
+    instance->logging = on != fmi2False;
+    instance->categories = chosen;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean has_stop, fmi2Real stop)
+{
+    Instance *instance = component;
+    (void)has_tolerance, (void)tolerance;
+    if (!may(instance, INSTANTIATED, "fmi2SetupExperiment"))
+        return fmi2Error;
+    if (!isfinite(start))
+        return refuse(instance, "start time = %g s is not allowed; it must be a finite number", start);
+    if (has_stop && !(stop >= start))
+        return refuse(instance, "stop time = %g s is not allowed; it must be >= %g s, the start", stop, start);
+    instance->now.time = start;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component component)
+{
+    Instance *instance = component;
+    if (!may(instance, INSTANTIATED, "fmi2EnterInitializationMode"))
+        return fmi2Error;
+    instance->now.state = INITIALIZATION;
+    instance->now.stale = 1;
+    return fmi2OK;
+}
+
+/* Initialise again if something was set since, so that outputs are right throughout initialization mode. A fault can
+   still be put right there. */
+static fmi2Status refresh(Instance *instance)
+{
+    Saved *now = &instance->now;
+    if (now->state != INITIALIZATION || !now->stale)
+        return fmi2OK;
+    now->stale = 0;
+    if (!run_initialise(&now->run, &instance->scratch))
+        return fmi2OK;
+    say(instance, fmi2Warning, "initialisation: %s", now->run.reason);
+    return fmi2Warning;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component component)
+{
+    Instance *instance = component;
+    if (!may(instance, INITIALIZATION, "fmi2ExitInitializationMode"))
+        return fmi2Error;
+    Saved *now = &instance->now;
+    if (now->stale)
+        run_initialise(&now->run, &instance->scratch);
+    now->stale = 0;
+    if (now->run.fault)
+        return refuse(instance, "initialisation: %s", now->run.reason);
+    now->state = STEP_COMPLETE;
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step_size, fmi2Boolean no_earlier_state)
+{
+    Instance *instance = component;
+    (void)no_earlier_state;
+    if (!may(instance, STEP_COMPLETE | STEP_FAILED, "fmi2DoStep"))
+        return fmi2Error;
+    Saved *now = &instance->now;
+    if (now->state == STEP_FAILED) {
+        say(instance, fmi2Discard, "at t = %.9g s: stopped by an earlier fault: %s", time, now->run.reason);
+        return fmi2Discard;
+    }
+    if (!isfinite(time))
+        return refuse(instance, "fmi2DoStep: time = %g s is not allowed; it must be a finite number", time);
+    if (run_step(&now->run, &instance->scratch, time, step_size)) {
+        now->state = STEP_FAILED;
+        say(instance, fmi2Discard, "at t = %.9g s: %s", time, now->run.reason);
+        return fmi2Discard;
+    }
+    now->time = time + step_size;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Terminate(fmi2Component component)
+{
+    Instance *instance = component;
+    if (!may(instance, STEP_COMPLETE | STEP_FAILED, "fmi2Terminate"))
+        return fmi2Error;
+    instance->now.state = TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component component)
+{
+    Instance *instance = component;
+    if (!may(instance, ANY, "fmi2Reset"))
+        return fmi2Error;
+    start_over(instance);
+    return fmi2OK;
+}
+
+/* Variables ------------------------------------------------------------------------------------------------------ */
+
+static int wrong_reference(Instance *instance, const char *call, fmi2ValueReference reference, Type type)
+{
+    if (reference < N_VALUES && variables[reference].type == type)
+        return 0;
+    if (reference < N_VALUES)
+        refuse(instance, "%s: %s is of type %s", call, variables[reference].name,
+               TYPE_NAMES[variables[reference].type]);
+    else
+        refuse(instance, "%s: there is no value reference %u", call, reference);
+    return 1;
+}
+
+/* Before values are read: state, pointers, references and types; outputs up to date. */
+static fmi2Status before_get(Instance *instance, const char *call, Type type, REFERENCES, const void *values)
+{
+    if (!may(instance, READABLE, call))
+        return fmi2Error;
+    if (count && (!references || !values))
+        return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+    for (size_t i = 0; i < count; i++)
+        if (wrong_reference(instance, call, references[i], type))
+            return fmi2Error;
+    return refresh(instance);
+}
+
+/* Before values are set: the same, and that each may be set now. Outputs never may, fixed parameters not any more. */
+static fmi2Status before_set(Instance *instance, const char *call, Type type, REFERENCES, const void *values)
+{
+    if (!may(instance, SETTABLE, call))
+        return fmi2Error;
+    if (count && (!references || !values))
+        return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+    for (size_t i = 0; i < count; i++) {
+        fmi2ValueReference r = references[i];
+        if (wrong_reference(instance, call, r, type))
+            return fmi2Error;
+        int fixed = r < FIRST_INPUT && !variables[r].tunable && instance->now.state == STEP_COMPLETE;
+        if (fixed || r >= FIRST_OUTPUT)
+            return refuse(instance, "%s: %s is a %s and cannot be set now", call, variables[r].name, variables[r].kind);
+    }
+    instance->now.stale = 1;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetReal(fmi2Component component, REFERENCES, fmi2Real values[])
+{
+    Instance *instance = component;
+    fmi2Status status = before_get(instance, "fmi2GetReal", REAL, references, count, values);
+    for (size_t i = 0; i < count && status <= fmi2Warning; i++)
+        values[i] = instance->now.run.values[references[i]];
+    return status;
+}
+
+fmi2Status fmi2GetInteger(fmi2Component component, REFERENCES, fmi2Integer values[])
+{
+    Instance *instance = component;
+    fmi2Status status = before_get(instance, "fmi2GetInteger", INTEGER, references, count, values);
+    for (size_t i = 0; i < count && status <= fmi2Warning; i++) {
+        double value = instance->now.run.values[references[i]];
+        if (!(value > INT_MIN - 1.0 && value < INT_MAX + 1.0))
+            return refuse(instance, "fmi2GetInteger: %s = %g does not fit into an integer",
+                          variables[references[i]].name, value);
+        values[i] = (fmi2Integer)value;
+    }
+    return status;
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component component, REFERENCES, fmi2Boolean values[])
+{
+    Instance *instance = component;
+    fmi2Status status = before_get(instance, "fmi2GetBoolean", BOOLEAN, references, count, values);
+    for (size_t i = 0; i < count && status <= fmi2Warning; i++)
+        values[i] = instance->now.run.values[references[i]] != 0.0;
+    return status;
+}
+
+/* There are no strings, so that these two refuse all but an empty list. */
+fmi2Status fmi2GetString(fmi2Component component, REFERENCES, fmi2String values[])
+{
+    return before_get(component, "fmi2GetString", STRING, references, count, values);
+}
+
+fmi2Status fmi2SetString(fmi2Component component, REFERENCES, const fmi2String values[])
+{
+    return before_set(component, "fmi2SetString", STRING, references, count, values);
+}
+
+fmi2Status fmi2SetReal(fmi2Component component, REFERENCES, const fmi2Real values[])
+{
+    Instance *instance = component;
+    fmi2Status status = before_set(instance, "fmi2SetReal", REAL, references, count, values);
+    for (size_t i = 0; i < count && status == fmi2OK; i++)
+        instance->now.run.values[references[i]] = values[i];
+    return status;
+}
+
+fmi2Status fmi2SetInteger(fmi2Component component, REFERENCES, const fmi2Integer values[])
+{
+    Instance *instance = component;
+    fmi2Status status = before_set(instance, "fmi2SetInteger", INTEGER, references, count, values);
+    for (size_t i = 0; i < count && status == fmi2OK; i++)
+        instance->now.run.values[references[i]] = values[i];
+    return status;
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component component, REFERENCES, const fmi2Boolean values[])
+{
+    Instance *instance = component;
+    fmi2Status status = before_set(instance, "fmi2SetBoolean", BOOLEAN, references, count, values);
+    for (size_t i = 0; i < count && status == fmi2OK; i++)
+        instance->now.run.values[references[i]] = values[i] != fmi2False;
+    return status;
+}
+
+/* Saved states --------------------------------------------------------------------------------------------------- */
+
+static int is_ours(const Saved *saved)
+{
+    return strncmp(saved->guid, model_guid, GUID_SIZE) == 0;
+}
+
+/* Bytes may come from anywhere, so they end with a sum (FNV-1a) of those before. */
+enum { BYTES = sizeof(Saved) + sizeof(uint64_t) };
+
+static uint64_t sum_of(const Saved *saved)
+{
+    const unsigned char *bytes = (const unsigned char *)saved;
+    uint64_t sum = 14695981039346656037u;
+    for (size_t i = 0; i < sizeof *saved; i++)
+        sum = (sum ^ bytes[i]) * 1099511628211u;
+    return sum;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
+{
+    Instance *instance = component;
+    if (!may(instance, ANY, "fmi2GetFMUstate"))
+        return fmi2Error;
+    if (!state)
+        return refuse(instance, "fmi2GetFMUstate: state is NULL");
+    Saved *saved = *state ? *state : malloc(sizeof *saved);
+    if (!saved)
+        return refuse(instance, "fmi2GetFMUstate: there is no memory for a state");
+    memcpy(saved, &instance->now, sizeof *saved);
+    *state = saved;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
+{
+    Instance *instance = component;
+    if (!may(instance, ANY, "fmi2SetFMUstate"))
+        return fmi2Error;
+    if (!state)
+        return refuse(instance, "fmi2SetFMUstate: state is NULL");
+    if (!is_ours(state))
+        return refuse(instance, "fmi2SetFMUstate: the state belongs to another FMU");
+    memcpy(&instance->now, state, sizeof instance->now);
+    return fmi2OK;
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state)
+{
+    if (!may(component, ANY, "fmi2FreeFMUstate"))
+        return fmi2Error;
+    if (state) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size)
+{
+    Instance *instance = component;
+    if (!may(instance, ANY, "fmi2SerializedFMUstateSize"))
+        return fmi2Error;
+    if (!state || !size)
+        return refuse(instance, "fmi2SerializedFMUstateSize: %s is NULL", state ? "size" : "state");
+    *size = BYTES;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    Instance *instance = component;
+    if (!may(instance, ANY, "fmi2SerializeFMUstate"))
+        return fmi2Error;
+    if (!state || !bytes)
+        return refuse(instance, "fmi2SerializeFMUstate: %s is NULL", state ? "bytes" : "state");
+    if (size < BYTES)
+        return refuse(instance, "fmi2SerializeFMUstate: a state takes %d bytes, not %zu", BYTES, size);
+    uint64_t sum = sum_of(state);
+    memcpy(bytes, state, sizeof(Saved));
+    memcpy(bytes + sizeof(Saved), &sum, sizeof sum);
+    return fmi2OK;
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+{
+    Instance *instance = component;
+    if (!may(instance, ANY, "fmi2DeSerializeFMUstate"))
+        return fmi2Error;
+    if (!bytes || !state)
+        return refuse(instance, "fmi2DeSerializeFMUstate: %s is NULL", bytes ? "state" : "bytes");
+    if (size < GUID_SIZE || strncmp(bytes, model_guid, GUID_SIZE) != 0)
+        return refuse(instance, "fmi2DeSerializeFMUstate: the state belongs to another FMU");
+    Saved *saved = size == BYTES ? malloc(sizeof *saved) : NULL;
+    if (size == BYTES && !saved)
+        return refuse(instance, "fmi2DeSerializeFMUstate: there is no memory for a state");
+    uint64_t sum = 0;
+    if (saved) {
+        memcpy(saved, bytes, sizeof *saved);
+        memcpy(&sum, bytes + sizeof *saved, sizeof sum);
+    }
+    if (!saved || sum != sum_of(saved)) {
+        free(saved);
+        return refuse(instance, "fmi2DeSerializeFMUstate: the bytes are not whole");
+    }
+    *state = saved; /* what was there before may be anything, and is the host's to free */
+    return fmi2OK;
+}
+
+/* Optional parts of the standard --------------------------------------------------------------------------------- */
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknowns[], size_t n_unknowns,
+                                        const fmi2ValueReference knowns[], size_t n_knowns, const fmi2Real dv_known[],
+                                        fmi2Real dv_unknown[])
+{
+    (void)unknowns, (void)n_unknowns, (void)knowns, (void)n_knowns, (void)dv_known, (void)dv_unknown;
+    return unsupported(component, fmi2Error, "fmi2GetDirectionalDerivative: this FMU gives no derivatives");
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, REFERENCES, const fmi2Integer orders[],
+                                       const fmi2Real values[])
+{
+    (void)references, (void)count, (void)orders, (void)values;
+    return unsupported(component, fmi2Error, "fmi2SetRealInputDerivatives: inputs are constant during a step");
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, REFERENCES, const fmi2Integer orders[],
+                                        fmi2Real values[])
+{
+    (void)references, (void)count, (void)orders, (void)values;
+    return unsupported(component, fmi2Error, "fmi2GetRealOutputDerivatives: this FMU gives no derivatives");
+}
+
+fmi2Status fmi2CancelStep(fmi2Component component)
+{
+    return unsupported(component, fmi2Error, "fmi2CancelStep: there is no step to cancel, none is asynchronous");
+}
+
+fmi2Status fmi2GetStatus(fmi2Component component, fmi2StatusKind kind, fmi2Status *value)
+{
+    (void)kind, (void)value;
+    return unsupported(component, fmi2Discard, "fmi2GetStatus: no step is asynchronous");
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component component, fmi2StatusKind kind, fmi2Real *value)
+{
+    Instance *instance = component;
+    if (!may(instance, STARTED, "fmi2GetRealStatus"))
+        return fmi2Error;
+    if (kind != fmi2LastSuccessfulTime || !value)
+        return unsupported(instance, fmi2Discard, "fmi2GetRealStatus: there is fmi2LastSuccessfulTime alone");
+    *value = instance->now.time;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component component, fmi2StatusKind kind, fmi2Integer *value)
+{
+    (void)kind, (void)value;
+    return unsupported(component, fmi2Discard, "fmi2GetIntegerStatus: there is no such status");
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component component, fmi2StatusKind kind, fmi2Boolean *value)
+{
+    Instance *instance = component;
+    if (!may(instance, STARTED, "fmi2GetBooleanStatus"))
+        return fmi2Error;
+    if (kind != fmi2Terminated || !value)
+        return unsupported(instance, fmi2Discard, "fmi2GetBooleanStatus: there is fmi2Terminated alone");
+    *value = instance->now.state == STEP_FAILED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component component, fmi2StatusKind kind, fmi2String *value)
+{
+    (void)kind, (void)value;
+    return unsupported(component, fmi2Discard, "fmi2GetStringStatus: no step is asynchronous");
+}

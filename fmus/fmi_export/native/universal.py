@@ -1,0 +1,34 @@
+"""One macOS library for two processors: both, one after the other, behind a header that says where each begins."""
+
+from __future__ import annotations
+
+import struct
+
+MAGIC = 0xCAFEBABE
+ALIGNMENT = 14  # power of two: a page of 16 kB
+
+
+def universal(slices: list[bytes]) -> bytes:
+    """A universal Mach-O file of thin 64-bit ones; header and table of it are big-endian.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no 64-bit Mach-O file.
+    """
+    table, body = b"", b""
+    offset = start = _aligned(8 + 20 * len(slices))
+    for content in slices:
+        magic, processor, variant = struct.unpack_from("<III", content)
+        if magic != 0xFEEDFACF:
+            raise ValueError("a universal library is made of 64-bit Mach-O libraries")
+        table += struct.pack(">IIIII", processor, variant, offset, len(content), ALIGNMENT)
+        padded = content.ljust(_aligned(len(content)), b"\0")
+        body += padded
+        offset += len(padded)
+    header = struct.pack(">II", MAGIC, len(slices)) + table
+    return header.ljust(start, b"\0") + body
+
+
+def _aligned(size: int) -> int:
+    return -(-size // (1 << ALIGNMENT)) << ALIGNMENT

@@ -1,0 +1,287 @@
+/* A host without Python: loads one FMU library and does what the lines of its standard input say.
+
+       host LIBRARY GUID < program
+
+       new K            instantiate number K (0 to 9)       free K
+       setup K t        enter K    exit K    reset K    terminate K
+       real|integer|boolean K reference value               set
+       read K reference...                                  print Reals, as hexadecimal numbers
+       code K reference                                     print an Integer
+       step K n count h                                     steps n, n + 1, ... of size h, until one is refused
+       save K    restore K    bytes K                       a state; the last: through bytes into a new one
+       fuzz seed count                                      calls in any order with any arguments
+
+   Each command but the last prints one line that begins with the status. The process ends with 0 if the end of the
+   program was reached. The logger writes to standard error. */
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2.h"
+
+#ifdef _WIN32
+#include <windows.h>
+#define open_library(path) (void *)LoadLibraryA(path)
+#define symbol(library, name) (void *)GetProcAddress((HMODULE)library, name)
+#define GetVersion fmu_GetVersion /* Windows has one too */
+#else
+#include <dlfcn.h>
+#define open_library(path) dlopen(path, RTLD_NOW | RTLD_LOCAL)
+#define symbol(library, name) dlsym(library, name)
+#endif
+
+#define FUNCTIONS(X)                                                                                                   \
+    X(GetTypesPlatform) X(GetVersion) X(SetDebugLogging) X(Instantiate) X(FreeInstance) X(SetupExperiment)             \
+    X(EnterInitializationMode) X(ExitInitializationMode) X(Terminate) X(Reset) X(GetReal) X(GetInteger) X(GetBoolean)  \
+    X(GetString) X(SetReal) X(SetInteger) X(SetBoolean) X(SetString) X(GetFMUstate) X(SetFMUstate) X(FreeFMUstate)     \
+    X(SerializedFMUstateSize) X(SerializeFMUstate) X(DeSerializeFMUstate) X(GetDirectionalDerivative)                  \
+    X(SetRealInputDerivatives) X(GetRealOutputDerivatives) X(DoStep) X(CancelStep) X(GetStatus) X(GetRealStatus)       \
+    X(GetIntegerStatus) X(GetBooleanStatus) X(GetStringStatus)
+
+#define DECLARE(name) static __typeof__(&fmi2##name) name;
+FUNCTIONS(DECLARE)
+
+enum { N = 10 };
+static fmi2Component instances[N];
+static fmi2FMUstate states[N];
+
+static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
+                   fmi2String text, ...)
+{
+    va_list arguments;
+    (void)environment;
+    fprintf(stderr, "%s %d %s ", name, status, category);
+    va_start(arguments, text);
+    vfprintf(stderr, text, arguments);
+    va_end(arguments);
+    fputc('\n', stderr);
+}
+
+static const fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL};
+
+static void quiet_logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
+                         fmi2String text, ...)
+{
+    char line[4096];
+    va_list arguments;
+    (void)environment, (void)name, (void)status, (void)category;
+    va_start(arguments, text);
+    vsnprintf(line, sizeof line, text, arguments);
+    va_end(arguments);
+}
+
+static const fmi2CallbackFunctions quiet = {quiet_logger, calloc, free, NULL, NULL};
+
+static void release(int k)
+{
+    if (instances[k])
+        FreeFMUstate(instances[k], &states[k]);
+    FreeInstance(instances[k]);
+    instances[k] = NULL;
+}
+
+static unsigned long long seed;
+
+static unsigned int chance(unsigned int below)
+{
+    seed = seed * 6364136223846793005ull + 1442695040888963407ull;
+    return (unsigned int)(seed >> 33) % below;
+}
+
+/* Any call with any arguments that are not pointers to nowhere: what comes back must be a status, and nothing else may
+   happen. States are only given to the library that made them. */
+static void fuzz_once(const char *guid)
+{
+    static const double numbers[] = {0.0, 1e-4, -1.0, 5.0, 1e300, -7.0, 11.0};
+    static const char *const words[] = {"logAll", "logStatusError", "nonsense", NULL};
+    unsigned int k = chance(N), count = chance(3) ? 1 : chance(4);
+    fmi2ValueReference references[3];
+    fmi2Real reals[3];
+    fmi2Integer integers[3] = {(int)chance(3), 1, 6};
+    fmi2String strings[3] = {words[chance(4)], words[chance(4)], words[chance(4)]};
+    fmi2Component c = instances[k];
+    fmi2Status status = fmi2OK;
+    fmi2Real not_finite = chance(2) ? 1e308 * 10.0 : (1e308 * 10.0) * 0.0;
+    size_t size = 0;
+    for (int i = 0; i < 3; i++) {
+        references[i] = chance(4) ? chance(10) : chance(9) ? chance(160) : 4294967295u;
+        reals[i] = chance(20) ? numbers[chance(7)] : not_finite;
+    }
+    const fmi2ValueReference *r = chance(30) ? references : NULL;
+    fmi2Real *v = chance(30) ? reals : NULL;
+    if (count == 3 && (!r || !v))
+        count = 2;
+    switch (chance(32)) {
+    case 0: case 1:
+        if (!c) instances[k] = Instantiate(chance(9) ? "fuzz" : "", chance(9) ? fmi2CoSimulation : fmi2ModelExchange,
+                                           chance(9) ? guid : strings[0], NULL, chance(9) ? &quiet : NULL, 0, chance(2));
+        break;
+    case 2: if (!chance(4)) release((int)k); break;
+    case 3: status = SetupExperiment(c, 0, 0.0, reals[0], (int)chance(2), reals[1]); break;
+    case 4: case 5: status = EnterInitializationMode(c); break;
+    case 6: case 7: status = ExitInitializationMode(c); break;
+    case 8: if (!chance(3)) status = Terminate(c); break;
+    case 9: status = Reset(c); break;
+    case 10: status = SetReal(c, r, count, v); break;
+    case 11: status = SetInteger(c, r, count, integers); break;
+    case 12: status = SetBoolean(c, r, count, integers); break;
+    case 13: status = GetReal(c, r, count, v); break;
+    case 14: status = GetInteger(c, r, count, integers); break;
+    case 15: status = GetBoolean(c, r, count, integers); break;
+    case 16: status = GetString(c, r, count, strings); break;
+    case 17: status = SetString(c, r, count, strings); break;
+    case 18: status = GetFMUstate(c, chance(20) ? &states[k] : NULL); break;
+    case 19: status = SetFMUstate(c, states[chance(N)]); break;
+    case 20: status = FreeFMUstate(c, chance(20) ? &states[k] : NULL); break;
+    case 21: {
+        status = SerializedFMUstateSize(c, states[k], &size);
+        if (status == fmi2OK) {
+            fmi2Byte *bytes = malloc(size);
+            status = SerializeFMUstate(c, states[k], bytes, chance(4) ? size : size / 2);
+            if (status == fmi2OK) {
+                fmi2FMUstate copy = NULL;
+                for (unsigned int flips = chance(3); flips > 0; flips--)
+                    bytes[chance(2) ? chance((unsigned int)size) : chance(64)] ^= (char)(1 << chance(8));
+                status = DeSerializeFMUstate(c, chance(20) ? bytes : NULL, chance(9) ? size : chance(8), &copy);
+                if (status == fmi2OK) {
+                    status = SetFMUstate(c, copy);
+                    FreeFMUstate(c, &copy);
+                }
+            }
+            free(bytes);
+        }
+        break;
+    }
+    case 22: status = SetDebugLogging(c, (int)chance(2), count, chance(9) ? strings : NULL); break;
+    case 23: status = GetStatus(c, (fmi2StatusKind)chance(5), &status); break;
+    case 24: status = GetRealStatus(c, (fmi2StatusKind)chance(5), chance(9) ? reals : NULL); break;
+    case 25: status = GetBooleanStatus(c, (fmi2StatusKind)chance(5), chance(9) ? integers : NULL); break;
+    case 26: status = GetIntegerStatus(c, (fmi2StatusKind)chance(5), NULL); break;
+    case 27: status = CancelStep(c); break;
+    case 28: status = GetDirectionalDerivative(c, r, count, r, count, v, v); break;
+    default: status = DoStep(c, reals[0], chance(9) ? 250e-6 : chance(2) ? not_finite : -1e-4 * chance(2), 1); break;
+    }
+    if (status < fmi2OK || status > fmi2Fatal)
+        exit(20);
+    if (status == fmi2Error && chance(2)) { /* or most of the calls would find the error state */
+        Reset(c);
+        EnterInitializationMode(c);
+        if (chance(4))
+            ExitInitializationMode(c);
+    }
+}
+
+static int run_line(char *line, const char *guid)
+{
+    char command[16];
+    unsigned int k = 0, reference = 0;
+    int used = 0;
+    double number = 0.0;
+    if (sscanf(line, "%15s %u%n", command, &k, &used) < 2)
+        return 0;
+    char *rest = line + used;
+    if (strcmp(command, "fuzz") == 0) {
+        seed = k;
+        for (long count = strtol(rest, NULL, 10); count > 0; count--)
+            fuzz_once(guid);
+        for (int i = 0; i < N; i++)
+            release(i);
+        return 1;
+    }
+    if (k >= N)
+        return 0;
+    fmi2Component c = instances[k];
+    fmi2Status status = fmi2OK;
+    if (strcmp(command, "new") == 0) {
+        char name[] = "fmu0";
+        name[3] = (char)('0' + k);
+        instances[k] = Instantiate(name, fmi2CoSimulation, guid, NULL, &callbacks, fmi2False, fmi2True);
+        status = instances[k] ? fmi2OK : fmi2Error;
+    } else if (strcmp(command, "free") == 0)
+        release((int)k);
+    else if (strcmp(command, "setup") == 0)
+        status = SetupExperiment(c, fmi2False, 0.0, strtod(rest, NULL), fmi2False, 0.0);
+    else if (strcmp(command, "enter") == 0)
+        status = EnterInitializationMode(c);
+    else if (strcmp(command, "exit") == 0)
+        status = ExitInitializationMode(c);
+    else if (strcmp(command, "reset") == 0)
+        status = Reset(c);
+    else if (strcmp(command, "terminate") == 0)
+        status = Terminate(c);
+    else if (strcmp(command, "real") == 0 || strcmp(command, "integer") == 0 || strcmp(command, "boolean") == 0) {
+        reference = (unsigned int)strtoul(rest, &rest, 10);
+        number = strtod(rest, NULL);
+        int integer = (int)number;
+        status = *command == 'r'   ? SetReal(c, &reference, 1, &number)
+                 : *command == 'i' ? SetInteger(c, &reference, 1, &integer)
+                                   : SetBoolean(c, &reference, 1, &integer);
+    } else if (strcmp(command, "read") == 0) {
+        fmi2ValueReference references[256];
+        fmi2Real values[256];
+        size_t count = 0;
+        char *end = rest;
+        for (;; rest = end) {
+            references[count] = (unsigned int)strtoul(rest, &end, 10);
+            if (end == rest || count == 256)
+                break;
+            count++;
+        }
+        status = GetReal(c, references, count, values);
+        printf("%d", status);
+        for (size_t i = 0; i < count && status <= fmi2Warning; i++)
+            printf(" %a", values[i]);
+        putchar('\n');
+        return 1;
+    } else if (strcmp(command, "code") == 0) {
+        int value = -1;
+        reference = (unsigned int)strtoul(rest, NULL, 10);
+        status = GetInteger(c, &reference, 1, &value);
+        printf("%d %d\n", status, value);
+        return 1;
+    } else if (strcmp(command, "step") == 0) {
+        long n = strtol(rest, &rest, 10), count = strtol(rest, &rest, 10);
+        number = strtod(rest, NULL);
+        for (long i = n; i < n + count && status == fmi2OK; i++)
+            status = DoStep(c, (double)i * number, number, fmi2True);
+    } else if (strcmp(command, "save") == 0)
+        status = GetFMUstate(c, &states[k]);
+    else if (strcmp(command, "restore") == 0)
+        status = SetFMUstate(c, states[k]);
+    else if (strcmp(command, "bytes") == 0) {
+        size_t size = 0;
+        status = SerializedFMUstateSize(c, states[k], &size);
+        fmi2Byte *bytes = malloc(size);
+        if (status == fmi2OK)
+            status = SerializeFMUstate(c, states[k], bytes, size);
+        FreeFMUstate(c, &states[k]);
+        if (status == fmi2OK)
+            status = DeSerializeFMUstate(c, bytes, size, &states[k]);
+        free(bytes);
+    } else
+        return 0;
+    printf("%d\n", status);
+    return 1;
+}
+
+int main(int count, char **arguments)
+{
+    static char line[4096];
+    if (count != 3)
+        return 10;
+    void *library = open_library(arguments[1]);
+    if (!library)
+        return 11;
+#define LOOK_UP(name)                                                                                                  \
+    if (!(name = (__typeof__(name))symbol(library, "fmi2" #name)))                                                     \
+        return 12;
+    FUNCTIONS(LOOK_UP)
+    while (fgets(line, sizeof line, stdin))
+        if (!run_line(line, arguments[2]))
+            return 13;
+    for (int k = 0; k < N; k++)
+        release(k);
+    return 0;
+}

@@ -1,0 +1,104 @@
+"""The native flavour against the core that numba runs here.
+
+On one machine both take sine, exponential and so on from the same C library, so they agree to the last bit.
+"""
+
+import platform
+
+import numpy as np
+import pytest
+
+from fmi_export.model import Instance
+
+H = 250e-6
+
+CONTACT = {
+    "rub": {"Omega": 260.0, "d1.u": 0.3, "rb1.mu": 0.3, "rb2.mu": 0.3},
+    "rolling, nodal impacts": {"Omega": 90.0, "d1.u": 0.5, "rb1.mu": 0.6, "rb2.mu": 0.6, "contact.impact_law": 0},
+    "yielding, held": {"Omega": 120.0, "d1.u": 0.4, "rb1.law": 1, "rb2.law": 4, "mb1.k_b": 1e6, "mb1.c_b": 500.0}
+    | {"rb1.k_c": 1e8, "rb2.k_c": 1e8, "mb2.k_b": 1e6, "mb2.c_b": 500.0, "gravity": 9.81},
+    "orbit, spinning up": {"Omega": 60.0, "Omega_dot": 40.0, "d1.u": 0.02, "initial.orbit": 1}
+    | {f"mb{k}.{name}": value for k in (1, 2) for name, value in (("k_b", 1e6), ("c_b", 5000.0))},
+}
+
+# What makes each model work, besides inputs that change from step to step.
+START = {
+    "rotor_contact": {"Omega": 260.0, "d1.u": 0.3, "rb1.mu": 0.3, "rb2.mu": 0.3},
+    "amb_actuator": {"mb1.x": 1e-4, "mb1.i_x": 2.0, "mb2.i_y": -1.0},
+    "rolac_controller": {"s5": 1e-4, "Omega": 400.0, "rolac_enable": 1.0},
+}
+
+
+def named(values):
+    return {name.replace(".", "__"): value for name, value in values.items()}
+
+
+def both(folder, model, constants, start):
+    """A native instance and a core, initialised with the same values."""
+    from raw import Library
+
+    core = Instance(model, constants)
+    for name, value in start.items():
+        core[name] = value
+    core.initialise()
+    return Library(folder).instantiate().begin(**named(start)), core
+
+
+def largest_difference(native, core, steps, change):
+    """Of all outputs over so many steps, relative to their largest values; `change(n)` gives the inputs of step n."""
+    outputs = [v.name for v in core.model.interface.of("output")]
+    ours, theirs = np.empty((2, steps, len(outputs)))
+    for n in range(steps):
+        values = change(n)
+        for name, value in values.items():
+            core[name] = value
+        assert native.set(**named(values)) == 0
+        core.step(n * H, H)
+        assert native.step(n) == 0, native.log
+        ours[n], theirs[n] = native.get(*outputs), core.outputs
+    scale = np.abs(theirs).max(axis=0)
+    assert np.count_nonzero(scale) > len(outputs) / 2, "most outputs must move for this to mean anything"
+    return float(np.max(np.abs(ours - theirs).max(axis=0) / np.where(scale > 0.0, scale, 1.0))), theirs
+
+
+def test_a_lag_agrees_to_the_last_bit(unpacked, lag):
+    rng = np.random.default_rng(2006)
+    native, core = both(unpacked(lag), lag, np.zeros(1), {"gain": 3.0, "offset": -2})
+    difference, _ = largest_difference(
+        native, core, 200, lambda n: {"u": float(rng.uniform(-4, 4)), "hold": float(rng.integers(2))}
+    )
+    assert difference == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CONTACT)
+def test_the_plant_agrees_to_the_last_bit_through_contact_and_its_events(unpacked, plant, plant_constants, case):
+    native, core = both(unpacked(plant, plant_constants), plant, plant_constants, CONTACT[case])
+    steps = 4000
+    difference, record = largest_difference(native, core, steps, lambda n: {"d2.f_x": 50.0 * np.sin(0.01 * n)})
+    assert difference == 0.0
+    names = [v.name for v in plant.interface.of("output")]
+    modes = record[:, [i for i, name in enumerate(names) if name.endswith(".mode")]]
+    changes = np.count_nonzero(np.diff(modes, axis=0))
+    if case != "orbit, spinning up":
+        assert changes > 20, "there must be events to follow"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", START)
+def test_each_model_agrees_with_its_core(unpacked, name):
+    from orchestrator.build import MODELS
+
+    model, constants = MODELS[name](None)
+    native, core = both(unpacked(model, constants), model, constants, START[name])
+    rng = np.random.default_rng(7)
+    turns = "theta" in [v.name for v in model.interface.of("input")]
+
+    def change(n):
+        values = {key: value * (1.0 + 0.1 * rng.standard_normal()) for key, value in START[name].items()}
+        values = {key: value for key, value in values.items() if model.interface[key].causality == "input"}
+        values = {key: value for key, value in values.items() if model.interface[key].type == "Real"}
+        return values | ({"theta": (n * H * 400.0) % (2.0 * np.pi)} if turns else {})
+
+    difference, _ = largest_difference(native, core, 400, change)
+    assert difference == 0.0 if platform.system() == "Linux" else difference < 1e-12

@@ -1,0 +1,273 @@
+"""A host without Python: it runs the FMU on this machine, under sanitizers and valgrind, and on other platforms."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from fmi_export.model import Instance
+from fmi_export.native.compiler import PLATFORMS, host_platform
+from fmi_export.native.package import native_guid, native_sources
+
+HERE = Path(__file__).parent / "support"
+NATIVE = Path(__file__).parents[2] / "fmus" / "fmi_export" / "native"
+H = 250e-6
+
+pytestmark = [
+    pytest.mark.usefixtures("compiler"),
+    pytest.mark.skipif(sys.platform != "linux", reason="hosts are built and run on Linux"),
+]
+
+
+def build_host(cc, target, path):
+    libraries = [] if "windows" in target else ["-ldl"]
+    cc(
+        "-target",
+        target,
+        "-std=gnu11",
+        "-O1",
+        "-Wno-everything",
+        f"-I{NATIVE}",
+        HERE / "host.c",
+        "-o",
+        path,
+        *libraries,
+    )
+    return path
+
+
+@pytest.fixture(scope="module")
+def host(cc, tmp_path_factory):
+    return build_host(cc, PLATFORMS[host_platform()][1][0], tmp_path_factory.mktemp("host") / "host")
+
+
+def run(command, library, guid, program, **options):
+    """Statuses and values of a program's lines, and what the logger heard."""
+    process = subprocess.run(
+        [*map(str, command), str(library), guid],
+        input="".join(f"{line}\n" for line in program),
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+        **options,
+    )
+    assert process.returncode == 0, f"ended with {process.returncode}: {process.stderr[-3000:]}"
+    return [line.split() for line in process.stdout.splitlines()], process.stderr
+
+
+def binary_of(folder):
+    here = host_platform()
+    root = ElementTree.parse(folder / "modelDescription.xml").getroot()
+    return folder / "binaries" / here / f"{root.get('modelName')}{PLATFORMS[here][0]}", root.get("guid")
+
+
+class Program:
+    """Lines for the host that run a model, and what the core makes of the same."""
+
+    def __init__(self, model, constants, start, blocks, every, restart=False):
+        self.table = model.interface
+        self.reals = [i for i, v in enumerate(self.table.variables) if v.causality == "output" and v.type == "Real"]
+        self.core = Instance(model, constants)
+        self.expected = []
+        self.lines = ["new 0", "new 1", "setup 0 0"]
+        for name, value in start.items():
+            self.core[name] = value
+            self.lines.append(self.set(name, value))
+        self.core.initialise()
+        self.lines += ["enter 0", "exit 0"]
+        for block in range(blocks):
+            for n in range(block * every, (block + 1) * every):
+                self.core.step(n * H, H)
+            self.lines += [f"step 0 {block * every} {every} {H!r}", "save 0", "bytes 0", "restore 0", self.read()]
+            self.expected.append(self.core.values[self.reals])
+        self.lines += ["terminate 0", "reset 0", "free 0", "free 1"]
+
+    def set(self, name, value):
+        return f"{self.table[name].type.lower()} 0 {self.table.position[name]} {value!r}"
+
+    def read(self):
+        return "read 0 " + " ".join(map(str, self.reals))
+
+    def check(self, answers, tolerance=0.0):
+        assert all(answer[0] == "0" for answer in answers), answers
+        rows = [[float.fromhex(x) for x in answer[1:]] for answer in answers if len(answer) > 1]
+        scale = np.abs(self.expected).max(axis=0) + 1e-300
+        if "energy.balance" in self.table.position:  # a small difference of what the energies add up to
+            balance, work = (self.reals.index(self.table.position[f"energy.{name}"]) for name in ("balance", "work"))
+            scale[balance] = scale[work]
+        assert np.max(np.abs(np.array(rows) - self.expected) / scale) <= tolerance
+
+
+@pytest.fixture(scope="module")
+def lag_program(lag):
+    return Program(lag, np.zeros(1), {"gain": 3.0, "offset": -2, "u": 1.25}, blocks=10, every=3)
+
+
+@pytest.fixture(scope="module")
+def plant_program(plant, plant_constants):
+    start = {"Omega": 260.0, "d1.u": 0.3, "rb1.mu": 0.3, "rb2.mu": 0.3}
+    return Program(plant, plant_constants, start, blocks=40, every=50)
+
+
+def test_a_host_without_python_gets_the_numbers_of_the_core(host, unpacked, lag, lag_program):
+    answers, log = run([host], *binary_of(unpacked(lag)), lag_program.lines)
+    lag_program.check(answers)
+    assert log == ""
+
+
+def test_wrong_order_in_a_host_without_python_is_answered_and_survived(host, unpacked, lag):
+    program = ["new 0", "step 0 0 1 1e-3", "enter 0", "reset 0", "exit 0", "reset 0", "enter 0", "enter 0", "reset 0"]
+    program += [
+        "enter 0",
+        "exit 0",
+        "setup 0 0",
+        "real 0 3 1",
+        "restore 0",
+        "terminate 0",
+        "reset 0",
+        "enter 0",
+        "exit 0",
+    ]
+    program += ["terminate 0", "terminate 0", "step 0 0 1 1e-3", "free 0", "step 0 0 1 1e-3", "free 0"]
+    answers, log = run([host], *binary_of(unpacked(lag)), program)
+    expected = "0 3 3 0 3 0 0 3 0 0 0 3 3 3 3 0 0 0 0 3 3 0 3 0"
+    assert " ".join(answer[0] for answer in answers) == expected
+    assert "fmu0 3 logStatusError fmi2DoStep is not allowed in state 'instantiated'; it is allowed in 'step" in log
+
+
+def test_the_process_maps_no_python(host, unpacked, lag):
+    library, _ = binary_of(unpacked(lag))
+    needed = subprocess.run(["ldd", str(library), str(host)], capture_output=True, text=True, check=True).stdout
+    assert "python" not in needed
+
+
+@pytest.mark.slow
+def test_a_host_without_python_follows_the_plant_through_contact(host, unpacked, plant, plant_constants, plant_program):
+    answers, _ = run([host], *binary_of(unpacked(plant, plant_constants)), plant_program.lines)
+    plant_program.check(answers)
+    heat = plant_program.reals.index(plant_program.table.position["energy.impact"])
+    assert len({row[heat] for row in plant_program.expected}) > 5, "there must be contact"
+
+
+# Sanitizers and valgrind -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def sanitized(cc, tmp_path_factory):
+    """`sanitized(model, constants)`: host and library with gcc's sanitizers; the kernels come compiled by zig."""
+    import shutil
+
+    if not shutil.which("gcc"):
+        pytest.skip("needs gcc with its sanitizers")
+
+    def build(model, constants):
+        folder = tmp_path_factory.mktemp(f"sanitized-{model.name}")
+        for name, text in native_sources(model, constants).items():
+            (folder / name).write_text(text)
+        cc("-c", "-O2", "-fPIC", "-Wno-override-module", folder / "kernels.ll", "-o", folder / "kernels.o")
+        flags = ["-std=gnu11", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+        strict = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
+        sources = [folder / name for name in ("slave.c", "instance.c", "model.c")]
+        for command in (
+            [*flags, *strict, "-shared", "-fPIC", "-o", folder / "fmu.so", *sources, folder / "kernels.o", "-lm"],
+            [*flags, f"-I{NATIVE}", "-o", folder / "host", HERE / "host.c", "-ldl"],
+        ):
+            process = subprocess.run(["gcc", *map(str, command)], capture_output=True, text=True, check=False)
+            assert process.returncode == 0, process.stderr
+        return folder / "host", folder / "fmu.so", native_guid(model, constants)
+
+    return build
+
+
+@pytest.mark.slow
+def test_sanitizers_find_nothing_in_a_run_and_in_calls_in_any_order(sanitized, lag, lag_program):
+    host, library, guid = sanitized(lag, np.zeros(1))
+    answers, _ = run([host], library, guid, [*lag_program.lines, *(f"fuzz {seed} 100000" for seed in range(1, 6))])
+    lag_program.check(answers)
+
+
+@pytest.mark.slow
+def test_sanitizers_find_nothing_in_the_plant(sanitized, plant, plant_constants, plant_program):
+    host, library, guid = sanitized(plant, plant_constants)
+    answers, _ = run([host], library, guid, [*plant_program.lines, "fuzz 7 20000"])
+    plant_program.check(answers)
+
+
+@pytest.mark.slow
+def test_valgrind_finds_no_error_and_no_leak(host, unpacked, plant, plant_constants, lag, lag_program, plant_program):
+    import shutil
+
+    if not shutil.which("valgrind"):
+        pytest.skip("needs valgrind")
+    # What the dynamic loader keeps is still reachable at the end.
+    leaks = [f"--{option}-leak-kinds=definite,indirect,possible" for option in ("show", "errors-for")]
+    valgrind = ["valgrind", "--error-exitcode=9", "--leak-check=full", *leaks, "--quiet"]
+    answers, log = run([*valgrind, host], *binary_of(unpacked(lag)), [*lag_program.lines, "fuzz 3 20000"])
+    lag_program.check(answers)
+    assert "==" not in log
+    few = Program(plant, plant_constants, {"Omega": 260.0, "d1.u": 0.3, "rb1.mu": 0.3}, blocks=4, every=50)
+    answers, log = run([*valgrind, host], *binary_of(unpacked(plant, plant_constants)), few.lines)
+    few.check(answers)
+    assert "==" not in log
+
+
+def test_the_number_of_allocations_does_not_grow_with_the_number_of_steps(host, unpacked, lag):
+    import shutil
+
+    if not shutil.which("valgrind"):
+        pytest.skip("needs valgrind")
+
+    def allocations(steps):
+        program = ["new 0", "enter 0", "exit 0", f"step 0 0 {steps} 1e-4", "real 0 3 1", "read 0 5", "free 0"]
+        _, log = run(["valgrind", host], *binary_of(unpacked(lag)), program)
+        return re.search(r"total heap usage: (\S+) allocs", log)[1]
+
+    assert allocations(1) == allocations(1000)
+
+
+# Other platforms -------------------------------------------------------------------------------------------------
+
+
+def other(unpacked, model, constants, platform):
+    folder = unpacked(model, constants, ["all"])
+    name = f"{model.name}{PLATFORMS[platform][0]}"
+    return folder / "binaries" / platform / name, native_guid(model, constants)
+
+
+@pytest.mark.slow
+def test_the_windows_library_runs_under_wine(
+    cc, unpacked, plant, plant_constants, plant_program, lag, lag_program, tmp_path
+):
+    import os
+    import shutil
+
+    wine = shutil.which("wine64") or shutil.which("wine")
+    if not wine:
+        pytest.skip("needs wine")
+    host = build_host(cc, PLATFORMS["win64"][1][0], tmp_path / "host.exe")
+    environment = {**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"}
+    for model, constants, program in ((lag, np.zeros(1), lag_program), (plant, plant_constants, plant_program)):
+        library, guid = other(unpacked, model, constants, "win64")
+        answers, _ = run([wine, host], library, guid, program.lines, env=environment)
+        program.check(answers, tolerance=1e-9)
+
+
+@pytest.mark.slow
+def test_the_arm_library_runs_under_qemu(
+    cc, unpacked, plant, plant_constants, plant_program, lag, lag_program, tmp_path
+):
+    import shutil
+
+    root = Path("/usr/aarch64-linux-gnu")
+    if not (shutil.which("qemu-aarch64") and root.is_dir()):
+        pytest.skip("needs qemu-aarch64 and the C library of aarch64 (Debian: qemu-user, libc6-arm64-cross)")
+    host = build_host(cc, PLATFORMS["aarch64-linux"][1][0], tmp_path / "host")
+    for model, constants, program in ((lag, np.zeros(1), lag_program), (plant, plant_constants, plant_program)):
+        library, guid = other(unpacked, model, constants, "aarch64-linux")
+        answers, _ = run(["qemu-aarch64", "-L", root, host], library, guid, program.lines)
+        program.check(answers, tolerance=1e-9)

@@ -1,0 +1,68 @@
+"""Platforms, the compiler that has to be there, and macOS's universal libraries."""
+
+import importlib.util
+import struct
+
+import pytest
+
+from fmi_export.native import compiler
+from fmi_export.native.compiler import PLATFORMS, check_platforms
+from fmi_export.native.universal import universal
+
+
+@pytest.fixture(autouse=True)
+def _asked_anew():
+    compiler.check_compiler.cache_clear()
+    yield
+    compiler.check_compiler.cache_clear()
+
+
+def test_an_unknown_platform_lists_the_valid_ones():
+    with pytest.raises(ValueError, match="no platform win32; there are linux64, win64, darwin64, aarch64-linux, "):
+        check_platforms(["linux64", "win32"])
+    with pytest.raises(ValueError, match="no platform was named; there are linux64"):
+        check_platforms([])
+
+
+def test_all_stands_for_every_platform_and_repetition_for_nothing():
+    assert check_platforms(["all", "win64"]) == list(PLATFORMS)
+    assert check_platforms(["win64", "linux64", "win64"]) == ["linux64", "win64"]
+
+
+def test_a_missing_compiler_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(ValueError, match=r"ziglang, which is not installed: pip install 'amb-cosim\[native\]'"):
+        compiler.check_compiler()
+
+
+def test_another_llvm_than_numbas_is_named(monkeypatch):
+    pytest.importorskip("llvmlite")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: object())
+    monkeypatch.setattr(compiler, "_zig", lambda arguments, folder: "clang version 9.0.1\nTarget: x")
+    with pytest.raises(ValueError, match=r"numba writes code of LLVM \d+, but the installed ziglang reads LLVM 9;"):
+        compiler.check_compiler()
+
+
+@pytest.mark.usefixtures("compiler")
+def test_the_compilers_own_words_reach_the_user():
+    with pytest.raises(ValueError, match=r"zig cc failed: .*no_such_function"):
+        compiler.compile_library("x", {"x.c": "int f(void) { return no_such_function(); }"}, "linux64")
+
+
+def test_a_universal_library_holds_each_slice_at_a_page_of_its_own():
+    slices = [
+        struct.pack("<III", 0xFEEDFACF, 0x01000000 + kind, 3) + bytes(size) for kind, size in ((7, 5), (12, 40000))
+    ]
+    whole = universal(slices)
+    magic, count = struct.unpack_from(">II", whole)
+    assert (magic, count) == (0xCAFEBABE, 2)
+    for i, content in enumerate(slices):
+        processor, variant, offset, size, alignment = struct.unpack_from(">IIIII", whole, 8 + 20 * i)
+        assert (processor, variant) == struct.unpack_from("<II", content, 4)
+        assert offset % (1 << alignment) == 0
+        assert whole[offset : offset + size] == content
+
+
+def test_a_universal_library_is_made_of_mach_o_files_only():
+    with pytest.raises(ValueError, match="64-bit Mach-O"):
+        universal([b"\x7fELF" + bytes(20)])

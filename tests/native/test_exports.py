@@ -1,0 +1,73 @@
+"""The binaries of every platform: what they export and need, and that they do not tell where they were made."""
+
+import re
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from fmi_export.native.compiler import PLATFORMS, host_platform
+
+HEADER = Path(__file__).parents[2] / "fmus" / "fmi_export" / "native" / "fmi2.h"
+STANDARD = set(re.findall(r"\b(fmi2\w+)\((?=void|fmi2)", HEADER.read_text(encoding="utf-8")))
+MACHINES = {
+    "linux64": [62],
+    "win64": [0x8664],
+    "darwin64": [7, 12],
+    "aarch64-linux": [183],
+    "aarch64-darwin": [12],
+}
+LIBRARIES = {
+    "linux": r"lib[cm]\.so\.6|ld-linux-aarch64\.so\.1",
+    "darwin": r"/usr/lib/libSystem\.B\.dylib",
+    "win64": r"KERNEL32\.dll|ntdll\.dll|api-ms-win-crt-\w+-l1-1-0\.dll",
+}
+
+
+# zig's linker adds these to every macOS library. Names are looked up by library there, so they are in nobody's way.
+ADDED = {"darwin": {"__dso_handle", "_mh_dylib_header"}}
+
+
+def test_the_functions_are_those_of_the_standard_for_co_simulation():
+    assert len(STANDARD) == 34
+    assert {"fmi2Instantiate", "fmi2DoStep", "fmi2GetFMUstate", "fmi2GetStringStatus"} <= STANDARD
+
+
+def check(path, platform):
+    from binaries import read
+
+    with zipfile.ZipFile(path) as archive:
+        (name,) = [n for n in archive.namelist() if n.startswith(f"binaries/{platform}/")]
+        content = archive.read(name)
+    found = read(content)
+    assert [binary.machine for binary in found] == MACHINES[platform]
+    kind = next(kind for kind in LIBRARIES if kind in platform)
+    for binary in found:
+        assert binary.exports == STANDARD | ADDED.get(kind, set())
+        assert binary.libraries
+        assert all(re.fullmatch(LIBRARIES[kind], name) for name in binary.libraries), binary.libraries
+        assert not [name for name in binary.imports if re.match(r"_?Py|NRT_|numba", name)]
+        if kind == "linux":
+            glibc = {version for version in binary.imports.values() if version}
+            assert max(tuple(map(int, version.removeprefix("GLIBC_").split("."))) for version in glibc) <= (2, 17)
+    for trace in (
+        b"site-packages",
+        b"_ZN",
+        b"NumbaEnv",
+        b"libpython",
+        str(Path.home()).encode() + b"/",
+        b"/tmp/",
+        b".pdb",
+    ):
+        assert trace not in content, trace
+
+
+@pytest.mark.skipif(host_platform() != "linux64", reason="built by default on Linux")
+def test_the_linux_library_exports_the_fmi2_functions_alone(native, lag):
+    check(native(lag), "linux64")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("platform", PLATFORMS)
+def test_the_library_of_every_platform_exports_the_fmi2_functions_alone(native, plant, plant_constants, platform):
+    check(native(plant, plant_constants, ["all"]), platform)

@@ -1,0 +1,113 @@
+"""The archive of a native FMU: description, binaries, bytes."""
+
+import dataclasses
+import importlib.metadata
+import shutil
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+
+from fmi_export import amb_cosim_bootstrap as bootstrap
+from fmi_export.build import guid_of
+from fmi_export.native.compiler import PLATFORMS, host_platform
+from fmi_export.native.package import build_native_fmu, native_guid
+from fmi_export.native.tables import model_source
+
+OWN = {"guid", "generationTool"}
+
+
+def xml_of(path):
+    with zipfile.ZipFile(path) as archive:
+        return ElementTree.fromstring(archive.read("modelDescription.xml"))
+
+
+@pytest.fixture(scope="module", params=["lag", pytest.param("plant", marks=pytest.mark.slow)])
+def case(request):
+    model = request.getfixturevalue(request.param)
+    constants = np.zeros(1) if request.param == "lag" else request.getfixturevalue("plant_constants")
+    return model, constants
+
+
+def test_fmpy_finds_no_problem(native, case):
+    assert validate_fmu(str(native(*case))) == []
+
+
+def test_the_description_is_that_of_the_python_flavour_but_for_guid_tool_and_need(native, build_fmu, case):
+    ours, theirs = xml_of(native(*case)), xml_of(build_fmu(*case))
+    assert ours.get("guid") != theirs.get("guid")
+    assert ours.find("CoSimulation").get("needsExecutionTool") == "false"
+    for root in (ours, theirs):
+        for attribute in OWN:
+            root.set(attribute, "")
+        root.find("CoSimulation").set("needsExecutionTool", "")
+        ElementTree.indent(root)
+    assert ElementTree.tostring(ours) == ElementTree.tostring(theirs)
+
+
+def test_the_tool_names_all_versions_that_made_the_binary(native, lag):
+    tool = xml_of(native(lag)).get("generationTool")
+    for name in ("amb-cosim", "numba", "ziglang"):
+        assert f"{name} {importlib.metadata.version(name)}" in tool
+
+
+def test_the_guid_changes_with_constants_and_is_not_that_of_the_python_flavour(lag):
+    guids = {native_guid(lag, np.zeros(1)), native_guid(lag, np.ones(1)), guid_of(lag, np.zeros(1))}
+    assert len(guids) == 3
+
+
+def test_two_builds_are_the_same_bytes(native, lag, tmp_path):
+    again = build_native_fmu(lag, np.zeros(1), tmp_path / "elsewhere")
+    assert again.read_bytes() == native(lag).read_bytes()
+
+
+def test_the_archive_holds_nothing_but_description_and_binary(native, lag):
+    suffix = PLATFORMS[host_platform()][0]
+    with zipfile.ZipFile(native(lag)) as archive:
+        assert archive.namelist() == [f"binaries/{host_platform()}/probe_lag{suffix}", "modelDescription.xml"]
+
+
+def test_a_python_fmu_carries_nothing_of_the_native_flavour_nor_changes_with_it(build_fmu, lag, tmp_path):
+    with zipfile.ZipFile(build_fmu(lag)) as archive:
+        assert not [name for name in archive.namelist() if "native" in name]
+    package = tmp_path / "fmi_export"
+    shutil.copytree(Path(bootstrap.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    before = bootstrap.digest(package)
+    (package / "native" / "another.py").touch()
+    assert bootstrap.digest(package) == before
+    (package / "another.py").touch()
+    assert bootstrap.digest(package) != before
+
+
+def test_a_sentence_that_names_no_variable_is_refused(lag):
+    wrong = dataclasses.replace(lag, faults={7: "{v} is wrong"})
+    with pytest.raises(ValueError, match="probe_lag: a fault's sentence names 'v', which is no variable"):
+        model_source(wrong, np.zeros(1), "{}")
+
+
+def test_a_bad_platform_is_refused_before_anything_is_written(lag, tmp_path):
+    with pytest.raises(ValueError, match="no platform amiga"):
+        build_native_fmu(lag, np.zeros(1), tmp_path / "new", ["amiga"])
+    assert not (tmp_path / "new").exists()
+
+
+def test_fmpy_simulates_it_along_the_exponential(native, lag):
+    result = fmpy.simulate_fmu(
+        str(native(lag)), start_values={"u": 2.0}, stop_time=4e-3, output_interval=250e-6, output=["y", "fault_code"]
+    )
+    assert result["y"] == pytest.approx(2.0 * (1.0 - np.exp(-result["time"] / 1e-3)), rel=1e-12, abs=1e-15)
+    assert not result["fault_code"].any()
+
+
+@pytest.mark.slow
+def test_every_platform_is_built_the_same_twice(native, lag, tmp_path):
+    first = native(lag, None, ["all"])
+    again = build_native_fmu(lag, np.zeros(1), tmp_path, ["all"])
+    assert again.read_bytes() == first.read_bytes()
+    with zipfile.ZipFile(first) as archive:
+        binaries = [name for name in archive.namelist() if name.startswith("binaries/")]
+    assert binaries == sorted(f"binaries/{name}/probe_lag{suffix}" for name, (suffix, _) in PLATFORMS.items())
