@@ -1,4 +1,8 @@
-"""From a model's name, or the path of an FMU, to an extracted FMU; models are built once and cached."""
+"""From a model's name, or the path of an FMU, to an extracted FMU; models are built once and cached.
+
+A model becomes an FMU in two flavours with the same interface: `python`, which pythonfmu runs, and `native`, compiled
+code that needs no Python.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +10,11 @@ import hashlib
 import shutil
 import tempfile
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Literal, get_args
 
 import numpy as np
 import platformdirs
@@ -20,6 +26,11 @@ from orchestrator.interface import suggest
 from rotor_contact.rotor import Rotor
 from rotor_contact.rotor_file import load_rotor
 
+Flavour = Literal["python", "native"]
+FLAVOURS: tuple[Flavour, ...] = get_args(Flavour)
+
+Build = Callable[[Model, NDArray[np.float64], Path], Path]
+Guid = Callable[[Model, NDArray[np.float64]], str]
 Source = Callable[[Rotor | None], tuple[Model, NDArray[np.float64]]]
 
 
@@ -62,21 +73,46 @@ MODELS: dict[str, Source] = {
 }
 
 
-def build_all(folder: Path, rotor_file: Path | None = None) -> list[Path]:
+def build_all(
+    folder: Path,
+    rotor_file: Path | None = None,
+    flavour: Flavour = "python",
+    platforms: Iterable[str] | None = None,
+) -> list[Path]:
     """Build the FMU of every model into `folder`, for the rotor in a file or for the rig of the thesis.
+
+    Parameters
+    ----------
+    folder, rotor_file
+        Where the FMUs go, and the rotor they are made for.
+    flavour, platforms
+        Which flavour, and what a native FMU runs on; see `build_native_fmu`.
 
     Raises
     ------
     ValueError
-        If the rotor file is wrong, or has not the bearings and planes that the plant shows.
+        If the rotor file is wrong, or has not the bearings and planes that the plant shows, or the platforms or the
+        compiler of native FMUs are not what they must be.
     """
+    if platforms is not None and flavour != "native":
+        raise ValueError("platforms are chosen for native FMUs alone; those of flavour python run where PythonFMU does")
     rotor = None if rotor_file is None else load_rotor(rotor_file)
     models = [source(rotor) for source in MODELS.values()]  # all of them, before anything is written
-    return [build_python_fmu(*model, folder) for model in models]
+    build, _ = _flavoured(flavour, platforms)
+    return [build(model, constants, folder) for model, constants in models]
 
 
-def provide(fmu: str) -> Fmu:
-    """The FMU for a component: a model's name, or the path of an FMU.
+def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None) -> tuple[Build, Guid]:
+    """What builds an FMU of that flavour, and what names it."""
+    if flavour == "python":
+        return build_python_fmu, guid_of
+    from fmi_export.native.package import build_native_fmu, native_guid
+
+    return partial(build_native_fmu, platforms=platforms), native_guid
+
+
+def provide(fmu: str, flavour: Flavour = "python") -> Fmu:
+    """The FMU for a component: a model's name, or the path of an FMU, whose flavour is what it is.
 
     Raises
     ------
@@ -84,7 +120,7 @@ def provide(fmu: str) -> Fmu:
         If it is neither.
     """
     if fmu in MODELS:
-        return ensure_built(fmu)
+        return ensure_built(fmu, flavour)
     path = Path(fmu)
     if not path.is_file():
         raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(MODELS)}")
@@ -93,23 +129,23 @@ def provide(fmu: str) -> Fmu:
     return extracted(path)
 
 
-def ensure_built(name: str) -> Fmu:
+def ensure_built(name: str, flavour: Flavour = "python") -> Fmu:
     """The FMU of a model of this project, built and extracted into the user's cache if it is not there yet.
 
-    Its folder is named by the guid, so it changes when interface, code or constants do, and what numba
-    compiles is found again by the next run.
+    A native one is built for this machine. Its folder is named by the guid, so it changes when interface, code or
+    constants do, and what numba compiles is found again by the next run.
     """
     if name not in MODELS:
         raise ValueError(f"no model {name!r}; {suggest(name, MODELS)}")
     model, constants = MODELS[name](None)
-    home = cache_folder() / f"{name}-{guid_of(model, constants).strip('{}')}"
+    build, guid = _flavoured(flavour)
+    home = cache_folder() / f"{name}-{guid(model, constants).strip('{}')}"
 
     def fill(stage: Path) -> None:
-        archive = build_python_fmu(model, constants, stage)
-        _unzip(archive, stage / "extracted")
+        _unzip(build(model, constants, stage), stage / "extracted")
 
     _appear(home, fill)
-    return Fmu(home / f"{name}.fmu", home / "extracted", "python")
+    return Fmu(home / f"{name}.fmu", home / "extracted", flavour)
 
 
 def extracted(path: Path) -> Fmu:

@@ -11,7 +11,7 @@ from typing import Any
 
 import xarray as xr
 
-from orchestrator.build import Fmu, provide
+from orchestrator.build import Flavour, Fmu, provide
 from orchestrator.component import FmuComponent
 from orchestrator.dataset import to_dataset
 from orchestrator.interface import Interface, read_interface
@@ -45,9 +45,13 @@ class Outcome:
 
 
 def prepare(
-    name: str, scenario: Scenario, settings: Mapping[str, Raw] | None = None, until: float | None = None
+    name: str,
+    scenario: Scenario,
+    settings: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    flavour: Flavour = "python",
 ) -> Prepared:
-    """Find the FMUs of a scenario, check its system and plan it; see `make_plan` for the arguments.
+    """Find the FMUs of a scenario, check its system and plan it; see `make_plan` and `provide` for the arguments.
 
     Raises
     ------
@@ -57,7 +61,7 @@ def prepare(
     system = load_system(scenario.system, {"gradient": scenario.gradient})
     for component in scenario.fmu:
         system.component(component)
-    fmus = {c.name: provide(scenario.fmu.get(c.name, c.fmu)) for c in system.components}
+    fmus = {c.name: provide(scenario.fmu.get(c.name, c.fmu), flavour) for c in system.components}
     interfaces = {c: read_interface(fmu.folder, c) for c, fmu in fmus.items()}
     system.check(interfaces)
     return Prepared(name, scenario, make_plan(scenario, system, interfaces, settings, until), fmus, interfaces)

@@ -64,8 +64,9 @@ class Variable:
         unit = "" if self.unit == "1" else f" {self.unit}"
         low = f">= {self.minimum:g}" if self.minimum > -LARGEST else ""
         high = f"<= {self.maximum:g}" if self.maximum < LARGEST else ""
-        allowed = " and ".join(bound for bound in (low, high) if bound) or "a finite number"
-        return f"{self.name} = {value:g}{unit} is not allowed; it must be {allowed}{unit}"
+        bounds = " and ".join(bound for bound in (low, high) if bound)
+        allowed = f"{bounds}{unit}" if bounds else "a finite number"
+        return f"{self.name} = {value:g}{unit} is not allowed; it must be {allowed}"
 
 
 def parameter(name: str, unit: str, description: str, start: float, **options: object) -> Variable:

@@ -38,8 +38,10 @@ from rotor_contact.interface import (
 from rotor_contact.outputs import mechanical_energy, write_outputs
 from rotor_contact.start import put_back, start_on_orbit
 
-FAULT_NO_ORBIT = 3
+FAULT_NO_ORBIT, FAULT_LONG_STEP = 3, 4
 FAULT_OFFSET = 11  # plus the site
+
+MOST_SUBSTEPS = 1e6  # of one step
 
 
 @kernel
@@ -81,6 +83,8 @@ def step(
     step_size: float,
 ) -> int:
     """Advance the rotor by `step_size` (s) under constant inputs; outputs are those at the end of the step."""
+    if step_size > MOST_SUBSTEPS * parameters[MAX_SUBSTEP]:
+        return FAULT_LONG_STEP
     s = structure_of(constants)
     n = s.M.shape[0]
     x = scratch_of(work, n)
@@ -114,6 +118,8 @@ MODEL = Model(
         FAULT_SINGULAR: "the contact equations have no unique solution; lower the coefficients of friction",
         FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; there must be passive bearings with stiffness "
         "that hold the rotor, mb1.k_b = {mb1.k_b} N/m, mb2.k_b = {mb2.k_b} N/m",
+        FAULT_LONG_STEP: "the communication step is too long; it must be at most a million times solver.max_substep = "
+        "{solver.max_substep} s",
         **{
             FAULT_OFFSET
             + k: f"{site}.offset_x = {{{site}.offset_x}} m, {site}.offset_y = {{{site}.offset_y}} m is not "

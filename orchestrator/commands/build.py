@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from orchestrator.build import FLAVOURS, Flavour, build_all
 from orchestrator.commands.refusals import check_writable, refusing
 
 
@@ -18,13 +19,27 @@ from orchestrator.commands.refusals import check_writable, refusing
     metavar="FILE",
     help="Rotor file (TOML); the rig of the thesis by default.",
 )
-def build(output: Path, rotor_file: Path | None) -> None:
+@click.option(
+    "--flavour",
+    type=click.Choice(FLAVOURS),
+    default="python",
+    show_default=True,
+    help="FMUs that PythonFMU runs, or compiled ones that need no Python.",
+)
+@click.option(
+    "--platform",
+    "platforms",
+    metavar="NAMES",
+    help="Of native FMUs: linux64, win64, darwin64, aarch64-linux, aarch64-darwin, some of them with commas, or all; "
+    "this machine's by default.",
+)
+def build(output: Path, rotor_file: Path | None, flavour: Flavour, platforms: str | None) -> None:
     """Build the FMUs into a folder."""
-    from orchestrator.build import build_all
+    chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
 
     with refusing():
         check_writable(output, is_folder=True)
-        for path in build_all(output, rotor_file):
+        for path in build_all(output, rotor_file, flavour, chosen):
             click.echo(path)
 
 

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
+from orchestrator.build import FLAVOURS, Flavour
 from orchestrator.commands.refusals import Failed, check_writable, refusing
 from orchestrator.scenario import load_scenario, packaged_scenarios
 
@@ -28,6 +29,13 @@ from orchestrator.scenario import load_scenario, packaged_scenarios
 )
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results; default results/NAME.")
 @click.option("--until", type=float, metavar="SECONDS", help="End of the run, from the beginning of cycle 0.")
+@click.option(
+    "--flavour",
+    type=click.Choice(FLAVOURS),
+    default="python",
+    show_default=True,
+    help="FMUs that PythonFMU runs, or compiled ones.",
+)
 @click.option("--no-plots", is_flag=True, help="Draw no figures.")
 @click.option("--summary-json", metavar="FILE", help="Also write the summary to FILE; - is standard output.")
 def run(
@@ -35,6 +43,7 @@ def run(
     settings: tuple[str, ...],
     output: Path | None,
     until: float | None,
+    flavour: Flavour,
     no_plots: bool,
     summary_json: str | None,
 ) -> None:
@@ -51,7 +60,7 @@ def run(
         if copy is not None:
             check_writable(copy, is_folder=False)
         with console.status("preparing the FMUs"):
-            prepared = simulation.prepare(Path(name).stem, scenario, parse_settings(settings), until)
+            prepared = simulation.prepare(Path(name).stem, scenario, parse_settings(settings), until, flavour)
         with _progress(console) as report:
             outcome = simulation.run(prepared, report)
 

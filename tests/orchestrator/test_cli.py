@@ -124,6 +124,28 @@ def test_build_writes_the_three_fmus(runner, tmp_path):
     ]
 
 
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--flavour", "native", "--platform", "linux64,amiga"], "amiga"),
+    (["--platform", "win64"], "platforms are chosen for native FMUs alone"),
+])  # fmt: skip
+def test_build_refuses_platforms_that_it_cannot_serve(runner, tmp_path, arguments, message):
+    result = runner("build", "-o", "fmus", *arguments)
+    assert result.exit_code == 2
+    assert message in result.output
+    assert len(result.output.strip().splitlines()) == 1
+    assert not list(tmp_path.rglob("*.fmu"))
+
+
+def test_build_writes_native_fmus_for_this_machine(runner, tmp_path):
+    pytest.importorskip("ziglang")
+    assert runner("build", "--flavour", "native", "-o", "fmus").exit_code == 0
+    for path in (tmp_path / "fmus").iterdir():
+        with zipfile.ZipFile(path) as archive:
+            binaries = [name for name in archive.namelist() if name.startswith("binaries/")]
+        assert len(binaries) == 1
+        assert f"/{path.stem}." in binaries[0]
+
+
 def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
     rig = RIG.read_text(encoding="utf-8")
     (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")
