@@ -1,4 +1,4 @@
-"""Commands that analyse a rotor without a simulation: modes, tables, and studies that draw figures."""
+"""Commands that analyse: modes and tables of a rotor, and studies that draw figures."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from rich.console import Console
 
 from orchestrator.commands.printing import print_parts, show
 from orchestrator.commands.refusals import check_writable, refusing
@@ -28,6 +29,13 @@ MASS = click.option(
     "--mass", type=click.Choice(["diagonal", "consistent"]), default="diagonal", show_default=True, help="Mass matrix."
 )
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
+SETTINGS = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="COMPONENT.VARIABLE=VALUE",
+    help="Replace a parameter of an FMU; units are understood.",
+)
 UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
 
 
@@ -57,24 +65,28 @@ def tables(as_json: bool) -> None:
 
 @click.group()
 def study() -> None:
-    """Analyse a rotor: draw figures and write their data."""
+    """Analyse a rotor, its bearings or its co-simulation: draw figures and write their data."""
 
 
-def register(name: str, description: str, *options: Option, module: str = "orchestrator.studies.rotor") -> None:
+def register(
+    name: str, description: str, *options: Option, module: str = "orchestrator.studies.rotor", any_rotor: bool = True
+) -> None:
     """Add a study to the command line.
 
-    Its function is `name` in `module`, imported when the study runs. It takes a rotor and the options by keyword, and
-    returns an `orchestrator.studies.outcome.Outcome`.
+    Its function is `name` in `module`, imported when the study runs. It takes the options by keyword, and the rotor of
+    a file as `rotor` unless the study is not one of `any_rotor`; it returns an `orchestrator.studies.outcome.Outcome`.
     """
 
-    def run(rotor_file: Path | None, output: Path | None, **settings: Any) -> None:
+    def run(output: Path | None, **settings: Any) -> None:
         from orchestrator.studies.modal import read_rotor
 
         folder = output or Path("results") / f"study_{name}"
-        with refusing():
+        with refusing(), Console(stderr=True).status("computing (a first run compiles the models)"):
             check_writable(folder, is_folder=True)
+            if any_rotor:
+                settings["rotor"] = read_rotor(settings.pop("rotor_file"))
             compute: Any = getattr(importlib.import_module(module), name)
-            outcome = compute(read_rotor(rotor_file), **settings)
+            outcome = compute(**settings)
             outcome.write(folder, name)
         print_parts([*outcome.printed, f"results in {folder}"])
 
@@ -82,7 +94,7 @@ def register(name: str, description: str, *options: Option, module: str = "orche
         "-o", "--output", type=click.Path(path_type=Path), help=f"Folder for the results; default results/study_{name}."
     )
     decorated: Callable[..., None] = run
-    every: tuple[Option, ...] = (ROTOR, *options, output)
+    every: tuple[Option, ...] = (*((ROTOR,) if any_rotor else ()), *options, output)
     for add_option in reversed(every):
         decorated = add_option(decorated)
     study.command(name, help=description)(decorated)
@@ -110,6 +122,29 @@ register(
     click.option("--unbalance", default="10 g.m", show_default=True, help="Unbalance."),
     click.option("--node", type=int, help="Its node; the first disc by default."),
     click.option("--clearance", default="0.75 mm", show_default=True, help="Radial clearance, drawn as a line."),
+)
+
+
+def register_loop(name: str, description: str, *options: Option) -> None:
+    """Add a study of the levitated rig: its function is `name` in the module of that name."""
+    register(name, description, *options, module=f"orchestrator.studies.{name}", any_rotor=False)
+
+
+register_loop("coupling", "Convergence of the co-simulation to the system as a whole, over the communication step.")
+register_loop(
+    "sensitivity",
+    "Stability margin of the levitated rotor (ISO 14839-3), computed and measured in a co-simulation.",
+    click.option("--speed", default="90 rad/s", show_default=True, help="Spin speed; also in Hz."),
+    click.option("--amplifier", is_flag=True, help="Amplifiers with bandwidth and voltage limit."),
+    click.option("--delay", is_flag=True, help="Currents come a sample later."),
+    click.option("--sample-time", default="250 us", show_default=True, help="Sample time of the controller."),
+    SETTINGS,
+)
+register_loop(
+    "linearisation",
+    "K_s and K_i off the centre, range of the linear law, load capacity, slew rate and bandwidth of an axis.",
+    click.option("--bias-current", default="4.43 A", show_default=True, help="Bias current of the coils."),
+    click.option("--static-current", default="1.14 A", show_default=True, help="Current that carries the static load."),
 )
 
 COMMANDS = (modes, tables, study)

@@ -1,91 +1,19 @@
-"""The levitated rotor integrated as a whole: the reference that the co-simulation is held against.
+"""The levitated rotor with contact, integrated as a whole: the reference that the co-simulation is held against.
 
-Nothing here is shared with the kernels or the master. The reduced rotor is taken in complex coordinates r = x + i y,
+Between samples the system is that of `orchestrator.studies.monolithic`, and
 
-    M r'' - i Omega G_1 r' + (K - B K_s B^T) r = Omega^2 u exp(i theta) + B F - B n N
-    F = -(K_b + K_s) r_n - C_b (r_n - r_(n-1)) / h,  constant between samples
+    M r'' + .. = .. - B n N
     closed site k: Re(conj(n_k) r_k'') = -|r_k'|^2 / c with n_k = r_k / |r_k|, or N_k = 0 if it is open
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 
-from rotor_contact.assembly import assemble
-from rotor_contact.reduction import msdc
-from rotor_contact.rotor_file import load_rotor
+from orchestrator.studies.monolithic import BEARINGS, Case, Levitated
 
-BEARINGS = [2, 4]  # among the masters, nodes 1, 3, 4, 10, 11, 13
-DISCS = {"d1": 0, "d2": 1, "d3": 3, "d4": 5}
 CLEARANCE = 0.75e-3
-
-
-@dataclass(frozen=True)
-class Case:
-    """Speed (rad/s), unbalance (kg m) at `disc`, bearing and controller constants (SI)."""
-
-    Omega: float
-    disc: str
-    unbalance: float
-    k_s: float = 2e6
-    k_b: float = 1e6
-    c_b: float = 5000.0
-    sample_time: float = 250e-6
-
-
-class Levitated:
-    """The extended linear system z = (r, r', exp(i theta), F_1, F_2): both forcings are states of their own."""
-
-    def __init__(self, case: Case) -> None:
-        rotor = load_rotor()
-        reduced = msdc(assemble(rotor, "diagonal"), rotor.planes.master).model
-        M, K, G_1 = reduced.M[::2, ::2], reduced.K[::2, ::2], reduced.G[::2, 1::2]
-        self.case, self.n = case, len(M)
-        n = self.n
-        self.Minv = np.linalg.inv(M)
-        B = np.eye(n)[:, BEARINGS]
-        self.push = np.zeros(n)
-        self.push[DISCS[case.disc]] = case.Omega**2
-        self.push = self.Minv @ self.push
-        self.A = np.zeros((2 * n + 3, 2 * n + 3), dtype=complex)
-        self.A[:n, n : 2 * n] = np.eye(n)
-        self.A[n : 2 * n, :n] = -self.Minv @ (K - case.k_s * B @ B.T)
-        self.A[n : 2 * n, n : 2 * n] = 1j * case.Omega * self.Minv @ G_1
-        self.A[n : 2 * n, 2 * n] = self.push * case.unbalance
-        self.A[n : 2 * n, 2 * n + 1 :] = self.Minv @ B
-        self.A[2 * n, 2 * n] = 1j * case.Omega
-        self.z = np.zeros(2 * n + 3, dtype=complex)
-        self.z[2 * n] = 1.0
-        self.before = self.bearings
-
-    @property
-    def bearings(self) -> np.ndarray:
-        return self.z[BEARINGS].copy()
-
-    def sample(self) -> None:
-        """The PID law takes a sample and holds its force."""
-        case, now = self.case, self.bearings
-        self.z[2 * self.n + 1 :] = -(case.k_b + case.k_s) * now - case.c_b * (now - self.before) / case.sample_time
-        self.before = now
-
-
-def free_orbit(case: Case, samples: int) -> np.ndarray:
-    """Complex displacement at MB1 and MB2 (m) at each sample, from rest and without contact: exact.
-
-    Between samples the extended system is linear, and its matrix exponential advances it without error.
-    """
-    system = Levitated(case)
-    advance = expm(system.A * case.sample_time)
-    orbit = [system.bearings]
-    for _ in range(samples):
-        system.sample()
-        system.z = advance @ system.z
-        orbit.append(system.bearings)
-    return np.array(orbit)
 
 
 def orbit_with_contact(case: Case, samples: int) -> tuple[np.ndarray, np.ndarray]:

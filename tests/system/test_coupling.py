@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from monolithic import CLEARANCE, Case, free_orbit, orbit_with_contact
+from monolithic import CLEARANCE, orbit_with_contact
+
+from orchestrator.studies.monolithic import Case, free_orbit
 
 SCENARIO = """
 description = "An unbalanced rotor from rest"

@@ -1,0 +1,178 @@
+"""The sampled linear loop of the levitated rotor, and the signals that measure it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from amb_actuator.actuator import INTERFACE as ACTUATOR
+from orchestrator.studies.injection import PEAK, multi_sines, schroeder_phases, settling_samples
+from orchestrator.studies.loop import Loop, amplifiers, bearing_constants, controllers, response, rotor, sensitivity
+from orchestrator.studies.sensitivity import zone
+from rolac_controller.controller import INTERFACE as CONTROLLER
+from rotor_contact.assembly import assemble
+from rotor_contact.interface import INTERFACE as PLANT
+from rotor_contact.reduction import msdc
+from rotor_contact.rotor_file import load_rotor
+
+FREQUENCIES = np.array([0.5, 3.0, 11.9, 20.0, 47.0, 150.0, 348.0, 700.0])
+
+
+def loop(Omega: float = 90.0, sample_time: float = 250e-6, delay: int = 0, **changes: float) -> Loop:
+    """The loop with the FMUs' start values; `c_b=3e3` changes it in every axis of whichever FMU has it."""
+    tables = {"rotor_contact": PLANT, "amb_actuator": ACTUATOR, "rolac_controller": CONTROLLER}
+    parameters: dict[str, Any] = {
+        name: {p.name: changes.get(p.name.split(".")[-1].removesuffix("_x").removesuffix("_y"), p.start) for p in of}
+        for name, of in ((name, table.of("parameter")) for name, table in tables.items())
+    }
+    parameters["rotor_contact"] |= {f"{bearing}.{name}": 0.0 for bearing in ("mb1", "mb2") for name in ("k_b", "c_b")}
+    return Loop(parameters, Omega, sample_time, delay)
+
+
+def continuous(Omega: float, frequencies: np.ndarray, lag: float, bandwidth: float = math.inf) -> np.ndarray:
+    """1/(1 + L) of each axis with the other loops closed, L with a continuous PD controller and a dead time (s)."""
+    found = load_rotor()
+    model = msdc(assemble(found), found.planes.master).model
+    B = np.eye(model.size)[:, model.rows(found.bearing_nodes)]
+    k_s, _ = bearing_constants(loop(), 0)
+    rows = []
+    for omega in 2.0 * np.pi * frequencies:
+        s = 1j * omega
+        dynamic = s * s * model.M + s * Omega * model.G + model.K - k_s * B @ B.T
+        plant = B.T @ np.linalg.solve(dynamic, B)
+        law = (1e6 + k_s + 5e3 * s) * np.exp(-s * lag) / (1.0 + omega * 1j / (2.0 * np.pi * bandwidth))
+        rows.append(np.diag(np.linalg.inv(np.eye(4) + law * plant)))
+    return np.array(rows).T
+
+
+@pytest.mark.parametrize("Omega", [0.0, 300.0])
+def test_short_sampling_tends_to_the_continuous_loop(Omega: float) -> None:
+    errors = []
+    for sample_time in (20e-6, 10e-6):
+        S = response(sensitivity(loop(Omega, sample_time)), FREQUENCIES)
+        errors.append(np.abs(S / continuous(Omega, FREQUENCIES, 0.0) - 1.0).max())
+    assert errors[1] < 0.02
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)
+
+
+def test_delay_and_amplifier_are_dead_time_and_lag() -> None:
+    """Hold and backward difference lag by half a sample each, the second only in the derivative."""
+    time = 5e-6
+    plain, late, slow = (
+        response(sensitivity(loop(90.0, time, **change)), FREQUENCIES)
+        for change in ({}, {"delay": 10}, {"amplifier": 1.0})
+    )
+    np.testing.assert_allclose(late / plain, continuous(90.0, FREQUENCIES, 10 * time) / undelayed(), rtol=2e-3)
+    np.testing.assert_allclose(slow / plain, continuous(90.0, FREQUENCIES, 0.0, 1400.0) / undelayed(), rtol=2e-3)
+
+
+def undelayed() -> np.ndarray:
+    return continuous(90.0, FREQUENCIES, 0.0)
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+def test_sensitivity_integral_is_that_of_the_unstable_poles(delay: int) -> None:
+    """Bode's integral in discrete time: the mean of ln|det S| over the unit circle is the sum of ln|unstable poles|.
+
+    The negative stiffness of two bearings in two directions makes four of them. Bending modes without damping are zeros
+    of S on the circle, which a mean over points resolves to some 1e-3.
+    """
+    case = loop(90.0, 250e-6, delay)
+    S = sensitivity(case)
+    count = 2**14
+    angles = math.pi * (np.arange(count) + 0.5) / count
+    values = S(np.exp(1j * angles))
+    determinants = np.linalg.det(np.moveaxis(values, -1, 0))
+    unstable = [pole for pole in (rotor(case) * amplifiers(case)).poles() if pole.real > 1.0]
+    assert len(unstable) == 4
+    expected = sum(pole.real * 250e-6 for pole in unstable)
+    assert np.mean(np.log(np.abs(determinants))) == pytest.approx(expected, rel=3e-3)
+
+
+def test_delay_and_amplifiers_cost_stability_margin() -> None:
+    frequencies = np.linspace(9.0, 15.0, 61)
+    plain, amplified, late = (
+        np.abs(response(sensitivity(loop(**change)), frequencies)).max(axis=1)
+        for change in ({}, {"amplifier": 1.0}, {"delay": 1})
+    )
+    assert np.all(plain < amplified)
+    assert np.all(amplified < late)
+
+
+def test_both_directions_of_a_bearing_are_alike() -> None:
+    S = response(sensitivity(loop(300.0)), FREQUENCIES)
+    np.testing.assert_allclose(S[[0, 2]], S[[1, 3]], rtol=1e-9)
+
+
+def test_static_sensitivity_is_that_of_the_stiffnesses() -> None:
+    """A rotor of such mass stands still at low frequency only if it is held: for a rigid one S(0) = -K_s/K_b."""
+    k_s, _ = bearing_constants(loop(), 0)
+    S = response(sensitivity(loop()), np.array([1e-3]))[:, 0]
+    assert np.all(S.real < 0.0)
+    np.testing.assert_allclose(np.abs(S), k_s / 1e6, rtol=2e-3)
+
+
+def test_integral_action_takes_static_loads_over() -> None:
+    S = response(sensitivity(loop(k_integral=1e6)), np.array([1e-4, 1e-3]))
+    np.testing.assert_allclose(np.abs(S[:, 1] / S[:, 0]), 10.0, rtol=0.01)
+    assert np.abs(S).max() < 0.02
+
+
+def test_derivative_filter_is_a_lag() -> None:
+    omega = 2.0 * np.pi * FREQUENCIES
+    sharp, filtered = (
+        response(controllers(loop(sample_time=1e-6, derivative_time=tau, k_b=0.0, k_s=0.0)), FREQUENCIES)
+        for tau in (0.0, 1e-4)
+    )
+    np.testing.assert_allclose(filtered / sharp, np.broadcast_to(1.0 / (1.0 + 1e-4j * omega), sharp.shape), rtol=5e-3)
+
+
+def test_unstable_loop_is_refused_with_what_grows() -> None:
+    with pytest.raises(ValueError, match=r"the loop is not stable: a vibration of 35\d\.\d Hz grows by 0\.01"):
+        sensitivity(loop(sample_time=1e-3))
+    with pytest.raises(ValueError, match=r"the loop is not stable: a vibration of 0\.0 Hz"):
+        sensitivity(loop(k_b=-1e5))
+
+
+def test_measured_law_takes_the_measured_constants() -> None:
+    assert bearing_constants(loop(force_law=1.0), 2) == (2.156e6, 539.0)
+    k_s, k_i = bearing_constants(loop(force_law=2.0), 0)
+    assert (k_s / 1e3, k_i) == pytest.approx((2376.96, 563.15), rel=1e-5)
+
+
+def test_zones_begin_at_their_limits() -> None:
+    assert [zone(peak) for peak in (1.0, 2.999, 3.0, 3.999, 4.0, 4.999, 5.0, 40.0)] == list("AABBCCDD")
+
+
+def test_injected_lines_interleave_and_fill_the_range() -> None:
+    signals, lines = multi_sines(16000, 250e-6)
+    assert sorted(lines.ravel()) == list(range(4, 8000))
+    spectra = np.abs(np.fft.rfft(signals, axis=1))
+    for own, spectrum in zip(lines, spectra, strict=True):
+        assert np.ptp(spectrum[own]) < 1e-9 * spectrum[own].max()
+        assert np.delete(spectrum, own).max() < 1e-9 * spectrum[own].max()
+    np.testing.assert_allclose(np.abs(signals).max(axis=1), PEAK)
+
+
+def test_schroeder_phases_keep_the_peak_low() -> None:
+    """The crest factor of a sine is 1.41; harmonics in phase have sqrt(2 n)."""
+    count = 500
+    harmonics = np.exp(1j * schroeder_phases(np.full(count, 1.0 / count)))
+    signal = np.fft.irfft(np.concatenate([[0.0], harmonics, np.zeros(3 * count)]))
+    assert np.abs(signal).max() / signal.std() < 1.8
+    aligned = np.fft.irfft(np.concatenate([[0.0], np.ones(count), np.zeros(3 * count)]))
+    assert np.abs(aligned).max() / aligned.std() > 0.9 * math.sqrt(2.0 * count)
+
+
+def test_schroeder_phases_of_equal_powers_are_quadratic() -> None:
+    i = np.arange(1, 9)
+    np.testing.assert_allclose(schroeder_phases(np.full(8, 0.125)), -np.pi * i * (i - 1) / 8)
+
+
+def test_measurement_waits_until_the_transient_is_gone() -> None:
+    assert 0.999 ** settling_samples(0.999, 250e-6) == pytest.approx(1e-6, rel=1e-3)
+    with pytest.raises(ValueError, match=r"keep 0\.999990 of themselves .* a measurement waits no longer than 60 s"):
+        settling_samples(0.99999, 250e-6)

@@ -1,0 +1,84 @@
+"""Observed orders of the coupling: the three FMUs against the levitated rotor as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+LINEAR, AMPLIFIERS, NONLINEAR = (
+    "linear law, controller at 4 kHz",
+    "amplifiers of 1.4 kHz, Gauss-Seidel",
+    "nonlinear law",
+)
+
+
+def studied() -> list[dict[str, Any]]:
+    """The study's comparisons at three communication steps, over a shorter time."""
+    from dataclasses import replace
+
+    from orchestrator.studies.coupling import compare, comparisons
+
+    return [compare(replace(c, steps=(125e-6, 62.5e-6, 31.25e-6)), duration=0.05) for c in comparisons()]
+
+
+def against_undelayed() -> list[float]:
+    """Error of a Jacobi co-simulation against the system without the sample of delay, at two communication steps."""
+    import numpy as np
+
+    from orchestrator.studies.coupling import Scheme, cosimulated
+    from orchestrator.studies.monolithic import Case, free_orbit
+
+    case = Case(Omega=120.0, disc="d3", unbalance=0.02)
+    exact = free_orbit(case, 200)
+    errors = [np.abs(cosimulated(case, Scheme("jacobi"), step, 200) - exact).max() for step in (62.5e-6, 15.625e-6)]
+    return [float(error / np.abs(exact).max()) for error in errors]
+
+
+@pytest.fixture(scope="module")
+def schemes(run_python: Callable[..., Any]) -> Callable[[str, str], dict[str, Any]]:
+    """Errors and order of a scheme in the comparison whose title begins so."""
+    found = run_python(studied, timeout=300)
+
+    def of(title: str, name: str) -> dict[str, Any]:
+        (comparison,) = (c for c in found if c["title"].startswith(title))
+        return comparison["schemes"][name]
+
+    return of
+
+
+@pytest.mark.parametrize("title", ["linear law, controller at 2 kHz", LINEAR])
+@pytest.mark.parametrize("name", ["Gauss-Seidel, force held", "Jacobi, force held", "Jacobi, with gradient"])
+def test_what_is_held_over_a_step_is_followed_with_first_order(schemes: Any, title: str, name: str) -> None:
+    assert schemes(title, name)["order"] == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("title", ["linear law, controller at 2 kHz", LINEAR])
+def test_gradient_leaves_no_coupling_error_of_a_linear_law(schemes: Any, title: str) -> None:
+    scheme = schemes(title, "Gauss-Seidel, with gradient")
+    assert scheme["order"] is None
+    assert max(scheme["errors"]) < 1e-8
+
+
+def test_gradient_makes_the_nonlinear_law_second_order(schemes: Any) -> None:
+    held, followed = (schemes(NONLINEAR, f"Gauss-Seidel, {name}") for name in ("force held", "with gradient"))
+    assert held["order"] == pytest.approx(1.0, abs=0.05)
+    assert followed["order"] == pytest.approx(2.0, abs=0.05)
+    assert followed["errors"][0] < 2e-3 * held["errors"][0]
+
+
+def test_dynamic_amplifier_is_second_order_with_the_mean_current_and_the_gradient_only(schemes: Any) -> None:
+    orders = {
+        (current, force): schemes(AMPLIFIERS, f"{current}, {force}")["order"]
+        for current in ("current at the end", "mean current")
+        for force in ("force held", "with gradient")
+    }
+    assert orders.pop(("mean current", "with gradient")) == pytest.approx(2.0, abs=0.05)
+    assert list(orders.values()) == pytest.approx([1.0, 1.0, 1.0], abs=0.15)
+
+
+def test_jacobi_order_converges_to_a_system_whose_controller_is_a_sample_late(run_python: Callable[..., Any]) -> None:
+    coarse, fine = run_python(against_undelayed, timeout=300)
+    assert fine == pytest.approx(coarse, rel=0.2)
+    assert fine > 0.05
