@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from rich.console import Console
 
+from orchestrator.commands.options import ROTOR
 from orchestrator.commands.printing import print_parts, show
 from orchestrator.commands.refusals import check_writable, refusing
 
@@ -18,13 +19,6 @@ if TYPE_CHECKING:
 
 Option = Callable[[Callable[..., None]], Callable[..., None]]
 
-ROTOR = click.option(
-    "--rotor",
-    "rotor_file",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Rotor file (TOML); the rig of the thesis by default.",
-)
 MASS = click.option(
     "--mass", type=click.Choice(["diagonal", "consistent"]), default="diagonal", show_default=True, help="Mass matrix."
 )

@@ -6,26 +6,15 @@ from pathlib import Path
 
 import click
 
-from orchestrator.build import FLAVOURS, Flavour, build_all
+from orchestrator.build import Flavour, build_all
+from orchestrator.commands.options import FLAVOUR, ROTOR
 from orchestrator.commands.refusals import check_writable, refusing
 
 
 @click.command()
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("build"), show_default=True)
-@click.option(
-    "--rotor",
-    "rotor_file",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Rotor file (TOML); the rig of the thesis by default.",
-)
-@click.option(
-    "--flavour",
-    type=click.Choice(FLAVOURS),
-    default="python",
-    show_default=True,
-    help="FMUs that PythonFMU runs, or compiled ones that need no Python.",
-)
+@ROTOR
+@FLAVOUR
 @click.option(
     "--platform",
     "platforms",

@@ -11,6 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from click.testing import CliRunner, Result
+
+from orchestrator.cli import main
 
 PERIOD = 0.02
 SAMPLES = 100  # per cycle
@@ -113,3 +116,14 @@ def without() -> Callable[..., xr.Dataset]:
         return stripped
 
     return strip
+
+
+@pytest.fixture
+def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """`runner(*arguments)`: what the command line answers, in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str) -> Result:
+        return CliRunner().invoke(main, list(arguments))
+
+    return call

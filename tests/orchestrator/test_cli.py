@@ -5,29 +5,15 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 from orchestrator import results
 from orchestrator.build import MODELS
-from orchestrator.cli import main
 from orchestrator.scenario import packaged_scenarios
 from rotor_contact.constants import plant_constants
 from rotor_contact.rotor_file import RIG, load_rotor
-
-
-@pytest.fixture
-def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str) -> Result:
-        return CliRunner().invoke(main, list(arguments))
-
-    return call
-
 
 BAD = {
     "unknown scenario": (["fig4_8"], "no scenario 'fig4_8'; did you mean fig4_"),

@@ -7,20 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 from matplotlib.image import imread
-
-from orchestrator.cli import main
-
-
-@pytest.fixture
-def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str) -> Result:
-        return CliRunner().invoke(main, list(arguments))
-
-    return call
 
 
 def check_picture(path: Path) -> None:

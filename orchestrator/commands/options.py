@@ -1,0 +1,24 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from orchestrator.build import FLAVOURS
+
+ROTOR = click.option(
+    "--rotor",
+    "rotor_file",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Rotor file (TOML); the rig of the thesis by default.",
+)
+FLAVOUR = click.option(
+    "--flavour",
+    type=click.Choice(FLAVOURS),
+    default="python",
+    show_default=True,
+    help="FMUs that PythonFMU runs, or compiled ones that need no Python.",
+)
