@@ -24,7 +24,8 @@ if os.environ.get("CI"):
     hypothesis.settings.load_profile("repeatable")
 
 SUPPORT = Path(__file__).parent / "fmi_export" / "support"  # modules that subprocesses can import
-sys.path.insert(0, str(Path(__file__).parent / "support"))  # cases that several folders share
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(HERE / "native" / "support")]  # cases, probes, tools
 
 
 @pytest.fixture(scope="session")

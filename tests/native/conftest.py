@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +16,6 @@ import pytest
 
 from fmi_export.model import Model
 from fmi_export.native.package import build_native_fmu
-
-FOLDERS = [str(Path(__file__).parent / "support"), str(Path(__file__).parents[1] / "fmi_export" / "support")]
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _modules_of_the_tests() -> Iterator[None]:
-    sys.path[:0] = FOLDERS
-    yield
-    for folder in FOLDERS:
-        sys.path.remove(folder)
 
 
 @pytest.fixture(scope="session")
