@@ -1,11 +1,12 @@
-"""One FMU as the master sees it: arrays in, step, arrays out. The only module that calls FMI functions."""
+"""One FMU as the master sees it: arrays in, step, arrays out. The only module that knows FMI functions."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
 from ctypes import Array as CArray
-from ctypes import byref, c_double, c_int, c_uint
+from ctypes import byref, c_double, c_int, c_uint, c_void_p, cast
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,29 @@ class FmuError(RuntimeError):
         super().__init__(f"{call} answered {status}: {said}")
         self.status = status
         self.log = list(log)
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """One fmi2Set or fmi2Get call: its address, the value references, their places among the inputs or outputs.
+
+    Values are C doubles if `real`, and C ints otherwise.
+    """
+
+    function: int
+    references: NDArray[np.uint32]
+    where: NDArray[np.intp]
+    real: bool
+
+
+@dataclass(frozen=True)
+class EntryPoints:
+    """Addresses of an FMU's instance and of what a step calls, for code that calls them without Python."""
+
+    instance: int
+    do_step: int
+    sends: tuple[Transfer, ...]
+    fetches: tuple[Transfer, ...]
 
 
 class FmuComponent:
@@ -133,6 +157,19 @@ class FmuComponent:
         """Advance from `time` by `step_size` (s)."""
         self._call("fmi2DoStep", self._fmu.doStep, time, step_size)
 
+    def entry_points(self) -> EntryPoints:
+        """What `write`, `step` and `read` call; valid until `close`."""
+        return EntryPoints(
+            instance=int(self._fmu.component),
+            do_step=_address(self._fmu, "fmi2DoStep"),
+            sends=self._in.transfers(self._fmu, "fmi2Set"),
+            fetches=self._out.transfers(self._fmu, "fmi2Get"),
+        )
+
+    def refusal(self, call: str, status: int) -> FmuError:
+        """The error for a call that the FMU answered with a status other than OK and Warning."""
+        return FmuError(call, STATUS[status], self._log)
+
     def close(self) -> None:
         """Terminate and free the instance; calling it again does nothing, and it never raises."""
         fmu, self._fmu = self._fmu, None
@@ -151,13 +188,18 @@ class FmuComponent:
         try:
             function(*arguments)
         except FMICallException as error:
-            raise FmuError(name, STATUS[error.status], self._log) from error
+            raise self.refusal(name, error.status) from error
+
+
+def _address(fmu: Any, function: str) -> int:
+    return cast(getattr(fmu.dll, function), c_void_p).value or 0
 
 
 class _Group:
     """Variables of one FMI type: value references, values as C arrays, where they stand in the whole."""
 
     def __init__(self, kind: str, ports: Sequence[tuple[int, Port]]) -> None:
+        self.kind = kind
         self.setter, self.getter = f"fmi2Set{kind}", f"fmi2Get{kind}"
         self.size = len(ports)
         self.references: CArray[Any] = (c_uint * self.size)(*[port.reference for _, port in ports])
@@ -184,6 +226,12 @@ class _Exchange:
         for group in self.groups:
             getattr(fmu, group.getter)(fmu.component, group.references, group.size, group.buffer)
             self.values[group.where] = group.view
+
+    def transfers(self, fmu: Any, prefix: str) -> tuple[Transfer, ...]:
+        return tuple(
+            Transfer(_address(fmu, prefix + g.kind), np.array(g.references, np.uint32), g.where, g.kind == "Real")
+            for g in self.groups
+        )
 
 
 _KINDS = ("Real", "Integer", "Boolean")

@@ -12,7 +12,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
-from typing import Literal, Protocol
+from typing import Generic, Literal, NamedTuple, Protocol, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 Coupling = Literal["gauss_seidel", "jacobi"]
+Loop = Literal["compiled", "plain"]
+LOOPS: tuple[Loop, ...] = get_args(Loop)
 Observer = Callable[[int, Array], None]
 
 
@@ -39,10 +41,25 @@ class Participant(Protocol):
     def close(self) -> None: ...
 
 
+P = TypeVar("P", bound=Participant)
+
+
+class Changes(NamedTuple):
+    """Values that positions take at communication points, ascending in time; of several, the last one counts."""
+
+    points: IntArray
+    positions: IntArray
+    values: Array
+
+
 class Schedule(Protocol):
-    """Exogenous inputs over time: writes those that change at communication point n into the array."""
+    """Exogenous inputs over time: writes those that change at communication point n into the array.
+
+    `changes` gives the same as a list, for the points from `first` up to but not including `last`.
+    """
 
     def __call__(self, n: int, exogenous: Array) -> None: ...
+    def changes(self, first: int, last: int) -> Changes: ...
 
 
 @dataclass(frozen=True)
@@ -93,6 +110,11 @@ class PiecewiseConstant:
         for position, value in self._events.get(n, ()):
             exogenous[position] = value
 
+    def changes(self, first: int, last: int) -> Changes:
+        due = [(n, *event) for n in sorted(self._events) if first <= n < last for event in self._events[n]]
+        points, positions, values = zip(*due, strict=True) if due else ((), (), ())
+        return Changes(np.array(points, np.intp), np.array(positions, np.intp), np.array(values, np.float64))
+
 
 class PiecewiseLinear:
     """A schedule of one quantity that is linear between points, constant outside, with its slope.
@@ -121,8 +143,21 @@ class PiecewiseLinear:
         exogenous[self._value] = self._values[before] + (rise * (n - begin) / steps if steps else 0.0)
         exogenous[self._slope] = rise / (steps * self._step_size) if steps else 0.0
 
+    def changes(self, first: int, last: int) -> Changes:
+        n = np.arange(first, last, dtype=np.intp)
+        at, values = np.array(self._at), np.array(self._values)
+        after = np.searchsorted(at, n, side="right")
+        before, after = np.maximum(after - 1, 0), np.minimum(after, len(at) - 1)
+        steps, rise = at[after] - at[before], values[after] - values[before]
+        moving = steps > 0
+        part, slope = np.zeros((2, len(n)))
+        np.divide(rise * (n - at[before]), steps, out=part, where=moving)
+        np.divide(rise, steps * self._step_size, out=slope, where=moving)
+        both = np.column_stack([values[before] + part, slope])
+        return Changes(np.repeat(n, 2), np.tile([self._value, self._slope], len(n)), both.ravel())
 
-class Master:
+
+class Master(Generic[P]):
     """Steps components together and frees them.
 
     Parameters
@@ -145,7 +180,7 @@ class Master:
 
     def __init__(
         self,
-        components: Sequence[Participant],
+        components: Sequence[P],
         wiring: Wiring,
         step_size: float,
         coupling: Coupling = "gauss_seidel",
@@ -160,15 +195,15 @@ class Master:
         self.start_time = start_time
         self.values = np.zeros(len(wiring.names))
         self.exogenous = self.values[: wiring.n_exogenous]
-        self._slots: list[Array] = []
+        self.slots: list[slice] = []
         first = wiring.n_exogenous
         for component in self.components:
-            self._slots.append(self.values[first : first + len(component.outputs)])
+            self.slots.append(slice(first, first + len(component.outputs)))
             first += len(component.outputs)
         if first != len(self.values):
             raise ValueError(f"the wiring names {len(self.values)} signals, the components have {first}")
 
-    def __enter__(self) -> Master:
+    def __enter__(self) -> Master[P]:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -220,9 +255,7 @@ class Master:
         StepFailed
             If a component does not complete a step. Observers have seen everything up to it.
         """
-        for component in self.components:
-            if first % component.every:
-                raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")
+        self.check_start(first)
         advance = self._gauss_seidel if self.coupling == "gauss_seidel" else self._jacobi
         for n in range(first, last + 1):
             for schedule in schedules:
@@ -231,6 +264,12 @@ class Master:
                 observe(n, self.values)
             if n < last:
                 advance(n)
+
+    def check_start(self, first: int) -> None:
+        """Raise ValueError where a slower component is between its points at point `first`."""
+        for component in self.components:
+            if first % component.every:
+                raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")
 
     def _gauss_seidel(self, n: int) -> None:
         for i, component in enumerate(self.components):
@@ -274,7 +313,7 @@ class Master:
     def _take(self, i: int) -> None:
         component = self.components[i]
         component.read()
-        self._slots[i][:] = component.outputs
+        self.values[self.slots[i]] = component.outputs
 
     def _describe_loop(self) -> str:
         loop = find_loop(self.wiring.depends_on)

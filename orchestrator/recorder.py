@@ -4,10 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from orchestrator.master import Array, IntArray
+
+
+class Sheet(NamedTuple):
+    """What a loop writes to that keeps values without asking Python: the recorder's arguments and its arrays."""
+
+    positions: IntArray
+    first: int
+    every: int
+    points: IntArray
+    table: Array
 
 
 class Recorder:
@@ -33,18 +44,50 @@ class Recorder:
         self._began = self._latest = 0.0
 
     def __call__(self, n: int, values: Array) -> None:
+        self.see(n)
+        if n >= self._first and n % self._every == 0:
+            if self._rows == len(self._points):
+                self._grow(2 * self._rows)
+            np.take(values, self._positions, out=self._table[self._rows])
+            self._points[self._rows] = n
+            self._rows += 1
+
+    def see(self, n: int) -> None:
+        """Take note that the run is at point n now."""
         if n >= 0:
             self._latest = time.perf_counter()
             if self._reached is None:
                 self._began = self._latest
             self._reached = n
-        if n >= self._first and n % self._every == 0:
-            if self._rows == len(self._points):
-                self._points = np.concatenate([self._points, np.zeros_like(self._points)])
-                self._table = np.concatenate([self._table, np.zeros_like(self._table)])
-            np.take(values, self._positions, out=self._table[self._rows])
-            self._points[self._rows] = n
-            self._rows += 1
+
+    def sheet(self, first: int, last: int) -> Sheet:
+        """Free rows for all that is kept of the points from `first` to `last`; `fill` then says how far they are used.
+
+        Raises
+        ------
+        ValueError
+            If there is not the memory for them.
+        """
+        due = max(0, last // self._every - (max(first, self._first) - 1) // self._every)
+        try:
+            self._grow(self._rows + due)
+        except MemoryError as error:
+            raise ValueError(
+                f"there is no memory to record {len(self._positions)} variables at {due} points; "
+                f"record.variables or record.every of the scenario can ask for less"
+            ) from error
+        return Sheet(self._positions, self._first, self._every, self._points, self._table)
+
+    def fill(self, rows: int) -> None:
+        """Take note that `rows` rows are in use."""
+        self._rows = rows
+
+    def _grow(self, rows: int) -> None:
+        """Make room for that many rows; pages of memory that are not written to are not taken."""
+        if rows > len(self._points):
+            points, table = np.zeros(rows, dtype=np.intp), np.zeros((rows, len(self._positions)))
+            points[: self._rows], table[: self._rows] = self.points, self.table
+            self._points, self._table = points, table
 
     @property
     def points(self) -> IntArray:

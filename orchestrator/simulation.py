@@ -11,11 +11,12 @@ from typing import Any
 
 import xarray as xr
 
+from orchestrator import compiled
 from orchestrator.build import Flavour, Fmu, provide
 from orchestrator.component import FmuComponent
 from orchestrator.dataset import to_dataset
 from orchestrator.interface import Interface, read_interface
-from orchestrator.master import Array, Master, Observer, PiecewiseConstant, PiecewiseLinear, Schedule, StepFailed
+from orchestrator.master import Array, Loop, Master, Observer, PiecewiseConstant, PiecewiseLinear, Schedule, StepFailed
 from orchestrator.plan import ACCELERATION, SPEED, Plan, make_plan
 from orchestrator.recorder import Recorder
 from orchestrator.scenario import Scenario
@@ -67,11 +68,12 @@ def prepare(
     return Prepared(name, scenario, make_plan(scenario, system, interfaces, settings, until), fmus, interfaces)
 
 
-def run(prepared: Prepared, progress: Progress | None = None) -> Outcome:
+def run(prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled") -> Outcome:
     """Run a prepared scenario.
 
     A step that fails and Ctrl-C end the run early: the outcome holds what was recorded and what happened.
     `progress` is called now and then with the steps done and their number.
+    The `compiled` loop and the `plain` one, which calls the FMUs from Python, give the same to the last bit.
 
     Raises
     ------
@@ -106,11 +108,14 @@ def run(prepared: Prepared, progress: Progress | None = None) -> Outcome:
         schedules: list[Schedule] = [PiecewiseConstant((n, at(name), value) for n, name, value in plan.events)]
         if plan.profile:
             schedules.append(PiecewiseLinear(plan.profile, plan.step_size, at(SPEED), at(ACCELERATION)))
-        observers: list[Observer] = [recorder, _stop_when(interrupted)]
+        observers: list[Observer] = [_stop_when(interrupted)]
         if progress is not None:
-            observers.append(_reporting(progress, plan))
+            observers.append(_reporting(progress, plan, every=1 if loop == "compiled" else 200))
         try:
-            master.run(plan.first, plan.last, schedules, observers)
+            if loop == "compiled":
+                compiled.run(master, plan.first, plan.last, schedules, recorder, observers)
+            else:
+                master.run(plan.first, plan.last, schedules, [recorder, *observers])
         except StepFailed as error:
             failure = str(error)
         except KeyboardInterrupt:
@@ -132,12 +137,12 @@ def _flavour(fmus: Mapping[str, Fmu]) -> str:
     return flavours.pop() if len(flavours) == 1 else "mixed"
 
 
-def _reporting(progress: Progress, plan: Plan) -> Observer:
+def _reporting(progress: Progress, plan: Plan, every: int) -> Observer:
     total = plan.last - plan.first
 
     def report(n: int, _: Array) -> None:
         done = n - plan.first
-        if done % 200 == 0 or done == total:
+        if done % every == 0 or done == total:
             progress(done, total)
 
     return report

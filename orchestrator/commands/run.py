@@ -13,8 +13,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from orchestrator.build import FLAVOURS, Flavour
+from orchestrator.build import Flavour
+from orchestrator.commands.options import FLAVOUR
 from orchestrator.commands.refusals import Failed, check_writable, refusing
+from orchestrator.master import LOOPS, Loop
 from orchestrator.scenario import load_scenario, packaged_scenarios
 
 
@@ -29,12 +31,13 @@ from orchestrator.scenario import load_scenario, packaged_scenarios
 )
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results; default results/NAME.")
 @click.option("--until", type=float, metavar="SECONDS", help="End of the run, from the beginning of cycle 0.")
+@FLAVOUR
 @click.option(
-    "--flavour",
-    type=click.Choice(FLAVOURS),
-    default="python",
+    "--loop",
+    type=click.Choice(LOOPS),
+    default="compiled",
     show_default=True,
-    help="FMUs that PythonFMU runs, or compiled ones.",
+    help="What calls the FMUs step by step: machine code, or Python, for reference.",
 )
 @click.option("--no-plots", is_flag=True, help="Draw no figures.")
 @click.option("--summary-json", metavar="FILE", help="Also write the summary to FILE; - is standard output.")
@@ -44,6 +47,7 @@ def run(
     output: Path | None,
     until: float | None,
     flavour: Flavour,
+    loop: Loop,
     no_plots: bool,
     summary_json: str | None,
 ) -> None:
@@ -62,7 +66,7 @@ def run(
         with console.status("preparing the FMUs"):
             prepared = simulation.prepare(Path(name).stem, scenario, parse_settings(settings), until, flavour)
         with _progress(console) as report:
-            outcome = simulation.run(prepared, report)
+            outcome = simulation.run(prepared, report, loop)
 
     figures = results.summary(outcome.dataset)
     text = json.dumps(figures, indent=2, allow_nan=False) + "\n"

@@ -1,0 +1,286 @@
+"""The compiled loop beside the plain one, on components whose C functions are a few lines of Python."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from ctypes import CDLL, CFUNCTYPE, POINTER, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from orchestrator import compiled
+from orchestrator.component import EntryPoints, Transfer
+from orchestrator.master import Master, PiecewiseConstant, PiecewiseLinear, StepFailed, Wiring
+from orchestrator.recorder import Recorder
+
+KINDS = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
+DO_STEP = CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)
+EXCHANGE = {
+    kind: CFUNCTYPE(c_int, c_void_p, POINTER(c_uint), c_size_t, POINTER(number)) for kind, number in KINDS.items()
+}
+
+
+class Refused(Exception):
+    pass
+
+
+class Machine:
+    """A component with two Reals, an Integer and a Boolean in and out, whose step mixes what it was given.
+
+    Value references of inputs are 7, 8, ..., of outputs 107, 108, ...; both loops call the same C functions. `answers`
+    are statuses other than OK, by call and point in time; `trace` holds all calls with what they were given.
+    """
+
+    KINDS = ("Real", "Integer", "Real", "Boolean")
+
+    def __init__(self, name, every=1, trace=None, answers=None, step_size=1e-3):
+        self.name, self.every = name, every
+        self.inputs, self.outputs = np.zeros(4), np.zeros(4)
+        self.trace = [] if trace is None else trace
+        self.memory = {reference: 0.0 for base in (7, 107) for reference in range(base, base + 4)}
+        self.answers, self.now = answers or {}, None
+        self.instance = 1000 + len(name)
+        self.c_step = DO_STEP(self._do_step)
+        self.c_set = {kind: EXCHANGE[kind](lambda *a, kind=kind: self._set(kind, *a)) for kind in KINDS}
+        self.c_get = {kind: EXCHANGE[kind](lambda *a, kind=kind: self._get(kind, *a)) for kind in KINDS}
+
+    def _set(self, kind, instance, references, size, values):
+        given = {references[k]: values[k] for k in range(size)}
+        self.memory |= given
+        self.trace.append((self.name, "set", kind, instance, given))
+        return self.answers.get(("fmi2Set", self.now), 0)
+
+    def _get(self, kind, instance, references, size, values):
+        for k in range(size):
+            values[k] = KINDS[kind](self.memory[references[k]]).value
+        self.trace.append((self.name, "get", kind, instance, [references[k] for k in range(size)]))
+        return self.answers.get(("fmi2Get", self.now), 0)
+
+    def _do_step(self, instance, moment, step_size, no_way_back):
+        self.now = moment
+        a, i, b, flag = (self.memory[7 + k] for k in range(4))
+        m = self.memory
+        m[107], m[109] = 0.7 * m[107] + b / 3.0 + moment, m[109] - 0.1 * a + step_size * i
+        m[108], m[110] = int(i) + 1, int(not flag)
+        self.trace.append((self.name, "step", instance, moment, step_size, no_way_back))
+        return self.answers.get(("fmi2DoStep", moment), 0)
+
+    def _transfers(self, functions, base):
+        for kind in KINDS:
+            where = np.array([k for k, own in enumerate(self.KINDS) if own == kind])
+            yield Transfer(
+                cast(functions[kind], c_void_p).value, (where + base).astype(np.uint32), where, kind == "Real"
+            )
+
+    def entry_points(self):
+        sends, fetches = (tuple(self._transfers(f, base)) for f, base in ((self.c_set, 7), (self.c_get, 107)))
+        return EntryPoints(self.instance, cast(self.c_step, c_void_p).value, sends, fetches)
+
+    def refusal(self, call, status):
+        return Refused(f"{call} answered {status}")
+
+    # The same calls from Python, for the plain loop:
+
+    def _move(self, call, functions, base, values, store):
+        for kind in KINDS:
+            where = [k for k, own in enumerate(self.KINDS) if own == kind]
+            buffer = (KINDS[kind] * len(where))(
+                *(KINDS[kind](int(v) if kind != "Real" else v).value for v in values[where])
+            )
+            self._checked(
+                call,
+                functions[kind](self.instance, (c_uint * len(where))(*(w + base for w in where)), len(where), buffer),
+            )
+            if store:
+                values[where] = list(buffer)
+
+    def _checked(self, call, status):
+        if status > 1:
+            raise self.refusal(call, status)
+
+    def write(self):
+        self._move("fmi2Set", self.c_set, 7, self.inputs, store=False)
+
+    def read(self):
+        self._move("fmi2Get", self.c_get, 107, self.outputs, store=True)
+
+    def step(self, moment, step_size):
+        self._checked("fmi2DoStep", self.c_step(self.instance, moment, step_size, 1))
+
+    def close(self):
+        pass
+
+
+H = 1e-3
+NAMES = ("speed", "slope", "flag", "count", *(f"{c}.{k}" for c in "abc" for k in range(4)))
+# By type: the Reals go round, `a` also gets the speed, `b` the slope, `c` count and flag.
+SOURCES = ([0, 13, 14, 15], [4, 5, 1, 7], [8, 3, 10, 2])
+
+
+def machines(every=(1, 1, 1), answers=None):
+    trace = []
+    return trace, [Machine(c, m, trace, (answers or {}).get(c)) for c, m in zip("abc", every, strict=True)]
+
+
+def schedules():
+    events = [(-3, 2, 1.0), (5, 3, 4.0), (5, 3, 9.0), (70, 2, 0.0), (70, 3, -2.0), (200, 3, 5.0)]
+    return [PiecewiseConstant(events), PiecewiseLinear([(0, 10.0), (33, 10.1), (130, 7.0)], H, 0, 1)]
+
+
+def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, keep=0, decimation=1):
+    """What is recorded, the trace of calls, the last values and what was raised, of either loop."""
+    results = []
+    for run in ("plain", "compiled"):
+        trace, components = machines(every, answers)
+        wiring = Wiring(NAMES, 4, tuple(np.array(s) for s in SOURCES), ((),) * 16)
+        master = Master(components, wiring, H, coupling, start_time=0.1)
+        recorder = Recorder([0, 1, 3, 4, 5, 6, 7, 15, 9], keep, decimation)
+        error = None
+        try:
+            if run == "plain":
+                master.run(first, last, schedules(), [recorder])
+            else:
+                compiled.run(master, first, last, schedules(), recorder)
+        except StepFailed as failed:
+            error = (str(failed), failed.component, failed.time, str(failed.__cause__))
+        values = master.values.tolist()
+        results.append((recorder.points.tolist(), recorder.table.tolist(), trace, values, error, recorder.reached))
+    return results
+
+
+@pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
+@pytest.mark.parametrize("every", [(1, 1, 1), (4, 1, 2), (1, 3, 6)])
+def test_calls_and_values_are_those_of_the_plain_loop(coupling, every):
+    plain, fast = both(-12, 260, coupling, every, keep=-12)
+    points, table, trace, _, error, _ = fast
+    assert fast == plain
+    assert error is None
+    assert points == list(range(-12, 261))
+    assert [call[0] for call in trace if call[1] == "step"].count("b") == -(-272 // every[1])
+    assert all(len(set(column)) > 2 for column in zip(*[row[:5] for row in table], strict=True))
+
+
+@pytest.mark.parametrize(("keep", "decimation"), [(0, 1), (-9, 4), (7, 5), (500, 1), (0, 1000)])
+def test_recording_is_decimated_like_in_the_plain_loop(keep, decimation):
+    plain, fast = both(-12, 260, keep=keep, decimation=decimation)
+    assert fast[:2] == plain[:2]
+    assert fast[0] == [n for n in range(-12, 261) if n >= keep and n % decimation == 0]
+
+
+@pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
+@pytest.mark.parametrize("call", ["fmi2Set", "fmi2DoStep", "fmi2Get"])
+@pytest.mark.parametrize("component", ["a", "c"])
+def test_a_refusal_ends_the_run_where_the_plain_loop_ends_it(coupling, call, component):
+    plain, fast = both(0, 260, coupling, (2, 1, 2), {component: {(call, 0.1 + 90 * H): 3}})
+    assert fast == plain
+    assert fast[4][1] == component
+    assert fast[4][3] == f"{call} answered 3"
+    assert 90 <= fast[0][-1] <= 92
+
+
+@pytest.mark.parametrize("status", [2, 3, 4, 5])
+def test_every_status_worse_than_a_warning_ends_the_run(status):
+    plain, fast = both(0, 260, answers={"b": {("fmi2DoStep", 0.1 + 90 * H): status}})
+    assert fast == plain
+    assert fast[4][0] == f"b failed at t = 0.19 s: fmi2DoStep answered {status}"
+    assert fast[0] == list(range(91))
+
+
+def test_a_warning_does_not_end_the_run():
+    plain, fast = both(0, 120, answers={"b": {("fmi2DoStep", 0.1 + 90 * H): 1}})
+    assert fast == plain
+    assert fast[4] is None
+
+
+@pytest.mark.parametrize("block_time", [0.0, 1e9])
+def test_blocks_do_not_show_in_the_results(block_time, monkeypatch):
+    monkeypatch.setattr(compiled, "BLOCK_TIME", block_time)
+    plain, fast = both(-12, 700, every=(4, 1, 2))
+    assert fast == plain
+
+
+def ticking(**options):
+    wiring = Wiring(NAMES, 4, tuple(np.array(s) for s in SOURCES), ((),) * 16)
+    return Master(machines(**options)[1], wiring, H)
+
+
+def test_observers_are_asked_between_blocks_and_at_the_end():
+    seen, recorder = [], Recorder([4], 0)
+    master = ticking()
+    compiled.run(master, -10, 500, [], recorder, [lambda n, values: seen.append((n, recorder.points.tolist()))])
+    reached = [n for n, _ in seen]
+    assert reached[0] == -1, "the clock starts with point 0, and so a block does"
+    assert reached[-1] == 500
+    assert len(reached) > 3
+    assert all(a < b for a, b in pairwise(reached))
+    assert all(points == list(range(n + 1)) for n, points in seen)
+
+
+def test_an_interrupt_between_blocks_keeps_the_record():
+    recorder = Recorder([4], 0)
+
+    def stop(n, values):
+        if n > 100:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        compiled.run(ticking(), 0, 100_000, [], recorder, [stop])
+    assert 100 < recorder.reached < 2000
+    assert recorder.points.tolist() == list(range(recorder.reached + 1))
+
+
+def test_a_slow_component_cannot_start_between_its_points():
+    with pytest.raises(ValueError, match="b steps every 4 points and cannot start at -3"):
+        compiled.run(ticking(every=(1, 4, 1)), -3, 0, [], Recorder([4], 0))
+
+
+def test_wall_time_is_counted_from_point_0():
+    recorder, clock = Recorder([4], 0), []
+    master = ticking()
+    step = time.perf_counter
+    compiled.run(master, -300, 0, [], recorder, [lambda n, values: clock.append(step())])
+    assert recorder.wall_time < clock[-1] - clock[0]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs usleep")
+def test_other_threads_run_while_the_loop_does():
+    """The step is the C library's `usleep`, whose argument is the instance: no Python gets in during a block."""
+    sleeper = Machine("sleeper")
+    entries = EntryPoints(3000, cast(CDLL(None).usleep, c_void_p).value, (), ())
+    sleeper.entry_points = lambda: entries
+    stop, ticks = threading.Event(), []
+
+    def tick():
+        while not stop.wait(0.002):
+            ticks.append(time.perf_counter())
+
+    master = Master([sleeper], Wiring(("a", "b", "c", "d"), 0, (np.array([], dtype=int),), ((),) * 4), H)
+    compiled.run(master, 0, 1, [], Recorder([0], 0))
+    thread = threading.Thread(target=tick)
+    thread.start()
+    compiled.run(master, 0, 60, [], Recorder([0], 0))
+    stop.set()
+    thread.join()
+    assert len(ticks) > 5
+
+
+def test_a_schedule_gives_the_same_point_by_point_and_as_a_list():
+    for schedule in schedules():
+        for first, last in ((-5, 300), (5, 6), (71, 200), (10, 10)):
+            changes = schedule.changes(first, last)
+            points, listed, asked = changes.points.tolist(), np.full(4, np.nan), np.full(4, np.nan)
+            assert points == sorted(points)
+            for n in range(first, last):
+                schedule(n, asked)
+                for point, position, value in zip(*changes, strict=True):
+                    if point == n:
+                        listed[position] = value
+                np.testing.assert_array_equal(listed, asked)
+
+
+def test_what_does_not_fit_into_memory_is_refused():
+    with pytest.raises(ValueError, match=r"no memory to record 9 variables at \d+ points; record.variables or"):
+        Recorder(range(9), 0).sheet(0, 2**55)

@@ -1,0 +1,183 @@
+"""The compiled loop and the plain one record the same, to the last bit, with real FMUs of both flavours.
+
+Every output of all three FMUs is compared: energies, currents, forces, contact modes, flags. The rotor touches its
+retainer bearings in every scenario.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.util import find_spec
+from typing import Any
+
+import pytest
+
+FLAVOURS = [
+    "python",
+    pytest.param(
+        "native", marks=pytest.mark.skipif(find_spec("ziglang") is None, reason="a native FMU is compiled by ziglang")
+    ),
+]
+
+UNBALANCE = """
+description = "Unbalance comes and goes at 260 rad/s"
+Omega = "260 rad/s"
+settle_cycles = 3
+end_cycle = 8
+
+[inputs.rotor_contact]
+"d1.u" = "0.5 g.m"
+
+[[event]]
+cycle = 1
+set.rotor_contact."d1.u" = "25.5 g.m"
+
+[[event]]
+cycle = 6
+set.rotor_contact."d1.u" = "0.5 g.m"
+"""
+
+RUN_UP = """
+description = "Through the second critical speed, with contact"
+Omega = "20 Hz"
+settle_cycles = 1
+end_time = "2 s"
+inputs.rotor_contact."d1.u" = "16 g.m"
+
+[[speed]]
+time = "0.2 s"
+Omega = "20 Hz"
+
+[[speed]]
+time = "1.9 s"
+Omega = "28 Hz"
+
+[record]
+every = 3
+settling = true
+"""
+
+SCENARIOS = {
+    "gauss_seidel": UNBALANCE,
+    "jacobi": 'coupling = "jacobi"\ngradient = false\n' + UNBALANCE,
+    "multirate": 'communication_step = "62.5 us"\n' + UNBALANCE,
+    "multirate_jacobi": 'coupling = "jacobi"\ncommunication_step = "62.5 us"\n' + UNBALANCE,
+    "profile": RUN_UP,
+    "boolean_input": UNBALANCE + "\n[[event]]\ncycle = 2\nset.rolac_controller.rolac_enable = true\n",
+}
+
+# The force throws the rotor out of the range of the sensors.
+FAILING = UNBALANCE + '\n[[event]]\ncycle = 3.3\nset.rotor_contact."d1.f_x" = "1e7 N"\n'
+
+
+def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
+    """What differs between the loops, and what the compiled one recorded."""
+    import numpy as np
+
+    from orchestrator.scenario import parse_scenario
+    from orchestrator.simulation import prepare, run
+
+    prepared = prepare("case", parse_scenario(scenario, "case"), flavour=flavour)
+    plain, fast = run(prepared, loop="plain"), run(prepared, loop="compiled")
+    assert list(plain.dataset.variables) == list(fast.dataset.variables)
+    own = ("wall_s",)
+    return {
+        "differing": [
+            name
+            for name in plain.dataset.variables
+            if plain.dataset[name].values.tobytes() != fast.dataset[name].values.tobytes()
+        ],
+        "attributes": [k for k, v in plain.dataset.attrs.items() if k not in own and fast.dataset.attrs[k] != v],
+        "failures": [plain.failure, fast.failure],
+        "points": np.rint(fast.dataset.time.values / prepared.plan.step_size).astype(int).tolist(),
+        "every": [c.every for c in prepared.plan.system.components],
+        "outputs": [len(i.of("output")) for i in prepared.interfaces.values()],
+        "variables": len(fast.dataset.data_vars),
+        "contact": sorted(set(fast.dataset["rotor_contact.contact_state"].values.tolist())),
+        "last": prepared.plan.last,
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flavour", FLAVOURS)
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_both_loops_record_the_same(name: str, flavour: str, run_python: Callable[..., Any]) -> None:
+    found = run_python(with_both_loops, scenario=SCENARIOS[name], flavour=flavour, timeout=600)
+    assert found["variables"] >= sum(found["outputs"])
+    assert found["differing"] == []
+    assert found["attributes"] == []
+    assert found["failures"] == [None, None]
+    assert found["contact"][-1] > 0, "a run without contact would show less"
+    assert found["every"] == ([4, 1, 1] if "multirate" in name else [1, 1, 1])
+    assert found["points"][-1] + (3 if name == "profile" else 1) > found["last"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flavour", FLAVOURS)
+def test_a_refused_step_ends_both_loops_alike(flavour: str, run_python: Callable[..., Any]) -> None:
+    found = run_python(with_both_loops, scenario=FAILING, flavour=flavour, timeout=600)
+    plain, fast = found["failures"]
+    assert fast == plain
+    assert fast.startswith("rolac_controller failed at t = ")
+    assert ": fmi2DoStep answered Discard: at t = " in fast
+    assert " m is not allowed; it must be >= -0.1 and <= 0.1 m" in fast
+    assert found["differing"] == []
+    assert found["points"] == list(range(found["points"][-1] + 1))
+    assert 300 < found["points"][-1] < found["last"]
+
+
+def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
+    """SIGINT from another thread, while other threads keep the interpreter busy."""
+    import os
+    import signal
+    import threading
+
+    from orchestrator.scenario import parse_scenario
+    from orchestrator.simulation import prepare, run
+
+    text = scenario.replace("end_cycle = 8", "end_cycle = 1e5")
+    prepared = prepare("case", parse_scenario(text, "case"), flavour=flavour)
+    stop, started, done = threading.Event(), threading.Event(), []
+
+    def busy() -> None:
+        while not stop.is_set():
+            sum(range(100))
+
+    def send() -> None:
+        started.wait()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    def report(n: int, total: int) -> None:
+        done.append(n)
+        if n > 2000:
+            started.set()
+
+    threads = [threading.Thread(target=target) for target in (busy, busy, send)]
+    for thread in threads:
+        thread.start()
+    try:
+        outcome = run(prepared, report, loop="compiled")
+    finally:
+        stop.set()
+        for thread in threads:
+            thread.join()
+    return {
+        "failure": outcome.failure,
+        "time": float(outcome.dataset.time[-1]),
+        "simulated": outcome.dataset.attrs["simulated_s"],
+        "points": outcome.dataset.sizes["time"],
+        "settling": -prepared.plan.first,
+        "reports": done,
+        "total": prepared.plan.last - prepared.plan.first,
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flavour", FLAVOURS)
+def test_an_interrupt_ends_the_run_and_keeps_the_record(flavour: str, run_python: Callable[..., Any]) -> None:
+    found = run_python(interrupted, flavour=flavour, scenario=UNBALANCE, timeout=300)
+    assert found["failure"] == f"interrupted at t = {found['time']:.9g} s"
+    assert found["time"] == found["simulated"]
+    assert 2000 < found["points"] + found["settling"] < found["total"] / 2
+    assert found["reports"] == sorted(found["reports"])
+    assert len(found["reports"]) > 3
