@@ -1,4 +1,4 @@
-"""The controller: four bearing axes under PID, eight sensors Fourier-transformed, ROLAC on top.
+"""The controller: four bearing axes under PID, eight sensors Fourier-transformed, synchronous control on top.
 
 One call of `step` is one sample: inputs at its beginning, currents held over it.
 """
@@ -9,219 +9,169 @@ import math
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from fmi_export.variables import Variable, input_, interface, output, parameter
-from rolac_controller import fourier, pid, rolac
-from rolac_controller.fourier import N_SENSORS
-from rolac_controller.rolac import N_AXES
-
-# Each axis is controlled by the sensor at its bearing; the other four only serve ROLAC.
-AXES = (("mb1", "x", "s5"), ("mb1", "y", "s6"), ("mb2", "x", "s3"), ("mb2", "y", "s4"))
-PLANES = ("motor end", "MB2", "MB1", "non-driven end")
-SENSORS = tuple((f"s{k + 1}", f"{PLANES[k // 2]}, {'xy'[k % 2]} axis") for k in range(N_SENSORS))
-SENSOR_NAMES = tuple(name for name, _ in SENSORS)
-
-# 2.8 and 2.9 with Table 2.2: the linear law that the actuator starts with.
-BEARING_K_S, BEARING_K_I = 2376955.7160887653, 563.1506658084571
-
-LARGEST_ANGLE = 1e9  # rad, 18 days at full speed; it still resolves 1e-7 rad
-
-TIMING = ("Omega", "theta")
-SWITCHED = (*SENSOR_NAMES, *TIMING, "rolac_enable")
-
-
-def _axis(bearing: str, axis: str) -> list[Variable]:
-    """Variables of one axis; the order of the parameters is that of `pid`, of the outputs that of `step`."""
-    b, a = bearing, axis
-    at = f"{b.upper()}, {a} axis"
-    return [
-        parameter(f"{b}.k_b_{a}", "N/m", f"Net stiffness K_b of the closed bearing, {at} (5.1)", 1e6, tunable=True),
-        parameter(
-            f"{b}.c_b_{a}",
-            "N.s/m",
-            f"Damping C_b of the closed bearing, {at} (5.2)",
-            5e3,
-            minimum=0.0,
-            tunable=True,
-        ),
-        parameter(
-            f"{b}.k_integral_{a}",
-            "N/(m.s)",
-            f"Gain K_I of the integral, {at} (5.3)",
-            0.0,
-            minimum=0.0,
-            tunable=True,
-        ),
-        parameter(
-            f"{b}.k_s_{a}",
-            "N/m",
-            f"Negative stiffness K_s of the bearing, compensated, {at} (2.8)",
-            BEARING_K_S,
-            tunable=True,
-        ),
-        parameter(
-            f"{b}.k_i_{a}",
-            "N/A",
-            f"Current stiffness K_i of the bearing, {at} (2.9)",
-            BEARING_K_I,
-            minimum=1.0,
-            tunable=True,
-        ),
-        parameter(
-            f"{b}.i_min_{a}",
-            "A",
-            f"Least control current, -(I_s + I_b), {at}",
-            -5.57,
-            maximum=0.0,
-            tunable=True,
-        ),
-        parameter(f"{b}.i_max_{a}", "A", f"Largest control current, I_b, {at}", 4.43, minimum=0.0, tunable=True),
-        output(f"{b}.i_{a}", "A", f"Demanded control current, {at}", depends_on=SWITCHED),
-        output(f"{b}.u_{a}", "N", f"Amplitude of the synchronous ROLAC force, {at}", depends_on=SWITCHED),
-        output(f"{b}.u_phase_{a}", "rad", f"Phase of the synchronous ROLAC force, {at}", depends_on=SWITCHED),
-    ]
-
-
-def _sensor(name: str, where: str) -> list[Variable]:
-    """Variables of one sensor. The range of the displacement is generous; it finds mm and um given as m."""
-    return [
-        input_(name, "m", f"Measured displacement, {where}", minimum=-0.1, maximum=0.1),
-        output(f"amplitude.{name}", "m", f"Synchronous amplitude, {where}", depends_on=(name, *TIMING)),
-        output(f"phase.{name}", "rad", f"Phase of the synchronous part, {where}", depends_on=(name, *TIMING)),
-    ]
-
-
-INTERFACE = interface(
-    parameter(
-        "sample_time",
-        "s",
-        "Time between samples, equal to the communication step",
-        250e-6,
-        minimum=1e-6,
-        maximum=0.1,
-    ),
-    parameter(
-        "derivative_time",
-        "s",
-        "Time constant of the derivative's filter; 0: plain backward difference",
-        0.0,
-        minimum=0.0,
-        tunable=True,
-    ),
-    parameter(
-        "rolac.alpha",
-        "1/s",
-        "Adaptation rate of ROLAC; 0 holds the force (5.22)",
-        7.0,
-        minimum=0.0,
-        tunable=True,
-    ),
-    parameter(
-        "rolac.min_speed",
-        "rad/s",
-        "Speed below which there is no synchronous signal and no ROLAC",
-        2.0 * math.pi * 5.0,
-        minimum=0.0,
-        tunable=True,
-    ),
-    *(_axis(bearing, axis) for bearing, axis, _ in AXES),
-    *(_sensor(name, where) for name, where in SENSORS),
-    input_("Omega", "rad/s", "Rotor speed", minimum=0.0),
-    input_(
-        "theta", "rad", "Rotor angle, wrapped to a revolution or not", minimum=-LARGEST_ANGLE, maximum=LARGEST_ANGLE
-    ),
-    input_("rolac_enable", "1", "Switches ROLAC on", type="Boolean"),
-    output(
-        "rolac_active",
-        "1",
-        "ROLAC is adapting its force",
-        type="Boolean",
-        depends_on=(*TIMING, "rolac_enable"),
-    ),
-    output(
-        "window_valid",
-        "1",
-        "The synchronous signals span a full revolution",
-        type="Boolean",
-        depends_on=TIMING,
-    ),
-    output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
+from rolac_controller import identification, pid, sensors, stored, supervision, synchronous
+from rolac_controller.adaptation import forces_at
+from rolac_controller.arrays import LIMITED, N_WORK, STARTED, Scratch, State, n_state, scratch_of, state_of
+from rolac_controller.chain import is_on
+from rolac_controller.contact import watch
+from rolac_controller.converters import converted, step_of
+from rolac_controller.fourier import components, record, revolution, turned
+from rolac_controller.interface import (
+    AMPLIFIER_GAIN,
+    AXIS_OUTPUTS,
+    CHECK_SENSORS,
+    CURRENT,
+    CURRENT_LIMITED,
+    DAC,
+    DAC_BITS,
+    DAC_RANGE,
+    DELAY,
+    DERIVATIVE_TIME,
+    DIRECT,
+    ENABLE,
+    GAINS,
+    HARMONIC,
+    HARMONIC_PARAMETERS,
+    I_MAX,
+    I_MIN,
+    IDENTIFY,
+    INTERFACE,
+    K_I,
+    MAX_CONDITION,
+    MIN_SPEED,
+    N_GAINS,
+    OMEGA,
+    ORDER,
+    PLANE_Z,
+    POWER,
+    SAMPLE_TIME,
+    SETPOINT,
+    THETA,
+    WEIGHT,
 )
+from rolac_controller.names import (
+    N_AXES,
+    N_HARMONICS,
+    N_PLANES,
+    N_SENSORS,
+    NONE,
+    SENSOR_NAMES,
+    SENSOR_OF_AXIS,
+)
+from rolac_controller.outputs import show_identification, show_synchronous
 
-SAMPLE_TIME = INTERFACE.parameter_index("sample_time")
-DERIVATIVE_TIME = INTERFACE.parameter_index("derivative_time")
-ALPHA = INTERFACE.parameter_index("rolac.alpha")
-MIN_SPEED = INTERFACE.parameter_index("rolac.min_speed")
-GAINS = INTERFACE.parameter_index("mb1.k_b_x")
-OMEGA = INTERFACE.input_index("Omega")
-THETA = INTERFACE.input_index("theta")
-ENABLE = INTERFACE.input_index("rolac_enable")
-AXIS_OUTPUTS = 3
-CURRENT, FORCE, FORCE_PHASE = range(AXIS_OUTPUTS)
-AMPLITUDE = INTERFACE.output_index("amplitude.s1")
-PHASE = AMPLITUDE + 1  # amplitude and phase alternate
-ACTIVE = INTERFACE.output_index("rolac_active")
-VALID = INTERFACE.output_index("window_valid")
-SENSOR_OF_AXIS = tuple(SENSOR_NAMES.index(sensor) for _, _, sensor in AXES)
-
-# Layout of the state: whether a sample was taken, memory of the axes, synchronous forces, window.
-STARTED = 0
-MEMORY = 1
-SYNCHRONOUS_FORCE = MEMORY + N_AXES * pid.N_MEMORY
-WINDOW = SYNCHRONOUS_FORCE + 2 * N_AXES
-N_STATE = WINDOW + fourier.N_WINDOW
-
-# Layout of the scratch array: synchronous displacements.
-N_WORK = 2 * N_SENSORS
+__all__ = ["INTERFACE", "MODEL", "SENSOR_NAMES", "initialise", "step"]
 
 STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times also rounds in the last digits of the time
 ROUNDING = 4.5e-16
 SPEED_RATIO = 2.0  # between the input Omega and the speed over the window's revolution
 
-FAULT_STEP, FAULT_NO_TABLE = 1, 2
+FAULT_STEP, FAULT_NO_TABLE, FAULT_HARMONICS, FAULT_WEIGHTS, FAULT_PLANES = range(1, 6)
 
 
 @kernel
-def transform(parameters: Array, inputs: Array, window: Array, q: Array) -> bool:
-    """Take in this sample and put the synchronous displacements into `q`; whether they are valid.
+def read_harmonics(parameters: Array, x: Scratch) -> None:
+    """Orders and powers of the harmonics, side by side."""
+    for k in range(N_HARMONICS):
+        x.orders[k] = parameters[HARMONIC + k * HARMONIC_PARAMETERS + ORDER]
+        x.powers[k] = parameters[HARMONIC + k * HARMONIC_PARAMETERS + POWER]
+
+
+@kernel
+def ascending(orders: Array) -> bool:
+    """Whether the orders of the harmonics ascend until the first 0, and are 0 from there on."""
+    for k in range(1, N_HARMONICS):
+        if orders[k] != 0.0 and (orders[k] <= orders[k - 1] or orders[k - 1] == 0.0):
+            return False
+    return True
+
+
+@kernel
+def distinct(parameters: Array) -> bool:
+    """Whether no two sensor planes are at the same place."""
+    for k in range(N_PLANES):
+        for other in range(k):
+            if parameters[PLANE_Z + k] == parameters[PLANE_Z + other]:
+                return False
+    return True
+
+
+@kernel
+def lacks_table(inputs: Array, s: State) -> bool:
+    """Whether ROLAC is on without any H, and no identification was made or asked for that could find one."""
+    never = s.identification[identification.STAGE] == NONE and inputs[IDENTIFY] == 0.0
+    return bool(inputs[ENABLE] != 0.0 and s.table[0] == 0.0 and never)
+
+
+@kernel
+def transform(parameters: Array, inputs: Array, s: State, x: Scratch) -> bool:
+    """Take in this sample and find the components of all harmonics; whether they are valid.
 
     Valid means: a full revolution is in the window, the speed is at least `rolac.min_speed`, and the
     revolution took the time that this speed says within a factor `SPEED_RATIO`. The last excludes a rotor
     angle that does not turn with the speed, and revolutions from before a large change of speed. Otherwise
-    `q` is zero.
+    all components are zero.
     """
-    fourier.record(window, inputs[THETA], inputs[:N_SENSORS])
-    turned = fourier.synchronous(window, q) * parameters[SAMPLE_TIME] * inputs[OMEGA] / (2.0 * math.pi)
-    valid: bool = inputs[OMEGA] >= parameters[MIN_SPEED] and 1.0 / SPEED_RATIO < turned < SPEED_RATIO
-    if not valid:
-        q[:] = 0.0
+    record(s.window, x.orders, inputs[THETA], x.measured)
+    turns = revolution(s.window) * parameters[SAMPLE_TIME] * inputs[OMEGA] / (2.0 * math.pi)
+    valid: bool = inputs[OMEGA] >= parameters[MIN_SPEED] and 1.0 / SPEED_RATIO < turns < SPEED_RATIO
+    x.q[:] = 0.0
+    if valid:
+        components(s.window, x.orders, x.q)
     return valid
 
 
 @kernel
-def control(parameters: Array, inputs: Array, state: Array, sample_time: float, outputs: Array) -> None:
-    """Currents of all axes, I = I_pid + u/K_i within their limits (5.1 to 5.4, 5.23)."""
-    force = state[SYNCHRONOUS_FORCE:WINDOW]
+def control(parameters: Array, inputs: Array, s: State, x: Scratch, sample_time: float, outputs: Array) -> None:
+    """Currents of all axes, I = I_pid + u/K_i within their limits (5.1 to 5.4, 5.23), through the DAC."""
+    direct = parameters[DIRECT] != 0.0
+    dac, late = is_on(parameters, DAC), is_on(parameters, DELAY)
+    gain, bits, reach = parameters[AMPLIFIER_GAIN], parameters[DAC_BITS], parameters[DAC_RANGE]
+    s.flags[LIMITED] = 0.0
+    forces_at(s.forces, x.orders, inputs[THETA], x.u)
+    identification.add_test_force(parameters, x.orders, x.powers, s.identification, inputs[THETA], x.u)
     for k in range(N_AXES):
-        gains = parameters[GAINS + k * pid.N_GAINS : GAINS + (k + 1) * pid.N_GAINS]
-        memory = state[MEMORY + k * pid.N_MEMORY : MEMORY + (k + 1) * pid.N_MEMORY]
-        x = inputs[SENSOR_OF_AXIS[k]]
-        if state[STARTED] == 0.0:
-            memory[pid.POSITION] = x
-        pid.differentiate(memory, x, parameters[DERIVATIVE_TIME], parameters[SAMPLE_TIME])
-        demand = pid.pid_current(gains, memory) + rolac.force_at(force, k, inputs[THETA]) / gains[pid.K_I]
-        y = outputs[k * AXIS_OUTPUTS : (k + 1) * AXIS_OUTPUTS]
-        y[CURRENT] = pid.limit_and_integrate(gains, memory, demand, sample_time)
-        y[FORCE] = math.hypot(force[2 * k], force[2 * k + 1])
-        y[FORCE_PHASE] = math.atan2(force[2 * k + 1], force[2 * k])
+        gains = parameters[GAINS + k * N_GAINS : GAINS + (k + 1) * N_GAINS]
+        memory = s.axes[k * pid.N_MEMORY : (k + 1) * pid.N_MEMORY]
+        displacement, setpoint = x.measured[SENSOR_OF_AXIS[k]], inputs[SETPOINT + k]
+        if s.flags[STARTED] == 0.0:
+            memory[pid.POSITION] = displacement
+        pid.differentiate(memory, displacement, parameters[DERIVATIVE_TIME], parameters[SAMPLE_TIME])
+        demand = pid.pid_current(gains, direct, memory, setpoint) + x.u[k] / gains[K_I]
+        low, high = gains[I_MIN], gains[I_MAX]
+        if dac:
+            low, high = max(low, -gain * reach), min(high, gain * (reach - step_of(bits, reach)))
+        if not low <= demand <= high:
+            s.flags[LIMITED] = 1.0
+        current = pid.limit_and_integrate(gains, memory, setpoint, demand, low, high, sample_time)
+        if dac:
+            current = gain * converted(current / gain, bits, reach)
+        outputs[k * AXIS_OUTPUTS + CURRENT] = s.currents[k] if late and sample_time > 0.0 else current
+        s.currents[k] = current
+    outputs[CURRENT_LIMITED] = s.flags[LIMITED]
 
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
     """Currents for the first inputs: proportional terms alone. It is no sample; the first `step` is."""
-    if inputs[ENABLE] != 0.0 and constants[0] < 1.0:
+    s, x = state_of(state), scratch_of(work)
+    read_harmonics(parameters, x)
+    if not ascending(x.orders):
+        return FAULT_HARMONICS
+    if not distinct(parameters):
+        return FAULT_PLANES
+    weights = parameters[WEIGHT : WEIGHT + N_SENSORS]
+    if not stored.load(constants, weights, parameters[MAX_CONDITION], s.table, x.rest):
+        return FAULT_WEIGHTS
+    if lacks_table(inputs, s):
         return FAULT_NO_TABLE
     outputs[:] = 0.0
-    control(parameters, inputs, state, 0.0, outputs)
+    x.q[:] = 0.0
+    sensors.measure(parameters, inputs, s.sensors, False, False, x.measured)
+    status = synchronous.permitted(parameters, inputs, False, False, False)
+    control(parameters, inputs, s, x, 0.0, outputs)
+    show_synchronous(inputs, s, x, False, status, False, False, 0, outputs)
+    show_identification(inputs, s, outputs)
     return 0
 
 
@@ -236,28 +186,44 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """One sample: synchronous signals, synchronous forces, currents to hold over the step."""
+    """One sample: measured signals, synchronous components and forces, currents to hold over the step."""
     h = parameters[SAMPLE_TIME]
     if abs(step_size - h) > STEP_TOLERANCE * h + ROUNDING * abs(time):
         return FAULT_STEP
-    if inputs[ENABLE] != 0.0 and constants[0] < 1.0:
+    s, x = state_of(state), scratch_of(work)
+    if lacks_table(inputs, s):
         return FAULT_NO_TABLE
+    read_harmonics(parameters, x)
 
-    valid = transform(parameters, inputs, state[WINDOW:], work)
-    active = valid and inputs[ENABLE] != 0.0
-    force = state[SYNCHRONOUS_FORCE:WINDOW]
-    if active:
-        rolac.adapt(constants, inputs[OMEGA], parameters[ALPHA] * h, work, force)
-    else:
-        force[:] = 0.0
+    sensors.measure(parameters, inputs, s.sensors, s.flags[STARTED] != 0.0, True, x.measured)
+    valid = transform(parameters, inputs, s, x)
+    turn = turned(s.window)
+    suspect = supervision.suspect(x.measured, revolution(s.window), s.supervision)
+    contact = watch(parameters, inputs, x.measured, turn, s.contact)
+    identification.advance(
+        parameters,
+        inputs,
+        x.orders,
+        x.powers,
+        inputs[IDENTIFY] != 0.0,
+        valid,
+        s.flags[LIMITED] != 0.0,
+        contact,
+        turn,
+        x.q,
+        s.identification,
+        s.table,
+        x.inversion,
+    )
+    identifying = identification.running(s.identification)
+    bad = parameters[CHECK_SENSORS] != 0.0 and suspect > 0
+    status = synchronous.permitted(parameters, inputs, valid, bad, identifying)
+    status, extrapolated, limited = synchronous.update(parameters, inputs, status, turn, s, x)
+    control(parameters, inputs, s, x, h, outputs)
+    s.flags[STARTED] = 1.0
 
-    control(parameters, inputs, state, h, outputs)
-    state[STARTED] = 1.0
-    for s in range(N_SENSORS):
-        outputs[AMPLITUDE + 2 * s] = math.hypot(work[2 * s], work[2 * s + 1])
-        outputs[PHASE + 2 * s] = math.atan2(work[2 * s + 1], work[2 * s])
-    outputs[ACTIVE] = 1.0 if active else 0.0
-    outputs[VALID] = 1.0 if valid else 0.0
+    show_synchronous(inputs, s, x, valid, status, extrapolated, limited, suspect, outputs)
+    show_identification(inputs, s, outputs)
     return 0
 
 
@@ -267,13 +233,19 @@ MODEL = Model(
     interface=INTERFACE,
     initialise=initialise,
     step=step,
-    n_state=N_STATE,
+    n_state=n_state,
     n_work=N_WORK,
     packages=("rolac_controller", "fmi_export"),
     variable_step=False,
     faults={
         FAULT_STEP: "the communication step size is not allowed; it must equal sample_time = {sample_time} s",
         FAULT_NO_TABLE: "rolac_enable = 1 is not allowed; this FMU was built without a table of receptances, "
-        "so rolac_enable must be 0",
+        "so rolac_enable must be 0 until an identification has been asked for",
+        FAULT_HARMONICS: "the orders of the harmonics, {harmonic1.order}, {harmonic2.order}, {harmonic3.order}, "
+        "{harmonic4.order}, are not allowed; they must ascend, and be 0 after the last",
+        FAULT_WEIGHTS: "the sensor weights leave a receptance of the table with a condition number beyond "
+        "identification.max_condition = {identification.max_condition}; more sensors must count",
+        FAULT_PLANES: "plane1.z = {plane1.z} m, plane2.z = {plane2.z} m, plane3.z = {plane3.z} m, "
+        "plane4.z = {plane4.z} m is not allowed; they must differ",
     },
 )

@@ -1,15 +1,15 @@
 """Recursive Fourier transform of the sensor signals over the last revolution (thesis 5.20, 5.21).
 
-    Q(t) = (2/T) integral_{t-T}^{t} q exp(-j theta) ds = (1/pi) integral q exp(-j theta) dtheta
+    Q_n(t) = (2/T) integral_{t-T}^{t} q exp(-j n theta) ds = (1/pi) integral q exp(-j n theta) dtheta
 
-over the last 2 pi of rotor angle, so that q ~ Re[Q exp(j theta)]. At constant speed both forms are the
+over the last 2 pi of rotor angle, so that q ~ Re[sum Q_n exp(j n theta)]. At constant speed both forms are the
 same; on the angle the harmonics stay orthogonal while the speed changes.
 
     oldest sample                                              newest sample
       o-----|-o-------o-------o---  ...  ---o-------o-------o-------o      angle ->
       excess|<------------------------ 2 pi ----------------------->|
 
-Trapezoidal rule on the products q exp(-j theta), the oldest segment cut where the revolution begins by
+Trapezoidal rule on the products q exp(-j n theta), the oldest segment cut where the revolution begins by
 linear interpolation. Each segment is added once, when it enters, and subtracted once, when it leaves. What
 is subtracted from (`OLD`) and what is added to (`FRESH`) are two sums: when the last segment of the old sum
 has left, the rounding it has gathered is thrown away and the fresh sum takes its place, so nothing drifts.
@@ -21,15 +21,18 @@ import math
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
+from rolac_controller.names import N_HARMONICS, N_SENSORS
 
-N_SENSORS = 8
 CAPACITY = 2048  # samples: down to 2 Hz at 4 kHz
 LARGEST_STEP = 0.5 * math.pi  # rad between samples; more is a jump of the angle, and the window starts again
 SLACK = 1e-9  # rad by which a revolution may fall short, so that rounding does not cost a sample
+FEWEST_SAMPLES = 4.0  # in a period of a harmonic
 
-# Layout of a window: sample numbers, two sums (angle; re, im per sensor), ring of samples (angle, sensors).
+# Layout of a window: sample numbers, two sums (angle; re, im for each harmonic and sensor), ring of samples (angle,
+# sensors).
 FIRST, NEXT, RESTART = 0, 1, 2  # oldest sample held, next one to come, first of the fresh sum
-N_SUM = 1 + 2 * N_SENSORS
+N_Q = 2 * N_SENSORS
+N_SUM = 1 + N_HARMONICS * N_Q
 OLD = 3
 FRESH = OLD + N_SUM
 RING = FRESH + N_SUM
@@ -64,29 +67,42 @@ def span(window: Array) -> float:
 
 
 @kernel
-def add_segment(window: Array, sums: int, number: float, sign: float) -> None:
+def turned(window: Array) -> float:
+    """Angle from the sample before the newest to the newest (rad); 0 where there is none before it."""
+    if window[NEXT] - window[FIRST] < 2:
+        return 0.0
+    return segment_width(window, window[NEXT] - 2)
+
+
+@kernel
+def add_segment(window: Array, orders: Array, sums: int, number: float, sign: float) -> None:
     """Add (sign 1) or subtract (-1) the segment from sample `number` to the next to the sum at `sums`."""
     a, b = slot(number), slot(number + 1)
     width = segment_width(window, number)
     weight = 0.5 * sign * width
-    cos_a, sin_a = math.cos(window[a]), math.sin(window[a])
-    cos_b, sin_b = math.cos(window[b]), math.sin(window[b])
     window[sums] += sign * width
-    for s in range(N_SENSORS):
-        q_a, q_b = window[a + 1 + s], window[b + 1 + s]
-        window[sums + 1 + 2 * s] += weight * (q_a * cos_a + q_b * cos_b)
-        window[sums + 2 + 2 * s] -= weight * (q_a * sin_a + q_b * sin_b)
+    for k in range(N_HARMONICS):
+        n = orders[k]
+        if n == 0.0:
+            break
+        cos_a, sin_a = math.cos(n * window[a]), math.sin(n * window[a])
+        cos_b, sin_b = math.cos(n * window[b]), math.sin(n * window[b])
+        of_harmonic = sums + 1 + k * N_Q
+        for s in range(N_SENSORS):
+            q_a, q_b = window[a + 1 + s], window[b + 1 + s]
+            window[of_harmonic + 2 * s] += weight * (q_a * cos_a + q_b * cos_b)
+            window[of_harmonic + 2 * s + 1] -= weight * (q_a * sin_a + q_b * sin_b)
 
 
 @kernel
-def drop_oldest(window: Array) -> None:
+def drop_oldest(window: Array, orders: Array) -> None:
     """Let the oldest sample and its segment leave."""
     if window[FIRST] == window[RESTART]:
         for i in range(N_SUM):
             window[OLD + i] = window[FRESH + i]
             window[FRESH + i] = 0.0
         window[RESTART] = window[NEXT] - 1
-    add_segment(window, OLD, window[FIRST], -1.0)
+    add_segment(window, orders, OLD, window[FIRST], -1.0)
     window[FIRST] += 1
 
 
@@ -99,13 +115,15 @@ def empty(window: Array) -> None:
 
 
 @kernel
-def record(window: Array, theta: float, sensors: Array) -> None:
+def record(window: Array, orders: Array, theta: float, sensors: Array) -> None:
     """Take in one sample and let go of what lies more than a revolution back.
 
     Parameters
     ----------
     window
         The window, shape (N_WINDOW,); all zeros is an empty one.
+    orders
+        Orders n of the harmonics, shape (N_HARMONICS,), the same at every call; the first 0 ends them.
     theta
         Rotor angle (rad), wrapped or not, within 1e18. A jump by more than `LARGEST_STEP` empties the window first.
     sensors
@@ -114,57 +132,66 @@ def record(window: Array, theta: float, sensors: Array) -> None:
     if window[NEXT] > window[FIRST] and abs(angle_between(window[slot(window[NEXT] - 1)], theta)) > LARGEST_STEP:
         empty(window)
     if window[NEXT] - window[FIRST] == CAPACITY:
-        drop_oldest(window)
+        drop_oldest(window, orders)
     newest = slot(window[NEXT])
     window[newest] = theta
     for s in range(N_SENSORS):
         window[newest + 1 + s] = sensors[s]
     window[NEXT] += 1
     if window[NEXT] - window[FIRST] > 1:
-        add_segment(window, FRESH, window[NEXT] - 2, 1.0)
+        add_segment(window, orders, FRESH, window[NEXT] - 2, 1.0)
         while span(window) - segment_width(window, window[FIRST]) >= 2.0 * math.pi - SLACK:
-            drop_oldest(window)
+            drop_oldest(window, orders)
 
 
 @kernel
-def synchronous(window: Array, q: Array) -> float:
-    """Synchronous components of the last revolution, and how many samples it took.
+def revolution(window: Array) -> float:
+    """Length of the last revolution in samples, with its fraction; 0 as long as less than one is held."""
+    excess = span(window) - 2.0 * math.pi
+    if excess < -SLACK:
+        return 0.0
+    samples: float = window[NEXT] - 1.0 - window[FIRST] - excess / segment_width(window, window[FIRST])
+    return samples
 
-    Q = (1/pi) integral of q exp(-j theta) dtheta over the last 2 pi (5.20, 5.21). For a signal with
+
+@kernel
+def components(window: Array, orders: Array, q: Array) -> None:
+    """Components of the last revolution in all harmonics.
+
+    Q_n = (1/pi) integral of q exp(-j n theta) dtheta over the last 2 pi (5.20, 5.21). For a signal with
     amplitude a in harmonic m (m = 0: constant) and delta rad between samples, the error is below
 
-        a (m^2 + 1) delta^3 sqrt(3) / (216 pi)
+        a (m^2 + n^2) delta^3 sqrt(3) / (216 pi)
 
-    to leading order in (m + 1) delta, and nothing but rounding when the revolution is a whole number of
-    samples (aliases excepted, m + 1 >= 2 pi/delta).
+    to leading order in (m + n) delta, and nothing but rounding when the revolution is a whole number of
+    samples (aliases excepted, m + n >= 2 pi/delta).
 
     Parameters
     ----------
     window
         The window, shape (N_WINDOW,).
+    orders
+        Orders n of the harmonics that the window was recorded with, shape (N_HARMONICS,); the first 0 ends them.
     q
-        Receives re, im of each sensor, shape (2 N_SENSORS,) (m); zeros as long as less than a revolution is
-        held.
-
-    Returns
-    -------
-    float
-        Length of the revolution in samples, with its fraction; 0 as long as less than one is held.
+        Receives re, im of each sensor for each harmonic, shape (N_HARMONICS N_Q,) (m). It is left as it is as long as
+        less than a revolution is held, and where a period of the harmonic has fewer than `FEWEST_SAMPLES` samples.
     """
+    samples = revolution(window)
+    if samples == 0.0:
+        return
     excess = span(window) - 2.0 * math.pi
-    if excess < -SLACK:
-        for i in range(2 * N_SENSORS):
-            q[i] = 0.0
-        return 0.0
     a, b = slot(window[FIRST]), slot(window[FIRST] + 1)
     part = excess / segment_width(window, window[FIRST])
     weight_a, weight_b = excess * (1.0 - 0.5 * part), excess * 0.5 * part
-    cos_a, sin_a = weight_a * math.cos(window[a]), weight_a * math.sin(window[a])
-    cos_b, sin_b = weight_b * math.cos(window[b]), weight_b * math.sin(window[b])
-    for s in range(N_SENSORS):
-        q_a, q_b = window[a + 1 + s], window[b + 1 + s]
-        re, im = 1 + 2 * s, 2 + 2 * s
-        q[2 * s] = (window[OLD + re] + window[FRESH + re] - q_a * cos_a - q_b * cos_b) / math.pi
-        q[2 * s + 1] = (window[OLD + im] + window[FRESH + im] + q_a * sin_a + q_b * sin_b) / math.pi
-    samples: float = window[NEXT] - 1.0 - window[FIRST] - part
-    return samples
+    for k in range(N_HARMONICS):
+        n = orders[k]
+        if n == 0.0 or samples < FEWEST_SAMPLES * n:
+            break
+        cos_a, sin_a = weight_a * math.cos(n * window[a]), weight_a * math.sin(n * window[a])
+        cos_b, sin_b = weight_b * math.cos(n * window[b]), weight_b * math.sin(n * window[b])
+        old, fresh = OLD + 1 + k * N_Q, FRESH + 1 + k * N_Q
+        for s in range(N_SENSORS):
+            q_a, q_b = window[a + 1 + s], window[b + 1 + s]
+            re, im = 2 * s, 2 * s + 1
+            q[k * N_Q + re] = (window[old + re] + window[fresh + re] - q_a * cos_a - q_b * cos_b) / math.pi
+            q[k * N_Q + im] = (window[old + im] + window[fresh + im] + q_a * sin_a + q_b * sin_b) / math.pi

@@ -1,21 +1,35 @@
-"""Receptances to the table of H that an FMU stores (thesis 5.10)."""
+"""Receptances to H, and to the table that an FMU is built with (thesis 5.10)."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rolac_controller.fourier import N_SENSORS
-from rolac_controller.rolac import N_AXES
+from rolac_controller.names import N_AXES, N_SENSORS
+from rolac_controller.parameters import LARGEST_ORDER
 
 Complex = NDArray[np.complex128]
 
 # A receptance is known to about four digits; beyond this condition number none of them is left in H.
 MAX_CONDITION = 1e4
 
-# Constants of a controller without a table: PID and Fourier transform work, ROLAC cannot be enabled.
+# Speeds at which the thesis identifies (rad/s).
+SPEEDS = tuple(2.0 * np.pi * f for f in (5.0, 10.0, 15.0, 20.0, 22.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 35.0))
+
+# Constants of a controller without a table: all works but ROLAC, which needs an identification first.
 NO_TABLE: NDArray[np.float64] = np.zeros(1)
 NO_TABLE.flags.writeable = False
+
+
+def condition_number(receptance: ArrayLike, weights: ArrayLike | None = None) -> float:
+    """Largest over smallest singular value of W^(1/2) R; infinite where R is singular.
+
+    Parameters and errors are those of `inverse_receptance`, which refuses more than MAX_CONDITION.
+    """
+    singular = np.linalg.svd(_weighted(receptance, weights)[0], compute_uv=False)
+    return float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
 
 
 def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) -> Complex:
@@ -40,6 +54,71 @@ def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) 
     ValueError
         If a shape is wrong, a number is not finite, a weight is negative, or R is ill-conditioned.
     """
+    weighted, root = _weighted(receptance, weights)
+    condition = condition_number(receptance, weights)
+    if condition > MAX_CONDITION:
+        raise ValueError(
+            f"a receptance of condition number {condition:.3g} is not allowed; at most {MAX_CONDITION:g} is, "
+            "or some combination of forces hardly moves any weighted sensor"
+        )
+    return np.asarray(-np.linalg.pinv(weighted, rcond=0.0) * root, dtype=np.complex128)
+
+
+def pack(speeds: ArrayLike, receptances: ArrayLike, orders: Sequence[int] = (1,)) -> NDArray[np.float64]:
+    """Constants of the controller: R and H at a list of speeds.
+
+    Parameters
+    ----------
+    speeds
+        Speeds, shape (n,), ascending (rad/s).
+    receptances
+        R at each of them, shape (n, 8, 4), complex (m/N); for several harmonics shape (len(orders), n, 8, 4).
+    orders
+        Orders of the harmonics, ascending.
+
+    Raises
+    ------
+    ValueError
+        If speeds or orders are not ascending and positive, shapes do not match, or an R cannot be inverted (the
+        message names the speed).
+    """
+    omega = np.asarray(speeds, dtype=np.float64)
+    r = np.asarray(receptances, dtype=np.complex128)
+    ascending = omega.ndim == 1 and omega.size > 0 and np.isfinite(omega).all() and (np.diff(omega) > 0.0).all()
+    if not ascending or omega[0] <= 0.0:
+        raise ValueError(f"speeds = {omega} rad/s is not allowed; they must be > 0 rad/s, finite and ascending")
+    allowed = range(1, LARGEST_ORDER + 1)
+    if not orders or any(n not in allowed for n in orders) or list(orders) != sorted(set(orders)):
+        raise ValueError(f"orders = {list(orders)} is not allowed; they must ascend, from 1 to {LARGEST_ORDER}")
+    shape = (omega.size, N_SENSORS, N_AXES)
+    if r.shape not in ((len(orders), *shape), *((shape,) if len(orders) == 1 else ())):
+        raise ValueError(
+            f"receptances of shape {r.shape} is not allowed; {omega.size} speeds need "
+            f"{shape if len(orders) == 1 else (len(orders), *shape)}"
+        )
+    by_order = r.reshape(len(orders), *shape)
+    return pack_rows((n, omega[k], by_order[i, k]) for i, n in enumerate(orders) for k in range(omega.size))
+
+
+def pack_rows(rows: Iterable[tuple[int, float, Complex]]) -> NDArray[np.float64]:
+    """Constants of the controller from (order, speed, R), ascending in order and speed; see `pack`.
+
+    They are laid out as `rolac_controller.stored` reads them.
+    """
+    parts: list[ArrayLike] = []
+    count = 0
+    for order, speed, receptance in rows:
+        try:
+            h = inverse_receptance(receptance)
+        except ValueError as error:
+            raise ValueError(f"at {speed:g} rad/s: {error}") from error
+        parts += [[float(order), speed], _flat(receptance), _flat(h)]
+        count += 1
+    return np.concatenate([[float(count)], *parts])
+
+
+def _weighted(receptance: ArrayLike, weights: ArrayLike | None) -> tuple[Complex, NDArray[np.float64]]:
+    """W^(1/2) R and the diagonal of W^(1/2)."""
     r = np.asarray(receptance, dtype=np.complex128)
     w = np.ones(N_SENSORS) if weights is None else np.asarray(weights, dtype=np.float64)
     if r.shape != (N_SENSORS, N_AXES):
@@ -49,49 +128,8 @@ def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) 
     if w.shape != (N_SENSORS,) or not np.isfinite(w).all() or (w < 0.0).any():
         raise ValueError(f"weights = {w} is not allowed; they must be {N_SENSORS} finite numbers >= 0")
     root = np.sqrt(w)
-    weighted = root[:, None] * r
-    singular = np.linalg.svd(weighted, compute_uv=False)
-    condition = singular[0] / singular[-1] if singular[-1] > 0.0 else np.inf
-    if condition > MAX_CONDITION:
-        raise ValueError(
-            f"a receptance of condition number {condition:.3g} is not allowed; at most {MAX_CONDITION:g} is, "
-            "or some combination of forces hardly moves any weighted sensor"
-        )
-    return np.asarray(-np.linalg.pinv(weighted, rcond=0.0) * root, dtype=np.complex128)
+    return root[:, None] * r, root
 
 
-def pack(speeds: ArrayLike, receptances: ArrayLike, weights: ArrayLike | None = None) -> NDArray[np.float64]:
-    """Constants of the controller: the speeds and their H, flat, as `rolac_controller.rolac` reads them.
-
-    Parameters
-    ----------
-    speeds
-        Speeds, shape (n,), ascending (rad/s).
-    receptances
-        R at each of them, shape (n, 8, 4), complex (m/N).
-    weights
-        Sensor weights, as in `inverse_receptance`.
-
-    Raises
-    ------
-    ValueError
-        If the speeds are not ascending and positive, shapes do not match, or an R cannot be inverted (the
-        message names the speed).
-    """
-    omega = np.asarray(speeds, dtype=np.float64)
-    r = np.asarray(receptances, dtype=np.complex128)
-    ascending = omega.ndim == 1 and omega.size > 0 and np.isfinite(omega).all() and (np.diff(omega) > 0.0).all()
-    if not ascending or omega[0] <= 0.0:
-        raise ValueError(f"speeds = {omega} rad/s is not allowed; they must be > 0 rad/s, finite and ascending")
-    if r.shape != (omega.size, N_SENSORS, N_AXES):
-        raise ValueError(
-            f"receptances of shape {r.shape} is not allowed; "
-            f"{omega.size} speeds need ({omega.size}, {N_SENSORS}, {N_AXES})"
-        )
-    matrices = np.empty((omega.size, N_AXES, N_SENSORS), dtype=np.complex128)
-    for k in range(omega.size):
-        try:
-            matrices[k] = inverse_receptance(r[k], weights)
-        except ValueError as error:
-            raise ValueError(f"at {omega[k]:g} rad/s: {error}") from error
-    return np.concatenate([[float(omega.size)], omega, matrices.view(np.float64).ravel()])
+def _flat(matrix: Complex) -> NDArray[np.float64]:
+    return np.ascontiguousarray(matrix).view(np.float64).ravel()

@@ -1,4 +1,4 @@
-"""A controller to drive with signals, and random receptances."""
+"""A controller to drive with signals or to close the loop with, and random receptances and plants."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 from fmi_export.model import Array, Instance
-from rolac_controller.controller import MODEL, SENSOR_NAMES
+from rolac_controller.controller import MODEL
+from rolac_controller.names import AXES, SENSOR_NAMES
 from rolac_controller.table import NO_TABLE
 
 Signal = Callable[[float], NDArray[np.float64]]
+Complex = NDArray[np.complex128]
 
 H = 250e-6
 
@@ -53,14 +55,44 @@ class Bench:
             self.sense(signal(self.theta))
             self.sample()
 
-    def components(self) -> NDArray[np.complex128]:
+    def components(self) -> Complex:
         """Synchronous displacements Q of s1 to s8 (m)."""
         return np.array([self[f"amplitude.{s}"] * np.exp(1j * self[f"phase.{s}"]) for s in SENSOR_NAMES])
 
-    def forces(self) -> NDArray[np.complex128]:
+    def forces(self) -> Complex:
         """Synchronous forces U of mb1.x, mb1.y, mb2.x, mb2.y (N)."""
-        names = [(b, a) for b in ("mb1", "mb2") for a in "xy"]
-        return np.array([self[f"{b}.u_{a}"] * np.exp(1j * self[f"{b}.u_phase_{a}"]) for b, a in names])
+        return np.array([self[f"{b}.u_{a}"] * np.exp(1j * self[f"{b}.u_phase_{a}"]) for b, a, _ in AXES])
+
+    def axis_forces(self) -> NDArray[np.float64]:
+        """Forces K_i I that the demanded currents make (N)."""
+        return np.array([self[f"{b}.k_i_{a}"] * self[f"{b}.i_{a}"] for b, a, _ in AXES])
+
+    def receptance(self) -> Complex:
+        """The receptance that was identified last, shape (8, 4) (m/N)."""
+        return np.array(
+            [[complex(self[f"r.{s}.{b}_{a}.re"], self[f"r.{s}.{b}_{a}.im"]) for b, a, _ in AXES] for s in SENSOR_NAMES]
+        )
+
+
+class Plant:
+    """A linear plant in discrete time, x+ = A x + B u, q = C x + disturbance(theta); u is held over a sample."""
+
+    def __init__(self, a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> None:
+        self.a, self.b, self.c = a, b, c
+        self.x = np.zeros(len(a))
+        self.disturbance: Signal = lambda theta: np.zeros(8)
+
+    def run(self, bench: Bench, samples: int) -> None:
+        """Close the loop with a controller for a number of samples."""
+        for _ in range(samples):
+            bench.sense(self.c @ self.x + self.disturbance(bench.theta))
+            bench.sample()
+            self.x = self.a @ self.x + self.b @ bench.axis_forces()
+
+    def receptance(self, bench: Bench, order: int = 1) -> Complex:
+        """C (z I - A)^-1 B at the speed of the controller: synchronous displacements by held forces (m/N)."""
+        z = np.exp(1j * order * bench["Omega"] * bench.h)
+        return self.c @ np.linalg.solve(z * np.eye(len(self.a)) - self.a, self.b.astype(complex))
 
 
 @pytest.fixture
@@ -77,13 +109,41 @@ def bench() -> Callable[..., Bench]:
 
 
 @pytest.fixture
+def without_pid() -> dict[str, float]:
+    """Parameters of a controller whose PID does nothing."""
+    return {f"{b}__{name}_{a}": 0.0 for b, a, _ in AXES for name in ("k_b", "k_s", "c_b")}
+
+
+@pytest.fixture
+def make_plant() -> type[Plant]:
+    """Makes a plant of matrices A, B, C."""
+    return Plant
+
+
+@pytest.fixture
+def discrete_plant() -> Callable[..., Plant]:
+    """Makes a random stable plant with receptances of the size of the rig's; it forgets in about 20 samples."""
+
+    def make(seed: int = 5) -> Plant:
+        rng = np.random.default_rng(seed)
+        a = np.zeros((12, 12))
+        for k in range(6):
+            radius, angle = rng.uniform(0.4, 0.8), rng.uniform(0.1, 2.5)
+            block = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+            a[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = radius * np.array(block)
+        return Plant(a, rng.normal(size=(12, 4)), 3e-7 * rng.normal(size=(8, 12)))
+
+    return make
+
+
+@pytest.fixture
 def speed_of() -> Callable[[float], float]:
     """Speed (rad/s) at which a revolution takes so many samples at 4 kHz."""
     return lambda samples: 2.0 * math.pi / (samples * H)
 
 
 @pytest.fixture
-def receptance() -> NDArray[np.complex128]:
+def receptance() -> Complex:
     """A random, well-conditioned 8 x 4 receptance of the size of the rig's (m/N)."""
     rng = np.random.default_rng(7)
     return 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)))

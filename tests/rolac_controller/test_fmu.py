@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import fmpy
 import numpy as np
@@ -13,13 +14,16 @@ from fmpy.validation import validate_fmu
 
 from fmi_export.build import guid_of
 from fmi_export.model import Instance
-from rolac_controller.controller import INTERFACE, MODEL
+from rolac_controller.controller import MODEL
+from rolac_controller.interface import INTERFACE
+from rolac_controller.names import ADAPTING, BEFORE, HELD, NO_WINDOW, NONE, SUSPECT
 from rolac_controller.table import pack
 
 H = 250e-6
 SPEED = 2.0 * math.pi * 30.3
 GIVEN = [f"s{k}" for k in range(1, 9)] + ["Omega", "theta"]
 OUTPUTS = [v.name for v in INTERFACE.of("output") if v.type == "Real"]
+NUMBERS = [v.name for v in INTERFACE.of("output") if v.type == "Integer"]
 
 
 @pytest.fixture(scope="module")
@@ -102,8 +106,51 @@ def test_fmu_gives_what_the_core_gives(fmu, table):
         core.step(n * H, H)
         np.testing.assert_array_equal(row, [core[name] for name in OUTPUTS])
     assert core["rolac_active"] == 1.0
+    assert core["harmonic1.force"] > 1.0
     assert list(fmu.getBoolean(references(["rolac_active", "window_valid"]))) == [fmi2True, fmi2True]
     assert core["mb1.u_x"] > 1.0
+
+
+class Both:
+    """The FMU and its core, set alike."""
+
+    SETTERS: ClassVar = {"Real": "setReal", "Integer": "setInteger", "Boolean": "setBoolean"}
+
+    def __init__(self, fmu, core):
+        self.fmu, self.core = fmu, core
+
+    def set(self, **values):
+        for name, value in ((name.replace("__", "."), value) for name, value in values.items()):
+            getattr(self.fmu, self.SETTERS[INTERFACE[name].type])(references([name]), [value])
+            self.core[name] = value
+
+
+@pytest.mark.parametrize("mode", [0, 1, 2, 3])
+def test_fmu_of_the_rig_gives_what_the_core_gives_while_it_identifies_and_adapts(fmu, table, mode):
+    """With noise, filter, converters, delay, a fault and contact; every output, bit for bit."""
+    both = Both(fmu, Instance(MODEL, table))
+    core = both.core
+    both.set(sample_time=1e-3, chain__preset=1, chain__seed=77, rolac__mode=mode, contact__source=2, contact__aware=1)
+    both.set(rolac_enable=1, contact_state=1)
+    fmu.exitInitializationMode()
+    core.initialise()
+    stages = set()
+    for n in range(2000):
+        if n == 600:
+            both.set(contact_state=0)
+        if n == 800:
+            both.set(identify=1)
+        if n == 1500:
+            both.set(s3__fault_stuck=1)
+        both.set(**dict(zip(GIVEN, signals(4 * n), strict=True)))  # 1 ms apart
+        fmu.doStep(n * 1e-3, 1e-3)
+        core.step(n * 1e-3, 1e-3)
+        np.testing.assert_array_equal(fmu.getReal(references(OUTPUTS)), [core[name] for name in OUTPUTS])
+        numbers = fmu.getInteger(references(NUMBERS))
+        assert numbers == [core[name] for name in NUMBERS]
+        stages.add((core["rolac_status"], core["identification_state"]))
+    assert stages == {(NO_WINDOW, NONE), (ADAPTING, NONE), (HELD, BEFORE), (SUSPECT, BEFORE)}
+    assert core["mb1.contact_share"] > 0.0
 
 
 def test_serialised_state_brings_back_window_and_forces(fmu):
@@ -143,3 +190,49 @@ def test_fmu_says_that_its_step_is_fixed(unpacked):
     description = fmpy.read_model_description(unpacked)
     assert not description.coSimulation.canHandleVariableCommunicationStepSize
     assert float(description.defaultExperiment.stepSize) == H
+
+
+def test_wrong_parameters_are_refused_at_initialisation(fmu):
+    fmu.setInteger(references(["harmonic2.order"]), [1])
+    fmu.exitInitializationMode()
+    assert fmu.getInteger(references(["fault_code"])) == [3]
+    with pytest.raises(FMICallException):
+        fmu.doStep(0.0, H)
+
+
+def test_identified_receptance_can_be_read_and_comes_back_with_the_state(fmu):
+    """A serialised state holds an identification that is under way, and the table that it will renew."""
+    h = 1.0 / 300.0
+    fmu.setReal(references(["sample_time", "rolac.min_speed"]), [h, 1.0])
+    fmu.setBoolean(references(["identify"]), [fmi2True])
+    fmu.exitInitializationMode()
+    receptance = [
+        f"r.s{k}.{b}_{a}.{part}" for k in range(1, 9) for b in ("mb1", "mb2") for a in "xy" for part in ("re", "im")
+    ]
+    currents = [f"{b}.i_{a}" for b in ("mb1", "mb2") for a in "xy"]
+    k_i = INTERFACE["mb1.k_i_x"].start
+
+    def run(first, last):
+        force = np.zeros(4)
+        for n in range(first, last):
+            turn = 2.0 * math.pi * n / 20.0
+            q = 1e-7 * (np.arange(1, 33).reshape(8, 4) % 7) @ force
+            fmu.setReal(references(GIVEN), [*q, 2.0 * math.pi * 15.0, turn % (2.0 * math.pi)])
+            fmu.doStep(n * h, h)
+            force = k_i * np.array(fmu.getReal(references(currents)))
+        return fmu.getReal(references([*receptance, "condition_number", "identification_progress"]))
+
+    fmu.setReal(
+        references([f"{b}.{g}_{a}" for b in ("mb1", "mb2") for a in "xy" for g in ("k_b", "k_s", "c_b")]), [0.0] * 12
+    )
+    run(0, 3000)
+    state = fmu.getFMUstate()
+    saved = fmu.serializeFMUstate(state)
+    fmu.freeFMUstate(state)
+    once = run(3000, 5500)
+    assert once[-1] == 1.0
+    assert np.abs(once[:64]).max() > 1e-8
+    state = fmu.deSerializeFMUstate(saved)
+    fmu.setFMUstate(state)
+    fmu.freeFMUstate(state)
+    assert run(3000, 5500) == once

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from fmi_export.jit import kernel
-from rolac_controller.fourier import CAPACITY, N_SENSORS, N_WINDOW, record, synchronous
+from rolac_controller.fourier import CAPACITY, N_Q, N_WINDOW, components, record, revolution
+from rolac_controller.names import N_HARMONICS, N_SENSORS
 
 AMPLITUDES = 1e-4 * np.arange(1, 9)
 PHASES = np.linspace(-3.0, 3.0, 8)
@@ -18,15 +19,17 @@ def tone(theta):
     return AMPLITUDES * np.cos(theta + PHASES)
 
 
-def transform(signal, delta, samples, start=0.0):
-    """Q of the first sensor after driving it with `signal` of the angle."""
-    window, q, sensors = np.zeros(N_WINDOW), np.zeros(2 * N_SENSORS), np.zeros(N_SENSORS)
+def transform(signal, delta, samples, start=0.0, orders=(1,)):
+    """Q of the first sensor in each harmonic after driving it with `signal` of the angle."""
+    window, q, sensors = np.zeros(N_WINDOW), np.zeros(N_HARMONICS * N_Q), np.zeros(N_SENSORS)
+    wanted = np.array([*orders, *[0] * (N_HARMONICS - len(orders))], dtype=float)
     for n in range(samples):
         theta = start + n * delta
         sensors[0] = signal(theta)
-        record(window, theta, sensors)
-    assert synchronous(window, q) == pytest.approx(2.0 * math.pi / delta, abs=1e-6)
-    return complex(q[0], q[1])
+        record(window, wanted, theta, sensors)
+    assert revolution(window) == pytest.approx(2.0 * math.pi / delta, abs=1e-6)
+    components(window, wanted, q)
+    return [complex(*q[k * N_Q : k * N_Q + 2]) for k in range(len(orders))]
 
 
 @pytest.mark.parametrize("samples", [12, 40, 250, 800])
@@ -61,33 +64,76 @@ def test_harmonics_and_constants_are_rejected_over_whole_revolutions(bench, spee
     assert np.abs(b.components()).max() < 1e-15
 
 
+@pytest.mark.parametrize("order", [1, 2, 3])
 @pytest.mark.parametrize("harmonic", [0, 1, 2, 3])
-def test_leakage_stays_within_its_bound_and_the_bound_is_tight(harmonic):
-    """The bound is to leading order; at 60 samples per revolution and more it holds within a tenth."""
+def test_leakage_stays_within_its_bound_and_the_bound_is_tight(harmonic, order):
+    """The bound is to leading order; at 60 samples per revolution and more it holds within a quarter."""
     ratios = []
-    for samples in np.linspace(60.0, 260.0, 317):
+    for samples in np.linspace(60.0, 260.0, 79) + 0.1 * (order > 1):
         delta = 2.0 * math.pi / samples
-        bound = (harmonic**2 + 1) * delta**3 * math.sqrt(3.0) / (216.0 * math.pi)
+        bound = (harmonic**2 + order**2) * delta**3 * math.sqrt(3.0) / (216.0 * math.pi)
         for phase in (0.3, 1.9):
-            found = transform(
+            (found,) = transform(
                 lambda theta, phase=phase: math.cos(harmonic * theta + phase),
                 delta,
                 int(samples) + 3,
                 start=0.1 * samples,
+                orders=(order,),
             )
-            expected = np.exp(1j * phase) if harmonic == 1 else 0.0
+            expected = np.exp(1j * phase) if harmonic == order else 0.0
             size = math.cos(phase) if harmonic == 0 else 1.0
             ratios.append(abs(found - expected) / (bound * abs(size)))
-    assert 0.95 < max(ratios) < 1.1
+    assert 0.8 < max(ratios) < 1.25
 
 
 def test_leakage_vanishes_with_the_third_power_of_the_step():
     def worst(samples):
         fractions = np.linspace(0.05, 0.95, 19)
-        return max(abs(transform(math.cos, 2.0 * math.pi / (samples + f), samples + 4) - 1.0) for f in fractions)
+        return max(abs(transform(math.cos, 2.0 * math.pi / (samples + f), samples + 4)[0] - 1.0) for f in fractions)
 
     order = math.log(worst(60) / worst(240)) / math.log(4.0)
     assert order == pytest.approx(3.0, abs=0.1)
+
+
+def test_harmonics_side_by_side_are_told_apart_exactly_over_whole_revolutions():
+    amplitudes = {1: 1e-4, 2: -3e-5j, 5: 2e-5 + 1e-5j, 7: 4e-6}
+
+    def signal(theta):
+        others = 1e-3 + 5e-5 * math.cos(3 * theta)
+        return others + sum((q * np.exp(1j * n * theta)).real for n, q in amplitudes.items())
+
+    found = transform(signal, 2.0 * math.pi / 64.0, 200, orders=tuple(amplitudes))
+    np.testing.assert_allclose(found, list(amplitudes.values()), atol=1e-18, rtol=1e-12)
+
+
+def test_a_harmonic_is_the_same_alone_and_in_company():
+    def signal(theta):
+        return math.cos(2 * theta + 0.4) + 0.3 * math.cos(theta)
+
+    delta = 2.0 * math.pi / 77.3
+    assert transform(signal, delta, 300, orders=(2,))[0] == transform(signal, delta, 300, orders=(1, 2, 6))[1]
+
+
+def test_harmonic_with_fewer_than_four_samples_in_a_period_is_left_out():
+    found = transform(lambda theta: math.cos(9 * theta), 2.0 * math.pi / 40.0, 100, orders=(9, 11))
+    assert abs(found[0]) == pytest.approx(1.0, abs=1e-12)
+    assert found[1] == 0.0
+
+
+def test_controller_shows_each_harmonic_by_its_number(bench, speed_of):
+    b = bench(Omega=speed_of(80), harmonic2__order=3)
+
+    def signal(theta):
+        return tone(theta) + 0.1 * AMPLITUDES * np.cos(3 * theta - PHASES)
+
+    b.follow(signal, 200)
+    np.testing.assert_allclose(b.components(), AMPLITUDES * np.exp(1j * PHASES), rtol=1e-12)
+    b["shown_harmonic"] = 2
+    b.follow(signal, 1)
+    np.testing.assert_allclose(b.components(), 0.1 * AMPLITUDES * np.exp(-1j * PHASES), rtol=1e-11)
+    norms = [b["harmonic1.displacement"], b["harmonic2.displacement"], b["harmonic3.displacement"]]
+    whole = np.sqrt(np.sum(AMPLITUDES**2))
+    np.testing.assert_allclose(norms, [whole, 0.1 * whole, 0.0], rtol=1e-11)
 
 
 def test_amplitude_is_that_of_the_last_revolution_alone(bench, speed_of):
@@ -97,10 +143,12 @@ def test_amplitude_is_that_of_the_last_revolution_alone(bench, speed_of):
     np.testing.assert_allclose(b.components(), AMPLITUDES * np.exp(1j * PHASES), rtol=1e-10)
 
 
-def test_tone_is_found_while_the_speed_changes(bench):
-    b = bench(Omega=2.0 * math.pi * 10.0)
-    for _ in range(8000):  # 10 to 60 Hz in 2 s
-        b["Omega"] = b["Omega"] + 2.0 * math.pi * 25.0 * b.h
+@pytest.mark.parametrize("rate", [25.0, -25.0, 250.0])
+def test_tone_is_found_while_the_speed_changes(bench, rate):
+    """The window is a revolution of angle: a tone that turns with the rotor stays orthogonal to everything else."""
+    b = bench(Omega=2.0 * math.pi * (10.0 if rate > 0 else 60.0))
+    for _ in range(int(50.0 / abs(rate) / b.h)):  # between 10 and 60 Hz
+        b["Omega"] = b["Omega"] + 2.0 * math.pi * rate * b.h
         b.sense(tone(b.theta))
         b.sample()
         if b["window_valid"]:
@@ -108,8 +156,29 @@ def test_tone_is_found_while_the_speed_changes(bench):
     assert b["window_valid"] == 1.0
 
 
+def test_harmonics_and_constants_stay_out_while_the_speed_changes(bench):
+    b = bench(Omega=2.0 * math.pi * 10.0)
+    worst = 0.0
+    for _ in range(8000):
+        b["Omega"] = b["Omega"] + 2.0 * math.pi * 25.0 * b.h
+        theta = b.theta
+        b.sense(np.array([1e-3, *(1e-3 * math.cos(m * theta) for m in range(2, 9))]))
+        b.sample()
+        worst = max(worst, np.abs(b.components()[:4]).max())
+    assert 0.0 < worst < 1e-3 * 1e-3
+
+
+def test_growing_amplitude_is_shown_as_its_mean_over_the_revolution(bench, speed_of):
+    """Half a revolution late: a = a_0 (1 + r theta) gives a_0 (1 + r (theta - pi)), to first order in r."""
+    b = bench(Omega=speed_of(200))
+    rate = 1e-3
+    b.follow(lambda theta: np.full(8, 1e-4 * (1.0 + rate * theta) * math.cos(theta)), 3000)
+    theta = b.theta - b["Omega"] * b.h
+    assert abs(b.components()[0]) == pytest.approx(1e-4 * (1.0 + rate * (theta - math.pi)), rel=rate)
+
+
 @kernel
-def run_long(window, q, delta, samples, large):
+def run_long(window, orders, q, delta, samples, large):
     """A large signal for all but the last revolutions, then a small tone; whole run in one call."""
     sensors = np.zeros(N_SENSORS)
     theta = 0.0
@@ -117,18 +186,22 @@ def run_long(window, q, delta, samples, large):
         size = large if n < samples - 500 else 1e-6
         for s in range(N_SENSORS):
             sensors[s] = size * math.cos(theta + 0.1 * s)
-        record(window, theta, sensors)
+        record(window, orders, theta, sensors)
         theta = (theta + delta) % (2.0 * math.pi)
-    return synchronous(window, q)
+    components(window, orders, q)
+    return revolution(window)
 
 
-def test_a_million_samples_leave_no_drift():
-    window, q = np.zeros(N_WINDOW), np.zeros(2 * N_SENSORS)
-    turn = run_long(window, q, 2.0 * math.pi / 125.0, 1_000_000, 0.05)
+@pytest.mark.parametrize("samples", [1_000_000, pytest.param(10_000_000, marks=pytest.mark.slow)])
+def test_millions_of_samples_leave_no_drift(samples):
+    window, q = np.zeros(N_WINDOW), np.zeros(N_HARMONICS * N_Q)
+    orders = np.array([1.0, 3.0, 0.0, 0.0])
+    turn = run_long(window, orders, q, 2.0 * math.pi / 125.0, samples, 0.05)
     assert turn == pytest.approx(125.0, abs=1e-9)
     expected = 1e-6 * np.exp(0.1j * np.arange(N_SENSORS))
     # Sums of the large signal rounded to 1e-17 m would show here; a refreshed sum does not know it any more.
-    np.testing.assert_allclose(q[::2] + 1j * q[1::2], expected, atol=1e-19, rtol=1e-12)
+    np.testing.assert_allclose(q[:N_Q:2] + 1j * q[1:N_Q:2], expected, atol=1e-19, rtol=1e-12)
+    assert np.abs(q[N_Q : 2 * N_Q]).max() < 1e-19
 
 
 def test_window_is_valid_after_one_revolution_and_not_before(bench, speed_of):

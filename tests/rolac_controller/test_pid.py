@@ -1,20 +1,25 @@
-"""PID: signs, equivalence with a spring and a damper, limits, start."""
+"""PID: signs, equivalence with a spring and a damper, limits, start, setpoint, what the DAC makes of it."""
 
 from __future__ import annotations
+
+import cmath
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from rolac_controller.controller import BEARING_K_I, BEARING_K_S
+from rolac_controller.interface import GAINS, I_MAX, I_MIN, N_GAINS
+from rolac_controller.parameters import BEARING_K_I, BEARING_K_S
+from rolac_controller.pid import response
 
 AXES = [("mb1", "x", "s5"), ("mb1", "y", "s6"), ("mb2", "x", "s3"), ("mb2", "y", "s4")]
 MASS = 50.0  # kg, half the rotor
 
 
-def levitate(bench, h, duration, x0=0.0, load=0.0):
+def levitate(bench, h, duration, x0=0.0, load=0.0, setpoint=0.0):
     """Displacements of a mass in one bearing axis at each sample; its motion between them is exact."""
     b = bench(sample_time=h)
+    b["mb1.set_x"] = setpoint
     a = np.zeros((3, 3))
     a[0, 1] = 1.0
     a[1] = [BEARING_K_S / MASS, 0.0, 1.0 / MASS]
@@ -152,3 +157,166 @@ def test_change_of_the_integral_gain_makes_no_bump(bench):
     b["mb1.k_integral_x"] = 5e7
     b.sample()
     assert b["mb1.i_x"] == before
+
+
+def test_direct_gains_give_the_same_current_as_the_net_ones_they_stand_for(bench):
+    net = bench(mb1__k_integral_x=1e6, derivative_time=1e-3)
+    direct = bench(
+        pid__direct=1, mb1__k_p_x=1e6 + BEARING_K_S, mb1__k_d_x=5e3, mb1__k_integral_x=1e6, derivative_time=1e-3
+    )
+    rng = np.random.default_rng(2)
+    for x in 1e-5 * rng.normal(size=200):
+        for b in (net, direct):
+            b["s5"] = x
+            b.sample()
+        assert direct["mb1.i_x"] == pytest.approx(net["mb1.i_x"], rel=1e-13, abs=1e-15)
+    assert abs(net["mb1.i_x"]) > 1e-3
+
+
+def test_direct_gains_leave_the_net_ones_out(bench):
+    b = bench(pid__direct=1, mb1__k_p_x=2.7e6, mb1__k_d_x=0.0, mb1__k_b_x=5e6, mb1__c_b_x=1e5)
+    b.sample()
+    b["s5"] = 1e-5
+    b.sample()
+    assert b["mb1.i_x"] == pytest.approx(-2.7e6 * 1e-5 / BEARING_K_I, rel=1e-14)
+
+
+def test_rotor_goes_to_its_setpoint_without_an_integral(bench):
+    """The compensation of K_s holds it there: no force is needed to stay off the centre."""
+    assert levitate(bench, 250e-6, 0.6, setpoint=1e-4)[-1] == pytest.approx(1e-4, rel=1e-8)
+
+
+def test_integral_removes_the_deviation_from_a_setpoint_under_a_load(bench):
+    def make(**parameters):
+        return bench(mb1__k_integral_x=2e7, **parameters)
+
+    x = levitate(make, 250e-6, 2.0, load=100.0, setpoint=-5e-5)
+    assert abs(x[-1] + 5e-5) < 1e-10
+
+
+def test_with_direct_gains_the_integral_carries_the_negative_stiffness_at_a_setpoint(bench):
+    def make(**parameters):
+        return bench(pid__direct=1, mb1__k_p_x=1e6 + BEARING_K_S, mb1__k_integral_x=2e7, **parameters)
+
+    assert levitate(make, 250e-6, 2.0, setpoint=1e-4)[-1] == pytest.approx(1e-4, rel=1e-5)
+
+
+def test_step_of_the_setpoint_has_no_derivative_kick(bench):
+    b = bench(mb1__c_b_x=1e5)
+    b.sample()
+    b["mb1.set_x"] = 1e-5
+    b.sample()
+    assert b["mb1.i_x"] == pytest.approx(1e6 * 1e-5 / BEARING_K_I, rel=1e-14)
+
+
+@pytest.mark.parametrize(("bearing", "axis", "_"), AXES)
+def test_each_axis_has_its_own_setpoint(bench, bearing, axis, _):
+    b = bench()
+    b[f"{bearing}.set_{axis}"] = 1e-5
+    b.sample()
+    moved = [other for other in AXES if b[f"{other[0]}.i_{other[1]}"] != 0.0]
+    assert [other[:2] for other in moved] == [(bearing, axis)]
+
+
+@pytest.mark.parametrize("integral", [0.0, 3e6])
+@pytest.mark.parametrize("tau", [0.0, 2e-3])
+@pytest.mark.parametrize("frequency", [5.0, 35.0, 400.0])
+def test_stated_response_is_what_a_vibration_gets(bench, frequency, tau, integral):
+    h, omega = 250e-6, 2.0 * np.pi * frequency
+    b = bench(mb1__k_integral_x=integral, derivative_time=tau)
+    samples = 2 * round(max(4.0 / frequency, 0.1) / h)  # the second half is settled
+    x = 1e-5 * np.cos(omega * h * np.arange(samples))
+    force = []
+    for value in x:
+        b["s5"] = value
+        b.sample()
+        force.append(-BEARING_K_I * b["mb1.i_x"])
+    turn = np.exp(1j * omega * h * np.arange(samples))[samples // 2 :]
+    basis = np.array([turn.real, -turn.imag, np.ones(len(turn))]).T
+    (re, im, _), *_ = np.linalg.lstsq(basis, np.array(force)[samples // 2 :], rcond=None)
+    gains = b.instance.parameters[GAINS : GAINS + N_GAINS]
+    stated = complex(*response(gains, False, tau, h, omega)) * 1e-5
+    assert complex(re, im) == pytest.approx(stated, rel=1e-7)
+
+
+def test_slow_vibration_meets_a_spring_and_a_damper(bench):
+    b = bench()
+    gains = b.instance.parameters[GAINS : GAINS + N_GAINS]
+    omega = 2.0 * np.pi * 10.0
+    stated = complex(*response(gains, False, 0.0, 250e-6, omega))
+    assert cmath.isclose(stated, 1e6 + BEARING_K_S + 5e3j * omega, rel_tol=5e-3)
+    assert gains[I_MIN] < 0.0 < gains[I_MAX]
+
+
+@pytest.mark.parametrize("x", [1e-4, -1e-4])
+def test_dac_steps_are_0_61_ma(bench, x):
+    b = bench(chain__preset=2, chain__dac=1)
+    step = 20.0 / 2**14 * 0.5
+    exact = -(1e6 + BEARING_K_S) * x / BEARING_K_I
+    b["s5"] = x
+    b.sample()
+    assert b["mb1.i_x"] / step == pytest.approx(round(b["mb1.i_x"] / step), abs=1e-9)
+    assert 0.0 < abs(b["mb1.i_x"] - exact) <= 0.5001 * step
+    assert step == pytest.approx(0.61e-3, rel=1e-2)
+
+
+def test_dac_range_limits_the_current_where_it_is_narrower_than_the_coils(bench):
+    b = bench(chain__preset=2, chain__dac=1)
+    b["s5"] = 1e-3
+    b.sample()
+    assert b["mb1.i_x"] == -5.0
+    assert b["current_limited"] == 1.0
+    b["s5"] = 0.0
+    b.sample()
+    b.sample()
+    assert b["current_limited"] == 0.0
+
+
+def test_integral_does_not_wind_up_at_the_range_of_the_dac(bench):
+    """An integral alone, 4.4 mA a sample: it stops at 5 A, and not at the 5.57 A of the coils, 130 samples later."""
+    b = bench(chain__preset=2, chain__dac=1, mb1__k_integral_x=1e8, mb1__c_b_x=0.0, mb1__k_b_x=-BEARING_K_S)
+    b["s5"] = 1e-4
+    for _ in range(4000):
+        b.sample()
+    assert b["mb1.i_x"] == -5.0
+    b["s5"] = -1e-4
+    for _ in range(4):
+        b.sample()
+    assert b["mb1.i_x"] > -5.0
+    assert b["current_limited"] == 0.0
+
+
+def test_delay_is_one_sample(bench):
+    prompt, late = bench(), bench(chain__preset=2, chain__delay=1)
+    rng = np.random.default_rng(0)
+    currents = []
+    for x in 1e-5 * rng.normal(size=30):
+        for b in (prompt, late):
+            b["s5"] = x
+            b.sample()
+        currents.append((prompt["mb1.i_x"], late["mb1.i_x"]))
+    now, then = np.array(currents).T
+    np.testing.assert_array_equal(then[1:], now[:-1])
+
+
+def test_delayed_controller_starts_with_the_current_of_its_initialisation(bench):
+    b = bench(chain__preset=2, chain__delay=1)
+    b["s5"] = 2e-5
+    b.instance.initialise()
+    initial = b["mb1.i_x"]
+    b["s5"] = 0.0
+    b.sample()
+    assert b["mb1.i_x"] == initial == pytest.approx(-(1e6 + BEARING_K_S) * 2e-5 / BEARING_K_I, rel=1e-14)
+    b.sample()
+    assert b["mb1.i_x"] == 0.0
+
+
+def test_filtered_and_delayed_start_off_centre_has_no_kick(bench):
+    b = bench(chain__preset=2, chain__delay=1, chain__filter=1)
+    b["s5"] = 2e-5
+    b.instance.initialise()
+    currents = []
+    for _ in range(20):
+        b.sample()
+        currents.append(b["mb1.i_x"])
+    np.testing.assert_allclose(currents, currents[0], rtol=1e-12)

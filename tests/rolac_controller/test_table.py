@@ -1,23 +1,16 @@
-"""The matrix H and its table."""
+"""The matrix H, and the constants of an FMU with a table of it."""
 
 from __future__ import annotations
+
+import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from rolac_controller.rolac import adapt
-from rolac_controller.table import inverse_receptance, pack
+from rolac_controller.table import SPEEDS, condition_number, inverse_receptance, pack
 
-
-def h_at(table, speed):
-    """H that the adaptive law uses, column by column."""
-    h = np.empty((4, 8), dtype=complex)
-    for s in range(8):
-        q, force = np.zeros(16), np.zeros(8)
-        q[2 * s] = 1.0
-        adapt(table, speed, 1.0, q, force)
-        h[:, s] = force[::2] + 1j * force[1::2]
-    return h
+THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 
 
 def test_h_is_the_negative_left_inverse_of_the_receptance(receptance):
@@ -77,23 +70,15 @@ def test_a_receptance_that_cannot_be_inverted_names_its_speed(receptance):
         pack([30.0, 62.5], [receptance, 0.0 * receptance])
 
 
-def test_table_gives_h_at_its_speeds_exactly_and_linearly_between(receptance):
-    speeds = np.array([31.4, 62.8, 157.0])
-    receptances = np.array([receptance, 1j * receptance + 1e-7, 0.3 * receptance - 2e-7j])
-    table = pack(speeds, receptances)
-    h = [inverse_receptance(r) for r in receptances]
-    for k in range(3):
-        np.testing.assert_array_equal(h_at(table, speeds[k]), h[k])
-    np.testing.assert_allclose(h_at(table, 62.8 + 0.25 * 94.2), 0.75 * h[1] + 0.25 * h[2], rtol=1e-12)
+@pytest.mark.parametrize("orders", [(), (0,), (2, 1), (1, 1), (1, 51)])
+def test_orders_that_do_not_ascend_from_one_are_refused(receptance, orders):
+    with pytest.raises(ValueError, match="orders"):
+        pack([1.0], np.array([[receptance]] * len(orders)), orders)
 
 
-def test_table_is_constant_beyond_its_ends(receptance):
-    table = pack([50.0, 100.0], [receptance, 2.0 * receptance])
-    np.testing.assert_array_equal(h_at(table, 10.0), h_at(table, 50.0))
-    np.testing.assert_array_equal(h_at(table, 500.0), h_at(table, 100.0))
+def test_condition_number_of_a_singular_receptance_is_infinite():
+    assert condition_number(np.zeros((8, 4))) == np.inf
 
 
-def test_table_of_one_speed_serves_all(receptance):
-    table = pack([50.0], [receptance])
-    for speed in (1.0, 50.0, 300.0):
-        np.testing.assert_array_equal(h_at(table, speed), inverse_receptance(receptance))
+def test_speeds_are_the_twelve_of_the_thesis():
+    np.testing.assert_allclose(np.array(SPEEDS) / (2.0 * np.pi), THESIS["rolac"]["table_speeds_Hz"], rtol=1e-15)

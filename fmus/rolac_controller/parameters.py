@@ -1,0 +1,303 @@
+"""Parameters of the controller; within a group their order is that of the positions in `interface`."""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.variables import Variable, parameter
+from rolac_controller.names import AXES, CUSTOM, FORCE_FREE, GIVEN, N_HARMONICS, N_PLANES, PLANES, PRESETS, SENSORS
+
+# 2.8 and 2.9 with Table 2.2: the linear law that the actuator starts with.
+BEARING_K_S, BEARING_K_I = 2376955.7160887653, 563.1506658084571
+
+LARGEST_ORDER = 50
+PLANE_POSITIONS = (1.948, 1.321, 0.624, 0.0)  # m from the non-driven end, in the order of PLANES
+
+
+def _switch(name: str, description: str, start: bool = False, **options: object) -> Variable:
+    return parameter(name, "1", description, float(start), type="Boolean", **options)
+
+
+def _choice(name: str, description: str, start: int, minimum: int, maximum: int, **options: object) -> Variable:
+    return parameter(name, "1", description, start, minimum=minimum, maximum=maximum, type="Integer", **options)
+
+
+GENERAL = (
+    parameter(
+        "sample_time",
+        "s",
+        "Time between samples, equal to the communication step",
+        250e-6,
+        minimum=1e-6,
+        maximum=0.1,
+    ),
+    parameter(
+        "derivative_time",
+        "s",
+        "Time constant of the derivative's filter; 0: plain backward difference",
+        0.0,
+        minimum=0.0,
+        tunable=True,
+    ),
+    _switch("pid.direct", "PID with the gains k_p and k_d in place of K_b + K_s and C_b"),
+)
+
+
+def _axis(bearing: str, axis: str) -> list[Variable]:
+    b, a = bearing, axis
+    at = f"{b.upper()}, {a} axis"
+    free: dict[str, object] = {"tunable": True}
+    positive: dict[str, object] = {"minimum": 0.0, "tunable": True}
+    return [
+        parameter(f"{b}.k_b_{a}", "N/m", f"Net stiffness K_b of the closed bearing, {at} (5.1)", 1e6, **free),
+        parameter(f"{b}.c_b_{a}", "N.s/m", f"Damping C_b of the closed bearing, {at} (5.2)", 5e3, **positive),
+        parameter(f"{b}.k_integral_{a}", "N/(m.s)", f"Gain K_I of the integral, {at} (5.3)", 0.0, **positive),
+        parameter(
+            f"{b}.k_s_{a}",
+            "N/m",
+            f"Negative stiffness K_s of the bearing, compensated, {at} (2.8)",
+            BEARING_K_S,
+            **free,
+        ),
+        parameter(
+            f"{b}.k_i_{a}",
+            "N/A",
+            f"Current stiffness K_i of the bearing, {at} (2.9)",
+            BEARING_K_I,
+            minimum=1.0,
+            tunable=True,
+        ),
+        parameter(
+            f"{b}.i_min_{a}",
+            "A",
+            f"Least control current, -(I_s + I_b), {at}",
+            -5.57,
+            maximum=0.0,
+            tunable=True,
+        ),
+        parameter(f"{b}.i_max_{a}", "A", f"Largest control current, I_b, {at}", 4.43, **positive),
+        parameter(f"{b}.k_p_{a}", "N/m", f"Proportional gain with pid.direct, {at}", 2.7e6, **free),
+        parameter(f"{b}.k_d_{a}", "N.s/m", f"Derivative gain with pid.direct, {at}", 5e3, **positive),
+    ]
+
+
+def _harmonic(number: int) -> list[Variable]:
+    first = number == 1
+    return [
+        _choice(
+            f"harmonic{number}.order",
+            f"Harmonic number {number} that is transformed and controlled, a multiple of the speed"
+            + ("" if first else "; 0: none, and none after it"),
+            1 if first else 0,
+            1 if first else 0,
+            LARGEST_ORDER,
+        ),
+        parameter(
+            f"harmonic{number}.power",
+            "1",
+            f"Share of harmonic number {number} in the power of a multi-harmonic test force",
+            1.0,
+            minimum=0.0,
+            maximum=1e6,
+        ),
+    ]
+
+
+SYNCHRONOUS = (
+    *(v for k in range(N_HARMONICS) for v in _harmonic(k + 1)),
+    *(
+        parameter(f"{name}.weight", "1", f"Weight in W of the sensor, {where} (5.10)", 1.0, minimum=0.0, maximum=1e6)
+        for name, where in SENSORS
+    ),
+)
+
+ADAPTATION = (
+    _choice(
+        "rolac.mode",
+        "0 ROLAC (5.22); 1 OLAC: an update whenever the vibration is steady; 2 generalised notch: no synchronous "
+        "current; 3 no synchronous bearing force",
+        0,
+        0,
+        FORCE_FREE,
+    ),
+    parameter(
+        "rolac.alpha",
+        "1/s",
+        "Adaptation rate of ROLAC, and of modes 2 and 3; 0 holds the force (5.22)",
+        7.0,
+        minimum=0.0,
+        tunable=True,
+    ),
+    parameter(
+        "rolac.min_speed",
+        "rad/s",
+        "Speed below which there is no synchronous signal and no ROLAC",
+        2.0 * math.pi * 5.0,
+        minimum=0.0,
+        tunable=True,
+    ),
+    parameter(
+        "rolac.force_limit",
+        "N",
+        "Largest synchronous force of an axis, amplitudes of all harmonics added (Table 2.2)",
+        1700.0,
+        minimum=0.0,
+        tunable=True,
+    ),
+    _switch(
+        "rolac.extrapolate",
+        "Beyond the speeds of its table H is that of the nearest one; otherwise there is no ROLAC there",
+        True,
+        tunable=True,
+    ),
+    _switch("rolac.check_sensors", "No ROLAC while a sensor stands still for a revolution in which others move", True),
+    parameter(
+        "olac.steadiness",
+        "1",
+        "Change of the vibration from one revolution to the next, relative to it, that counts as steady for OLAC",
+        0.02,
+        minimum=0.0,
+        tunable=True,
+    ),
+    _choice("olac.updates", "Updates after OLAC is switched on; 0: no end", 0, 0, 10**6),
+    _choice(
+        "contact.source",
+        "How contact is known: 0 not at all; 1 by the sensors at the bearings and contact.clearance; "
+        "2 by the input contact_state",
+        0,
+        0,
+        GIVEN,
+    ),
+    _switch("contact.aware", "In contact the adaptation counts with the contact, which contact.source tells", False),
+    parameter(
+        "contact.lead",
+        "rad",
+        "Lead against the displacement that contact-aware adaptation gives the force on a journal in contact",
+        math.pi / 6.0,
+        minimum=0.0,
+        maximum=math.pi / 2.0,
+        tunable=True,
+    ),
+    parameter(
+        "contact.clearance",
+        "m",
+        "Radial clearance of the retainer bearings (2.1)",
+        0.75e-3,
+        minimum=1e-6,
+        maximum=0.1,
+    ),
+    parameter(
+        "contact.threshold",
+        "1",
+        "Displacement over clearance from which contact.source 1 takes a journal to be in contact",
+        0.98,
+        minimum=0.0,
+        maximum=1.0,
+        tunable=True,
+    ),
+)
+
+IDENTIFICATION = (
+    _switch("identification.multi", "All harmonics at once, Schroeder-phased; otherwise harmonic number 1 alone"),
+    parameter(
+        "identification.force_scale",
+        "1",
+        "Test force over A(f)",
+        1.0,
+        minimum=0.0,
+        maximum=1e3,
+        tunable=True,
+    ),
+    _choice(
+        "identification.average",
+        "Revolutions at the end of a slot over which the vibration is averaged",
+        15,
+        1,
+        40,
+    ),
+    parameter(
+        "identification.max_drift",
+        "1",
+        "Largest change of the vibration without force, over the largest response, that is accepted",
+        0.05,
+        minimum=0.0,
+        tunable=True,
+    ),
+    parameter(
+        "identification.max_condition",
+        "1",
+        "Largest condition number of a receptance that is inverted",
+        1e4,
+        minimum=1.0,
+        maximum=1e12,
+    ),
+)
+
+# Table 2.3 and section 2.4; cut-off, noise and seed are assumed.
+CHAIN = (
+    _choice(
+        "chain.preset",
+        "Signal chain: " + ", ".join(f"{k} {name}" for k, name in enumerate(PRESETS)) + " (the switches below)",
+        0,
+        0,
+        CUSTOM,
+    ),
+    _switch("chain.noise", "Sensor noise"),
+    _switch("chain.filter", "Anti-aliasing filter"),
+    _switch("chain.adc", "Quantisation and range of the ADC"),
+    _switch("chain.dac", "Quantisation and range of the DAC"),
+    _switch("chain.delay", "Currents one sample late"),
+    parameter(
+        "chain.noise_rms", "m", "Standard deviation of the sensor noise (assumed)", 0.5e-6, minimum=0.0, maximum=1e-2
+    ),
+    _choice("chain.seed", "Seed of the noise", 1, 0, 2**31 - 1),
+    parameter(
+        "chain.cutoff",
+        "Hz",
+        "Cut-off frequency of the anti-aliasing filter, a first-order low-pass (assumed)",
+        2000.0,
+        minimum=0.1,
+        maximum=1e6,
+    ),
+    parameter("chain.sensitivity", "V/m", "Sensitivity of the sensors (Table 2.3)", 8000.0, minimum=1e-3, maximum=1e12),
+    _choice("chain.adc_bits", "Resolution of the ADC (2.4)", 16, 2, 32),
+    parameter("chain.adc_range", "V", "Range of the ADC, either way (2.4)", 10.0, minimum=1e-6, maximum=1e6),
+    _choice("chain.dac_bits", "Resolution of the DAC (2.4)", 14, 2, 32),
+    parameter("chain.dac_range", "V", "Range of the DAC, either way (2.4)", 10.0, minimum=1e-6, maximum=1e6),
+    parameter("chain.amplifier_gain", "A/V", "Gain of the amplifiers (Table 2.4)", 0.5, minimum=1e-9, maximum=1e9),
+    *(
+        parameter(
+            f"{name}.scale",
+            "1",
+            f"Sensitivity of the sensor over the nominal one, {where}",
+            1.0,
+            minimum=0.0,
+            maximum=1e3,
+        )
+        for name, where in SENSORS
+    ),
+    *(
+        parameter(f"plane{k + 1}.z", "m", f"Axial position of the inputs s{2 * k + 1}, s{2 * k + 2}, {PLANES[k]}", z)
+        for k, z in enumerate(PLANE_POSITIONS)
+    ),
+    *(
+        parameter(
+            f"plane{k + 1}.offset",
+            "m",
+            f"Axial offset of the sensors from there, {PLANES[k]}",
+            0.0,
+            minimum=-1.0,
+            maximum=1.0,
+        )
+        for k in range(N_PLANES)
+    ),
+)
+
+PARAMETERS = (
+    *GENERAL,
+    *(v for bearing, axis, _ in AXES for v in _axis(bearing, axis)),
+    *SYNCHRONOUS,
+    *ADAPTATION,
+    *IDENTIFICATION,
+    *CHAIN,
+)

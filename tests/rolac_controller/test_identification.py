@@ -1,0 +1,381 @@
+"""Identification inside the controller: what it finds, how long it takes, when it gives up, what it leaves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from rolac_controller.closed_loop import held_response, identified_receptance
+from rolac_controller.excitation import amplitude_at
+from rolac_controller.names import (
+    ABORTED,
+    ADAPTING,
+    AFTER,
+    BEFORE,
+    CONTACT,
+    DONE,
+    DRIFTED,
+    FAILED,
+    HELD,
+    ILL_CONDITIONED,
+    LIMITED,
+    NO_ERROR,
+    NONE,
+    SPEED_CHANGED,
+    WAITING,
+    WINDOW_LOST,
+)
+from rolac_controller.table import NO_TABLE, SPEEDS, pack
+
+SAMPLES, FREQUENCY = 20, 15.0
+FAST = 1.0 / (SAMPLES * FREQUENCY)  # s, so few samples that a slot of 45 periods takes 900
+SLOT = 45 * SAMPLES
+
+
+@pytest.fixture
+def tested(bench, discrete_plant, without_pid):
+    """A controller on a discrete plant with unbalance, by default at 20 samples per revolution and 15 Hz."""
+
+    def make(constants=NO_TABLE, frequency=FREQUENCY, plant=None, **parameters):
+        given = {"sample_time": FAST, **without_pid, **parameters}
+        b = bench(constants, Omega=2.0 * math.pi * frequency, **given)
+        p = plant or discrete_plant()
+        p.disturbance = lambda theta: 1e-5 * np.cos(theta + np.arange(8.0)) + 2e-5 * np.arange(8.0)
+        p.run(b, 3 * SAMPLES)
+        return b, p
+
+    return make
+
+
+def test_receptance_of_a_discrete_plant_is_found(tested):
+    b, plant = tested()
+    b["identify"] = 1.0
+    plant.run(b, 6 * SLOT + 1)
+    assert (b["identification_state"], b["identification_error"]) == (DONE, NO_ERROR)
+    expected = plant.receptance(b)
+    assert np.abs(b.receptance() - expected).max() < 1e-9 * np.abs(expected).max()
+    assert b["condition_number"] == pytest.approx(np.linalg.cond(expected), rel=1e-6)
+    assert b["identification_speed"] == b["Omega"]
+
+
+@pytest.mark.parametrize("frequency", [16.0, 16.7, 23.123])
+def test_receptance_is_found_where_a_revolution_is_no_whole_number_of_samples(tested, frequency):
+    b, plant = tested(frequency=frequency, sample_time=1.0 / 2000.0)
+    b["identify"] = 1.0
+    plant.run(b, int(6 * math.ceil(3 * frequency + 1) / frequency * 2000))
+    expected = plant.receptance(b)
+    assert b["identification_state"] == DONE
+    assert np.abs(b.receptance() - expected).max() < 1e-3 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize(("frequency", "slots"), [(5.0, 9.0), (10.0, 4.5), (15.0, 3.0), (35.0, 3.0)])
+def test_it_takes_six_slots_of_three_seconds_or_45_periods(tested, frequency, slots):
+    """t_halt = 6 N_per/f with N_per = max(3 f, 45)."""
+    h = 1.0 / (SAMPLES * frequency)
+    b, plant = tested(frequency=frequency, sample_time=h)
+    b["identify"] = 1.0
+    stages, progress = [], []
+    while b["identification_state"] != DONE:
+        plant.run(b, 1)
+        stages.append(b["identification_state"])
+        progress.append(b["identification_progress"])
+    lengths = [stages.count(stage) for stage in range(BEFORE, AFTER + 1)]
+    assert np.array(lengths) * h == pytest.approx(np.full(6, slots), abs=1.01 * h)
+    assert (len(stages) - 1) * h == pytest.approx(6.0 * slots, abs=1.01 * h)
+    np.testing.assert_allclose(progress, np.arange(len(stages)) / (len(stages) - 1), atol=2.0 / len(stages))
+
+
+def test_test_force_is_a_of_f_times_cos_theta_on_one_axis_after_the_other(tested):
+    b, plant = tested()
+    b["identify"] = 1.0
+    for axis in (None, 0, 1, 2, 3, None):
+        plant.run(b, SLOT // 2)
+        theta = b.theta - b["Omega"] * b.h
+        expected = np.zeros(4)
+        if axis is not None:
+            expected[axis] = amplitude_at(FREQUENCY) * math.cos(theta)
+        np.testing.assert_allclose(b.axis_forces(), expected, rtol=1e-9, atol=1e-9)
+        plant.run(b, SLOT - SLOT // 2)
+
+
+def test_force_scale_changes_the_force_and_not_the_receptance(tested):
+    b, plant = tested(identification__force_scale=0.1)
+    b["identify"] = 1.0
+    plant.run(b, SLOT + SLOT // 2)
+    theta = b.theta - b["Omega"] * b.h
+    assert b.axis_forces()[0] == pytest.approx(0.1 * amplitude_at(FREQUENCY) * math.cos(theta), rel=1e-9)
+    plant.run(b, 5 * SLOT)
+    np.testing.assert_allclose(b.receptance(), plant.receptance(b), rtol=1e-6, atol=1e-12)
+
+
+def test_force_scale_counts_from_the_next_identification_on(tested):
+    b, plant = tested(identification__force_scale=0.1)
+    b["identify"] = 1.0
+    plant.run(b, 3 * SLOT)
+    b["identification.force_scale"] = 0.5
+    plant.run(b, 3 * SLOT + 1)
+    assert b["identification_state"] == DONE
+    np.testing.assert_allclose(b.receptance(), plant.receptance(b), rtol=1e-6, atol=1e-12)
+
+
+def test_all_harmonics_are_found_at_once(tested):
+    orders = (1, 2, 4)
+    b, plant = tested(
+        identification__multi=1, harmonic2__order=2, harmonic3__order=4, harmonic2__power=0.5, harmonic3__power=2.0
+    )
+    b["identify"] = 1.0
+    plant.run(b, 6 * SLOT + 1)
+    assert b["identification_state"] == DONE
+    for number, order in enumerate(orders, 1):
+        b["shown_harmonic"] = number
+        plant.run(b, 1)
+        expected = plant.receptance(b, order)
+        assert np.abs(b.receptance() - expected).max() < 1e-8 * np.abs(expected).max()
+        assert b["condition_number"] == pytest.approx(np.linalg.cond(expected), rel=1e-6)
+    assert b["table_rows"] == 3
+
+
+class Rotor:
+    """Two rigid masses in each direction, coupled, that the magnetic bearings' negative stiffness drives out."""
+
+    def __init__(self, h):
+        mass = np.kron([[55.0, 6.0], [6.0, 42.0]], np.eye(2))
+        k_s, gyroscopic = 2e6, 3.0 * np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
+        planes = np.array([[-0.9, 1.9], [0.0, 1.0], [1.0, 0.0], [1.9, -0.9]])  # at the planes, from MB1 and MB2
+        to_sensors = np.kron(planes, np.eye(2))
+        self.a = np.zeros((8, 8))
+        self.a[:4, 4:] = np.eye(4)
+        self.a[4:, :4] = k_s * np.linalg.inv(mass)
+        self.a[4:, 4:] = -np.linalg.solve(mass, gyroscopic)
+        self.b = np.vstack([np.zeros((4, 4)), np.linalg.inv(mass)])
+        self.c = np.hstack([to_sensors, np.zeros((8, 4))])
+        block = expm(np.block([[self.a, self.b], [np.zeros((4, 12))]]) * h)
+        self.sampled = block[:8, :8], block[:8, 8:]
+
+
+CHAINS = {
+    "ideal": {},
+    "delay": {"chain.preset": 2, "chain.delay": 1},
+    "filter": {"chain.preset": 2, "chain.filter": 1, "chain.cutoff": 800.0},
+    "rig, without noise": {"chain.preset": 1, "chain.noise_rms": 0.0, "chain.adc_bits": 30, "chain.dac_bits": 30},
+    "offset sensors": {"plane2.offset": 0.05, "plane3.offset": -0.06, "s5.scale": 0.97},
+    "integral, filtered derivative": {"mb1.k_integral_x": 3e6, "mb2.k_integral_y": 5e6, "derivative_time": 2e-4},
+    "direct gains": {"pid.direct": 1},
+}
+
+
+@pytest.mark.parametrize("chain", CHAINS)
+def test_levitated_rotor_gives_the_receptance_of_its_sampled_loop(bench, make_plant, chain):
+    """Hold, delay, filter, sensor offsets and PID as modelled in `closed_loop`, element by element."""
+    h = 250e-6
+    rotor = Rotor(h)
+    gains = {f"{b}.k_s_{a}": 2e6 for b in ("mb1", "mb2") for a in "xy"}
+    given = gains | CHAINS[chain]
+    b = bench(Omega=2.0 * math.pi * 40.0, **{name.replace(".", "__"): v for name, v in given.items()})
+    plant = make_plant(*rotor.sampled, rotor.c)
+    plant.disturbance = lambda theta: 2e-5 * np.cos(theta + np.arange(8.0))
+    plant.run(b, 3000)
+    b["identify"] = 1.0
+    plant.run(b, 6 * 120 * 100 + 9)
+    assert (b["identification_state"], b["identification_error"]) == (DONE, NO_ERROR)
+    model = identified_receptance(held_response(rotor.a, rotor.b, rotor.c, b["Omega"], h), b["Omega"], given)
+    assert np.abs(b.receptance() - model).max() < 1e-6 * np.abs(model).max()
+
+
+def test_noise_of_the_rig_costs_less_than_a_percent(bench, make_plant):
+    h = 250e-6
+    rotor = Rotor(h)
+    given = {f"{b}.k_s_{a}": 2e6 for b in ("mb1", "mb2") for a in "xy"} | {"chain.preset": 1}
+    b = bench(Omega=2.0 * math.pi * 40.0, **{name.replace(".", "__"): v for name, v in given.items()})
+    plant = make_plant(*rotor.sampled, rotor.c)
+    plant.run(b, 2000)
+    b["identify"] = 1.0
+    plant.run(b, 6 * 120 * 100 + 9)
+    model = identified_receptance(held_response(rotor.a, rotor.b, rotor.c, b["Omega"], h), b["Omega"], given)
+    large = np.abs(model) > 0.1 * np.abs(model).max(axis=0)
+    ratio = b.receptance()[large] / model[large]
+    assert 0.0 < np.abs(np.abs(ratio) - 1.0).max() < 0.01
+    assert np.degrees(np.abs(np.angle(ratio))).max() < 1.0
+
+
+def test_identified_table_is_what_rolac_then_uses(tested):
+    """From no table at all to the least-squares optimum, in one run."""
+    b, plant = tested(rolac__alpha=2.0)
+    b["identify"] = 1.0
+    b["rolac_enable"] = 1.0
+    plant.run(b, 6 * SLOT + 1)
+    assert b["table_rows"] == 1.0
+    b["identify"] = 0.0
+    plant.run(b, 40 * SLOT // 10)
+    assert b["rolac_status"] == ADAPTING
+    unbalance = 1e-5 * np.exp(1j * np.arange(8.0))
+    expected = np.linalg.lstsq(plant.receptance(b), -unbalance, rcond=None)[0]
+    np.testing.assert_allclose(b.forces(), expected, rtol=1e-5)
+
+
+def test_forces_of_rolac_are_held_meanwhile_and_do_not_enter_the_receptance(tested, discrete_plant):
+    plant = discrete_plant()
+    speed = 2.0 * math.pi * FREQUENCY
+    z = np.exp(1j * speed * FAST)
+    known = plant.c @ np.linalg.solve(z * np.eye(12) - plant.a, plant.b.astype(complex))
+    b, plant = tested(pack([speed], [1.2 * known]), plant=plant, rolac__alpha=1.0)
+    b["rolac_enable"] = 1.0
+    plant.run(b, 10 * SAMPLES)
+    b["identify"] = 1.0
+    plant.run(b, 1)
+    held = b.forces()
+    assert np.abs(held).min() > 0.1
+    for _ in range(6):
+        plant.run(b, SLOT - 2)
+        assert b["rolac_status"] == HELD
+        assert b["rolac_active"] == 0.0
+        np.testing.assert_array_equal(b.forces(), held)
+        plant.run(b, 2)
+    plant.run(b, 1)
+    assert b["identification_state"] == DONE
+    np.testing.assert_allclose(b.receptance(), known, rtol=1e-6, atol=1e-13)
+    assert b["rolac_status"] == ADAPTING
+    assert b["table_rows"] == 1.0  # in place of the one it was built with
+
+
+def test_twelve_speeds_fill_the_table(tested):
+    b, plant = tested(rolac__min_speed=1.0)
+    for count, speed in enumerate(SPEEDS, 1):
+        b["Omega"] = speed
+        b["identify"] = 0.0
+        plant.run(b, 200)
+        b["identify"] = 1.0
+        plant.run(b, 1)
+        while b["identification_state"] < DONE:
+            plant.run(b, 500)
+        assert b["identification_state"] == DONE, b["identification_error"]
+        assert b["table_rows"] == count
+        assert b["identification_speed"] == speed
+
+
+def test_it_waits_for_a_valid_window(bench, discrete_plant, without_pid):
+    b = bench(Omega=2.0 * math.pi * FREQUENCY, sample_time=FAST, **without_pid)
+    plant = discrete_plant()
+    b["identify"] = 1.0
+    plant.run(b, SAMPLES)
+    assert b["identification_state"] == WAITING
+    plant.run(b, 1)
+    assert b["identification_state"] == BEFORE
+
+
+def test_waiting_ends_with_the_request(bench):
+    b = bench(Omega=1.0)
+    b["identify"] = 1.0
+    b.sample()
+    assert b["identification_state"] == WAITING
+    b["identify"] = 0.0
+    b.sample()
+    assert b["identification_state"] == NONE
+
+
+def test_one_request_is_one_identification(tested):
+    b, plant = tested()
+    b["identify"] = 1.0
+    plant.run(b, 8 * SLOT)
+    assert b["identification_state"] == DONE
+    b["identify"] = 0.0
+    plant.run(b, 1)
+    assert b["identification_state"] == DONE
+    b["identify"] = 1.0
+    plant.run(b, 1)
+    assert b["identification_state"] == BEFORE
+
+
+def fails(b, plant, expected, before=2 * SLOT):
+    """The identification fails for a reason, and leaves the table as it was."""
+    rows = b["table_rows"]
+    for _ in range(6 * SLOT - before + 2):
+        plant.run(b, 1)
+        if b["identification_state"] == FAILED:
+            break
+    assert (b["identification_state"], b["identification_error"]) == (FAILED, expected)
+    assert b["table_rows"] == rows
+    assert np.abs(b.axis_forces()).max() < 1e-9
+    return True
+
+
+@pytest.fixture
+def under_way(tested):
+    """An identification in its second slot."""
+
+    def make(**parameters):
+        b, plant = tested(**parameters)
+        b["identify"] = 1.0
+        plant.run(b, 2 * SLOT)
+        return b, plant
+
+    return make
+
+
+def test_switching_the_request_off_aborts(under_way):
+    b, plant = under_way()
+    b["identify"] = 0.0
+    assert fails(b, plant, ABORTED)
+
+
+def test_change_of_speed_by_more_than_a_percent_fails(under_way):
+    b, plant = under_way()
+    b["Omega"] *= 1.009
+    plant.run(b, 1)
+    assert b["identification_state"] < DONE
+    b["Omega"] *= 1.009
+    assert fails(b, plant, SPEED_CHANGED)
+
+
+def test_angle_that_jumps_fails(under_way):
+    b, plant = under_way()
+    b.theta += 2.0
+    assert fails(b, plant, WINDOW_LOST)
+
+
+def test_current_at_its_limit_fails(under_way):
+    b, plant = under_way()
+    b["mb2.i_max_x"] = 0.01
+    assert fails(b, plant, LIMITED)
+
+
+def test_contact_fails_where_it_is_known(under_way):
+    b, plant = under_way(contact__source=2)
+    b["contact_state"] = 2.0
+    assert fails(b, plant, CONTACT)
+
+
+def test_unbalance_that_changes_meanwhile_fails(under_way):
+    b, plant = under_way()
+    plant.disturbance = lambda theta: 1e-4 * np.cos(theta + np.arange(8.0))
+    assert fails(b, plant, DRIFTED)
+
+
+def test_forces_that_do_the_same_fail_and_the_condition_number_says_so(tested, discrete_plant):
+    plant = discrete_plant()
+    plant.b[:, 3] = plant.b[:, 2]
+    b, plant = tested(plant=plant)
+    b["identify"] = 1.0
+    assert fails(b, plant, ILL_CONDITIONED, before=0)
+    assert b["condition_number"] > 1e4
+
+
+def test_plant_that_does_not_answer_fails(tested, discrete_plant):
+    """What seems to be an answer is no larger than what changed without a force."""
+    plant = discrete_plant()
+    plant.b[:] = 0.0
+    b, plant = tested(plant=plant)
+    b["identify"] = 1.0
+    assert fails(b, plant, DRIFTED, before=0)
+
+
+def test_failure_is_forgotten_at_the_next_request(under_way):
+    b, plant = under_way()
+    b["identify"] = 0.0
+    plant.run(b, 1)
+    b["identify"] = 1.0
+    plant.run(b, 6 * SLOT + 1)
+    assert (b["identification_state"], b["identification_error"]) == (DONE, NO_ERROR)

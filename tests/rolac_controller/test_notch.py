@@ -1,0 +1,97 @@
+"""Generalised notch and synchronous force rejection on a levitated rotor."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from rolac_controller.closed_loop import held_response, identified_receptance
+from rolac_controller.names import AXES, FORCE_FREE, NOTCH
+from rolac_controller.notch import COLUMNS, N_SCRATCH, solve
+from rolac_controller.table import pack
+
+H, K_S = 250e-6, 2e6
+GAINS = {f"{b}__k_s_{a}": K_S for b, a, _ in AXES}
+
+
+@pytest.fixture
+def rotor():
+    """Four independent axes of 40 to 55 kg; sensors at the bearings, and beyond them by their mean."""
+    mass = np.array([40.0, 45.0, 50.0, 55.0])
+    a = np.zeros((8, 8))
+    a[:4, 4:] = np.eye(4)
+    a[4:, :4] = np.diag(K_S / mass)
+    b = np.vstack([np.zeros((4, 4)), np.diag(1.0 / mass)])
+    c = np.zeros((8, 8))
+    for k, sensor in enumerate((4, 5, 2, 3)):
+        c[sensor, k] = 1.0
+        c[(6, 7, 0, 1)[k], [k, (k + 2) % 4]] = 0.7, 0.4
+    return a, b, c
+
+
+def run(bench, make_plant, rotor, mode, seconds=2.0):
+    """A controller in that mode on the rotor under synchronous forces, and what it has settled to."""
+    omega = 2.0 * math.pi * 25.0
+    given = {name.replace("__", "."): value for name, value in GAINS.items()}
+    receptance = identified_receptance(held_response(*rotor, omega, H), omega, given)
+    b = bench(pack([omega], [receptance]), Omega=omega, rolac__mode=mode, **GAINS)
+    block = expm(np.block([[rotor[0], rotor[1]], [np.zeros((4, 12))]]) * H)
+    plant = make_plant(block[:8, :8], block[:8, 8:], rotor[2])
+    unbalance = 300.0 * np.exp(1j * np.arange(4.0))
+    currents, positions = [], []
+    for n in range(round(seconds / H)):
+        b["rolac_enable"] = float(n > 1000)
+        b.sense(plant.c @ plant.x)
+        force = (unbalance * np.exp(1j * b.theta)).real
+        b.sample()
+        plant.x = plant.a @ plant.x + plant.b @ (b.axis_forces() + force)
+        currents.append(b.axis_forces())
+        positions.append(b.components()[[4, 5, 2, 3]])
+    turn = np.exp(-1j * omega * H * np.arange(len(currents)))[-1600:]
+    return b, 2.0 * np.mean(np.array(currents)[-1600:] * turn[:, None], axis=0), positions[-1]
+
+
+def test_notch_takes_the_synchronous_part_out_of_the_currents(bench, make_plant, rotor):
+    b, force, _ = run(bench, make_plant, rotor, NOTCH)
+    _, pid, _ = run(bench, make_plant, rotor, NOTCH, 0.25)
+    assert b["rolac_active"] == 1.0
+    assert np.abs(pid).min() > 50.0
+    assert np.abs(force).max() < 1e-4 * np.abs(pid).max()
+
+
+def test_force_rejection_takes_the_synchronous_part_out_of_the_whole_force_of_the_bearing(bench, make_plant, rotor):
+    """K_i I + K_s x vanishes, the rotor turns about its axis of inertia: m Omega^2 q = -F_unbalance."""
+    _, force, position = run(bench, make_plant, rotor, FORCE_FREE, 3.0)
+    whole = force + K_S * position
+    assert np.abs(force).min() > 100.0
+    assert np.abs(whole).max() < 2e-2 * np.abs(force).max()  # the hold of half a sample is not in K_s x
+
+
+def test_rate_is_alpha(bench, make_plant, rotor):
+    """The synchronous current of the PID falls to exp(-alpha t), apart from the mean over the last revolution."""
+    _, early, _ = run(bench, make_plant, rotor, NOTCH, 0.55)
+    _, late, _ = run(bench, make_plant, rotor, NOTCH, 0.75)
+    rate = -np.log(np.abs(late) / np.abs(early)) / 0.2
+    np.testing.assert_allclose(rate, 7.0, rtol=0.35)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_equations_are_solved_as_numpy_solves_them(seed):
+    rng = np.random.default_rng(seed)
+    a = rng.normal(size=(4, COLUMNS)) + 1j * rng.normal(size=(4, COLUMNS))
+    a[0, 0] = 0.0  # needs a pivot
+    flat = np.ascontiguousarray(a).view(float).ravel().copy()
+    assert flat.size == N_SCRATCH
+    assert solve(flat)
+    np.testing.assert_allclose(
+        flat.view(complex).reshape(4, COLUMNS)[:, 4], np.linalg.solve(a[:, :4], a[:, 4]), rtol=1e-9
+    )
+
+
+def test_equations_without_a_solution_change_nothing(bench):
+    a = np.zeros((4, COLUMNS), dtype=complex)
+    a[:, 0] = 1.0
+    assert not solve(a.view(float).ravel())

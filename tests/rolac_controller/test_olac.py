@@ -1,0 +1,90 @@
+"""OLAC: one update to the optimum, only when steady, as often as allowed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rolac_controller.names import OLAC
+from rolac_controller.table import inverse_receptance, pack
+
+UNBALANCE_RESPONSE = 1e-4 * np.exp(1j * np.linspace(0.0, 5.0, 8)) * np.linspace(0.5, 1.5, 8)
+SAMPLES = 40
+
+
+@pytest.fixture
+def run_up_to(bench, receptance, speed_of):
+    """Makes OLAC on the plant q = Re[(Q_0 + R U) exp(j theta)] and the function that runs it by revolutions."""
+
+    def make(table_of=None, **parameters):
+        table = pack([1.0], [receptance if table_of is None else table_of])
+        b = bench(table, Omega=speed_of(SAMPLES), rolac__mode=OLAC, **parameters)
+        b["rolac_enable"] = 1.0
+
+        def run(revolutions, unbalance=lambda n: 1.0):
+            for n in range(revolutions * SAMPLES):
+                q = unbalance(n / SAMPLES) * UNBALANCE_RESPONSE + receptance @ b.forces()
+                b.sense((q * np.exp(1j * b.theta)).real)
+                b.sample()
+            return b.forces()
+
+        return b, run
+
+    return make
+
+
+@pytest.fixture
+def optimum(receptance):
+    return np.linalg.lstsq(receptance, -UNBALANCE_RESPONSE, rcond=None)[0]
+
+
+def test_one_update_reaches_the_optimum_of_a_linear_plant(run_up_to, optimum):
+    _, run = run_up_to()
+    assert not run(2).any()
+    np.testing.assert_allclose(run(2), optimum, rtol=1e-10)
+    np.testing.assert_allclose(run(20), optimum, rtol=1e-9)
+
+
+def test_update_follows_a_later_change_of_unbalance(run_up_to, optimum):
+    _, run = run_up_to()
+    run(6)
+    np.testing.assert_allclose(run(10, lambda n: 2.5), 2.5 * optimum, rtol=1e-9)
+
+
+def test_allowed_number_of_updates_is_kept_to_until_it_is_switched_on_again(run_up_to, optimum):
+    b, run = run_up_to(olac__updates=1)
+    run(6)
+    np.testing.assert_allclose(run(10, lambda n: 2.5), optimum, rtol=1e-9)
+    b["rolac_enable"] = 0.0
+    run(1)
+    b["rolac_enable"] = 1.0
+    np.testing.assert_allclose(run(10, lambda n: 2.5), 2.5 * optimum, rtol=1e-9)
+
+
+def test_nothing_happens_while_the_vibration_grows(run_up_to):
+    """By more than 2 % from one revolution to the next."""
+    _, run = run_up_to()
+    assert not run(30, lambda n: 1.05**n).any()
+    _, run = run_up_to()
+    assert run(30, lambda n: 1.005**n).any()
+
+
+def test_vibration_that_does_not_answer_gets_an_update_every_second_revolution(bench, receptance, speed_of):
+    """Both revolutions that are compared lie after the last update."""
+    b = bench(pack([1.0], [receptance]), Omega=speed_of(SAMPLES), rolac__mode=OLAC, rolac__force_limit=1e9)
+    b["rolac_enable"] = 1.0
+    b.follow(lambda theta: (UNBALANCE_RESPONSE * np.exp(1j * theta)).real, 21 * SAMPLES + 5)
+    np.testing.assert_allclose(b.forces(), 10 * inverse_receptance(receptance) @ UNBALANCE_RESPONSE, rtol=1e-9)
+
+
+def test_wrong_h_is_no_danger_to_olac_as_long_as_its_error_is_below_one(run_up_to, receptance, optimum):
+    """U <- U + H Q contracts by 1 - 1/1.4 for R taken 1.4 times too large; each update waits for steady vibration."""
+    _, run = run_up_to(1.4 * receptance)
+    np.testing.assert_allclose(run(60), optimum, rtol=1e-3)
+
+
+def test_limit_holds_for_olac_too(run_up_to, optimum):
+    limit = 0.5 * np.abs(optimum).max()
+    b, run = run_up_to(rolac__force_limit=limit)
+    assert np.abs(run(8)).max() == pytest.approx(limit, rel=1e-12)
+    assert b["rolac_limited"] == 1.0

@@ -1,0 +1,128 @@
+"""The table in the controller: interpolation, renewal, order, room."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rolac_controller.inverse import N_MATRIX, N_SCRATCH
+from rolac_controller.names import N_HARMONICS
+from rolac_controller.stored import (
+    BEYOND,
+    MISSING,
+    N_ROW,
+    ORDER,
+    SPARE_ROWS,
+    SPEED,
+    WITHIN,
+    H,
+    R,
+    bracket,
+    interpolate,
+    load,
+    row,
+    size_of,
+    store,
+)
+from rolac_controller.table import NO_TABLE, SPEEDS, inverse_receptance, pack
+
+
+def loaded(constants, weights=None, max_condition=1e4):
+    table = np.zeros(size_of(constants))
+    ok = load(constants, np.ones(8) if weights is None else weights, max_condition, table, np.zeros(N_SCRATCH))
+    return table if ok else None
+
+
+def matrix_at(table, speed, what=H, order=1.0):
+    low, high, share, found = bracket(table, order, speed)
+    matrix = np.zeros(N_MATRIX)
+    interpolate(table, what, low, high, share, matrix)
+    return matrix.view(complex).reshape((4, 8) if what == H else (8, 4)), found
+
+
+def rows(table):
+    return [(table[row(k) + ORDER], table[row(k) + SPEED]) for k in range(int(table[0]))]
+
+
+def test_table_gives_h_and_r_at_its_speeds_exactly_and_linearly_between(receptance):
+    speeds = np.array([31.4, 62.8, 157.0])
+    receptances = np.array([receptance, 1j * receptance + 1e-7, 0.3 * receptance - 2e-7j])
+    table = loaded(pack(speeds, receptances))
+    h = [inverse_receptance(r) for r in receptances]
+    for k in range(3):
+        np.testing.assert_array_equal(matrix_at(table, speeds[k])[0], h[k])
+        np.testing.assert_array_equal(matrix_at(table, speeds[k], R)[0], receptances[k])
+    between = 62.8 + 0.25 * 94.2
+    np.testing.assert_allclose(matrix_at(table, between)[0], 0.75 * h[1] + 0.25 * h[2], rtol=1e-12)
+    expected = 0.75 * receptances[1] + 0.25 * receptances[2]
+    np.testing.assert_allclose(matrix_at(table, between, R)[0], expected, rtol=1e-12)
+
+
+def test_table_is_constant_beyond_its_ends_and_says_so(receptance):
+    table = loaded(pack([50.0, 100.0], [receptance, 2.0 * receptance]))
+    for speed, end, expected in [(10.0, 50.0, BEYOND), (50.0, 50.0, WITHIN), (100.0, 100.0, WITHIN)]:
+        h, found = matrix_at(table, speed)
+        np.testing.assert_array_equal(h, matrix_at(table, end)[0])
+        assert found == expected
+    np.testing.assert_array_equal(matrix_at(table, 500.0)[0], matrix_at(table, 100.0)[0])
+    assert matrix_at(table, 500.0)[1] == BEYOND
+
+
+def test_each_harmonic_has_its_own_speeds(receptance):
+    table = loaded(pack([50.0, 100.0], [[receptance, 2 * receptance], [3 * receptance, 4 * receptance]], orders=(1, 3)))
+    np.testing.assert_array_equal(matrix_at(table, 100.0, R)[0], 2 * receptance)
+    np.testing.assert_array_equal(matrix_at(table, 100.0, R, order=3.0)[0], 4 * receptance)
+    assert matrix_at(table, 100.0, order=2.0)[1] == MISSING
+
+
+def test_empty_table_has_nothing():
+    assert bracket(loaded(NO_TABLE), 1.0, 100.0)[3] == MISSING
+
+
+def test_weights_that_are_not_one_change_h(receptance):
+    weights = np.array([1.0, 2.0, 0.0, 4.0, 0.5, 3.0, 1.0, 1.0])
+    table = loaded(pack([50.0], [receptance]), weights)
+    np.testing.assert_allclose(matrix_at(table, 50.0)[0], inverse_receptance(receptance, weights), rtol=1e-9, atol=1e-6)
+
+
+def test_weights_that_leave_three_sensors_are_refused(receptance):
+    assert loaded(pack([50.0], [receptance]), np.array([1.0, 1, 1, 0, 0, 0, 0, 0])) is None
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(st.integers(1, 3), st.floats(1.0, 1e3)), max_size=SPARE_ROWS))
+def test_new_receptances_find_their_place_whatever_the_order_they_come_in(entries):
+    """The last one within 0.5 % of a speed counts; rows stay ascending and keep what belongs to them."""
+    table = loaded(NO_TABLE)
+    for number, (order, speed) in enumerate(entries):
+        assert store(table, float(order), speed, np.full(N_MATRIX, number + 0.5), np.full(N_MATRIX, -number))
+    found = rows(table)
+    assert found == sorted(set(found))
+    for k, (order, speed) in enumerate(found):
+        number = int(table[row(k) + R])
+        assert entries[number] == (order, speed)
+        np.testing.assert_array_equal(table[row(k) + R : row(k) + H], number + 0.5)
+        np.testing.assert_array_equal(table[row(k) + H : row(k) + N_ROW], -number)
+    for order, speed in entries:
+        assert any(o == order and abs(s - speed) <= 0.011 * speed for o, s in found)
+
+
+def test_receptance_at_a_speed_of_the_table_replaces_its_nearest(receptance):
+    table = loaded(pack([100.0, 100.3, 200.0], [receptance] * 3))
+    store(table, 1.0, 100.4, np.ones(N_MATRIX), np.ones(N_MATRIX))
+    assert rows(table) == [(1.0, 100.0), (1.0, 100.4), (1.0, 200.0)]
+
+
+def test_full_table_takes_replacements_only():
+    table = loaded(NO_TABLE)
+    for k in range(SPARE_ROWS):
+        assert store(table, 1.0, 10.0 * (k + 1), np.ones(N_MATRIX), np.ones(N_MATRIX))
+    before = table.copy()
+    assert not store(table, 1.0, 5.0, np.ones(N_MATRIX), np.ones(N_MATRIX))
+    np.testing.assert_array_equal(table, before)
+    assert store(table, 1.0, 10.0, np.ones(N_MATRIX), np.ones(N_MATRIX))
+
+
+def test_spare_rows_hold_the_twelve_speeds_for_four_harmonics():
+    assert len(SPEEDS) * N_HARMONICS == SPARE_ROWS
