@@ -25,7 +25,7 @@ CONTACT = {
 START = {
     "rotor_contact": {"Omega": 260.0, "d1.u": 0.3, "rb1.mu": 0.3, "rb2.mu": 0.3},
     "amb_actuator": {"mb1.x": 1e-4, "mb1.i_x": 2.0, "mb2.i_y": -1.0},
-    "rolac_controller": {"s5": 1e-4, "Omega": 400.0, "rolac_enable": 1.0},
+    "rolac_controller": {f"s{i}": 1e-5 * i for i in range(1, 9)} | {"Omega": 400.0, "rolac_enable": 1.0},
 }
 
 
@@ -44,8 +44,11 @@ def both(folder, model, constants, start):
     return Library(folder).instantiate().begin(**named(start)), core
 
 
-def largest_difference(native, core, steps, change):
-    """Of all outputs over so many steps, relative to their largest values; `change(n)` gives the inputs of step n."""
+def largest_difference(native, core, steps, change, moving=0.5):
+    """Of all outputs over so many steps, relative to their largest values; `change(n)` gives the inputs of step n.
+
+    At least the share `moving` of the outputs must not be zero all along, or the comparison would mean little.
+    """
     outputs = [v.name for v in core.model.interface.of("output")]
     ours, theirs = np.empty((2, steps, len(outputs)))
     for n in range(steps):
@@ -57,7 +60,7 @@ def largest_difference(native, core, steps, change):
         assert native.step(n) == 0, native.log
         ours[n], theirs[n] = native.get(*outputs), core.outputs
     scale = np.abs(theirs).max(axis=0)
-    assert np.count_nonzero(scale) > len(outputs) / 2, "most outputs must move for this to mean anything"
+    assert np.count_nonzero(scale) > moving * len(outputs)
     return float(np.max(np.abs(ours - theirs).max(axis=0) / np.where(scale > 0.0, scale, 1.0))), theirs
 
 
@@ -100,5 +103,6 @@ def test_each_model_agrees_with_its_core(unpacked, name):
         values = {key: value for key, value in values.items() if model.interface[key].type == "Real"}
         return values | ({"theta": (n * H * 400.0) % (2.0 * np.pi)} if turns else {})
 
-    difference, _ = largest_difference(native, core, 400, change)
+    moving = 0.2 if name == "rolac_controller" else 0.5  # most of the controller's outputs tell of identifications
+    difference, _ = largest_difference(native, core, 400, change, moving)
     assert difference == 0.0 if platform.system() == "Linux" else difference < 1e-12
