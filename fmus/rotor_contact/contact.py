@@ -67,6 +67,12 @@ def can_touch(sites: Array, k: int) -> bool:
 
 
 @kernel
+def can_strike(sites: Array, k: int) -> bool:
+    """Whether site k is there, free and rigid: an impact closes it."""
+    return can_touch(sites, k) and sites[k, LAW] == CONSTRAINT
+
+
+@kernel
 def number_held(sites: Array) -> int:
     """Give the held sites their place in the equations; returns how many there are."""
     count = 0
@@ -81,6 +87,13 @@ def number_held(sites: Array) -> int:
 def sticking_friction(sites: Array, k: int) -> float:
     """Coefficient up to which site k sticks."""
     return max(sites[k, MU], sites[k, MU_STATIC])
+
+
+@kernel
+def friction_excess(sites: Array, k: int) -> float:
+    """|T| - mu_s N (N) of a rolling site k: positive where it can stick no longer."""
+    excess: float = abs(sites[k, TANGENTIAL]) - sticking_friction(sites, k) * sites[k, NORMAL]
+    return excess
 
 
 @kernel
@@ -102,6 +115,24 @@ def radial(sites: Array, k: int, v: Array) -> float:
     row = int(sites[k, PLANE])
     component: float = sites[k, N_X] * v[row] + sites[k, N_Y] * v[row + 1]
     return component
+
+
+@kernel
+def put_on_circle(sites: Array, k: int, q: Array) -> None:
+    """Put the journal of site k on its circle, along its normal (which must be up to date)."""
+    row = int(sites[k, PLANE])
+    q[row] = sites[k, OFFSET_X] + sites[k, CLEARANCE] * sites[k, N_X]
+    q[row + 1] = sites[k, OFFSET_Y] + sites[k, CLEARANCE] * sites[k, N_Y]
+
+
+@kernel
+def stop_radially(sites: Array, k: int, v: Array) -> float:
+    """Take the radial velocity from the node of site k alone (4.22); returns what it was (m/s)."""
+    row = int(sites[k, PLANE])
+    speed: float = radial(sites, k, v)
+    v[row] -= speed * sites[k, N_X]
+    v[row + 1] -= speed * sites[k, N_Y]
+    return speed
 
 
 @kernel
@@ -201,12 +232,12 @@ def push(Minv: Array, sites: Array, k: int, normal: float, forward: float, targe
 @kernel
 def apply_contact(Minv: Array, sites: Array, equations: Array, q: Array, v: Array, Omega_dot: float, a: Array) -> bool:
     """Solve the multipliers of the held sites and add their effect to the acceleration `a`; False if singular."""
-    if number_held(sites) == 0:
-        return True
     for k in range(N_SITES):
         if held(sites, k):
             locate(sites, k, q)
     size = write_equations(Minv, sites, equations, 1.0)
+    if size == 0:
+        return True
     for k in range(N_SITES):
         if held(sites, k):
             i = int(sites[k, PLANE])
@@ -233,13 +264,13 @@ def project(Minv: Array, sites: Array, equations: Array, q: Array, v: Array, Ome
     Without this the drift of the integrated constraint (4.14) grows with time. Friction plays no part in it. One Newton
     step is enough for positions: what a substep leaves is squared.
     """
-    if number_held(sites) == 0:
-        return True
     for target in range(2):
         for k in range(N_SITES):
             if held(sites, k):
                 locate(sites, k, q)
         size = write_equations(Minv, sites, equations, 0.0)
+        if size == 0:
+            return True
         for k in range(N_SITES):
             if held(sites, k):
                 row = int(sites[k, SLOT])

@@ -23,13 +23,13 @@ from rotor_contact.contact import (
     REBOUND,
     SIGN,
     TANGENTIAL,
-    can_touch,
+    can_strike,
+    friction_excess,
     held,
     locate,
     project,
     radial,
     slip_velocity,
-    sticking_friction,
     tangential,
 )
 from rotor_contact.dynamics import Motion, spin
@@ -63,8 +63,7 @@ def indicator(sites: Array, z: Array, Omega: float) -> float:
             continue
         largest = max(largest, -sites[k, NORMAL] / FORCE_SCALE)
         if sites[k, MODE] == ROLLING:
-            friction = abs(sites[k, TANGENTIAL]) - sticking_friction(sites, k) * sites[k, NORMAL]
-            largest = max(largest, friction / FORCE_SCALE)
+            largest = max(largest, friction_excess(sites, k) / FORCE_SCALE)
         elif sites[k, MU] > 0.0:
             largest = max(largest, -sites[k, SIGN] * slip_velocity(sites, k, z[n : 2 * n], Omega))
     return largest
@@ -75,7 +74,7 @@ def deepest(sites: Array, q: Array) -> float:
     """How far the free journals are beyond their rigid retainers, the largest over its clearance."""
     largest = 0.0
     for k in range(N_SITES):
-        if can_touch(sites, k) and sites[k, LAW] == CONSTRAINT:
+        if can_strike(sites, k):
             largest = max(largest, locate(sites, k, q) / sites[k, CLEARANCE] - 1.0)
     return largest
 
@@ -166,7 +165,7 @@ def _release_one(sites: Array) -> bool:
 def _close_one(sites: Array, q: Array, v: Array, a: Array, Omega: float, shortest: float) -> bool:
     """Close a free site on its circle whose next flight takes less than `shortest`; True if there is one."""
     for k in range(N_SITES):
-        if can_touch(sites, k) and sites[k, LAW] == CONSTRAINT and sites[k, MARK] == 0.0:
+        if can_strike(sites, k) and sites[k, MARK] == 0.0:
             radius = locate(sites, k, q)
             if radius >= sites[k, CLEARANCE] * (1.0 - 1e-10):
                 outward = radial(sites, k, a) + tangential(sites, k, v) ** 2 / radius
@@ -188,7 +187,7 @@ def _change_friction(sites: Array, v: Array, Omega: float) -> bool:
     excess = 0.0
     for k in range(N_SITES):
         if held(sites, k) and sites[k, MODE] == ROLLING:
-            beyond = abs(sites[k, TANGENTIAL]) - sticking_friction(sites, k) * sites[k, NORMAL]
+            beyond = friction_excess(sites, k)
             if beyond > excess:
                 loosest = k
                 excess = beyond

@@ -11,8 +11,6 @@ from rotor_contact.contact import (
     MARK,
     MODE,
     MODE_BEFORE,
-    N_X,
-    N_Y,
     P_N,
     P_T,
     PLANE,
@@ -20,27 +18,25 @@ from rotor_contact.contact import (
     RHS,
     SIGN,
     SLOT,
-    can_touch,
+    can_strike,
     held,
     locate,
     push,
+    put_on_circle,
     radial,
     slip_velocity,
     solve,
     sticking_friction,
+    stop_radially,
     write_equations,
 )
 from rotor_contact.dynamics import quadratic_form
 from rotor_contact.interface import (
     CLEARANCE,
-    CONSTRAINT,
     FREE,
     JOURNAL_RADIUS,
-    LAW,
     MU,
     N_SITES,
-    OFFSET_X,
-    OFFSET_Y,
     RESTITUTION,
     ROLLING,
     SLIDING,
@@ -58,13 +54,11 @@ def mark_touching(sites: Array, q: Array, v: Array) -> bool:
         sites[k, REBOUND] = sites[k, RESTITUTION]
         c = sites[k, CLEARANCE]
         r = locate(sites, k, q)
-        reached = can_touch(sites, k) and sites[k, LAW] == CONSTRAINT and r >= c * (1.0 - 1e-10)
+        reached = can_strike(sites, k) and r >= c * (1.0 - 1e-10)
         outward = radial(sites, k, v) > 0.0
         if reached and (outward or r > c):
             # exactly on the circle, or a site that leaves again would look as if it touched
-            row = int(sites[k, PLANE])
-            q[row] = sites[k, OFFSET_X] + c * sites[k, N_X]
-            q[row + 1] = sites[k, OFFSET_Y] + c * sites[k, N_Y]
+            put_on_circle(sites, k, q)
             if outward:
                 sites[k, MARK] = TOUCHING
                 found = True
@@ -97,9 +91,7 @@ def nodal_impact(M: Array, sites: Array, v: Array, Omega: float) -> None:
             begin_slip(sites, k, v, Omega)
             before = quadratic_form(M, v)
             row = int(sites[k, PLANE])
-            speed = radial(sites, k, v)
-            v[row] -= speed * sites[k, N_X]
-            v[row + 1] -= speed * sites[k, N_Y]
+            speed = stop_radially(sites, k, v)
             sites[k, IMPULSE] += M[row, row] * speed
             sites[k, LOSS] += 0.5 * (before - quadratic_form(M, v))
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.contact import N_X, N_Y, PLANE, can_touch, locate, radial, solve
+from rotor_contact.contact import can_touch, locate, put_on_circle, solve, stop_radially
 from rotor_contact.dynamics import COSINE, SINE, STEADY, Motion
 from rotor_contact.impact import begin_slip
-from rotor_contact.interface import CLEARANCE, N_SITES, OFFSET_X, OFFSET_Y
+from rotor_contact.interface import CLEARANCE, N_SITES
 
 FURTHEST = 1.0  # m; an equilibrium further away is that of a rotor that nothing holds
 
@@ -65,10 +65,6 @@ def put_back(sites: Array, q: Array, v: Array, Omega: float) -> None:
     """Put journals that are beyond their retainer back onto it, sliding; the rest of the rotor stays where it is."""
     for k in range(N_SITES):
         if can_touch(sites, k) and locate(sites, k, q) > sites[k, CLEARANCE]:
-            row = int(sites[k, PLANE])
-            q[row] = sites[k, OFFSET_X] + sites[k, CLEARANCE] * sites[k, N_X]
-            q[row + 1] = sites[k, OFFSET_Y] + sites[k, CLEARANCE] * sites[k, N_Y]
-            outward = radial(sites, k, v)
-            v[row] -= outward * sites[k, N_X]
-            v[row + 1] -= outward * sites[k, N_Y]
+            put_on_circle(sites, k, q)
+            stop_radially(sites, k, v)
             begin_slip(sites, k, v, Omega)
