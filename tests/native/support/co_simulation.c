@@ -11,12 +11,12 @@
    from 0 on it prints all values as hexadecimal numbers. Types are r, i and b. */
 
 #include <dlfcn.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmi2.h"
+#include "logger.h"
 
 #define FUNCTIONS(X)                                                                                                   \
     X(Instantiate) X(SetupExperiment) X(EnterInitializationMode) X(ExitInitializationMode) X(SetReal) X(SetInteger)    \
@@ -36,18 +36,6 @@ typedef struct {
     int every, inputs, outputs;
     Port *input, *output;
 } Component;
-
-static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                   fmi2String text, ...)
-{
-    va_list arguments;
-    (void)environment;
-    fprintf(stderr, "%s %d %s ", name, status, category);
-    va_start(arguments, text);
-    vfprintf(stderr, text, arguments);
-    va_end(arguments);
-    fputc('\n', stderr);
-}
 
 static void require(int condition, const char *what)
 {

@@ -14,12 +14,12 @@
    Each command but the last prints one line that begins with the status. The process ends with 0 if the end of the
    program was reached. The logger writes to standard error. */
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmi2.h"
+#include "logger.h"
 
 #ifdef _WIN32
 #include <windows.h>
@@ -46,18 +46,6 @@ FUNCTIONS(DECLARE)
 enum { N = 10 };
 static fmi2Component instances[N];
 static fmi2FMUstate states[N];
-
-static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                   fmi2String text, ...)
-{
-    va_list arguments;
-    (void)environment;
-    fprintf(stderr, "%s %d %s ", name, status, category);
-    va_start(arguments, text);
-    vfprintf(stderr, text, arguments);
-    va_end(arguments);
-    fputc('\n', stderr);
-}
 
 static const fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL};
 
