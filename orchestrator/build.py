@@ -1,8 +1,4 @@
-"""From a model's name, or the path of an FMU, to an extracted FMU; models are built once and cached.
-
-A model becomes an FMU in two flavours with the same interface: `python`, which pythonfmu runs, and `native`, compiled
-code that needs no Python.
-"""
+"""From a model's name, or the path of an FMU, to an extracted FMU; models are built once and cached."""
 
 from __future__ import annotations
 
@@ -14,7 +10,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal, get_args
 
 import numpy as np
 import platformdirs
@@ -22,12 +17,10 @@ from numpy.typing import NDArray
 
 from fmi_export.build import build_python_fmu, guid_of
 from fmi_export.model import Model
+from orchestrator.flavours import Flavour
 from orchestrator.interface import suggest
 from rotor_contact.rotor import Rotor
 from rotor_contact.rotor_file import load_rotor
-
-Flavour = Literal["python", "native"]
-FLAVOURS: tuple[Flavour, ...] = get_args(Flavour)
 
 Build = Callable[[Model, NDArray[np.float64], Path], Path]
 Guid = Callable[[Model, NDArray[np.float64]], str]

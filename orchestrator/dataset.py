@@ -69,7 +69,7 @@ def to_dataset(
         "completed": int(failure is None),
         "failure": failure or "",
         "scenario_data": scenario.model_dump_json(exclude_defaults=True),
-        "parameters": json.dumps(_parameters(plan, interfaces)),
+        "parameters": json.dumps(plan.parameters(interfaces)),
         "initial_inputs": json.dumps(dict(plan.exogenous)),
         "fmu_guids": json.dumps({c: interface.guid for c, interface in interfaces.items()}),
         "versions": json.dumps(_versions()),
@@ -91,14 +91,6 @@ def _port_of(label: str, plan: Plan, interfaces: Mapping[str, Interface]) -> tup
     signal = next((s for s in plan.system.signals if s.name == label), None)
     component, variable = plan.system.split(signal.targets[0] if signal is not None else label)
     return component, interfaces[component].ports[variable]
-
-
-def _parameters(plan: Plan, interfaces: Mapping[str, Interface]) -> dict[str, dict[str, float | None]]:
-    """Every parameter of every component: what was set, or what it starts with."""
-    return {
-        c: {p.name: plan.start[c].get(p.name, p.start) for p in interface.of("parameter")}
-        for c, interface in interfaces.items()
-    }
 
 
 def _versions() -> dict[str, str]:

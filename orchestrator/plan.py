@@ -45,6 +45,13 @@ class Plan:
         """Initial speed in rad/s."""
         return self.exogenous[SPEED]
 
+    def parameters(self, interfaces: Mapping[str, Interface]) -> dict[str, dict[str, float | None]]:
+        """Every parameter of every component: what was set, or what it starts with."""
+        return {
+            c: {p.name: self.start[c].get(p.name, p.start) for p in interface.of("parameter")}
+            for c, interface in interfaces.items()
+        }
+
 
 def parse_settings(settings: Iterable[str]) -> dict[str, str]:
     """`component.variable=value` texts by variable; the last one counts."""

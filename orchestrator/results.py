@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -10,20 +9,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fmi_export.files import write_atomically
+
 BEARINGS = {"rb1": "mb1", "rb2": "mb2"}  # each retainer bearing and the magnetic bearing that it protects
 BUSHES = ("eb1", "eb2")  # at the rotor's ends
 RECOVERY_CYCLES = 5.0
 FREE, ROLLING = 0, 2  # values of a site's mode
 _PLANT = "rotor_contact"
 _HEAT = ("damping", "friction", "impact")
-
-
-def write_atomically(path: Path, write: Any) -> None:
-    """Call `write` with a temporary path beside `path`, then move the result there, whole or not at all."""
-    with tempfile.TemporaryDirectory(prefix=".", dir=path.parent) as folder:
-        temporary = Path(folder) / path.name
-        write(temporary)
-        temporary.replace(path)
 
 
 def save(dataset: xr.Dataset, path: Path) -> None:

@@ -12,9 +12,10 @@ from typing import Any
 import xarray as xr
 
 from orchestrator import compiled
-from orchestrator.build import Flavour, Fmu, provide
+from orchestrator.build import Fmu, provide
 from orchestrator.component import FmuComponent
 from orchestrator.dataset import to_dataset
+from orchestrator.flavours import Flavour
 from orchestrator.interface import Interface, read_interface
 from orchestrator.master import Array, Loop, Master, Observer, PiecewiseConstant, PiecewiseLinear, Schedule, StepFailed
 from orchestrator.plan import ACCELERATION, SPEED, Plan, make_plan

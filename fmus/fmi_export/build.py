@@ -11,12 +11,14 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from pythonfmu.builder import FmuBuilder
 
 from fmi_export import amb_cosim_bootstrap as bootstrap
+from fmi_export.files import write_atomically
 from fmi_export.model import Array, Model
 
 
@@ -59,9 +61,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
         with _interpreter_as_before():
             built = FmuBuilder.build_FMU(script, dest=Path(temporary), project_files=files)
         target = folder / f"{model.name}.fmu"
-        partial = target.with_suffix(".partial")
-        shutil.copyfile(built, partial)
-        partial.replace(target)
+        write_atomically(target, partial(shutil.copyfile, built))
     return target
 
 

@@ -6,7 +6,6 @@ import fnmatch
 import json
 import math
 import os
-import tempfile
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fmi_export.files import write_atomically
 from rolac_controller.interface import INTERFACE
 from rolac_controller.names import N_AXES, N_SENSORS
 from rolac_controller.parameters import LARGEST_ORDER
@@ -118,17 +118,15 @@ class ReceptanceTable:
 
     def write(self, path: Path) -> None:
         """Write the table; the file is the old one or the new one, whole, whatever happens meanwhile."""
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
+
+        def to_disk(temporary: Path) -> None:
+            with temporary.open("w", encoding="utf-8") as file:
                 file.write(self._text())
                 file.flush()
                 os.fsync(file.fileno())
-            Path(name).replace(path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, to_disk)
 
     def _text(self) -> str:
         head = [

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from orchestrator.build import Flavour, build_all
 from orchestrator.commands.options import FLAVOUR, ROTOR
 from orchestrator.commands.refusals import check_writable, refusing
+from orchestrator.flavours import Flavour
 
 
 @click.command()
@@ -24,6 +24,8 @@ from orchestrator.commands.refusals import check_writable, refusing
 )
 def build(output: Path, rotor_file: Path | None, flavour: Flavour, platforms: str | None) -> None:
     """Build the FMUs into a folder."""
+    from orchestrator.build import build_all
+
     chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
 
     with refusing():

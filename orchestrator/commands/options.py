@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from orchestrator.build import FLAVOURS
+from orchestrator.flavours import FLAVOURS
 
 ROTOR = click.option(
     "--rotor",

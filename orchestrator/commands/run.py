@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from orchestrator.build import Flavour
 from orchestrator.commands.options import FLAVOUR
 from orchestrator.commands.refusals import Failed, check_writable, refusing
+from orchestrator.flavours import Flavour
 from orchestrator.master import LOOPS, Loop
 from orchestrator.scenario import load_scenario, packaged_scenarios
 
@@ -52,6 +52,7 @@ def run(
     summary_json: str | None,
 ) -> None:
     """Run the scenario NAME, or the one in a TOML file."""
+    from fmi_export.files import write_atomically
     from orchestrator import plots, results, simulation
     from orchestrator.plan import parse_settings
 
@@ -74,7 +75,7 @@ def run(
         folder.mkdir(parents=True, exist_ok=True)
         results.save(outcome.dataset, folder / "result.nc")
         for path in [folder / "summary.json"] + ([copy] if copy is not None else []):
-            results.write_atomically(path, lambda p: p.write_text(text, encoding="utf-8"))
+            write_atomically(path, lambda p: p.write_text(text, encoding="utf-8"))
         if not no_plots:
             plots.draw_all(outcome.dataset, folder)
     if summary_json == "-":

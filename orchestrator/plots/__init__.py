@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import matplotlib as mpl
@@ -11,11 +12,12 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from fmi_export.files import write_atomically
 from orchestrator.plots.axes import STYLE
 from orchestrator.plots.contact import contact, whirl
 from orchestrator.plots.energy import energy
 from orchestrator.plots.motion import displacement, orbits
-from orchestrator.results import BEARINGS, energies, radius, rolling_from, write_atomically
+from orchestrator.results import BEARINGS, energies, radius, rolling_from
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "orbits": orbits,
@@ -36,7 +38,7 @@ def draw_all(dataset: xr.Dataset, folder: Path) -> list[Path]:
             figure = FIGURES[name](dataset)
             FigureCanvasAgg(figure)
             path = folder / f"{name}.png"
-            write_atomically(path, lambda p, figure=figure: figure.savefig(p, dpi=200))
+            write_atomically(path, partial(figure.savefig, dpi=200))
         paths.append(path)
     return paths
 

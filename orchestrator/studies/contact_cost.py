@@ -13,6 +13,7 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -23,8 +24,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from rich.table import Table
 
+from fmi_export.files import write_atomically
 from fmi_export.model import Instance
-from orchestrator.results import write_atomically
 from rotor_contact.constants import plant_constants, structure_of
 from rotor_contact.interface import LAWS
 from rotor_contact.plant import MODEL
@@ -232,4 +233,4 @@ def draw(data: Mapping[str, Any], path: Path) -> None:
     axis.margins(x=0.2, y=0.15)
     figure.legend(frameon=False, loc="outside upper center", ncols=2, fontsize=8)
     axis.grid(alpha=0.3, which="both", lw=0.4)
-    write_atomically(path, lambda p: figure.savefig(p, dpi=200))
+    write_atomically(path, partial(figure.savefig, dpi=200))

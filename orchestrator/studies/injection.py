@@ -80,8 +80,8 @@ def prepared_loop(speed: float, sample_time: float, amplifier: bool, delay: bool
 def loop_of(prepared: Prepared, delay: bool) -> Loop:
     """The linear loop with the parameters that a prepared run starts with."""
     parameters = {
-        name: {p.name: prepared.plan.start[name].get(p.name, p.start or 0.0) for p in interface.of("parameter")}
-        for name, interface in prepared.interfaces.items()
+        component: {name: value or 0.0 for name, value in values.items()}
+        for component, values in prepared.plan.parameters(prepared.interfaces).items()
     }
     return Loop(parameters, prepared.plan.speed, parameters["rolac_controller"]["sample_time"], int(delay))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from rich.table import Table
 
+from fmi_export.files import write_atomically
 from orchestrator.plots.axes import STYLE
-from orchestrator.results import write_atomically
 
 
 @dataclass(frozen=True)
@@ -34,4 +35,4 @@ class Outcome:
             with mpl.rc_context(STYLE):
                 figure = draw()
                 FigureCanvasAgg(figure)
-                write_atomically(folder / f"{title}.png", lambda path, figure=figure: figure.savefig(path, dpi=200))
+                write_atomically(folder / f"{title}.png", partial(figure.savefig, dpi=200))

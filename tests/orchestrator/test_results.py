@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fmi_export.files import write_atomically
 from orchestrator import results
 
 
@@ -199,6 +200,6 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path):
         raise OSError("disk full")
 
     with pytest.raises(OSError, match="disk full"):
-        results.write_atomically(target, write)
+        write_atomically(target, write)
     assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
     assert target.read_text() == "old"

@@ -5,8 +5,6 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
-import os
-import tempfile
 import zipfile
 from collections.abc import Iterable
 from contextlib import suppress
@@ -19,6 +17,7 @@ import platformdirs
 
 from fmi_export.build import digests, guid_of
 from fmi_export.description import model_description
+from fmi_export.files import write_atomically
 from fmi_export.model import Array, Model
 from fmi_export.native.compiler import PLATFORMS, check_compiler, check_platforms, compile_library, host_platform
 from fmi_export.native.lowering import lower
@@ -85,7 +84,7 @@ def lowered(model: Model) -> str:
     assembly = lower(model)
     with suppress(OSError):  # where nothing can be kept, the next build takes as long
         kept.parent.mkdir(parents=True, exist_ok=True)
-        _replace(kept, assembly.encode())
+        write_atomically(kept, lambda path: path.write_bytes(assembly.encode()))
     return assembly
 
 
@@ -110,21 +109,14 @@ def _own_digest() -> str:
 
 
 def _write(target: Path, content: dict[str, bytes]) -> Path:
+    def archive(path: Path) -> None:
+        with zipfile.ZipFile(path, "w") as fmu:
+            for name in sorted(content):
+                entry = zipfile.ZipInfo(name, NO_TIME)
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.create_system, entry.external_attr = 3, 0o100644 << 16
+                fmu.writestr(entry, content[name], compresslevel=9)
+
     target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.with_suffix(".partial")
-    with zipfile.ZipFile(partial, "w") as archive:
-        for name in sorted(content):
-            entry = zipfile.ZipInfo(name, NO_TIME)
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.create_system, entry.external_attr = 3, 0o100644 << 16
-            archive.writestr(entry, content[name], compresslevel=9)
-    partial.replace(target)
+    write_atomically(target, archive)
     return target
-
-
-def _replace(target: Path, content: bytes) -> None:
-    """Write a file that other processes may read or write at the same time."""
-    descriptor, partial = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}-")
-    with os.fdopen(descriptor, "wb") as file:
-        file.write(content)
-    Path(partial).replace(target)
