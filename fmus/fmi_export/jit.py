@@ -15,6 +15,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 try:
     import numba
+    import numba.extending
 
     COMPILED = True
 except ImportError:  # the kernels are ordinary Python too, only slower
@@ -25,12 +26,22 @@ def kernel(function: F) -> F:
     """Compile `function` in numba's nopython mode, with IEEE division and an on-disk cache.
 
     A kernel takes flat float64 arrays and scalars, allocates nothing and raises nothing: the same source is
-    later compiled into FMUs that need no Python.
+    later compiled into FMUs that need no Python. It is compiled without numba's run-time system (`_nrt`): allocating
+    is then an error of compilation, and no time goes into counting references to arrays, which is most of it otherwise.
     """
     if not COMPILED:
         return function
     with _cache_of(function.__module__.split(".")[0]):
-        return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+        options: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False}
+        return cast(F, numba.njit(**options)(function))
+
+
+def views(function: F) -> F:
+    """Let kernels call `function`, which hands out views into its arguments; called from Python it stays Python.
+
+    A kernel cannot give a view to Python: it does not own the memory.
+    """
+    return numba.extending.register_jitable(function) if COMPILED else function
 
 
 @contextmanager

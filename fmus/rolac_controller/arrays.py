@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fmi_export.jit import kernel
+from fmi_export.jit import views
 from fmi_export.model import Array
 from rolac_controller import fourier, identification, inverse, notch, olac, pid, sensors, stored, supervision
 from rolac_controller.adaptation import N_U
@@ -71,7 +71,7 @@ def n_state(constants: Array) -> int:
     return TABLE + stored.size_of(constants)
 
 
-@kernel
+@views
 def state_of(state: Array) -> State:
     """The state by its uses."""
     return State(
@@ -89,7 +89,7 @@ def state_of(state: Array) -> State:
     )
 
 
-@kernel
+@views
 def scratch_of(work: Array) -> Scratch:
     """The scratch array by its uses."""
     return Scratch(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rolac_controller import identification
@@ -91,4 +92,4 @@ def show_identification(inputs: Array, s: State, outputs: Array) -> None:
     outputs[IDENTIFIED_SPEED] = memory[identification.IDENTIFIED]
     outputs[CONDITION] = memory[identification.CONDITIONS + shown]
     result = identification.RESULT + shown * N_MATRIX
-    outputs[RECEPTANCE : RECEPTANCE + N_MATRIX] = memory[result : result + N_MATRIX]
+    copy(memory[result : result + N_MATRIX], outputs[RECEPTANCE:])

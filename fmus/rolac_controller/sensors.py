@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rolac_controller.chain import is_on
@@ -117,7 +118,7 @@ def measure(parameters: Array, inputs: Array, memory: Array, started: bool, samp
                 settle(of_sensor, memory[SHOWN + s])
                 measured[s] = memory[SHOWN + s]
     else:
-        measured[:] = memory[SHOWN:FILTERS]
+        copy(memory[SHOWN:FILTERS], measured)
     if is_on(parameters, ADC):
         volts_per_metre = parameters[SENSITIVITY]
         for s in range(N_SENSORS):

@@ -7,6 +7,7 @@ more.
 
 from __future__ import annotations
 
+from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rolac_controller.inverse import N_MATRIX, invert
@@ -41,7 +42,7 @@ def row(number: int) -> int:
 def load(constants: Array, weights: Array, max_condition: float, table: Array, scratch: Array) -> bool:
     """Put the built table into use; False if the sensor weights leave one of its receptances ill-conditioned."""
     end = row(int(constants[0]))
-    table[:end] = constants[:end]
+    copy(constants[:end], table)
     unit = True
     for s in range(N_SENSORS):
         unit = unit and weights[s] == 1.0
@@ -121,6 +122,6 @@ def store(table: Array, order: float, speed: float, receptance: Array, h: Array)
         table[0] = count + 1
     at = row(place)
     table[at + ORDER], table[at + SPEED] = order, speed
-    table[at + R : at + H] = receptance
-    table[at + H : at + N_ROW] = h
+    copy(receptance, table[at + R :])
+    copy(h, table[at + H :])
     return True

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from rotor_contact.constants import Structure
 from rotor_contact.contact import DRIVE, LOSS, MODE, PLANE, RHS, SIGN, SITE_COLUMNS
@@ -20,7 +20,7 @@ HEAD = ANGLE + 2
 
 
 class Scratch(NamedTuple):
-    """The scratch array by its uses: table of sites, contact equations, integration, coefficients of the motion."""
+    """The scratch array by its uses: table of sites, contact equations, integration, motion, orbit."""
 
     sites: Array
     equations: Array
@@ -28,6 +28,7 @@ class Scratch(NamedTuple):
     coefficients: Array
     forces: Array
     bearings: Array
+    orbit: Array
 
 
 def n_state(constants: Array) -> int:
@@ -36,20 +37,20 @@ def n_state(constants: Array) -> int:
 
 
 def n_work(constants: Array) -> int:
-    """Size of the scratch array for the rotor with these constants; the start on an orbit uses it its own way."""
+    """Size of the scratch array for the rotor with these constants."""
     n = int(constants[0])
-    running = (
+    return (
         N_SITES * SITE_COLUMNS
         + RHS * (RHS + 1)
         + RUNGE_ROWS * (2 * n + TALLIES)
         + (2 * n + 3) * n
         + 3 * n
         + N_BEARINGS * BEARING_COLUMNS
+        + 2 * n * (2 * n + 1)
     )
-    return running + 2 * n * (2 * n + 1)
 
 
-@kernel
+@views
 def scratch_of(work: Array, n: int) -> Scratch:
     """Views into the scratch array of a rotor with n degrees of freedom."""
     end = N_SITES * SITE_COLUMNS
@@ -64,14 +65,9 @@ def scratch_of(work: Array, n: int) -> Scratch:
     forces = work[start:end].reshape(3, n)
     start, end = end, end + N_BEARINGS * BEARING_COLUMNS
     bearings = work[start:end].reshape(N_BEARINGS, BEARING_COLUMNS)
-    return Scratch(sites, equations, runge, coefficients, forces, bearings)
-
-
-@kernel
-def orbit_equations(work: Array, n: int) -> Array:
-    """The end of the scratch array, for 2 n equations and their right-hand side."""
-    size = 2 * n * (2 * n + 1)
-    return work[work.shape[0] - size :].reshape(2 * n, 2 * n + 1)
+    start, end = end, end + 2 * n * (2 * n + 1)
+    orbit = work[start:end].reshape(2 * n, 2 * n + 1)
+    return Scratch(sites, equations, runge, coefficients, forces, bearings, orbit)
 
 
 @kernel

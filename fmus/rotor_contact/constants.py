@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmi_export.jit import kernel
+from fmi_export.jit import views
 from fmi_export.model import Array
 from rotor_contact.assembly import assemble
 from rotor_contact.interface import N_BEARINGS, N_DISCS, N_SENSORS, N_SITES
@@ -100,7 +100,7 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
     return np.concatenate([[float(reduced.size)], *(np.ravel(part) for part in structure)])
 
 
-@kernel
+@views
 def structure_of(constants: Array) -> Structure:
     """Views into the flat constants."""
     n = int(constants[0])

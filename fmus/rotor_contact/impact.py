@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.contact import (
@@ -119,7 +120,7 @@ def newton_impact(M: Array, Minv: Array, sites: Array, equations: Array, v: Arra
     A combination of restitution and friction that would create energy (possible with several coupled sites) is
     repeated without either. The energy is that of the whole contact: what friction takes from the spin counts.
     """
-    before[:] = v
+    copy(v, before)
     for k in range(N_SITES):
         if sites[k, MARK] == TOUCHING:
             begin_slip(sites, k, v, Omega)
@@ -168,7 +169,7 @@ def _impulses(Minv: Array, sites: Array, equations: Array, v: Array, before: Arr
                     equations[row + 1, RHS] = -slip_velocity(sites, k, before, Omega)
         if not solve(equations, size, RHS):
             return False
-        v[:] = before
+        copy(before, v)
         weakest = 0
         for k in range(N_SITES):
             sites[k, P_N] = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.compliant import apply_compliant, compliant_limit
@@ -34,7 +35,7 @@ def derivative(Minv: Array, m: Motion, sites: Array, equations: Array, tau: floa
     q = z[:n]
     v = z[n : 2 * n]
     a = dz[n : 2 * n]
-    dz[:n] = v
+    copy(v, dz)
     Omega = spin(m, tau)
     free_acceleration(m, tau, q, v, a)
     compression = apply_compliant(Minv, sites, q, v, Omega, a)

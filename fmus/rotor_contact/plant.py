@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
 from rotor_contact.arrays import (
@@ -13,7 +14,6 @@ from rotor_contact.arrays import (
     load_sites,
     n_state,
     n_work,
-    orbit_equations,
     scratch_of,
     store_sites,
 )
@@ -58,13 +58,13 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     z = state[HEAD : HEAD + 2 * n + TALLIES]
     if parameters[ORBIT] != 0.0:
         motion = prepare(s, parameters, inputs, 0.0, x.coefficients, x.forces, x.bearings)
-        if not start_on_orbit(motion, orbit_equations(work, n), z[:n], z[n : 2 * n]):
+        if not start_on_orbit(motion, x.orbit, z[:n], z[n : 2 * n]):
             return FAULT_NO_ORBIT
         put_back(x.sites, z[:n], z[n : 2 * n], inputs[OMEGA])
-        x.runge[Z] = z
+        copy(z, x.runge[Z])
         if not settle(s.Minv, motion, x.sites, x.equations, x.runge, 0.0, 0.0):
             return FAULT_SINGULAR
-        z[:] = x.runge[Z]
+        copy(x.runge[Z], z)
         store_sites(x.sites, state, z)
     state[ENERGY_AT_START] = mechanical_energy(s, parameters, x.sites, z[:n], z[n : 2 * n], outputs)
     write_outputs(s, parameters, state, x.sites, inputs[OMEGA], outputs)
@@ -90,13 +90,13 @@ def step(
     x = scratch_of(work, n)
     z = state[HEAD : HEAD + 2 * n + TALLIES]
     load_sites(s, parameters, state, x.sites)
-    x.runge[Z] = z
+    copy(z, x.runge[Z])
     motion = prepare(s, parameters, inputs, state[ANGLE], x.coefficients, x.forces, x.bearings)
     law = int(parameters[IMPACT_LAW])
     fault = advance(s.M, s.Minv, motion, x.sites, x.equations, x.runge, law, step_size, parameters[MAX_SUBSTEP])
     if fault != 0:
         return fault
-    z[:] = x.runge[Z]
+    copy(x.runge[Z], z)
     store_sites(x.sites, state, z)
     Omega = inputs[OMEGA] + inputs[OMEGA_DOT] * step_size
     state[ANGLE] = (state[ANGLE] + 0.5 * (inputs[OMEGA] + Omega) * step_size) % (2.0 * math.pi)

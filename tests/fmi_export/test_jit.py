@@ -66,3 +66,17 @@ def test_a_kernel_divides_as_ieee_arithmetic_does():
         return a / b
 
     assert quotient(1.0, 0.0) == pytest.approx(float("inf"))
+
+
+def test_a_kernel_that_allocates_is_not_compiled():
+    import numba
+    import numpy as np
+
+    from fmi_export.jit import kernel
+
+    @kernel
+    def total(n):
+        return np.ones(n).sum()
+
+    with pytest.raises(numba.core.errors.TypingError):
+        total(3)

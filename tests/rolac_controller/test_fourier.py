@@ -178,9 +178,8 @@ def test_growing_amplitude_is_shown_as_its_mean_over_the_revolution(bench, speed
 
 
 @kernel
-def run_long(window, orders, q, delta, samples, large):
+def run_long(window, orders, q, sensors, delta, samples, large):
     """A large signal for all but the last revolutions, then a small tone; whole run in one call."""
-    sensors = np.zeros(N_SENSORS)
     theta = 0.0
     for n in range(samples):
         size = large if n < samples - 500 else 1e-6
@@ -196,7 +195,7 @@ def run_long(window, orders, q, delta, samples, large):
 def test_millions_of_samples_leave_no_drift(samples):
     window, q = np.zeros(N_WINDOW), np.zeros(N_HARMONICS * N_Q)
     orders = np.array([1.0, 3.0, 0.0, 0.0])
-    turn = run_long(window, orders, q, 2.0 * math.pi / 125.0, samples, 0.05)
+    turn = run_long(window, orders, q, np.zeros(N_SENSORS), 2.0 * math.pi / 125.0, samples, 0.05)
     assert turn == pytest.approx(125.0, abs=1e-9)
     expected = 1e-6 * np.exp(0.1j * np.arange(N_SENSORS))
     # Sums of the large signal rounded to 1e-17 m would show here; a refreshed sum does not know it any more.

@@ -139,13 +139,6 @@ int64_t run_step(Run *run, Scratch *scratch, double time, double step_size)
     return finish(run, scratch, raised, fault);
 }
 
-/* What numba asks for when it assigns an array to one that overlaps it. Nothing is allocated during a step: it fails. */
-__attribute__((visibility("hidden"))) void *no_memory(size_t size)
-{
-    (void)size;
-    return NULL;
-}
-
 /* numba asks this before it views a part of an array in another shape. Strides of `count` dimensions for elements that
    stand one after another, last index fastest; 0 if the elements of the given array do not. */
 __attribute__((visibility("hidden"))) int32_t numba_attempt_nocopy_reshape(int64_t count, const int64_t *sizes,

@@ -1,11 +1,8 @@
 """The two kernels of a model as one LLVM module that needs nothing but a C library's mathematics.
 
-numba compiles for the processor it runs on, so that is done anew in a process that is told of none. What numba leaves
-in the code for Python's sake is removed:
-
-    reference counts    the arrays of an FMU have no owner: counting does nothing
-    exceptions          their text is dropped; the kernel's status says that there was one
-    allocation          there must be none; a kernel that allocates is refused
+numba compiles for the processor it runs on, so that is done anew in a process that is told of none. Kernels are
+compiled without numba's run-time system: they count no references, and one that allocates is refused. What numba leaves
+in the code for Python's sake are exceptions; their text is dropped, and the kernel's status says that there was one.
 """
 
 from __future__ import annotations
@@ -29,7 +26,7 @@ ENTRIES = ("kernel_initialise", "kernel_step")
 ALLOWED = re.compile(
     "acos|asin|atan2?|cbrt|ceil|copysign|cosh?|erfc?|exp2?|expm1|fabs|floor|fma|fmax|fmin|fmod|frexp|hypot|ldexp|lgamma|"
     "log|log10|log1p|log2|modf|nearbyint|nextafter|pow|rint|round|sinh?|sqrt|tanh?|tgamma|trunc|"
-    "memcpy|memmove|memset|no_memory|numba_attempt_nocopy_reshape"
+    "memcpy|memmove|memset|numba_attempt_nocopy_reshape"
 )
 
 EXCEPTION = "__excinfo"  # begins the name of a function that puts an exception together from values
@@ -95,8 +92,17 @@ def main() -> None:
     try:
         assembly = without_python([_initialise_entry(kernels[0]), _step_entry(kernels[1])])
     except Exception as error:
-        sys.exit(" ".join(str(error).split()) or repr(error))
+        sys.exit(_in_one_line(error))
     Path(sys.argv[2]).write_text(assembly, encoding="utf-8")
+
+
+def _in_one_line(error: Exception) -> str:
+    """What numba complains about; of what needs its run-time system, only where it is."""
+    text = " ".join(re.sub(r"\x1b\[\d*m", "", str(error)).split()) or repr(error)
+    if "NRT required" not in text and "Only accept returning of array" not in text:
+        return text
+    place = next((p for p in re.findall(r" at (\S+ \(\d+\))", text) if "/numba/" not in p), "")
+    return f"a kernel must not allocate, return an array or raise an exception with values in it: {place}"
 
 
 def _initialise_entry(kernel: Callable[..., int]) -> Any:
@@ -146,14 +152,12 @@ def without_python(entries: list[Any]) -> str:
     return re.sub(r"^(target |source_filename|; ModuleID).*\n", "", str(module), flags=re.MULTILINE)
 
 
-# What these do for Python has no place here. Arrays of an FMU have no owner, so counting references is nothing. numba
-# asks for memory only to assign an array to one that overlaps it; instance.c gives it none, and the kernel fails. Every
-# exception is the same one, which says nothing: the pickled ones hold paths of this machine.
+# The entries count references to the arrays they make of addresses; nobody owns those. Every exception is the same one,
+# which says nothing: the pickled ones hold paths of this machine.
 RUNTIME = """
 @no_exception = internal constant { ptr, i32, ptr, ptr, i32 } zeroinitializer
 define internal void @NRT_incref(ptr %p) { ret void }
 define internal void @NRT_decref(ptr %p) { ret void }
-define internal void @NRT_Free(ptr %p) { ret void }
 """
 
 
@@ -163,14 +167,6 @@ def _cut(assembly: str) -> str:
     for name in re.findall(r"@(\w+)\(", RUNTIME):
         assembly = re.sub(rf"^define [^@\n]*@{name}\(.*?^\}}", "", assembly, flags=flags)
         assembly = re.sub(rf"^declare [^@\n]*@{name}\(.*?$", "", assembly, flags=flags)
-    assembly = assembly.replace("@NRT_Allocate(", "@no_memory(")
-    # It words the error of an assignment between different shapes, out of strings.
-    assembly = re.sub(
-        r"^define [^@\n]*(i32 @_ZN5numba2np8arrayobj\w*raise_with_shape_context[^\n]*)\{\n.*?^\}",
-        r"define internal \1{ ret i32 1 }",
-        assembly,
-        flags=flags,
-    )
     # Unless it is optimised away, such a variable is now one that nobody defines.
     assembly = re.sub(r"^(@numba\.dynamic\.globals\.\w+ =) .*?$", r"\1 external global ptr", assembly, flags=flags)
     lines = (
@@ -207,10 +203,7 @@ def _refuse_what_needs_python(module: Any) -> None:
     names = {name for name in names if not ALLOWED.fullmatch(name)}
     names |= {function.name for function in functions if function.name.startswith(EXCEPTION)}
     if names:
-        raise ValueError(
-            f"the kernels call {', '.join(sorted(names))}, which an FMU does not have; "
-            "a kernel must not allocate, print, or raise an exception with values in it"
-        )
+        raise ValueError(f"the kernels call {', '.join(sorted(names))}, which an FMU does not have")
     processors = sorted({f.name for f in functions if re.match(r"llvm\.(x86|aarch64)\.", f.name)})
     if processors:
         raise ValueError(f"the kernels are compiled for one processor only: {', '.join(processors)}")
