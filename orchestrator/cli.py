@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from orchestrator.commands import analysis, bench, build, run
+from orchestrator.commands import analysis, bench, build, identify, run
 
 
 @click.group()
@@ -13,5 +13,5 @@ def main() -> None:
     """Co-simulation of a flexible rotor in magnetic bearings that can touch its retainer bearings."""
 
 
-for command in (*run.COMMANDS, *build.COMMANDS, *analysis.COMMANDS, *bench.COMMANDS):
+for command in (*run.COMMANDS, *build.COMMANDS, *identify.COMMANDS, *analysis.COMMANDS, *bench.COMMANDS):
     main.add_command(command)

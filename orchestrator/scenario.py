@@ -88,6 +88,8 @@ class Scenario(_Strict):
 
     The speed is `Omega` until cycle 0 begins, and from then on linear through the points of `speed` and constant
     after the last; without points it stays.
+    Models are built for the rotor in the file `rotor`, the rig by default; the controller has the H of the table of
+    `receptances` in place of the rotor model's.
     Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
     unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs stand
     for any characters and any one.
@@ -96,6 +98,8 @@ class Scenario(_Strict):
     description: str
     source: str = ""
     system: str = "levitated"
+    rotor: str | None = None
+    receptances: str | None = None
     gradient: bool = True
     coupling: Coupling | None = None
     communication_step: Value = "250 us"
@@ -222,6 +226,9 @@ def _read(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         raise ValueError(f"scenario {name}: it is its own base ({' -> '.join((*derived, name))})")
     data = _parse(source.read_text(encoding="utf-8"), name)
     folder = source.parent if isinstance(source, Path) else Path()
+    for key in ("rotor", "receptances"):
+        if isinstance(data.get(key), str):
+            data[key] = str(folder / data[key])
     if isinstance(data.get("fmu"), dict):
         data["fmu"] = {component: str(folder / str(fmu)) for component, fmu in data["fmu"].items()}
     base = data.pop("base", None)

@@ -7,12 +7,13 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
 from orchestrator import compiled
-from orchestrator.build import Fmu, provide
+from orchestrator.build import CONTROLLER, Fmu, check_loop, provide
 from orchestrator.component import FmuComponent
 from orchestrator.dataset import to_dataset
 from orchestrator.flavours import Flavour
@@ -40,10 +41,11 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run recorded, and what ended it early, if something did."""
+    """What a run recorded, what ended it early, if something did, and whether that was Ctrl-C."""
 
     dataset: xr.Dataset
     failure: str | None
+    interrupted: bool = False
 
 
 def prepare(
@@ -63,10 +65,18 @@ def prepare(
     system = load_system(scenario.system, {"gradient": scenario.gradient})
     for component in scenario.fmu:
         system.component(component)
-    fmus = {c.name: provide(scenario.fmu.get(c.name, c.fmu), flavour) for c in system.components}
+    sources = {c.name: scenario.fmu.get(c.name, c.fmu) for c in system.components}
+    rotor, table = (None if file is None else Path(file) for file in (scenario.rotor, scenario.receptances))
+    controller = next((c for c, source in sources.items() if source == CONTROLLER), None)
+    if table is not None and controller is None:
+        raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
+    fmus = {c: provide(source, flavour, rotor, table) for c, source in sources.items()}
     interfaces = {c: read_interface(fmu.folder, c) for c, fmu in fmus.items()}
     system.check(interfaces)
-    return Prepared(name, scenario, make_plan(scenario, system, interfaces, settings, until), fmus, interfaces)
+    plan = make_plan(scenario, system, interfaces, settings, until)
+    if table is not None and controller is not None:
+        check_loop(table, plan.parameters(interfaces)[controller])
+    return Prepared(name, scenario, plan, fmus, interfaces)
 
 
 def run(prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled") -> Outcome:
@@ -88,6 +98,7 @@ def run(prepared: Prepared, progress: Progress | None = None, loop: Loop = "comp
         positions, plan.first if prepared.scenario.record.settling else 0, prepared.scenario.record.every
     )
     failure: str | None = None
+    stopped = False
     with ExitStack() as stack, _deferred_interrupt() as interrupted:
         components = []
         for c in system.components:
@@ -120,6 +131,7 @@ def run(prepared: Prepared, progress: Progress | None = None, loop: Loop = "comp
         except StepFailed as error:
             failure = str(error)
         except KeyboardInterrupt:
+            stopped = True
             failure = f"interrupted at t = {recorder.reached * plan.step_size:.9g} s"
     dataset = to_dataset(
         prepared.name,
@@ -130,7 +142,7 @@ def run(prepared: Prepared, progress: Progress | None = None, loop: Loop = "comp
         recorder,
         failure,
     )
-    return Outcome(dataset, failure)
+    return Outcome(dataset, failure, stopped)
 
 
 def _flavour(fmus: Mapping[str, Fmu]) -> str:

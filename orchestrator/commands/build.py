@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from orchestrator.commands.options import FLAVOUR, ROTOR
+from orchestrator.commands.options import FLAVOUR, RECEPTANCES, ROTOR
 from orchestrator.commands.refusals import check_writable, refusing
 from orchestrator.flavours import Flavour
 
@@ -14,6 +14,7 @@ from orchestrator.flavours import Flavour
 @click.command()
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("build"), show_default=True)
 @ROTOR
+@RECEPTANCES
 @FLAVOUR
 @click.option(
     "--platform",
@@ -22,7 +23,9 @@ from orchestrator.flavours import Flavour
     help="Of native FMUs: linux64, win64, darwin64, aarch64-linux, aarch64-darwin, some of them with commas, or all; "
     "this machine's by default.",
 )
-def build(output: Path, rotor_file: Path | None, flavour: Flavour, platforms: str | None) -> None:
+def build(
+    output: Path, rotor_file: Path | None, receptances: Path | None, flavour: Flavour, platforms: str | None
+) -> None:
     """Build the FMUs into a folder."""
     from orchestrator.build import build_all
 
@@ -30,7 +33,7 @@ def build(output: Path, rotor_file: Path | None, flavour: Flavour, platforms: st
 
     with refusing():
         check_writable(output, is_folder=True)
-        for path in build_all(output, rotor_file, flavour, chosen):
+        for path in build_all(output, rotor_file, flavour, chosen, receptances):
             click.echo(path)
 
 

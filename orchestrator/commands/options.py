@@ -22,3 +22,16 @@ FLAVOUR = click.option(
     show_default=True,
     help="FMUs that PythonFMU runs, or compiled ones that need no Python.",
 )
+RECEPTANCES = click.option(
+    "--receptances",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Table of receptances (TOML), as identify writes it, for the controller's H; the rotor model's H by default.",
+)
+SETTINGS = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="COMPONENT.VARIABLE=VALUE",
+    help="Replace a value; units are understood.",
+)

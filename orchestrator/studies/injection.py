@@ -19,7 +19,8 @@ from fmi_export.model import Array
 from orchestrator.plan import SPEED, parse_settings
 from orchestrator.scenario import make_scenario
 from orchestrator.simulation import Prepared, prepare, run
-from orchestrator.studies.loop import Loop
+from orchestrator.studies.loop import loop_of
+from rolac_controller.names import CUSTOM
 
 PERIOD = 4.0  # s: lines every 0.25 Hz, every 1 Hz for each axis
 LOWEST, HIGHEST = 1.0, 2000.0  # Hz
@@ -42,10 +43,9 @@ class Measurement:
 def prepared_loop(speed: float, sample_time: float, amplifier: bool, delay: bool, settings: list[str]) -> Prepared:
     """The levitated rotor without unbalance, ready to run; with `delay` the currents come a sample late.
 
-    In Gauss-Seidel order the actuator then comes before the controller, and so gets the currents of the sample before:
-    all three must step with the samples. Without the delay, dynamic amplifiers are coupled at shorter steps.
+    Dynamic amplifiers are coupled at steps shorter than a sample.
     """
-    steps = STEPS_OF_A_SAMPLE if amplifier and not delay else 1
+    steps = STEPS_OF_A_SAMPLE if amplifier else 1
     scenario = make_scenario(
         {
             "description": "Levitated rotor with injected currents",
@@ -56,7 +56,7 @@ def prepared_loop(speed: float, sample_time: float, amplifier: bool, delay: bool
             "inputs": {"amb_actuator": {"*.command_voltage_?": 0.0}},
             "parameters": {
                 "amb_actuator": {"amplifier": int(amplifier), "mean_current": True},
-                "rolac_controller": {"sample_time": sample_time},
+                "rolac_controller": {"sample_time": sample_time, "chain.preset": CUSTOM, "chain.delay": delay},
                 "rotor_contact": {"solver.max_substep": SUBSTEP},
             },
             "record": {
@@ -66,24 +66,12 @@ def prepared_loop(speed: float, sample_time: float, amplifier: bool, delay: bool
         "sensitivity",
     )
     prepared = prepare("sensitivity", scenario, parse_settings(settings))
-    system = prepared.plan.system
-    controller, actuator, plant = (system.component(c) for c in ("rolac_controller", "amb_actuator", "rotor_contact"))
     changed = [name for name, value in prepared.plan.exogenous.items() if name != SPEED and value != 0.0]
     if changed:
         raise ValueError(f"{changed[0]} cannot be set here; only parameters can, so that currents alone move the rotor")
-    if controller.every != steps:
+    if prepared.plan.system.component("rolac_controller").every != steps:
         raise ValueError("rolac_controller.sample_time cannot be set here; --sample-time sets it for the whole loop")
-    order = (actuator, controller, plant) if delay else (controller, actuator, plant)
-    return replace(prepared, plan=replace(prepared.plan, system=replace(system, components=order)))
-
-
-def loop_of(prepared: Prepared, delay: bool) -> Loop:
-    """The linear loop with the parameters that a prepared run starts with."""
-    parameters = {
-        component: {name: value or 0.0 for name, value in values.items()}
-        for component, values in prepared.plan.parameters(prepared.interfaces).items()
-    }
-    return Loop(parameters, prepared.plan.speed, parameters["rolac_controller"]["sample_time"], int(delay))
+    return prepared
 
 
 def schroeder_phases(powers: Array) -> Array:
@@ -129,13 +117,13 @@ def settling_samples(decay: float, sample_time: float) -> int:
     return samples
 
 
-def measure(prepared: Prepared, delay: bool, decay: float) -> Measurement:
+def measure(prepared: Prepared, decay: float) -> Measurement:
     """Co-simulate with the multi-sines, discard the transient, and compare currents over one period.
 
     Parameters
     ----------
-    prepared, delay
-        From `prepared_loop`, and whether it has the delay.
+    prepared
+        From `prepared_loop`.
     decay
         Magnitude of the loop's slowest pole.
 
@@ -144,7 +132,7 @@ def measure(prepared: Prepared, delay: bool, decay: float) -> Measurement:
     ValueError
         If the run fails, or is not that of a linear rotor without contact.
     """
-    plan, loop = prepared.plan, loop_of(prepared, delay)
+    plan, loop = prepared.plan, loop_of(prepared)
     steps = round(loop.sample_time / plan.step_size)
     samples = 2 * round(0.5 * PERIOD / loop.sample_time)
     settling = settling_samples(decay, loop.sample_time)
@@ -161,8 +149,7 @@ def measure(prepared: Prepared, delay: bool, decay: float) -> Measurement:
     if outcome.failure is not None:
         raise ValueError(outcome.failure)
     _check_linear(outcome.dataset)
-    # What the controller gives to the actuator at a sample is seen after it, or before it if it comes a sample late.
-    first = settling if delay else settling + 1
+    first = settling + 1  # what the controller gives to the actuator at a sample is seen after it
     demanded = [outcome.dataset[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a in AXES]
     currents = np.array(demanded)[:, first : first + samples]
     at = np.arange(settling, settling + samples) % samples

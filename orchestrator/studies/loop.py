@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import control
 import numpy as np
@@ -21,10 +22,16 @@ import numpy as np
 from amb_actuator.force import current_stiffness, negative_stiffness
 from amb_actuator.interface import AXES, DYNAMIC, MEASURED, N_AXES
 from fmi_export.model import Array
+from orchestrator.simulation import Prepared
 from orchestrator.studies.tables import GEOMETRY
+from rolac_controller.chain import is_on
+from rolac_controller.closed_loop import parameter_array
+from rolac_controller.interface import CUTOFF, DELAY, DERIVATIVE_TIME, FILTER
+from rolac_controller.lowpass import coefficients
 from rotor_contact.assembly import assemble
 from rotor_contact.reduction import msdc
-from rotor_contact.rotor_file import load_rotor
+from rotor_contact.rotor import Rotor
+from rotor_contact.rotor_file import RIG, load_rotor
 
 AXIS_NAMES = tuple(f"{bearing}.{axis}" for bearing, axis in AXES)
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns of frequencies that rounding takes beyond it
@@ -42,17 +49,32 @@ class Loop:
         Time between samples of the controller (s).
     delay
         Samples by which the currents come later than the displacements that they answer.
+    rotor
+        The rig of the thesis by default.
     """
 
     parameters: Mapping[str, Mapping[str, float]]
     Omega: float
     sample_time: float
     delay: int = 0
+    rotor: Rotor = field(default_factory=load_rotor)
 
     def of_axis(self, component: str, axis: int, name: str) -> float:
         """A parameter of one axis: `k_s` of axis 3 is `mb2.k_s_y`."""
         bearing, direction = AXES[axis]
         return self.parameters[component][f"{bearing}.{name}_{direction}"]
+
+
+def loop_of(prepared: Prepared) -> Loop:
+    """The linear loop with the rotor and the parameters that a prepared run starts with."""
+    parameters = {
+        component: {name: value or 0.0 for name, value in values.items()}
+        for component, values in prepared.plan.parameters(prepared.interfaces).items()
+    }
+    controller = parameters["rolac_controller"]
+    delay = int(is_on(parameter_array(controller), DELAY))
+    description = load_rotor(Path(prepared.scenario.rotor or RIG))
+    return Loop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)
 
 
 def bearing_constants(loop: Loop, axis: int) -> tuple[float, float]:
@@ -63,13 +85,16 @@ def bearing_constants(loop: Loop, axis: int) -> tuple[float, float]:
     return negative_stiffness(*geometry), current_stiffness(*geometry)
 
 
-def rotor(loop: Loop) -> control.StateSpace:
-    """Displacements at the bearings (m) over coil currents (A): M q'' + (C + Omega G) q' + (K - B K_s B^T) q = B K_i I.
+def rotor(loop: Loop, nodes: tuple[int, ...] = ()) -> control.StateSpace:
+    """Displacements (m) over coil currents (A): M q'' + (C + Omega G) q' + (K - B K_s B^T) q = B K_i I.
 
-    Four inputs and outputs, in the order of the axes; the rotor is reduced as in its FMU.
+    Four inputs, in the order of the axes; outputs x and y of each of the nodes, by default those of the bearings.
+    The rotor is reduced as in its FMU.
     """
-    description = load_rotor()
-    model = msdc(assemble(description), description.planes.master).model
+    description = loop.rotor
+    full = assemble(description)
+    reduction = msdc(full, description.planes.master)
+    model, seen = reduction.model, reduction.right[full.rows(nodes or description.bearing_nodes)]
     for bearing, node in zip(("mb1", "mb2"), description.bearing_nodes, strict=True):
         own = loop.parameters["rotor_contact"]
         model = model.with_bearing(node, own[f"{bearing}.k_b"] * np.eye(2), own[f"{bearing}.c_b"] * np.eye(2))
@@ -83,7 +108,7 @@ def rotor(loop: Loop) -> control.StateSpace:
         ]
     )
     force = np.vstack([np.zeros((n, N_AXES)), Minv @ B @ k_i])
-    return control.ss(A, force, np.hstack([B.T, np.zeros((N_AXES, n))]), np.zeros((N_AXES, N_AXES)))
+    return control.ss(A, force, np.hstack([seen, np.zeros((len(seen), n))]), np.zeros((len(seen), N_AXES)))
 
 
 def amplifiers(loop: Loop) -> control.StateSpace:
@@ -95,13 +120,17 @@ def amplifiers(loop: Loop) -> control.StateSpace:
 
 
 def controllers(loop: Loop) -> control.StateSpace:
-    """Minus the demanded currents (A) over sampled displacements (m), z^-d PID(z) for each axis (5.1 to 5.4).
+    """Minus the demanded currents (A) over sampled displacements (m), z^-d F(z) PID(z) for each axis (5.1 to 5.4).
 
-    PID(z) = 1/K_i [ K_b + K_s + C_b (z - 1)/((tau + T) z - tau) + K_I T/(z - 1) ]
+    PID(z) = 1/K_i [ K_b + K_s + C_b (z - 1)/((tau + T) z - tau) + K_I T/(z - 1) ], and F the filter before it, if any
     """
     time = loop.sample_time
-    tau = loop.parameters["rolac_controller"]["derivative_time"]
+    parameters = parameter_array(loop.parameters["rolac_controller"])
+    tau = parameters[DERIVATIVE_TIME]
     later = control.tf([1.0], [1.0] + [0.0] * loop.delay, time)
+    if is_on(parameters, FILTER):
+        decay, new = coefficients(parameters[CUTOFF], time)
+        later *= control.tf([new, 1.0 - decay - new], [1.0, -decay], time)
     laws = []
     for axis in range(N_AXES):
         k_b, k_s, c_b, k_integral, k_i = (

@@ -10,8 +10,8 @@ from rich.table import Table
 
 from fmi_export.model import Array
 from orchestrator.studies import loop_figures
-from orchestrator.studies.injection import HIGHEST, LOWEST, loop_of, measure, prepared_loop
-from orchestrator.studies.loop import AXIS_NAMES, pole_frequency, response
+from orchestrator.studies.injection import HIGHEST, LOWEST, measure, prepared_loop
+from orchestrator.studies.loop import AXIS_NAMES, loop_of, pole_frequency, response
 from orchestrator.studies.loop import sensitivity as sensitivity_of
 from orchestrator.studies.modal import speed as spin_speed
 from orchestrator.studies.outcome import Outcome
@@ -33,10 +33,10 @@ def sensitivity(speed: str, amplifier: bool, delay: bool, sample_time: str, sett
     time = quantity(sample_time, "s", "sample-time")
     require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
     prepared = prepared_loop(spin_speed(speed), time, amplifier, delay, list(settings))
-    loop = loop_of(prepared, delay)
+    loop = loop_of(prepared)
     system = sensitivity_of(loop)
     poles = system.poles()
-    measured = measure(prepared, delay, float(np.abs(poles).max()))
+    measured = measure(prepared, float(np.abs(poles).max()))
     frequencies = curve_frequencies(poles, time)
     curves = np.abs(response(system, frequencies))
     expected = np.array([response(system, row)[k] for k, row in enumerate(measured.frequencies)])

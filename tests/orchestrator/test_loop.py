@@ -130,6 +130,15 @@ def test_derivative_filter_is_a_lag() -> None:
     np.testing.assert_allclose(filtered / sharp, np.broadcast_to(1.0 / (1.0 + 1e-4j * omega), sharp.shape), rtol=5e-3)
 
 
+def test_anti_aliasing_filter_is_a_lag() -> None:
+    omega = 2.0 * np.pi * FREQUENCIES
+    sharp, filtered = (
+        response(controllers(loop(sample_time=1e-6, preset=2, filter=on, cutoff=2000.0)), FREQUENCIES) for on in (0, 1)
+    )
+    lag = np.broadcast_to(1.0 / (1.0 + 1j * omega / (2.0 * np.pi * 2000.0)), sharp.shape)
+    np.testing.assert_allclose(filtered / sharp, lag, rtol=1e-4)
+
+
 def test_unstable_loop_is_refused_with_what_grows() -> None:
     with pytest.raises(ValueError, match=r"the loop is not stable: a vibration of 35\d\.\d Hz grows by 0\.01"):
         sensitivity(loop(sample_time=1e-3))

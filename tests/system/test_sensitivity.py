@@ -36,7 +36,11 @@ CASES: dict[str, tuple[dict[str, Any], float]] = {
     "amplifiers": ({"amplifier": True}, 0.01),
     "amplifiers and delay, sampled twice as often": (
         {"amplifier": True, "delay": True, "sample_time": "125 us"},
-        0.05,
+        0.01,
+    ),
+    "anti-aliasing filter": (
+        {"settings": ["rolac_controller.chain.filter=true", "rolac_controller.chain.cutoff=4 kHz"]},
+        0.001,
     ),
     "nonlinear law, filtered derivative, integral": (
         {

@@ -1,0 +1,293 @@
+"""Identification on the command line, and the table that it leaves: what is kept, what is refused, what it becomes."""
+
+from __future__ import annotations
+
+import io
+import math
+import signal
+import subprocess
+import sys
+import time
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from orchestrator.build import check_loop
+from orchestrator.scenario import load_scenario
+from orchestrator.simulation import Outcome, prepare
+from orchestrator.studies import identification
+from rolac_controller.names import AXES, CONTACT, DONE, FAILED, NO_ERROR, SENSOR_NAMES, WAITING
+from rolac_controller.table_file import ReceptanceTable, loop_of, read_table
+from rotor_contact.rotor_file import RIG
+
+LOOP = {f"{b}.{name}_{a}": value for b, a, _ in AXES for name, value in (("k_s", 2e6), ("k_i", 563.0))}
+
+
+def receptance(seed: int = 3) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    return 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)))
+
+
+@pytest.fixture
+def table():
+    """A table of the rig in the loop of the levitated system."""
+    empty = ReceptanceTable("bath_rig", loop_of(LOOP))
+    return empty.updated(60.0, receptance(3)).updated(100.0, receptance(4))
+
+
+def outputs(R: np.ndarray, state: int = DONE, error: int = NO_ERROR) -> xr.Dataset:
+    """What a run records that ended so."""
+    values = {"identification_state": state, "identification_error": error}
+    for k, s in enumerate(SENSOR_NAMES):
+        for i, (b, a, _) in enumerate(AXES):
+            values |= {f"r.{s}.{b}_{a}.re": R[k, i].real, f"r.{s}.{b}_{a}.im": R[k, i].imag}
+    return xr.Dataset({f"rolac_controller.{name}": ("time", [0.0, value]) for name, value in values.items()})
+
+
+@pytest.fixture
+def runs(monkeypatch):
+    """`runs(*outcomes)`: the simulations of identify end like this, one after the other."""
+
+    def script(*outcomes: Outcome) -> None:
+        left = iter(outcomes)
+        monkeypatch.setattr(identification, "run", lambda prepared, progress: next(left))
+
+    return script
+
+
+def test_each_speed_is_kept_and_a_failing_one_does_not_take_the_others_along(runner, runs, tmp_path):
+    ends = [
+        Outcome(outputs(receptance(1)), None),
+        Outcome(outputs(receptance(2), FAILED, CONTACT), None),
+        Outcome(outputs(receptance(2), WAITING), None),
+        Outcome(outputs(np.zeros((8, 4))), None),
+        Outcome(xr.Dataset(), "amb_actuator failed at t = 1 s"),
+        Outcome(outputs(receptance(6)), None),
+    ]
+    runs(*ends)
+    result = runner("identify", "--speeds", "10 Hz,12 Hz,13 Hz,14 Hz,15 Hz,100 rad/s", "-o", "t.toml")
+    assert result.exit_code == 1
+    assert "identification failed at 4 of 6 speeds; t.toml has the 2 done" in result.stderr
+    lines = [line for line in result.stdout.splitlines() if line.strip()]
+    words = (
+        "done",
+        "contact",
+        "waiting for a valid window",
+        "the receptance is ill-conditioned",
+        "amb_actuator failed",
+        "done",
+    )
+    for line, word in zip(lines[2:], words, strict=True):
+        assert word in line
+    kept = read_table(tmp_path / "t.toml", "bath_rig", loop_of(LOOP))
+    assert [entry.speed for entry in kept.entries] == [2.0 * math.pi * 10.0, 100.0]
+    np.testing.assert_array_equal(kept.entries[0].receptance, receptance(1))
+    np.testing.assert_array_equal(kept.entries[1].receptance, receptance(6))
+
+
+def test_a_new_identification_replaces_its_speed_and_leaves_the_others(runner, runs, table, tmp_path):
+    table.write(tmp_path / "t.toml")
+    runs(Outcome(outputs(receptance(8)), None))
+    result = runner("identify", "--speeds", "100 rad/s", "-o", "t.toml")
+    assert result.exit_code == 0, result.stderr
+    kept = read_table(tmp_path / "t.toml").entries
+    assert [entry.speed for entry in kept] == [60.0, 100.0]
+    np.testing.assert_array_equal(kept[0].receptance, receptance(3))
+    np.testing.assert_array_equal(kept[1].receptance, receptance(8))
+
+
+def test_an_interrupt_keeps_the_speeds_before_it(runner, runs, tmp_path):
+    runs(Outcome(outputs(receptance()), None), Outcome(xr.Dataset(), "interrupted at t = 2 s", interrupted=True))
+    result = runner("identify", "--speeds", "10 Hz,20 Hz,30 Hz", "-o", "t.toml")
+    assert result.exit_code == 1
+    assert "amb-cosim: interrupted at t = 2 s; t.toml has the 1 done" in result.stderr
+    assert [entry.speed for entry in read_table(tmp_path / "t.toml").entries] == [2.0 * math.pi * 10.0]
+
+
+def test_nothing_identified_writes_no_table(runner, runs, tmp_path):
+    runs(Outcome(xr.Dataset(), "interrupted at t = 2 s", interrupted=True))
+    result = runner("identify", "--speeds", "10 Hz", "-o", "t.toml")
+    assert result.exit_code == 1
+    assert "nothing was written to t.toml" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_speeds_are_the_twelve_of_the_thesis_unless_they_are_given(runner, runs, tmp_path):
+    runs(*[Outcome(outputs(receptance(k)), None) for k in range(12)])
+    assert runner("identify", "-o", "t.toml").exit_code == 0
+    hertz = [entry.speed / (2.0 * math.pi) for entry in read_table(tmp_path / "t.toml").entries]
+    assert hertz == pytest.approx([5, 10, 15, 20, 22, 24, 25, 26, 27, 28, 29, 35])
+
+
+BAD = {
+    "no number": (["--speeds", "fast"], "speeds = 'fast' is no number"),
+    "wrong dimension": (["--speeds", "3 m"], "'3 m' has unit m, which cannot be converted to rad/s"),
+    "standstill": (["--speeds", "0"], "Omega = 0 rad/s is not allowed; it must be > 0 rad/s"),
+    "too slow for a window": (
+        ["--speeds", "10 Hz,15"],
+        "speeds = 15 rad/s is not allowed; it must be >= 31.4159 rad/s, rolac.min_speed",
+    ),
+    "speed as a setting": (["--set", "Omega=90"], "Omega cannot be set here; --speeds sets it"),
+    "no such parameter": (["--set", "rolac_controller.alpha=1"], "rolac_controller has no variable 'alpha'"),
+    "no rotor file": (["--rotor", "none.toml"], "rotor file none.toml cannot be read"),
+    "no folder": (["-o", "no/t.toml"], "no/t.toml cannot be written to; there is no folder no"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_ends_with_one_message_and_nothing_written(runner, tmp_path, case):
+    arguments, expected = BAD[case]
+    result = runner("identify", *arguments)
+    assert_refused(result, expected)
+    assert list(tmp_path.iterdir()) == []
+
+
+def assert_refused(result, expected):
+    assert result.exit_code == 2
+    assert isinstance(result.exception, SystemExit)
+    assert expected in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+
+
+# Tables that are refused wherever they are given for the rig in the loop of the levitated system.
+WRONG = {
+    "another rotor": (lambda t: replace(t, rotor="pump"), None, "it is of rotor 'pump', not of 'bath_rig'"),
+    "truncated": (lambda t: t, -400, "cannot be read"),
+    "without its end": (lambda t: t, "[[receptance]] # 15.9155", "it has 1 receptances where entries = 2"),
+    "no table": (lambda t: t, 0, "format = None is not allowed"),
+}
+OTHER_LOOP = (
+    lambda t: replace(t, loop=loop_of(LOOP | {"mb1.c_b_x": 3e3})),
+    "mb1.c_b_x = 3000, not 5000; identify again",
+)
+
+
+@pytest.fixture
+def wrong(table, tmp_path):
+    """`wrong(case)`: writes such a table to t.toml and says how it must be refused."""
+
+    def write(case: str) -> str:
+        change, cut, expected = WRONG[case]
+        path = tmp_path / "t.toml"
+        change(table).write(path)
+        text = path.read_text(encoding="utf-8")
+        if cut is not None:
+            path.write_text(text[: text.index(cut) if isinstance(cut, str) else cut], encoding="utf-8")
+        return expected
+
+    return write
+
+
+@pytest.mark.parametrize("case", WRONG)
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run", "fig5_6", "--receptances", "t.toml"],
+        ["build", "-o", "fmus", "--receptances", "t.toml"],
+        ["identify", "--speeds", "10 Hz", "-o", "t.toml"],
+    ],
+    ids=lambda command: command[0],
+)
+def test_tables_that_do_not_belong_are_refused_and_stay_as_they_are(runner, wrong, tmp_path, command, case):
+    expected = wrong(case)
+    before = (tmp_path / "t.toml").read_bytes()
+    result = runner(*command)
+    assert_refused(result, expected)
+    assert "table of receptances t.toml" in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["t.toml"]
+    assert (tmp_path / "t.toml").read_bytes() == before
+
+
+@pytest.mark.parametrize("command", [["run", "fig5_6", "--receptances"], ["identify", "--speeds", "10 Hz", "-o"]])
+def test_tables_of_another_loop_are_refused(runner, table, tmp_path, command):
+    change, expected = OTHER_LOOP
+    change(table).write(tmp_path / "t.toml")
+    assert_refused(runner(*command, "t.toml"), expected)
+    table.write(tmp_path / "t.toml")
+    setting = ["--set", "rolac_controller.chain.preset=1"]
+    assert_refused(runner(*command, "t.toml", *setting), "chain.preset = 0, not 1; identify again")
+
+
+def test_a_missing_table_is_refused(runner):
+    assert_refused(runner("run", "fig5_6", "--receptances", "t.toml"), "table of receptances t.toml cannot be read")
+
+
+def test_a_table_without_a_controller_to_use_it_is_refused(runner, table, tmp_path):
+    table.write(tmp_path / "t.toml")
+    result = runner("run", "fig3_8", "--receptances", "t.toml")
+    assert_refused(result, "receptances t.toml have no use: no component of the run is the model rolac_controller")
+
+
+def stored(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        return np.load(io.BytesIO(archive.read("resources/constants.npy")))
+
+
+def test_the_controller_is_built_with_the_table(runner, table, tmp_path):
+    table.write(tmp_path / "t.toml")
+    assert runner("build", "-o", "fmus", "--receptances", "t.toml").exit_code == 0
+    np.testing.assert_array_equal(stored(tmp_path / "fmus" / "rolac_controller.fmu"), table.constants())
+    assert runner("build", "-o", "plain").exit_code == 0
+    assert stored(tmp_path / "plain" / "rolac_controller.fmu").size > table.constants().size
+    assert (tmp_path / "fmus" / "rotor_contact.fmu").stat().st_size == (
+        tmp_path / "plain" / "rotor_contact.fmu"
+    ).stat().st_size
+
+
+def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path):
+    """Also where another scenario, elsewhere, derives from it."""
+    folder = tmp_path / "cases"
+    folder.mkdir()
+    text = RIG.read_text(encoding="utf-8")
+    (folder / "mine.toml").write_text(text.replace('"bath_rig"', '"mine"'), encoding="utf-8")
+    replace(table, rotor="mine").write(folder / "t.toml")
+    (folder / "case.toml").write_text('base = "fig5_6"\nrotor = "mine.toml"\nreceptances = "t.toml"\n')
+    (tmp_path / "derived.toml").write_text('base = "cases/case.toml"\nsettle_cycles = 3\n')
+    for path in (folder / "case.toml", tmp_path / "derived.toml"):
+        prepared = prepare("case", load_scenario(str(path)))
+        np.testing.assert_array_equal(stored(prepared.fmus["rolac_controller"].path), table.constants())
+    (folder / "case.toml").write_text('base = "fig5_6"\nreceptances = "t.toml"\n')
+    with pytest.raises(ValueError, match="it is of rotor 'mine', not of 'bath_rig'"):
+        prepare("case", load_scenario(str(folder / "case.toml")))
+
+
+def test_unknown_parameters_of_a_controller_count_with_their_start_values(table, tmp_path):
+    table.write(tmp_path / "t.toml")
+    check_loop(tmp_path / "t.toml", {**LOOP, "pid.direct": None})
+    with pytest.raises(ValueError, match=r"pid\.direct = 0, not 1"):
+        check_loop(tmp_path / "t.toml", {**LOOP, "pid.direct": 1.0})
+
+
+@pytest.mark.slow
+def test_from_identification_to_a_run_with_what_it_found(cosim, tmp_path):
+    done = cosim("identify", "--speeds", "16 Hz,35 Hz", "-o", "t.toml", "--set", "rotor_contact.d1.u=3 g.m")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("done") == 2
+    used = cosim("run", "fig5_6", "--receptances", "t.toml", "--until", "0.01", "--no-plots", "-o", "out")
+    assert used.returncode == 0, used.stderr
+    touching = cosim(
+        "identify", "--speeds", "12 Hz", "-o", "t.toml", "--set", "rotor_contact.rb?.clearance=50 um"
+    )  # fmt: skip
+    assert touching.returncode == 1
+    assert "contact" in touching.stdout
+    assert len(read_table(tmp_path / "t.toml").entries) == 2
+
+
+@pytest.mark.slow
+def test_ctrl_c_leaves_a_whole_table_with_what_was_done(tmp_path):
+    code = "from orchestrator.cli import main; main(prog_name='amb-cosim')"
+    command = [sys.executable, "-c", code, "identify", "--speeds", "35 Hz,5 Hz,10 Hz", "-o", "t.toml"]
+    path = tmp_path / "t.toml"
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        while not path.exists() and process.poll() is None:
+            time.sleep(0.05)
+        time.sleep(1.0)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=120)
+    assert process.returncode == 1
+    assert "Traceback" not in errors
+    assert "interrupted at t = " in errors
+    assert [entry.speed for entry in read_table(path).entries] == [2.0 * math.pi * 35.0]
