@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 from rich.console import Console
 
-from orchestrator.commands.options import ROTOR
+from orchestrator.commands.options import FLAVOUR, ROTOR, SETTINGS
 from orchestrator.commands.printing import print_parts, show
+from orchestrator.commands.progress import simulating
 from orchestrator.commands.refusals import check_writable, refusing
 
 if TYPE_CHECKING:
@@ -23,13 +24,6 @@ MASS = click.option(
     "--mass", type=click.Choice(["diagonal", "consistent"]), default="diagonal", show_default=True, help="Mass matrix."
 )
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
-SETTINGS = click.option(
-    "--set",
-    "settings",
-    multiple=True,
-    metavar="COMPONENT.VARIABLE=VALUE",
-    help="Replace a parameter of an FMU; units are understood.",
-)
 UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
 
 
@@ -63,20 +57,30 @@ def study() -> None:
 
 
 def register(
-    name: str, description: str, *options: Option, module: str = "orchestrator.studies.rotor", any_rotor: bool = True
+    name: str,
+    description: str,
+    *options: Option,
+    module: str = "orchestrator.studies.rotor",
+    any_rotor: bool = True,
+    reports: bool = False,
 ) -> None:
     """Add a study to the command line.
 
-    Its function is `name` in `module`, imported when the study runs. It takes the options by keyword, and the rotor of
-    a file as `rotor` unless the study is not one of `any_rotor`; it returns an `orchestrator.studies.outcome.Outcome`.
+    Its function is `name` in `module`, imported when the study runs. It takes the options by keyword, the rotor of a
+    file as `rotor` unless the study is not one of `any_rotor`, and, if it `reports`, `progress`, which it calls with
+    what is done and how much there is; it returns an `orchestrator.studies.outcome.Outcome`.
     """
 
     def run(output: Path | None, **settings: Any) -> None:
         from orchestrator.studies.modal import read_rotor
 
         folder = output or Path("results") / f"study_{name}"
-        with refusing(), Console(stderr=True).status("computing (a first run compiles the models)"):
+        console = Console(stderr=True)
+        shown = simulating(console) if reports else console.status("computing (a first run compiles the models)")
+        with refusing(), shown as progress:
             check_writable(folder, is_folder=True)
+            if reports:
+                settings["progress"] = progress
             if any_rotor:
                 settings["rotor"] = read_rotor(settings.pop("rotor_file"))
             compute: Any = getattr(importlib.import_module(module), name)
@@ -139,6 +143,51 @@ register_loop(
     "K_s and K_i off the centre, range of the linear law, load capacity, slew rate and bandwidth of an axis.",
     click.option("--bias-current", default="4.43 A", show_default=True, help="Bias current of the coils."),
     click.option("--static-current", default="1.14 A", show_default=True, help="Current that carries the static load."),
+)
+
+TO_50_HZ = click.option("--up-to", default="50 Hz", show_default=True, help="Highest speed; also in rad/s.")
+LEVITATED = (
+    TO_50_HZ,
+    click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
+    click.option("--c-b", default="5000 N.s/m", show_default=True, help="Damping of the closed bearings."),
+)
+RECEPTANCE_STUDIES = "orchestrator.studies.receptances"
+
+register(
+    "receptance",
+    "Synchronous response of the eight sensors to the bearing forces over speed (Fig. 5.1).",
+    *LEVITATED,
+    module=RECEPTANCE_STUDIES,
+)
+register(
+    "test_force",
+    "Test force of an identification and how long it takes, over speed (Fig. 5.2).",
+    TO_50_HZ,
+    module="orchestrator.studies.excitation",
+    any_rotor=False,
+)
+register(
+    "h_matrix",
+    "H of the synchronous control over speed, exact and interpolated in a table, condition number (Fig. 5.3).",
+    *LEVITATED,
+    module=RECEPTANCE_STUDIES,
+)
+register(
+    "recovery",
+    "Share of runs that PID, OLAC, notch, force rejection and ROLAC free of contact, over the unbalance (Fig. 5.6).",
+    click.option(
+        "--steps",
+        default="8,12,16,20,24,28,32,36,40,44,48 g.m",
+        show_default=True,
+        help="Unbalances added on D1, before the factor of scenario fig5_6.",
+    ),
+    # A number that does not divide into quarter turns: the four axes would look the same to them.
+    click.option("--instants", type=int, default=5, show_default=True, help="Instants of the step within a turn."),
+    click.option("--alpha", default="7 1/s", show_default=True, help="Adaptation rate."),
+    FLAVOUR,
+    module="orchestrator.studies.recovery",
+    any_rotor=False,
+    reports=True,
 )
 
 COMMANDS = (modes, tables, study)

@@ -1,0 +1,305 @@
+"""The studies of the synchronous control: receptance, test force, H, recovery; what they find, write and refuse."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from orchestrator.commands import analysis
+from orchestrator.studies import excitation, receptances, recovery
+from orchestrator.studies.outcome import Outcome
+from rotor_analysis.receptance import receptance
+from rotor_contact.rotor_file import load_rotor
+
+S5, S3 = 4, 2  # sensors in x at MB1 and MB2
+MB1, MB2 = 0, 2  # forces in x
+
+PUMP = """
+name = "pump"
+[shaft]
+nodes = [0.0, 0.3, 0.6, 0.9]
+diameter = 0.04
+youngs_modulus = 2.1e11
+density = 7800.0
+poissons_ratio = 0.3
+[[bodies]]
+name = "impeller"
+node = 2
+mass = 20.0
+radius = 0.1
+width = 0.02
+[[bearings]]
+name = "left"
+node = 1
+[[bearings]]
+name = "right"
+node = 4
+[planes]
+master = [1, 2, 4]
+sensors = [1, 1, 4, 4]
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "rotor"), [("receptance", "bath_rig"), ("h_matrix", "bath_rig"), ("test_force", None)]
+)
+def test_study_writes_its_figure_and_its_data(runner, tmp_path, name, rotor):
+    result = runner("study", name)
+    assert result.exit_code == 0, result.output
+    assert f"results in results/study_{name}" in result.stdout
+    folder = tmp_path / "results" / f"study_{name}"
+    check_picture(folder / f"{name}.png")
+    assert json.loads((folder / f"{name}.json").read_text(), parse_constant=pytest.fail).get("rotor") == rotor
+
+
+def check_picture(path: Path) -> None:
+    picture = imread(path)[:, :, :3]
+    assert min(picture.shape[:2]) > 600
+    assert (picture.min(axis=2) < 0.99).mean() > 0.01
+
+
+def matrices(parts: dict) -> np.ndarray:
+    return np.array(parts["real"]) + 1j * np.array(parts["imaginary"])
+
+
+# Receptance
+
+
+def responses(k_b: str = "1e6 N/m", c_b: str = "5000 N.s/m") -> np.ndarray:
+    return matrices(receptances.receptance(load_rotor(), "50 Hz", k_b, c_b).data["receptance_m_per_N"])
+
+
+@pytest.fixture(scope="module")
+def R() -> np.ndarray:
+    """From 1 to 50 Hz, shape (speeds, 8, 4)."""
+    return responses()
+
+
+@pytest.mark.parametrize("k_b", [1e6, 2e6])
+def test_slow_force_at_a_bearing_moves_that_bearing_alone_by_its_stiffness(k_b):
+    """Two bearings carry the rotor statically determinately, and the force at one is its own reaction."""
+    slow = responses(k_b=f"{k_b} N/m")[0]
+    assert slow[[S5, S3], [MB1, MB2]].real == pytest.approx(1.0 / k_b, rel=0.04)
+    assert np.abs(slow[[S3, S5], [MB1, MB2]]).max() < 0.01 / k_b
+
+
+def test_vibration_lags_the_force_that_moves_it(R):
+    assert np.all(R[:, [S5, S3], [MB1, MB2]].imag < 0.0)
+
+
+def test_receptance_between_the_bearings_is_reciprocal_and_the_same_in_all_directions(R):
+    np.testing.assert_allclose(R[:, S5, MB2], R[:, S3, MB1], rtol=1e-9)
+    np.testing.assert_allclose(R[:, 1::2, 1::2], R[:, ::2, ::2], rtol=1e-9)
+    np.testing.assert_allclose(R[:, 1::2, ::2], -R[:, ::2, 1::2], rtol=1e-6, atol=1e-18)
+
+
+def test_damping_of_the_bearings_lowers_the_resonance(R):
+    assert np.abs(responses(c_b="6000 N.s/m")).max() < 0.9 * np.abs(R).max()
+
+
+def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):
+    (tmp_path / "pump.toml").write_text(PUMP)
+    assert runner("study", "receptance", "--rotor", "pump.toml", "-o", "out").exit_code == 0
+    data = json.loads((tmp_path / "out" / "receptance.json").read_text())
+    assert (data["rotor"], data["planes_z_m"]) == ("pump", [0.0, 0.0, 0.9, 0.9])
+    found = matrices(data["receptance_m_per_N"])
+    assert found.shape == (len(data["speeds_hz"]), 8, 4)
+    np.testing.assert_allclose(found[:, :2], found[:, 2:4], rtol=1e-12)
+
+
+# Test force
+
+
+@pytest.fixture(scope="module")
+def force() -> dict:
+    return excitation.test_force("50 Hz").data
+
+
+def test_force_and_duration_of_an_identification_are_those_of_the_thesis(force):
+    data = force["at_the_speeds_of_the_thesis"]
+    at = {round(f, 9): k for k, f in enumerate(data["frequencies_hz"])}
+    assert data["amplitude_N"][at[10.0]] == pytest.approx(220.0 / 4.5)
+    assert data["amplitude_N"][at[35.0]] == pytest.approx(550.0)
+    assert data["t_halt_s"][at[5.0]] == pytest.approx(54.0)
+    for f in (15.0, 20.0, 35.0):
+        assert data["t_halt_s"][at[f]] == pytest.approx(18.0)
+
+
+def test_force_jumps_at_30_hz_and_nowhere_else(force):
+    assert force["at_the_jump"]["amplitude_N"] == pytest.approx([440.0, 550.0])
+    assert force["at_the_jump"]["s"] == pytest.approx([0.5, 0.4])
+    f, s = np.array(force["frequencies_hz"]), np.array(force["s"])
+    steep = np.abs(np.diff(s)) > 0.3 * np.diff(f) + 1e-9  # S changes by 0.25 per Hz or less
+    assert np.flatnonzero(steep).tolist() == [int(np.searchsorted(f, 30.0)) - 1]
+
+
+def test_slots_are_whole_periods_that_last_three_seconds_or_longer(force):
+    f, slots = np.array(force["frequencies_hz"]), np.array(force["periods_per_slot"])
+    assert np.all(slots == np.round(slots))
+    assert np.all(slots / f >= 3.0 - 1e-6)
+    assert np.all(slots / f < np.maximum(3.0, 45.0 / f) + 1.0 / f)
+
+
+def test_range_below_the_jump_has_none():
+    data = excitation.test_force("25 Hz").data
+    assert data["at_the_jump"]["frequencies_hz"] == []
+    assert data["frequencies_hz"][-1] == pytest.approx(25.0)
+
+
+# H
+
+
+@pytest.fixture(scope="module")
+def inverse() -> dict:
+    return receptances.h_matrix(load_rotor(), "50 Hz", "1e6 N/m", "5000 N.s/m").data
+
+
+def test_full_step_with_the_exact_h_leaves_no_force(inverse):
+    """H R = -I: the force that H answers a vibration with is against the one that causes it."""
+    H, speeds = matrices(inverse["h_N_per_m"]), np.array(inverse["speeds_hz"])
+    product = H @ receptance(2.0 * np.pi * speeds)
+    np.testing.assert_allclose(product, np.broadcast_to(-np.eye(4), product.shape), atol=1e-10)
+
+
+def test_h_of_the_table_is_exact_at_its_speeds_and_nowhere_between(inverse):
+    speeds, errors = np.array(inverse["speeds_hz"]), inverse["tables"]["thesis"]
+    known = np.isin(speeds, inverse["table_hz"])
+    between = (speeds < 35.0) & (np.abs(speeds - np.array(inverse["table_hz"])[:, None]).min(axis=0) > 0.01)
+    assert known.sum() == 12
+    for values in map(np.array, errors.values()):
+        assert values[known].max() < 1e-10
+        assert values[between].min() > 1e-5
+
+
+def test_step_between_the_speeds_of_the_table_still_reduces_the_force(inverse):
+    speeds, left = np.array(inverse["speeds_hz"]), np.array(inverse["tables"]["thesis"]["left_by_a_step"])
+    assert 0.05 < left[speeds <= 35.0].max() < 0.15
+    assert np.array(inverse["condition_number"]).max() < 5.0
+
+
+def test_h_beyond_the_table_is_that_of_its_last_speed(inverse):
+    H, speeds = matrices(inverse["h_interpolated_N_per_m"]), np.array(inverse["speeds_hz"])
+    beyond, last = H[speeds > 35.0], H[speeds == inverse["table_hz"][-1]]
+    np.testing.assert_allclose(beyond, np.broadcast_to(last, beyond.shape), rtol=1e-12)
+
+
+def test_error_of_linear_interpolation_falls_with_the_square_of_the_spacing():
+    speeds = 2.0 * np.pi * np.linspace(12.0, 20.0, 101)
+    exact = receptances.interpolated(speeds, receptance(speeds), speeds)
+    errors = []
+    for spacing in (1.0, 0.5):
+        table = 2.0 * np.pi * np.arange(12.0, 20.0 + spacing, spacing)
+        errors.append(np.abs(receptances.interpolated(table, receptance(table), speeds) - exact).max())
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
+
+
+# Recovery
+
+
+def test_unit_of_a_list_of_unbalances_may_be_said_once():
+    assert recovery.unbalances("24, 8,16 g.m") == pytest.approx([8e-3, 16e-3, 24e-3])
+    assert recovery.unbalances("1e1,2E+1g.m") == pytest.approx([10e-3, 20e-3])
+    assert recovery.unbalances("8 g.m,0.01 kg.m") == pytest.approx([8e-3, 10e-3])
+    assert recovery.unbalances("0.02") == pytest.approx([20e-3])
+
+
+def test_runs_are_those_of_the_scenario_but_for_the_step():
+    case = recovery.Case("PID + ROLAC", 32e-3, 5.4, 7.0)
+    scenario, base = recovery.scenario(case), recovery.load_scenario("fig5_6")
+    (step,) = scenario.event
+    assert (step.label, step.cycle) == ("step", 5.4)
+    assert step.set["rotor_contact"]["d1.u"] == pytest.approx(37e-3)
+    same = ("Omega", "settle_cycles", "unbalance_factor", "inputs", "parameters", "system", "communication_step")
+    assert all(getattr(scenario, name) == getattr(base, name) for name in same)
+    assert scenario.record.every == 1
+
+
+def test_share_counts_the_runs_recovered_and_the_time_those_that_touched_or_not(monkeypatch, runner, tmp_path):
+    """Of four instants one run never touches, one is free after 3 cycles, one after 9, one never."""
+    last = {5.0: (True, None), 5.25: (True, 8.25), 5.5: (True, 14.5), 5.75: (False, 60.0)}
+    monkeypatch.setattr(
+        recovery, "outcomes", lambda cases, progress: [recovery.Result(*last[case.cycle]) for case in cases]
+    )
+    result = runner("study", "recovery", "--steps", "8,16 g.m", "--instants", "4", "--alpha", "5", "-o", "out")
+    assert result.exit_code == 0, result.output
+    assert "75, 3.0" in result.stdout
+    data = json.loads((tmp_path / "out" / "recovery.json").read_text())
+    check_picture(tmp_path / "out" / "recovery.png")
+    assert data["alpha_per_s"] == 5.0
+    assert len(data["controls"]) == 6
+    cell = data["controls"]["PID + ROLAC"][1]
+    assert (cell["recovered_share"], cell["median_cycles"]) == (0.75, 3.0)
+    assert [run["step_cycle"] for run in cell["runs"]] == list(last)
+    assert [run["cycles"] for run in cell["runs"]] == [0.0, 3.0, 9.0, 54.25]
+
+
+def test_study_that_reports_is_given_a_way_to_say_how_far_it_is(runner, tmp_path, monkeypatch):
+    def mine(progress):
+        for done in range(3):
+            progress(done + 1, 3)
+        return Outcome({}, {}, ["done"])
+
+    monkeypatch.setattr("orchestrator.studies.rotor.mine", mine, raising=False)
+    monkeypatch.setattr(analysis.study, "commands", dict(analysis.study.commands))
+    analysis.register("mine", "A study.", any_rotor=False, reports=True)
+    result = runner("study", "mine")
+    assert result.exit_code == 0, result.output
+    assert "done" in result.stdout
+    assert result.stderr == ""
+
+
+@pytest.mark.slow
+def test_recovery_writes_its_figure_and_its_data(cosim, tmp_path):
+    process = cosim("study", "recovery", "--steps", "20 g.m", "--instants", "1")
+    assert process.returncode == 0, process.stderr
+    folder = tmp_path / "results" / "study_recovery"
+    check_picture(folder / "recovery.png")
+    data = json.loads((folder / "recovery.json").read_text(), parse_constant=pytest.fail)
+    shares = {control: cells[0]["recovered_share"] for control, cells in data["controls"].items()}
+    assert (shares["PID"], shares["PID + contact-aware ROLAC"]) == (0.0, 1.0)
+
+
+NO_PLANES = PUMP[: PUMP.index("[planes]")]
+BAD = {
+    "no range of the receptance": (
+        ["receptance", "--up-to", "1 Hz"],
+        "up-to = 6.28319 rad/s is not allowed; it must be > 6.283 rad/s",
+    ),
+    "no range of the force": (["test_force", "--up-to", "5 Hz"], "up-to = 5 Hz is not allowed; it must be > 5 Hz"),
+    "no stiffness": (["h_matrix", "--k-b", "0"], "k-b = 0 N/m is not allowed; it must be > 0 N/m"),
+    "no damping": (["receptance", "--c-b", "0"], "c-b = 0 N s/m is not allowed; it must be > 0 N s/m"),
+    "stiffness in metres": (["receptance", "--k-b", "3 m"], "'3 m' has unit m, which cannot be converted to N/m"),
+    "rotor without sensors": (
+        ["h_matrix", "--rotor", "bare.toml"],
+        "planes.sensors of rotor 'pump' = [] is not allowed; it must be 4 nodes",
+    ),
+    "sensors that see one motion": (
+        ["h_matrix", "--rotor", "blind.toml"],
+        "a receptance of condition number",
+    ),
+    "no unbalance": (["recovery", "--steps", "8,0 g.m"], "steps = 0 kg m is not allowed; it must be > 0 kg m"),
+    "unbalance in metres": (["recovery", "--steps", "8 m"], "'8 m' has unit m, which cannot be converted to kg.m"),
+    "unbalance that is no number": (["recovery", "--steps", "8,much"], "unknown unit 'much'"),
+    "no instants": (["recovery", "--instants", "0"], "instants = 0 is not allowed; it must be 1 or more"),
+    "negative rate": (["recovery", "--alpha", "-1"], "rolac.alpha = -1 1/s is not allowed; it must be >= 0 1/s"),
+    "rate in metres": (["recovery", "--alpha", "1 m"], "'1 m' has unit m, which cannot be converted to 1/s"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_ends_with_one_message_and_nothing_written(runner, tmp_path, case):
+    arguments, expected = BAD[case]
+    (tmp_path / "bare.toml").write_text(NO_PLANES)
+    (tmp_path / "blind.toml").write_text(PUMP.replace("sensors = [1, 1, 4, 4]", "sensors = [1, 1, 1, 1]"))
+    before = sorted(path.name for path in tmp_path.iterdir())
+    result = runner("study", *arguments)
+    assert result.exit_code == 2
+    assert isinstance(result.exception, SystemExit)
+    assert expected in result.stderr
+    assert result.stderr.startswith("amb-cosim: ")
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
