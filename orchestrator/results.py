@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from fmi_export.files import write_atomically
+from orchestrator.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
+from orchestrator.series import BEARINGS, cycles, signal
 
-BEARINGS = {"rb1": "mb1", "rb2": "mb2"}  # each retainer bearing and the magnetic bearing that it protects
 BUSHES = ("eb1", "eb2")  # at the rotor's ends
 RECOVERY_CYCLES = 5.0
 FREE, ROLLING = 0, 2  # values of a site's mode
-_PLANT = "rotor_contact"
 _HEAT = ("damping", "friction", "impact")
 
 
@@ -52,24 +52,15 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "first_contact_cycle": first,
         "last_contact_cycle": last,
         "recovered": recovered(dataset),
+        "outcome": outcome(dataset),
         "rolling_from_cycle": rolling_from(dataset),
         "whirl_speed_rad_s": {site: whirl_at_the_end(dataset, site) for site in BEARINGS},
         "orbit_before_mm": orbit_before(dataset),
         "orbit_after_mm": orbit_after(dataset),
-        "orbit_largest_mm": _largest_radii(dataset, cycles(dataset) >= 0.0),
+        "orbit_largest_mm": orbit_largest(dataset),
+        "settled_amplitude_mm": settled_amplitudes(dataset),
         **energy_figures(dataset),
     }
-
-
-def signal(dataset: xr.Dataset, name: str) -> NDArray[Any] | None:
-    """Samples of a variable of the plant, or None if it was not recorded."""
-    label = f"{_PLANT}.{name}"
-    return np.asarray(dataset[label].values) if label in dataset else None
-
-
-def cycles(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Cycle of each sample."""
-    return np.asarray(dataset["cycle"].values, dtype=np.float64)
 
 
 def peak(dataset: xr.Dataset, name: str) -> float | None:
@@ -134,6 +125,20 @@ def recovered(dataset: xr.Dataset) -> bool | None:
     return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
 
 
+def outcome(dataset: xr.Dataset) -> Literal["prevented", "recovered", "trapped"] | None:
+    """What the step led to; None without a step, or where contact was not recorded.
+
+    `trapped` is a rotor that has not `recovered`. Of the others, `prevented` is one that never touches after the step.
+    """
+    free, step = recovered(dataset), dataset.attrs.get("step_cycle")
+    if free is None or step is None:
+        return None
+    if not free:
+        return "trapped"
+    _, last = contact_cycles(dataset)
+    return "prevented" if last is None or last <= step else "recovered"
+
+
 def whirl_at_the_end(dataset: xr.Dataset, site: str) -> float | None:
     """Whirl speed (rad/s) at a site at the end of the run; None where the rotor does not touch it then."""
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
@@ -188,26 +193,3 @@ def energy_figures(dataset: xr.Dataset) -> dict[str, Any]:
     figures = {name: float(series[name][-1]) for name in (*_HEAT, "work")} | {"balance": balance}
     scale = max(largest.values())
     return {"energy_J": figures, "energy_balance_relative": balance / scale if scale > 0.0 else None}
-
-
-def orbit_before(dataset: xr.Dataset) -> dict[str, float | None]:
-    """Largest radius (mm) at each bearing in the last cycle before the step; None without a step."""
-    step, cycle = float(dataset.attrs.get("step_cycle", -np.inf)), cycles(dataset)
-    return _largest_radii(dataset, (cycle >= max(step - 1.0, 0.0)) & (cycle < step))
-
-
-def orbit_after(dataset: xr.Dataset) -> dict[str, float | None]:
-    """Largest radius (mm) at each bearing in the last cycle of the run."""
-    cycle = cycles(dataset)
-    return _largest_radii(dataset, (cycle >= max(cycle.max(initial=0.0) - 1.0, 0.0)))
-
-
-def radius(dataset: xr.Dataset, bearing: str) -> NDArray[np.float64] | None:
-    """Radial displacement at a magnetic bearing, in m."""
-    x, y = signal(dataset, f"{bearing}.x"), signal(dataset, f"{bearing}.y")
-    return None if x is None or y is None else np.hypot(x, y)
-
-
-def _largest_radii(dataset: xr.Dataset, within: NDArray[np.bool_]) -> dict[str, float | None]:
-    radii = {mb: radius(dataset, mb) for mb in BEARINGS.values()}
-    return {mb: None if r is None or not within.any() else float(1e3 * r[within].max()) for mb, r in radii.items()}

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from orchestrator.commands.options import FLAVOUR
+from orchestrator.commands.options import FLAVOUR, RECEPTANCES, ROTOR, SETTINGS
+from orchestrator.commands.progress import simulating
 from orchestrator.commands.refusals import Failed, check_writable, refusing
 from orchestrator.flavours import Flavour
 from orchestrator.master import LOOPS, Loop
@@ -22,15 +20,11 @@ from orchestrator.scenario import load_scenario, packaged_scenarios
 
 @click.command()
 @click.argument("name")
-@click.option(
-    "--set",
-    "settings",
-    multiple=True,
-    metavar="COMPONENT.VARIABLE=VALUE",
-    help="Replace a value; units are understood.",
-)
+@SETTINGS
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results; default results/NAME.")
 @click.option("--until", type=float, metavar="SECONDS", help="End of the run, from the beginning of cycle 0.")
+@ROTOR
+@RECEPTANCES
 @FLAVOUR
 @click.option(
     "--loop",
@@ -46,6 +40,8 @@ def run(
     settings: tuple[str, ...],
     output: Path | None,
     until: float | None,
+    rotor_file: Path | None,
+    receptances: Path | None,
     flavour: Flavour,
     loop: Loop,
     no_plots: bool,
@@ -60,13 +56,15 @@ def run(
     copy = Path(summary_json) if summary_json not in (None, "-") else None
     console = Console(stderr=True)
     with refusing():
-        scenario = load_scenario(name)
+        files = {"rotor": rotor_file, "receptances": receptances}
+        given = {key: str(file) for key, file in files.items() if file is not None}
+        scenario = load_scenario(name).model_copy(update=given)
         check_writable(folder, is_folder=True)
         if copy is not None:
             check_writable(copy, is_folder=False)
         with console.status("preparing the FMUs"):
             prepared = simulation.prepare(Path(name).stem, scenario, parse_settings(settings), until, flavour)
-        with _progress(console) as report:
+        with simulating(console) as report:
             outcome = simulation.run(prepared, report, loop)
 
     figures = results.summary(outcome.dataset)
@@ -97,15 +95,6 @@ def list_scenarios() -> None:
     Console().print(table)
 
 
-@contextmanager
-def _progress(console: Console) -> Iterator[Callable[[int, int], None]]:
-    """A bar on standard error."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("starting (a first run compiles the models)", total=None)
-        yield lambda done, total: bar.update(task, description="simulating", completed=done, total=total)
-
-
 def _show(console: Console, figures: dict[str, Any], folder: Path) -> None:
     table = Table(title=figures["scenario"], show_header=False, title_justify="left")
     shares = ", ".join(
@@ -120,12 +109,16 @@ def _show(console: Console, figures: dict[str, Any], folder: Path) -> None:
         ("orbit at the end", "orbit_after_mm", "mm"),
         ("largest orbit", "orbit_largest_mm", "mm"),
     ):
-        values = (f"{at.upper()} {_number(value)} {unit}" for at, value in figures[key].items())
-        table.add_row(label, ", ".join(values))
+        table.add_row(label, _at_places(figures[key], unit))
+    for label, when in (("before the change", "before"), ("at the end", "end")):
+        table.add_row(f"synchronous part {label}", _at_places(figures["settled_amplitude_mm"][when], "mm"))
     table.add_row("contact between step and removal", shares or "-")
     first, last = (figures[key] for key in ("first_contact_cycle", "last_contact_cycle"))
     table.add_row("contact", "none" if first is None else f"from cycle {first:.4g} to {last:.4g}")
-    table.add_row("recovered", {True: "yes", False: "no", None: "-"}[figures["recovered"]])
+    if figures["outcome"] is not None:
+        table.add_row("outcome", figures["outcome"])
+    else:
+        table.add_row("recovered", {True: "yes", False: "no", None: "-"}[figures["recovered"]])
     if figures["rolling_from_cycle"] is not None:
         whirls = ", ".join(f"{at.upper()} {_number(w)} rad/s" for at, w in figures["whirl_speed_rad_s"].items())
         table.add_row("rolling", f"from cycle {figures['rolling_from_cycle']:.4g}; whirl at the end {whirls}")
@@ -134,6 +127,10 @@ def _show(console: Console, figures: dict[str, Any], folder: Path) -> None:
     )
     console.print(table)
     console.print(f"results in {folder}")
+
+
+def _at_places(values: dict[str, float | None], unit: str) -> str:
+    return ", ".join(f"{at.upper()} {_number(value)} {unit}" for at, value in values.items())
 
 
 def _number(value: float | None) -> str:

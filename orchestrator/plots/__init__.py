@@ -13,11 +13,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fmi_export.files import write_atomically
+from orchestrator.orbits import radius
 from orchestrator.plots.axes import STYLE
 from orchestrator.plots.contact import contact, whirl
 from orchestrator.plots.energy import energy
 from orchestrator.plots.motion import displacement, orbits
-from orchestrator.results import BEARINGS, energies, radius, rolling_from
+from orchestrator.results import energies, rolling_from
+from orchestrator.series import BEARINGS
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "orbits": orbits,

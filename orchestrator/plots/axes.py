@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from orchestrator.results import BEARINGS, cycles, signal
+from orchestrator.series import BEARINGS, cycles, signal, speed, switched_on
 
 # A palette that colour-blind readers can tell apart (Okabe and Ito).
 GREY, ORANGE, BLUE, GREEN, PURPLE = "#999999", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
@@ -50,13 +50,6 @@ def plant_parameter(dataset: xr.Dataset, name: str) -> float:
 def clearance(dataset: xr.Dataset, site: str) -> float:
     """Radial clearance of a retainer bearing in m."""
     return plant_parameter(dataset, f"{site}.clearance")
-
-
-def speed(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Spin speed (rad/s) at each sample."""
-    profile = json.loads(dataset.attrs.get("speed_profile", "[]")) or [(0.0, dataset.attrs["speed_rad_s"])]
-    times, speeds = np.array(profile, dtype=np.float64).T
-    return np.interp(dataset["time"].values, times, speeds)
 
 
 def headline(figure: Figure, dataset: xr.Dataset) -> None:
@@ -102,10 +95,11 @@ def label_abscissa(axis: Axes, dataset: xr.Dataset) -> None:
 
 
 def _marks(dataset: xr.Dataset) -> dict[str, float]:
-    """Where the step comes and goes, as far as it is shown."""
+    """Where the step comes and goes and ROLAC begins, as far as it is shown."""
     begin, end = _window(dataset)
-    labels = [label for label in ("step", "removal") if f"{label}_cycle" in dataset.attrs]
-    marks = {label: float(dataset.attrs[f"{label}_cycle"]) * _unit(dataset) for label in labels}
+    happens = {label: dataset.attrs.get(f"{label}_cycle") for label in ("step", "removal")}
+    happens["ROLAC"] = switched_on(dataset)
+    marks = {label: float(cycle) * _unit(dataset) for label, cycle in happens.items() if cycle is not None}
     return {label: at for label, at in marks.items() if begin <= at <= end}
 
 
@@ -115,7 +109,7 @@ def title_pad(dataset: xr.Dataset, highest: bool) -> float | None:
 
 
 def mark(axis: Axes, dataset: xr.Dataset, named: bool) -> None:
-    """Vertical lines where the step comes and goes."""
+    """Vertical lines where the step comes and goes and ROLAC begins."""
     for label, at in _marks(dataset).items():
         axis.axvline(at, color="0.45", lw=0.8, ls=":")
         if named:

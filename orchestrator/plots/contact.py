@@ -17,11 +17,10 @@ from orchestrator.plots.axes import (
     mark,
     plant,
     plant_parameter,
-    speed,
     title_pad,
     titled,
 )
-from orchestrator.results import BEARINGS
+from orchestrator.series import BEARINGS, speed
 
 STATES = ("none", "RB1", "RB2", "both")
 MODES = ("free", "sliding", "rolling")

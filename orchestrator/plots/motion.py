@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from orchestrator.orbits import radius
 from orchestrator.plots.axes import (
     BLUE,
     GREY,
@@ -20,11 +21,10 @@ from orchestrator.plots.axes import (
     label_abscissa,
     mark,
     plant,
-    speed,
     title_pad,
     titled,
 )
-from orchestrator.results import BEARINGS, cycles, radius
+from orchestrator.series import BEARINGS, cycles, speed, switched_on
 
 BEFORE, LOADED, REMOVED = GREY, ORANGE, BLUE
 
@@ -92,11 +92,17 @@ def _draw_speed(axis: Axes, dataset: xr.Dataset) -> None:
 
 
 def phases(dataset: xr.Dataset) -> list[tuple[str, str, NDArray[np.bool_]]]:
-    """Name, colour and samples of the parts of a run: before the step, with it, after its removal."""
+    """Name, colour and samples of the parts of a run: before the step, with it, after its removal.
+
+    A run without either has the parts before and with ROLAC, if that begins within it.
+    """
     cycle = cycles(dataset)
     step, removal = dataset.attrs.get("step_cycle"), dataset.attrs.get("removal_cycle")
     if step is None and removal is None:
-        return [("run", REMOVED, np.ones(len(cycle), dtype=bool))]
+        begin = switched_on(dataset)
+        if begin is None:
+            return [("run", REMOVED, np.ones(len(cycle), dtype=bool))]
+        return [("before ROLAC", BEFORE, cycle <= begin), ("with ROLAC", REMOVED, cycle >= begin)]
     begin, end = (-np.inf if step is None else step), (np.inf if removal is None else removal)
     loaded = "with the unbalance" if step is None else "with the added unbalance"
     parts = [

@@ -90,3 +90,28 @@ def test_an_unbalance_from_the_start_has_no_phase_before_it(synthetic, without):
 def test_speed_is_constant_without_a_profile(synthetic):
     dataset = synthetic()
     assert set(axes.speed(dataset)) == {dataset.attrs["speed_rad_s"]}
+
+
+def acting(dataset, begin):
+    """Let ROLAC act from a cycle on."""
+    dataset["rolac_controller.rolac_active"] = ("time", (dataset["cycle"].values >= begin).astype(np.int8))
+    return dataset
+
+
+def names_of_marks(figure):
+    return [text.get_text() for text in figure.axes[0].texts]
+
+
+def test_rolac_that_is_switched_on_within_the_run_is_marked(synthetic):
+    assert names_of_marks(motion.displacement(acting(synthetic(), 8.0))) == ["step", "removal", "ROLAC"]
+    assert names_of_marks(motion.displacement(acting(synthetic(), 0.0))) == ["step", "removal"]
+    assert names_of_marks(motion.displacement(synthetic())) == ["step", "removal"]
+
+
+def test_orbits_without_and_with_rolac_are_apart_where_nothing_else_changes(synthetic, without):
+    dataset = acting(without(synthetic(), "step_cycle", "removal_cycle"), 8.0)
+    parts = motion.phases(dataset)
+    assert [name for name, _, _ in parts] == ["before ROLAC", "with ROLAC"]
+    assert np.flatnonzero(parts[0][2] & parts[1][2]).tolist() == [800]
+    assert next(name for name, _, _ in motion.phases(acting(synthetic(), 8.0))) == "before the step"
+    assert [name for name, _, _ in motion.phases(acting(dataset, 0.0))] == ["run"]

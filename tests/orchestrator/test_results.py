@@ -9,7 +9,14 @@ import pytest
 import xarray as xr
 
 from fmi_export.files import write_atomically
-from orchestrator import results
+from orchestrator import orbits, results, series
+
+
+def put(dataset, name, cycles, value):
+    """Set a variable of the plant within cycles [begin, end)."""
+    within = (dataset["cycle"].values >= cycles[0]) & (dataset["cycle"].values < cycles[1])
+    dataset[f"rotor_contact.{name}"] = dataset[f"rotor_contact.{name}"].where(~within, value)
+    return dataset
 
 
 def test_summary_of_a_known_run(synthetic):
@@ -20,9 +27,14 @@ def test_summary_of_a_known_run(synthetic):
     assert figures["first_contact_cycle"] == pytest.approx(6.0)
     assert figures["last_contact_cycle"] == pytest.approx(11.99)
     assert figures["recovered"] is True
+    assert figures["outcome"] == "recovered"
     assert figures["orbit_before_mm"] == pytest.approx({"mb1": 0.1, "mb2": 0.2})
     assert figures["orbit_after_mm"] == pytest.approx({"mb1": 0.3, "mb2": 0.4})
     assert figures["orbit_largest_mm"] == pytest.approx({"mb1": 0.5, "mb2": 0.6})
+    assert figures["settled_amplitude_mm"] == {
+        "before": pytest.approx({"mb1": 0.1, "mb2": 0.2}, rel=0.1),  # the window ends with the first sample of the step
+        "end": pytest.approx({"mb1": 0.3, "mb2": 0.4}),
+    }
     assert figures["simulated_s"] == pytest.approx(0.4)
     assert figures["real_time_factor"] == pytest.approx(4.0)
     assert figures["flavour"] == "python"
@@ -55,6 +67,37 @@ def test_a_rotor_that_never_touched_counts_as_recovered(synthetic):
     assert results.recovered(synthetic(4)) is True
 
 
+def free_of_contact(dataset, begin=0.0, end=np.inf):
+    """The run without what it touches within cycles [begin, end)."""
+    for name in ("contact_state", "rb1.mode", "rb2.mode", "rb1.impulse", "rb2.impulse"):
+        put(dataset, name, (begin, end), 0)
+    return dataset
+
+
+def test_a_rotor_that_never_touches_after_the_step_was_prevented_from_it(synthetic):
+    assert results.outcome(free_of_contact(synthetic())) == "prevented"
+    earlier = put(free_of_contact(synthetic()), "contact_state", (4.0, 4.2), 1)
+    assert results.outcome(earlier) == "prevented", "contact before the step is not due to it"
+    later = put(free_of_contact(synthetic()), "contact_state", (5.01, 5.2), 1)
+    assert results.outcome(later) == "recovered"
+
+
+def test_a_rotor_in_contact_within_the_last_five_cycles_is_trapped(synthetic):
+    assert results.outcome(synthetic(17)) == "recovered"
+    assert results.outcome(synthetic(16)) == "trapped"
+
+
+def test_a_run_without_a_step_has_no_outcome(synthetic, without):
+    assert results.outcome(without(synthetic(), "step_cycle")) is None
+    assert results.outcome(synthetic().drop_vars("rotor_contact.contact_state")) is None
+
+
+@pytest.mark.parametrize("end", [5.5, 6.5, 9.0, 12.0, 16.0, 17.0, 20.0])
+def test_outcome_and_recovery_agree(synthetic, end):
+    for dataset in (synthetic(end), free_of_contact(synthetic(end), begin=5.0), free_of_contact(synthetic(end))):
+        assert (results.outcome(dataset) != "trapped") is results.recovered(dataset)
+
+
 def test_an_impact_between_samples_counts_as_contact(synthetic):
     dataset = synthetic()
     dataset["rotor_contact.rb2.impulse"][1801] = 0.01
@@ -74,7 +117,7 @@ def test_settling_is_left_out_of_the_figures(synthetic):
 
 
 def test_orbit_before_needs_a_step(synthetic, without):
-    assert results.orbit_before(without(synthetic(), "step_cycle")) == {"mb1": None, "mb2": None}
+    assert orbits.orbit_before(without(synthetic(), "step_cycle")) == {"mb1": None, "mb2": None}
 
 
 def test_figures_survive_missing_variables_and_an_empty_record(synthetic):
@@ -88,11 +131,79 @@ def test_figures_survive_missing_variables_and_an_empty_record(synthetic):
     assert empty["first_contact_cycle"] is None
 
 
-def put(dataset, name, cycles, value):
-    """Set a variable of the plant within cycles [begin, end)."""
-    within = (dataset["cycle"].values >= cycles[0]) & (dataset["cycle"].values < cycles[1])
-    dataset[f"rotor_contact.{name}"] = dataset[f"rotor_contact.{name}"].where(~within, value)
+def whirling(dataset, forward, backward, offset=0.0, turns=None, mb="mb1"):
+    """Let a bearing follow an ellipse, the sum of a forward and a backward circle (m) with phases."""
+    theta = 2 * np.pi * (dataset["cycle"].values if turns is None else turns)
+    z = offset + forward * np.exp(1j * theta) + backward * np.exp(-1j * theta)
+    dataset[f"rotor_contact.{mb}.x"] = ("time", z.real)
+    dataset[f"rotor_contact.{mb}.y"] = ("time", z.imag)
     return dataset
+
+
+def test_settled_amplitude_is_the_major_semi_axis_of_the_orbit(synthetic):
+    """0.2 mm forward, 0.05 mm backward: 0.25 by 0.15 mm, whichever way the ellipse lies and wherever its centre is."""
+    dataset = whirling(synthetic(), 0.2e-3 * np.exp(0.7j), 0.05e-3 * np.exp(-2j), offset=(1 + 2j) * 1e-4)
+    amplitude = orbits.settled_amplitudes(dataset)
+    assert [amplitude[when]["mb1"] for when in ("before", "end")] == pytest.approx([0.25, 0.25], rel=1e-9)
+    assert orbits.orbit_after(dataset)["mb1"] > 0.3
+
+
+def test_settled_amplitude_leaves_out_what_does_not_turn_with_the_rotor(synthetic):
+    dataset = synthetic()
+    second = 0.1e-3 * np.cos(4 * np.pi * dataset["cycle"].values)
+    dataset["rotor_contact.mb2.x"] = dataset["rotor_contact.mb2.x"] + second
+    assert orbits.settled_amplitudes(dataset)["end"]["mb2"] == pytest.approx(0.4, rel=1e-6)
+
+
+@pytest.mark.parametrize("stride", [3, 7, 11])
+def test_a_turn_need_not_be_a_whole_number_of_samples(synthetic, stride):
+    dataset = whirling(synthetic(), 0.2e-3, 0.1e-3j, offset=1e-3).isel(time=slice(None, None, stride))
+    assert orbits.settled_amplitudes(dataset)["end"]["mb1"] == pytest.approx(0.3, rel=1e-9)
+
+
+def test_a_turn_of_few_samples_has_no_amplitude(synthetic):
+    sparse = synthetic().isel(time=slice(None, None, 20))
+    assert orbits.settled_amplitudes(sparse)["end"] == {"mb1": None, "mb2": None}
+
+
+def test_settled_amplitude_before_needs_a_step_and_a_whole_turn(synthetic, without):
+    nothing = {"mb1": None, "mb2": None}
+    assert orbits.settled_amplitudes(without(synthetic(), "step_cycle"))["before"] == nothing
+    assert orbits.settled_amplitudes(synthetic(20, step_cycle=0.5))["before"] == nothing
+    assert orbits.settled_amplitudes(synthetic(0.5))["end"] == nothing
+
+
+def acting(dataset, begin):
+    """Let ROLAC act from a cycle on."""
+    dataset["rolac_controller.rolac_active"] = ("time", (dataset["cycle"].values >= begin).astype(np.int8))
+    return dataset
+
+
+def test_without_a_step_the_change_is_that_rolac_begins(synthetic, without):
+    dataset = acting(without(synthetic(), "step_cycle", "removal_cycle"), 8.0)
+    assert series.change(dataset) == pytest.approx(8.0)
+    assert orbits.settled_amplitudes(dataset)["before"]["mb1"] == pytest.approx(0.5)
+    assert series.change(acting(synthetic(), 8.0)) == 5.0, "a step counts first"
+    assert series.change(acting(without(synthetic(), "step_cycle"), 0.0)) is None, "it acts all the time"
+    assert series.change(acting(without(synthetic(), "step_cycle"), 99.0)) is None, "it never acts"
+
+
+def test_turns_follow_a_changing_speed(synthetic):
+    """From 50 to 150 turns per second within 0.2 s: 0.1 s at 50, 20 turns on the way, 0.1 s at 150."""
+    points = [(0.0, 50.0), (0.1, 50.0), (0.3, 150.0)]
+    dataset = synthetic(speed_profile=json.dumps([(t, 2 * np.pi * f) for t, f in points]))
+    turned = series.turns(dataset)
+    assert np.interp([0.1, 0.3, 0.4], dataset["time"].values, turned) == pytest.approx([5.0, 25.0, 40.0])
+    whirling(dataset, 0.2e-3j, 0.1e-3, turns=turned)
+    assert orbits.settled_amplitudes(dataset)["end"]["mb1"] == pytest.approx(0.3, rel=1e-9)
+
+
+def test_turns_are_counted_from_cycle_0(synthetic):
+    dataset = synthetic()
+    assert series.turns(dataset).tolist() == dataset["cycle"].values.tolist()
+    early = dataset.assign_coords(cycle=dataset["cycle"] - 8.0, time=dataset["time"] - 0.16)
+    early = early.assign_attrs(speed_profile=json.dumps([(0.0, 100 * np.pi), (0.1, 200 * np.pi)]))
+    assert series.turns(early)[[0, 800]] == pytest.approx([-8.0, 0.0])
 
 
 def rolling(dataset, site, cycles, turns):

@@ -152,7 +152,8 @@ def with_ecos(
         for name, path in fmus.items():
             structure.add_model(name, path)
         for source, target in connections:
-            structure.make_real_connection(source.replace(".", "::", 1), target.replace(".", "::", 1))
+            connect = {"real": structure.make_real_connection, "integer": structure.make_int_connection}[kinds[source]]
+            connect(source.replace(".", "::", 1), target.replace(".", "::", 1))
         values = {f"{c}::{variable}": value for c, given in start.items() for variable, value in given.items()}
         structure.add_parameter_set("start", values)
         with EcosSimulation(step_size, structure=structure) as simulation:

@@ -8,7 +8,8 @@ between current and force, leaves both stable.
 
 Every output of all three FMUs is compared at every point: displacements, forces, currents, energies, the Integers
 (contact modes, fault codes) and the Booleans (saturation, validity of ROLAC's window). Booleans and Integers also go
-in, as start values of `rolac_enable`, `force_law` and `contact.impact_law`; no two of the FMUs are connected by one.
+in, as start values of `rolac_enable`, `force_law` and `contact.impact_law`; `contact_state` connects two FMUs as an
+Integer.
 
 Measured with libcosimpy 0.0.6, ecospy 0.7.2 and fmu_manipulation_toolbox 2.0: all 88 outputs are equal. libcosim
 needs a proviso: its steps are differences of two rounded times. Given constant steps, this project's master deviates

@@ -1,0 +1,56 @@
+"""What a run recorded, as arrays; None where it did not."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+BEARINGS = {"rb1": "mb1", "rb2": "mb2"}  # each retainer bearing and the magnetic bearing that it protects
+_PLANT = "rotor_contact"
+_CONTROL_ACTS = "rolac_controller.rolac_active"
+
+
+def signal(dataset: xr.Dataset, name: str) -> NDArray[Any] | None:
+    """Samples of a variable of the plant, or None if it was not recorded."""
+    label = f"{_PLANT}.{name}"
+    return np.asarray(dataset[label].values) if label in dataset else None
+
+
+def cycles(dataset: xr.Dataset) -> NDArray[np.float64]:
+    """Cycle of each sample."""
+    return np.asarray(dataset["cycle"].values, dtype=np.float64)
+
+
+def speed(dataset: xr.Dataset) -> NDArray[np.float64]:
+    """Spin speed (rad/s) at each sample."""
+    profile = json.loads(dataset.attrs.get("speed_profile", "[]")) or [(0.0, dataset.attrs["speed_rad_s"])]
+    times, speeds = np.array(profile, dtype=np.float64).T
+    return np.interp(dataset["time"].values, times, speeds)
+
+
+def turns(dataset: xr.Dataset) -> NDArray[np.float64]:
+    """Turns of the rotor at each sample, from cycle 0 on; the cycles, where the speed stays."""
+    if "speed_profile" not in dataset.attrs or not dataset.sizes["time"]:
+        return cycles(dataset)
+    time, Omega = dataset["time"].values, speed(dataset)
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (Omega[1:] + Omega[:-1]) * np.diff(time))]) / (2.0 * np.pi)
+    return np.asarray(turned - np.interp(0.0, time, turned))
+
+
+def change(dataset: xr.Dataset) -> float | None:
+    """Cycle of the step; without one, of the first sample after cycle 0 at which ROLAC acts, if it did not before."""
+    if "step_cycle" in dataset.attrs:
+        return float(dataset.attrs["step_cycle"])
+    return switched_on(dataset)
+
+
+def switched_on(dataset: xr.Dataset) -> float | None:
+    """Cycle of the first sample at which ROLAC acts, if it does not from the beginning of the record."""
+    if _CONTROL_ACTS not in dataset:
+        return None
+    acts = np.asarray(dataset[_CONTROL_ACTS].values, dtype=bool)
+    return float(cycles(dataset)[np.argmax(acts)]) if acts.any() and not acts[0] else None
