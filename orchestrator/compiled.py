@@ -1,7 +1,8 @@
 """The stepping of `Master.run` in machine code: numba calls the FMUs' C functions, Python is not asked in between.
 
-It does what the loop in `master` does, operation by operation, and gives the same to the last bit; that one is the
-readable reference. The run goes in blocks of steps, between which Python looks around: interrupts, progress.
+It does what the loop in `master` does, operation by operation, and records the same to the last bit; that one is the
+readable reference. One thing it leaves out: outputs that no component reads are fetched only where they are recorded.
+The run goes in blocks of steps, between which Python looks around: interrupts, progress.
 
 The loop runs without the interpreter lock. FMUs with Python inside take it for each of their calls, as they must
 in any host, and other threads run meanwhile.
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 import numba
@@ -58,7 +60,11 @@ class Calls(NamedTuple):
 
 
 class Program(NamedTuple):
-    """A master as arrays. `step_sizes` (s) are those of the components."""
+    """A master as arrays. `step_sizes` (s) are those of the components.
+
+    `fetches` are of all outputs, `needed` of those alone that are used whether recorded or not. Where a point is
+    recorded, all come in the same calls: one call for the rest would cost more than its values do.
+    """
 
     instance: IntArray
     do_step: IntArray
@@ -66,6 +72,7 @@ class Program(NamedTuple):
     step_sizes: Array
     sends: Calls
     fetches: Calls
+    needed: Calls
     values: Array
     start_time: float
     step_size: float
@@ -95,7 +102,8 @@ def run(
     recorder
         Sees every point; the last included.
     observers
-        Called now and then, about every 50 ms, with the last point that was reached and the values after it.
+        Called now and then, about every 50 ms, with the last point that was reached and the values after it, of
+        which those that are recorded and nothing else may be older.
 
     Raises
     ------
@@ -129,20 +137,30 @@ def run(
 def _program(master: Master[C]) -> Program:
     entries = [component.entry_points() for component in master.components]
     every = [component.every for component in master.components]
+    fetches = [entry.fetches for entry in entries]
+    places = [np.arange(slot.start, slot.stop) for slot in master.slots]
+    used = np.zeros(len(master.values), np.bool_)
+    for positions in master.wiring.sources:
+        used[positions] = True
     return Program(
         instance=np.array([entry.instance for entry in entries], np.intp),
         do_step=np.array([entry.do_step for entry in entries], np.intp),
         every=np.array(every, np.intp),
         step_sizes=np.array([m * master.step_size for m in every], np.float64),
         sends=_calls([entry.sends for entry in entries], master.wiring.sources),
-        fetches=_calls(
-            [entry.fetches for entry in entries], [np.arange(slot.start, slot.stop) for slot in master.slots]
-        ),
+        fetches=_calls(fetches, places),
+        needed=_calls([_only(used[place], of_one) for of_one, place in zip(fetches, places, strict=True)], places),
         values=master.values,
         start_time=float(master.start_time),
         step_size=float(master.step_size),
         jacobi=master.coupling == "jacobi",
     )
+
+
+def _only(used: NDArray[np.bool_], transfers: Sequence[Transfer]) -> list[Transfer]:
+    """What the transfers move of the outputs that are used."""
+    parts = [replace(t, references=t.references[used[t.where]], where=t.where[used[t.where]]) for t in transfers]
+    return [part for part in parts if len(part.where)]
 
 
 def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray]) -> Calls:
@@ -240,8 +258,22 @@ def _give(program: Program, i: int) -> int:
 
 
 @_kernel
-def _take(program: Program, i: int) -> int:
-    calls, values = program.fetches, program.values
+def _recorded(sheet: Sheet, n: int, every: int) -> bool:
+    """Whether one of the points from n + 1 to n + `every` is recorded, which see what is fetched at point n."""
+    earliest = max(n + 1, sheet.first)
+    return earliest + -earliest % sheet.every <= n + every
+
+
+@_kernel
+def _take(program: Program, sheet: Sheet, i: int, n: int) -> int:
+    if _recorded(sheet, n, program.every[i]):
+        return _fetch(program, program.fetches, i)
+    return _fetch(program, program.needed, i)
+
+
+@_kernel
+def _fetch(program: Program, calls: Calls, i: int) -> int:
+    values = program.values
     for c in range(calls.of[i], calls.of[i + 1]):
         first, size = calls.first[c], calls.first[c + 1] - calls.first[c]
         status = _exchange(calls.function[c], program.instance[i], calls.references_at[c], size, calls.values_at[c])
@@ -259,7 +291,7 @@ def _step(program: Program, i: int, n: int) -> int:
 
 
 @_kernel
-def _gauss_seidel(program: Program, n: int) -> tuple[int, int, int]:
+def _gauss_seidel(program: Program, sheet: Sheet, n: int) -> tuple[int, int, int]:
     for i in range(len(program.every)):
         if n % program.every[i] == 0:
             status = _give(program, i)
@@ -268,14 +300,14 @@ def _gauss_seidel(program: Program, n: int) -> tuple[int, int, int]:
             status = _step(program, i, n)
             if status > WARNING:
                 return i, STEP, status
-            status = _take(program, i)
+            status = _take(program, sheet, i, n)
             if status > WARNING:
                 return i, FETCH, status
     return 0, 0, 0
 
 
 @_kernel
-def _jacobi(program: Program, n: int) -> tuple[int, int, int]:
+def _jacobi(program: Program, sheet: Sheet, n: int) -> tuple[int, int, int]:
     for i in range(len(program.every)):
         if n % program.every[i] == 0:
             status = _give(program, i)
@@ -288,7 +320,7 @@ def _jacobi(program: Program, n: int) -> tuple[int, int, int]:
                 return i, STEP, status
     for i in range(len(program.every)):
         if (n + 1) % program.every[i] == 0:
-            status = _take(program, i)
+            status = _take(program, sheet, i, n)
             if status > WARNING:
                 return i, FETCH, status
     return 0, 0, 0
@@ -313,7 +345,7 @@ def _advance(
             sheet.points[row] = n
             row += 1
         if n < last:
-            failed, call, status = _jacobi(program, n) if program.jacobi else _gauss_seidel(program, n)
+            failed, call, status = _jacobi(program, sheet, n) if program.jacobi else _gauss_seidel(program, sheet, n)
             if status > WARNING:
                 return n, row, failed, call, status
     return end - 1, row, 0, 0, 0

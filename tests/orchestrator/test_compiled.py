@@ -198,8 +198,40 @@ def test_a_warning_does_not_end_the_run():
 @pytest.mark.parametrize("block_time", [0.0, 1e9])
 def test_blocks_do_not_show_in_the_results(block_time, monkeypatch):
     monkeypatch.setattr(compiled, "BLOCK_TIME", block_time)
-    plain, fast = both(-12, 700, every=(4, 1, 2))
+    plain, fast = both(-12, 700, every=(4, 1, 2), keep=-12)
     assert fast == plain
+
+
+@pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
+@pytest.mark.parametrize("every", [(1, 1, 1), (4, 1, 2), (1, 3, 6)])
+@pytest.mark.parametrize(("keep", "decimation"), [(0, 1), (-9, 4), (7, 5), (0, 1000)])
+def test_what_is_only_recorded_is_fetched_where_it_is_recorded(coupling, every, keep, decimation):
+    plain, fast = both(-12, 260, coupling, every, keep=keep, decimation=decimation)
+    assert fast[:2] == plain[:2], "the same is recorded"
+    assert [call for call in fast[2] if call[1] != "get"] == [call for call in plain[2] if call[1] != "get"]
+    read = {"a": {107, 108, 110}, "b": {107, 109}, "c": {108, 109, 110}}  # by SOURCES
+    for name, m in zip("abc", every, strict=True):
+        fetched = fetches(fast[2], name)
+        assert len(fetched) == -(-272 // m)
+        for k, references in enumerate(fetched):
+            seen = range(-12 + m * k + 1, -12 + m * k + m + 1)  # points at which its values are the present ones
+            if coupling == "jacobi":
+                seen = range(seen.start + m - 1, seen.stop + m - 1)
+            if seen.start > 260:
+                break  # the run ends before
+            is_recorded = any(n >= keep and n % decimation == 0 for n in seen)
+            assert references == ({107, 108, 109, 110} if is_recorded else read[name]), (name, k)
+
+
+def fetches(trace, name):
+    """The references that a component was asked for after each of its steps."""
+    found = []
+    for call in trace:
+        if call[0] == name and call[1] == "step":
+            found.append(set())
+        elif call[0] == name and call[1] == "get":
+            found[-1] |= set(call[4])
+    return found
 
 
 def ticking(**options):
