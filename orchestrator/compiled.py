@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from orchestrator.component import EntryPoints, Transfer
 from orchestrator.master import Array, Changes, IntArray, Master, Observer, Participant, Schedule, StepFailed
 from orchestrator.recorder import Recorder, Sheet
+from orchestrator.stopping import Conditions, Stopped, Watch
 
 CALLS = ("fmi2Set", "fmi2DoStep", "fmi2Get")
 SEND, STEP, FETCH = range(3)
@@ -90,6 +91,7 @@ def run(
     schedules: Sequence[Schedule],
     recorder: Recorder,
     observers: Sequence[Observer] = (),
+    watch: Watch | None = None,
 ) -> None:
     """Advance from communication point `first` to `last` as `Master.run` does.
 
@@ -104,14 +106,19 @@ def run(
     observers
         Called now and then, about every 50 ms, with the last point that was reached and the values after it, of
         which those that are recorded and nothing else may be older.
+    watch
+        Judged at every point, after it has been recorded.
 
     Raises
     ------
     StepFailed
         If a component does not complete a step. The recorder has seen everything up to it.
+    Stopped
+        If a condition of `watch` is met. The recorder has seen everything up to it.
     """
     master.check_start(first)
-    program = _program(master)
+    conditions = (watch or Watch()).conditions
+    program = _program(master, conditions)
     sheet, row = recorder.sheet(first, last), len(recorder.points)
     begin, size = first, 64
     while begin <= last:
@@ -120,9 +127,11 @@ def run(
         changes = _merged([schedule.changes(begin, end) for schedule in schedules])
         recorder.see(begin)
         started = time.perf_counter()
-        reached, row, failed, call, status = _advance(program, changes, sheet, row, begin, end, last)
+        reached, row, failed, call, status, met = _advance(program, changes, sheet, conditions, row, begin, end, last)
         recorder.fill(row)
         recorder.see(reached)
+        if met >= 0:
+            raise Stopped(met, reached)
         if status > WARNING:
             component = master.components[failed]
             reason = component.refusal(CALLS[call], status)
@@ -134,13 +143,13 @@ def run(
         begin = end
 
 
-def _program(master: Master[C]) -> Program:
+def _program(master: Master[C], conditions: Conditions) -> Program:
     entries = [component.entry_points() for component in master.components]
     every = [component.every for component in master.components]
     fetches = [entry.fetches for entry in entries]
     places = [np.arange(slot.start, slot.stop) for slot in master.slots]
     used = np.zeros(len(master.values), np.bool_)
-    for positions in master.wiring.sources:
+    for positions in (*master.wiring.sources, conditions.positions):
         used[positions] = True
     return Program(
         instance=np.array([entry.instance for entry in entries], np.intp),
@@ -327,12 +336,34 @@ def _jacobi(program: Program, sheet: Sheet, n: int) -> tuple[int, int, int]:
 
 
 @_kernel
+def _met(conditions: Conditions, values: Array, n: int) -> int:
+    """The first condition that is met at point n, or -1."""
+    for k in range(len(conditions.positions)):
+        if n < conditions.since[k]:
+            continue
+        sign = conditions.signs[k]
+        if not sign * values[conditions.positions[k]] > sign * conditions.limits[k]:
+            conditions.since[k] = n + 1
+        elif n - conditions.since[k] >= conditions.hold[k]:
+            return k
+    return -1
+
+
+@_kernel
 def _advance(
-    program: Program, changes: Changes, sheet: Sheet, row: int, begin: int, end: int, last: int
-) -> tuple[int, int, int, int, int]:
+    program: Program,
+    changes: Changes,
+    sheet: Sheet,
+    conditions: Conditions,
+    row: int,
+    begin: int,
+    end: int,
+    last: int,
+) -> tuple[int, int, int, int, int, int]:
     """Points `begin` to `end`, the latter excluded, and the steps from each but the last point of the run.
 
-    Returns the last point seen, the number of rows, and component, call and status of what ended it.
+    Returns the last point seen, the number of rows, component, call and status of what failed, and the condition that
+    is met or -1.
     """
     change = 0
     for n in range(begin, end):
@@ -344,8 +375,11 @@ def _advance(
                 sheet.table[row, column] = program.values[sheet.positions[column]]
             sheet.points[row] = n
             row += 1
+        met = _met(conditions, program.values, n)
+        if met >= 0:
+            return n, row, 0, 0, 0, met
         if n < last:
             failed, call, status = _jacobi(program, sheet, n) if program.jacobi else _gauss_seidel(program, sheet, n)
             if status > WARNING:
-                return n, row, failed, call, status
-    return end - 1, row, 0, 0, 0
+                return n, row, failed, call, status, -1
+    return end - 1, row, 0, 0, 0, -1
