@@ -1,7 +1,8 @@
 """The stepping of `Master.run` in machine code: numba calls the FMUs' C functions, Python is not asked in between.
 
-It does what the loop in `master` does, operation by operation, and gives the same to the last bit; that one is the
-readable reference. The run goes in blocks of steps, between which Python looks around: interrupts, progress.
+It does what the loop in `master` does, operation by operation, and records the same to the last bit; that one is the
+readable reference. One thing it leaves out: outputs that no component reads are fetched only where they are recorded.
+The run goes in blocks of steps, between which Python looks around: interrupts, progress.
 
 The loop runs without the interpreter lock. FMUs with Python inside take it for each of their calls, as they must
 in any host, and other threads run meanwhile.
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 import numba
@@ -23,6 +25,7 @@ from numpy.typing import NDArray
 from orchestrator.component import EntryPoints, Transfer
 from orchestrator.master import Array, Changes, IntArray, Master, Observer, Participant, Schedule, StepFailed
 from orchestrator.recorder import Recorder, Sheet
+from orchestrator.stopping import Conditions, Stopped, Watch
 
 CALLS = ("fmi2Set", "fmi2DoStep", "fmi2Get")
 SEND, STEP, FETCH = range(3)
@@ -58,7 +61,11 @@ class Calls(NamedTuple):
 
 
 class Program(NamedTuple):
-    """A master as arrays. `step_sizes` (s) are those of the components."""
+    """A master as arrays. `step_sizes` (s) are those of the components.
+
+    `fetches` are of all outputs, `needed` of those alone that are used whether recorded or not. Where a point is
+    recorded, all come in the same calls: one call for the rest would cost more than its values do.
+    """
 
     instance: IntArray
     do_step: IntArray
@@ -66,6 +73,7 @@ class Program(NamedTuple):
     step_sizes: Array
     sends: Calls
     fetches: Calls
+    needed: Calls
     values: Array
     start_time: float
     step_size: float
@@ -83,6 +91,7 @@ def run(
     schedules: Sequence[Schedule],
     recorder: Recorder,
     observers: Sequence[Observer] = (),
+    watch: Watch | None = None,
 ) -> None:
     """Advance from communication point `first` to `last` as `Master.run` does.
 
@@ -95,15 +104,21 @@ def run(
     recorder
         Sees every point; the last included.
     observers
-        Called now and then, about every 50 ms, with the last point that was reached and the values after it.
+        Called now and then, about every 50 ms, with the last point that was reached and the values after it, of
+        which those that are recorded and nothing else may be older.
+    watch
+        Judged at every point, after it has been recorded.
 
     Raises
     ------
     StepFailed
         If a component does not complete a step. The recorder has seen everything up to it.
+    Stopped
+        If a condition of `watch` is met. The recorder has seen everything up to it.
     """
     master.check_start(first)
-    program = _program(master)
+    conditions = (watch or Watch()).conditions
+    program = _program(master, conditions)
     sheet, row = recorder.sheet(first, last), len(recorder.points)
     begin, size = first, 64
     while begin <= last:
@@ -112,9 +127,11 @@ def run(
         changes = _merged([schedule.changes(begin, end) for schedule in schedules])
         recorder.see(begin)
         started = time.perf_counter()
-        reached, row, failed, call, status = _advance(program, changes, sheet, row, begin, end, last)
+        reached, row, failed, call, status, met = _advance(program, changes, sheet, conditions, row, begin, end, last)
         recorder.fill(row)
         recorder.see(reached)
+        if met >= 0:
+            raise Stopped(met, reached)
         if status > WARNING:
             component = master.components[failed]
             reason = component.refusal(CALLS[call], status)
@@ -126,23 +143,33 @@ def run(
         begin = end
 
 
-def _program(master: Master[C]) -> Program:
+def _program(master: Master[C], conditions: Conditions) -> Program:
     entries = [component.entry_points() for component in master.components]
     every = [component.every for component in master.components]
+    fetches = [entry.fetches for entry in entries]
+    places = [np.arange(slot.start, slot.stop) for slot in master.slots]
+    used = np.zeros(len(master.values), np.bool_)
+    for positions in (*master.wiring.sources, conditions.positions):
+        used[positions] = True
     return Program(
         instance=np.array([entry.instance for entry in entries], np.intp),
         do_step=np.array([entry.do_step for entry in entries], np.intp),
         every=np.array(every, np.intp),
         step_sizes=np.array([m * master.step_size for m in every], np.float64),
         sends=_calls([entry.sends for entry in entries], master.wiring.sources),
-        fetches=_calls(
-            [entry.fetches for entry in entries], [np.arange(slot.start, slot.stop) for slot in master.slots]
-        ),
+        fetches=_calls(fetches, places),
+        needed=_calls([_only(used[place], of_one) for of_one, place in zip(fetches, places, strict=True)], places),
         values=master.values,
         start_time=float(master.start_time),
         step_size=float(master.step_size),
         jacobi=master.coupling == "jacobi",
     )
+
+
+def _only(used: NDArray[np.bool_], transfers: Sequence[Transfer]) -> list[Transfer]:
+    """What the transfers move of the outputs that are used."""
+    parts = [replace(t, references=t.references[used[t.where]], where=t.where[used[t.where]]) for t in transfers]
+    return [part for part in parts if len(part.where)]
 
 
 def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray]) -> Calls:
@@ -240,8 +267,22 @@ def _give(program: Program, i: int) -> int:
 
 
 @_kernel
-def _take(program: Program, i: int) -> int:
-    calls, values = program.fetches, program.values
+def _recorded(sheet: Sheet, n: int, every: int) -> bool:
+    """Whether one of the points from n + 1 to n + `every` is recorded, which see what is fetched at point n."""
+    earliest = max(n + 1, sheet.first)
+    return earliest + -earliest % sheet.every <= n + every
+
+
+@_kernel
+def _take(program: Program, sheet: Sheet, i: int, n: int) -> int:
+    if _recorded(sheet, n, program.every[i]):
+        return _fetch(program, program.fetches, i)
+    return _fetch(program, program.needed, i)
+
+
+@_kernel
+def _fetch(program: Program, calls: Calls, i: int) -> int:
+    values = program.values
     for c in range(calls.of[i], calls.of[i + 1]):
         first, size = calls.first[c], calls.first[c + 1] - calls.first[c]
         status = _exchange(calls.function[c], program.instance[i], calls.references_at[c], size, calls.values_at[c])
@@ -259,7 +300,7 @@ def _step(program: Program, i: int, n: int) -> int:
 
 
 @_kernel
-def _gauss_seidel(program: Program, n: int) -> tuple[int, int, int]:
+def _gauss_seidel(program: Program, sheet: Sheet, n: int) -> tuple[int, int, int]:
     for i in range(len(program.every)):
         if n % program.every[i] == 0:
             status = _give(program, i)
@@ -268,14 +309,14 @@ def _gauss_seidel(program: Program, n: int) -> tuple[int, int, int]:
             status = _step(program, i, n)
             if status > WARNING:
                 return i, STEP, status
-            status = _take(program, i)
+            status = _take(program, sheet, i, n)
             if status > WARNING:
                 return i, FETCH, status
     return 0, 0, 0
 
 
 @_kernel
-def _jacobi(program: Program, n: int) -> tuple[int, int, int]:
+def _jacobi(program: Program, sheet: Sheet, n: int) -> tuple[int, int, int]:
     for i in range(len(program.every)):
         if n % program.every[i] == 0:
             status = _give(program, i)
@@ -288,19 +329,41 @@ def _jacobi(program: Program, n: int) -> tuple[int, int, int]:
                 return i, STEP, status
     for i in range(len(program.every)):
         if (n + 1) % program.every[i] == 0:
-            status = _take(program, i)
+            status = _take(program, sheet, i, n)
             if status > WARNING:
                 return i, FETCH, status
     return 0, 0, 0
 
 
 @_kernel
+def _met(conditions: Conditions, values: Array, n: int) -> int:
+    """The first condition that is met at point n, or -1."""
+    for k in range(len(conditions.positions)):
+        if n < conditions.since[k]:
+            continue
+        sign = conditions.signs[k]
+        if not sign * values[conditions.positions[k]] > sign * conditions.limits[k]:
+            conditions.since[k] = n + 1
+        elif n - conditions.since[k] >= conditions.hold[k]:
+            return k
+    return -1
+
+
+@_kernel
 def _advance(
-    program: Program, changes: Changes, sheet: Sheet, row: int, begin: int, end: int, last: int
-) -> tuple[int, int, int, int, int]:
+    program: Program,
+    changes: Changes,
+    sheet: Sheet,
+    conditions: Conditions,
+    row: int,
+    begin: int,
+    end: int,
+    last: int,
+) -> tuple[int, int, int, int, int, int]:
     """Points `begin` to `end`, the latter excluded, and the steps from each but the last point of the run.
 
-    Returns the last point seen, the number of rows, and component, call and status of what ended it.
+    Returns the last point seen, the number of rows, component, call and status of what failed, and the condition that
+    is met or -1.
     """
     change = 0
     for n in range(begin, end):
@@ -312,8 +375,11 @@ def _advance(
                 sheet.table[row, column] = program.values[sheet.positions[column]]
             sheet.points[row] = n
             row += 1
+        met = _met(conditions, program.values, n)
+        if met >= 0:
+            return n, row, 0, 0, 0, met
         if n < last:
-            failed, call, status = _jacobi(program, n) if program.jacobi else _gauss_seidel(program, n)
+            failed, call, status = _jacobi(program, sheet, n) if program.jacobi else _gauss_seidel(program, sheet, n)
             if status > WARNING:
-                return n, row, failed, call, status
-    return end - 1, row, 0, 0, 0
+                return n, row, failed, call, status, -1
+    return end - 1, row, 0, 0, 0, -1

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from orchestrator.interface import Interface, Port
-from orchestrator.plan import Plan
+from orchestrator.interface import Interface
+from orchestrator.plan import Plan, port_of
 from orchestrator.recorder import Recorder
 from orchestrator.scenario import Scenario
 
@@ -30,8 +30,11 @@ def to_dataset(
     flavour: str,
     recorder: Recorder,
     failure: str | None,
+    stopped: str | None = None,
 ) -> xr.Dataset:
     """Everything that a run recorded, labelled.
+
+    `failure` says what ended it before its time, `stopped` which of its own conditions did.
 
     Coordinates are `time` (s) from the beginning of cycle 0 and `cycle`, in turns of the initial speed.
     Structured attributes (scenario, parameters, versions, ...) are JSON texts, so that NetCDF can hold them.
@@ -40,7 +43,7 @@ def to_dataset(
     variables = {}
     for column, variable in enumerate(recorder.table.T):
         label = plan.recorded[column]
-        component, port = _port_of(label, plan, interfaces)
+        component, port = port_of(label, plan.system, interfaces)
         variables[label] = (
             "time",
             variable.astype(_DTYPES[port.type]),
@@ -68,6 +71,7 @@ def to_dataset(
         "wall_s": recorder.wall_time,
         "completed": int(failure is None),
         "failure": failure or "",
+        "stopped": stopped or "",
         "scenario_data": scenario.model_dump_json(exclude_defaults=True),
         "parameters": json.dumps(plan.parameters(interfaces)),
         "initial_inputs": json.dumps(dict(plan.exogenous)),
@@ -85,12 +89,6 @@ def to_dataset(
         if n <= recorder.reached:
             attributes[f"{label}_cycle"] = n * plan.step_size / plan.period
     return xr.Dataset(variables, coordinates, attributes)
-
-
-def _port_of(label: str, plan: Plan, interfaces: Mapping[str, Interface]) -> tuple[str, Port]:
-    signal = next((s for s in plan.system.signals if s.name == label), None)
-    component, variable = plan.system.split(signal.targets[0] if signal is not None else label)
-    return component, interfaces[component].ports[variable]
 
 
 def _versions() -> dict[str, str]:

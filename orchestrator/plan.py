@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import fnmatch
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from orchestrator.interface import Interface, suggest
-from orchestrator.scenario import Scenario, positive_speed
+from orchestrator.interface import Interface, Port, suggest
+from orchestrator.scenario import Scenario, Stop, positive_speed
+from orchestrator.stopping import Condition
 from orchestrator.system import Component, System
 from orchestrator.values import Raw, convert
 
@@ -25,7 +26,7 @@ class Plan:
 
     `start` holds parameters by component, `exogenous` the first values of signals and scheduled inputs by
     name, `events` their changes as (point, name, value). `profile` holds the points (point, speed in rad/s)
-    that a changing speed is linear between; it is empty where the speed stays.
+    that a changing speed is linear between; it is empty where the speed stays. What `stops` judge is recorded.
     """
 
     system: System
@@ -39,6 +40,7 @@ class Plan:
     profile: tuple[tuple[int, float], ...]
     marks: Mapping[str, int]
     recorded: tuple[str, ...]
+    stops: tuple[Condition, ...] = ()
 
     @property
     def speed(self) -> float:
@@ -122,10 +124,32 @@ def make_plan(
     common = math.lcm(*(c.every for c in system.components))
     settle = common * math.ceil(scenario.settle_cycles * period / h / common)
     last = _whole_steps("--until", until, h) if until is not None else max(1, round(scenario.end(period) / h))
-    recorded = _recorded(scenario, system, interfaces, values.exogenous)
+    available = [
+        *values.exogenous,
+        *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
+    ]
+    stops = tuple(_condition(stop, available, system, interfaces, period, h) for stop in scenario.stop)
     return Plan(
-        system, h, period, -settle, last, values.start, values.exogenous, tuple(events), profile, marks, recorded
+        system,
+        h,
+        period,
+        -settle,
+        last,
+        values.start,
+        values.exogenous,
+        tuple(events),
+        profile,
+        marks,
+        _recorded(scenario.record.variables, available, [stop.signal for stop in stops]),
+        stops,
     )
+
+
+def port_of(signal: str, system: System, interfaces: Mapping[str, Interface]) -> tuple[str, Port]:
+    """Component and variable behind a name of the data set; of a shared signal, the first input that it feeds."""
+    shared = next((s for s in system.signals if s.name == signal), None)
+    component, variable = system.split(shared.targets[0] if shared is not None else signal)
+    return component, interfaces[component].ports[variable]
 
 
 class _Values:
@@ -238,15 +262,23 @@ def _whole_steps(name: str, time: float, h: float) -> int:
     return n
 
 
-def _recorded(
-    scenario: Scenario, system: System, interfaces: Mapping[str, Interface], exogenous: Iterable[str]
-) -> tuple[str, ...]:
-    available = [
-        *exogenous,
-        *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
-    ]
-    for pattern in scenario.record.variables:
+def _condition(
+    stop: Stop, available: Sequence[str], system: System, interfaces: Mapping[str, Interface], period: float, h: float
+) -> Condition:
+    signal = stop.variable
+    if signal not in available:
+        raise ValueError(f"stop: there is no signal {signal!r}; {suggest(signal, available)}")
+    _, port = port_of(signal, system, interfaces)
+    side, raw = stop.limit
+    limit = convert(raw, port, f"stop: {signal} {side}")
+    first, hold = round(stop.begin(period) / h), round(stop.hold(period) / h)
+    text = f"{signal} {side} {limit:.9g}{port.shown_unit}" + (f" for {hold * h:.9g} s" if hold else "")
+    return Condition(signal, side == "above", limit, first, hold, text)
+
+
+def _recorded(patterns: Sequence[str], available: Sequence[str], watched: Sequence[str]) -> tuple[str, ...]:
+    for pattern in patterns:
         if not fnmatch.filter(available, pattern):
             raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")
-    patterns = (*scenario.record.variables, *ESSENTIAL)
-    return tuple(name for name in available if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns))
+    matching = (*patterns, *ESSENTIAL)
+    return tuple(n for n in available if n in watched or any(fnmatch.fnmatchcase(n, pattern) for pattern in matching))

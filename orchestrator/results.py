@@ -42,6 +42,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "scenario": dataset.attrs["scenario"],
         "flavour": dataset.attrs["flavour"],
         "completed": bool(dataset.attrs["completed"]),
+        "stopped": dataset.attrs.get("stopped") or None,
         "settling_s": float(dataset.attrs["settling_s"]),
         "simulated_s": simulated,
         "wall_s": wall,

@@ -68,6 +68,47 @@ class SpeedPoint(_Moment):
     Omega: Value
 
 
+class Stop(_Strict):
+    """The run ends at the first point at which a signal has been above, or below, a value for long enough.
+
+    `variable` is the name of an output or of an input that the scenario sets, as in the data set. Points before the
+    beginning, cycle 0 unless given, count not; without `hold_cycles` and `hold_time` one point is enough.
+    """
+
+    variable: str
+    above: Value | None = None
+    below: Value | None = None
+    hold_cycles: float | None = None
+    hold_time: Value | None = None
+    from_cycle: float | None = None
+    from_time: Value | None = None
+
+    @property
+    def limit(self) -> tuple[str, Value]:
+        """`above` or `below`, and the value."""
+        given = [(side, value) for side, value in (("above", self.above), ("below", self.below)) if value is not None]
+        if len(given) != 1:
+            raise ValueError(f"stop on {self.variable} needs either above or below")
+        return given[0]
+
+    def hold(self, period: float) -> float:
+        """How long it must be beyond the limit without a break in s, for cycles of `period` s."""
+        return self._duration("hold", self.hold_cycles, self.hold_time, period)
+
+    def begin(self, period: float) -> float:
+        """Time in s from which it is judged, for cycles of `period` s."""
+        return self._duration("from", self.from_cycle, self.from_time, period)
+
+    def _duration(self, what: str, cycles: float | None, time: Value | None, period: float) -> float:
+        if cycles is not None and time is not None:
+            names = [name for name in type(self).model_fields if name.startswith(what)]
+            raise ValueError(f"stop on {self.variable} has both {' and '.join(names)}; it may have one")
+        value = cycles * period if cycles is not None else quantity(time or 0.0, "s", f"{what}_time of stop")
+        if not 0.0 <= value < math.inf:
+            raise ValueError(f"{what}_time of stop = {value:g} s is not allowed; it must be >= 0 s")
+        return value
+
+
 class Record(_Strict):
     """What is recorded: patterns of variable names, every how many steps, and whether settling is kept."""
 
@@ -87,7 +128,8 @@ class Scenario(_Strict):
     """A run. Cycles are periods of the initial speed, counted from the end of settling.
 
     The speed is `Omega` until cycle 0 begins, and from then on linear through the points of `speed` and constant
-    after the last; without points it stays.
+    after the last; without points it stays. The run ends at `end_cycle` or `end_time`, or before that as soon as one of
+    the conditions `stop` is met.
     Models are built for the rotor in the file `rotor`, the rig by default; the controller has the H of the table of
     `receptances` in place of the rotor model's.
     Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
@@ -112,6 +154,7 @@ class Scenario(_Strict):
     parameters: dict[str, Values] = {}
     event: tuple[Event, ...] = ()
     speed: tuple[SpeedPoint, ...] = ()
+    stop: tuple[Stop, ...] = ()
     record: Record = Record()
     plot: Plot = Plot()
     fmu: dict[str, str] = {}
@@ -148,7 +191,7 @@ class Scenario(_Strict):
         return next((event.moment(self.period) for event in self.event if event.label == label), None)
 
 
-NESTED: dict[str, type[BaseModel]] = {"event": Event, "speed": SpeedPoint, "record": Record, "plot": Plot}
+NESTED: dict[str, type[BaseModel]] = {"event": Event, "speed": SpeedPoint, "stop": Stop, "record": Record, "plot": Plot}
 
 
 def positive_speed(speed: float) -> float:
@@ -196,6 +239,8 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
             if not 0.0 <= event.moment(scenario.period) < math.inf:
                 raise ValueError(f"event at {event.moment(scenario.period):g} s is not allowed; it must be at >= 0 s")
         _check_speeds(scenario)
+        for stop in scenario.stop:
+            _ = stop.limit, stop.hold(scenario.period), stop.begin(scenario.period)  # raise when they are wrong
         _ = scenario.step_size, scenario.end(scenario.period)  # both raise when they are wrong
     except ValidationError as error:
         raise ValueError("\n".join(f"scenario {name}: {line}" for line in mistakes(error, Scenario, NESTED))) from error

@@ -22,6 +22,7 @@ from orchestrator.master import Array, Loop, Master, Observer, PiecewiseConstant
 from orchestrator.plan import ACCELERATION, SPEED, Plan, make_plan
 from orchestrator.recorder import Recorder
 from orchestrator.scenario import Scenario
+from orchestrator.stopping import Stopped, Watch
 from orchestrator.system import load_system
 from orchestrator.values import Raw
 
@@ -82,7 +83,8 @@ def prepare(
 def run(prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled") -> Outcome:
     """Run a prepared scenario.
 
-    A step that fails and Ctrl-C end the run early: the outcome holds what was recorded and what happened.
+    A step that fails and Ctrl-C end the run early: the outcome holds what was recorded and what happened. A condition
+    of the scenario that is met ends it too, and is no failure; the data set says which.
     `progress` is called now and then with the steps done and their number.
     The `compiled` loop and the `plain` one, which calls the FMUs from Python, give the same to the last bit.
 
@@ -98,7 +100,8 @@ def run(prepared: Prepared, progress: Progress | None = None, loop: Loop = "comp
         positions, plan.first if prepared.scenario.record.settling else 0, prepared.scenario.record.every
     )
     failure: str | None = None
-    stopped = False
+    stopped: str | None = None
+    by_user = False
     with ExitStack() as stack, _deferred_interrupt() as interrupted:
         components = []
         for c in system.components:
@@ -120,18 +123,21 @@ def run(prepared: Prepared, progress: Progress | None = None, loop: Loop = "comp
         schedules: list[Schedule] = [PiecewiseConstant((n, at(name), value) for n, name, value in plan.events)]
         if plan.profile:
             schedules.append(PiecewiseLinear(plan.profile, plan.step_size, at(SPEED), at(ACCELERATION)))
+        watch = Watch(plan.stops, [at(condition.signal) for condition in plan.stops])
         observers: list[Observer] = [_stop_when(interrupted)]
         if progress is not None:
             observers.append(_reporting(progress, plan, every=1 if loop == "compiled" else 200))
         try:
             if loop == "compiled":
-                compiled.run(master, plan.first, plan.last, schedules, recorder, observers)
+                compiled.run(master, plan.first, plan.last, schedules, recorder, observers, watch)
             else:
-                master.run(plan.first, plan.last, schedules, [recorder, *observers])
+                master.run(plan.first, plan.last, schedules, [recorder, watch, *observers])
         except StepFailed as error:
             failure = str(error)
+        except Stopped as condition:
+            stopped = f"{plan.stops[condition.index].text}, at t = {master.time(condition.point):.9g} s"
         except KeyboardInterrupt:
-            stopped = True
+            by_user = True
             failure = f"interrupted at t = {recorder.reached * plan.step_size:.9g} s"
     dataset = to_dataset(
         prepared.name,
@@ -141,8 +147,9 @@ def run(prepared: Prepared, progress: Progress | None = None, loop: Loop = "comp
         _flavour(prepared.fmus),
         recorder,
         failure,
+        stopped,
     )
-    return Outcome(dataset, failure, stopped)
+    return Outcome(dataset, failure, by_user)
 
 
 def _flavour(fmus: Mapping[str, Fmu]) -> str:

@@ -106,6 +106,12 @@ class Instance:
         self._next_outputs = self.outputs.copy()
         self.state = self._zeros(model.n_state)
         self.work = self._zeros(model.n_work)
+        # What every step passes on, made once:
+        arrays = (self.constants, self.parameters, self.inputs, self.state, self.work, self._next_outputs)
+        given, lowest, highest = table.n_parameters + table.n_inputs, table.minimum, table.maximum
+        self._arrays = arrays
+        self._given = (self.values, lowest, highest, given)
+        self._found = (self._next_outputs, lowest[given:], highest[given:], table.n_outputs)
         self.fault = 0
         self.message = ""
 
@@ -123,11 +129,7 @@ class Instance:
         self.fault = 0
         self._check_given()
         self.state[:] = 0.0
-        self._finish(
-            self.model.initialise(
-                self.constants, self.parameters, self.inputs, self.state, self.work, self._next_outputs
-            )
-        )
+        self._finish(self.model.initialise(*self._arrays))
 
     def step(self, time: float, step_size: float) -> None:
         """Advance the state from `time` by `step_size` (s) under constant inputs; raises `Fault`."""
@@ -136,18 +138,8 @@ class Instance:
         if not (0.0 < step_size < np.inf):
             raise self.stop(FAULT_STEP_SIZE, f"step size = {step_size:g} s is not allowed; it must be > 0 s and finite")
         self._check_given()
-        self._finish(
-            self.model.step(
-                self.constants,
-                self.parameters,
-                self.inputs,
-                self.state,
-                self.work,
-                self._next_outputs,
-                float(time),  # an int would be another signature, compiled anew
-                float(step_size),
-            )
-        )
+        # An int would be another signature, compiled anew.
+        self._finish(self.model.step(*self._arrays, float(time), float(step_size)))
 
     def stop(self, code: int, message: str = "") -> Fault:
         """Keep a fault until the next initialisation; the exception to raise for it."""
@@ -172,17 +164,14 @@ class Instance:
         return re.sub(r"\{([^}]+)\}", lambda match: f"{self[match[1]]:g}", sentence)
 
     def _check_given(self) -> None:
-        table = self.model.interface
-        i = first_outside(self.values, table.minimum, table.maximum, table.n_parameters + table.n_inputs)
+        i = first_outside(*self._given)
         if i >= 0:
             raise self.stop(FAULT_RANGE + i)
 
     def _finish(self, fault: int) -> None:
-        table = self.model.interface
-        first = table.n_parameters + table.n_inputs
         if not fault:
-            i = first_outside(self._next_outputs, table.minimum[first:], table.maximum[first:], table.n_outputs)
-            fault = FAULT_NOT_FINITE + first + i if i >= 0 else 0
+            i = first_outside(*self._found)
+            fault = FAULT_NOT_FINITE + self._given[3] + i if i >= 0 else 0
         if fault:
             raise self.stop(int(fault))
         self.outputs[:] = self._next_outputs

@@ -14,14 +14,16 @@ from typing import Any, ClassVar
 from xml.etree.ElementTree import Element
 
 import numpy as np
+from numpy.typing import NDArray
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
 from fmi_export.description import LOG_CATEGORIES, model_description
 from fmi_export.exit_order import release_before_static_destructors
-from fmi_export.model import Fault, Instance, Model
+from fmi_export.model import Array, Fault, Instance, Model
 
 FAULT_INTERNAL = 998
+REMEMBERED = 1000  # lists of value references; hosts use the same few in every step
 
 
 class ModelSlave(Fmi2Slave):  # type: ignore[misc]
@@ -41,7 +43,8 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         self.modelName = self.model.name
         self.guid = self.build["guid"]
         self.instance = Instance(self.model, np.load(resources / "constants.npy"))
-        self._memory: Any = self.instance.values.data  # a memoryview: faster than the array for single items
+        self._readable: dict[tuple[int, ...], NDArray[np.intp]] = {}
+        self._settable: dict[tuple[int, ...], NDArray[np.intp]] = {}
         self._initialising = True
         self._stale = True
 
@@ -87,53 +90,60 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
     # Variables ---------------------------------------------------------------------------------------------
 
     def get_real(self, vrs: list[int]) -> list[float]:
+        return self._read(vrs).tolist()
+
+    def get_integer(self, vrs: list[int]) -> list[int]:
         try:
-            if self._initialising:
-                self._refresh()
-            memory = self._memory
-            return [memory[vr] for vr in vrs]
-        except Exception as error:
+            return [int(value) for value in self._read(vrs).tolist()]
+        except (ValueError, OverflowError) as error:
             self._refuse(error, f"get {vrs}: ")
-            return [0.0] * len(vrs)
+            return [0] * len(vrs)
+
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        return (self._read(vrs) != 0.0).tolist()
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         try:
-            self._check_settable(vrs)
-            memory = self._memory
-            for vr, value in zip(vrs, values, strict=True):
-                memory[vr] = value
+            key = (self._initialising, *vrs)
+            where = self._settable.get(key)
+            if where is None:
+                self._check_settable(vrs)
+                where = _remember(self._settable, key, vrs)
+            self.instance.values[where] = values
         except Exception as error:
             self._refuse(error, f"set {vrs}: ")
         self._stale = True
+
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        self.set_real(vrs, values)  # type: ignore[arg-type]
+
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        self.set_real(vrs, values)  # type: ignore[arg-type]
+
+    def _read(self, vrs: list[int]) -> Array:
+        try:
+            if self._initialising:
+                self._refresh()
+            key = tuple(vrs)
+            where = self._readable.get(key)
+            if where is None:
+                where = _remember(self._readable, key, vrs)
+            return self.instance.values[where]
+        except Exception as error:
+            self._refuse(error, f"get {vrs}: ")
+            return np.zeros(len(vrs))
 
     def _check_settable(self, vrs: list[int]) -> None:
         """Refuse outputs, and fixed parameters after initialisation; parameters and inputs come first."""
         table = self.model.interface
         outputs = table.n_parameters + table.n_inputs
         low = 0 if self._initialising else table.n_parameters
-        if vrs and (min(vrs) < low or max(vrs) >= outputs):
-            for vr in vrs:
-                if not 0 <= vr < len(table.variables):
-                    raise ValueError(f"there is no value reference {vr}")
-                if vr >= outputs or (vr < low and not table.variables[vr].tunable):
-                    v = table.variables[vr]
-                    raise ValueError(f"{v.name} is a {v.variability} {v.causality} and cannot be set now")
-
-    def get_integer(self, vrs: list[int]) -> list[int]:
-        try:
-            return [int(value) for value in self.get_real(vrs)]
-        except (ValueError, OverflowError) as error:
-            self._refuse(error, f"get {vrs}: ")
-            return [0] * len(vrs)
-
-    def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        self.set_real(vrs, values)  # type: ignore[arg-type]
-
-    def get_boolean(self, vrs: list[int]) -> list[bool]:
-        return [value != 0.0 for value in self.get_real(vrs)]
-
-    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        self.set_real(vrs, [float(value) for value in values])
+        for vr in vrs:
+            if not 0 <= vr < len(table.variables):
+                raise ValueError(f"there is no value reference {vr}")
+            if vr >= outputs or (vr < low and not table.variables[vr].tunable):
+                v = table.variables[vr]
+                raise ValueError(f"{v.name} is a {v.variability} {v.causality} and cannot be set now")
 
     # State -------------------------------------------------------------------------------------------------
 
@@ -174,3 +184,11 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
             return text | {k: base64.b64decode(text[k]) for k in ("values", "state")}
         except Exception as error:  # there is no instance to log to: setting this state says why it is none
             return {"guid": f"unreadable: {error}"}
+
+
+def _remember(known: dict[tuple[int, ...], NDArray[np.intp]], key: tuple[int, ...], vrs: list[int]) -> NDArray[np.intp]:
+    """Value references as an index, kept for the next call with them."""
+    if len(known) >= REMEMBERED:
+        known.clear()
+    known[key] = where = np.array(vrs, np.intp)
+    return where

@@ -125,6 +125,8 @@ def _show(console: Console, figures: dict[str, Any], folder: Path) -> None:
     table.add_row(
         "simulated", f"{figures['simulated_s']:.4g} s, {_number(figures['real_time_factor'])} times real time"
     )
+    if figures["stopped"] is not None:
+        table.add_row("stopped", figures["stopped"])
     console.print(table)
     console.print(f"results in {folder}")
 

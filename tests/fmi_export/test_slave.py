@@ -7,6 +7,7 @@ import pytest
 
 from amb_actuator.actuator import MODEL as ACTUATOR
 from fmi_export.model import Instance
+from fmi_export.slave import REMEMBERED, _remember
 
 H = 250e-6
 
@@ -255,3 +256,35 @@ def test_reading_an_unknown_value_reference_does_not_bring_the_host_down(build_f
     status, line = run_python(host, path=build_fmu(lag))
     assert status == 2
     assert "[0, 1000]" in line
+
+
+def test_what_could_be_set_during_initialisation_is_refused_after_it(build_fmu, lag, run_python):
+    def host(path: str) -> list:
+        from drive import Fmu
+
+        fmu = Fmu(path, initialise=False)
+        fmu.set(time_constant=2e-3)
+        fmu.fmi.exitInitializationMode()
+        statuses = [fmu.step(0)]
+        fmu.set(u=1.0)
+        for value in (3e-3, 4e-3):
+            fmu.set(time_constant=value)
+        answer = [statuses[0], fmu.step(1), *fmu.get("fault_code", "time_constant", "y"), fmu.log]
+        fmu.close()
+        return answer
+
+    before, after, code, time_constant, y, log = run_python(host, path=build_fmu(lag))
+    assert (before, after, code) == (0, 2, 998)
+    assert time_constant == 2e-3
+    assert y == 0.0
+    refused = [line for line in log if "time_constant is a fixed parameter and cannot be set now" in line]
+    assert len(refused) == 3, "two settings, and the step after them"
+
+
+def test_lists_of_references_are_kept_in_bounded_number():
+    known = {}
+    for vr in range(3 * REMEMBERED):
+        where = _remember(known, (vr, 7), [vr, 7])
+        assert where.tolist() == [vr, 7]
+        assert known[vr, 7] is where
+        assert len(known) <= REMEMBERED

@@ -217,3 +217,18 @@ def test_a_failing_step_keeps_what_was_recorded(cosim, tmp_path):
     assert dataset.attrs["completed"] == 0
     assert dataset.attrs["failure"].startswith("amb_actuator failed")
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["completed"] is False
+
+
+def test_a_condition_of_the_scenario_ends_the_run_without_failure(cosim, tmp_path):
+    stop = '[[stop]]\nvariable = "rotor_contact.mb1.x"\nabove = "-1 mm"\nhold_time = "10 ms"\n'
+    (tmp_path / "mine.toml").write_text('base = "fig4_9"\nsettle_cycles = 0\n' + stop)
+    done = cosim("run", "mine.toml", "-o", "out", "--no-plots")
+    assert done.returncode == 0, done.stderr
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["completed"] is True
+    assert summary["stopped"] == "rotor_contact.mb1.x above -0.001 m for 0.01 s, at t = 0.01 s"
+    assert summary["simulated_s"] == 0.01
+    assert "stopped" in done.stdout
+    dataset = results.load(tmp_path / "out" / "result.nc")
+    assert dataset.attrs["stopped"] == summary["stopped"]
+    assert dataset.sizes["time"] == 41

@@ -15,6 +15,7 @@ from orchestrator import compiled
 from orchestrator.component import EntryPoints, Transfer
 from orchestrator.master import Master, PiecewiseConstant, PiecewiseLinear, StepFailed, Wiring
 from orchestrator.recorder import Recorder
+from orchestrator.stopping import Condition, Stopped, Watch
 
 KINDS = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 DO_STEP = CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)
@@ -130,7 +131,7 @@ def schedules():
     return [PiecewiseConstant(events), PiecewiseLinear([(0, 10.0), (33, 10.1), (130, 7.0)], H, 0, 1)]
 
 
-def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, keep=0, decimation=1):
+def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, keep=0, decimation=1, stops=()):
     """What is recorded, the trace of calls, the last values and what was raised, of either loop."""
     results = []
     for run in ("plain", "compiled"):
@@ -141,9 +142,11 @@ def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, ke
         error = None
         try:
             if run == "plain":
-                master.run(first, last, schedules(), [recorder])
+                master.run(first, last, schedules(), [recorder, Watch(*stops)])
             else:
-                compiled.run(master, first, last, schedules(), recorder)
+                compiled.run(master, first, last, schedules(), recorder, (), Watch(*stops))
+        except Stopped as stopped:
+            error = (stopped.index, stopped.point)
         except StepFailed as failed:
             error = (str(failed), failed.component, failed.time, str(failed.__cause__))
         values = master.values.tolist()
@@ -198,8 +201,81 @@ def test_a_warning_does_not_end_the_run():
 @pytest.mark.parametrize("block_time", [0.0, 1e9])
 def test_blocks_do_not_show_in_the_results(block_time, monkeypatch):
     monkeypatch.setattr(compiled, "BLOCK_TIME", block_time)
-    plain, fast = both(-12, 700, every=(4, 1, 2))
+    plain, fast = both(-12, 700, every=(4, 1, 2), keep=-12)
     assert fast == plain
+
+
+@pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
+@pytest.mark.parametrize("every", [(1, 1, 1), (4, 1, 2), (1, 3, 6)])
+@pytest.mark.parametrize(("keep", "decimation"), [(0, 1), (-9, 4), (7, 5), (0, 1000)])
+def test_what_is_only_recorded_is_fetched_where_it_is_recorded(coupling, every, keep, decimation):
+    plain, fast = both(-12, 260, coupling, every, keep=keep, decimation=decimation)
+    assert fast[:2] == plain[:2], "the same is recorded"
+    assert [call for call in fast[2] if call[1] != "get"] == [call for call in plain[2] if call[1] != "get"]
+    read = {"a": {107, 108, 110}, "b": {107, 109}, "c": {108, 109, 110}}  # by SOURCES
+    for name, m in zip("abc", every, strict=True):
+        fetched = fetches(fast[2], name)
+        assert len(fetched) == -(-272 // m)
+        for k, references in enumerate(fetched):
+            seen = range(-12 + m * k + 1, -12 + m * k + m + 1)  # points at which its values are the present ones
+            if coupling == "jacobi":
+                seen = range(seen.start + m - 1, seen.stop + m - 1)
+            if seen.start > 260:
+                break  # the run ends before
+            is_recorded = any(n >= keep and n % decimation == 0 for n in seen)
+            assert references == ({107, 108, 109, 110} if is_recorded else read[name]), (name, k)
+
+
+def fetches(trace, name):
+    """The references that a component was asked for after each of its steps."""
+    found = []
+    for call in trace:
+        if call[0] == name and call[1] == "step":
+            found.append(set())
+        elif call[0] == name and call[1] == "get":
+            found[-1] |= set(call[4])
+    return found
+
+
+def condition(signal, side, limit, first=0, hold=0):
+    return [Condition(signal, side == "above", limit, first, hold, "")], [NAMES.index(signal)]
+
+
+@pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
+@pytest.mark.parametrize("decimation", [1, 7])
+@pytest.mark.parametrize(
+    ("stops", "point"),
+    [
+        # The speed rises from 10 at point 0 to 10.1 at 33, and falls to 7 at 130.
+        (condition("speed", "above", 10.05), 17),
+        (condition("speed", "above", 10.05, hold=9), 26),
+        (condition("speed", "above", 10.05, first=20), 20),
+        (condition("speed", "above", 10.05, first=20, hold=9), 29),
+        (condition("speed", "below", 8.0), 99),
+        (condition("flag", "below", 1.0), 70),
+        (condition("speed", "above", 7.0, hold=129), 129),
+        (condition("speed", "above", 7.0, hold=130), None),
+        (condition("speed", "above", 10.1), None),
+        (condition("c.0", "above", 1e9), None),
+    ],
+)
+def test_a_condition_ends_both_loops_at_the_same_point(coupling, decimation, stops, point):
+    plain, fast = both(-12, 260, coupling, (4, 1, 2), decimation=decimation, stops=stops)
+    assert fast[:2] == plain[:2]
+    assert fast[4:] == plain[4:]
+    assert fast[4] == (None if point is None else (0, point))
+    reached = 260 if point is None else point
+    assert fast[5] == reached
+    assert fast[0] == list(range(0, reached + 1, decimation))
+
+
+def test_a_condition_sees_outputs_that_are_neither_read_nor_recorded():
+    (points, table, *_), _ = both(0, 260)
+    first = next(n for n, row in zip(points, table, strict=True) if row[5] < -100.0)  # column 5 is a.2
+    plain, fast = both(0, 260, keep=500, stops=condition("a.2", "below", -100.0))
+    assert 1 < first < 260
+    assert fast[0] == plain[0] == []
+    assert fast[4] == plain[4] == (0, first)
 
 
 def ticking(**options):

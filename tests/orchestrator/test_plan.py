@@ -213,6 +213,43 @@ def test_recorded_variables_follow_the_patterns():
         plan(extra='record.variables = ["rotr.*"]\n')
 
 
+STOP = """
+stop = [
+    { variable = "sampler.i", above = "2 kA", hold_cycles = 2, from_time = "50 ms" },
+    { variable = "Omega", below = "10 Hz" },
+]
+"""
+
+
+def test_a_condition_becomes_numbers_in_the_units_of_its_signal():
+    h, period = 250e-6, 2.0 * math.pi / 100.0
+    current, speed = plan(extra=STOP).stops
+    assert current[:5] == ("sampler.i", True, 2000.0, 200, round(2 * period / h))
+    assert current.text == f"sampler.i above 2000 A for {round(2 * period / h) * h:.9g} s"
+    assert speed[:5] == ("Omega", False, pytest.approx(20 * math.pi, rel=1e-15), 0, 0)
+    assert speed.text == "Omega below 62.8318531 rad/s"
+
+
+def test_what_a_condition_judges_is_recorded():
+    assert plan(extra='record.variables = ["rotor.*"]\n' + STOP).recorded == (
+        "Omega", "rotor.d1.u", "rotor.d2.u", "sampler.i", "rotor.x"
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("sampler.i", "sampler.ii", "stop: there is no signal 'sampler.ii'; did you mean sampler.i"),
+        ("sampler.i", "sampler.k_x", "stop: there is no signal 'sampler.k_x'"),
+        ("2 kA", "2 kN", "stop: sampler.i above = '2 kN' has unit kN, which cannot be converted to A"),
+        ("10 Hz", "-10 kHz", r"stop: Omega below = -62831\.853\d* rad/s .* it must be >= -10000 and <= 10000 rad/s"),
+    ],
+)
+def test_a_condition_that_does_not_fit_its_signal_is_refused(old, new, message):
+    with pytest.raises(ValueError, match=message):
+        plan(extra=STOP.replace(old, new))
+
+
 def test_settings_are_split_at_the_first_equals_sign():
     assert parse_settings(["a.b=1 mm", " c.d = 2 ", "a.b=3"]) == {"a.b": "3", "c.d": "2"}
     for text in ("a.b", "=1", "a.b="):

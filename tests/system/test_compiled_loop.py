@@ -70,6 +70,25 @@ SCENARIOS = {
 FAILING = UNBALANCE + '\n[[event]]\ncycle = 3.3\nset.rotor_contact."d1.f_x" = "1e7 N"\n'
 
 
+STOPPING = (
+    UNBALANCE
+    + """
+[[stop]]
+variable = "rotor_contact.rb1.f_n"
+above = "1 MN"
+
+[[stop]]
+variable = "rotor_contact.contact_state"
+above = 0
+from_cycle = 0.5
+
+[record]
+variables = ["amb_actuator.mb?.f_?"]
+every = 3
+"""
+)
+
+
 def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
     """What differs between the loops, and what the compiled one recorded."""
     import numpy as np
@@ -94,7 +113,12 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
         "outputs": [len(i.of("output")) for i in prepared.interfaces.values()],
         "variables": len(fast.dataset.data_vars),
         "contact": sorted(set(fast.dataset["rotor_contact.contact_state"].values.tolist())),
+        "touching": int((fast.dataset["rotor_contact.contact_state"].values > 0).argmax()),
         "last": prepared.plan.last,
+        "stopped": fast.dataset.attrs["stopped"],
+        "completed": fast.dataset.attrs["completed"],
+        "simulated": fast.dataset.attrs["simulated_s"],
+        "step": prepared.plan.step_size,
     }
 
 
@@ -124,6 +148,22 @@ def test_a_refused_step_ends_both_loops_alike(flavour: str, run_python: Callable
     assert found["differing"] == []
     assert found["points"] == list(range(found["points"][-1] + 1))
     assert 300 < found["points"][-1] < found["last"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flavour", FLAVOURS)
+def test_both_loops_stop_at_the_first_contact(flavour: str, run_python: Callable[..., Any]) -> None:
+    whole = run_python(with_both_loops, scenario=UNBALANCE, flavour=flavour, timeout=600)
+    found = run_python(with_both_loops, scenario=STOPPING, flavour=flavour, timeout=600)
+    assert found["differing"] == []
+    assert found["attributes"] == []
+    assert found["failures"] == [None, None]
+    assert found["completed"] == 1
+    first = whole["touching"]
+    assert found["simulated"] == first * found["step"]
+    assert found["stopped"] == f"rotor_contact.contact_state above 0, at t = {found['simulated']:.9g} s"
+    assert found["points"] == list(range(0, first + 1, 3))
+    assert found["variables"] < whole["variables"]
 
 
 def interrupted(flavour: str, scenario: str) -> dict[str, Any]:

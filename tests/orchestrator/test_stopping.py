@@ -1,0 +1,83 @@
+"""When a condition on a signal is met, and how a scenario states it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from orchestrator.scenario import parse_scenario
+from orchestrator.stopping import Condition, Stopped, Watch
+
+SCENARIO = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n[[stop]]\nvariable = "rotor.x"\n'
+
+
+def met(values, *conditions, start=0):
+    """Index and point at which the first of the conditions (side, limit, first, hold) is met by the values, or None."""
+    watch = Watch(
+        [Condition("x", side == "above", limit, first, hold, "") for side, limit, first, hold in conditions],
+        [0] * len(conditions),
+    )
+    try:
+        for n, value in enumerate(values, start):
+            watch(n, np.array([value]))
+    except Stopped as stopped:
+        return stopped.index, stopped.point
+    return None
+
+
+def test_a_limit_itself_is_neither_above_nor_below():
+    assert met([1.0, 1.0], ("above", 1.0, 0, 0)) is None
+    assert met([1.0, 1.0], ("below", 1.0, 0, 0)) is None
+    assert met([1.0, np.nextafter(1.0, 2.0)], ("above", 1.0, 0, 0)) == (0, 1)
+    assert met([1.0, np.nextafter(1.0, 0.0)], ("below", 1.0, 0, 0)) == (0, 1)
+
+
+def test_negative_limits_are_not_mirrored():
+    assert met([-3.0, -1.0, 5.0], ("above", -2.0, 0, 0)) == (0, 1)
+    assert met([-1.0, 5.0, -3.0], ("below", -2.0, 0, 0)) == (0, 2)
+
+
+def test_a_break_starts_the_hold_again():
+    assert met([2, 2, 2, 0, 2, 2, 2, 2, 2], ("above", 1.0, 0, 3)) == (0, 7)
+    assert met([2, 2, 2, 0, 2, 2, 2], ("above", 1.0, 0, 3)) is None
+
+
+def test_points_before_the_first_do_not_count_for_the_hold():
+    assert met([2.0] * 20, ("above", 1.0, 5, 3)) == (0, 8)
+    assert met([2.0] * 30, ("above", 1.0, 0, 3), start=-10) == (0, 3)
+    assert met([0, 0, 0, 0, 0, 0, 2, 2, 2, 2], ("above", 1.0, 5, 3)) == (0, 9)
+
+
+def test_what_is_not_a_number_is_beyond_no_limit():
+    assert met([math.nan] * 3, ("above", 1.0, 0, 0), ("below", 1.0, 0, 0)) is None
+    assert met([2.0, math.nan, 2.0, 2.0], ("above", 1.0, 0, 1)) == (0, 3)
+
+
+def test_of_several_conditions_the_first_that_is_met_ends_the_run():
+    assert met([0.0, 3.0, -3.0], ("below", -2.0, 0, 0), ("above", 2.0, 0, 0)) == (1, 1)
+    assert met([3.0], ("above", 2.0, 0, 0), ("above", 1.0, 0, 0)) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "stop on rotor.x needs either above or below"),
+        ("above = 1\nbelow = 2", "stop on rotor.x needs either above or below"),
+        (
+            "above = 1\nhold_cycles = 2\nhold_time = '1 s'",
+            "has both hold_cycles and hold_time; it may have one",
+        ),
+        ("above = 1\nfrom_cycle = 2\nfrom_time = '1 s'", "has both from_cycle and from_time; it may have one"),
+        ("above = 1\nhold_cycles = -1", "hold_time of stop = -0.0628319 s is not allowed; it must be >= 0 s"),
+        ("above = 1\nfrom_time = 'inf'", "from_time of stop = inf s is not allowed; it must be >= 0 s"),
+        ("above = 1\nhold_time = '5 mm'", "hold_time of stop = '5 mm' has unit mm, which cannot be converted to s"),
+        ("above = 1\nhold = 5", "unknown field stop.0.hold; did you mean hold_time?"),
+    ],
+)
+def test_a_mistake_in_a_condition_is_named(text, message):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the message is compared
+        parse_scenario(SCENARIO + text, "mine")
+    assert str(caught.value).startswith("scenario mine: ")
+    assert message in str(caught.value)
