@@ -137,10 +137,11 @@ def collect_coefficients(s: Structure, m: Motion) -> None:
                 c[n + row + axis, i] += effect * m.bearings[k, C_B]
     for kind in range(3):
         for i in range(n):
-            total = 0.0
-            for j in range(n):
-                total += s.Minv[i, j] * m.forces[kind, j]
-            c[2 * n + kind, i] = total
+            c[2 * n + kind, i] = 0.0
+        for j in range(n):
+            if m.forces[kind, j] != 0.0:
+                for i in range(n):
+                    c[2 * n + kind, i] += s.Minv[j, i] * m.forces[kind, j]
 
 
 @kernel

@@ -13,15 +13,14 @@ from rotor_contact.arrays import (
     HEAD,
     MEMORY,
     PACE,
-    Scratch,
     load_sites,
     n_state,
     n_work,
     scratch_of,
     store_sites,
 )
-from rotor_contact.constants import Structure, structure_of
-from rotor_contact.dynamics import Motion, collect_coefficients, collect_forces
+from rotor_contact.constants import structure_of
+from rotor_contact.dynamics import collect_coefficients, collect_forces
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance, settle
 from rotor_contact.flight import fly, is_made, make, steady
 from rotor_contact.integration import TALLIES, Z
@@ -79,19 +78,6 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
 
 
 @kernel
-def flies(
-    s: Structure, parameters: Array, inputs: Array, m: Motion, x: Scratch, memory: Array, step_size: float
-) -> bool:
-    """Take the step in free flight, if it is one and steps have been alike for long enough."""
-    if not steady(parameters, inputs, m, step_size, memory) or parameters[EXACT_FLIGHT] == 0.0:
-        return False
-    if not is_made(x.flight, memory):
-        collect_coefficients(s, m)
-        make(s.Minv, m, memory, x.flight)
-    return fly(m, x.sites, x.runge, x.flight, step_size)
-
-
-@kernel
 def step(
     constants: Array,
     parameters: Array,
@@ -112,7 +98,14 @@ def step(
     load_sites(s, parameters, state, x.sites)
     copy(z, x.runge[Z])
     motion = collect_forces(s, parameters, inputs, state[ANGLE], x.coefficients, x.forces, x.bearings)
-    if not flies(s, parameters, inputs, motion, x, state[MEMORY:HEAD], step_size):
+    memory = state[MEMORY:HEAD]
+    flown = False
+    if steady(parameters, inputs, motion, step_size, memory) and parameters[EXACT_FLIGHT] != 0.0:
+        if not is_made(x.flight, memory):
+            collect_coefficients(s, motion)
+            make(s.Minv, motion, memory, x.flight)
+        flown = fly(motion, x.sites, x.runge, x.flight, step_size)
+    if not flown:
         collect_coefficients(s, motion)
         law = int(parameters[IMPACT_LAW])
         fault = advance(
