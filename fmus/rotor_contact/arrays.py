@@ -6,21 +6,26 @@ from typing import NamedTuple
 
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
+from rotor_contact import flight
 from rotor_contact.constants import Structure
 from rotor_contact.contact import DRIVE, LOSS, MODE, PLANE, RHS, SIGN, SITE_COLUMNS
 from rotor_contact.dynamics import BEARING_COLUMNS
+from rotor_contact.flight import Flight, flight_of
 from rotor_contact.integration import IMPACT_HEAT, RUNGE_ROWS, TALLIES, WORK_DONE
 from rotor_contact.interface import N_BEARINGS, N_SITES, SITE, SITE_PARAMETERS
 
-# State: mode and sign of slip of each site, the rotor angle, the energy at the start, then z (see `integration`).
+# State: mode and sign of slip of each site, the rotor angle, the energy at the start, the pace of `events.advance`, the
+# memory of `flight.steady`, then z (see `integration`).
 SITE_STATE = 2
 ANGLE = N_SITES * SITE_STATE
 ENERGY_AT_START = ANGLE + 1
-HEAD = ANGLE + 2
+PACE = ANGLE + 2
+MEMORY = ANGLE + 3
+HEAD = MEMORY + flight.N_MEMORY
 
 
 class Scratch(NamedTuple):
-    """The scratch array by its uses: table of sites, contact equations, integration, motion, orbit."""
+    """The scratch array by its uses: table of sites, contact equations, integration, motion, orbit, flight."""
 
     sites: Array
     equations: Array
@@ -29,6 +34,7 @@ class Scratch(NamedTuple):
     forces: Array
     bearings: Array
     orbit: Array
+    flight: Flight
 
 
 def n_state(constants: Array) -> int:
@@ -47,6 +53,7 @@ def n_work(constants: Array) -> int:
         + 3 * n
         + N_BEARINGS * BEARING_COLUMNS
         + 2 * n * (2 * n + 1)
+        + flight.size_of(n)
     )
 
 
@@ -67,7 +74,7 @@ def scratch_of(work: Array, n: int) -> Scratch:
     bearings = work[start:end].reshape(N_BEARINGS, BEARING_COLUMNS)
     start, end = end, end + 2 * n * (2 * n + 1)
     orbit = work[start:end].reshape(2 * n, 2 * n + 1)
-    return Scratch(sites, equations, runge, coefficients, forces, bearings, orbit)
+    return Scratch(sites, equations, runge, coefficients, forces, bearings, orbit, flight_of(work[end:], n))
 
 
 @kernel

@@ -34,8 +34,8 @@ from rotor_contact.interface import (
     UNBALANCE,
 )
 
-ROW, C_B, GRADIENT_X, GRADIENT_Y = range(4)  # columns of Motion.bearings
-BEARING_COLUMNS = 4
+ROW, K_B, C_B, GRADIENT_X, GRADIENT_Y = range(5)  # columns of Motion.bearings
+BEARING_COLUMNS = 5
 STEADY, COSINE, SINE = range(3)  # rows of Motion.forces, and the last rows of Motion.coefficients
 
 
@@ -50,7 +50,8 @@ class Motion(NamedTuple):
     forces
         The forces (N) behind steady, cosine and sine, shape (3, n).
     bearings
-        Row of x, passive damping (N s/m) and the two force gradients (N/m) of each bearing, shape (n_bearings, 4).
+        Row of x, passive stiffness (N/m) and damping (N s/m) and the two force gradients (N/m) of each bearing, shape
+        (n_bearings, 5).
     MinvG
         M^-1 G, for speeds that change within the step, shape (n, n).
     theta, Omega, Omega_dot
@@ -67,29 +68,24 @@ class Motion(NamedTuple):
 
 
 @kernel
-def prepare(
+def collect_forces(
     s: Structure, parameters: Array, inputs: Array, theta: float, coefficients: Array, forces: Array, bearings: Array
 ) -> Motion:
-    """Collect the coefficients of a step into the given arrays (3.1 to 3.6, 3.13).
+    """Collect the forces of a step into `forces` and `bearings` (3.1 to 3.6); `coefficients` are not written yet.
 
     Bearing force on the rotor, for each axis: F + k_xx (x - x_ref) - k_b x - c_b x'.
     Unbalance: f_x + i f_y = u exp(i (theta + phi)) (Omega^2 - i Omega').
     Gravity g acts like an acceleration g / sqrt(2) of the base along both axes.
     """
     n = s.M.shape[0]
-    Omega = inputs[OMEGA]
     held_up = parameters[GRAVITY] * math.sqrt(0.5)
     for i in range(n):
         forces[STEADY, i] = s.B_base[i, 0] * (inputs[BASE] + held_up) + s.B_base[i, 1] * (inputs[BASE + 1] + held_up)
         forces[COSINE, i] = 0.0
         forces[SINE, i] = 0.0
-        for j in range(n):
-            coefficients[j, i] = s.MinvK[i, j]
-            coefficients[n + j, i] = Omega * s.MinvG[i, j]
     for d in range(N_DISCS):
         at = DISC + d * DISC_INPUTS
-        a = inputs[at + UNBALANCE] * math.cos(inputs[at + PHASE])
-        b = inputs[at + UNBALANCE] * math.sin(inputs[at + PHASE])
+        a, b = _marked(inputs[at + UNBALANCE], inputs[at + PHASE])
         for i in range(n):
             f_x = s.B_disc[i, 2 * d]
             f_y = s.B_disc[i, 2 * d + 1]
@@ -98,32 +94,54 @@ def prepare(
             forces[SINE, i] += f_y * a - f_x * b
     for k in range(N_BEARINGS):
         row = int(s.bearings[k])
-        k_b = parameters[BEARING + k * BEARING_PARAMETERS + STIFFNESS]
+        own = BEARING + k * BEARING_PARAMETERS
         bearings[k, ROW] = row
-        bearings[k, C_B] = parameters[BEARING + k * BEARING_PARAMETERS + DAMPING]
+        bearings[k, K_B] = parameters[own + STIFFNESS]
+        bearings[k, C_B] = parameters[own + DAMPING]
         core = CORE + k * CORE_INPUTS
-        a = inputs[core + UNBALANCE] * math.cos(inputs[core + PHASE])
-        b = inputs[core + UNBALANCE] * math.sin(inputs[core + PHASE])
+        a, b = _marked(inputs[core + UNBALANCE], inputs[core + PHASE])
         forces[COSINE, row] += a
         forces[COSINE, row + 1] += b
         forces[SINE, row] -= b
         forces[SINE, row + 1] += a
         for axis in range(2):
             at = AXIS + (2 * k + axis) * AXIS_INPUTS
-            gradient = inputs[at + GRADIENT]
-            bearings[k, GRADIENT_X + axis] = gradient
-            forces[STEADY, row + axis] += inputs[at + FORCE] - gradient * inputs[at + REFERENCE]
+            bearings[k, GRADIENT_X + axis] = inputs[at + GRADIENT]
+            forces[STEADY, row + axis] += inputs[at + FORCE] - inputs[at + GRADIENT] * inputs[at + REFERENCE]
+    return Motion(coefficients, forces, bearings, s.MinvG, theta, inputs[OMEGA], inputs[OMEGA_DOT])
+
+
+@kernel
+def _marked(unbalance: float, phase: float) -> tuple[float, float]:
+    """x and y of an unbalance (kg m) at a rotor angle of zero."""
+    if unbalance == 0.0:
+        return 0.0, 0.0
+    return unbalance * math.cos(phase), unbalance * math.sin(phase)
+
+
+@kernel
+def collect_coefficients(s: Structure, m: Motion) -> None:
+    """Write the coefficients of a step from its forces (3.13)."""
+    n = s.M.shape[0]
+    c = m.coefficients
+    for i in range(n):
+        for j in range(n):
+            c[j, i] = s.MinvK[i, j]
+            c[n + j, i] = m.Omega * s.MinvG[i, j]
+    for k in range(N_BEARINGS):
+        row = int(m.bearings[k, ROW])
+        for axis in range(2):
             for i in range(n):
                 effect = s.Minv[i, row + axis]
-                coefficients[row + axis, i] += effect * (k_b - gradient)
-                coefficients[n + row + axis, i] += effect * bearings[k, C_B]
+                c[row + axis, i] += effect * (m.bearings[k, K_B] - m.bearings[k, GRADIENT_X + axis])
+                c[n + row + axis, i] += effect * m.bearings[k, C_B]
     for kind in range(3):
         for i in range(n):
-            total = 0.0
-            for j in range(n):
-                total += s.Minv[i, j] * forces[kind, j]
-            coefficients[2 * n + kind, i] = total
-    return Motion(coefficients, forces, bearings, s.MinvG, theta, Omega, inputs[OMEGA_DOT])
+            c[2 * n + kind, i] = 0.0
+        for j in range(n):
+            if m.forces[kind, j] != 0.0:
+                for i in range(n):
+                    c[2 * n + kind, i] += s.Minv[j, i] * m.forces[kind, j]
 
 
 @kernel

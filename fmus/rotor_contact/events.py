@@ -24,6 +24,7 @@ from rotor_contact.contact import (
     SIGN,
     TANGENTIAL,
     can_strike,
+    can_touch,
     friction_excess,
     held,
     locate,
@@ -34,8 +35,20 @@ from rotor_contact.contact import (
 )
 from rotor_contact.dynamics import Motion, spin
 from rotor_contact.impact import begin_slip, break_loose, mark_touching, newton_impact, nodal_impact
-from rotor_contact.integration import BEFORE, K_1, K_NEW, TALLIES, Z_NEW, Z, derivative, substep, substep_limit
+from rotor_contact.integration import (
+    BEFORE,
+    K_1,
+    K_NEW,
+    TALLIES,
+    Z_NEW,
+    Z,
+    derivative,
+    substep,
+    substep_limit,
+    velocity_error,
+)
 from rotor_contact.interface import CLEARANCE, CONSTRAINT, ENABLED, FREE, LAW, MU, N_SITES, NODAL, ROLLING, SLIDING
+from rotor_contact.path import stays_within, touches_at
 
 FAULT_TOO_MANY_EVENTS, FAULT_SINGULAR = 1, 2
 
@@ -47,6 +60,9 @@ FORCE_SCALE = 1e3  # N, and m/s for velocities: makes indicators comparable
 TOLERANCE = 1e-12  # of the indicators, below which nothing has happened
 AIM = 1e-11  # value of the indicator at a located event
 STICTION = 1e-9  # m/s, slip that counts as none
+MOST_CORRECTIONS = 4  # of a located touch
+MOST_HALVINGS = 2.0  # of a substep for the sake of accuracy
+SMALL = 0.03  # of the tolerance: a substep of twice the length would meet it too, since the estimate is of fourth order
 
 
 @kernel
@@ -80,6 +96,37 @@ def deepest(sites: Array, q: Array) -> float:
 
 
 @kernel
+def locate_touch(Minv: Array, m: Motion, sites: Array, equations: Array, r: Array, tau: float, dt: float) -> float:
+    """Length of the substep that ends on the first touch of a free site, z_new left there; 0 if that is not the event.
+
+    The cubic path gives the time, Newton's method on the radius corrects it by the little that it errs.
+    """
+    n = Minv.shape[0]
+    first = -1
+    trial = dt
+    for k in range(N_SITES):
+        if can_touch(sites, k) and locate(sites, k, r[Z_NEW, :n]) > sites[k, CLEARANCE]:
+            when = touches_at(sites, k, r[Z], r[Z_NEW], dt, n)
+            if first < 0 or when < trial:
+                first, trial = k, when
+    if first < 0:
+        return 0.0
+    for _ in range(MOST_CORRECTIONS):
+        substep(Minv, m, sites, equations, r, tau, trial)
+        f = indicator(sites, r[Z_NEW], spin(m, tau + trial)) - AIM
+        if abs(f) < AIM - TOLERANCE:
+            return trial
+        beyond = locate(sites, first, r[Z_NEW, :n]) / sites[first, CLEARANCE] - 1.0 - AIM
+        outward = radial(sites, first, r[Z_NEW, n : 2 * n])
+        if not outward > 0.0:
+            break
+        trial -= beyond * sites[first, CLEARANCE] / outward
+        if not 0.0 < trial <= dt:
+            break
+    return 0.0
+
+
+@kernel
 def locate_event(Minv: Array, m: Motion, sites: Array, equations: Array, r: Array, tau: float, dt: float) -> float:
     """Length in (0, dt] of the substep that ends on the first event found; z_new is left there.
 
@@ -91,6 +138,9 @@ def locate_event(Minv: Array, m: Motion, sites: Array, equations: Array, r: Arra
     f_low = -AIM
     f_high = indicator(sites, r[Z_NEW], spin(m, tau + dt)) - AIM
     side = 0
+    located = locate_touch(Minv, m, sites, equations, r, tau, dt)
+    if located > 0.0:
+        return located
     for _ in range(100):
         if high - low <= 1e-15 * dt:
             break
@@ -115,6 +165,16 @@ def locate_event(Minv: Array, m: Motion, sites: Array, equations: Array, r: Arra
             side = -1
     substep(Minv, m, sites, equations, r, tau, high)
     return high
+
+
+@kernel
+def may_touch_between(sites: Array, r: Array, dt: float) -> bool:
+    """Whether the path of a free site from z to z_new may pass its retainer."""
+    n = (r.shape[1] - TALLIES) // 2
+    for k in range(N_SITES):
+        if can_touch(sites, k) and not stays_within(sites, k, r[Z], r[Z_NEW], dt, n, 0.0):
+            return True
+    return False
 
 
 @kernel
@@ -236,10 +296,14 @@ def advance(
     law: int,
     step_size: float,
     max_substep: float,
+    tolerance: float,
+    pace: Array,
 ) -> int:
     """Advance z over one communication step of `step_size` (s); returns a fault code.
 
-    Substeps are no longer than `max_substep`, nor than fast whirl allows, and end on events.
+    Substeps are no longer than `max_substep`, nor than fast whirl allows, and end on events. They are halved, up to
+    `MOST_HALVINGS` times, where their velocities err by more than `tolerance` (m/s); how often, `pace` (one number)
+    remembers for the next.
     """
     n = M.shape[0]
     substeps = int(step_size / max_substep + 1.0 - 1e-9)
@@ -250,10 +314,18 @@ def advance(
     if not settle(Minv, m, sites, equations, r, tau, shortest):
         return FAULT_SINGULAR
     while tau < step_size * (1.0 - 1e-12):
-        dt = min(step_size - tau, substep_limit(Minv, sites, r[Z, n : 2 * n], spin(m, tau), longest))
-        if not substep(Minv, m, sites, equations, r, tau, dt):
-            return FAULT_SINGULAR
-        event = indicator(sites, r[Z_NEW], spin(m, tau + dt)) > TOLERANCE
+        limit = substep_limit(Minv, sites, r[Z, n : 2 * n], spin(m, tau), longest)
+        while True:
+            dt = min(step_size - tau, limit, longest * 0.5 ** pace[0])
+            if not substep(Minv, m, sites, equations, r, tau, dt):
+                return FAULT_SINGULAR
+            event = indicator(sites, r[Z_NEW], spin(m, tau + dt)) > TOLERANCE
+            error = velocity_error(r, dt)
+            if pace[0] >= MOST_HALVINGS or (error <= tolerance and (event or not may_touch_between(sites, r, dt))):
+                break
+            pace[0] += 1.0
+        if error < SMALL * tolerance and pace[0] > 0.0:
+            pace[0] -= 1.0
         crowded = events > CROWDED
         if event:
             dt = locate_event(Minv, m, sites, equations, r, tau, dt)

@@ -139,7 +139,21 @@ INTERFACE = interface(
         maximum=NEWTON,
         type="Integer",
     ),
-    parameter("solver.max_substep", "s", "Longest integration step", 62.5e-6, minimum=1e-9, maximum=1e-3),
+    parameter("solver.max_substep", "s", "Longest integration step", 250e-6, minimum=1e-9, maximum=1e-3),
+    parameter(
+        "solver.tolerance",
+        "m/s",
+        "Error of the velocities above which an integration step is halved, twice at most",
+        2e-7,
+        minimum=0.0,
+    ),
+    parameter(
+        "solver.exact_flight",
+        "1",
+        "Take steps at constant speed without contact by their exact solution, once 64 were alike",
+        1.0,
+        type="Boolean",
+    ),
     parameter("gravity", "m/s2", "Gravity, at 45 degrees to both axes, towards negative x and y", 0.0),
     parameter(
         "initial.orbit",
@@ -185,6 +199,8 @@ N_SITES, N_BEARINGS, N_DISCS = len(SITES), len(BEARINGS), len(DISCS)
 # Parameters
 IMPACT_LAW = INTERFACE.parameter_index("contact.impact_law")
 MAX_SUBSTEP = INTERFACE.parameter_index("solver.max_substep")
+TOLERANCE = INTERFACE.parameter_index("solver.tolerance")
+EXACT_FLIGHT = INTERFACE.parameter_index("solver.exact_flight")
 GRAVITY = INTERFACE.parameter_index("gravity")
 ORBIT = INTERFACE.parameter_index("initial.orbit")
 SITE = INTERFACE.parameter_index("rb1.enabled")

@@ -58,10 +58,10 @@ def write_outputs(s: Structure, parameters: Array, state: Array, sites: Array, O
         outputs[DISPLACEMENT + 2 * k] = q[row]
         outputs[DISPLACEMENT + 2 * k + 1] = q[row + 1]
     for i in range(N_SENSORS):
-        total = 0.0
-        for j in range(n):
-            total += s.sensors[i, j] * q[j]
-        outputs[SENSOR + i] = total
+        outputs[SENSOR + i] = 0.0
+    for j in range(n):
+        for i in range(N_SENSORS):
+            outputs[SENSOR + i] += s.sensors[i, j] * q[j]
     contact_state = 0.0
     for k in range(N_SITES):
         locate(sites, k, q)

@@ -11,6 +11,8 @@ from rotor_contact.arrays import (
     ANGLE,
     ENERGY_AT_START,
     HEAD,
+    MEMORY,
+    PACE,
     load_sites,
     n_state,
     n_work,
@@ -18,12 +20,14 @@ from rotor_contact.arrays import (
     store_sites,
 )
 from rotor_contact.constants import structure_of
-from rotor_contact.dynamics import prepare
+from rotor_contact.dynamics import collect_coefficients, collect_forces
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance, settle
+from rotor_contact.flight import fly, is_made, make, steady
 from rotor_contact.integration import TALLIES, Z
 from rotor_contact.interface import (
     CLEARANCE,
     ENABLED,
+    EXACT_FLIGHT,
     IMPACT_LAW,
     INTERFACE,
     MAX_SUBSTEP,
@@ -34,6 +38,7 @@ from rotor_contact.interface import (
     OMEGA_DOT,
     ORBIT,
     SITES,
+    TOLERANCE,
 )
 from rotor_contact.outputs import mechanical_energy, write_outputs
 from rotor_contact.start import put_back, start_on_orbit
@@ -57,7 +62,8 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
             return FAULT_OFFSET + k
     z = state[HEAD : HEAD + 2 * n + TALLIES]
     if parameters[ORBIT] != 0.0:
-        motion = prepare(s, parameters, inputs, 0.0, x.coefficients, x.forces, x.bearings)
+        motion = collect_forces(s, parameters, inputs, 0.0, x.coefficients, x.forces, x.bearings)
+        collect_coefficients(s, motion)
         if not start_on_orbit(motion, x.orbit, z[:n], z[n : 2 * n]):
             return FAULT_NO_ORBIT
         put_back(x.sites, z[:n], z[n : 2 * n], inputs[OMEGA])
@@ -91,11 +97,32 @@ def step(
     z = state[HEAD : HEAD + 2 * n + TALLIES]
     load_sites(s, parameters, state, x.sites)
     copy(z, x.runge[Z])
-    motion = prepare(s, parameters, inputs, state[ANGLE], x.coefficients, x.forces, x.bearings)
-    law = int(parameters[IMPACT_LAW])
-    fault = advance(s.M, s.Minv, motion, x.sites, x.equations, x.runge, law, step_size, parameters[MAX_SUBSTEP])
-    if fault != 0:
-        return fault
+    motion = collect_forces(s, parameters, inputs, state[ANGLE], x.coefficients, x.forces, x.bearings)
+    memory = state[MEMORY:HEAD]
+    flown = False
+    if steady(parameters, inputs, motion, step_size, memory) and parameters[EXACT_FLIGHT] != 0.0:
+        if not is_made(x.flight, memory):
+            collect_coefficients(s, motion)
+            make(s.Minv, motion, memory, x.flight)
+        flown = fly(motion, x.sites, x.runge, x.flight, step_size)
+    if not flown:
+        collect_coefficients(s, motion)
+        law = int(parameters[IMPACT_LAW])
+        fault = advance(
+            s.M,
+            s.Minv,
+            motion,
+            x.sites,
+            x.equations,
+            x.runge,
+            law,
+            step_size,
+            parameters[MAX_SUBSTEP],
+            parameters[TOLERANCE],
+            state[PACE:MEMORY],
+        )
+        if fault != 0:
+            return fault
     copy(x.runge[Z], z)
     store_sites(x.sites, state, z)
     Omega = inputs[OMEGA] + inputs[OMEGA_DOT] * step_size

@@ -36,6 +36,8 @@ SITE_OUTPUTS = {
 def parameters():
     yield "contact.impact_law", at.IMPACT_LAW
     yield "solver.max_substep", at.MAX_SUBSTEP
+    yield "solver.tolerance", at.TOLERANCE
+    yield "solver.exact_flight", at.EXACT_FLIGHT
     yield "gravity", at.GRAVITY
     yield "initial.orbit", at.ORBIT
     for k, site in enumerate(SITES):

@@ -1,0 +1,134 @@
+"""Free flight at constant speed by its exact solution: an independent integration, energies, and when it is left."""
+
+import numpy as np
+import pytest
+from free_motion import COMPLEX_UNBALANCE, START, START_VELOCITY, UNBALANCE, WIDE, exact_motion
+from rotor_cases import BEARINGS, CLEARANCE, H, both, masters, place, plant, run
+
+from rotor_contact.arrays import HEAD, MEMORY
+from rotor_contact.flight import PATIENCE, STEPS
+from rotor_contact.interface import OMEGA_DOT
+
+TALLIES_AT = 24  # heat and work in z, after the displacements and velocities of the rig
+FINE = {"solver.max_substep": 5e-6, "solver.exact_flight": 0.0, "solver.tolerance": 1.0}
+TERMS = [f"energy.{name}" for name in ("kinetic", "strain", "damping", "work", "balance")]
+
+
+def in_flight(values, h=H):
+    """A plant at START that takes its next step of length h exactly: it has seen enough steps alike."""
+    x = plant(values)
+    run(x, PATIENCE + 1, h=h)
+    return place(x, START, START_VELOCITY)
+
+
+def flies(x):
+    return x.state[MEMORY + STEPS] >= PATIENCE
+
+
+@pytest.mark.parametrize("h", [H, 1e-3, 5e-3])
+@pytest.mark.parametrize("Omega", [150.0, -150.0, 400.0])
+def test_flight_is_the_motion_integrated_independently_whatever_the_step(Omega, h):
+    steps = round(0.1 / h)
+    x = in_flight(WIDE | BEARINGS | UNBALANCE | {"Omega": Omega}, h)
+    began = x["theta"]
+    run(x, steps, h=h)
+    assert flies(x)
+    r, v = exact_motion(Omega, steps * h, unbalance=np.array(COMPLEX_UNBALANCE) * np.exp(1j * began))
+    q, w = masters(x)
+    np.testing.assert_allclose(q, r, atol=1e-10 * np.max(np.abs(r)))
+    np.testing.assert_allclose(w, v, atol=1e-10 * np.max(np.abs(v)))
+
+
+EVERY_INPUT = {
+    "Omega": 150.0, "gravity": 9.81, "mb1.u": 2e-4, "mb2.u": 1e-4, "mb2.phi": 2.0,
+    "mb1.f_x": 30.0, "mb1.k_xx": -4e5, "mb1.x_ref": 1e-5, "mb2.f_y": -20.0, "mb2.k_yy": 3e5,
+    "base.a_x": 0.3, "base.a_y": -0.8, "d2.f_x": 20.0, "d4.f_y": -10.0,
+}  # fmt: skip
+
+
+def test_every_input_acts_in_flight_as_it_does_in_the_integration():
+    exact = in_flight(WIDE | BEARINGS | UNBALANCE | EVERY_INPUT)
+    fine = place(plant(WIDE | BEARINGS | UNBALANCE | EVERY_INPUT | FINE), START, START_VELOCITY)
+    fine.state[:HEAD] = exact.state[:HEAD]
+    for x in (exact, fine):
+        x.state[HEAD + TALLIES_AT :] = 0.0
+    run(exact, 200)
+    run(fine, 200)
+    np.testing.assert_allclose(masters(exact)[0], masters(fine)[0], rtol=1e-8)
+    for name in ("energy.work", "energy.damping"):
+        assert exact[name] == pytest.approx(fine[name], rel=1e-7), name
+
+
+@pytest.mark.parametrize("h", [H, 1e-3])
+def test_energies_balance_in_flight(h):
+    x = in_flight(WIDE | BEARINGS | UNBALANCE | EVERY_INPUT, h)
+    x.state[HEAD + TALLIES_AT :] = 0.0
+    record = run(x, 400, TERMS, h=h)
+    assert np.ptp(record[:, 4]) < 1e-10 * np.max(np.abs(record[:, :4]))
+    assert record[-1, 2] > 0.0
+    assert np.all(np.diff(record[:, 2]) > 0.0)
+
+
+def test_journal_that_would_pass_its_retainer_touches_it():
+    given = BEARINGS | both("rb.restitution", 0.5) | {"Omega": 260.0, "d1.u": 5e-4}
+    exact, fine = plant(given), plant(given | FINE)
+    records = []
+    for x in (exact, fine):
+        run(x, 200)
+        x["d1.u"] = 40e-3
+        records.append(run(x, 300, ["rb1.gap", "rb1.impulse", "mb1.x", "rb2.gap"]))
+    gaps = np.array([record[:, [0, 3]] for record in records])
+    assert np.min(gaps) > -1e-12
+    touched = [np.flatnonzero(record[:, 1])[0] for record in records]
+    assert touched[0] == touched[1]
+    before = touched[0]
+    np.testing.assert_allclose(records[0][:before, 2], records[1][:before, 2], atol=1e-6 * CLEARANCE)
+
+
+@pytest.mark.parametrize("change", [
+    {"Omega": 151.0}, {"mb1.k_xx": 1e3}, {"mb2.k_yy": 1e3}, {"Omega_dot": 1.0},
+])  # fmt: skip
+def test_a_change_of_what_the_solution_depends_on_ends_it_for_some_steps(change):
+    x = in_flight(WIDE | BEARINGS | {"Omega": 150.0})
+    run(x, 1)
+    assert flies(x)
+    for name, value in change.items():
+        x[name] = value
+    run(x, 1)
+    assert not flies(x)
+    run(x, PATIENCE)
+    assert flies(x) == (x.inputs[OMEGA_DOT] == 0.0)
+
+
+def test_a_step_of_another_length_ends_it_for_some_steps():
+    x = in_flight(WIDE | BEARINGS | {"Omega": 150.0})
+    run(x, 1, h=0.5 * H)
+    assert not flies(x)
+
+
+def test_held_forces_and_unbalance_may_change_in_flight():
+    x = in_flight(WIDE | BEARINGS | {"Omega": 150.0})
+    for name, value in (("mb1.f_x", 50.0), ("d1.u", 1e-3), ("mb1.x_ref", 1e-5), ("base.a_x", 1.0)):
+        x[name] = value
+        run(x, 1)
+        assert flies(x)
+
+
+def test_a_copy_of_the_state_goes_on_with_the_same_bits():
+    """What is kept between steps for speed alone is no part of the state."""
+    values = WIDE | BEARINGS | UNBALANCE | {"Omega": 150.0}
+    x = in_flight(values)
+    run(x, 10)
+    other = plant(values)
+    other.state[:] = x.state
+    np.testing.assert_array_equal(run(x, 5, TERMS), run(other, 5, TERMS))
+
+
+def test_a_rotor_too_stiff_for_the_step_is_integrated():
+    """The same, bit for bit, as without the exact solution."""
+    values = WIDE | both("mb.k_b", 1e9) | {"Omega": 150.0}
+    x = in_flight(values, 2e-2)
+    other = in_flight(values | {"solver.exact_flight": 0.0}, 2e-2)
+    assert flies(x)
+    np.testing.assert_array_equal(run(x, 5, TERMS, h=2e-2), run(other, 5, TERMS, h=2e-2))
+    assert abs(x["mb1.x"]) < 0.1
