@@ -9,7 +9,6 @@ from typing import Any
 
 from orchestrator.benchmark import cases, contact_cost, scaling
 from orchestrator.benchmark.contestants import Missing, native_possible, on_fig4_9, on_ring, on_rub
-from orchestrator.benchmark.floor import Floor
 from orchestrator.benchmark.timing import environment, ratio, ratios, take_turns
 from orchestrator.flavours import Flavour
 
@@ -49,9 +48,10 @@ def measure(effort: Effort = FULL, say: Say = lambda _: None) -> dict[str, Any]:
     """Ratios, real-time factors and what they are made of, ready for JSON; what cannot be measured here is None."""
     native, missing = native_possible(), Missing()
     say("building the FMUs and looking for others (a first run compiles the models)")
-    groups = [on_fig4_9("python")]
+    parts: dict[str, list[float]] = {}
+    groups = [on_fig4_9("python", parts)]
     if native:
-        groups += [on_fig4_9("native"), on_rub(effort.rub_s, missing), on_ring(effort.ring_s, missing)]
+        groups += [on_fig4_9("native", parts), on_rub(effort.rub_s, missing), on_ring(effort.ring_s, missing)]
     else:
         missing["native"] = "ziglang is not installed (extra: native)"
     say("taking turns")
@@ -76,7 +76,7 @@ def measure(effort: Effort = FULL, say: Say = lambda _: None) -> dict[str, Any]:
         "environment": environment(),
         "spread": {name: _extremes(ratios(times, above, below)) for name, (above, below, _) in RATIOS.items()},
         "step_us": {name: [1e6 * t for t in (median(each), min(each), max(each))] for name, each in times.items()},
-        "floor_us": _parts_of_floor(effort.rounds) if native else None,
+        "floor_us": {part: 1e6 * median(each) for part, each in parts.items()} if native else None,
         "linearity": growth,
         "memory": memory,
         "contact": contact,
@@ -87,10 +87,3 @@ def measure(effort: Effort = FULL, say: Say = lambda _: None) -> dict[str, Any]:
 
 def _extremes(values: Sequence[float]) -> list[float] | None:
     return [min(values), max(values)] if values else None
-
-
-def _parts_of_floor(rounds: int) -> dict[str, float]:
-    """Median time (us) of each part of a step of the floor."""
-    prepared = cases.fig4_9("native")
-    runs = [Floor(prepared).run(profile=True).parts for _ in range(rounds)]
-    return {part: 1e6 * median(parts[part] for parts in runs) / prepared.plan.last for part in runs[0]}

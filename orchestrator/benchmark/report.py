@@ -76,8 +76,9 @@ def _steps(data: Mapping[str, Any]) -> Table:
     table = _table("Where the time of a step goes", "part", "us", "share of native")
     if data["floor_us"] is None:
         return table
-    native, floor = (data["step_us"][name][0] for name in ("native", "floor"))
-    for part, us in (data["floor_us"] | {"FMI, beyond the floor": native - floor}).items():
+    native, floor, parts = data["step_us"]["native"][0], data["step_us"]["floor"][0], data["floor_us"]
+    rest = {"rest of the floor": floor - sum(parts.values()), "FMI, beyond the floor": native - floor}
+    for part, us in (parts | rest).items():
         table.add_row(part, f"{us:.2f}", f"{us / native:.0%}")
     return table
 
