@@ -76,7 +76,7 @@ def measure(effort: Effort = FULL, say: Say = lambda _: None) -> dict[str, Any]:
         "environment": environment(),
         "spread": {name: _extremes(ratios(times, above, below)) for name, (above, below, _) in RATIOS.items()},
         "step_us": {name: [1e6 * t for t in (median(each), min(each), max(each))] for name, each in times.items()},
-        "floor_us": {part: 1e6 * median(each) for part, each in parts.items()} if native else None,
+        "floor_us": {part: 1e6 * min(each) for part, each in parts.items()} if native else None,
         "linearity": growth,
         "memory": memory,
         "contact": contact,

@@ -73,10 +73,10 @@ def _factors(data: Mapping[str, Any]) -> Table:
 
 
 def _steps(data: Mapping[str, Any]) -> Table:
-    table = _table("Where the time of a step goes", "part", "us", "share of native")
+    table = _table("Where the time of a step goes, lowest of all rounds", "part", "us", "share of native")
     if data["floor_us"] is None:
         return table
-    native, floor, parts = data["step_us"]["native"][0], data["step_us"]["floor"][0], data["floor_us"]
+    native, floor, parts = data["step_us"]["native"][1], data["step_us"]["floor"][1], data["floor_us"]
     rest = {"rest of the floor": floor - sum(parts.values()), "FMI, beyond the floor": native - floor}
     for part, us in (parts | rest).items():
         table.add_row(part, f"{us:.2f}", f"{us / native:.0%}")
