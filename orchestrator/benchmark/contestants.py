@@ -63,7 +63,7 @@ def parts_of_floor(prepared: Prepared, parts: dict[str, list[float]]) -> Candida
 def on_fig4_9(flavour: Flavour, parts: dict[str, list[float]]) -> dict[str, Candidate]:
     """FIG4_9 with both loops, and for native FMUs the floor, as it is and by `parts`."""
     prepared = cases.fig4_9(flavour)
-    found = {flavour: ours(prepared, "compiled")}  # what is compared comes one after the other
+    found: dict[str, Candidate] = {flavour: ours(prepared, "compiled")}  # what is compared comes one after the other
     if flavour == "native":
         found |= {"floor": floor(prepared), "floor_by_parts": parts_of_floor(prepared, parts)}
     return found | {f"{flavour}_plain": ours(prepared, "plain")}
