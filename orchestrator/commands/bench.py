@@ -10,18 +10,31 @@ from rich.console import Console
 from orchestrator.commands.printing import show
 from orchestrator.commands.refusals import check_writable, refusing
 
+JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 
-@click.group()
-def bench() -> None:
-    """Measure cost, as ratios within one run."""
+
+@click.group(invoke_without_command=True)
+@JSON
+@click.option("--quick", is_flag=True, help="Short runs, once each: shows that it works, the numbers mean little.")
+@click.pass_context
+def bench(context: click.Context, as_json: bool, quick: bool) -> None:
+    """Measure cost, as ratios within one run: against a loop without FMI, other masters, ROSS, Siconos."""
+    if context.invoked_subcommand is not None:
+        return
+    from orchestrator.benchmark.measure import FULL, QUICK, measure
+    from orchestrator.benchmark.report import as_tables
+
+    with refusing(), Console(stderr=True).status("") as status:
+        data = measure(QUICK if quick else FULL, status.update)
+    show(data, as_tables, as_json)
 
 
 @bench.command()
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@JSON
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Also draw the comparison, into this folder.")
 def contact(as_json: bool, output: Path | None) -> None:
     """Compare contact as a constraint with the classical stiff laws, at equal accuracy."""
-    from orchestrator.studies import contact_cost
+    from orchestrator.benchmark import contact_cost
 
     with refusing():
         if output is not None:

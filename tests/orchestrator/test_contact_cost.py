@@ -5,12 +5,12 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from orchestrator.studies.contact_cost import cheapest
+from orchestrator.benchmark.contact_cost import cheapest
 
 
 @pytest.fixture(scope="module")
 def data():
-    from orchestrator.studies.contact_cost import compare
+    from orchestrator.benchmark.contact_cost import compare
 
     return compare(repeats=1)
 
@@ -42,8 +42,8 @@ def test_nothing_good_enough_is_said_so():
 
 
 def test_command_prints_json_or_tables_and_draws(tmp_path, monkeypatch, data):
+    from orchestrator.benchmark import contact_cost
     from orchestrator.cli import main
-    from orchestrator.studies import contact_cost
 
     monkeypatch.setattr(contact_cost, "compare", lambda: data)
     run = CliRunner().invoke(main, ["bench", "contact", "--json", "-o", str(tmp_path / "figures")])

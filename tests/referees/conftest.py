@@ -2,33 +2,33 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from orchestrator.benchmark.process import ENVIRONMENT, python_with
+
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
-
-PYTHON = "/usr/bin/python3"  # Debian's package is for the system's Python alone
-ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # matrices of 12 rows
 
 
 @pytest.fixture(scope="session")
 def siconos(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., dict[str, np.ndarray]]:
-    """`siconos(scheme, timeout=60, **given)`: a scheme of `siconos_rotor.py` in a process of its own."""
-    probe = [PYTHON, "-I", "-c", "import siconos.kernel"]
-    if not Path(PYTHON).exists() or subprocess.run(probe, capture_output=True, check=False).returncode:
-        pytest.skip("Siconos is not installed for /usr/bin/python3 (Debian: apt install python3-siconos)")
+    """`siconos(scheme, timeout=60, **given)`: a scheme of `siconos_rotor` in a process of its own."""
+    siconos_rotor = str(files("orchestrator.benchmark") / "siconos_rotor.py")
+    python = python_with("siconos.kernel")  # Debian's package is for the system's Python alone
+    if python is None:
+        pytest.skip("no python3 on the PATH has Siconos (Debian: apt install python3-siconos)")
 
     def run(scheme: str, timeout: float = 60.0, **given) -> dict[str, np.ndarray]:
         folder = tmp_path_factory.mktemp("siconos")
         np.savez(folder / "given.npz", scheme=scheme, **given)
-        command = [PYTHON, "-I", str(HERE / "siconos_rotor.py"), "given.npz", "answer.npz"]
+        command = [python, "-I", siconos_rotor, "given.npz", "answer.npz"]
         process = subprocess.run(
             command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=timeout, check=False
         )

@@ -8,6 +8,7 @@ import numpy as np
 from rotor_cases import masters, place, plant
 
 from fmi_export.model import Instance
+from orchestrator.benchmark.cases import with_unbalance
 from rotor_contact.assembly import Matrices, assemble
 from rotor_contact.reduction import msdc
 from rotor_contact.rotor_file import load_rotor
@@ -66,14 +67,12 @@ class Rub:
     def system(self, model: Matrices = REDUCED) -> dict[str, np.ndarray]:
         """M q'' + C q' + K q = f from q, v, and the sites with their rows of x.
 
-        The unbalance is u Omega^2 times a unit vector e that spins in two coordinates of its own, e'' = -Omega^2 e.
+        The unbalance has two coordinates of its own, see `with_unbalance`.
         """
         for node in RIG.bearing_nodes:
             model = model.with_bearing(node, self.k_b * np.eye(2), self.c_b * np.eye(2))
-        n, spin = model.size, self.Omega**2
-        M, C, K = np.eye(n + 2), np.zeros((n + 2, n + 2)), spin * np.eye(n + 2)
-        M[:n, :n], C[:n, :n], K[:n, :n] = model.M, model.C + self.Omega * model.G, model.K
-        K[model.translations[RIG.planes.discs[0]], (n, n + 1)] = -self.unbalance * spin
+        M, C, K = with_unbalance(model, self.Omega, RIG.planes.discs[0], self.unbalance)
+        n = model.size
         f, q, v = np.zeros((3, n + 2))
         f[model.rows(RIG.bearing_nodes)] = flat(np.array(self.load))
         masters = model.rows(RIG.planes.master)

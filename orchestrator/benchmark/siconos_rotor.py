@@ -8,15 +8,16 @@ is its own finding:
 
     M q'' + C q' + K q = f + J^T lambda,    g_k = c_k - |r_k| >= 0,    r_k = (q_row, q_row+1)
 
-`given` holds `scheme`, which is one of the last three functions, the arrays M, C, K (n, n), f, q, v (n) and, of each
-site, `rows` (row of x), `clearance`, `restitution`, `mu` and `surface` (velocity Omega R_s of the journal's surface),
-and what the function asks for. `answer` holds q and v at each point, and what the function says.
+`given` holds `scheme`, which is `time_stepping`, `single_steps` or `from_event_to_event`, the arrays M, C, K (n, n), f,
+q, v (n) and, of each site, `rows` (row of x), `clearance`, `restitution`, `mu` and `surface` (velocity Omega R_s of the
+journal's surface), and what the function asks for. `answer` holds q and v at each point, and what the function says.
 """
 
 from __future__ import annotations
 
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import siconos.kernel as sk
@@ -28,14 +29,14 @@ SOLVER_TOLERANCE = 1e-12  # of the friction problem; short steps have small impu
 LSODAR_TOLERANCE = 1e-11  # relative and absolute
 
 
-def polar(q, row):
+def polar(q: Any, row: Any) -> Any:
     """Distance of the journal from the centre of its ring, and outward normal."""
     x, y = float(q[row]), float(q[row + 1])
     r = np.hypot(x, y)
     return (r, x / r, y / r) if r > 0.0 else (1.0, 1.0, 0.0)
 
 
-def lasting_jacobian(relation, lines, size):
+def lasting_jacobian(relation: Any, lines: Any, size: Any) -> Any:
     """A matrix for C() to give back: Siconos keeps a bare reference to it, and numpy's would be a passing copy."""
     jacobian = sk.SimpleMatrix(lines, size)
     jacobian.zero()
@@ -49,7 +50,7 @@ class RubbingRing(sk.LagrangianRheonomousR):
     Omega R_s is the partial derivative of the tangential coordinate with respect to time.
     """
 
-    def __init__(self, row, size, clearance, surface, friction):
+    def __init__(self, row: Any, size: Any, clearance: Any, surface: Any, friction: Any) -> None:
         super().__init__()
         self.row, self.clearance, self.friction = row, clearance, friction
         lines = 2 if friction else 1
@@ -60,13 +61,13 @@ class RubbingRing(sk.LagrangianRheonomousR):
             self.rate.setValue(1, surface)
         self._hDot = self.rate
 
-    def C(self):
+    def C(self) -> Any:
         return self.jacobian
 
-    def computeh(self, time, q, z, y):
+    def computeh(self, time: Any, q: Any, z: Any, y: Any) -> None:
         y[0] = self.clearance - np.hypot(q[self.row], q[self.row + 1])
 
-    def computeJachq(self, time, q, z):
+    def computeJachq(self, time: Any, q: Any, z: Any) -> None:
         i, put = self.row, self.jacobian.setValue
         _, x, y = polar(q, i)
         put(0, i, -x)
@@ -75,33 +76,33 @@ class RubbingRing(sk.LagrangianRheonomousR):
             put(1, i, -y)
             put(1, i + 1, x)
 
-    def computehDot(self, time, q, z):
+    def computehDot(self, time: Any, q: Any, z: Any) -> None:
         pass
 
 
 class SmoothRing(sk.LagrangianScleronomousR):
     """Gap, with what its second derivative needs: g'' = -n . a - n' . v."""
 
-    def __init__(self, row, size, clearance, refresh):
+    def __init__(self, row: Any, size: Any, clearance: Any, refresh: Any) -> None:
         super().__init__()
         self.row, self.clearance, self.refresh = row, clearance, refresh
         self.jacobian = lasting_jacobian(self, 1, size)
 
-    def C(self):
+    def C(self) -> Any:
         # Siconos asks for it at each complementarity problem, and takes the free acceleration and n' from the last
         # call of the integrator, which was before the impact or beyond the root.
         self.refresh(self)
         return self.jacobian
 
-    def computeh(self, q, z, y):
+    def computeh(self, q: Any, z: Any, y: Any) -> None:
         y[0] = self.clearance - np.hypot(q[self.row], q[self.row + 1])
 
-    def computeJachq(self, q, z):
+    def computeJachq(self, q: Any, z: Any) -> None:
         _, x, y = polar(q, self.row)
         self.jacobian.setValue(0, self.row, -x)
         self.jacobian.setValue(0, self.row + 1, -y)
 
-    def computeDotJachq(self, q, z, v):
+    def computeDotJachq(self, q: Any, z: Any, v: Any) -> None:
         i = self.row
         r, x, y = polar(q, i)
         turning = (x * v[i + 1] - y * v[i]) / r
@@ -109,7 +110,7 @@ class SmoothRing(sk.LagrangianScleronomousR):
         rate[0, i], rate[0, i + 1] = y * turning, -x * turning
 
 
-def rotor(given, end):
+def rotor(given: Any, end: Any) -> Any:
     """The dynamical system, and the model it is in until time `end`."""
     system = sk.LagrangianLinearTIDS(given["q"], given["v"], given["M"], given["K"], given["C"])
     system.setFExtPtr(given["f"])
@@ -118,14 +119,14 @@ def rotor(given, end):
     return system, model
 
 
-def connect(law, ring, system, model):
+def connect(law: Any, ring: Any, system: Any, model: Any) -> Any:
     contact = sk.Interaction(law, ring)
     contact.parts = law, ring  # Siconos holds their C++ halves alone
     model.link(contact, system)
     return contact
 
 
-def time_stepping(given):
+def time_stepping(given: Any) -> Any:
     """Moreau-Jean's scheme with theta = 1/2 and no events, `every` steps of `h` (s) for each of `points`.
 
     Also gives `impulse` (N s) so far, in columns normal (inward) and tangential (forward) of each site in turn, and the
@@ -148,7 +149,8 @@ def time_stepping(given):
     else:
         problem = sk.LCP()
     simulation = sk.TimeStepping(model, sk.TimeDiscretisation(0.0, h), integrator, problem)
-    impulse, answer = np.zeros((len(contacts), 2)), {"q": [], "v": [], "impulse": []}
+    impulse = np.zeros((len(contacts), 2))
+    answer: dict[str, Any] = {"q": [], "v": [], "impulse": []}
     begin = time.perf_counter()
     for n in range(points * every):
         simulation.computeOneStep()
@@ -163,9 +165,9 @@ def time_stepping(given):
     return answer | {"seconds": time.perf_counter() - begin}
 
 
-def single_steps(given):
+def single_steps(given: Any) -> Any:
     """What one such step of `h` gives, for each row of f, q, v, restitution, mu and surface."""
-    answer = {"q": [], "v": [], "impulse": []}
+    answer: dict[str, Any] = {"q": [], "v": [], "impulse": []}
     for k in range(len(given["q"])):
         case = given | {name: given[name][k] for name in ("f", "q", "v", "restitution", "mu", "surface")}
         after = time_stepping(case | {"points": 1, "every": 1})
@@ -174,7 +176,7 @@ def single_steps(given):
     return answer
 
 
-def from_event_to_event(given):
+def from_event_to_event(given: Any) -> Any:
     """LSODAR from event to event, for a frictionless rotor; `points` every `h` (s), `tolerance` (m, m/s, m/s2, N).
 
     Also gives the normal `force` (N) and the `impulse` (N s) of impacts so far, of each site.
@@ -184,7 +186,7 @@ def from_event_to_event(given):
     integrator = sk.LsodarOSI()
     integrator.setTol(1, LSODAR_TOLERANCE, LSODAR_TOLERANCE)
 
-    def refresh(ring):
+    def refresh(ring: Any) -> None:
         integrator.computeRhs(0.0)  # no force depends on time
         ring.computeDotJachq(system.q(), None, system.velocity())
 
@@ -197,7 +199,8 @@ def from_event_to_event(given):
     simulation.insertNonSmoothProblem(impacts, sk.SICONOS_OSNSP_ED_IMPACT)
     simulation.insertNonSmoothProblem(accelerations, sk.SICONOS_OSNSP_ED_SMOOTH_ACC)
     simulation.setToleranceED(float(given["tolerance"]))
-    impulse, answer = np.zeros(len(contacts)), {"q": [], "v": [], "force": [], "impulse": []}
+    impulse = np.zeros(len(contacts))
+    answer: dict[str, Any] = {"q": [], "v": [], "force": [], "impulse": []}
     while len(answer["q"]) < points:
         simulation.advanceToEvent()
         simulation.processEvents()
@@ -208,6 +211,14 @@ def from_event_to_event(given):
             answer["force"].append([contact.lambda_(2)[0] for contact in contacts])
             answer["impulse"].append(impulse.copy())
     return answer
+
+
+def seconds_per_step(steps: int, **given: Any) -> Any:
+    """How long (s) a step of time stepping takes, and the share of steps in contact; arguments may be lists."""
+    arrays = {name: np.asarray(value) for name, value in given.items()}
+    answer = time_stepping(arrays | {"points": steps, "every": 1})
+    pushed = np.diff(np.array(answer["impulse"])[:, ::2], axis=0, prepend=0.0)
+    return {"seconds": answer["seconds"] / steps, "contact": float(np.mean(np.any(pushed > 0.0, axis=1)))}
 
 
 if __name__ == "__main__":

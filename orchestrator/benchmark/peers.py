@@ -1,0 +1,138 @@
+"""The same system under masters that others wrote. Each function is run in a process of its own.
+
+They take the system as plain data:
+
+- `fmus`: path of each component's FMU, in Gauss-Seidel order;
+- `start`: values of parameters and unconnected inputs, `{component: {variable: value}}`;
+- `connections`: pairs of ends `component.variable`, output first;
+- `recorded`: outputs, `component.variable`;
+- `step_size` (s), `steps`, and how many of them a step of a component spans, `every`.
+
+and give back `series`, `{component.variable: values}` with a value for each communication point. With nothing to
+record they make all steps in one call, without Python in between, and give back how long a step took, `seconds`; the
+first one, in which a master may still initialise, does not count.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+
+def step_time(advance: Callable[[int], object], steps: int) -> float:
+    """How long (s) a step takes, where `advance` makes so many."""
+    advance(1)
+    begin = time.perf_counter()
+    advance(steps - 1)
+    return (time.perf_counter() - begin) / (steps - 1)
+
+
+def with_libcosim(
+    fmus: dict[str, str],
+    start: dict[str, dict[str, Any]],
+    connections: list[list[str]],
+    recorded: list[str],
+    step_size: float,
+    steps: int,
+    every: dict[str, int],
+) -> dict[str, Any]:
+    """libcosim's fixed-step algorithm: Jacobi. It initialises in its first step, so the results begin at point 1."""
+    from pathlib import Path
+    from xml.etree.ElementTree import Element, ElementTree, SubElement
+
+    from libcosimpy.CosimEnums import CosimVariableType
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimObserver import CosimObserver
+
+    schema = "http://opensimulationplatform.com/MSMI/OSPSystemStructure"
+    root = Element("OspSystemStructure", xmlns=schema, version="0.1")
+    SubElement(root, "StartTime").text = "0.0"
+    SubElement(root, "BaseStepSize").text = repr(step_size)
+    SubElement(root, "Algorithm").text = "fixedStep"
+    simulators, links = SubElement(root, "Simulators"), SubElement(root, "Connections")
+    for name, path in fmus.items():
+        simulator = {"name": name, "source": Path(path).as_uri(), "stepSize": repr(every[name] * step_size)}
+        initial = SubElement(SubElement(simulators, "Simulator", simulator), "InitialValues")
+        for variable, value in start[name].items():
+            kind = {float: "Real", int: "Integer", bool: "Boolean"}[type(value)]
+            text = repr(value).lower()
+            SubElement(SubElement(initial, "InitialValue", variable=variable), kind, value=text)
+    for ends in connections:
+        link = SubElement(links, "VariableConnection")
+        for end in ends:
+            component, _, variable = end.partition(".")
+            SubElement(link, "Variable", simulator=component, name=variable)
+    ElementTree(root).write("OspSystemStructure.xml", encoding="utf-8", xml_declaration=True)
+
+    log_output_level(CosimLogLevel.WARNING)
+    execution = CosimExecution.from_osp_config_file(str(Path("OspSystemStructure.xml").absolute()))
+    if not recorded:
+        return {"series": {}, "seconds": step_time(execution.step, steps)}
+    variables = {
+        f"{name}.{v.name.decode()}": (index, v.reference, CosimVariableType(v.type).name.lower())
+        for name in fmus
+        for index in [execution.slave_index_from_instance_name(name)]
+        for v in execution.slave_variables(index)
+    }
+    observer = CosimObserver.create_last_value()
+    assert execution.add_observer(observer)
+    series: dict[str, list[Any]] = {name: [] for name in recorded}
+    for _ in range(steps):
+        assert execution.step()
+        for name in recorded:
+            index, reference, kind = variables[name]
+            series[name] += getattr(observer, f"last_{kind}_values")(index, [reference])
+    return {"series": series}
+
+
+def with_ecos(
+    fmus: dict[str, str],
+    start: dict[str, dict[str, Any]],
+    connections: list[list[str]],
+    recorded: list[str],
+    step_size: float,
+    steps: int,
+    every: dict[str, int],
+) -> dict[str, Any]:
+    """ecos's fixed-step algorithm: Jacobi, with one step for all.
+
+    It has a longer step for single components too, but shows their outputs before that step has passed.
+    """
+    import ctypes
+    import sys
+    from contextlib import suppress
+
+    import fmpy
+
+    with suppress(OSError):  # ecos needs oneTBB: the wheel's, which no loader finds, or else the system's
+        ctypes.CDLL(f"{sys.prefix}/lib/libtbb.so.12", ctypes.RTLD_GLOBAL)
+    from ecospy import EcosSimulation, EcosSimulationStructure
+
+    assert set(every.values()) == {1}
+    kinds = {
+        f"{name}.{v.name}": {"Real": "real", "Integer": "integer", "Boolean": "bool"}[v.type]
+        for name, path in fmus.items()
+        for v in fmpy.read_model_description(path).modelVariables
+    }
+    series: dict[str, list[Any]] = {name: [] for name in recorded}
+    with EcosSimulationStructure() as structure:
+        for name, path in fmus.items():
+            structure.add_model(name, path)
+        for source, target in connections:
+            connect = {"real": structure.make_real_connection, "integer": structure.make_int_connection}[kinds[source]]
+            connect(source.replace(".", "::", 1), target.replace(".", "::", 1))
+        values = {f"{c}::{variable}": value for c, given in start.items() for variable, value in given.items()}
+        structure.add_parameter_set("start", values)
+        with EcosSimulation(step_size, structure=structure) as simulation:
+            assert simulation.init(parameter_set="start")
+            if not recorded:
+                return {"series": {}, "seconds": step_time(simulation.step, steps)}
+            for n in range(steps + 1):
+                if n:
+                    simulation.step()
+                for name in recorded:
+                    series[name].append(getattr(simulation, f"get_{kinds[name]}")(name.replace(".", "::", 1)))
+            simulation.terminate()
+    return {"series": series}

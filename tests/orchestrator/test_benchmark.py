@@ -1,0 +1,187 @@
+"""The benchmark: the floor computes what the co-simulation computes, every key is there. No time is asserted."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from orchestrator.benchmark import process
+from orchestrator.benchmark.scaling import Line
+from orchestrator.benchmark.timing import ratio, ratios, take_turns
+
+needs_compiler = pytest.mark.skipif(find_spec("ziglang") is None, reason="a native FMU is compiled by ziglang")
+
+
+def test_candidates_take_turns_and_the_first_round_does_not_count() -> None:
+    turns: list[str] = []
+
+    def candidate(name: str) -> Callable[[], float]:
+        def run() -> float:
+            turns.append(name)
+            return float(len(turns))
+
+        return run
+
+    times = take_turns({name: candidate(name) for name in "ab"}, rounds=2)
+    assert turns == ["a", "b"] * 3
+    assert times == {"a": [3.0, 5.0], "b": [4.0, 6.0]}
+
+
+def test_ratios_are_taken_within_a_round() -> None:
+    """A machine that is slow in one round is so for both."""
+    times = {"a": [2.0, 20.0, 9.0], "b": [1.0, 10.0, 3.0]}
+    assert ratios(times, "a", "b") == [2.0, 2.0, 3.0]
+    assert ratio(times, "a", "b") == 2.0
+    assert ratio(times, "a", "absent") is None
+
+
+def test_a_line_is_told_from_a_curve() -> None:
+    assert Line([1.0, 2.0, 4.0], [5.0, 7.0, 11.0]).deviation < 1e-12
+    assert Line([1.0, 2.0, 4.0], [5.0, 7.0, 11.0]).coefficients == pytest.approx((2.0, 3.0))
+    assert Line([1.0, 2.0, 4.0], [1.0, 4.0, 16.0]).deviation > 0.05
+
+
+def test_the_first_python_that_has_the_package_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folders = [tmp_path / name for name in ("without", "with", "later")]
+    for folder in folders:
+        folder.mkdir()
+        python = folder / "python3"
+        python.write_text(f"#!/bin/sh\nexit {int(folder.name == 'without')}\n", encoding="utf-8")
+        python.chmod(0o755)
+    monkeypatch.setenv("PATH", ":".join(map(str, folders)))
+    process.python_with.cache_clear()
+    assert process.python_with("json") == sys.executable
+    assert process.python_with("nobody_has_this") == str(folders[1] / "python3")
+    monkeypatch.setenv("PATH", str(folders[0]))
+    process.python_with.cache_clear()
+    assert process.python_with("nobody_has_this") is None
+    process.python_with.cache_clear()
+
+
+def test_a_process_that_fails_says_why(tmp_path: Path) -> None:
+    file = tmp_path / "case.py"
+    file.write_text("def half(x):\n    return 1 / x\n", encoding="utf-8")
+    assert process.call(sys.executable, str(file), "half", x=3) == 1 / 3
+    with pytest.raises(process.Unfinished, match="half ended with 1: ZeroDivisionError: division by zero"):
+        process.call(sys.executable, str(file), "half", x=0)
+
+
+SCENARIO = """
+description = "Unbalance comes and goes at 260 rad/s"
+Omega = "260 rad/s"
+settle_cycles = 3
+end_cycle = 8
+communication_step = "{step} us"
+
+[inputs.rotor_contact]
+"d1.u" = "0.5 g.m"
+
+[[event]]
+cycle = 0
+set.rotor_contact."d1.u" = "25.5 g.m"
+
+[[event]]
+cycle = 6
+set.rotor_contact."d1.u" = "0.5 g.m"
+"""
+
+
+def beside_the_floor(scenario: str) -> dict[str, Any]:
+    """What differs between the co-simulation and the floor, and how much the run is worth as a test."""
+    from orchestrator.benchmark.floor import Floor
+    from orchestrator.scenario import parse_scenario
+    from orchestrator.simulation import prepare, run
+
+    prepared = prepare("case", parse_scenario(scenario, "case"), flavour="native")
+    dataset, found = run(prepared).dataset, Floor(prepared).run()
+    profiled = Floor(prepared).run(profile=True)
+    expected = {name: dataset[name].values.astype(float) for name in prepared.plan.recorded}
+    return {
+        "shape": list(found.table.shape),
+        "points": dataset.sizes["time"],
+        "variables": len(dataset.data_vars),
+        "every": [c.every for c in prepared.plan.system.components],
+        "differing": [n for n, v in zip(expected, found.table.T, strict=True) if v.tobytes() != expected[n].tobytes()],
+        "profiled": profiled.table.tobytes() == found.table.tobytes(),
+        "parts": sum(profiled.parts.values()) / profiled.seconds,
+        "contact": sorted(set(dataset["rotor_contact.contact_state"].values.tolist())),
+    }
+
+
+@pytest.mark.slow
+@needs_compiler
+@pytest.mark.parametrize("step", [250, 125])
+def test_the_floor_equals_the_co_simulation_to_the_last_bit(step: int, run_python: Callable[..., Any]) -> None:
+    """With steps of 125 us the controller steps at every second point only."""
+    found = run_python(beside_the_floor, scenario=SCENARIO.format(step=step), timeout=600)
+    assert found["differing"] == []
+    assert found["profiled"]
+    assert found["shape"] == [found["points"], found["variables"]]
+    assert found["variables"] > 200
+    assert found["every"] == [250 // step, 1, 1]
+    assert found["contact"][-1] == 3, "a run without contact would show less"
+    assert 0.5 < found["parts"] <= 1.0
+
+
+def refused(text: str, flavour: str = "native") -> str:
+    from orchestrator.benchmark.floor import Floor
+    from orchestrator.scenario import parse_scenario
+    from orchestrator.simulation import prepare
+
+    try:
+        Floor(prepare("case", parse_scenario(text, "case"), flavour=flavour))
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.slow
+@needs_compiler
+def test_a_run_in_another_order_has_no_floor(run_python: Callable[..., Any]) -> None:
+    text = 'coupling = "jacobi"\n' + SCENARIO.format(step=250)
+    assert "case has no floor; it must run" in run_python(refused, text=text, timeout=600)
+
+
+@pytest.mark.slow
+@needs_compiler
+def test_bench_prints_every_ratio_and_null_for_who_is_not_there(tmp_path: Path) -> None:
+    """ROSS and Siconos are not there unless this very Python has them; ecos wants to find `unzip`."""
+    tools, here = tmp_path / "tools", tmp_path / "here"
+    for folder in (tools, here):
+        folder.mkdir()
+    if (unzip := shutil.which("unzip")) is not None:
+        (tools / "unzip").symlink_to(unzip)
+    code = "from orchestrator.cli import main; main(prog_name='amb-cosim')"
+    answer = subprocess.run(
+        [sys.executable, "-c", code, "bench", "--quick", "--json"],
+        cwd=here,
+        env={**os.environ, "PATH": str(tools)},
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+    )
+    assert answer.returncode == 0, answer.stderr[-2000:]
+    data = json.loads(answer.stdout)
+    for name in ("ecospy", "libcosimpy", "ross", "siconos"):
+        measured = data["ratios"].pop(f"{name}_over_native")
+        assert (measured is None) == (find_spec(name) is None) == (name in data["missing"]), data["missing"]
+        assert measured is None or measured > 0.0
+    assert sorted(data["ratios"]) == ["native_over_floor", "plain_over_compiled_python"]
+    assert min(data["ratios"].values()) > 0.0
+    assert {"native", "python"} <= {name for name, factor in data["real_time_factor"].items() if factor > 0.0}
+    assert {"date", "processor", "cores", "python", "versions"} <= data["environment"].keys()
+    assert data["linearity"]["sites"]["sites_in_contact"] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert data["linearity"]["variables"]["variables"][-1] > 200.0
+    assert set(data["floor_us"]) == {"rolac_controller", "amb_actuator", "rotor_contact", "recording"}
+    assert data["contact"]["cost_ratio_at_equal_accuracy"] > 1.0
+    assert list(here.iterdir()) == []
