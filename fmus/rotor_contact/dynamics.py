@@ -161,11 +161,13 @@ def unbalance_direction(m: Motion, tau: float) -> tuple[float, float]:
 
 
 @kernel
-def free_acceleration(m: Motion, tau: float, q: Array, v: Array, a: Array) -> None:
-    """Write the acceleration without contact, at time `tau` (s) after the beginning of the step, into `a`."""
+def free_acceleration(m: Motion, tau: float, along: float, across: float, q: Array, v: Array, a: Array) -> None:
+    """Write the acceleration without contact into `a`, at `tau` (s) after the beginning of the step.
+
+    `along` and `across` are the `unbalance_direction` then.
+    """
     n = q.shape[0]
     c = m.coefficients
-    along, across = unbalance_direction(m, tau)
     for i in range(n):
         a[i] = c[2 * n, i] + along * c[2 * n + 1, i] + across * c[2 * n + 2, i]
     for j in range(n):
@@ -179,9 +181,8 @@ def free_acceleration(m: Motion, tau: float, q: Array, v: Array, a: Array) -> No
 
 
 @kernel
-def input_power(m: Motion, tau: float, q: Array, v: Array) -> float:
-    """Work of all forces given as inputs, in a second (W); that of passive bearings is not among them."""
-    along, across = unbalance_direction(m, tau)
+def input_power(m: Motion, along: float, across: float, q: Array, v: Array) -> float:
+    """Work of all forces given as inputs, in a second (W), with the `unbalance_direction`; passive bearings do none."""
     power = 0.0
     for i in range(q.shape[0]):
         power += v[i] * (m.forces[STEADY, i] + along * m.forces[COSINE, i] + across * m.forces[SINE, i])

@@ -7,7 +7,7 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.compliant import apply_compliant, compliant_limit
 from rotor_contact.contact import MODE, TANGENTIAL, apply_contact, held, project, slip_velocity, tangential
-from rotor_contact.dynamics import Motion, damping_power, free_acceleration, input_power, spin
+from rotor_contact.dynamics import Motion, damping_power, free_acceleration, input_power, spin, unbalance_direction
 from rotor_contact.interface import CLEARANCE, FREE, JOURNAL_RADIUS, N_SITES, SLIDING
 
 # A state z is (q, v, heat of damping, friction and impact, work); its last columns count from 2 n.
@@ -37,11 +37,12 @@ def derivative(Minv: Array, m: Motion, sites: Array, equations: Array, tau: floa
     a = dz[n : 2 * n]
     copy(v, dz)
     Omega = spin(m, tau)
-    free_acceleration(m, tau, q, v, a)
+    along, across = unbalance_direction(m, tau)
+    free_acceleration(m, tau, along, across, q, v, a)
     compression = apply_compliant(Minv, sites, q, v, Omega, a)
     solved = apply_contact(Minv, sites, equations, q, v, m.Omega_dot, a)
     friction = 0.0
-    work = input_power(m, tau, q, v)
+    work = input_power(m, along, across, q, v)
     for k in range(N_SITES):
         if sites[k, MODE] != FREE:
             if sites[k, MODE] == SLIDING:
