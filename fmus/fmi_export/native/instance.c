@@ -50,7 +50,10 @@ static void explain_fault(char *text, const Run *run, int64_t fault)
 /* First of `count` values that is outside its range or not a number, or -1; `first` is the variable it begins with. */
 static int first_outside(const double *values, int first, int count)
 {
+    int outside = 0; /* found without a jump, so that the compiler compares several at once */
     for (int i = 0; i < count; i++)
+        outside |= !((minima[first + i] <= values[i]) & (values[i] <= maxima[first + i]));
+    for (int i = 0; outside && i < count; i++)
         if (!(minima[first + i] <= values[i] && values[i] <= maxima[first + i]))
             return i;
     return -1;

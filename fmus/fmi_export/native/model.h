@@ -32,6 +32,7 @@ typedef struct {
 
 extern const char model_guid[];
 extern const Variable variables[N_VALUES];
+extern const unsigned char types[N_VALUES]; /* as in `variables`, but close together */
 extern const double start_values[N_VALUES], minima[N_VALUES], maxima[N_VALUES];
 extern const double model_constants[N_CONSTANTS];
 extern const FaultSentence fault_sentences[N_FAULTS + 1];

@@ -319,7 +319,7 @@ fmi2Status fmi2Reset(fmi2Component component)
 
 static int wrong_reference(Instance *instance, const char *call, fmi2ValueReference reference, Type type)
 {
-    if (reference < N_VALUES && variables[reference].type == type)
+    if (reference < N_VALUES && types[reference] == type)
         return 0;
     if (reference < N_VALUES)
         refuse(instance, "%s: %s is of type %s", call, variables[reference].name,

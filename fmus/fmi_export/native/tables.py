@@ -40,6 +40,7 @@ def model_source(model: Model, constants: Array, guid: str) -> str:
     variables = model.interface.variables
     parts = ['#include <stddef.h>\n#include "model.h"\n', f"const char model_guid[] = {_text(guid)};\n"]
     parts.append(_array("Variable variables[N_VALUES]", (_variable(v) for v in variables)))
+    parts.append(_array("unsigned char types[N_VALUES]", (v.type.upper() for v in variables)))
     for name, values in (
         ("start_values", [v.start for v in variables]),
         ("minima", [v.minimum for v in variables]),
