@@ -45,6 +45,7 @@ STEPS = N_KEY  # in the memory of `steady`: for how many steps nothing of it has
 N_MEMORY = N_KEY + 1
 PATIENCE = 64  # steps; making P costs as much as some fifty of them
 
+STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
 TERMS = 22  # of the series, whose terms fall at least like 1/k!
 MOST_PIECES = 32
 MARGIN = 1e-4  # of the clearance, within which the path is not trusted
@@ -94,7 +95,10 @@ def flight_of(work: Array, n: int) -> Flight:
 
 @kernel
 def steady(parameters: Array, inputs: Array, m: Motion, step_size: float, memory: Array) -> bool:
-    """Whether P has been the same for some time, so that it is worth making; `memory` is of shape (N_MEMORY,)."""
+    """Whether P has been the same for some time, so that it is worth making; `memory` is of shape (N_MEMORY,).
+
+    The step size that counts is the first of those that differ by rounding alone.
+    """
     same = inputs[OMEGA_DOT] == 0.0
     for i in range(N_KEY):
         if i == 0:
@@ -108,6 +112,8 @@ def steady(parameters: Array, inputs: Array, m: Motion, step_size: float, memory
                 value = parameters[own + STIFFNESS] if what == 0 else parameters[own + DAMPING]
             else:
                 value = m.bearings[k, GRADIENT_X + what - 2]
+        if i == 0 and abs(value - memory[0]) <= STEP_TOLERANCE * value:
+            continue
         same = same and memory[i] == value
         memory[i] = value
     memory[STEPS] = min(memory[STEPS] + 1.0, float(PATIENCE)) if same else 0.0

@@ -141,26 +141,3 @@ int64_t run_step(Run *run, Scratch *scratch, double time, double step_size)
                                  scratch->next_outputs, N_OUTPUTS, time, step_size);
     return finish(run, scratch, raised, fault);
 }
-
-/* numba asks this before it views a part of an array in another shape. Strides of `count` dimensions for elements that
-   stand one after another, last index fastest; 0 if the elements of the given array do not. */
-__attribute__((visibility("hidden"))) int32_t numba_attempt_nocopy_reshape(int64_t count, const int64_t *sizes,
-                                                                           const int64_t *strides, int64_t new_count,
-                                                                           const int64_t *new_sizes,
-                                                                           int64_t *new_strides, int64_t item_size,
-                                                                           int32_t fortran_order)
-{
-    int64_t expected = item_size;
-    if (fortran_order)
-        return 0;
-    for (int64_t i = count - 1; i >= 0; i--) {
-        if (sizes[i] != 1 && strides[i] != expected)
-            return 0;
-        expected *= sizes[i];
-    }
-    for (int64_t i = new_count - 1; i >= 0; i--) {
-        new_strides[i] = item_size;
-        item_size *= new_sizes[i];
-    }
-    return 1;
-}

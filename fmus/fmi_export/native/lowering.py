@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ ENTRIES = ("kernel_initialise", "kernel_step")
 ALLOWED = re.compile(
     "acos|asin|atan2?|cbrt|ceil|copysign|cosh?|erfc?|exp2?|expm1|fabs|floor|fma|fmax|fmin|fmod|frexp|hypot|ldexp|lgamma|"
     "log|log10|log1p|log2|modf|nearbyint|nextafter|pow|rint|round|sinh?|sqrt|tanh?|tgamma|trunc|"
-    "memcpy|memmove|memset|numba_attempt_nocopy_reshape"
+    "memcpy|memmove|memset"
 )
 
 EXCEPTION = "__excinfo"  # begins the name of a function that puts an exception together from values
@@ -152,19 +153,14 @@ def without_python(entries: list[Any]) -> str:
     return re.sub(r"^(target |source_filename|; ModuleID).*\n", "", str(module), flags=re.MULTILINE)
 
 
-# The entries count references to the arrays they make of addresses; nobody owns those. Every exception is the same one,
-# which says nothing: the pickled ones hold paths of this machine.
-RUNTIME = """
-@no_exception = internal constant { ptr, i32, ptr, ptr, i32 } zeroinitializer
-define internal void @NRT_incref(ptr %p) { ret void }
-define internal void @NRT_decref(ptr %p) { ret void }
-"""
+RUNTIME = resources.files(__package__).joinpath("runtime.ll")
 
 
 def _cut(assembly: str) -> str:
     """Assembly without Python's runtime, the contents of exceptions, and addresses within this process."""
     flags = re.MULTILINE | re.DOTALL
-    for name in re.findall(r"@(\w+)\(", RUNTIME):
+    runtime = RUNTIME.read_text(encoding="utf-8")
+    for name in re.findall(r"@(\w+)\(", runtime):
         assembly = re.sub(rf"^define [^@\n]*@{name}\(.*?^\}}", "", assembly, flags=flags)
         assembly = re.sub(rf"^declare [^@\n]*@{name}\(.*?$", "", assembly, flags=flags)
     # Unless it is optimised away, such a variable is now one that nobody defines.
@@ -173,7 +169,7 @@ def _cut(assembly: str) -> str:
         line if line.startswith("@") else re.sub(r"@\.const\.picklebuf\.[\w.]+", "@no_exception", line)
         for line in assembly.splitlines()
     )
-    return "\n".join(lines) + RUNTIME
+    return "\n".join((*lines, runtime))
 
 
 def _keep_entries_only(module: Any, llvm: Any) -> None:

@@ -75,7 +75,7 @@ def native_guid(model: Model, constants: Array) -> str:
 
 def lowered(model: Model) -> str:
     """The model's kernels, lowered; kept in the user's cache, because it depends on code alone and takes a while."""
-    code = (HERE / "lowering.py").read_text(encoding="utf-8")
+    code = [(HERE / name).read_text(encoding="utf-8") for name in ("lowering.py", "runtime.ll")]
     facts = json.dumps([digests(model), code, _versions("numba", "llvmlite"), machine()])
     key = hashlib.sha256(facts.encode()).hexdigest()[:32]
     kept = platformdirs.user_cache_path("amb-cosim", appauthor=False) / f"kernels-{model.name}-{key}.ll"
@@ -103,7 +103,7 @@ def _versions(*names: str) -> dict[str, str]:
 def _own_digest() -> str:
     """Hash of all that a library is made of besides the model."""
     sha = hashlib.sha256()
-    for file in sorted(HERE.glob("*.[chp]*")):
+    for file in sorted(HERE.glob("*.[chlp]*")):
         sha.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
     return sha.hexdigest()
 
