@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.util
 import sys
 from collections.abc import Callable
+from functools import partial
 from importlib.resources import files
 from typing import Any
 
@@ -89,11 +90,9 @@ def on_ring(seconds: float, missing: Missing) -> dict[str, Candidate]:
     steps = prepared.plan.last
     others: list[tuple[str, str, str, Callable[[], dict[str, Any]]]] = [
         ("ross", "ross", "ross_rotor.py", lambda: cases.ring_for_ross() | {"step": cases.STEP, "steps": steps}),
-        (
-            "siconos",
-            "siconos.kernel",
-            "siconos_rotor.py",
-            lambda: cases.ring_for_siconos() | {"h": cases.STEP, "steps": steps},
+        *(
+            (name, "siconos.kernel", "siconos_rotor.py", partial(_for_siconos, reduced, steps))
+            for name, reduced in (("siconos", False), ("siconos_reduced", True))
         ),
     ]
     for name, module, file, given in others:
@@ -103,6 +102,10 @@ def on_ring(seconds: float, missing: Missing) -> dict[str, Candidate]:
         else:
             _add(found, missing, name, python, str(HERE / file), "seconds_per_step", given())
     return found
+
+
+def _for_siconos(reduced: bool, steps: int) -> dict[str, Any]:
+    return cases.ring_for_siconos(reduced) | {"h": cases.STEP, "steps": steps}
 
 
 def _add(

@@ -1,9 +1,8 @@
 """The floor: the kernels of the three native FMUs in one compiled loop, with the wiring and the events of a run.
 
 There is no FMI in between: what a kernel reads and writes are the arrays of the loop, no value passes through a
-function or is checked. What it computes and records equals the co-simulation in Gauss-Seidel order to the last bit.
-numba's own compilation of the kernels would not do as a floor: it counts references to arrays, which the native FMUs do
-not.
+function or is checked. The kernels are the very machine code of the native FMUs, so that the two differ by FMI alone.
+What the loop computes and records equals the co-simulation in Gauss-Seidel order to the last bit.
 """
 
 from __future__ import annotations

@@ -12,13 +12,14 @@ from orchestrator.benchmark.contestants import Missing, native_possible, on_fig4
 from orchestrator.benchmark.timing import environment, ratio, ratios, take_turns
 from orchestrator.flavours import Flavour
 
-# Each ratio, the two that it is made of, and what is aimed at: at most that for the first, at least for the others.
-RATIOS = {
+# Each ratio, the two that it is made of, and the aim, if there is one: at most that for the first, at least for others.
+RATIOS: dict[str, tuple[str, str, float | None]] = {
     "native_over_floor": ("native", "floor", 1.3),
     "ecospy_over_native": ("ecospy", "rub_native", 3.0),
     "libcosimpy_over_native": ("libcosimpy", "rub_native", 5.0),
     "ross_over_native": ("ross", "ring_native", 100.0),
     "siconos_over_native": ("siconos", "ring_native", 30.0),
+    "siconos_reduced_over_native": ("siconos_reduced", "ring_native", None),
     "plain_over_compiled_python": ("python_plain", "python", 2.0),
 }
 AT_MOST = "native_over_floor"
