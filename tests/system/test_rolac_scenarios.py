@@ -160,7 +160,13 @@ RIG = ["fig6_6", "fig6_8", "fig6_10", "fig6_13", "fig6_13_pid", "fig6_15", "fig6
 
 @pytest.mark.parametrize(
     "name",
-    ["fig5_5", "fig5_5_pid", "fig5_6", "fig5_6_pid", *(pytest.param(name, marks=pytest.mark.slow) for name in RIG)],
+    [
+        "fig5_5",
+        "fig5_5_pid",
+        "fig5_6",
+        "fig5_6_pid",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in (*RIG, "run_up_rolac")),
+    ],
 )
 def test_energy_is_accounted_for(figures: Any, name: str) -> None:
     assert figures(name)["energy_balance_relative"] < 1e-6
