@@ -40,6 +40,14 @@ from rolac_controller.names import ADAPTING, N_AXES, N_BEARINGS, N_HARMONICS, N_
 
 
 @kernel
+def polar(re: float, im: float) -> tuple[float, float]:
+    """Amplitude and phase (rad) of a component; both are zero where there is none."""
+    if re == 0.0 and im == 0.0:
+        return 0.0, 0.0
+    return math.sqrt(re * re + im * im), math.atan2(im, re)
+
+
+@kernel
 def show_synchronous(
     inputs: Array,
     s: State,
@@ -55,12 +63,10 @@ def show_synchronous(
     shown = int(inputs[SHOWN_HARMONIC]) - 1
     for a in range(N_AXES):
         re, im = s.forces[shown * N_U + 2 * a], s.forces[shown * N_U + 2 * a + 1]
-        outputs[a * AXIS_OUTPUTS + FORCE] = math.hypot(re, im)
-        outputs[a * AXIS_OUTPUTS + FORCE_PHASE] = math.atan2(im, re)
+        outputs[a * AXIS_OUTPUTS + FORCE], outputs[a * AXIS_OUTPUTS + FORCE_PHASE] = polar(re, im)
     for k in range(N_SENSORS):
         re, im = x.q[shown * N_Q + 2 * k], x.q[shown * N_Q + 2 * k + 1]
-        outputs[AMPLITUDE + 2 * k] = math.hypot(re, im)
-        outputs[PHASE + 2 * k] = math.atan2(im, re)
+        outputs[AMPLITUDE + 2 * k], outputs[PHASE + 2 * k] = polar(re, im)
     for k in range(N_HARMONICS):
         squares = 0.0
         for i in range(N_Q):

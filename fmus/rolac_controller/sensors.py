@@ -80,8 +80,8 @@ def show(parameters: Array, inputs: Array, memory: Array, started: bool, samplin
         fault_x = FAULT + 2 * pair * FAULT_INPUTS
         fault_y = fault_x + FAULT_INPUTS
         x, y = SHOWN + 2 * pair, SHOWN + 2 * pair + 1
-        deviation_x = math.hypot(deviation, inputs[fault_x + BURST])
-        deviation_y = math.hypot(deviation, inputs[fault_y + BURST])
+        deviation_x = math.sqrt(deviation**2 + inputs[fault_x + BURST] ** 2)
+        deviation_y = math.sqrt(deviation**2 + inputs[fault_y + BURST] ** 2)
         if sampling and deviation_x + deviation_y > 0.0:
             noise_x, noise_y = normal_pair(memory[STREAM : STREAM + N_STREAM])
         at_x = parameters[SCALE + 2 * pair] * displacement(parameters, inputs, 2 * pair) + deviation_x * noise_x

@@ -13,8 +13,9 @@ Every site has two unknowns, N_k and T_k, and two equations in every mode (4.27 
     rolling    n_k . a_k = -|v_k|^2 / r_k        t_k . a_k = -R_s Omega'
 
 The equation of N_k in contact is (4.15) divided by 2 r_k, that of T_k in rolling is (4.33). Those of a free site need
-no solution; only those of sites in contact are written down. The same equations, with other right-hand sides, give
-impulses (`impact`) and corrections (`project`). Sites whose contact yields (`compliant`) have none.
+no solution, and T_k of a sliding one is put into the other equations: N_k of the sites in contact and T_k of those that
+roll are solved for. The same equations, with other right-hand sides, give impulses (`impact`) and corrections
+(`project`). Sites whose contact yields (`compliant`) have none.
 """
 
 from __future__ import annotations
@@ -73,13 +74,13 @@ def can_strike(sites: Array, k: int) -> bool:
 
 
 @kernel
-def number_held(sites: Array) -> int:
-    """Give the held sites their place in the equations; returns how many there are."""
+def number_unknowns(sites: Array) -> int:
+    """Give N, and T of the sites that roll, their place in the equations; returns how many unknowns there are."""
     count = 0
     for k in range(N_SITES):
         if held(sites, k):
-            sites[k, SLOT] = 2 * count
-            count += 1
+            sites[k, SLOT] = count
+            count += 2 if sites[k, MODE] == ROLLING else 1
     return count
 
 
@@ -153,10 +154,11 @@ def slip_velocity(sites: Array, k: int, v: Array, Omega: float) -> float:
 def write_equations(Minv: Array, sites: Array, equations: Array, friction: float) -> int:
     """Left-hand sides for the held sites in their modes; right-hand sides are zeroed. Returns the number of equations.
 
-    Rows and columns SLOT and SLOT + 1 belong to N_k and T_k; a column holds the response M^-1 (-n) or M^-1 t.
-    `friction` is 1, or 0 to leave sliding friction out.
+    Row and column SLOT belong to N_k, the next to T_k if the site rolls; a column holds the response M^-1 (-n) or
+    M^-1 t, that of N_k of a sliding site with its friction, M^-1 (-n - mu sign t). `friction` is 1, or 0 to leave
+    sliding friction out.
     """
-    size = 2 * number_held(sites)
+    size = number_unknowns(sites)
     for k in range(N_SITES):
         if not held(sites, k):
             continue
@@ -166,7 +168,8 @@ def write_equations(Minv: Array, sites: Array, equations: Array, friction: float
         k_y = sites[k, N_Y]
         rolling = sites[k, MODE] == ROLLING
         equations[row, RHS] = 0.0
-        equations[row + 1, RHS] = 0.0
+        if rolling:
+            equations[row + 1, RHS] = 0.0
         for other in range(N_SITES):
             if not held(sites, other):
                 continue
@@ -179,14 +182,34 @@ def write_equations(Minv: Array, sites: Array, equations: Array, friction: float
             yn = Minv[i + 1, j] * n_x + Minv[i + 1, j + 1] * n_y
             xt = Minv[i, j + 1] * n_x - Minv[i, j] * n_y
             yt = Minv[i + 1, j + 1] * n_x - Minv[i + 1, j] * n_y
-            equations[row, column] = -(k_x * xn + k_y * yn)
-            equations[row, column + 1] = k_x * xt + k_y * yt
-            equations[row + 1, column] = -(k_x * yn - k_y * xn) if rolling else 0.0
-            equations[row + 1, column + 1] = k_x * yt - k_y * xt if rolling else 0.0
-        if not rolling:
-            equations[row + 1, row] = friction * sites[k, MU] * sites[k, SIGN]
-            equations[row + 1, row + 1] = 1.0
+            dragged = sliding_share(sites, other, friction)
+            equations[row, column] = -(k_x * xn + k_y * yn) + dragged * (k_x * xt + k_y * yt)
+            if rolling:
+                equations[row + 1, column] = -(k_x * yn - k_y * xn) + dragged * (k_x * yt - k_y * xt)
+            if sites[other, MODE] == ROLLING:
+                equations[row, column + 1] = k_x * xt + k_y * yt
+                if rolling:
+                    equations[row + 1, column + 1] = k_x * yt - k_y * xt
     return size
+
+
+@kernel
+def sliding_share(sites: Array, k: int, friction: float) -> float:
+    """T_k/N_k of a held site that slides; 0 where it rolls, and T_k is an unknown of its own."""
+    if sites[k, MODE] == ROLLING:
+        return 0.0
+    share: float = -friction * sites[k, MU] * sites[k, SIGN]
+    return share
+
+
+@kernel
+def solution(sites: Array, equations: Array, k: int, friction: float) -> tuple[float, float]:
+    """N_k and T_k of a held site from the solved equations; `friction` as for `write_equations`."""
+    row = int(sites[k, SLOT])
+    normal = equations[row, RHS]
+    if sites[k, MODE] == ROLLING:
+        return normal, equations[row + 1, RHS]
+    return normal, sliding_share(sites, k, friction) * normal
 
 
 @kernel
@@ -250,9 +273,7 @@ def apply_contact(Minv: Array, sites: Array, equations: Array, q: Array, v: Arra
         return False
     for k in range(N_SITES):
         if held(sites, k):
-            row = int(sites[k, SLOT])
-            sites[k, NORMAL] = equations[row, RHS]
-            sites[k, TANGENTIAL] = equations[row + 1, RHS]
+            sites[k, NORMAL], sites[k, TANGENTIAL] = solution(sites, equations, k, 1.0)
             push(Minv, sites, k, sites[k, NORMAL], sites[k, TANGENTIAL], a)
     return True
 
@@ -284,6 +305,6 @@ def project(Minv: Array, sites: Array, equations: Array, q: Array, v: Array, Ome
             return False
         for k in range(N_SITES):
             if held(sites, k):
-                row = int(sites[k, SLOT])
-                push(Minv, sites, k, equations[row, RHS], equations[row + 1, RHS], q if target == 0 else v)
+                normal, forward = solution(sites, equations, k, 0.0)
+                push(Minv, sites, k, normal, forward, q if target == 0 else v)
     return True

@@ -6,10 +6,11 @@ Without contact and under held forces the rotor is linear,
 
 so that everything at a time h later is linear in what is now:
 
-    (q, v, V_c, V_s, v_b)(h) = P (q, v, f, p, r)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
+    (q, v, v_b)(h) = P x,  (V_c, V_s) = V x,  x = (q, v, f, p, r)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
 
-V_c and V_s give the work of the unbalance, p V_c + r V_s; v_b are velocities at the bearings at the points of Gauss's
-quadrature, for the heat of their damping. A column of P is a Taylor series in time: the motion from one unit.
+V_c and V_s give the work of the unbalance, p V_c + r V_s, where it acts; v_b are velocities at the bearings at the
+points of Gauss's quadrature, for the heat of their damping. A column of P and V is a Taylor series in time: the motion
+from one unit.
 
 A communication step is flown in equal pieces, short enough for the series. Where a journal might touch in one of them,
 the step is left to `events`.
@@ -39,7 +40,7 @@ from rotor_contact.interface import (
 )
 from rotor_contact.path import stays_within
 
-# What P depends on: step size, speed, then stiffness, damping and both force gradients of each bearing.
+# What P and V depend on: step size, speed, then stiffness, damping and both force gradients of each bearing.
 N_KEY = 2 + 4 * N_BEARINGS
 STEPS = N_KEY  # in the memory of `steady`: for how many steps nothing of it has changed
 N_MEMORY = N_KEY + 1
@@ -57,12 +58,12 @@ N_B = 2 * N_BEARINGS
 
 
 class Flight(NamedTuple):
-    """P and what it was made for, with room to use and to make it.
+    """P, V and what they were made for, with room to use and to make them.
 
     key
         Shape (N_KEY + 1,); the last is the number of pieces, 0 where there are too many.
-    P
-        Shape (5 n, 4 n + N_GAUSS N_B); row j holds what unit j leads to.
+    P, V
+        Shapes (5 n, 2 n + N_GAUSS N_B) and (5 n, 2 n); row j holds what unit j leads to.
     start, end
         What P maps from and to.
     series
@@ -71,6 +72,7 @@ class Flight(NamedTuple):
 
     key: Array
     P: Array
+    V: Array
     start: Array
     end: Array
     series: Array
@@ -78,19 +80,20 @@ class Flight(NamedTuple):
 
 def size_of(n: int) -> int:
     """Size of a `Flight` of a rotor with n degrees of freedom."""
-    start, end = 5 * n, 4 * n + N_GAUSS * N_B
-    return N_KEY + 1 + start * end + start + end + 5 * n
+    start, end = 5 * n, 2 * n + N_GAUSS * N_B
+    return N_KEY + 1 + start * (end + 2 * n) + start + end + 5 * n
 
 
 @views
 def flight_of(work: Array, n: int) -> Flight:
     """A `Flight` in the beginning of an array."""
-    rows, columns = 5 * n, 4 * n + N_GAUSS * N_B
+    rows, columns = 5 * n, 2 * n + N_GAUSS * N_B
     key, rest = work[: N_KEY + 1], work[N_KEY + 1 :]
     P, rest = rest[: rows * columns].reshape(rows, columns), rest[rows * columns :]
+    V, rest = rest[: rows * 2 * n].reshape(rows, 2 * n), rest[rows * 2 * n :]
     start, rest = rest[:rows], rest[rows:]
     end, rest = rest[:columns], rest[columns:]
-    return Flight(key, P, start, end, rest[: 5 * n].reshape(5, n))
+    return Flight(key, P, V, start, end, rest[: 5 * n].reshape(5, n))
 
 
 @kernel
@@ -147,14 +150,15 @@ def make(Minv: Array, m: Motion, memory: Array, f: Flight) -> None:
         pieces = max(math.ceil(memory[0] * rate), 1)
         f.key[N_KEY] = pieces
         for unit in range(5 * n):
-            _add_series(Minv, m, unit, memory[0] / pieces, f.P[unit], f.series)
+            _add_series(Minv, m, unit, memory[0] / pieces, f.P[unit], f.V[unit], f.series)
 
 
 @kernel
-def _add_series(Minv: Array, m: Motion, unit: int, h: float, row: Array, series: Array) -> None:
+def _add_series(Minv: Array, m: Motion, unit: int, h: float, row: Array, integral: Array, series: Array) -> None:
     """What one unit of the start leads to after h (s), by the series in t/h, term after term."""
     n = Minv.shape[0]
     row[:] = 0.0
+    integral[:] = 0.0
     series[:, :] = 0.0
     q, v, re, im, a = series[0], series[1], series[2], series[3], series[4]
     kind, column = unit // n - 2, unit % n  # -2, -1: displacement, velocity; 0, 1, 2: steady, cosine, sine
@@ -163,7 +167,7 @@ def _add_series(Minv: Array, m: Motion, unit: int, h: float, row: Array, series:
         row[unit] = 1.0
     for k in range(N_GAUSS):
         for b in range(N_B):
-            row[4 * n + k * N_B + b] = v[row_of(m, b)]
+            row[2 * n + k * N_B + b] = v[row_of(m, b)]
     cosine, sine = 1.0, 0.0
     for term in range(1, TERMS + 1):
         share, turn = h / term, 0.0 if kind == 0 else m.Omega * h / term
@@ -182,17 +186,17 @@ def _add_series(Minv: Array, m: Motion, unit: int, h: float, row: Array, series:
             v[i] = share * a[i]
             row[i] += q[i]
             row[n + i] += v[i]
-            row[2 * n + i] += re[i]
-            row[3 * n + i] += im[i]
+            integral[i] += re[i]
+            integral[n + i] += im[i]
         for k in range(N_GAUSS):
             power = GAUSS_POINTS[k] ** term
             for b in range(N_B):
-                row[4 * n + k * N_B + b] += power * v[row_of(m, b)]
+                row[2 * n + k * N_B + b] += power * v[row_of(m, b)]
     along, across = math.cos(m.Omega * h), math.sin(m.Omega * h)
-    for i in range(2 * n, 3 * n):  # from int v exp(i Omega (h - t)) dt to V_c and V_s
-        real, imaginary = row[i], row[n + i]
-        row[i] = real * along + imaginary * across
-        row[n + i] = real * across - imaginary * along
+    for i in range(n):  # from int v exp(i Omega (h - t)) dt to V_c and V_s
+        real, imaginary = integral[i], integral[n + i]
+        integral[i] = real * along + imaginary * across
+        integral[n + i] = real * across - imaginary * along
 
 
 @kernel
@@ -235,7 +239,7 @@ def _fly_piece(m: Motion, sites: Array, z: Array, f: Flight, tau: float, h: floa
         start[3 * n + i] = along * m.forces[COSINE, i] + across * m.forces[SINE, i]
         start[4 * n + i] = along * m.forces[SINE, i] - across * m.forces[COSINE, i]
     damped = m.bearings[0, C_B] != 0.0 or m.bearings[1, C_B] != 0.0
-    size = 4 * n + (N_GAUSS * N_B if damped else 0)
+    size = 2 * n + (N_GAUSS * N_B if damped else 0)
     for i in range(size):
         end[i] = 0.0
     for j in range(5 * n):
@@ -249,7 +253,12 @@ def _fly_piece(m: Motion, sites: Array, z: Array, f: Flight, tau: float, h: floa
     work = 0.0
     for i in range(n):
         work += start[2 * n + i] * (end[i] - start[i])
-        work += start[3 * n + i] * end[2 * n + i] + start[4 * n + i] * end[3 * n + i]
+        if start[3 * n + i] != 0.0 or start[4 * n + i] != 0.0:
+            v_c, v_s = 0.0, 0.0
+            for j in range(5 * n):
+                v_c += start[j] * f.V[j, i]
+                v_s += start[j] * f.V[j, n + i]
+            work += start[3 * n + i] * v_c + start[4 * n + i] * v_s
     for b in range(N_B):
         i = row_of(m, b)
         work += 0.5 * m.bearings[b // 2, GRADIENT_X + b % 2] * (end[i] * end[i] - start[i] * start[i])
@@ -257,7 +266,7 @@ def _fly_piece(m: Motion, sites: Array, z: Array, f: Flight, tau: float, h: floa
     if damped:
         for k in range(N_GAUSS):
             for b in range(N_B):
-                velocity = end[4 * n + k * N_B + b]
+                velocity = end[2 * n + k * N_B + b]
                 heat += GAUSS_WEIGHTS[k] * m.bearings[b // 2, C_B] * velocity * velocity
     z[tallies + WORK_DONE] += work
     z[tallies + DAMPING_HEAT] += h * heat

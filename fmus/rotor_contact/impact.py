@@ -26,6 +26,7 @@ from rotor_contact.contact import (
     put_on_circle,
     radial,
     slip_velocity,
+    solution,
     solve,
     sticking_friction,
     stop_radially,
@@ -159,7 +160,8 @@ def _heat(sites: Array, k: int, v: Array, before: Array, Omega: float) -> float:
 def _impulses(Minv: Array, sites: Array, equations: Array, v: Array, before: Array, Omega: float, plain: bool) -> bool:
     """One consistent set of impulses P_N, P_T; `plain` leaves restitution and sliding friction out."""
     for _ in range(4 * N_SITES + 2):
-        size = write_equations(Minv, sites, equations, 0.0 if plain else 1.0)
+        friction = 0.0 if plain else 1.0
+        size = write_equations(Minv, sites, equations, friction)
         for k in range(N_SITES):
             if held(sites, k):
                 row = int(sites[k, SLOT])
@@ -175,9 +177,7 @@ def _impulses(Minv: Array, sites: Array, equations: Array, v: Array, before: Arr
             sites[k, P_N] = 0.0
             sites[k, P_T] = 0.0
             if held(sites, k):
-                row = int(sites[k, SLOT])
-                sites[k, P_N] = equations[row, RHS]
-                sites[k, P_T] = equations[row + 1, RHS]
+                sites[k, P_N], sites[k, P_T] = solution(sites, equations, k, friction)
                 push(Minv, sites, k, sites[k, P_N], sites[k, P_T], v)
             if sites[k, P_N] < sites[weakest, P_N]:
                 weakest = k

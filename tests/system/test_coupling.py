@@ -44,6 +44,7 @@ force_law = 1
 """
 
 
+TIGHT = '"solver.tolerance" = 0'
 FIXED = """
 "solver.max_substep" = "{} us"
 "solver.tolerance" = 1
@@ -69,7 +70,7 @@ def cosimulate(run_python: Callable[..., Any]) -> Callable[..., tuple[np.ndarray
     def run(
         case: Case, cycles: float, gradient: bool = True, step: float = 250, substep: float | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        solver = "" if substep is None else FIXED.format(substep)
+        solver = TIGHT if substep is None else FIXED.format(substep)
         text = SCENARIO.format(**vars(case), cycles=cycles, gradient=str(gradient).lower(), step=step, solver=solver)
         data = run_python(recorded, text=text, stride=round(250 / step), timeout=300)
         x_1, y_1, x_2, y_2, f_1, f_2 = (np.array(column) for column in data.values())
