@@ -45,7 +45,8 @@ class Calls(NamedTuple):
 
     Those of component i are `of[i]` to `of[i + 1]`. Call c moves the variables `first[c]` to `first[c + 1]` between
     their `positions` in the value array and `reals` or `integers`, where the FMU reads or writes them. It gets the
-    addresses `references_at[c]`, within `references`, and `values_at[c]`, within `reals` or `integers`.
+    addresses `references_at[c]`, within `references`, and `values_at[c]`, within `reals` or `integers`; where it is
+    `direct`, within the value array itself.
     """
 
     of: IntArray
@@ -53,6 +54,7 @@ class Calls(NamedTuple):
     references_at: IntArray
     values_at: IntArray
     real: NDArray[np.bool_]
+    direct: NDArray[np.bool_]
     first: IntArray
     positions: IntArray
     references: NDArray[np.uint32]
@@ -157,7 +159,7 @@ def _program(master: Master[C], conditions: Conditions) -> Program:
         every=np.array(every, np.intp),
         step_sizes=np.array([m * master.step_size for m in every], np.float64),
         sends=_calls([entry.sends for entry in entries], master.wiring.sources),
-        fetches=_calls(fetches, places),
+        fetches=_calls(fetches, places, master.values),
         needed=_calls([_only(used[place], of_one) for of_one, place in zip(fetches, places, strict=True)], places),
         values=master.values,
         start_time=float(master.start_time),
@@ -172,20 +174,29 @@ def _only(used: NDArray[np.bool_], transfers: Sequence[Transfer]) -> list[Transf
     return [part for part in parts if len(part.where)]
 
 
-def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray]) -> Calls:
-    """All components' transfers; `places` says where the inputs or outputs of each stand in the value array."""
+def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray], values: Array | None = None) -> Calls:
+    """All components' transfers; `places` says where the inputs or outputs of each stand in the value array.
+
+    Reals that stand one after another in `values`, if it is given, are written there by the FMU itself.
+    """
     flat = [t for of_one in transfers for t in of_one]
     positions = [place[t.where] for of_one, place in zip(transfers, places, strict=True) for t in of_one]
     references = np.concatenate([np.zeros(0, np.uint32), *(t.references for t in flat)])
     reals, integers = np.zeros(len(references)), np.zeros(len(references), np.int32)
     first = _ends([len(t.references) for t in flat])
     real = np.array([t.real for t in flat], np.bool_)
+    values_at = np.where(real, _addresses(reals, first[:-1]), _addresses(integers, first[:-1]))
+    direct = np.zeros(len(flat), np.bool_)
+    for c, at in enumerate(positions):
+        if values is not None and real[c] and np.all(np.diff(at) == 1):
+            direct[c], values_at[c] = True, _addresses(values, at[:1])[0]
     return Calls(
         of=_ends([len(of_one) for of_one in transfers]),
         function=np.array([t.function for t in flat], np.intp),
         references_at=_addresses(references, first[:-1]),
-        values_at=np.where(real, _addresses(reals, first[:-1]), _addresses(integers, first[:-1])),
+        values_at=values_at,
         real=real,
+        direct=direct,
         first=first,
         positions=np.concatenate([np.zeros(0, np.intp), *positions]),
         references=references,
@@ -288,6 +299,8 @@ def _fetch(program: Program, calls: Calls, i: int) -> int:
         status = _exchange(calls.function[c], program.instance[i], calls.references_at[c], size, calls.values_at[c])
         if status > WARNING:
             return status
+        if calls.direct[c]:
+            continue
         for k in range(first, first + size):
             values[calls.positions[k]] = calls.reals[k] if calls.real[c] else float(calls.integers[k])
     return 0

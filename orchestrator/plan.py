@@ -16,6 +16,7 @@ from orchestrator.values import Raw, convert
 SPEED = "Omega"  # the shared signal whose first value counts the cycles
 ACCELERATION = "Omega_dot"  # the shared signal that tells how the speed changes over the coming step
 
+EVERYTHING = "*"  # as a pattern of what is recorded
 # Figures and plots need these, whatever else is recorded.
 ESSENTIAL = tuple(f"rotor_contact.{name}" for name in ("mb?.[xy]", "rb?.*", "eb?.*", "contact_state", "energy.*"))
 
@@ -140,7 +141,7 @@ def make_plan(
         tuple(events),
         profile,
         marks,
-        _recorded(scenario.record.variables, available, [stop.signal for stop in stops]),
+        _recorded(scenario.record.variables, system.unrecorded, available, [stop.signal for stop in stops]),
         stops,
     )
 
@@ -276,9 +277,21 @@ def _condition(
     return Condition(signal, side == "above", limit, first, hold, text)
 
 
-def _recorded(patterns: Sequence[str], available: Sequence[str], watched: Sequence[str]) -> tuple[str, ...]:
+def _recorded(
+    patterns: Sequence[str], unrecorded: Sequence[str], available: Sequence[str], watched: Sequence[str]
+) -> tuple[str, ...]:
+    """Names that match a pattern, or that figures need; `*` leaves out what the system does not record by itself."""
     for pattern in patterns:
         if not fnmatch.filter(available, pattern):
             raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")
-    matching = (*patterns, *ESSENTIAL)
-    return tuple(n for n in available if n in watched or any(fnmatch.fnmatchcase(n, pattern) for pattern in matching))
+    every = EVERYTHING in patterns
+    matching = (*(pattern for pattern in patterns if pattern != EVERYTHING), *ESSENTIAL)
+
+    def is_recorded(name: str) -> bool:
+        return name in watched or _matches(name, matching) or (every and not _matches(name, unrecorded))
+
+    return tuple(name for name in available if is_recorded(name))
+
+
+def _matches(name: str, patterns: Sequence[str]) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)

@@ -110,7 +110,10 @@ class Stop(_Strict):
 
 
 class Record(_Strict):
-    """What is recorded: patterns of variable names, every how many steps, and whether settling is kept."""
+    """What is recorded: patterns of variable names, every how many steps, and whether settling is kept.
+
+    `*` stands for all that the system records by itself; what it does not must be named.
+    """
 
     variables: tuple[str, ...] = ("*",)
     every: int = Field(default=1, ge=1)

@@ -46,6 +46,7 @@ class Signal:
 class System:
     """Components in Gauss-Seidel order, their connections, shared signals and parameters.
 
+    `unrecorded` are patterns of outputs that a run records only if it names them.
     `check` and `wiring` hold it against the components' interfaces.
     """
 
@@ -56,6 +57,7 @@ class System:
     signals: tuple[Signal, ...] = ()
     coupling: Coupling = "gauss_seidel"
     parameters: Mapping[str, Mapping[str, Raw]] = field(default_factory=dict)
+    unrecorded: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         names = [component.name for component in self.components]
@@ -175,9 +177,10 @@ class System:
             Outputs that are fetched though nothing is connected to them.
         """
         wanted = {link.source for link in self.connections} | set(recorded)
+        # Reals first: they are then one block of the value array, which an FMU can write itself.
         outputs = {
-            c.name: [p.name for p in interfaces[c.name].of("output") if f"{c.name}.{p.name}" in wanted]
-            for c in self.components
+            name: [p.name for p in sorted(interfaces[name].of("output"), key=_not_real) if f"{name}.{p.name}" in wanted]
+            for name in (c.name for c in self.components)
         }
         source_of = {target: source.removeprefix("signal ") for source, target in self._feeds()}
         source_of |= {name: name for name in exogenous if "." in name}
@@ -200,6 +203,10 @@ class System:
                 needs = [f"{component}.{u}" for u in interfaces[component].ports[variable].depends_on]
                 depends_on.append(tuple(position[source_of[end]] for end in needs if end in source_of))
         return Wiring(tuple(names), len(exogenous), sources, tuple(depends_on)), inputs, outputs
+
+
+def _not_real(port: Port) -> bool:
+    return port.type != "Real"
 
 
 def _same_unit(a: Port, b: Port) -> bool:
@@ -251,6 +258,7 @@ def load_system(name: str, options: Mapping[str, bool]) -> System:
             signals=tuple(Signal(s["name"], tuple(s["targets"])) for s in data.get("signal", ())),
             coupling=data.get("coupling", "gauss_seidel"),
             parameters=data.get("parameters", {}),
+            unrecorded=tuple(data.get("unrecorded", ())),
         )
     except (tomllib.TOMLDecodeError, KeyError, TypeError) as error:
         raise ValueError(f"system {name}: {type(error).__name__} {error}") from error

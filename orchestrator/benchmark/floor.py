@@ -73,12 +73,14 @@ class Floor:
             raise ValueError(f"{prepared.name} has no floor; it must run this project's models in Gauss-Seidel order")
         outputs = [f"{c}.{port.name}" for c, i in prepared.interfaces.items() for port in i.of("output")]
         wiring, inputs, _ = system.wiring(prepared.interfaces, list(plan.exogenous), outputs)
+        names = [*plan.exogenous, *outputs]  # each model's outputs in the order in which its kernel writes them
+        place = np.array([names.index(name) for name in wiring.names], np.intp)
         self._plan = plan
         self._names = [c.name for c in system.components]
-        self._values = np.zeros(len(wiring.names))
+        self._values = np.zeros(len(names))
         self._values[: wiring.n_exogenous] = list(plan.exogenous.values())
-        self._recorded = np.array([wiring.names.index(name) for name in plan.recorded], np.intp)
-        events = [(n, wiring.names.index(name), value) for n, name, value in plan.events]
+        self._recorded = np.array([names.index(name) for name in plan.recorded], np.intp)
+        events = [(n, names.index(name), value) for n, name, value in plan.events]
         self._changes = PiecewiseConstant(events).changes(0, plan.last + 1)
         self._instances: list[tuple[Instance, Array]] = []
         self._stages: list[Stage] = []
@@ -90,7 +92,7 @@ class Floor:
             table, own = instance.model.interface, self._values[first : first + len(instance.outputs)]
             to = np.array([table.position[name] - table.n_parameters for name in inputs[component.name]], np.intp)
             self._instances.append((instance, own))
-            self._stages.append(_stage(instance, own, to, source, step_kernel(component.fmu), component.every))
+            self._stages.append(_stage(instance, own, to, place[source], step_kernel(component.fmu), component.every))
             first += len(own)
         self._initialise()
 

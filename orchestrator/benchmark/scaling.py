@@ -23,6 +23,7 @@ RECORDED: tuple[list[str], ...] = (
     ["rotor_contact.*"],
     ["rotor_contact.*", "amb_actuator.*"],
     ["*"],
+    ["*", "rolac_controller.r.*"],
 )  # besides what figures need
 
 

@@ -93,10 +93,14 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
     """What differs between the loops, and what the compiled one recorded."""
     import numpy as np
 
-    from orchestrator.scenario import parse_scenario
+    from orchestrator.scenario import Record, parse_scenario
     from orchestrator.simulation import prepare, run
 
-    prepared = prepare("case", parse_scenario(scenario, "case"), flavour=flavour)
+    parsed = parse_scenario(scenario, "case")
+    if parsed.record.variables == ("*",):
+        every = Record.model_validate(parsed.record.model_dump() | {"variables": ("*", "rolac_controller.r.*")})
+        parsed = parsed.model_copy(update={"record": every})
+    prepared = prepare("case", parsed, flavour=flavour)
     plain, fast = run(prepared, loop="plain"), run(prepared, loop="compiled")
     assert list(plain.dataset.variables) == list(fast.dataset.variables)
     own = ("wall_s",)
