@@ -144,7 +144,7 @@ INTERFACE = interface(
         "solver.tolerance",
         "m/s",
         "Error of the velocities above which an integration step is halved, twice at most",
-        2e-6,
+        5e-6,
         minimum=0.0,
     ),
     parameter(
