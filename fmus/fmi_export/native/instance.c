@@ -68,11 +68,16 @@ int64_t run_stop(Run *run, int64_t fault, const char *reason)
     return fault;
 }
 
+/* Inputs may be new at every step, parameters only after one was set. */
 static int64_t check_given(Run *run)
 {
-    int i = first_outside(run->values, 0, FIRST_OUTPUT);
-    if (i < 0)
+    int first = run->checked ? FIRST_INPUT : 0;
+    int i = first_outside(run->values + first, first, FIRST_OUTPUT - first);
+    if (i < 0) {
+        run->checked = 1;
         return 0;
+    }
+    i += first;
     run->reason[0] = '\0';
     explain_range(run->reason, i, run->values[i]);
     return run_stop(run, FAULT_RANGE + i, run->reason);

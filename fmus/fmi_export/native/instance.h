@@ -15,6 +15,7 @@ enum { FAULT_INTERNAL = 998, FAULT_STEP_SIZE = 999, FAULT_RANGE = 1000, FAULT_NO
 typedef struct {
     double values[N_VALUES];
     double state[N_STATE];
+    int64_t checked; /* whether the parameters are within their ranges, as far as is known */
     int64_t fault;
     char reason[TEXT_SIZE];
 } Run;

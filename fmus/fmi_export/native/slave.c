@@ -356,6 +356,8 @@ static fmi2Status before_set(Instance *instance, const char *call, Type type, RE
         int fixed = r < FIRST_INPUT && !variables[r].tunable && instance->now.state == STEP_COMPLETE;
         if (fixed || r >= FIRST_OUTPUT)
             return refuse(instance, "%s: %s is a %s and cannot be set now", call, variables[r].name, variables[r].kind);
+        if (r < FIRST_INPUT)
+            instance->now.run.checked = 0;
     }
     instance->now.stale = 1;
     return fmi2OK;
