@@ -51,7 +51,8 @@ class Model:
 
     What is computed once, with any library (matrices, tables), reaches the kernels as `constants`, a flat
     array that is made when the FMU is built and stored in it. A kernel writes every output on every call that
-    returns 0, and nothing in `work` survives a call: parameters, inputs and state are all there is to save.
+    returns 0. Parameters, inputs and state are all there is to save: what a kernel leaves in `work` only saves it
+    time, and it must notice when that is gone.
     """
 
     name: str

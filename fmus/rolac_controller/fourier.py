@@ -29,14 +29,15 @@ SLACK = 1e-9  # rad by which a revolution may fall short, so that rounding does 
 FEWEST_SAMPLES = 4.0  # in a period of a harmonic
 
 # Layout of a window: sample numbers, two sums (angle; re, im for each harmonic and sensor), ring of samples (angle,
-# sensors).
+# sensors; cosine and sine of each harmonic's angle, since a sample counts four times).
 FIRST, NEXT, RESTART = 0, 1, 2  # oldest sample held, next one to come, first of the fresh sum
 N_Q = 2 * N_SENSORS
 N_SUM = 1 + N_HARMONICS * N_Q
 OLD = 3
 FRESH = OLD + N_SUM
 RING = FRESH + N_SUM
-N_SAMPLE = 1 + N_SENSORS
+TURNED = 1 + N_SENSORS  # in a sample
+N_SAMPLE = TURNED + 2 * N_HARMONICS
 N_WINDOW = RING + CAPACITY * N_SAMPLE
 
 
@@ -82,11 +83,10 @@ def add_segment(window: Array, orders: Array, sums: int, number: float, sign: fl
     weight = 0.5 * sign * width
     window[sums] += sign * width
     for k in range(N_HARMONICS):
-        n = orders[k]
-        if n == 0.0:
+        if orders[k] == 0.0:
             break
-        cos_a, sin_a = math.cos(n * window[a]), math.sin(n * window[a])
-        cos_b, sin_b = math.cos(n * window[b]), math.sin(n * window[b])
+        cos_a, sin_a = window[a + TURNED + 2 * k], window[a + TURNED + 2 * k + 1]
+        cos_b, sin_b = window[b + TURNED + 2 * k], window[b + TURNED + 2 * k + 1]
         of_harmonic = sums + 1 + k * N_Q
         for s in range(N_SENSORS):
             q_a, q_b = window[a + 1 + s], window[b + 1 + s]
@@ -137,6 +137,11 @@ def record(window: Array, orders: Array, theta: float, sensors: Array) -> None:
     window[newest] = theta
     for s in range(N_SENSORS):
         window[newest + 1 + s] = sensors[s]
+    for k in range(N_HARMONICS):
+        if orders[k] == 0.0:
+            break
+        window[newest + TURNED + 2 * k] = math.cos(orders[k] * theta)
+        window[newest + TURNED + 2 * k + 1] = math.sin(orders[k] * theta)
     window[NEXT] += 1
     if window[NEXT] - window[FIRST] > 1:
         add_segment(window, orders, FRESH, window[NEXT] - 2, 1.0)
@@ -187,8 +192,8 @@ def components(window: Array, orders: Array, q: Array) -> None:
         n = orders[k]
         if n == 0.0 or samples < FEWEST_SAMPLES * n:
             break
-        cos_a, sin_a = weight_a * math.cos(n * window[a]), weight_a * math.sin(n * window[a])
-        cos_b, sin_b = weight_b * math.cos(n * window[b]), weight_b * math.sin(n * window[b])
+        cos_a, sin_a = weight_a * window[a + TURNED + 2 * k], weight_a * window[a + TURNED + 2 * k + 1]
+        cos_b, sin_b = weight_b * window[b + TURNED + 2 * k], weight_b * window[b + TURNED + 2 * k + 1]
         old, fresh = OLD + 1 + k * N_Q, FRESH + 1 + k * N_Q
         for s in range(N_SENSORS):
             q_a, q_b = window[a + 1 + s], window[b + 1 + s]

@@ -11,7 +11,7 @@ enum { FIRST_INPUT = N_PARAMETERS, FIRST_OUTPUT = N_PARAMETERS + N_INPUTS, FAULT
 enum { FAULT_INTERNAL = 998, FAULT_STEP_SIZE = 999, FAULT_RANGE = 1000, FAULT_NOT_FINITE = 100000 };
 
 /* Parameters, inputs and outputs in the order of the value references; state; and the fault with its sentence. This is
-   all there is to save: kernels leave nothing in the scratch array that the next call needs. */
+   all there is to save: what kernels leave in the scratch array saves time, and no call needs it. */
 typedef struct {
     double values[N_VALUES];
     double state[N_STATE];
