@@ -127,3 +127,21 @@ def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         return CliRunner().invoke(main, list(arguments))
 
     return call
+
+
+@pytest.fixture
+def refuses(runner, tmp_path: Path) -> Callable[..., None]:
+    """`refuses(expected, *arguments)`: exit code 2 with one message that holds `expected`, and nothing written."""
+
+    def check(expected: str, *arguments: str) -> None:
+        before = sorted(path.name for path in tmp_path.iterdir())
+        result = runner(*arguments)
+        assert result.exit_code == 2
+        assert isinstance(result.exception, SystemExit)
+        assert expected in result.stderr
+        assert result.stderr.startswith("amb-cosim: ")
+        assert len(result.stderr.strip().splitlines()) == 1
+        assert result.stdout == ""
+        assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+    return check

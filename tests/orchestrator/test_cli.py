@@ -51,16 +51,10 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_input_ends_with_one_message_and_nothing_written(runner, tmp_path, case):
+def test_bad_input_ends_with_one_message_and_nothing_written(refuses, tmp_path, case):
     arguments, expected = BAD[case]
     (tmp_path / "taken").touch()
-    result = runner("run", *arguments)
-    assert result.exit_code == 2
-    assert isinstance(result.exception, SystemExit)
-    assert expected in result.stderr
-    assert len(result.stderr.strip().splitlines()) == 1
-    assert result.stdout == ""
-    assert [p.name for p in tmp_path.iterdir()] == ["taken"]
+    refuses(expected, "run", *arguments)
 
 
 def test_a_scenario_file_with_mistakes_says_each(runner, tmp_path):

@@ -88,15 +88,9 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_input_ends_with_one_message_and_nothing_written(runner, tmp_path, case):
+def test_bad_input_ends_with_one_message_and_nothing_written(refuses, case):
     arguments, expected = BAD[case]
-    result = runner("study", *arguments)
-    assert result.exit_code == 2
-    assert isinstance(result.exception, SystemExit)
-    assert expected in result.stderr
-    assert result.stderr.startswith("amb-cosim: ")
-    assert len(result.stderr.strip().splitlines()) == 1
-    assert list(tmp_path.iterdir()) == []
+    refuses(expected, "study", *arguments)
 
 
 def test_studies_of_the_rig_take_no_rotor_file(runner):
