@@ -224,7 +224,8 @@ def _merged(changes: Sequence[Changes]) -> Changes:
 # From here on: machine code. All of it stands in this file, since numba's cache notices a change of this file alone.
 
 # Arrays belong to the caller: without reference counts (`_nrt`) what the loop itself costs is a tenth.
-_OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
+# Parts of the loop become one function: a call would hand over the arrays of `Program` one by one.
+_OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False, "forceinline": True}
 
 
 def _kernel(function: F) -> F:
