@@ -1,8 +1,8 @@
 """The runs that are timed.
 
 FIG4_9
-    The scenario `fig4_9` as it stands: 80 turns of settling, then 20 turns with impacts and rubbing in the middle, timed
-    from the end of settling on. All that the system records is recorded.
+    The scenario `fig4_9` as it stands: 80 turns of settling, then 20 turns with impacts and rubbing in the middle.
+    Timed from the end of settling on. All that the system records is recorded.
 RUB
     What every co-simulation master can run: the levitated rotor from rest under 25.5 g m, no events, Jacobi order. The
     force is followed with its gradient, friction is 0.1. It rubs about half of the time. The plant chooses its substeps
