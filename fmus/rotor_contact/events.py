@@ -14,6 +14,7 @@ velocities change, and integration goes on from there.
 
 from __future__ import annotations
 
+from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.contact import (
@@ -336,9 +337,8 @@ def advance(
                 if deepest(sites, r[Z_NEW, :n]) > CARELESS:
                     return FAULT_TOO_MANY_EVENTS
         tau += dt
-        for i in range(2 * n + TALLIES):
-            r[Z, i] = r[Z_NEW, i]
-            r[K_1, i] = r[K_NEW, i]
+        copy(r[Z_NEW], r[Z])
+        copy(r[K_NEW], r[K_1])
         if event:
             events += 1
             if not strike(M, Minv, sites, equations, r, spin(m, tau), law, crowded):

@@ -25,23 +25,13 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from rotor_contact.contact import can_touch
-from rotor_contact.dynamics import C_B, COSINE, GRADIENT_X, ROW, SINE, STEADY, Motion
+from rotor_contact.dynamics import BEARING_COLUMNS, C_B, COSINE, GRADIENT_X, K_B, ROW, SINE, STEADY, Motion
 from rotor_contact.integration import DAMPING_HEAT, WORK_DONE, Z_NEW, Z
-from rotor_contact.interface import (
-    BEARING,
-    BEARING_PARAMETERS,
-    DAMPING,
-    ENABLED,
-    N_BEARINGS,
-    N_SITES,
-    OMEGA,
-    OMEGA_DOT,
-    STIFFNESS,
-)
+from rotor_contact.interface import ENABLED, N_BEARINGS, N_SITES
 from rotor_contact.path import stays_within
 
 # What P and V depend on: step size, speed, then stiffness, damping and both force gradients of each bearing.
-N_KEY = 2 + 4 * N_BEARINGS
+N_KEY = 2 + (BEARING_COLUMNS - K_B) * N_BEARINGS
 STEPS = N_KEY  # in the memory of `steady`: for how many steps nothing of it has changed
 N_MEMORY = N_KEY + 1
 PATIENCE = 64  # steps; making P costs as much as some fifty of them
@@ -97,28 +87,21 @@ def flight_of(work: Array, n: int) -> Flight:
 
 
 @kernel
-def steady(parameters: Array, inputs: Array, m: Motion, step_size: float, memory: Array) -> bool:
+def steady(m: Motion, step_size: float, memory: Array) -> bool:
     """Whether P has been the same for some time, so that it is worth making; `memory` is of shape (N_MEMORY,).
 
     The step size that counts is the first of those that differ by rounding alone.
     """
-    same = inputs[OMEGA_DOT] == 0.0
-    for i in range(N_KEY):
-        if i == 0:
-            value = step_size
-        elif i == 1:
-            value = inputs[OMEGA]
-        else:
-            k, what = (i - 2) // 4, (i - 2) % 4
-            own = BEARING + k * BEARING_PARAMETERS
-            if what < 2:
-                value = parameters[own + STIFFNESS] if what == 0 else parameters[own + DAMPING]
-            else:
-                value = m.bearings[k, GRADIENT_X + what - 2]
-        if i == 0 and abs(value - memory[0]) <= STEP_TOLERANCE * value:
-            continue
-        same = same and memory[i] == value
-        memory[i] = value
+    same = m.Omega_dot == 0.0 and m.Omega == memory[1]
+    memory[1] = m.Omega
+    if not abs(step_size - memory[0]) <= STEP_TOLERANCE * step_size:
+        same = False
+        memory[0] = step_size
+    for k in range(N_BEARINGS):
+        for what in range(BEARING_COLUMNS - K_B):
+            i, value = 2 + (BEARING_COLUMNS - K_B) * k + what, m.bearings[k, K_B + what]
+            same = same and memory[i] == value
+            memory[i] = value
     memory[STEPS] = min(memory[STEPS] + 1.0, float(PATIENCE)) if same else 0.0
     return bool(memory[STEPS] >= PATIENCE)
 

@@ -100,7 +100,7 @@ def step(
     motion = collect_forces(s, parameters, inputs, state[ANGLE], x.coefficients, x.forces, x.bearings)
     memory = state[MEMORY:HEAD]
     flown = False
-    if steady(parameters, inputs, motion, step_size, memory) and parameters[EXACT_FLIGHT] != 0.0:
+    if steady(motion, step_size, memory) and parameters[EXACT_FLIGHT] != 0.0:
         if not is_made(x.flight, memory):
             collect_coefficients(s, motion)
             make(s.Minv, motion, memory, x.flight)
