@@ -116,12 +116,12 @@ class Floor:
         """
         plan, parts = self._plan, (*self._names, "recording")
         table, ticks = np.zeros((plan.last + 1, len(self._recorded))), np.zeros(len(parts), np.int64)
-        first, second, third = self._stages
+        stages = tuple(self._stages)
 
         def advance(begin: int, end: int) -> int:
             counted = ticks if profile else None
             arrays = (self._values, self._changes, self._recorded, table)
-            return _advance(first, second, third, *arrays, counted, begin, end, plan.step_size)
+            return _advance(stages, *arrays, counted, begin, end, plan.step_size)
 
         fault = advance(plan.first, 0)
         ticks[:] = 0
@@ -209,9 +209,7 @@ def _record(values: Array, recorded: IntArray, row: Array) -> None:
 
 @_compiled
 def _advance(
-    first: Stage,
-    second: Stage,
-    third: Stage,
+    stages: tuple[Stage, ...],
     values: Array,
     changes: Changes,
     recorded: IntArray,
@@ -239,24 +237,12 @@ def _advance(
             ticks[3] += now - before
         if n == end:
             break
-        if n % first.every == 0:
-            fault = _step(first, values, n, h)
-            if fault != 0:
-                return fault
-        if ticks is not None:
-            before, now = now, _cycles()
-            ticks[0] += now - before
-        if n % second.every == 0:
-            fault = _step(second, values, n, h)
-            if fault != 0:
-                return fault
-        if ticks is not None:
-            before, now = now, _cycles()
-            ticks[1] += now - before
-        if n % third.every == 0:
-            fault = _step(third, values, n, h)
-            if fault != 0:
-                return fault
-        if ticks is not None:
-            ticks[2] += _cycles() - now
+        for k, stage in enumerate(stages):
+            if n % stage.every == 0:
+                fault = _step(stage, values, n, h)
+                if fault != 0:
+                    return fault
+            if ticks is not None:
+                before, now = now, _cycles()
+                ticks[k] += now - before
     return 0

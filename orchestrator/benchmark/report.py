@@ -8,6 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from orchestrator.benchmark.measure import AT_MOST, RATIOS, REAL_TIME_FACTOR
+from orchestrator.printed import labelled_table
 
 MEANING = {
     "native_over_floor": "native FMUs over one loop without FMI, fig4_9",
@@ -47,15 +48,8 @@ def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
     ]
 
 
-def _table(title: str, *columns: str) -> Table:
-    table = Table(title=title, title_justify="left", box=None, padding=(0, 2, 0, 0))
-    for k, column in enumerate(columns):
-        table.add_column(column, justify="right" if k else "left", no_wrap=True)
-    return table
-
-
 def _ratios(data: Mapping[str, Any]) -> Table:
-    table = _table("Ratios of the time of a step", "what over what", "median", "lowest", "highest", "aim")
+    table = labelled_table("Ratios of the time of a step", "what over what", "median", "lowest", "highest", "aim")
     for name, (_, _, aim) in RATIOS.items():
         value, spread = data["ratios"][name], data["spread"][name]
         numbers = ["not measured", "", ""] if value is None else [f"{v:.2f}" for v in (value, *spread)]
@@ -68,7 +62,7 @@ def _ratios(data: Mapping[str, Any]) -> Table:
 
 
 def _factors(data: Mapping[str, Any]) -> Table:
-    table = _table("fig4_9 at 4 kHz", "", "times real time", "us for a step", "aim")
+    table = labelled_table("fig4_9 at 4 kHz", "", "times real time", "us for a step", "aim")
     for name, factor in data["real_time_factor"].items():
         if factor is not None:
             aim = f">= {REAL_TIME_FACTOR:g}" if name == "native" else ""
@@ -77,7 +71,7 @@ def _factors(data: Mapping[str, Any]) -> Table:
 
 
 def _steps(data: Mapping[str, Any]) -> Table:
-    table = _table("Where the time of a step goes, lowest of all rounds", "part", "us", "share of native")
+    table = labelled_table("Where the time of a step goes, lowest of all rounds", "part", "us", "share of native")
     if data["floor_us"] is None:
         return table
     native, floor, parts = data["step_us"]["native"][1], data["step_us"]["floor"][1], data["floor_us"]
@@ -88,7 +82,7 @@ def _steps(data: Mapping[str, Any]) -> Table:
 
 
 def _growth(data: Mapping[str, Any]) -> Table:
-    table = _table("Growth", "cost", "slope", "off a straight line")
+    table = labelled_table("Growth", "cost", "slope", "off a straight line")
     for name, (_, _, title) in GROWTH.items():
         line = data["linearity"][name]
         table.add_row(title, f"{line['slope']:.3g}", f"{line['largest_deviation']:.1%}")

@@ -19,6 +19,7 @@ from rich.table import Table
 from amb_actuator.design import axis_parameters, constants
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
 from orchestrator.master import Coupling
+from orchestrator.printed import labelled_table
 from orchestrator.scenario import Scenario, make_scenario
 from orchestrator.simulation import prepare, run
 from orchestrator.studies import loop_figures
@@ -196,11 +197,9 @@ def as_text(data: dict[str, Any]) -> list[Table | str]:
     """What `coupling` found, to print."""
     parts: list[Table | str] = []
     for comparison in data["comparisons"]:
-        table = Table(title=comparison["title"], title_justify="left", box=None, padding=(0, 2, 0, 0))
-        table.add_column("error of the orbit at a communication step (us) of", no_wrap=True)
-        for step in comparison["steps_s"]:
-            table.add_column(f"{1e6 * step:g}", justify="right", no_wrap=True)
-        table.add_column("order", justify="right", no_wrap=True)
+        steps = (f"{1e6 * step:g}" for step in comparison["steps_s"])
+        label = "error of the orbit at a communication step (us) of"
+        table = labelled_table(comparison["title"], label, *steps, "order")
         for name, scheme in comparison["schemes"].items():
             order = "exact" if scheme["order"] is None else f"{scheme['order']:.2f}"
             table.add_row(name, *(f"{error:.1e}" for error in scheme["errors"]), order)

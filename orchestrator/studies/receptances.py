@@ -10,6 +10,7 @@ import numpy as np
 from rich.table import Table
 
 from fmi_export.model import Array
+from orchestrator.printed import labelled_table
 from orchestrator.studies import modal, rolac_figures
 from orchestrator.studies.outcome import Outcome
 from orchestrator.values import quantity
@@ -135,16 +136,9 @@ def _parts(matrices: Complex) -> dict[str, Any]:
     return {"real": matrices.real.tolist(), "imaginary": matrices.imag.tolist()}
 
 
-def _table(title: str, *headings: str) -> Table:
-    table = Table(title=title, title_justify="left", box=None, padding=(0, 2, 0, 0))
-    for k, heading in enumerate(headings):
-        table.add_column(heading, justify="right" if k else "left", no_wrap=True)
-    return table
-
-
 def _peaks(data: dict[str, Any], R: Complex) -> Table:
     """Where each sensor is moved most by the force in its own direction."""
-    table = _table(
+    table = labelled_table(
         f"{data['rotor']}: largest receptance of the sensors in x",
         "sensor",
         "force",
@@ -168,7 +162,7 @@ def _peaks(data: dict[str, Any], R: Complex) -> Table:
 
 def _intervals(data: dict[str, Any]) -> Table:
     """The worst place between neighbouring speeds of the thesis's table."""
-    table = _table(
+    table = labelled_table(
         f"{data['rotor']}: H interpolated between the speeds of the table",
         "between (Hz)",
         "largest error of H (%)",

@@ -21,6 +21,7 @@ from typing import Any
 from rich.table import Table
 
 from orchestrator.flavours import Flavour
+from orchestrator.printed import labelled_table
 from orchestrator.results import contact_cycles, recovered
 from orchestrator.scenario import Event, Record, Scenario, load_scenario
 from orchestrator.simulation import Prepared, prepare, run
@@ -178,10 +179,7 @@ def _summary(runs: Sequence[tuple[Case, Result]]) -> dict[str, Any]:
 def as_text(data: dict[str, Any]) -> list[Table | str]:
     """What `recovery` found, to print."""
     title = f"Recovery at {data['speed_hz']:g} Hz; unbalance added on D1 (g m)"
-    table = Table(title=title, title_justify="left", box=None, padding=(0, 2, 0, 0))
-    table.add_column("control", no_wrap=True)
-    for added in data["added_kg_m"]:
-        table.add_column(f"{1e3 * added:g}", justify="right", no_wrap=True)
+    table = labelled_table(title, "control", *(f"{1e3 * added:g}" for added in data["added_kg_m"]))
     for control, cells in data["controls"].items():
         table.add_row(control, *(_cell(cell) for cell in cells))
     return [

@@ -9,6 +9,7 @@ import numpy as np
 from rich.table import Table
 
 from fmi_export.model import Array
+from orchestrator.printed import labelled_table
 from orchestrator.studies import figures, modal
 from orchestrator.studies.outcome import Outcome
 from orchestrator.studies.tables import as_text as tables_as_text
@@ -153,10 +154,7 @@ def _critical_speeds(diagram: Campbell) -> Table:
 
 
 def _peaks(data: dict[str, Any], limit: float) -> Table:
-    table = Table(title="Largest amplitude", title_justify="left", box=None, padding=(0, 2, 0, 0))
-    table.add_column("place", no_wrap=True)
-    for heading in ("(mm)", "of the clearance", "at (rad/s)"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    table = labelled_table("Largest amplitude", "place", "(mm)", "of the clearance", "at (rad/s)")
     for name, place in data["places"].items():
         top = int(np.argmax(place["amplitude_m"]))
         peak = place["amplitude_m"][top]

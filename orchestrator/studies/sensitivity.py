@@ -9,6 +9,7 @@ import numpy as np
 from rich.table import Table
 
 from fmi_export.model import Array
+from orchestrator.printed import labelled_table
 from orchestrator.studies import loop_figures
 from orchestrator.studies.injection import HIGHEST, LOWEST, measure, prepared_loop
 from orchestrator.studies.loop import AXIS_NAMES, loop_of, pole_frequency, response
@@ -76,12 +77,8 @@ def curve_frequencies(poles: Array, sample_time: float) -> Array:
 
 def as_text(data: dict[str, Any]) -> list[Table | str]:
     """What `sensitivity` found, to print."""
-    table = Table(
-        title=f"Sensitivity at {data['speed_rad_s']:g} rad/s", title_justify="left", box=None, padding=(0, 2, 0, 0)
-    )
-    table.add_column("axis", no_wrap=True)
-    for heading in ("peak of |S|", "at (Hz)", "zone", "measured differs below 500 Hz (%)", "anywhere (%)"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    headings = ("peak of |S|", "at (Hz)", "zone", "measured differs below 500 Hz (%)", "anywhere (%)")
+    table = labelled_table(f"Sensitivity at {data['speed_rad_s']:g} rad/s", "axis", *headings)
     for name, axis in data["axes"].items():
         differences = (100.0 * axis[key] for key in ("largest_difference_below_500_hz", "largest_difference"))
         table.add_row(
