@@ -147,3 +147,15 @@ def receptance() -> Complex:
     """A random, well-conditioned 8 x 4 receptance of the size of the rig's (m/N)."""
     rng = np.random.default_rng(7)
     return 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)))
+
+
+@pytest.fixture
+def unbalance_response() -> Complex:
+    """Synchronous displacements Q_0 (m) that an unbalance causes at the sensors of the plant Q = Q_0 + R U."""
+    return 1e-4 * np.exp(1j * np.linspace(0.0, 5.0, 8)) * np.linspace(0.5, 1.5, 8)
+
+
+@pytest.fixture
+def optimum(receptance: Complex, unbalance_response: Complex) -> Complex:
+    """Least-squares optimum of the forces on that plant, by a solver that knows nothing of H."""
+    return np.linalg.lstsq(receptance, -unbalance_response, rcond=None)[0]

@@ -12,12 +12,11 @@ from rolac_controller.names import ADAPTING, NO_H, NO_WINDOW, OFF, TOO_SLOW
 from rolac_controller.parameters import BEARING_K_I
 from rolac_controller.table import NO_TABLE, inverse_receptance, pack
 
-UNBALANCE_RESPONSE = 1e-4 * np.exp(1j * np.linspace(0.0, 5.0, 8)) * np.linspace(0.5, 1.5, 8)
 SAMPLES = 40  # per revolution, 100 Hz
 
 
 @pytest.fixture
-def plant(bench, receptance, speed_of):
+def plant(bench, receptance, speed_of, unbalance_response):
     """Makes a controller on the plant q = Re[(Q_0 + R U) exp(j theta)] and the function that runs it."""
 
     def make(table_of, samples=SAMPLES, unbalance=1.0, **parameters):
@@ -25,7 +24,7 @@ def plant(bench, receptance, speed_of):
 
         def run(count):
             for _ in range(count):
-                q = unbalance * UNBALANCE_RESPONSE + receptance @ b.forces()
+                q = unbalance * unbalance_response + receptance @ b.forces()
                 b.sense((q * np.exp(1j * b.theta)).real)
                 b.sample()
             return b.forces()
@@ -35,15 +34,9 @@ def plant(bench, receptance, speed_of):
     return make
 
 
-@pytest.fixture
-def optimum(receptance):
-    """Least-squares optimum of the forces, by a solver that knows nothing of H."""
-    return np.linalg.lstsq(receptance, -UNBALANCE_RESPONSE, rcond=None)[0]
-
-
 @pytest.mark.parametrize("frequency", [10, 16, 35])
 def test_vibration_comes_down_to_the_least_squares_optimum_at_the_speeds_of_the_thesis(
-    plant, receptance, optimum, frequency
+    plant, receptance, optimum, frequency, unbalance_response
 ):
     samples = 4000 / frequency
     b, run = plant(receptance, samples)
@@ -51,7 +44,7 @@ def test_vibration_comes_down_to_the_least_squares_optimum_at_the_speeds_of_the_
     before = np.sum(np.abs(b.components()) ** 2)
     b["rolac_enable"] = 1.0
     run(8000)
-    least = np.sum(np.abs(UNBALANCE_RESPONSE + receptance @ optimum) ** 2)
+    least = np.sum(np.abs(unbalance_response + receptance @ optimum) ** 2)
     after = np.sum(np.abs(b.components()) ** 2)
     assert after == pytest.approx(least, rel=1e-3)
     assert after < 0.9 * before
@@ -65,20 +58,20 @@ def test_forces_reach_the_least_squares_optimum(plant, receptance, optimum):
     assert b["harmonic1.force"] == pytest.approx(np.linalg.norm(optimum), rel=1e-6)
 
 
-def test_optimum_is_the_weighted_one(plant, receptance):
+def test_optimum_is_the_weighted_one(plant, receptance, unbalance_response):
     weights = np.array([1.0, 4.0, 0.0, 1.0, 2.0, 1.0, 0.5, 1.0])
     b, run = plant(receptance, **{f"s{k + 1}__weight": w for k, w in enumerate(weights)})
     b["rolac_enable"] = 1.0
     root = np.sqrt(weights)
-    expected = np.linalg.lstsq(root[:, None] * receptance, -root * UNBALANCE_RESPONSE, rcond=None)[0]
+    expected = np.linalg.lstsq(root[:, None] * receptance, -root * unbalance_response, rcond=None)[0]
     np.testing.assert_allclose(run(12000), expected, rtol=1e-6)
 
 
-def test_law_converges_at_exactly_alpha_when_q_follows_at_once(receptance, optimum):
+def test_law_converges_at_exactly_alpha_when_q_follows_at_once(receptance, optimum, unbalance_response):
     h, sample_time, alpha = inverse_receptance(receptance).view(float).ravel(), 250e-6, 7.0
     force, change, q = np.zeros(8), np.zeros(8), np.zeros(16)
     for n in range(1, 2001):
-        response = UNBALANCE_RESPONSE + receptance @ force.view(complex)
+        response = unbalance_response + receptance @ force.view(complex)
         q[::2], q[1::2] = response.real, response.imag
         step_of(h, alpha * sample_time, q, change)
         force += change
@@ -212,7 +205,7 @@ def test_currents_stay_within_their_limits_with_rolac(plant, receptance):
     assert max(limited) == 1.0
 
 
-def test_force_is_limited_in_amplitude_and_keeps_its_phase(plant, receptance, optimum):
+def test_force_is_limited_in_amplitude_and_keeps_its_phase(plant, receptance, optimum, unbalance_response):
     limit = 0.6 * np.abs(optimum).max()
     b, run = plant(receptance, rolac__force_limit=limit)
     b["rolac_enable"] = 1.0
@@ -222,7 +215,7 @@ def test_force_is_limited_in_amplitude_and_keeps_its_phase(plant, receptance, op
     free = np.abs(forces) < 0.999 * limit
     assert free.any()
     assert not free.all()
-    residual = UNBALANCE_RESPONSE + receptance @ forces
+    residual = unbalance_response + receptance @ forces
     drive = inverse_receptance(receptance) @ residual
     np.testing.assert_allclose(np.angle(drive[~free] / forces[~free]), 0.0, atol=1e-6)  # it pushes straight outward
 
@@ -263,13 +256,15 @@ def test_limit_holds_for_the_sum_over_the_harmonics(bench, receptance, speed_of)
     assert total.max() == pytest.approx(20.0, rel=2e-2)
 
 
-def test_several_harmonics_reach_their_own_optimum_side_by_side(bench, receptance, speed_of, without_pid):
+def test_several_harmonics_reach_their_own_optimum_side_by_side(
+    bench, receptance, speed_of, without_pid, unbalance_response
+):
     """Q_n = Q_n0 + R_n U_n for n = 1 and 3, each with its own receptance; the plant sees the force itself."""
     other = 1j * receptance[::-1]
     constants = pack([1.0], [[receptance], [other]], orders=(1, 3))
     b = bench(constants, Omega=speed_of(120), harmonic2__order=3, **without_pid)
     b["rolac_enable"] = 1.0
-    unbalance = {1: UNBALANCE_RESPONSE, 3: 0.3 * UNBALANCE_RESPONSE[::-1]}
+    unbalance = {1: unbalance_response, 3: 0.3 * unbalance_response[::-1]}
     forces = {1: np.zeros(4, complex), 3: np.zeros(4, complex)}
     for n in range(16000):
         q1, q3 = unbalance[1] + receptance @ forces[1], unbalance[3] + other @ forces[3]
@@ -311,7 +306,7 @@ def test_within_the_table_nothing_is_extrapolated(bench, receptance):
     assert (b["rolac_status"], b["h_extrapolated"]) == (ADAPTING, 0.0)
 
 
-def test_h_follows_the_speed_in_a_run_up(bench, receptance):
+def test_h_follows_the_speed_in_a_run_up(bench, receptance, unbalance_response):
     """The receptance turns by a whole turn between 10 and 40 Hz; with H of one speed ROLAC would diverge on the way."""
     speeds = 2.0 * np.pi * np.linspace(10.0, 40.0, 31)
 
@@ -324,15 +319,15 @@ def test_h_follows_the_speed_in_a_run_up(bench, receptance):
         vibration = []
         for n in range(40000):
             b["Omega"] = speeds[0] + (speeds[-1] - speeds[0]) * min(max(n - 4000, 0) / 32000, 1.0)
-            q = UNBALANCE_RESPONSE + at(b["Omega"]) @ b.forces()
+            q = unbalance_response + at(b["Omega"]) @ b.forces()
             b.sense((q * np.exp(1j * b.theta)).real)
             b.sample()
             vibration.append(b["harmonic1.displacement"])
         return np.max(vibration[4000:]), vibration[3999]
 
     peak, settled = largest(pack(speeds, [at(s) for s in speeds]))
-    assert peak < 1.15 * np.linalg.norm(UNBALANCE_RESPONSE)
-    assert settled < 0.95 * np.linalg.norm(UNBALANCE_RESPONSE)
+    assert peak < 1.15 * np.linalg.norm(unbalance_response)
+    assert settled < 0.95 * np.linalg.norm(unbalance_response)
     fixed, _ = largest(pack(speeds[:1], [at(speeds[0])]))
     assert fixed > 3.0 * peak
 
