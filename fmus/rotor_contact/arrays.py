@@ -7,12 +7,12 @@ from typing import NamedTuple
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from rotor_contact import flight
-from rotor_contact.constants import Structure
 from rotor_contact.contact import DRIVE, LOSS, MODE, PLANE, RHS, SIGN, SITE_COLUMNS
 from rotor_contact.dynamics import BEARING_COLUMNS
 from rotor_contact.flight import Flight, flight_of
 from rotor_contact.integration import IMPACT_HEAT, RUNGE_ROWS, TALLIES, WORK_DONE
 from rotor_contact.interface import N_BEARINGS, N_SITES, SITE, SITE_PARAMETERS
+from rotor_contact.structure import Structure
 
 # State: mode and sign of slip of each site, the rotor angle, the energy at the start, the pace of `events.advance`, the
 # memory of `flight.steady`, then z (see `integration`).

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.constants import Structure
 from rotor_contact.interface import (
     AXIS,
     AXIS_INPUTS,
@@ -33,6 +32,7 @@ from rotor_contact.interface import (
     STIFFNESS,
     UNBALANCE,
 )
+from rotor_contact.structure import Structure
 
 ROW, K_B, C_B, GRADIENT_X, GRADIENT_Y = range(5)  # columns of Motion.bearings
 BEARING_COLUMNS = 5

@@ -6,7 +6,6 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.arrays import ANGLE, ENERGY_AT_START, HEAD
 from rotor_contact.compliant import SLIP_SCALE, stored_energy, yields
-from rotor_contact.constants import Structure
 from rotor_contact.contact import IMPULSE, MODE, NORMAL, RADIUS, TANGENTIAL, locate, slip_velocity, tangential
 from rotor_contact.dynamics import quadratic_form
 from rotor_contact.integration import DAMPING_HEAT, FRICTION_HEAT, IMPACT_HEAT, WORK_DONE
@@ -42,6 +41,7 @@ from rotor_contact.interface import (
     Y_TANGENTIAL,
     Y_WHIRL,
 )
+from rotor_contact.structure import Structure
 
 N_RETAINERS = len(RETAINERS)
 

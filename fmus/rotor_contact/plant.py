@@ -19,7 +19,6 @@ from rotor_contact.arrays import (
     scratch_of,
     store_sites,
 )
-from rotor_contact.constants import structure_of
 from rotor_contact.dynamics import collect_coefficients, collect_forces
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance, settle
 from rotor_contact.flight import fly, is_made, make, steady
@@ -42,6 +41,7 @@ from rotor_contact.interface import (
 )
 from rotor_contact.outputs import mechanical_energy, write_outputs
 from rotor_contact.start import put_back, start_on_orbit
+from rotor_contact.structure import structure_of
 
 FAULT_NO_ORBIT, FAULT_LONG_STEP = 3, 4
 FAULT_OFFSET = 11  # plus the site

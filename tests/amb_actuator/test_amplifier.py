@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from amb_actuator.amplifier import regulated, under_voltage
-from amb_actuator.design import amplifier_transfer, axis_parameters, current_amplitude
 from amb_actuator.interface import DYNAMIC, NONLINEAR, RESISTANCE, VOLTAGE_LIMIT
+from amb_analysis.design import amplifier_transfer, axis_parameters, current_amplitude
 
 R, L, V, BAND = 0.365, 0.0732, 150.0, 1400.0
 OMEGA = 2 * math.pi * BAND

@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from amb_actuator.design import axis_parameters
 from amb_actuator.force import (
     Coils,
     current_stiffness,
@@ -24,6 +23,7 @@ from amb_actuator.force import (
     pull,
 )
 from amb_actuator.interface import BIAS, GAP, LAWS, LINEAR, MEASURED, NONLINEAR, STATIC
+from amb_analysis.design import axis_parameters
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text())["amb"]
 

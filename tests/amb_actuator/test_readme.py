@@ -10,7 +10,8 @@ import pytest
 from matplotlib.image import imread
 
 from amb_actuator.actuator import MODEL
-from amb_actuator.design import (
+from amb_actuator.interface import B_SAT
+from amb_analysis.design import (
     axis_parameters,
     current_amplitude,
     force_slew_rate,
@@ -18,7 +19,6 @@ from amb_actuator.design import (
     linear_range,
     load_capacity,
 )
-from amb_actuator.interface import B_SAT
 from fmi_export.readme import interface_table, with_table
 
 README = Path(util.find_spec("amb_actuator").origin).parent / "README.md"

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from amb_actuator.design import axis_parameters
 from amb_actuator.flux import limited_flux, pull_of_flux, saturation_flux
 from amb_actuator.force import Coils, nonlinear_force, pull
 from amb_actuator.interface import B_SAT, NONLINEAR
+from amb_analysis.design import axis_parameters
 
 AREA, PHI = 1399e-6, math.radians(22.5)
 RIG = axis_parameters()

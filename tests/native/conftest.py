@@ -33,7 +33,7 @@ def plant() -> Model:
 
 @pytest.fixture(scope="session")
 def plant_constants() -> Any:
-    from rotor_contact.constants import plant_constants
+    from rotor_analysis.plant_data import plant_constants
 
     return plant_constants()
 

@@ -90,7 +90,7 @@ def test_the_plant_agrees_to_the_last_bit_through_contact_and_its_events(unpacke
 @pytest.mark.slow
 @pytest.mark.parametrize("name", START)
 def test_each_model_agrees_with_its_core(unpacked, name):
-    from orchestrator.build import MODELS
+    from amb_cosim.build import MODELS
 
     model, constants = MODELS[name](None)
     native, core = both(unpacked(model, constants), model, constants, START[name])

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner, Result
 
-from orchestrator.cli import main
+from amb_cosim.cli import main
 
 PERIOD = 0.02
 SAMPLES = 100  # per cycle
@@ -26,7 +26,7 @@ def cache(tmp_path_factory: pytest.TempPathFactory):
     patch = pytest.MonkeyPatch()
     folder = tmp_path_factory.mktemp("cache")
     patch.setenv("XDG_CACHE_HOME", str(folder))
-    patch.setattr("orchestrator.build.platformdirs.user_cache_path", lambda *_, **__: folder / "amb-cosim")
+    patch.setattr("amb_cosim.build.platformdirs.user_cache_path", lambda *_, **__: folder / "amb-cosim")
     yield folder
     patch.undo()
 
@@ -36,7 +36,7 @@ def cosim(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
     """Runs `amb-cosim` in a process of its own, in an empty folder: FMUs with Python inside stay apart."""
 
     def call(*arguments: str) -> subprocess.CompletedProcess[str]:
-        code = "from orchestrator.cli import main; main(prog_name='amb-cosim')"
+        code = "from amb_cosim.cli import main; main(prog_name='amb-cosim')"
         return subprocess.run(
             [sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=300
         )

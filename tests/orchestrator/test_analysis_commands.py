@@ -11,12 +11,12 @@ import pytest
 from click.testing import CliRunner, Result
 from matplotlib.image import imread
 
-from orchestrator.cli import main
-from orchestrator.commands import analysis
-from orchestrator.studies.outcome import Outcome
+from amb_cosim.cli import main
+from amb_cosim.commands import analysis
+from amb_cosim.studies.outcome import Outcome
 from rotor_analysis.modes import damped_frequencies
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported import supported
-from rotor_contact.rotor_file import load_rotor
 
 UNSTABLE = """
 name = "pump"
@@ -144,7 +144,7 @@ def test_study_that_is_registered_runs_with_its_options(runner, tmp_path, monkey
         seen.update(rotor=rotor.name, level=level)
         return Outcome({"level": level}, {}, ["done"])
 
-    monkeypatch.setattr("orchestrator.studies.rotor.mine", mine, raising=False)
+    monkeypatch.setattr("amb_cosim.studies.rotor.mine", mine, raising=False)
     monkeypatch.setattr(analysis.study, "commands", dict(analysis.study.commands))
     analysis.register("mine", "A study.", click.option("--level", type=float, default=1.0))
     result = runner("study", "mine", "--rotor", "pump.toml", "--level", "3")

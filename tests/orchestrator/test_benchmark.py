@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
-from orchestrator.benchmark import process
-from orchestrator.benchmark.scaling import Line
-from orchestrator.benchmark.timing import ratio, ratios, take_turns
+from benchmarks import process
+from benchmarks.scaling import Line
+from benchmarks.timing import ratio, ratios, take_turns
 
 needs_compiler = pytest.mark.skipif(find_spec("ziglang") is None, reason="a native FMU is compiled by ziglang")
 
@@ -97,9 +97,9 @@ set.rotor_contact."d1.u" = "0.5 g.m"
 
 def beside_the_floor(scenario: str) -> dict[str, Any]:
     """What differs between the co-simulation and the floor, and how much the run is worth as a test."""
-    from orchestrator.benchmark.floor import Floor
-    from orchestrator.scenario import parse_scenario
-    from orchestrator.simulation import prepare, run
+    from amb_cosim.scenario import parse_scenario
+    from amb_cosim.simulation import prepare, run
+    from benchmarks.baseline import Floor
 
     prepared = prepare("case", parse_scenario(scenario, "case"), flavour="native")
     dataset, found = run(prepared).dataset, Floor(prepared).run()
@@ -133,9 +133,9 @@ def test_the_floor_equals_the_co_simulation_to_the_last_bit(step: int, run_pytho
 
 
 def refused(text: str, flavour: str = "native") -> str:
-    from orchestrator.benchmark.floor import Floor
-    from orchestrator.scenario import parse_scenario
-    from orchestrator.simulation import prepare
+    from amb_cosim.scenario import parse_scenario
+    from amb_cosim.simulation import prepare
+    from benchmarks.baseline import Floor
 
     try:
         Floor(prepare("case", parse_scenario(text, "case"), flavour=flavour))
@@ -160,7 +160,7 @@ def test_bench_prints_every_ratio_and_null_for_who_is_not_there(tmp_path: Path) 
         folder.mkdir()
     if (unzip := shutil.which("unzip")) is not None:
         (tools / "unzip").symlink_to(unzip)
-    code = "from orchestrator.cli import main; main(prog_name='amb-cosim')"
+    code = "from amb_cosim.cli import main; main(prog_name='amb-cosim')"
     answer = subprocess.run(
         [sys.executable, "-c", code, "bench", "--quick", "--json"],
         cwd=here,

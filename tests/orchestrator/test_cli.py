@@ -9,11 +9,11 @@ import zipfile
 import numpy as np
 import pytest
 
-from orchestrator import results
-from orchestrator.build import MODELS
-from orchestrator.scenario import packaged_scenarios
-from rotor_contact.constants import plant_constants
-from rotor_contact.rotor_file import RIG, load_rotor
+from amb_cosim import results
+from amb_cosim.build import MODELS
+from amb_cosim.scenario import packaged_scenarios
+from rotor_analysis.plant_data import plant_constants
+from rotor_analysis.rotor_file import RIG, load_rotor
 
 BAD = {
     "unknown scenario": (["fig4_8"], "no scenario 'fig4_8'; did you mean fig4_"),

@@ -11,11 +11,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from orchestrator import compiled
-from orchestrator.component import EntryPoints, Transfer
-from orchestrator.master import Master, PiecewiseConstant, PiecewiseLinear, StepFailed, Wiring
-from orchestrator.recorder import Recorder
-from orchestrator.stopping import Condition, Stopped, Watch
+from amb_cosim.cosim import compiled
+from amb_cosim.cosim.component import EntryPoints, Transfer
+from amb_cosim.cosim.master import Master, PiecewiseConstant, PiecewiseLinear, StepFailed, Wiring
+from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.stopping import Condition, Stopped, Watch
 
 KINDS = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 DO_STEP = CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)

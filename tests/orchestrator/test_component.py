@@ -10,8 +10,8 @@ import time
 
 import pytest
 
-from orchestrator import build
-from orchestrator.interface import read_interface, suggest
+from amb_cosim import build
+from amb_cosim.cosim.interface import read_interface, suggest
 
 
 def in_a_process(code: str, folder) -> str:
@@ -25,8 +25,8 @@ def in_a_process(code: str, folder) -> str:
 PREPARE = """
     import sys
     from pathlib import Path
-    from orchestrator.component import FmuComponent, FmuError
-    from orchestrator.interface import read_interface
+    from amb_cosim.cosim.component import FmuComponent, FmuError
+    from amb_cosim.cosim.interface import read_interface
     folder = Path(sys.argv[1])
     interface = read_interface(folder, "actuator")
     def load(start={}, name="actuator"):

@@ -5,12 +5,12 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from orchestrator.benchmark.contact_cost import cheapest
+from benchmarks.contact_cost import cheapest
 
 
 @pytest.fixture(scope="module")
 def data():
-    from orchestrator.benchmark.contact_cost import compare
+    from benchmarks.contact_cost import compare
 
     return compare(repeats=1)
 
@@ -42,8 +42,8 @@ def test_nothing_good_enough_is_said_so():
 
 
 def test_command_prints_json_or_tables_and_draws(tmp_path, monkeypatch, data):
-    from orchestrator.benchmark import contact_cost
-    from orchestrator.cli import main
+    from amb_cosim.cli import main
+    from benchmarks import contact_cost
 
     monkeypatch.setattr(contact_cost, "compare", lambda: data)
     run = CliRunner().invoke(main, ["bench", "contact", "--json", "-o", str(tmp_path / "figures")])

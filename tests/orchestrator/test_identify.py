@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from orchestrator.build import check_loop
-from orchestrator.scenario import load_scenario
-from orchestrator.simulation import Outcome, prepare
-from orchestrator.studies import identification
+from amb_analysis.table_file import ReceptanceTable, loop_of, read_table
+from amb_cosim.build import check_loop
+from amb_cosim.scenario import load_scenario
+from amb_cosim.simulation import Outcome, prepare
+from amb_cosim.studies import receptance_measurement
 from rolac_controller.names import AXES, CONTACT, DONE, FAILED, NO_ERROR, SENSOR_NAMES, WAITING
-from rolac_controller.table_file import ReceptanceTable, loop_of, read_table
-from rotor_contact.rotor_file import RIG
+from rotor_analysis.rotor_file import RIG
 
 LOOP = {f"{b}.{name}_{a}": value for b, a, _ in AXES for name, value in (("k_s", 2e6), ("k_i", 563.0))}
 
@@ -53,7 +53,7 @@ def runs(monkeypatch):
 
     def script(*outcomes: Outcome) -> None:
         left = iter(outcomes)
-        monkeypatch.setattr(identification, "run", lambda prepared, progress: next(left))
+        monkeypatch.setattr(receptance_measurement, "run", lambda prepared, progress: next(left))
 
     return script
 
@@ -278,7 +278,7 @@ def test_from_identification_to_a_run_with_what_it_found(cosim, tmp_path):
 
 @pytest.mark.slow
 def test_ctrl_c_leaves_a_whole_table_with_what_was_done(tmp_path):
-    code = "from orchestrator.cli import main; main(prog_name='amb-cosim')"
+    code = "from amb_cosim.cli import main; main(prog_name='amb-cosim')"
     command = [sys.executable, "-c", code, "identify", "--speeds", "35 Hz,5 Hz,10 Hz", "-o", "t.toml"]
     path = tmp_path / "t.toml"
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:

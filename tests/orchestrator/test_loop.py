@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from amb_actuator.actuator import INTERFACE as ACTUATOR
-from orchestrator.studies.injection import PEAK, multi_sines, schroeder_phases, settling_samples
-from orchestrator.studies.loop import Loop, amplifiers, bearing_constants, controllers, response, rotor, sensitivity
-from orchestrator.studies.sensitivity import zone
+from amb_cosim.studies.injection import PEAK, multi_sines, schroeder_phases, settling_samples
+from amb_cosim.studies.loop import Loop, amplifiers, bearing_constants, controllers, response, rotor, sensitivity
+from amb_cosim.studies.sensitivity import zone
 from rolac_controller.controller import INTERFACE as CONTROLLER
-from rotor_contact.assembly import assemble
+from rotor_analysis.assembly import assemble
+from rotor_analysis.reduction import msdc
+from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.interface import INTERFACE as PLANT
-from rotor_contact.reduction import msdc
-from rotor_contact.rotor_file import load_rotor
 
 FREQUENCIES = np.array([0.5, 3.0, 11.9, 20.0, 47.0, 150.0, 348.0, 700.0])
 

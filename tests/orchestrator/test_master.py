@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from orchestrator.master import Master, PiecewiseConstant, PiecewiseLinear, StartFailed, StepFailed, Wiring, find_loop
+from amb_cosim.cosim.master import (
+    Master,
+    PiecewiseConstant,
+    PiecewiseLinear,
+    StartFailed,
+    StepFailed,
+    Wiring,
+    find_loop,
+)
 
 
 class Block:

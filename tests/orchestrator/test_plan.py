@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import pytest
 
-from orchestrator.interface import Interface, Port
-from orchestrator.plan import make_plan, parse_settings
-from orchestrator.scenario import parse_scenario
-from orchestrator.simulation import _deferred_interrupt
-from orchestrator.system import Component, Connection, Signal, System
+from amb_cosim.cosim.interface import Interface, Port
+from amb_cosim.cosim.system import Component, Connection, Signal, System
+from amb_cosim.plan import make_plan, parse_settings
+from amb_cosim.scenario import parse_scenario
+from amb_cosim.simulation import _deferred_interrupt
 
 INTERFACES = {
     "sampler": Interface(

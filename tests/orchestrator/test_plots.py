@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from orchestrator import plots
-from orchestrator.plots import axes, motion
+from amb_cosim import plots
+from amb_cosim.plots import axes, motion
 
 USUAL = ["orbits", "displacement", "contact"]
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from amb_cosim import orbits, results, series
 from fmi_export.files import write_atomically
-from orchestrator import orbits, results, series
 
 
 def put(dataset, name, cycles, value):

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from orchestrator.commands import analysis
-from orchestrator.studies import excitation, receptances, recovery
-from orchestrator.studies.outcome import Outcome
+from amb_cosim.commands import analysis
+from amb_cosim.studies import excitation, receptances, recovery
+from amb_cosim.studies.outcome import Outcome
 from rotor_analysis.receptance import receptance
-from rotor_contact.rotor_file import load_rotor
+from rotor_analysis.rotor_file import load_rotor
 
 S5, S3 = 4, 2  # sensors in x at MB1 and MB2
 MB1, MB2 = 0, 2  # forces in x
@@ -243,7 +243,7 @@ def test_study_that_reports_is_given_a_way_to_say_how_far_it_is(runner, tmp_path
             progress(done + 1, 3)
         return Outcome({}, {}, ["done"])
 
-    monkeypatch.setattr("orchestrator.studies.rotor.mine", mine, raising=False)
+    monkeypatch.setattr("amb_cosim.studies.rotor.mine", mine, raising=False)
     monkeypatch.setattr(analysis.study, "commands", dict(analysis.study.commands))
     analysis.register("mine", "A study.", any_rotor=False, reports=True)
     result = runner("study", "mine")

@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from orchestrator.interface import Port
-from orchestrator.scenario import load_scenario, packaged_scenarios, parse_scenario
-from orchestrator.simulation import prepare
-from orchestrator.values import convert, quantity
+from amb_cosim.cosim.interface import Port
+from amb_cosim.cosim.values import convert, quantity
+from amb_cosim.scenario import load_scenario, packaged_scenarios, parse_scenario
+from amb_cosim.simulation import prepare
 
 MINIMAL = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n'
 

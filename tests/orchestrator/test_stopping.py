@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from orchestrator.scenario import parse_scenario
-from orchestrator.stopping import Condition, Stopped, Watch
+from amb_cosim.cosim.stopping import Condition, Stopped, Watch
+from amb_cosim.scenario import parse_scenario
 
 SCENARIO = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n[[stop]]\nvariable = "rotor.x"\n'
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from orchestrator.interface import Interface, Port
-from orchestrator.system import Component, Connection, Signal, System, load_system
+from amb_cosim.cosim.interface import Interface, Port
+from amb_cosim.cosim.system import Component, Connection, Signal, System, load_system
 
 METRE = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 MILLIMETRE = (*METRE[:8], 1e-3, 0.0)

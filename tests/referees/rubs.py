@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from rotor_cases import masters, place, plant
 
+from benchmarks.cases import with_unbalance
 from fmi_export.model import Instance
-from orchestrator.benchmark.cases import with_unbalance
-from rotor_contact.assembly import Matrices, assemble
-from rotor_contact.reduction import msdc
-from rotor_contact.rotor_file import load_rotor
+from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.reduction import msdc
+from rotor_analysis.rotor_file import load_rotor
 
 RIG = load_rotor()
 FULL = assemble(RIG, "diagonal")

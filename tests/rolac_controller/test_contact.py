@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from amb_analysis.receptance_table import NO_TABLE, inverse_receptance, pack
 from rolac_controller.names import GIVEN, NO_SOURCE, OWN_SENSORS
-from rolac_controller.table import NO_TABLE, inverse_receptance, pack
 
 CLEARANCE = 0.75e-3
 SAMPLES = 40

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from amb_actuator.actuator import INTERFACE as ACTUATOR
 from amb_actuator.force import current_stiffness, limited_current, negative_stiffness
+from amb_analysis.receptance_table import NO_TABLE, pack
 from fmi_export.model import Fault, Instance
 from rolac_controller.controller import FAULT_NO_TABLE, MODEL
 from rolac_controller.interface import INTERFACE
 from rolac_controller.names import ERRORS, MODES, STAGES, STATUSES
-from rolac_controller.table import NO_TABLE, pack
 
 AXES = [(b, a) for b in ("mb1", "mb2") for a in "xy"]
 
@@ -198,10 +198,10 @@ def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python
             sys.modules["numba"] = None
         import numpy as np
 
+        from amb_analysis.receptance_table import pack
         from fmi_export.jit import COMPILED
         from fmi_export.model import Instance
         from rolac_controller.controller import MODEL
-        from rolac_controller.table import pack
 
         rng = np.random.default_rng(7)
         r = 1e-6 * (rng.normal(size=(2, 8, 4)) + 1j * rng.normal(size=(2, 8, 4)))

@@ -12,12 +12,12 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2True
 from fmpy.validation import validate_fmu
 
+from amb_analysis.receptance_table import pack
 from fmi_export.build import guid_of
 from fmi_export.model import Instance
 from rolac_controller.controller import MODEL
 from rolac_controller.interface import INTERFACE
 from rolac_controller.names import ADAPTING, BEFORE, HELD, NO_WINDOW, NONE, SUSPECT
-from rolac_controller.table import pack
 
 H = 250e-6
 SPEED = 2.0 * math.pi * 30.3

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from rolac_controller.closed_loop import held_response, identified_receptance
+from amb_analysis.receptance_table import NO_TABLE, SPEEDS, pack
+from amb_analysis.sampled_loop import held_response, identified_receptance
 from rolac_controller.excitation import amplitude_at
 from rolac_controller.names import (
     ABORTED,
@@ -28,7 +29,6 @@ from rolac_controller.names import (
     WAITING,
     WINDOW_LOST,
 )
-from rolac_controller.table import NO_TABLE, SPEEDS, pack
 
 SAMPLES, FREQUENCY = 20, 15.0
 FAST = 1.0 / (SAMPLES * FREQUENCY)  # s, so few samples that a slot of 45 periods takes 900

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rolac_controller.closed_loop import filter_response
+from amb_analysis.sampled_loop import filter_response
 from rolac_controller.lowpass import N_FILTER, coefficients, filtered, settle
 
 H = 250e-6

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from rolac_controller.closed_loop import held_response, identified_receptance
+from amb_analysis.receptance_table import pack
+from amb_analysis.sampled_loop import held_response, identified_receptance
 from rolac_controller.names import AXES, FORCE_FREE, NOTCH
 from rolac_controller.notch import COLUMNS, N_SCRATCH, solve
-from rolac_controller.table import pack
 
 H, K_S = 250e-6, 2e6
 GAINS = {f"{b}__k_s_{a}": K_S for b, a, _ in AXES}

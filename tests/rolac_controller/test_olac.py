@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from amb_analysis.receptance_table import inverse_receptance, pack
 from rolac_controller.names import OLAC
-from rolac_controller.table import inverse_receptance, pack
 
 SAMPLES = 40
 

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from amb_analysis.receptance_table import NO_TABLE, inverse_receptance, pack
 from rolac_controller.adaptation import step_of
 from rolac_controller.names import ADAPTING, NO_H, NO_WINDOW, OFF, TOO_SLOW
 from rolac_controller.parameters import BEARING_K_I
-from rolac_controller.table import NO_TABLE, inverse_receptance, pack
 
 SAMPLES = 40  # per revolution, 100 Hz
 

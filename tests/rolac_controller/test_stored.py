@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from amb_analysis.receptance_table import NO_TABLE, SPEEDS, inverse_receptance, pack
 from rolac_controller.inverse import N_MATRIX, N_SCRATCH
 from rolac_controller.names import N_HARMONICS
 from rolac_controller.stored import (
@@ -25,7 +26,6 @@ from rolac_controller.stored import (
     size_of,
     store,
 )
-from rolac_controller.table import NO_TABLE, SPEEDS, inverse_receptance, pack
 
 
 def loaded(constants, weights=None, max_condition=1e4):

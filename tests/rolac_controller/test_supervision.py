@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from amb_analysis.receptance_table import pack
 from rolac_controller.names import ADAPTING, SUSPECT
-from rolac_controller.table import pack
 
 SAMPLES = 40
 

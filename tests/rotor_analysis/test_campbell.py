@@ -8,13 +8,13 @@ from analysis_cases import I_D, I_P, MASS, E, L, clamped, jeffcott, rigid, sprin
 from rotor_cases import one_plane_matrices
 from scipy.linalg import eigh
 
+from rotor_analysis.assembly import assemble
 from rotor_analysis.campbell import campbell
 from rotor_analysis.modes import modes
+from rotor_analysis.rotor import Body, Rotor, Shaft
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported import supported
 from rotor_analysis.tracking import assurance, follow, paired
-from rotor_contact.assembly import assemble
-from rotor_contact.rotor import Body, Rotor, Shaft
-from rotor_contact.rotor_file import load_rotor
 
 
 def criticals(diagram, whirl):

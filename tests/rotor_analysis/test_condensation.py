@@ -7,9 +7,9 @@ import pytest
 
 from rotor_analysis.condensation import condensation_error
 from rotor_analysis.modes import damped_frequencies, modes
+from rotor_analysis.rotor import Planes
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported import supported
-from rotor_contact.rotor import Planes
-from rotor_contact.rotor_file import load_rotor
 
 RIG = load_rotor()
 SPEEDS = np.array([90.0, 120.0, 145.0])

@@ -5,10 +5,10 @@ import pytest
 from rotor_cases import OnePlane, bearings, one_plane_matrices, planes
 from scipy.linalg import eig
 
+from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.modes import damped_frequencies, eigenvalues
-from rotor_contact.assembly import assemble, on_bearings
-from rotor_contact.rotor import Body, Rotor, Shaft
-from rotor_contact.rotor_file import load_rotor
+from rotor_analysis.rotor import Body, Rotor, Shaft
+from rotor_analysis.rotor_file import load_rotor
 
 
 def complex_eigenvalues(M, D, K):

@@ -8,9 +8,9 @@ import pytest
 
 from rotor_analysis.meshes import coarsened, family, refined
 from rotor_analysis.modes import damped_frequencies
+from rotor_analysis.rotor import Planes, Rotor, Shaft
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported import supported
-from rotor_contact.rotor import Planes, Rotor, Shaft
-from rotor_contact.rotor_file import load_rotor
 
 RIG = load_rotor()
 STEPPED = Rotor("stepped", Shaft((0.0, 0.2, 0.5, 0.6), (0.05, 0.08, 0.06), 2e11, 7800.0, 0.3, (0.0, 0.02, 0.0)))

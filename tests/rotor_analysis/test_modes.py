@@ -8,11 +8,11 @@ from analysis_cases import I_D, I_P, MASS, L, disc_between, jeffcott, rigid, spr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.modes import damped_frequencies, modes, overdamped, translations
+from rotor_analysis.rotor import Bearing, Body, Rotor, Shaft
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported import supported
-from rotor_contact.assembly import assemble, on_bearings
-from rotor_contact.rotor import Bearing, Body, Rotor, Shaft
-from rotor_contact.rotor_file import load_rotor
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
 

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
+from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.modes import eigenvalues
-from rotor_contact.assembly import assemble, on_bearings
-from rotor_contact.rotor_file import load_rotor
+from rotor_analysis.rotor_file import load_rotor
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 STORED = json.loads((REFERENCE / "published_rotors.json").read_text(encoding="utf-8"))

@@ -7,7 +7,7 @@ import pytest
 from rotor_cases import BEARINGS, OnePlane, both, plant, run
 
 from rotor_analysis.receptance import receptance
-from rotor_contact.rotor_file import load_rotor
+from rotor_analysis.rotor_file import load_rotor
 
 SENSORS = [f"s{k}" for k in range(1, 9)]
 COLLOCATED = [4, 5, 2, 3]  # sensors at mb1 x, y and mb2 x, y

@@ -7,13 +7,13 @@ from analysis_cases import MASS, jeffcott, rigid, spring, tensor
 from rotor_cases import OnePlane
 from scipy.integrate import solve_ivp
 
+from rotor_analysis.assembly import Matrices
 from rotor_analysis.linear import state_space, unbalance_step
 from rotor_analysis.modes import eigenvalues
 from rotor_analysis.response import orbit, steady_state, unbalance_response
+from rotor_analysis.rotor import Bearing, Rotor
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported import supported
-from rotor_contact.assembly import Matrices
-from rotor_contact.rotor import Bearing, Rotor
-from rotor_contact.rotor_file import load_rotor
 
 SPEEDS = np.array([20.0, 150.0, 310.0, 900.0])
 

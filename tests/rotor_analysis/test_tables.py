@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rotor_analysis.assembly import assemble
+from rotor_analysis.rotor import Planes
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.tables import deviations, frequency_tables
-from rotor_contact.assembly import assemble
-from rotor_contact.rotor import Planes
-from rotor_contact.rotor_file import load_rotor
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 

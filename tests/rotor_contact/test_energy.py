@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, run
 
+from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.interface import LAWS, NEWTON, NODAL
-from rotor_contact.rotor_file import load_rotor
 
 ROTOR = load_rotor()
 TIGHT = {"solver.tolerance": 5e-8}

@@ -3,7 +3,7 @@
 import pytest
 from fmpy.validation import validate_fmu
 
-from rotor_contact.constants import plant_constants
+from rotor_analysis.plant_data import plant_constants
 from rotor_contact.plant import MODEL
 
 STEPS = 200
@@ -20,7 +20,7 @@ def drive(fmu, steps):
     from fmpy.fmi2 import FMU2Slave
 
     from fmi_export.model import Instance
-    from rotor_contact.constants import plant_constants
+    from rotor_analysis.plant_data import plant_constants
     from rotor_contact.plant import INTERFACE, MODEL
 
     h = 250e-6

@@ -20,8 +20,8 @@ from rotor_cases import (
     symmetric_rotor,
 )
 
+from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.interface import NEWTON, NODAL
-from rotor_contact.rotor_file import load_rotor
 
 ROTOR = load_rotor()
 RING = 0.05

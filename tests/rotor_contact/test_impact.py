@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from rotor_cases import BEARINGS, CLEARANCE, both, masters, place, plant, rigid_rotor, run, size_of
 
 from rotor_contact.arrays import load_sites
-from rotor_contact.constants import structure_of
 from rotor_contact.contact import (
     IMPULSE,
     LOSS,
@@ -26,6 +25,7 @@ from rotor_contact.contact import (
 )
 from rotor_contact.impact import TOUCHING, mark_touching, newton_impact, nodal_impact
 from rotor_contact.interface import N_SITES, NEWTON, NODAL
+from rotor_contact.structure import structure_of
 
 RING, G = 0.05, 9.81
 RIG = plant()

@@ -9,9 +9,9 @@ from rotor_cases import OnePlane
 
 import rotor_contact
 from fmi_export.readme import interface_table, with_table
-from rotor_contact.constants import plant_constants
+from rotor_analysis.plant_data import plant_constants
+from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.plant import MODEL
-from rotor_contact.rotor_file import load_rotor
 
 README = (Path(rotor_contact.__file__).parent / "README.md").read_text(encoding="utf-8")
 

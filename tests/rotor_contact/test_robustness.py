@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, run
 
 from fmi_export.model import Fault, Instance
-from rotor_contact.constants import plant_constants
+from rotor_analysis.plant_data import plant_constants
+from rotor_analysis.rotor import Body
+from rotor_analysis.rotor_file import RIG, load_rotor
 from rotor_contact.interface import CONSTRAINT, NEWTON, NODAL, SITES
 from rotor_contact.plant import MODEL
-from rotor_contact.rotor import Body
-from rotor_contact.rotor_file import RIG, load_rotor
 
 ROTOR = load_rotor()
 CONSTANTS = plant_constants(ROTOR)

@@ -8,8 +8,8 @@ import pytest
 from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, masters, plant, run
 
 from fmi_export.model import Fault
+from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.interface import SITES
-from rotor_contact.rotor_file import load_rotor
 
 ROTOR = load_rotor()
 ENDS = {"eb1.enabled": 1.0, "eb2.enabled": 1.0}
@@ -43,7 +43,7 @@ def test_contact_state_tells_of_the_retainers_alone():
 
 def test_end_bushes_are_in_place_unless_switched_off():
     from fmi_export.model import Instance
-    from rotor_contact.constants import plant_constants
+    from rotor_analysis.plant_data import plant_constants
     from rotor_contact.plant import MODEL
 
     x = Instance(MODEL, plant_constants())

@@ -5,7 +5,7 @@ import pytest
 from rotor_cases import BEARINGS, H, OnePlane, both, masters, place, plant, rigid_rotor
 from scipy.integrate import solve_ivp
 
-from rotor_contact.rotor_file import load_rotor
+from rotor_analysis.rotor_file import load_rotor
 
 ROTOR = load_rotor()
 WIDE = both("rb.clearance", 0.1)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from rotor_analysis.assembly import Matrices
+from rotor_analysis.rotor import Bearing, Body, Rotor, Shaft
 from rotor_analysis.supported import supported
-from rotor_contact.assembly import Matrices
-from rotor_contact.rotor import Bearing, Body, Rotor, Shaft
 
 L, D, E = 0.8, 0.03, 2.1e11
 MASS, I_D, I_P = 12.0, 0.05, 0.09

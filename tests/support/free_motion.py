@@ -4,7 +4,7 @@ import numpy as np
 from rotor_cases import OnePlane, both
 from scipy.integrate import solve_ivp
 
-from rotor_contact.rotor_file import load_rotor
+from rotor_analysis.rotor_file import load_rotor
 
 ROTOR = load_rotor()
 WIDE = both("rb.clearance", 0.1)

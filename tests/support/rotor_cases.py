@@ -12,11 +12,12 @@ from itertools import pairwise
 import numpy as np
 
 from fmi_export.model import Instance
+from rotor_analysis.plant_data import plant_constants
+from rotor_analysis.rotor import Bearing, Body, Planes, Rotor, Shaft
+from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.arrays import ENERGY_AT_START, HEAD, SITE_STATE
-from rotor_contact.constants import plant_constants, structure_of
 from rotor_contact.plant import MODEL
-from rotor_contact.rotor import Bearing, Body, Planes, Rotor, Shaft
-from rotor_contact.rotor_file import load_rotor
+from rotor_contact.structure import structure_of
 
 STEEL = {"youngs_modulus": 2.07e11, "density": 7850.0, "poissons_ratio": 0.3}
 CLEARANCE = 0.75e-3

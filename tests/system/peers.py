@@ -1,4 +1,4 @@
-"""This project's master, and one FMU made of all three, beside the masters of `orchestrator.benchmark.peers`.
+"""This project's master, and one FMU made of all three, beside the masters of `benchmarks.peers`.
 
 Each function is run in a process of its own.
 """
@@ -14,10 +14,10 @@ def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, Any
     With `nanoseconds`, the FMUs get the times that libcosim gives: a point is a whole number of nanoseconds, and a
     step the difference of two points, which deviates from a constant in the last bits.
     """
-    from orchestrator.benchmark.system import plain_system
-    from orchestrator.component import FmuComponent
-    from orchestrator.scenario import parse_scenario
-    from orchestrator.simulation import prepare, run
+    from amb_cosim.cosim.component import FmuComponent
+    from amb_cosim.scenario import parse_scenario
+    from amb_cosim.simulation import prepare, run
+    from benchmarks.system import plain_system
 
     if nanoseconds:
         step = FmuComponent.step
@@ -47,7 +47,7 @@ def in_a_container(
 ) -> dict[str, list[Any]]:
     """One FMU made of all by fmucontainer and stepped with fmpy: inside, Gauss-Seidel if `sequential`, else Jacobi.
 
-    The system comes as for `orchestrator.benchmark.peers`; results are `{component.variable: values}`.
+    The system comes as for `benchmarks.peers`; results are `{component.variable: values}`.
     """
     import json
     from pathlib import Path

@@ -93,8 +93,8 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
     """What differs between the loops, and what the compiled one recorded."""
     import numpy as np
 
-    from orchestrator.scenario import Record, parse_scenario
-    from orchestrator.simulation import prepare, run
+    from amb_cosim.scenario import Record, parse_scenario
+    from amb_cosim.simulation import prepare, run
 
     parsed = parse_scenario(scenario, "case")
     if parsed.record.variables == ("*",):
@@ -176,8 +176,8 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
     import signal
     import threading
 
-    from orchestrator.scenario import parse_scenario
-    from orchestrator.simulation import prepare, run
+    from amb_cosim.scenario import parse_scenario
+    from amb_cosim.simulation import prepare, run
 
     text = scenario.replace("end_cycle = 8", "end_cycle = 1e5")
     prepared = prepare("case", parse_scenario(text, "case"), flavour=flavour)

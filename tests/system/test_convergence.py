@@ -18,7 +18,7 @@ def studied() -> list[dict[str, Any]]:
     """The study's comparisons at three communication steps, over a shorter time."""
     from dataclasses import replace
 
-    from orchestrator.studies.coupling import compare, comparisons
+    from amb_cosim.studies.coupling import compare, comparisons
 
     return [compare(replace(c, steps=(125e-6, 62.5e-6, 31.25e-6)), duration=0.05) for c in comparisons()]
 
@@ -27,8 +27,8 @@ def against_undelayed() -> list[float]:
     """Error of a Jacobi co-simulation against the system without the sample of delay, at two communication steps."""
     import numpy as np
 
-    from orchestrator.studies.coupling import Scheme, cosimulated
-    from orchestrator.studies.monolithic import Case, free_orbit
+    from amb_cosim.studies.coupling import Scheme, cosimulated
+    from amb_cosim.studies.monolithic import Case, free_orbit
 
     case = Case(Omega=120.0, disc="d3", unbalance=0.02)
     exact = free_orbit(case, 200)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from monolithic import CLEARANCE, orbit_with_contact
 
-from orchestrator.studies.monolithic import Case, free_orbit
+from amb_cosim.studies.monolithic import Case, free_orbit
 
 SCENARIO = """
 description = "An unbalanced rotor from rest"
@@ -54,8 +54,8 @@ FIXED = """
 
 def recorded(text: str, stride: int) -> dict[str, list[float]]:
     """Displacements and contact forces of a scenario, every `stride` points; runs in a process of its own."""
-    from orchestrator.scenario import parse_scenario
-    from orchestrator.simulation import prepare, run
+    from amb_cosim.scenario import parse_scenario
+    from amb_cosim.simulation import prepare, run
 
     outcome = run(prepare("coupling", parse_scenario(text, "coupling")))
     assert outcome.failure is None, outcome.failure

@@ -21,8 +21,8 @@ def largest_difference(name: str) -> dict[str, Any]:
     """Of all that a scenario records, over the largest value of the variable; and what was run."""
     import numpy as np
 
-    from orchestrator.scenario import load_scenario
-    from orchestrator.simulation import prepare, run
+    from amb_cosim.scenario import load_scenario
+    from amb_cosim.simulation import prepare, run
 
     runs = {}
     for flavour in ("python", "native"):
@@ -53,8 +53,8 @@ def test_a_c_program_runs_fig4_9_and_gets_the_numbers_of_the_orchestrator(tmp_pa
     """No Python but in what writes its instructions: libraries, parameters, connections, events."""
     import numpy as np
 
-    from orchestrator.scenario import load_scenario
-    from orchestrator.simulation import prepare, run
+    from amb_cosim.scenario import load_scenario
+    from amb_cosim.simulation import prepare, run
 
     prepared = prepare("fig4_9", load_scenario("fig4_9"), flavour="native")
     command = [sys.executable, "-m", "ziglang", "cc", "-std=gnu11", "-O1", f"-I{SOURCES}"]

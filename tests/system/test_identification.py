@@ -21,7 +21,7 @@ def identified(frequencies: list[float], settings: list[str], rotor: str | None 
 
     import numpy as np
 
-    from orchestrator.studies import identification
+    from amb_cosim.studies import receptance_measurement
     from rotor_analysis.receptance import receptance
 
     def deviation(ratios: np.ndarray) -> list[float]:
@@ -29,15 +29,15 @@ def identified(frequencies: list[float], settings: list[str], rotor: str | None 
 
     found = []
     for frequency in frequencies:
-        prepared = identification.prepared_run(2.0 * math.pi * frequency, rotor and Path(rotor), settings)
-        result = identification.identified(prepared)
+        prepared = receptance_measurement.prepared_run(2.0 * math.pi * frequency, rotor and Path(rotor), settings)
+        result = receptance_measurement.identified(prepared)
         assert result.receptance is not None, result.reason
         continuous = receptance(np.array([result.Omega]))[0]
         found.append(
             {
-                "sampled": deviation(identification.ratios(result.receptance, result.model)),
-                "continuous": deviation(identification.ratios(result.receptance, continuous)),
-                "compared": len(identification.ratios(result.receptance, result.model)),
+                "sampled": deviation(receptance_measurement.ratios(result.receptance, result.model)),
+                "continuous": deviation(receptance_measurement.ratios(result.receptance, continuous)),
+                "compared": len(receptance_measurement.ratios(result.receptance, result.model)),
             }
         )
     return found
@@ -96,7 +96,7 @@ def test_amplifiers_are_in_the_model(identify: Any) -> None:
 
 
 def test_another_rotor_has_another_receptance(identify: Any, tmp_path: Any) -> None:
-    from rotor_contact.rotor_file import RIG as DESCRIPTION
+    from rotor_analysis.rotor_file import RIG as DESCRIPTION
 
     heavy = tmp_path / "heavy.toml"
     heavy.write_text(DESCRIPTION.read_text(encoding="utf-8").replace("mass = 10.0", "mass = 13.0"), encoding="utf-8")
@@ -112,15 +112,15 @@ def used(folder: str) -> dict[str, Any]:
 
     import numpy as np
 
-    from orchestrator.results import summary
-    from orchestrator.scenario import load_scenario, make_scenario
-    from orchestrator.simulation import prepare, run
-    from orchestrator.studies import identification
+    from amb_cosim.results import summary
+    from amb_cosim.scenario import load_scenario, make_scenario
+    from amb_cosim.simulation import prepare, run
+    from amb_cosim.studies import receptance_measurement
 
     table = Path(folder) / "table.toml"
-    prepared = identification.prepared_run(2.0 * math.pi * 16.0)
-    result = identification.identified(prepared)
-    identification.table_for(prepared, table).updated(result.Omega, result.receptance).write(table)
+    prepared = receptance_measurement.prepared_run(2.0 * math.pi * 16.0)
+    result = receptance_measurement.identified(prepared)
+    receptance_measurement.table_for(prepared, table).updated(result.Omega, result.receptance).write(table)
 
     recovery = load_scenario("fig5_6")
     free = make_scenario(

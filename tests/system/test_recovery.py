@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from orchestrator.studies.recovery import CONTROLS, recovery
+from amb_cosim.studies.recovery import CONTROLS, recovery
 
 pytestmark = pytest.mark.slow
 
@@ -39,10 +39,10 @@ def test_contact_aware_adaptation_alone_frees_the_rotor_from_24_g_m(shares: dict
 
 def compared() -> dict[str, Any]:
     """Cycle of the last contact in the scenario and in the study; cycles from step to contact for three instants."""
-    from orchestrator.results import contact_cycles
-    from orchestrator.scenario import load_scenario
-    from orchestrator.simulation import prepare, run
-    from orchestrator.studies.recovery import Case, outcome_of
+    from amb_cosim.results import contact_cycles
+    from amb_cosim.scenario import load_scenario
+    from amb_cosim.simulation import prepare, run
+    from amb_cosim.studies.recovery import Case, outcome_of
 
     def last(added: float, cycle: float) -> float | None:
         return outcome_of(Case("PID + ROLAC", added, cycle, 7.0)).last_contact_cycle

@@ -37,10 +37,10 @@ def figures_of(name: str, settings: dict[str, Any], factor: float | None) -> dic
     """Summary of a scenario, and what its controller knows; runs in a process of its own."""
     import numpy as np
 
-    from orchestrator.results import summary
-    from orchestrator.scenario import load_scenario
-    from orchestrator.series import speed
-    from orchestrator.simulation import prepare, run
+    from amb_cosim.results import summary
+    from amb_cosim.scenario import load_scenario
+    from amb_cosim.series import speed
+    from amb_cosim.simulation import prepare, run
 
     scenario = load_scenario(name)
     if factor is not None:
@@ -283,8 +283,8 @@ FORCES_N = {
 
 @pytest.mark.parametrize("name", FORCES_N)
 def test_unbalances_at_the_bearings_are_the_forces_of_the_thesis(name: str) -> None:
-    from orchestrator.scenario import load_scenario
-    from orchestrator.values import quantity
+    from amb_cosim.cosim.values import quantity
+    from amb_cosim.scenario import load_scenario
 
     scenario = load_scenario(name)
     (step,) = scenario.event

@@ -26,9 +26,9 @@ def figures_of(name: str, law: int | None) -> dict[str, Any]:
     """Summary of a scenario, median force in its last cycle, and a trace; runs in a process of its own."""
     import numpy as np
 
-    from orchestrator.results import summary
-    from orchestrator.scenario import load_scenario
-    from orchestrator.simulation import prepare, run
+    from amb_cosim.results import summary
+    from amb_cosim.scenario import load_scenario
+    from amb_cosim.simulation import prepare, run
 
     settings = None if law is None else {"rotor_contact.contact.impact_law": law}
     outcome = run(prepare(name, load_scenario(name), settings))
@@ -292,8 +292,8 @@ Omega = "5 Hz"
 
 def angles_of(text: str) -> dict[str, list[float]]:
     """Time, speed and rotor angle of a scenario; runs in a process of its own."""
-    from orchestrator.scenario import parse_scenario
-    from orchestrator.simulation import prepare, run
+    from amb_cosim.scenario import parse_scenario
+    from amb_cosim.simulation import prepare, run
 
     outcome = run(prepare("profile", parse_scenario(text, "profile")))
     assert outcome.failure is None, outcome.failure

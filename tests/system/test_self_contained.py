@@ -22,7 +22,7 @@ START: dict[str, dict[str, float]] = {
 
 @pytest.fixture(scope="module")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    from orchestrator.build import build_all
+    from amb_cosim.build import build_all
 
     return {path.stem: path for path in build_all(tmp_path_factory.mktemp("fmus"))}
 

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.slow
 
 def studied(**options: Any) -> dict[str, Any]:
     """Peaks and differences of the four axes, or what the study refuses."""
-    from orchestrator.studies.sensitivity import sensitivity
+    from amb_cosim.studies.sensitivity import sensitivity
 
     given = {"speed": "90 rad/s", "amplifier": False, "delay": False, "sample_time": "250 us", "settings": ()} | options
     try:

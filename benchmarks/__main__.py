@@ -1,0 +1,51 @@
+"""`python -m benchmarks`: measure cost, as ratios within one run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from amb_cosim.commands.cli_errors import check_writable, refusing
+from amb_cosim.commands.printing import show
+
+JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+
+
+@click.group(invoke_without_command=True)
+@JSON
+@click.option("--quick", is_flag=True, help="Short runs, once each: shows that it works, the numbers mean little.")
+@click.pass_context
+def main(context: click.Context, as_json: bool, quick: bool) -> None:
+    """Measure cost, as ratios within one run: against a loop without FMI, other masters, ROSS, Siconos."""
+    if context.invoked_subcommand is not None:
+        return
+    from benchmarks.measure import FULL, QUICK, measure
+    from benchmarks.report import as_tables
+
+    with refusing(), Console(stderr=True).status("") as status:
+        data = measure(QUICK if quick else FULL, status.update)
+    show(data, as_tables, as_json)
+
+
+@main.command()
+@JSON
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Also draw the comparison, into this folder.")
+def contact(as_json: bool, output: Path | None) -> None:
+    """Compare contact as a constraint with the classical stiff laws, at equal accuracy."""
+    from benchmarks import contact_cost
+
+    with refusing():
+        if output is not None:
+            check_writable(output, is_folder=True)
+        with Console(stderr=True).status("measuring (a first run compiles the models)"):
+            data = contact_cost.compare()
+        if output is not None:
+            output.mkdir(parents=True, exist_ok=True)
+            contact_cost.draw(data, output / "contact_cost.png")
+    show(data, contact_cost.as_tables, as_json)
+
+
+if __name__ == "__main__":
+    main(prog_name="python -m benchmarks")

@@ -1,0 +1,136 @@
+"""The runs that are timed.
+
+FIG4_9
+    The scenario `fig4_9` as it stands: 80 turns of settling, then 20 turns with impacts and rubbing in the middle.
+    Timed from the end of settling on. All that the system records is recorded.
+RUB
+    What every co-simulation master can run: the levitated rotor from rest under 25.5 g m, no events, Jacobi order. The
+    force is followed with its gradient, friction is 0.1. It rubs about half of the time. The plant chooses its substeps
+    as it does by default, for a thousandth of the force.
+RING
+    What every contact code can run: the rotor alone on springs and dampers of 1e6 N/m and 5000 N s/m, from rest under
+    25.5 g m, no friction. One integration step for each communication step, as the other codes have it. Here and in
+    Siconos it can touch two rigid retainers, in ROSS one with a stiffness. ROSS and Siconos have the rotor of 13 nodes
+    as it is (78 and 52 degrees of freedom), Siconos also ours, which is reduced to 12.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.flavours import Flavour
+from amb_cosim.scenario import Scenario, load_scenario, make_scenario
+from amb_cosim.simulation import Prepared, prepare
+from fmi_export.model import Array
+from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.reduction import msdc
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+
+STEP = 250e-6  # s
+SPEED = 260.0  # rad/s
+UNBALANCE = 25.5e-3  # kg m, of D1
+BEARING_K, BEARING_C = 1e6, 5e3  # N/m, N s/m, of the passive bearings
+CLEARANCE = 0.75e-3  # m
+TOLERANCE = 5e-6  # m/s, of the plant's substeps: what the FMU starts with
+RETAINER_K = 1e8  # N/m, of a retainer that yields
+
+_FROM_REST: dict[str, Any] = {
+    "description": "An unbalanced rotor from rest",
+    "Omega": SPEED,
+    "settle_cycles": 0,
+    "communication_step": STEP,
+}
+
+
+def fig4_9(flavour: Flavour) -> Prepared:
+    """FIG4_9, at 4 kHz."""
+    return prepare("fig4_9", load_scenario("fig4_9"), flavour=flavour)
+
+
+def rub(flavour: Flavour, seconds: float, **changes: Any) -> Prepared:
+    """RUB for a time (s); `changes` replace what the scenario says."""
+    return prepare("rub", make_scenario(_rub(seconds) | changes, "rub"), flavour=flavour)
+
+
+def _rub(seconds: float) -> dict[str, Any]:
+    return {
+        **_FROM_REST,
+        "end_time": seconds,
+        "coupling": "jacobi",
+        "inputs": {"rotor_contact": {"d1.u": UNBALANCE}, "rolac_controller": {"rolac_enable": False}},
+        "parameters": {"rotor_contact": {"rb?.mu": 0.1, "solver.tolerance": TOLERANCE}},
+        "record": {"variables": ["rotor_contact.contact_state"]},
+    }
+
+
+def ring(flavour: Flavour, seconds: float) -> Prepared:
+    """RING for a time (s)."""
+    return prepare("ring", ring_scenario(seconds), flavour=flavour)
+
+
+def ring_scenario(seconds: float) -> Scenario:
+    """The scenario of RING."""
+    return make_scenario(
+        {
+            **_FROM_REST,
+            "system": "passive",
+            "end_time": seconds,
+            "inputs": {"rotor_contact": {"d1.u": UNBALANCE}},
+            "parameters": {
+                "rotor_contact": {"mb?.k_b": BEARING_K, "mb?.c_b": BEARING_C, "solver.tolerance": 1.0},
+            },
+            "record": {"variables": ["rotor_contact.contact_state"]},
+        },
+        "ring",
+    )
+
+
+def ring_for_siconos(reduced: bool) -> dict[str, Any]:
+    """RING as a second-order system with sites, as `siconos_rotor` takes it, for JSON."""
+    rotor = load_rotor()
+    model = assemble(rotor, "diagonal")
+    if reduced:
+        model = msdc(model, rotor.planes.master).model
+    for node in rotor.bearing_nodes:
+        model = model.with_bearing(node, BEARING_K * np.eye(2), BEARING_C * np.eye(2))
+    M, C, K = with_unbalance(model, SPEED, rotor.planes.discs[0], UNBALANCE)
+    n, sites = model.size, rotor.planes.retainers[:2]
+    f, q, v = np.zeros((3, len(M)))
+    q[n], v[n + 1] = 1.0, SPEED
+    given = {"M": M, "C": C, "K": K, "f": f, "q": q, "v": v} | {
+        "rows": np.array([model.translations[node][0] for node in sites]),
+        "clearance": np.full(len(sites), CLEARANCE),
+        **{name: np.zeros(len(sites)) for name in ("restitution", "mu", "surface")},
+    }
+    return {name: array.tolist() for name, array in given.items()}
+
+
+def with_unbalance(model: Matrices, Omega: float, node: int, unbalance: float) -> tuple[Array, Array, Array]:
+    """M, C + Omega G and K of a rotor under an unbalance (kg m) at a node, which has two coordinates of its own.
+
+    The force is u Omega^2 times a unit vector e that spins, e'' = -Omega^2 e.
+    """
+    n, spin = model.size, Omega**2
+    M, C, K = np.eye(n + 2), np.zeros((n + 2, n + 2)), spin * np.eye(n + 2)
+    M[:n, :n], C[:n, :n], K[:n, :n] = model.M, model.C + Omega * model.G, model.K
+    K[model.translations[node], (n, n + 1)] = -unbalance * spin
+    return M, C, K
+
+
+def ring_for_ross() -> dict[str, Any]:
+    """RING with one yielding retainer, as `ross_rotor` takes it."""
+    rotor: Rotor = load_rotor()
+    shaft = rotor.shaft
+    return {
+        "nodes": list(shaft.nodes),
+        "diameter": list(shaft.diameter),
+        "material": [shaft.density, shaft.youngs_modulus, shaft.poissons_ratio],
+        "bodies": [[b.node, b.mass, b.diametral_inertia, b.polar_inertia] for b in rotor.bodies],
+        "bearings": [[node, BEARING_K, BEARING_C] for node in rotor.bearing_nodes],
+        "retainer": [rotor.planes.retainers[0], CLEARANCE, RETAINER_K],
+        "unbalance": [rotor.planes.discs[0], UNBALANCE],
+        "speed": SPEED,
+    }

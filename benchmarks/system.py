@@ -1,0 +1,31 @@
+"""A prepared run as plain data: what another master needs to run the same FMUs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from amb_cosim.simulation import Prepared
+
+_KINDS: dict[str, type] = {"Real": float, "Integer": int, "Boolean": bool}
+
+
+def plain_system(prepared: Prepared, recorded: Sequence[str]) -> dict[str, Any]:
+    """The arguments of the functions in `peers`, for a run from point 0 without events."""
+    plan, system = prepared.plan, prepared.plan.system
+    targets = {s.name: s.targets for s in system.signals}
+    given = {f"{c}.{v}": value for c, values in plan.start.items() for v, value in values.items()}
+    given |= {end: value for name, value in plan.exogenous.items() for end in targets.get(name, (name,))}
+    start: dict[str, dict[str, Any]] = {c.name: {} for c in system.components}
+    for end, value in given.items():
+        component, variable = system.split(end)
+        start[component][variable] = _KINDS[system.port(end, prepared.interfaces).type](value)
+    return {
+        "fmus": {c.name: str(prepared.fmus[c.name].path) for c in system.components},
+        "start": start,
+        "connections": [[link.source, link.target] for link in system.connections],
+        "recorded": list(recorded),
+        "step_size": plan.step_size,
+        "steps": plan.last,
+        "every": {c.name: c.every for c in system.components},
+    }

@@ -1,0 +1,68 @@
+"""Times of several candidates that take turns, their ratios, and the machine that they ran on."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from statistics import median
+from typing import Any
+
+from llvmlite.binding import get_host_cpu_name  # type: ignore[import-untyped]
+
+from amb_cosim.dataset import git_revision
+
+Candidate = Callable[[], float]
+Times = Mapping[str, list[float]]
+
+_PACKAGES = ("numba", "numpy", "fmpy", "pythonfmu", "ziglang", "ecospy", "libcosimpy")
+
+
+def take_turns(candidates: Mapping[str, Candidate], rounds: int) -> dict[str, list[float]]:
+    """What each candidate answers in each round, in which every one has its turn: A B C A B C ...
+
+    What slows the machine down for a while then slows all of them down. A round before them, in which code is loaded
+    and compiled, does not count.
+    """
+    times: dict[str, list[float]] = {name: [] for name in candidates}
+    for count in range(rounds + 1):
+        for name, candidate in candidates.items():
+            seconds = candidate()
+            if count:
+                times[name].append(seconds)
+    return times
+
+
+def ratio(times: Times, above: str, below: str) -> float | None:
+    """Median of the ratios within a round; None where one of the two is missing."""
+    both = ratios(times, above, below)
+    return median(both) if both else None
+
+
+def ratios(times: Times, above: str, below: str) -> list[float]:
+    """The ratio in each round."""
+    return [a / b for a, b in zip(times.get(above, ()), times.get(below, ()), strict=False)]
+
+
+def environment() -> dict[str, Any]:
+    """Where and when this runs."""
+    return {
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "system": platform.platform(),
+        "machine": platform.machine(),
+        "processor": get_host_cpu_name(),
+        "cores": os.cpu_count(),
+        "load_average": [round(load, 2) for load in os.getloadavg()] if hasattr(os, "getloadavg") else None,
+        "python": platform.python_version(),
+        "versions": {name: _version(name) for name in _PACKAGES},
+        "git_revision": git_revision(),
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None

@@ -1,0 +1,1 @@
+"""Magnetic bearings and their control without a simulation: bearing design, the sampled loop, receptance tables."""

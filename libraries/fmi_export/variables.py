@@ -1,0 +1,216 @@
+"""Variable tables: the one place where the interface of an FMU is written down.
+
+Every variable of a model, parameters first, then inputs, then outputs, has one slot in a flat float64 array.
+Its value reference is its position in that array, so kernels, the pythonfmu slave and the modelDescription
+all read the same table. Kernels see it as records whose fields follow from the table (`records`).
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmi_export.records import record_of
+
+LARGEST = sys.float_info.max
+
+Causality = Literal["parameter", "input", "output"]
+Type = Literal["Real", "Integer", "Boolean"]
+ORDER: tuple[Causality, ...] = get_args(Causality)  # of the variables in a table
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One FMI variable. `unit` is SI in FMI notation (`N.s/m`), `1` where dimensionless.
+
+    `depends_on` of an output names the inputs that reach it without delay; it says which connections of a
+    co-simulation may close an algebraic loop. `field` is the variable's place in the record that kernels read,
+    `sites[2].clearance`, if it is not the name itself; see `records`.
+    """
+
+    name: str
+    causality: Causality
+    unit: str
+    description: str
+    start: float = 0.0
+    minimum: float = -LARGEST
+    maximum: float = LARGEST
+    type: Type = "Real"
+    tunable: bool = False
+    depends_on: tuple[str, ...] = ()
+    field: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.minimum <= self.start <= self.maximum:
+            raise ValueError(f"start of {self.describe_range(self.start)}")
+
+    @property
+    def variability(self) -> str:
+        if self.causality == "parameter":
+            return "tunable" if self.tunable else "fixed"
+        return "continuous" if self.type == "Real" else "discrete"
+
+    def literal(self, value: float, real: str = "") -> str:
+        """`value` as text of the variable's type; `real` is the format of a Real, all its digits by default."""
+        if self.type == "Boolean":
+            return "true" if value else "false"
+        return str(int(value)) if self.type == "Integer" else f"{float(value):{real}}"
+
+    def describe_range(self, value: float) -> str:
+        """Sentence for a value that is not allowed: name, value, unit and what is."""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        low = f">= {self.minimum:g}" if self.minimum > -LARGEST else ""
+        high = f"<= {self.maximum:g}" if self.maximum < LARGEST else ""
+        bounds = " and ".join(bound for bound in (low, high) if bound)
+        allowed = f"{bounds}{unit}" if bounds else "a finite number"
+        return f"{self.name} = {value:g}{unit} is not allowed; it must be {allowed}"
+
+
+def parameter(name: str, unit: str, description: str, start: float, **options: object) -> Variable:
+    """A parameter; see `Variable` for the options."""
+    return Variable(name, "parameter", unit, description, start, **options)  # type: ignore[arg-type]
+
+
+def input_(name: str, unit: str, description: str, **options: object) -> Variable:
+    """An input; see `Variable` for the options."""
+    return Variable(name, "input", unit, description, **options)  # type: ignore[arg-type]
+
+
+def output(name: str, unit: str, description: str, **options: object) -> Variable:
+    """An output; see `Variable` for the options."""
+    return Variable(name, "output", unit, description, **options)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Interface:
+    """An ordered variable table and the positions of its variables.
+
+    Raises
+    ------
+    ValueError
+        If a name occurs twice, the order is not parameters, inputs, outputs, or a dependency is no input.
+    """
+
+    variables: tuple[Variable, ...]
+
+    def __post_init__(self) -> None:
+        names = [v.name for v in self.variables]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"variables declared twice: {', '.join(twice)}")
+        ranks = [ORDER.index(v.causality) for v in self.variables]
+        if ranks != sorted(ranks):
+            raise ValueError("variables must be ordered parameters, inputs, outputs")
+        inputs = {v.name for v in self.variables if v.causality == "input"}
+        for v in self.variables:
+            unknown = set(v.depends_on) - inputs
+            if unknown:
+                raise ValueError(f"{v.name} depends on {', '.join(sorted(unknown))}, which are no inputs")
+
+    @cached_property
+    def position(self) -> dict[str, int]:
+        """Value reference of every variable by name."""
+        return {v.name: i for i, v in enumerate(self.variables)}
+
+    def __getitem__(self, name: str) -> Variable:
+        return self.variables[self.position[name]]
+
+    def of(self, causality: Causality) -> tuple[Variable, ...]:
+        return tuple(v for v in self.variables if v.causality == causality)
+
+    @cached_property
+    def n_parameters(self) -> int:
+        return len(self.of("parameter"))
+
+    @cached_property
+    def n_inputs(self) -> int:
+        return len(self.of("input"))
+
+    @cached_property
+    def n_outputs(self) -> int:
+        return len(self.of("output"))
+
+    def parameter_index(self, name: str) -> int:
+        """Position of a parameter within the parameter array."""
+        return self._within("parameter", name)
+
+    def input_index(self, name: str) -> int:
+        """Position of an input within the input array."""
+        return self._within("input", name)
+
+    def output_index(self, name: str) -> int:
+        """Position of an output within the output array."""
+        return self._within("output", name)
+
+    def _within(self, causality: Causality, name: str) -> int:
+        names = [v.name for v in self.of(causality)]
+        if name not in names:
+            raise ValueError(f"no {causality} called {name!r}; there are {', '.join(names)}")
+        return names.index(name)
+
+    @cached_property
+    def records(self) -> tuple[np.dtype[np.record], np.dtype[np.record], np.dtype[np.record]]:
+        """Record types of the parameter, input and output arrays."""
+        parameters, inputs, outputs = (record_of((v.field or v.name) for v in self.of(kind)) for kind in ORDER)
+        return parameters, inputs, outputs
+
+    @cached_property
+    def start(self) -> NDArray[np.float64]:
+        return np.array([v.start for v in self.variables], dtype=np.float64)
+
+    @cached_property
+    def minimum(self) -> NDArray[np.float64]:
+        return np.array([v.minimum for v in self.variables], dtype=np.float64)
+
+    @cached_property
+    def maximum(self) -> NDArray[np.float64]:
+        return np.array([v.maximum for v in self.variables], dtype=np.float64)
+
+    def canonical(self) -> bytes:
+        """Bytes that change whenever the interface changes, for the guid."""
+        return json.dumps([asdict(v) for v in self.variables], sort_keys=True).encode()
+
+
+def interface(*groups: Variable | Iterable[Variable]) -> Interface:
+    """Interface of variables and groups of them, sorted into parameters, inputs and outputs."""
+    flat: list[Variable] = []
+    for group in groups:
+        flat.extend([group] if isinstance(group, Variable) else group)
+    return Interface(tuple(sorted(flat, key=lambda v: ORDER.index(v.causality))))
+
+
+def repeated(
+    field: str,
+    members: Sequence[tuple[object, ...]],
+    declare: Callable[..., Iterable[Variable]],
+    shape: tuple[int, ...] | None = None,
+) -> list[Variable]:
+    """The variables of several alike parts, an array of records for the kernels: `field[k]` for member k.
+
+    Parameters
+    ----------
+    field
+        Name of the array in the records.
+    members
+        Arguments of `declare` for each part.
+    declare
+        Gives the variables of one part. Within the part a variable is called by its `field` or, without one, by what
+        follows the last dot of its name; a `field` of `"."` stands for a part of one variable, an array of numbers.
+    shape
+        Shape of the array; one dimension by default.
+    """
+    variables = []
+    for k, member in enumerate(members):
+        index = np.unravel_index(k, shape or (len(members),))
+        at = f"{field}[{','.join(str(i) for i in index)}]"
+        for v in declare(*member):
+            own = v.field or v.name.rpartition(".")[2]
+            variables.append(replace(v, field=at if own == "." else f"{at}.{own}"))
+    return variables

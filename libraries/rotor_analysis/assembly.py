@@ -1,0 +1,110 @@
+"""Assembly of the rotor: M q'' + (C + Omega G) q' + K q = f, four degrees of freedom a node (x, y, x', y')."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fmi_export.model import Array
+from rotor_analysis import beam
+from rotor_analysis.rotor import Rotor
+
+MassModel = Literal["consistent", "diagonal"]
+
+# Multiplication by -i on (x, y): the gyroscopic term of M r'' - i Omega G_1 r' + K r = f in real form.
+MINUS_I = np.array([[0.0, 1.0], [-1.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """Second-order model. Rows: x and y of the first plane, x and y of the next, ... in SI units.
+
+    M, C, G, K
+        Square arrays; G is multiplied by the spin speed Omega.
+    translations
+        Node number (from 1) to the rows of its x and y.
+    """
+
+    M: Array
+    C: Array
+    G: Array
+    K: Array
+    translations: dict[int, tuple[int, int]]
+
+    @property
+    def size(self) -> int:
+        return int(self.M.shape[0])
+
+    def rows(self, nodes: tuple[int, ...]) -> list[int]:
+        """Rows of the translations at `nodes`: x and y of the first, x and y of the next, ..."""
+        return [row for node in nodes for row in self.translations[node]]
+
+    def with_bearing(self, node: int, stiffness: Array, damping: Array) -> Matrices:
+        """Add a bearing's 2 x 2 stiffness (N/m) and damping (N s/m) at `node`, which must keep its translations."""
+        if node not in self.translations:
+            raise ValueError(f"node {node} has no translations here; there are {sorted(self.translations)}")
+        at = np.ix_(self.translations[node], self.translations[node])
+        K, C = self.K.copy(), self.C.copy()
+        K[at] += stiffness
+        C[at] += damping
+        return Matrices(self.M, C, self.G, K, self.translations)
+
+
+def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
+    """Free rotor, without its bearings (3.1 to 3.6).
+
+    Parameters
+    ----------
+    rotor
+        Its description.
+    mass
+        `consistent` (from the static deflection) or `diagonal` (half the element at each end node).
+
+    Returns
+    -------
+    Matrices
+        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C is zero.
+
+    Raises
+    ------
+    ValueError
+        If `mass` is neither.
+    """
+    if mass not in ("consistent", "diagonal"):
+        raise ValueError(f"mass = {mass!r} is not allowed; it must be 'consistent' or 'diagonal'")
+    nodes = rotor.shaft.nodes
+    size = 2 * len(nodes)
+    M, G, K = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
+    for e, element in enumerate(rotor.shaft.elements):
+        rows = slice(2 * e, 2 * e + 4)
+        K[rows, rows] += beam.stiffness(element)
+        if mass == "consistent":
+            rotary = beam.consistent_rotary_inertia(element)
+            M[rows, rows] += beam.consistent_translational_mass(element) + rotary
+            G[rows, rows] += 2.0 * rotary
+        else:
+            lumped, polar = beam.diagonal_mass(element)
+            M[rows, rows] += lumped
+            G[rows, rows] += polar
+    for body in rotor.bodies:
+        w = 2 * (body.node - 1)
+        M[w, w] += body.mass
+        M[w + 1, w + 1] += body.diametral_inertia
+        G[w + 1, w + 1] += body.polar_inertia
+    both = np.eye(2)
+    return Matrices(
+        M=np.kron(M, both).astype(np.float64),
+        C=np.zeros((2 * size, 2 * size)),
+        G=np.kron(G, MINUS_I),
+        K=np.kron(K, both).astype(np.float64),
+        translations={k + 1: (4 * k, 4 * k + 1) for k in range(len(nodes))},
+    )
+
+
+def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:
+    """`model` of `rotor` with the stiffness and damping of its bearings added."""
+    for bearing in rotor.bearings:
+        model = model.with_bearing(bearing.node, np.array(bearing.stiffness), np.array(bearing.damping))
+    return model

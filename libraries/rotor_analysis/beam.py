@@ -1,0 +1,79 @@
+"""One-plane matrices of a beam element, Timoshenko or Rayleigh.
+
+Degrees of freedom of an element of length L: (w_1, beta_1, w_2, beta_2) in one plane, with the rotation beta of the
+section (the slope dw/dz less the shear angle). Both planes of an axisymmetric rotor then have the same matrices, and
+r = x + i y obeys
+
+    M r'' - i Omega G_1 r' + K r = f
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmi_export.model import Array
+from rotor_analysis.rotor import Element
+
+
+def shear_parameter(element: Element) -> float:
+    """Phi = 12 E I / (kappa G A L^2), the flexibility in shear over that in bending; 0 in Rayleigh's theory."""
+    if element.theory == "rayleigh":
+        return 0.0
+    shear = element.shear_coefficient * element.shear_modulus * element.area
+    return 12.0 * element.youngs_modulus * element.second_moment / (shear * element.length**2)
+
+
+def stiffness(element: Element) -> Array:
+    """Bending stiffness, with shear deformation in Timoshenko's theory.
+
+    Parameters
+    ----------
+    element
+        Length L, section and material.
+
+    Returns
+    -------
+    array, shape (4, 4)
+        Stiffness in N/m, N/rad, N m/rad.
+    """
+    length, phi = element.length, shear_parameter(element)
+    a, b, c, d = 12.0, 6.0 * length, (4.0 + phi) * length**2, (2.0 - phi) * length**2
+    shape = np.array([[a, b, -a, b], [b, c, -b, d], [-a, -b, a, -b], [b, d, -b, c]])
+    return element.youngs_modulus * element.second_moment / ((1.0 + phi) * length**3) * shape
+
+
+def consistent_translational_mass(element: Element) -> Array:
+    """Translational mass from the element's static deflection, shape (4, 4), kg and kg m.
+
+    Cubic Hermite functions when Phi = 0 (Nelson and McVaugh 1976); with shear those of Nelson 1980.
+    """
+    n, p = element.length, shear_parameter(element)
+    a, b = 156.0 + 294.0 * p + 140.0 * p**2, (22.0 + 38.5 * p + 17.5 * p**2) * n
+    c, d = 54.0 + 126.0 * p + 70.0 * p**2, (13.0 + 31.5 * p + 17.5 * p**2) * n
+    e, f = (4.0 + 7.0 * p + 3.5 * p**2) * n**2, (3.0 + 7.0 * p + 3.5 * p**2) * n**2
+    shape = np.array([[a, b, c, -d], [b, e, d, -f], [c, d, a, -b], [-d, -f, -b, e]])
+    return element.density * element.area * n / (420.0 * (1.0 + p) ** 2) * shape
+
+
+def consistent_rotary_inertia(element: Element) -> Array:
+    """Rotary inertia from the same deflection, shape (4, 4); G_1 is twice this."""
+    n, p = element.length, shear_parameter(element)
+    a, b = 36.0, (3.0 - 15.0 * p) * n
+    c, d = (4.0 + 5.0 * p + 10.0 * p**2) * n**2, (1.0 + 5.0 * p - 5.0 * p**2) * n**2
+    shape = np.array([[a, b, -a, b], [b, c, -b, -d], [-a, -b, a, -b], [b, -d, -b, c]])
+    return element.density * element.second_moment / (30.0 * n * (1.0 + p) ** 2) * shape
+
+
+def diagonal_mass(element: Element) -> tuple[Array, Array]:
+    """Mass and polar inertia shared equally by the two nodes, without an m L^2 term.
+
+    Returns
+    -------
+    mass, gyroscopic
+        Shape (4, 4) each: rho A L / 2 on translations and rho I L / 2 on rotations; polar inertia rho I L on rotations.
+    """
+    translation = element.density * element.area * element.length / 2.0
+    rotation = element.density * element.second_moment * element.length / 2.0
+    mass = np.diag([translation, rotation, translation, rotation])
+    gyroscopic = np.diag([0.0, 2.0 * rotation, 0.0, 2.0 * rotation])
+    return mass, gyroscopic

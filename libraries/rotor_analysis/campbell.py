@@ -1,0 +1,107 @@
+"""Campbell diagram: damped frequencies and damping ratios over the spin speed, and the critical speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fmi_export.model import Array
+from rotor_analysis.assembly import Matrices
+from rotor_analysis.modes import Mode, Whirl
+from rotor_analysis.tracking import follow, step
+
+
+@dataclass(frozen=True)
+class CriticalSpeed:
+    """Where the damped frequency of a mode equals the spin speed.
+
+    Omega
+        Spin speed (rad/s).
+    number
+        Number of the mode in the diagram, from 1.
+    damping_ratio, whirl
+        Of the mode there. Unbalance excites forward whirl; a backward mode of an isotropic rotor passes unnoticed.
+    """
+
+    Omega: float
+    number: int
+    damping_ratio: float
+    whirl: Whirl
+
+
+@dataclass(frozen=True)
+class Campbell:
+    """Modes over speed.
+
+    speeds
+        Spin speeds (rad/s), shape (n,).
+    tracks
+        For each mode, what it is at each speed; None from where it no longer oscillates.
+    critical_speeds
+        Intersections with the synchronous line, ascending.
+    """
+
+    speeds: Array
+    tracks: tuple[tuple[Mode | None, ...], ...]
+    critical_speeds: tuple[CriticalSpeed, ...]
+
+    @property
+    def frequencies(self) -> Array:
+        """Damped natural frequencies (rad/s), shape (modes, n); NaN where a mode does not oscillate."""
+        return np.array([[np.nan if mode is None else mode.frequency for mode in track] for track in self.tracks])
+
+    @property
+    def damping_ratios(self) -> Array:
+        """Damping ratios, shape (modes, n); NaN where a mode does not oscillate."""
+        return np.array([[np.nan if mode is None else mode.damping_ratio for mode in track] for track in self.tracks])
+
+
+def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
+    """Follow `count` modes over `speeds` and find where they meet the synchronous line.
+
+    |Im lambda_k(Omega)| = Omega,  (lambda^2 M + lambda (C + Omega G) + K) phi = 0
+
+    A crossing between two of the speeds is refined by root finding on the eigenproblem (Brent's method), with the mode
+    recognised by its shape. A mode that crosses twice between two neighbouring speeds is not seen to cross.
+
+    Parameters
+    ----------
+    model
+        A model with its bearings.
+    speeds
+        Spin speeds (rad/s), ascending, shape (n,).
+    count
+        Number of modes, the lowest ones at the first speed.
+
+    Raises
+    ------
+    ValueError
+        If the speeds are not finite and ascending, or `count` is below 1.
+    """
+    speeds = np.atleast_1d(np.asarray(speeds, dtype=np.float64))
+    tracks = follow(model, speeds, count)
+    crossings: list[CriticalSpeed] = []
+    for number, track in enumerate(tracks, start=1):
+        for (low, mode), (high, after) in pairwise(zip(speeds.tolist(), track, strict=True)):
+            if mode and after and (mode.frequency > low) != (after.frequency > high):
+                crossings.append(_crossing(model, number, mode, low, high))
+    return Campbell(
+        speeds, tuple(tuple(track) for track in tracks), tuple(sorted(crossings, key=lambda found: found.Omega))
+    )
+
+
+def _crossing(model: Matrices, number: int, mode: Mode, low: float, high: float) -> CriticalSpeed:
+    def at(Omega: float) -> Mode | None:
+        return step(model, [mode], low, Omega)[0] if Omega > low else mode
+
+    def ahead(Omega: float) -> float:
+        """Damped frequency less spin speed; a mode that does not oscillate has no frequency."""
+        found = at(Omega)
+        return (found.frequency if found else 0.0) - Omega
+
+    Omega = float(brentq(ahead, low, high, xtol=1e-9, rtol=1e-12))
+    found = at(Omega) or mode
+    return CriticalSpeed(Omega, number, found.damping_ratio, found.whirl)

@@ -1,0 +1,81 @@
+"""What the condensation to a few planes costs: eigenvalues of the condensed model against those of the full one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmi_export.model import Array
+from rotor_analysis.assembly import MassModel
+from rotor_analysis.modes import modes
+from rotor_analysis.rotor import Rotor, require
+from rotor_analysis.supported import supported
+from rotor_analysis.tracking import paired
+
+
+@dataclass(frozen=True)
+class CondensationError:
+    """Errors of the condensed model, in percent; NaN where it has no such mode.
+
+    planes
+        Node numbers of the masters.
+    speeds
+        Spin speeds (rad/s), shape (n,).
+    frequency
+        Damped natural frequency, condensed over full less one, shape (n, count), by ascending frequency of the full.
+    eigenvalue
+        Distance of the eigenvalues over the size of the full one, shape (n, count): it counts damping too.
+    """
+
+    planes: tuple[int, ...]
+    speeds: Array
+    frequency: Array
+    eigenvalue: Array
+
+    @property
+    def worst_frequency(self) -> Array:
+        """Largest |error| of a frequency at each speed (percent), shape (n,); inf where a mode is missing."""
+        return np.asarray(np.max(np.where(np.isnan(self.frequency), np.inf, np.abs(self.frequency)), axis=1))
+
+
+def condensation_error(
+    rotor: Rotor,
+    speeds: Array,
+    planes: tuple[int, ...] | None = None,
+    count: int = 8,
+    mass: MassModel = "diagonal",
+) -> CondensationError:
+    """Condense a rotor and compare its lowest modes with those of the full model, paired by their shapes.
+
+    Parameters
+    ----------
+    rotor
+        Its description.
+    speeds
+        Spin speeds (rad/s), shape (n,).
+    planes
+        Any node numbers that hold the rotor; its master planes by default.
+    count
+        Number of modes to compare.
+    mass
+        `consistent` or `diagonal`.
+
+    Raises
+    ------
+    ValueError
+        If the rotor has no master planes and none are given, or they do not hold it.
+    """
+    chosen = rotor.planes.master if planes is None else planes
+    require(len(chosen) > 0, "planes", list(chosen), "a list of node numbers to condense to")
+    full, condensed = supported(rotor, mass), supported(rotor, mass, chosen)
+    frequency, eigenvalue = np.full((2, len(speeds), count), np.nan)
+    for row, Omega in enumerate(speeds):
+        exact, found = modes(full.model, float(Omega), count), modes(condensed.model, float(Omega))
+        seen = [condensed.reduction.right @ mode.shape for mode in found]
+        for column, (index, _) in enumerate(paired(full.model.M, [mode.shape for mode in exact], seen)):
+            if index is not None:
+                mode, twin = exact[column], found[index]
+                frequency[row, column] = 100.0 * (twin.frequency / mode.frequency - 1.0)
+                eigenvalue[row, column] = 100.0 * abs(twin.eigenvalue - mode.eigenvalue) / abs(mode.eigenvalue)
+    return CondensationError(chosen, np.asarray(speeds, dtype=np.float64), frequency, eigenvalue)

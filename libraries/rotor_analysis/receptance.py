@@ -1,0 +1,38 @@
+"""Synchronous receptance of the levitated rotor: what ROLAC inverts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmi_export.model import Array
+from rotor_analysis.modes import Complex
+from rotor_analysis.response import dynamic_stiffness
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.supported import supported
+
+
+def receptance(speeds: Array, k_b: float = 1e6, c_b: float = 5000.0, rotor: Rotor | None = None) -> Complex:
+    """Complex receptance R of the reduced rotor at synchronous frequency: Q = Q_0 + R U (5.6).
+
+    R = S [-Omega^2 M + j Omega (C + Omega G) + K]^-1 B, with q = Re[Q exp(j theta)], u = Re[U exp(j theta)]
+
+    Parameters
+    ----------
+    speeds
+        Spin speeds Omega (rad/s), shape (n,).
+    k_b, c_b
+        Net stiffness (N/m) and damping (N s/m) of both bearings under PID control.
+    rotor
+        A rotor description; the rig of the thesis by default.
+
+    Returns
+    -------
+    array, shape (n, 8, 4), complex
+        m/N; sensors s1 .. s8 by forces mb1.x, mb1.y, mb2.x, mb2.y.
+    """
+    rotor = (rotor or load_rotor()).on_equal_bearings(k_b, c_b)
+    support = supported(rotor, "diagonal", rotor.planes.master)
+    sensors = support.displacement_of(rotor.planes.sensors)
+    B = support.force_at(rotor.bearing_nodes)
+    return np.array([sensors @ np.linalg.solve(dynamic_stiffness(support.model, Omega), B) for Omega in speeds])

@@ -1,0 +1,76 @@
+"""A rotor on its bearings, in full or condensed, and the way in and out: forces at nodes, displacements of nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmi_export.model import Array
+from rotor_analysis.assembly import MassModel, Matrices, assemble, on_bearings
+from rotor_analysis.reduction import Reduction, msdc
+from rotor_analysis.rotor import Rotor, require
+
+
+@dataclass(frozen=True)
+class Supported:
+    """The model of a rotor on its bearings.
+
+    rotor
+        Its description.
+    full
+        The finite-element model with the bearings.
+    reduction
+        What the analyses work on: `full` condensed to some planes, or `full` itself with `right` = `left` = 1.
+    """
+
+    rotor: Rotor
+    full: Matrices
+    reduction: Reduction
+
+    @property
+    def model(self) -> Matrices:
+        """The matrices to analyse."""
+        return self.reduction.model
+
+    @property
+    def nodes(self) -> tuple[int, ...]:
+        """All nodes of the rotor, condensed or not."""
+        return tuple(range(1, len(self.rotor.shaft.nodes) + 1))
+
+    def displacement_of(self, nodes: tuple[int, ...]) -> Array:
+        """Rows that give x and y of `nodes` from the model's coordinates, shape (2 len(nodes), model.size)."""
+        return np.asarray(self.reduction.right[self._rows(nodes)])
+
+    def force_at(self, nodes: tuple[int, ...]) -> Array:
+        """Columns that bring forces in x and y at `nodes` into the model, shape (model.size, 2 len(nodes))."""
+        return np.asarray(self.reduction.left[:, self._rows(nodes)])
+
+    def _rows(self, nodes: tuple[int, ...]) -> list[int]:
+        for node in nodes:
+            require(node in self.full.translations, "node", node, f"a node number from 1 to {len(self.nodes)}")
+        return self.full.rows(nodes)
+
+
+def supported(rotor: Rotor, mass: MassModel = "diagonal", planes: tuple[int, ...] | None = None) -> Supported:
+    """Model of `rotor` on its bearings (3.1 to 3.6), condensed to `planes` if given (MSDC, 3.8 to 3.13).
+
+    Parameters
+    ----------
+    rotor
+        Its description, with stiffness and damping of the bearings.
+    mass
+        `consistent` or `diagonal`.
+    planes
+        Node numbers whose translations are kept; the full model by default.
+
+    Raises
+    ------
+    ValueError
+        If `mass` is neither, or the planes do not exist or do not hold the rotor.
+    """
+    full = on_bearings(assemble(rotor, mass), rotor)
+    if planes is None:
+        identity = np.eye(full.size)
+        return Supported(rotor, full, Reduction(full, identity, identity))
+    return Supported(rotor, full, msdc(full, planes))

@@ -1,0 +1,107 @@
+"""Following modes from one spin speed, mesh or model to another by their shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from fmi_export.model import Array
+from rotor_analysis.assembly import Matrices
+from rotor_analysis.modes import Complex, Mode, modes
+from rotor_analysis.rotor import require
+
+SURE = 0.9  # assurance below which a step in speed is halved
+LOST = 0.5  # assurance below which a mode has no continuation
+_HALVINGS = 10
+
+
+def assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex]) -> Array:
+    """Modal assurance criterion of every shape with every other, weighted with the mass matrix.
+
+    MAC_ij = |a_i^H M b_j|^2 / ((a_i^H M a_i) (b_j^H M b_j))
+
+    1 for the same motion whatever its size and phase; 0 for a forward and a backward circle.
+
+    Parameters
+    ----------
+    M
+        Mass matrix, shape (n, n).
+    first, second
+        Shapes of n complex numbers each.
+
+    Returns
+    -------
+    array, shape (len(first), len(second))
+    """
+    a, b = (np.array(shapes).reshape(-1, len(M)).T for shapes in (first, second))
+    size_a, size_b = (np.einsum("ij,ij->j", c.conj(), M @ c).real for c in (a, b))
+    return np.asarray(np.abs(a.conj().T @ M @ b) ** 2 / np.outer(size_a, size_b))
+
+
+def paired(M: Array, known: Sequence[Complex], found: Sequence[Complex]) -> list[tuple[int | None, float]]:
+    """For each known shape the index of the found one that continues it, one to one, and the assurance of the pair.
+
+    The index is None where no found shape is left or the assurance is below 0.5.
+    """
+    criterion = assurance(M, known, found)
+    pairs: list[tuple[int | None, float]] = [(None, 0.0)] * len(known)
+    for row, column in zip(*linear_sum_assignment(criterion, maximize=True), strict=True):
+        value = float(criterion[row, column])
+        pairs[row] = (int(column) if value >= LOST else None, value)
+    return pairs
+
+
+def follow(model: Matrices, speeds: Array, count: int) -> list[list[Mode | None]]:
+    """The first `count` modes at the lowest speed, followed to the highest.
+
+    A step over which the assurance of some mode falls below 0.9 is taken in halves, so that modes keep their identity
+    where their frequencies cross.
+
+    Parameters
+    ----------
+    model
+        A model with its bearings.
+    speeds
+        Spin speeds (rad/s), ascending, shape (n,).
+    count
+        Number of modes.
+
+    Returns
+    -------
+    list
+        For each mode, what it is at each speed; None from where it no longer oscillates.
+
+    Raises
+    ------
+    ValueError
+        If the speeds are not finite and ascending, or `count` is below 1.
+    """
+    speeds = np.atleast_1d(np.asarray(speeds, dtype=np.float64))
+    ascending = len(speeds) > 0 and bool(np.all(np.isfinite(speeds)) and np.all(np.diff(speeds) > 0.0))
+    require(ascending, "speeds", f"{speeds.tolist()} rad/s", "finite and ascending, one or more")
+    current: list[Mode | None] = list(modes(model, float(speeds[0]), count))
+    tracks = [[mode] for mode in current]
+    for before, after in pairwise(speeds.tolist()):
+        current = step(model, current, before, after)
+        for track, mode in zip(tracks, current, strict=True):
+            track.append(mode)
+    return tracks
+
+
+def step(
+    model: Matrices, current: list[Mode | None], before: float, after: float, halvings: int = _HALVINGS
+) -> list[Mode | None]:
+    """The modes `current` at speed `before` (rad/s), continued to `after`; None stays None."""
+    alive = [k for k, mode in enumerate(current) if mode is not None]
+    found = modes(model, after)
+    pairs = paired(model.M, [m.shape for m in current if m is not None], [m.shape for m in found])
+    if halvings and any(value < SURE for _, value in pairs):
+        middle = 0.5 * (before + after)
+        return step(model, step(model, current, before, middle, halvings - 1), middle, after, halvings - 1)
+    continued: list[Mode | None] = [None] * len(current)
+    for k, (index, _) in zip(alive, pairs, strict=True):
+        continued[k] = None if index is None else found[index]
+    return continued

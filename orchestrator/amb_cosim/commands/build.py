@@ -1,0 +1,40 @@
+"""The command that builds the FMUs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from amb_cosim.commands.cli_errors import check_writable, refusing
+from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR
+from amb_cosim.flavours import Flavour
+
+
+@click.command()
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("build"), show_default=True)
+@ROTOR
+@RECEPTANCES
+@FLAVOUR
+@click.option(
+    "--platform",
+    "platforms",
+    metavar="NAMES",
+    help="Of native FMUs: linux64, win64, darwin64, aarch64-linux, aarch64-darwin, some of them with commas, or all; "
+    "this machine's by default.",
+)
+def build(
+    output: Path, rotor_file: Path | None, receptances: Path | None, flavour: Flavour, platforms: str | None
+) -> None:
+    """Build the FMUs into a folder."""
+    from amb_cosim.build import build_all
+
+    chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
+
+    with refusing():
+        check_writable(output, is_folder=True)
+        for path in build_all(output, rotor_file, flavour, chosen, receptances):
+            click.echo(path)
+
+
+COMMANDS = (build,)

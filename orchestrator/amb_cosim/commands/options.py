@@ -1,0 +1,37 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from amb_cosim.flavours import FLAVOURS
+
+ROTOR = click.option(
+    "--rotor",
+    "rotor_file",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Rotor file (TOML); the rig of the thesis by default.",
+)
+FLAVOUR = click.option(
+    "--flavour",
+    type=click.Choice(FLAVOURS),
+    default="python",
+    show_default=True,
+    help="FMUs that PythonFMU runs, or compiled ones that need no Python.",
+)
+RECEPTANCES = click.option(
+    "--receptances",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Table of receptances (TOML), as identify writes it, for the controller's H; the rotor model's H by default.",
+)
+SETTINGS = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="COMPONENT.VARIABLE=VALUE",
+    help="Replace a value; units are understood.",
+)

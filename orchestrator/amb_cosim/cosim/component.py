@@ -1,0 +1,258 @@
+"""One FMU as the master sees it: arrays in, step, arrays out. The only module that knows FMI functions."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from ctypes import Array as CArray
+from ctypes import byref, c_double, c_int, c_uint, c_void_p, cast
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fmpy import calloc, free
+from fmpy.fmi1 import FMICallException, printLogMessage
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+from fmpy.logging import addLoggerProxy
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.interface import Interface, Port
+
+STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
+
+_logs: dict[str, list[str]] = {}
+_serial = itertools.count()
+
+
+class FmuError(RuntimeError):
+    """An FMU refused a call; `status` is its FMI status and `log` what it said."""
+
+    def __init__(self, call: str, status: str, log: Sequence[str]) -> None:
+        said = "; ".join(log) if log else "the FMU logged nothing"
+        super().__init__(f"{call} answered {status}: {said}")
+        self.status = status
+        self.log = list(log)
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """One fmi2Set or fmi2Get call: its address, the value references, their places among the inputs or outputs.
+
+    Values are C doubles if `real`, and C ints otherwise.
+    """
+
+    function: int
+    references: NDArray[np.uint32]
+    where: NDArray[np.intp]
+    real: bool
+
+
+@dataclass(frozen=True)
+class EntryPoints:
+    """Addresses of an FMU's instance and of what a step calls, for code that calls them without Python."""
+
+    instance: int
+    do_step: int
+    sends: tuple[Transfer, ...]
+    fetches: tuple[Transfer, ...]
+
+
+class FmuComponent:
+    """A loaded FMU instance.
+
+    Parameters
+    ----------
+    name
+        Name of the component.
+    folder
+        Where the FMU is extracted.
+    interface
+        Its interface.
+    inputs, outputs
+        Names of the variables that `write` sends and `read` fetches, in the order of the arrays `inputs` and
+        `outputs` of the object.
+    start
+        Values of parameters and inputs that are set before initialisation, by name, in the units of the FMU.
+    every
+        Number of communication steps that one step of this component spans.
+
+    Raises
+    ------
+    FmuError
+        If the FMU cannot be loaded or refuses a start value.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        folder: Path,
+        interface: Interface,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        start: Mapping[str, float],
+        every: int = 1,
+    ) -> None:
+        self.name = name
+        self.every = every
+        self._interface = interface
+        self._instance_name = f"{name}-{next(_serial)}"
+        self._log = _logs.setdefault(self._instance_name, [])
+        self._fmu: Any = None
+        self._initialised = False
+        try:
+            self._fmu = FMU2Slave(
+                guid=interface.guid,
+                unzipDirectory=str(folder),
+                modelIdentifier=interface.identifier,
+                instanceName=self._instance_name,
+            )
+            self._fmu.instantiate(callbacks=_callbacks(), loggingOn=True)
+            self._in = _Exchange([interface.port(v, name) for v in inputs])
+            self._out = _Exchange([interface.port(v, name) for v in outputs])
+            initial = _Exchange([interface.port(v, name) for v in start])
+            initial.values[:] = list(start.values())
+            self._call("fmi2Set", initial.write, self._fmu)
+        except Exception as error:
+            self.close()
+            if isinstance(error, FmuError):
+                raise
+            raise FmuError("loading", "Error", [*self._log, str(error)]) from error
+        self.inputs = self._in.values
+        self.outputs = self._out.values
+
+    def enter(self, start_time: float) -> None:
+        """Begin initialisation at `start_time` (s)."""
+        self._call("fmi2SetupExperiment", self._fmu.setupExperiment, None, start_time)
+        self._call("fmi2EnterInitializationMode", self._fmu.enterInitializationMode)
+
+    def leave(self) -> None:
+        """End initialisation; raises `FmuError` if the FMU has reported a fault."""
+        self._call("fmi2ExitInitializationMode", self._fmu.exitInitializationMode)
+        self._initialised = True
+        port = self._interface.ports.get("fault_code")
+        if port is not None and port.causality == "output":
+            fault = _Exchange([port])
+            self._call("fmi2Get", fault.read, self._fmu)
+            if fault.values[0] != 0.0:
+                # Initialisation mode tries again after every change, so only what was said last still holds.
+                raise FmuError("initialisation", f"fault {fault.values[0]:g}", self._log[-1:])
+
+    def write(self) -> None:
+        """Send `inputs` to the FMU."""
+        self._call("fmi2Set", self._in.write, self._fmu)
+
+    def read(self) -> None:
+        """Fetch `outputs` from the FMU."""
+        self._call("fmi2Get", self._out.read, self._fmu)
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance from `time` by `step_size` (s)."""
+        self._call("fmi2DoStep", self._fmu.doStep, time, step_size)
+
+    def entry_points(self) -> EntryPoints:
+        """What `write`, `step` and `read` call; valid until `close`."""
+        return EntryPoints(
+            instance=int(self._fmu.component),
+            do_step=_address(self._fmu, "fmi2DoStep"),
+            sends=self._in.transfers(self._fmu, "fmi2Set"),
+            fetches=self._out.transfers(self._fmu, "fmi2Get"),
+        )
+
+    def refusal(self, call: str, status: int) -> FmuError:
+        """The error for a call that the FMU answered with a status other than OK and Warning."""
+        return FmuError(call, STATUS[status], self._log)
+
+    def close(self) -> None:
+        """Terminate and free the instance; calling it again does nothing, and it never raises."""
+        fmu, self._fmu = self._fmu, None
+        _logs.pop(self._instance_name, None)
+        if fmu is None or not fmu.component:
+            return
+        try:
+            if self._initialised:
+                fmu.terminate()
+        except Exception as error:  # an FMU that has failed may refuse this too, and must be freed all the same
+            self._log.append(str(error))
+        finally:
+            fmu.freeInstance()
+
+    def _call(self, name: str, function: Any, *arguments: Any) -> None:
+        try:
+            function(*arguments)
+        except FMICallException as error:
+            raise self.refusal(name, error.status) from error
+
+
+def _address(fmu: Any, function: str) -> int:
+    return cast(getattr(fmu.dll, function), c_void_p).value or 0
+
+
+class _Group:
+    """Variables of one FMI type: value references, values as C arrays, where they stand in the whole."""
+
+    def __init__(self, kind: str, ports: Sequence[tuple[int, Port]]) -> None:
+        self.kind = kind
+        self.setter, self.getter = f"fmi2Set{kind}", f"fmi2Get{kind}"
+        self.size = len(ports)
+        self.references: CArray[Any] = (c_uint * self.size)(*[port.reference for _, port in ports])
+        self.buffer: CArray[Any] = ((c_double if kind == "Real" else c_int) * self.size)()
+        self.view: NDArray[Any] = np.ctypeslib.as_array(self.buffer)
+        self.where = np.array([position for position, _ in ports], dtype=np.intp)
+
+
+class _Exchange:
+    """Variables of an FMU that travel together, one FMI call for each type."""
+
+    def __init__(self, ports: Sequence[Port]) -> None:
+        self.values = np.zeros(len(ports))
+        numbered = list(enumerate(ports))
+        kinds = {kind: [item for item in numbered if item[1].type == kind] for kind in _KINDS}
+        self.groups = [_Group(kind, members) for kind, members in kinds.items() if members]
+
+    def write(self, fmu: Any) -> None:
+        for group in self.groups:
+            group.view[:] = self.values[group.where]
+            getattr(fmu, group.setter)(fmu.component, group.references, group.size, group.buffer)
+
+    def read(self, fmu: Any) -> None:
+        for group in self.groups:
+            getattr(fmu, group.getter)(fmu.component, group.references, group.size, group.buffer)
+            self.values[group.where] = group.view
+
+    def transfers(self, fmu: Any, prefix: str) -> tuple[Transfer, ...]:
+        return tuple(
+            Transfer(_address(fmu, prefix + g.kind), np.array(g.references, np.uint32), g.where, g.kind == "Real")
+            for g in self.groups
+        )
+
+
+_KINDS = ("Real", "Integer", "Boolean")
+
+
+def _receive(_: Any, instance: bytes, status: int, category: bytes, message: bytes) -> None:
+    """Keep a message for the component that it belongs to."""
+    name = (instance or b"").decode("utf-8", "replace")
+    if name in _logs:
+        text = message.decode("utf-8", "replace").strip()
+        _logs[name].append(text.removeprefix(f"{name}: "))
+    else:
+        printLogMessage(_, instance, status, category, message)
+
+
+@cache
+def _callbacks() -> fmi2CallbackFunctions:
+    """Callbacks of all components; fmpy's proxy knows one logger per process, so names part the messages."""
+    callbacks = fmi2CallbackFunctions()
+    callbacks.logger = fmi2CallbackLoggerTYPE(_receive)
+    callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+    callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+    addLoggerProxy(byref(callbacks))
+    return callbacks

@@ -1,0 +1,264 @@
+"""A system as data: which components, how they are connected, and whether that fits their interfaces."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+import numpy as np
+
+from amb_cosim.cosim.interface import Interface, Port, suggest
+from amb_cosim.cosim.master import Coupling, Wiring
+from amb_cosim.cosim.values import Raw
+
+
+@dataclass(frozen=True)
+class Component:
+    """A component: its name, the model or FMU file behind it, its rate, inputs that must be fed."""
+
+    name: str
+    fmu: str
+    every: int = 1
+    mandatory: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Connection:
+    """An output carried to an input of another component; both ends are written `component.variable`."""
+
+    source: str
+    target: str
+
+
+@dataclass(frozen=True)
+class Signal:
+    """An exogenous signal that feeds several inputs at once."""
+
+    name: str
+    targets: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class System:
+    """Components in Gauss-Seidel order, their connections, shared signals and parameters.
+
+    `unrecorded` are patterns of outputs that a run records only if it names them.
+    `check` and `wiring` hold it against the components' interfaces.
+    """
+
+    name: str
+    description: str
+    components: tuple[Component, ...]
+    connections: tuple[Connection, ...]
+    signals: tuple[Signal, ...] = ()
+    coupling: Coupling = "gauss_seidel"
+    parameters: Mapping[str, Mapping[str, Raw]] = field(default_factory=dict)
+    unrecorded: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        names = [component.name for component in self.components]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"system {self.name}: components named twice: {', '.join(twice)}")
+
+    def component(self, name: str) -> Component:
+        """The component called `name`; raises ValueError with the names there are."""
+        names = [component.name for component in self.components]
+        if name not in names:
+            raise ValueError(f"no component {name!r}; {suggest(name, names)}")
+        return self.components[names.index(name)]
+
+    def split(self, end: str) -> tuple[str, str]:
+        """Component and variable of an end written `component.variable`."""
+        component, dot, variable = end.partition(".")
+        if not dot or not variable:
+            raise ValueError(f"{end!r} is no component.variable")
+        return self.component(component).name, variable
+
+    def signal_of(self, target: str) -> Signal | None:
+        """The shared signal that feeds an input, if one does."""
+        return next((signal for signal in self.signals if target in signal.targets), None)
+
+    def source_of(self, target: str) -> str | None:
+        """The output that feeds an input, if one does."""
+        return next((link.source for link in self.connections if link.target == target), None)
+
+    def check(self, interfaces: Mapping[str, Interface]) -> None:
+        """Hold the system against the interfaces of its components.
+
+        Raises
+        ------
+        ValueError
+            For an unknown component or variable, a wrong causality, types or units that differ, an input fed
+            twice and a mandatory input fed by nothing; the message names both ends and what would be valid.
+        """
+        fed: dict[str, str] = {}
+        for source, target in self._feeds():
+            self._check_end(target, "input", interfaces)
+            if target in fed:
+                raise ValueError(f"{target} is connected twice: to {fed[target]} and to {source}")
+            fed[target] = source
+        for link in self.connections:
+            self._check_end(link.source, "output", interfaces)
+            _check_match(
+                link.source,
+                self.port(link.source, interfaces),
+                link.target,
+                self.port(link.target, interfaces),
+            )
+        for signal in self.signals:
+            first, *others = signal.targets
+            for other in others:
+                _check_match(first, self.port(first, interfaces), other, self.port(other, interfaces))
+        for component in self.components:
+            for variable in component.mandatory:
+                target = f"{component.name}.{variable}"
+                self._check_end(target, "input", interfaces)
+                if target not in fed:
+                    raise ValueError(f"{target} must be connected, and is not; {self._possible(target, interfaces)}")
+
+    def port(self, end: str, interfaces: Mapping[str, Interface]) -> Port:
+        """The variable at an end; raises ValueError if there is none."""
+        component, variable = self.split(end)
+        return interfaces[component].port(variable, component)
+
+    def _feeds(self) -> Iterator[tuple[str, str]]:
+        for link in self.connections:
+            yield link.source, link.target
+        for signal in self.signals:
+            for target in signal.targets:
+                yield f"signal {signal.name}", target
+
+    def _check_end(self, end: str, causality: str, interfaces: Mapping[str, Interface]) -> None:
+        try:
+            port = self.port(end, interfaces)
+        except ValueError as error:
+            others = [s if t == end else t for s, t in self._feeds() if end in (s, t)]
+            where = f" (connected with {others[0]})" if others else ""
+            raise ValueError(f"{error}{where}") from error
+        if port.causality != causality:
+            component, variable = self.split(end)
+            options = [p.name for p in interfaces[component].of(causality)]
+            raise ValueError(
+                f"{end} is {port.kind}, and a connection needs an {causality} there; {suggest(variable, options)}"
+            )
+
+    def _possible(self, target: str, interfaces: Mapping[str, Interface]) -> str:
+        port = self.port(target, interfaces)
+        options = [
+            f"{component.name}.{output.name}"
+            for component in self.components
+            for output in interfaces[component.name].of("output")
+            if output.type == port.type and _same_unit(output, port)
+        ]
+        variable = self.split(target)[1]
+        same = [option for option in options if self.split(option)[1] == variable]
+        return suggest(target, same or options)
+
+    def wiring(
+        self,
+        interfaces: Mapping[str, Interface],
+        exogenous: Collection[str],
+        recorded: Collection[str] = (),
+    ) -> tuple[Wiring, dict[str, list[str]], dict[str, list[str]]]:
+        """Positions for the master, and the inputs and outputs that each component exchanges.
+
+        Parameters
+        ----------
+        interfaces
+            The interface of each component by its name.
+        exogenous
+            Shared signals by their names, and other inputs (`component.variable`) that a schedule sets.
+        recorded
+            Outputs that are fetched though nothing is connected to them.
+        """
+        wanted = {link.source for link in self.connections} | set(recorded)
+        # Reals first: they are then one block of the value array, which an FMU can write itself.
+        outputs = {
+            name: [p.name for p in sorted(interfaces[name].of("output"), key=_not_real) if f"{name}.{p.name}" in wanted]
+            for name in (c.name for c in self.components)
+        }
+        source_of = {target: source.removeprefix("signal ") for source, target in self._feeds()}
+        source_of |= {name: name for name in exogenous if "." in name}
+        inputs = {
+            c.name: [p.name for p in interfaces[c.name].of("input") if f"{c.name}.{p.name}" in source_of]
+            for c in self.components
+        }
+        names = [
+            *exogenous,
+            *(f"{name}.{variable}" for name, variables in outputs.items() for variable in variables),
+        ]
+        position = {name: i for i, name in enumerate(names)}
+        sources = tuple(
+            np.array([position[source_of[f"{name}.{variable}"]] for variable in variables], dtype=np.intp)
+            for name, variables in inputs.items()
+        )
+        depends_on: list[tuple[int, ...]] = [() for _ in exogenous]
+        for component, variables in outputs.items():
+            for variable in variables:
+                needs = [f"{component}.{u}" for u in interfaces[component].ports[variable].depends_on]
+                depends_on.append(tuple(position[source_of[end]] for end in needs if end in source_of))
+        return Wiring(tuple(names), len(exogenous), sources, tuple(depends_on)), inputs, outputs
+
+
+def _not_real(port: Port) -> bool:
+    return port.type != "Real"
+
+
+def _same_unit(a: Port, b: Port) -> bool:
+    """Whether two units mean the same; a port that declares none is not compared."""
+    if not a.unit or not b.unit:
+        return True
+    if a.definition is not None and b.definition is not None:
+        return a.definition == b.definition
+    return a.unit == b.unit
+
+
+def _check_match(source: str, a: Port, target: str, b: Port) -> None:
+    if a.type != b.type:
+        raise ValueError(f"{source} is {a.type} and {target} is {b.type}; connected variables must have one type")
+    if not _same_unit(a, b):
+        raise ValueError(f"{source} is in {a.unit} and {target} is in {b.unit}; connected variables must have one unit")
+
+
+def load_system(name: str, options: Mapping[str, bool]) -> System:
+    """A system from its TOML description, `systems/<name>.toml` of this package or a path.
+
+    A `connect` table names two components and the variables, called the same at both ends, that go from one
+    to the other; with `option` it holds only if that option is on.
+
+    Raises
+    ------
+    ValueError
+        If there is no such system, or its description is wrong.
+    """
+    packaged = {f.name.removesuffix(".toml"): f for f in resources.files("amb_cosim").joinpath("systems").iterdir()}
+    source: Traversable = packaged.get(name, Path(name))
+    if not source.is_file():
+        raise ValueError(f"no system {name!r}; {suggest(name, sorted(packaged))}")
+    try:
+        data = tomllib.loads(source.read_text(encoding="utf-8"))
+        return System(
+            name=name,
+            description=data["description"],
+            components=tuple(
+                Component(c["name"], c["fmu"], c.get("every", 1), tuple(c.get("mandatory", ())))
+                for c in data["component"]
+            ),
+            connections=tuple(
+                Connection(f"{link['from']}.{variable}", f"{link['to']}.{variable}")
+                for link in data.get("connect", ())
+                if options.get(link.get("option", ""), True)
+                for variable in link["variables"]
+            ),
+            signals=tuple(Signal(s["name"], tuple(s["targets"])) for s in data.get("signal", ())),
+            coupling=data.get("coupling", "gauss_seidel"),
+            parameters=data.get("parameters", {}),
+            unrecorded=tuple(data.get("unrecorded", ())),
+        )
+    except (tomllib.TOMLDecodeError, KeyError, TypeError) as error:
+        raise ValueError(f"system {name}: {type(error).__name__} {error}") from error

@@ -1,0 +1,61 @@
+"""Values as a person writes them, turned into numbers in the units of an FMU and held against its limits."""
+
+from __future__ import annotations
+
+import math
+
+from amb_cosim.cosim.interface import Port
+from fmi_export.units import to_unit
+
+Raw = bool | int | float | str
+
+_BOOLEANS = {"true": 1.0, "false": 0.0, "1": 1.0, "0": 0.0}
+
+
+def quantity(raw: Raw, unit: str, name: str) -> float:
+    """Number that `raw` (`0.75 mm`, `16 Hz`, or a bare number already in `unit`) is in `unit`.
+
+    Raises
+    ------
+    ValueError
+        If `raw` is no number, has an unknown unit, or one of another dimension.
+    """
+    if isinstance(raw, bool):
+        raise ValueError(f"{name} = {str(raw).lower()} is no number")
+    return to_unit(raw, unit, name)
+
+
+def convert(raw: Raw, port: Port, name: str) -> float:
+    """Number that `raw` is in the unit of `port`; booleans are 0 and 1.
+
+    Raises
+    ------
+    ValueError
+        If it is not what the port takes; the message names the value and what is allowed.
+    """
+    if port.type == "Boolean":
+        text = str(raw).strip().lower()
+        if text not in _BOOLEANS:
+            raise ValueError(f"{name} = {raw} is not allowed; it must be true or false")
+        return _BOOLEANS[text]
+    value = quantity(raw, port.unit or "1", name)
+    within = math.isfinite(value) and port.minimum <= value <= port.maximum
+    if port.type == "Integer" and value != math.floor(value if math.isfinite(value) else 0.5):
+        raise ValueError(f"{name} = {raw} is not allowed; it must be a whole number {_bounds(port)}".rstrip())
+    if not within:
+        given = f" ({raw})" if isinstance(raw, str) and not _is_number(raw) else ""
+        raise ValueError(f"{name} = {value:.9g}{port.shown_unit}{given} is not allowed; it must be {port.allowed()}")
+    return value
+
+
+def _bounds(port: Port) -> str:
+    allowed = port.allowed()
+    return "" if allowed == "a finite number" else allowed
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

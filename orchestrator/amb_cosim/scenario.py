@@ -1,0 +1,303 @@
+"""Scenarios: what is run, at which speed, and what happens when; TOML read into checked models."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    StrictBool,
+    StrictFloat,
+    StrictInt,
+    StrictStr,
+    ValidationError,
+)
+
+from amb_cosim.cosim.interface import suggest
+from amb_cosim.cosim.master import Coupling
+from amb_cosim.cosim.validation_errors import mistakes
+from amb_cosim.cosim.values import quantity
+
+Value = Annotated[StrictBool | StrictInt | StrictFloat | StrictStr, Field(union_mode="smart")]
+Values = dict[str, Value]
+FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy"]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class _Moment(_Strict):
+    """Something that happens at a cycle or at a time."""
+
+    noun: ClassVar[str]
+
+    cycle: float | None = None
+    time: Value | None = None
+
+    def moment(self, period: float) -> float:
+        """When it happens in s, for cycles of `period` s."""
+        if (self.cycle is None) == (self.time is None):
+            raise ValueError(f"{self.noun} needs either cycle or time")
+        if self.cycle is not None:
+            return self.cycle * period
+        return quantity(self.time or 0.0, "s", f"time of {self.noun}")
+
+
+class Event(_Moment):
+    """From a moment on, inputs have new values. `label` marks the event in figures and plots."""
+
+    noun = "an event"
+
+    label: Literal["step", "removal"] | None = None
+    set: dict[str, Values]
+
+
+class SpeedPoint(_Moment):
+    """A speed that is reached at a moment; it changes linearly from the point before."""
+
+    noun = "a speed point"
+
+    Omega: Value
+
+
+class Stop(_Strict):
+    """The run ends at the first point at which a signal has been above, or below, a value for long enough.
+
+    `variable` is the name of an output or of an input that the scenario sets, as in the data set. Points before the
+    beginning, cycle 0 unless given, count not; without `hold_cycles` and `hold_time` one point is enough.
+    """
+
+    variable: str
+    above: Value | None = None
+    below: Value | None = None
+    hold_cycles: float | None = None
+    hold_time: Value | None = None
+    from_cycle: float | None = None
+    from_time: Value | None = None
+
+    @property
+    def limit(self) -> tuple[str, Value]:
+        """`above` or `below`, and the value."""
+        given = [(side, value) for side, value in (("above", self.above), ("below", self.below)) if value is not None]
+        if len(given) != 1:
+            raise ValueError(f"stop on {self.variable} needs either above or below")
+        return given[0]
+
+    def hold(self, period: float) -> float:
+        """How long it must be beyond the limit without a break in s, for cycles of `period` s."""
+        return self._duration("hold", self.hold_cycles, self.hold_time, period)
+
+    def begin(self, period: float) -> float:
+        """Time in s from which it is judged, for cycles of `period` s."""
+        return self._duration("from", self.from_cycle, self.from_time, period)
+
+    def _duration(self, what: str, cycles: float | None, time: Value | None, period: float) -> float:
+        if cycles is not None and time is not None:
+            names = [name for name in type(self).model_fields if name.startswith(what)]
+            raise ValueError(f"stop on {self.variable} has both {' and '.join(names)}; it may have one")
+        value = cycles * period if cycles is not None else quantity(time or 0.0, "s", f"{what}_time of stop")
+        if not 0.0 <= value < math.inf:
+            raise ValueError(f"{what}_time of stop = {value:g} s is not allowed; it must be >= 0 s")
+        return value
+
+
+class Record(_Strict):
+    """What is recorded: patterns of variable names, every how many steps, and whether settling is kept.
+
+    `*` stands for all that the system records by itself; what it does not must be named.
+    """
+
+    variables: tuple[str, ...] = ("*",)
+    every: int = Field(default=1, ge=1)
+    settling: bool = False
+
+
+class Plot(_Strict):
+    """Which figures are drawn, and of which cycles: what suits the run, and the whole of it, by default."""
+
+    cycles: tuple[float, float] | None = None
+    figures: tuple[FigureName, ...] | None = None
+
+
+class Scenario(_Strict):
+    """A run. Cycles are periods of the initial speed, counted from the end of settling.
+
+    The speed is `Omega` until cycle 0 begins, and from then on linear through the points of `speed` and constant
+    after the last; without points it stays. The run ends at `end_cycle` or `end_time`, or before that as soon as one of
+    the conditions `stop` is met.
+    Models are built for the rotor in the file `rotor`, the rig by default; the controller has the H of the table of
+    `receptances` in place of the rotor model's.
+    Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
+    unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs stand
+    for any characters and any one.
+    """
+
+    description: str
+    source: str = ""
+    system: str = "levitated"
+    rotor: str | None = None
+    receptances: str | None = None
+    gradient: bool = True
+    coupling: Coupling | None = None
+    communication_step: Value = "250 us"
+    Omega: Value
+    settle_cycles: float = Field(default=40.0, ge=0.0)
+    end_cycle: float | None = Field(default=None, gt=0.0)
+    end_time: Value | None = None
+    unbalance_factor: float = Field(default=1.0, gt=0.0)
+    inputs: dict[str, Values] = {}
+    parameters: dict[str, Values] = {}
+    event: tuple[Event, ...] = ()
+    speed: tuple[SpeedPoint, ...] = ()
+    stop: tuple[Stop, ...] = ()
+    record: Record = Record()
+    plot: Plot = Plot()
+    fmu: dict[str, str] = {}
+
+    @property
+    def initial_speed(self) -> float:
+        """Speed before and at the beginning of cycle 0 in rad/s."""
+        return positive_speed(quantity(self.Omega, "rad/s", "Omega"))
+
+    @property
+    def period(self) -> float:
+        """Duration of a cycle in s."""
+        return 2.0 * math.pi / self.initial_speed
+
+    @property
+    def step_size(self) -> float:
+        """Communication step in s."""
+        step = quantity(self.communication_step, "s", "communication_step")
+        if not 0.0 < step < math.inf:
+            raise ValueError(f"communication_step = {step:g} s is not allowed; it must be > 0 s")
+        return step
+
+    def end(self, period: float) -> float:
+        """End of the run in s, for cycles of `period` s."""
+        if (self.end_cycle is None) == (self.end_time is None):
+            raise ValueError("a scenario needs either end_cycle or end_time")
+        end = self.end_cycle * period if self.end_cycle is not None else quantity(self.end_time or 0.0, "s", "end_time")
+        if not 0.0 < end < math.inf:
+            raise ValueError(f"end_time = {end:g} s is not allowed; it must be > 0 s")
+        return end
+
+    def moment_of(self, label: str) -> float | None:
+        """Time in s of the event with that label, if there is one."""
+        return next((event.moment(self.period) for event in self.event if event.label == label), None)
+
+
+NESTED: dict[str, type[BaseModel]] = {"event": Event, "speed": SpeedPoint, "stop": Stop, "record": Record, "plot": Plot}
+
+
+def positive_speed(speed: float) -> float:
+    """The speed (rad/s), if it is one that cycles can count; raises ValueError otherwise."""
+    if not 0.0 < speed < math.inf:
+        raise ValueError(f"Omega = {speed:g} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns")
+    return speed
+
+
+def packaged_scenarios() -> dict[str, Traversable]:
+    """The scenarios that come with the package, by name."""
+    folder = resources.files("amb_cosim").joinpath("scenarios")
+    return {f.name.removesuffix(".toml"): f for f in sorted(folder.iterdir(), key=lambda f: f.name)}
+
+
+def load_scenario(name: str) -> Scenario:
+    """The scenario called `name`, or described by the TOML file at that path.
+
+    A file with a `base`, the name or path of another one, only says what differs from it.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or it is wrong; the message is one line for each mistake.
+    """
+    return make_scenario(_read(name), name)
+
+
+def parse_scenario(text: str, name: str) -> Scenario:
+    """A scenario from TOML; `name` is used in messages. Raises ValueError as `load_scenario` does."""
+    return make_scenario(_parse(text, name), name)
+
+
+def make_scenario(data: dict[str, Any], name: str) -> Scenario:
+    """A scenario from what its TOML holds. Raises ValueError as `load_scenario` does."""
+    try:
+        scenario = Scenario.model_validate(data)
+        labels = [event.label for event in scenario.event if event.label]
+        if len(set(labels)) < len(labels):
+            raise ValueError("two events have the same label")
+        step, removal = scenario.moment_of("step"), scenario.moment_of("removal")
+        if removal is not None and step is not None and removal <= step:
+            raise ValueError("a removal must come after the step")
+        for event in scenario.event:
+            if not 0.0 <= event.moment(scenario.period) < math.inf:
+                raise ValueError(f"event at {event.moment(scenario.period):g} s is not allowed; it must be at >= 0 s")
+        _check_speeds(scenario)
+        for stop in scenario.stop:
+            _ = stop.limit, stop.hold(scenario.period), stop.begin(scenario.period)  # raise when they are wrong
+        _ = scenario.step_size, scenario.end(scenario.period)  # both raise when they are wrong
+    except ValidationError as error:
+        raise ValueError("\n".join(f"scenario {name}: {line}" for line in mistakes(error, Scenario, NESTED))) from error
+    except ValueError as error:
+        raise ValueError(f"scenario {name}: {error}") from error
+    return scenario
+
+
+def _check_speeds(scenario: Scenario) -> None:
+    before = 0.0
+    for point in scenario.speed:
+        moment = point.moment(scenario.period)
+        if not before < moment < math.inf:
+            what = f"at > {before:g} s, after the point before it" if before else "at > 0 s, where Omega holds"
+            raise ValueError(f"speed point at {moment:g} s is not allowed; it must be {what}")
+        positive_speed(quantity(point.Omega, "rad/s", "Omega"))
+        before = moment
+
+
+def _read(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Content of a scenario file, laid over that of its base; paths in a file are relative to it."""
+    packaged = packaged_scenarios()
+    source: Traversable = packaged.get(name, Path(name))
+    if not source.is_file():
+        kind = "file" if name.endswith(".toml") else "scenario"
+        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged)}")
+    if name in derived:
+        raise ValueError(f"scenario {name}: it is its own base ({' -> '.join((*derived, name))})")
+    data = _parse(source.read_text(encoding="utf-8"), name)
+    folder = source.parent if isinstance(source, Path) else Path()
+    for key in ("rotor", "receptances"):
+        if isinstance(data.get(key), str):
+            data[key] = str(folder / data[key])
+    if isinstance(data.get("fmu"), dict):
+        data["fmu"] = {component: str(folder / str(fmu)) for component, fmu in data["fmu"].items()}
+    base = data.pop("base", None)
+    if base is None:
+        return data
+    if not isinstance(base, str):
+        raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")
+    return _overlaid(_read(base if base in packaged else str(folder / base), (*derived, name)), data)
+
+
+def _overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """`below` with what `above` says instead; tables are merged, everything else is replaced."""
+    merged = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, dict) and isinstance(merged.get(key), dict)
+        merged[key] = _overlaid(merged[key], value) if both else value
+    return merged
+
+
+def _parse(text: str, name: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"scenario {name} is no valid TOML: {error}") from error

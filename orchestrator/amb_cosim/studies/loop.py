@@ -1,0 +1,175 @@
+"""The levitated rotor as a sampled linear loop, from the parameters that its co-simulation runs with (python-control).
+
+    e_k --->(+)--- I_k ---> z^-d ---> hold ---> amplifiers ---> K_i ---> rotor with K_s ---> x_k
+             ^                                                                                |
+             +---------------------------------- PID of each axis <---------------------------+
+
+The current I of an axis is that of its controller plus what is injected, e. With all loops closed I = S e, and the
+diagonal of S holds the sensitivities of the axes as ISO 14839-3 defines them: 1/(1 + L) with the other loops closed.
+The control is decentralised, so it does not matter whether a loop is broken at its sensor or at its current.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import control
+import numpy as np
+
+from amb_actuator.force import current_stiffness, negative_stiffness
+from amb_actuator.interface import AXES, DYNAMIC, MEASURED, N_AXES
+from amb_analysis.sampled_loop import parameter_array
+from amb_cosim.simulation import Prepared
+from amb_cosim.studies.tables import GEOMETRY
+from fmi_export.model import Array
+from rolac_controller.chain import is_on
+from rolac_controller.interface import CUTOFF, DELAY, DERIVATIVE_TIME, FILTER
+from rolac_controller.lowpass import coefficients
+from rotor_analysis.assembly import assemble
+from rotor_analysis.reduction import msdc
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import RIG, load_rotor
+
+AXIS_NAMES = tuple(f"{bearing}.{axis}" for bearing, axis in AXES)
+NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns of frequencies that rounding takes beyond it
+
+
+@dataclass(frozen=True)
+class Loop:
+    """What the loop consists of.
+
+    parameters
+        Values of the FMUs' parameters by component and name (SI).
+    Omega
+        Spin speed (rad/s).
+    sample_time
+        Time between samples of the controller (s).
+    delay
+        Samples by which the currents come later than the displacements that they answer.
+    rotor
+        The rig of the thesis by default.
+    """
+
+    parameters: Mapping[str, Mapping[str, float]]
+    Omega: float
+    sample_time: float
+    delay: int = 0
+    rotor: Rotor = field(default_factory=load_rotor)
+
+    def of_axis(self, component: str, axis: int, name: str) -> float:
+        """A parameter of one axis: `k_s` of axis 3 is `mb2.k_s_y`."""
+        bearing, direction = AXES[axis]
+        return self.parameters[component][f"{bearing}.{name}_{direction}"]
+
+
+def loop_of(prepared: Prepared) -> Loop:
+    """The linear loop with the rotor and the parameters that a prepared run starts with."""
+    parameters = {
+        component: {name: value or 0.0 for name, value in values.items()}
+        for component, values in prepared.plan.parameters(prepared.interfaces).items()
+    }
+    controller = parameters["rolac_controller"]
+    delay = int(is_on(parameter_array(controller), DELAY))
+    description = load_rotor(Path(prepared.scenario.rotor or RIG))
+    return Loop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)
+
+
+def bearing_constants(loop: Loop, axis: int) -> tuple[float, float]:
+    """K_s (N/m) and K_i (N/A) of an axis at its centre, of the force law that the actuator follows."""
+    if loop.parameters["amb_actuator"]["force_law"] == MEASURED:
+        return loop.of_axis("amb_actuator", axis, "k_s_measured"), loop.of_axis("amb_actuator", axis, "k_i_measured")
+    geometry = [loop.of_axis("amb_actuator", axis, name) for name in GEOMETRY]
+    return negative_stiffness(*geometry), current_stiffness(*geometry)
+
+
+def rotor(loop: Loop, nodes: tuple[int, ...] = ()) -> control.StateSpace:
+    """Displacements (m) over coil currents (A): M q'' + (C + Omega G) q' + (K - B K_s B^T) q = B K_i I.
+
+    Four inputs, in the order of the axes; outputs x and y of each of the nodes, by default those of the bearings.
+    The rotor is reduced as in its FMU.
+    """
+    description = loop.rotor
+    full = assemble(description)
+    reduction = msdc(full, description.planes.master)
+    model, seen = reduction.model, reduction.right[full.rows(nodes or description.bearing_nodes)]
+    for bearing, node in zip(("mb1", "mb2"), description.bearing_nodes, strict=True):
+        own = loop.parameters["rotor_contact"]
+        model = model.with_bearing(node, own[f"{bearing}.k_b"] * np.eye(2), own[f"{bearing}.c_b"] * np.eye(2))
+    n, B = model.size, np.eye(model.size)[:, model.rows(description.bearing_nodes)]
+    k_s, k_i = (np.diag(values) for values in zip(*(bearing_constants(loop, k) for k in range(N_AXES)), strict=True))
+    Minv = np.linalg.inv(model.M)
+    A = np.block(
+        [
+            [np.zeros((n, n)), np.eye(n)],
+            [-Minv @ (model.K - B @ k_s @ B.T), -Minv @ (model.C + loop.Omega * model.G)],
+        ]
+    )
+    force = np.vstack([np.zeros((n, N_AXES)), Minv @ B @ k_i])
+    return control.ss(A, force, np.hstack([seen, np.zeros((len(seen), n))]), np.zeros((len(seen), N_AXES)))
+
+
+def amplifiers(loop: Loop) -> control.StateSpace:
+    """Coil currents over commanded currents: at once, or omega_b/(s + omega_b) for each axis."""
+    if loop.parameters["amb_actuator"]["amplifier"] != DYNAMIC:
+        return control.ss([], [], [], np.eye(N_AXES))
+    omega = 2.0 * math.pi * np.diag([loop.of_axis("amb_actuator", k, "bandwidth") for k in range(N_AXES)])
+    return control.ss(-omega, omega, np.eye(N_AXES), np.zeros((N_AXES, N_AXES)))
+
+
+def controllers(loop: Loop) -> control.StateSpace:
+    """Minus the demanded currents (A) over sampled displacements (m), z^-d F(z) PID(z) for each axis (5.1 to 5.4).
+
+    PID(z) = 1/K_i [ K_b + K_s + C_b (z - 1)/((tau + T) z - tau) + K_I T/(z - 1) ], and F the filter before it, if any
+    """
+    time = loop.sample_time
+    parameters = parameter_array(loop.parameters["rolac_controller"])
+    tau = parameters[DERIVATIVE_TIME]
+    later = control.tf([1.0], [1.0] + [0.0] * loop.delay, time)
+    if is_on(parameters, FILTER):
+        decay, new = coefficients(parameters[CUTOFF], time)
+        later *= control.tf([new, 1.0 - decay - new], [1.0, -decay], time)
+    laws = []
+    for axis in range(N_AXES):
+        k_b, k_s, c_b, k_integral, k_i = (
+            loop.of_axis("rolac_controller", axis, name) for name in ("k_b", "k_s", "c_b", "k_integral", "k_i")
+        )
+        law = (k_b + k_s) + control.tf([c_b, -c_b], [tau + time, -tau], time)
+        if k_integral != 0.0:
+            law += control.tf([k_integral * time], [1.0, -1.0], time)
+        laws.append(control.ss(law * later / k_i))
+    return control.append(*laws)
+
+
+def sensitivity(loop: Loop) -> control.StateSpace:
+    """Currents that reach the actuator over currents that are injected there, S = (1 + PID P)^-1, four by four.
+
+    Raises
+    ------
+    ValueError
+        If the closed loop is not stable: it has no sensitivity that could be measured.
+    """
+    held = control.sample_system(rotor(loop) * amplifiers(loop), loop.sample_time, "zoh")
+    closed = control.feedback(control.ss([], [], [], np.eye(N_AXES), loop.sample_time), controllers(loop) * held)
+    worst = max(closed.poles(), key=abs)
+    if abs(worst) >= 1.0:
+        raise ValueError(
+            f"the loop is not stable: a vibration of {pole_frequency(worst, loop.sample_time):.1f} Hz grows by "
+            f"{abs(worst) - 1.0:.2g} of itself with every sample; the sensitivity is that of a stable loop"
+        )
+    return closed
+
+
+def pole_frequency(pole: complex | Array, sample_time: float) -> float | Array:
+    """Frequency (Hz) at which a discrete-time pole rings."""
+    return np.abs(np.angle(pole)) / (2.0 * math.pi * sample_time)
+
+
+def response(system: control.StateSpace, frequencies: Array) -> Array:
+    """Diagonal of a frequency response (complex), shape (axes, frequencies); Hz, up to half the sample rate."""
+    omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
+    full = control.frequency_response(system, omega, squeeze=False)
+    values = full.magnitude * np.exp(1j * full.phase)
+    return np.array([values[k, k] for k in range(N_AXES)])

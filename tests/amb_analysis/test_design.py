@@ -1,0 +1,169 @@
+"""Design figures without a simulation, each against another way to find it."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import trapezoid
+
+from amb_actuator.interface import AMPLIFIER_GAIN, BIAS, DYNAMIC, GAP, NONLINEAR, STATIC
+from amb_analysis.design import (
+    amplifier_transfer,
+    axis_parameters,
+    constants,
+    current_amplitude,
+    current_range,
+    force_slew_rate,
+    full_swing_bandwidth,
+    linear_error,
+    linear_range,
+    linearisation,
+    load_capacity,
+)
+
+RIG = axis_parameters()
+IRON_FREE = axis_parameters(b_sat=1000.0)
+F_0 = 320.9959
+PER_AXIS = 500.0 / math.sqrt(2.0)  # Table 2.2: 500 N on a bearing with axes at 45 degrees
+
+
+def test_constants_are_those_of_table_2_2():
+    k_s, k_i = constants(RIG)
+    assert k_s / 1e3 == pytest.approx(2376.96, abs=0.005)
+    assert k_i == pytest.approx(563.15, abs=0.005)
+
+
+def test_parameters_are_those_of_the_table_with_changes():
+    p = axis_parameters("mb2", "y", bias_current=4.3, static_current=1.4)
+    assert (p[BIAS], p[STATIC], p[GAP], p[AMPLIFIER_GAIN]) == (4.3, 1.4, 1.2e-3, 0.5)
+    assert constants(p)[0] / 1e3 == pytest.approx(2392.5, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("refused", "sentence"),
+    [
+        (lambda: axis_parameters("mb3"), r"no axis mb3\.x; there are mb1\.x, mb1\.y, mb2\.x, mb2\.y"),
+        (lambda: axis_parameters(winding=1), "no parameter 'winding'; there are turns, pole_area, gap"),
+        (lambda: axis_parameters(turns=-158), r"mb1\.turns_x = -158 is not allowed; it must be >= 1"),
+        (lambda: axis_parameters(gap=math.nan), r"mb1\.gap_x = nan m is not allowed"),
+        (lambda: axis_parameters(bias_current=9), r"bias_current = 9 A plus static_current = 1\.14 A .* <= 10 A"),
+        (lambda: linearisation(RIG, 1.2e-3), r"x = 0\.0012 m is not allowed; it must be > -0\.0012 m and < 0\.0012 m"),
+        (
+            lambda: linearisation(RIG, 0.0, [0.0, 5.0]),
+            r"i_c = 5 A is not allowed; it must be >= -5\.57 A and <= 4\.43 A",
+        ),
+        (lambda: linear_error(RIG, math.nan, 0.0), r"x = nan m is not allowed"),
+        (lambda: linear_range(RIG, 1.0), r"tolerance = 1 is not allowed; it must be between 0 and 1"),
+        (lambda: full_swing_bandwidth(RIG, 5.0), r"amplitude = 5 A is not allowed; it must be > 0 A and <= 4\.43 A"),
+        (lambda: load_capacity(RIG, [-1.0]), r"load = -1 N is not allowed; it must be >= 0 N and <= 1147\.41 N"),
+        (lambda: load_capacity(RIG, [100.0, 1200.0]), r"load = 1200 N is not allowed"),
+    ],
+)
+def test_refusals_name_value_and_limit(refused, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        refused()
+
+
+def test_linearisation_is_what_the_running_model_does(bearing):
+    """Force and gradient of the FMU, and its differences over the control current."""
+    x, i_c = np.meshgrid([-4e-4, 0.0, 2e-4], [-3.0, 0.0, 0.7, 3.0])
+    found = linearisation(RIG, x, i_c)
+    assert found.force.shape == found.k_s.shape == found.k_i.shape == x.shape
+    for at in np.ndindex(x.shape):
+        force = [
+            bearing(force_law=NONLINEAR, mb1__x=x[at], mb1__i_x=i_c[at] + d)["mb1.f_x"] for d in (-1e-6, 0.0, 1e-6)
+        ]
+        assert found.force[at] == force[1]
+        assert found.k_s[at] == bearing(force_law=NONLINEAR, mb1__x=x[at], mb1__i_x=i_c[at])["mb1.k_xx"]
+        assert found.k_i[at] == pytest.approx((force[2] - force[0]) / 2e-6, rel=1e-5, abs=1e-3)
+
+
+@settings(deadline=None)
+@given(st.floats(-8e-4, 8e-4), st.floats(-5.57, 4.43))
+def test_current_stiffness_integrates_to_the_force(x, i_c):
+    i = np.linspace(0.0, i_c, 2001)
+    found = linearisation(RIG, x, i)
+    assert found.force[-1] - found.force[0] == pytest.approx(trapezoid(found.k_i, i), abs=0.05)
+
+
+def test_linear_law_is_exact_in_the_current_at_the_centre_without_saturation():
+    i_c = np.linspace(*current_range(IRON_FREE), 11)
+    np.testing.assert_allclose(linear_error(IRON_FREE, 0.0, i_c), 0.0, atol=1e-12)
+    assert linear_range(IRON_FREE)[2:] == current_range(IRON_FREE)
+
+
+def test_linear_range_ends_where_the_error_reaches_five_percent():
+    found = linear_range(RIG)
+    assert found.x_low < 0.0 < found.x_high
+    for x in (found.x_low, found.x_high):
+        assert linear_error(RIG, x, 0.0) == pytest.approx(0.05, abs=1e-6)
+        assert np.max(linear_error(RIG, np.linspace(0.0, 0.999 * x, 200), 0.0)) < 0.05
+    for i in (found.i_low, found.i_high):
+        assert linear_error(RIG, 0.0, i) == pytest.approx(0.05, abs=1e-6)
+        assert np.max(linear_error(RIG, 0.0, np.linspace(0.0, 0.999 * i, 200))) < 0.05
+
+
+def test_linear_range_along_x_is_that_of_the_series_of_the_law():
+    """F/(K_s x) - 1 = 3/2 (a^2 - b^2)/(a^2 + b^2) xi + 2 xi^2 + O(xi^3), xi = x/l, for small tolerances."""
+    a, b = 5.57, 4.43
+    xi = np.max(np.roots([2.0, 1.5 * (a**2 - b**2) / (a**2 + b**2), -1e-4]).real)
+    assert linear_range(IRON_FREE, 1e-4).x_high == pytest.approx(xi * 1.2e-3, rel=1e-3)
+
+
+def test_slew_rate_is_that_of_the_running_model(bearing):
+    rise, fall = force_slew_rate(RIG)
+    h = 1e-7
+    for demand, expected in ((4.0, rise), (-4.0, -fall)):
+        actuator = bearing(force_law=NONLINEAR, amplifier=DYNAMIC)
+        actuator["mb1.i_x"] = demand
+        actuator.step(0.0, h)
+        assert actuator["mb1.f_x"] / h == pytest.approx(expected, rel=1e-4)
+    assert 0.5 * (rise + fall) == pytest.approx(563.15 * 150.0 / 0.0732, rel=1e-5)
+
+
+def test_voltage_and_current_bound_the_sine_that_the_coils_can_follow():
+    assert current_amplitude(RIG, 0.0) == pytest.approx(4.43)
+    for amplitude in (0.5, 1.0, 4.0):
+        f = full_swing_bandwidth(RIG, amplitude)
+        assert current_amplitude(RIG, f) == pytest.approx(amplitude, rel=1e-12)
+        peak = 0.365 * 5.57 + amplitude * abs(0.365 + 2j * math.pi * f * 0.0732)
+        assert peak == pytest.approx(150.0, rel=1e-12)
+    assert np.all(np.diff(current_amplitude(RIG, np.linspace(80.0, 2000.0, 50))) < 0.0)
+
+
+def test_the_rigs_static_load_is_carried_with_the_static_current_of_table_2_2():
+    """Table 2.2 gives 1.14 A and 500 N: 321 N of an axis with 1.14 A, 354 N ask for 1.24 A."""
+    found = load_capacity(RIG, np.array([F_0, PER_AXIS]))
+    assert found.static_current[0] == pytest.approx(1.14, abs=1e-5)
+    assert found.static_current[1] == pytest.approx(1.243, abs=1e-3)
+
+
+def test_control_force_above_a_load_is_what_the_running_model_has_left(bearing):
+    loads = np.array([0.0, 100.0, PER_AXIS, 900.0, 1147.41])
+    found = load_capacity(RIG, loads)
+    for load, static, up, down in zip(loads, *found, strict=True):
+        given = {"force_law": NONLINEAR, "mb1.static_current_x": static, "mb1.current_limit_x": 10.0}
+        assert bearing(given | {"mb1.i_x": 50.0})["mb1.f_x"] == pytest.approx(up, rel=1e-9)
+        assert bearing(given | {"mb1.i_x": -50.0})["mb1.f_x"] == pytest.approx(-down, rel=1e-9)
+        fallen = bearing(given | {"mb1.amplifier_off_x": 1.0})
+        assert fallen["mb1.f_x"] == pytest.approx(-load, abs=1e-6), "without currents the load is all there is"
+
+
+def test_load_and_control_force_make_1700_newton_where_the_control_current_empties_the_lower_coil():
+    found = load_capacity(RIG, np.array([F_0]))
+    assert found.up + F_0 == pytest.approx(1700.0, rel=1e-9)
+    assert found.down - F_0 == pytest.approx(1700.0, rel=1e-9)
+
+
+def test_axis_without_load_is_as_strong_both_ways():
+    found = load_capacity(RIG, np.array([0.0]))
+    assert found.static_current == 0.0
+    assert found.up == pytest.approx(found.down)
+
+
+def test_amplifier_has_unit_gain_and_its_pole_at_the_bandwidth():
+    transfer = amplifier_transfer(axis_parameters(bandwidth=700.0))
+    assert transfer.dcgain() == pytest.approx(1.0)
+    np.testing.assert_allclose(transfer.poles(), -2.0 * math.pi * 700.0)

@@ -1,0 +1,73 @@
+"""The model of the sampled loop: its parts in closed form. The whole is held against identification elsewhere."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from amb_analysis.sampled_loop import (
+    controller_response,
+    held_response,
+    identified_receptance,
+    parameter_array,
+    sensor_response,
+)
+from rolac_controller.parameters import BEARING_K_S
+
+OMEGA, H = 2.0 * math.pi * 16.0, 250e-6
+
+
+def test_held_force_on_a_mass_moves_it_as_sampled_newton_says():
+    """x'' = u/m with u held: (h^2/2m) (z + 1)/(z - 1)^2."""
+    z = np.exp(1j * OMEGA * H)
+    held = held_response([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0 / 40.0]], [[1.0, 0.0]], OMEGA, H)
+    assert held[0, 0] == pytest.approx(H**2 / 80.0 * (z + 1.0) / (z - 1.0) ** 2, rel=1e-9)
+
+
+def test_hold_delays_by_half_a_sample():
+    held = held_response([[0.0, 1.0], [-1e6, -1e3]], [[0.0], [1.0]], [[1.0, 0.0]], OMEGA, H)[0, 0]
+    continuous = 1.0 / (1e6 - OMEGA**2 + 1e3j * OMEGA)
+    assert held / continuous == pytest.approx(np.exp(-0.5j * OMEGA * H), rel=1e-4)
+
+
+def test_without_control_and_with_the_ideal_chain_it_is_the_plant(receptance):
+    off = {f"{b}.{name}_{a}": 0.0 for b in ("mb1", "mb2") for a in "xy" for name in ("k_b", "k_s", "c_b")}
+    np.testing.assert_allclose(identified_receptance(receptance, OMEGA, off), receptance, rtol=1e-14)
+
+
+def test_delay_filter_and_scale_turn_and_stretch_what_is_measured(receptance):
+    off = {f"{b}.{name}_{a}": 0.0 for b in ("mb1", "mb2") for a in "xy" for name in ("k_b", "k_s", "c_b")}
+    late = identified_receptance(receptance, OMEGA, off | {"chain.preset": 2, "chain.delay": 1})
+    np.testing.assert_allclose(late, receptance * np.exp(-1j * OMEGA * H), rtol=1e-13)
+    scaled = identified_receptance(receptance, OMEGA, off | {"s2.scale": 1.1})
+    np.testing.assert_allclose(scaled[1], 1.1 * receptance[1], rtol=1e-14)
+
+
+def test_stiff_pid_leaves_a_spring_of_its_own_stiffness():
+    """A plant much softer than the PID gives 1/C at the bearings' sensors."""
+    plant = np.zeros((8, 4), dtype=complex)
+    plant[[4, 5, 2, 3], range(4)] = 1.0
+    r = identified_receptance(plant, OMEGA)
+    c = controller_response(parameter_array({}), OMEGA)[0, 4]
+    np.testing.assert_allclose(r[[4, 5, 2, 3], range(4)], 1.0 / c, rtol=1e-6)
+    assert c == pytest.approx(1e6 + BEARING_K_S + 5e3j * OMEGA, rel=1e-2)
+
+
+def test_sensors_off_their_planes_mix_what_is_measured():
+    f = sensor_response(parameter_array({"plane3.offset": 0.05}), OMEGA)
+    np.testing.assert_array_equal(f[:4], np.eye(8)[:4])
+    assert f[4, 4] < 1.0
+    np.testing.assert_allclose(f.sum(axis=1), 1.0, rtol=1e-12)
+    np.testing.assert_array_equal(f[4, 1::2], 0.0)
+
+
+def test_plant_of_wrong_shape_is_refused(receptance):
+    with pytest.raises(ValueError, match=r"\(4, 8\).*\(8, 4\)"):
+        identified_receptance(receptance.T, OMEGA)
+
+
+def test_unknown_parameter_is_refused_by_name(receptance):
+    with pytest.raises(ValueError, match=r"mb3\.k_b_x"):
+        identified_receptance(receptance, OMEGA, {"mb3.k_b_x": 1.0})

@@ -1,0 +1,217 @@
+"""The table of receptances in a file: whole or not at all, for one rotor and one loop."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from amb_analysis.receptance_table import inverse_receptance, pack
+from amb_analysis.table_file import LOOP_PARAMETERS, ReceptanceTable, loop_of, read_table
+from rolac_controller.interface import INTERFACE
+from rolac_controller.stored import bracket, interpolate, load, size_of
+
+
+@pytest.fixture
+def table(receptance):
+    """Three speeds, the middle one with a second harmonic."""
+    made = ReceptanceTable("rig", loop_of())
+    for speed, factor in [(62.83, 1.0), (31.4, 1j), (157.0, 0.5 - 0.5j)]:
+        made = made.updated(speed, factor * receptance)
+    return made.updated(62.83, 3.0 * receptance, order=2)
+
+
+def test_what_is_written_is_read_to_the_last_bit(table, tmp_path):
+    table.write(tmp_path / "new" / "table.toml")
+    found = read_table(tmp_path / "new" / "table.toml", "rig", loop_of())
+    assert (found.rotor, found.loop) == (table.rotor, table.loop)
+    assert [(e.order, e.speed) for e in found.entries] == [(1, 31.4), (1, 62.83), (1, 157.0), (2, 62.83)]
+    for a, b in zip(found.entries, table.entries, strict=True):
+        np.testing.assert_array_equal(a.receptance, b.receptance)
+    assert [p.name for p in (tmp_path / "new").iterdir()] == ["table.toml"]
+
+
+@settings(deadline=None)
+@given(name=st.text(st.characters(exclude_categories=["Cs"])))
+def test_any_name_of_a_rotor_survives(name, tmp_path_factory):
+    path = tmp_path_factory.mktemp("named") / "table.toml"
+    ReceptanceTable(name, loop_of()).write(path)
+    assert read_table(path, name).rotor == name
+
+
+def test_new_receptance_replaces_that_of_its_speed_alone(table, receptance):
+    changed = table.updated(62.9, 7.0 * receptance)
+    assert [(e.order, e.speed) for e in changed.entries] == [(1, 31.4), (1, 62.9), (1, 157.0), (2, 62.83)]
+    np.testing.assert_array_equal(changed.entries[1].receptance, 7.0 * receptance)
+    np.testing.assert_array_equal(table.entries[1].receptance, receptance)
+
+
+def test_h_is_linear_between_speeds_and_constant_beyond(table, receptance):
+    h = inverse_receptance(receptance)
+    np.testing.assert_allclose(table.h_at(62.83)[0], h, rtol=1e-14)
+    middle, beyond = table.h_at(0.5 * (31.4 + 62.83))
+    np.testing.assert_allclose(middle, 0.5 * (h + h / 1j), rtol=1e-12)
+    assert not beyond
+    for speed, end in [(10.0, 31.4), (1e3, 157.0)]:
+        found, beyond = table.h_at(speed)
+        np.testing.assert_array_equal(found, table.h_at(end)[0])
+        assert beyond
+    with pytest.raises(ValueError, match="order 3"):
+        table.h_at(62.83, order=3)
+
+
+def test_controller_built_with_the_table_finds_the_same_h(table):
+    constants = table.constants()
+    inside = np.zeros(size_of(constants))
+    assert load(constants, np.ones(8), 1e4, inside, np.zeros(200))
+    for speed in (20.0, 31.4, 40.0, 100.0, 200.0):
+        low, high, share, _ = bracket(inside, 1.0, speed)
+        matrix = np.zeros(64)
+        interpolate(inside, 66, low, high, share, matrix)
+        np.testing.assert_allclose(matrix.view(complex).reshape(4, 8), table.h_at(speed)[0], rtol=1e-12)
+
+
+def test_constants_of_one_harmonic_are_those_of_pack(receptance):
+    speeds, receptances = [50.0, 100.0], [receptance, 1j * receptance]
+    table = ReceptanceTable("rig", loop_of())
+    for speed, r in zip(speeds, receptances, strict=True):
+        table = table.updated(speed, r)
+    np.testing.assert_array_equal(table.constants(), pack(speeds, receptances))
+
+
+def test_empty_table_makes_no_controller():
+    with pytest.raises(ValueError, match="rig has no entry"):
+        ReceptanceTable("rig", loop_of()).constants()
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
+def test_speed_that_is_not_positive_is_refused(table, receptance, speed):
+    with pytest.raises(ValueError, match="speed"):
+        table.updated(speed, receptance)
+
+
+def test_singular_receptance_is_not_taken(table, receptance):
+    receptance[:, 3] = receptance[:, 2]
+    with pytest.raises(ValueError, match="condition number"):
+        table.updated(50.0, receptance)
+
+
+def test_crash_while_writing_leaves_the_old_table(table, receptance, tmp_path, monkeypatch):
+    path = tmp_path / "table.toml"
+    table.write(path)
+    before = path.read_bytes()
+
+    def crash(*_):
+        raise OSError("disk full")
+
+    changed = table.updated(50.0, receptance)
+    for target in ("os.fsync", "pathlib.Path.replace"):
+        monkeypatch.setattr(target, crash)
+        with pytest.raises(OSError, match="disk full"):
+            changed.write(path)
+        monkeypatch.undo()
+        assert path.read_bytes() == before
+        assert [p.name for p in tmp_path.iterdir()] == ["table.toml"]
+
+
+def test_every_truncation_is_refused(table, tmp_path):
+    path = tmp_path / "table.toml"
+    table.write(path)
+    text = path.read_text()
+    for end in range(0, len(text) - 3, 41):
+        path.write_text(text[:end])
+        with pytest.raises(ValueError, match=r"table\.toml"):
+            read_table(path)
+
+
+def test_truncation_between_two_entries_is_named(table, tmp_path):
+    path = tmp_path / "table.toml"
+    table.write(path)
+    path.write_text(path.read_text().rpartition("\n[[receptance]]")[0])
+    with pytest.raises(ValueError, match="3 receptances where entries = 4; it is not whole"):
+        read_table(path)
+
+
+def test_table_of_another_rotor_is_refused(table, tmp_path):
+    table.write(tmp_path / "table.toml")
+    with pytest.raises(ValueError, match="of rotor 'rig', not of 'pump'"):
+        read_table(tmp_path / "table.toml", "pump")
+
+
+@pytest.mark.parametrize(("name", "value"), [("mb1.k_b_x", 2e6), ("chain.preset", 1.0), ("sample_time", 5e-4)])
+def test_table_of_another_loop_is_refused_with_what_differs(table, tmp_path, name, value):
+    table.write(tmp_path / "table.toml")
+    with pytest.raises(
+        ValueError, match=rf"identified with {name} = .*, not {re.escape(f'{value:g}')}; identify again"
+    ):
+        read_table(tmp_path / "table.toml", loop=loop_of({name: value}))
+
+
+def test_loop_holds_what_a_receptance_depends_on_and_no_more():
+    assert {"sample_time", "mb2.c_b_y", "chain.delay", "chain.cutoff", "s3.scale", "plane4.offset"} < set(
+        LOOP_PARAMETERS
+    )
+    others = {v.name for v in INTERFACE.of("parameter")} - set(LOOP_PARAMETERS)
+    assert {
+        "rolac.alpha",
+        "mb1.i_max_x",
+        "chain.seed",
+        "chain.noise_rms",
+        "s1.weight",
+        "identification.average",
+    } < others
+    assert loop_of({"mb1.k_b_x": 3.0, "rolac.alpha": 9.0})["mb1.k_b_x"] == 3.0
+    assert "rolac.alpha" not in loop_of({"rolac.alpha": 9.0})
+
+
+def edit(old, new):
+    return lambda text: text.replace(old, new, 1)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda text: "no table at all", "cannot be read"),
+        (edit("receptances 1", "receptances 2"), "format = 'amb-cosim receptances 2' is not allowed"),
+        (edit('rotor = "rig"', "rotor = 3"), "rotor, entries or"),
+        (edit("sample_time = 0.00025", "sample_time = 'fast'"), "must hold numbers"),
+        (edit("speed = 31.4", "speed = -31.4"), r"receptance 1: speed = -31\.4 rad/s"),
+        (edit("speed = 31.4", "speed = nan"), "receptance 1: speed = nan"),
+        (edit("speed = 31.4", "speed = 70.0"), "must ascend"),
+        (edit("order = 1", "order = 0"), "receptance 1: order = 0"),
+        (edit("real = [\n  [", "real = [\n  [1.0, "), "8 rows of 4 numbers"),
+        (edit("real = [\n  [", "real = [\n  ['x', "), "8 rows of 4 numbers"),
+        (edit("imaginary", "imag"), "8 rows of 4 numbers"),
+        (edit("real = [\n  [", "real = [\n  [inf, 1.0, 1.0, 1.0], #"), r"receptance 1, at 31\.4 rad/s: .*not finite"),
+    ],
+)
+def test_file_that_is_no_table_is_refused_with_its_place(table, tmp_path, change, sentence):
+    path = tmp_path / "table.toml"
+    table.write(path)
+    path.write_text(change(path.read_text().replace('"sample_time"', "sample_time")))
+    with pytest.raises(ValueError, match=sentence):
+        read_table(path)
+
+
+def test_singular_receptance_in_a_file_is_refused_with_its_speed(table, tmp_path):
+    path = tmp_path / "table.toml"
+    table.write(path)
+    lines = path.read_text().splitlines()
+    numbers = [k for k, line in enumerate(lines) if line.startswith("  [")]
+    for k in numbers[:16]:
+        lines[k] = "  [1.0, 1.0, 0.0, 2.0],"
+    path.write_text("\n".join(lines))
+    with pytest.raises(ValueError, match=r"receptance 1, at 31\.4 rad/s: .*condition number"):
+        read_table(path)
+
+
+@pytest.mark.parametrize("make", [lambda p: None, lambda p: p.write_bytes(b"\xff\xfe\x00"), lambda p: p.mkdir()])
+def test_unreadable_file_is_refused_with_its_path(tmp_path, make):
+    path: Path = tmp_path / "table.toml"
+    make(path)
+    with pytest.raises(ValueError, match=r"table of receptances .*table\.toml cannot be read"):
+        read_table(path)

@@ -1,0 +1,135 @@
+"""Condensation to the master planes: what must be exact, what must be close, what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rotor_cases import shaft_only
+
+from rotor_analysis.assembly import assemble, on_bearings
+from rotor_analysis.modes import damped_frequencies, eigenvalues
+from rotor_analysis.plant_data import plant_constants
+from rotor_analysis.reduction import msdc
+from rotor_analysis.rotor_file import load_rotor
+from rotor_contact.structure import structure_of
+
+ROTOR = load_rotor()
+CROSS = np.array([[1e6, 4e5], [-6e5, 8e5]])  # unsymmetric, as of a journal bearing
+
+
+def on_cross_coupled_bearings(nodes):
+    model = assemble(ROTOR)
+    for node in nodes:
+        model = model.with_bearing(node, CROSS, 1e-3 * CROSS)
+    return model
+
+
+@pytest.mark.parametrize("bearings", [(4, 11), (6, 12)], ids=["at masters", "at slaves"])
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_static_deflection_is_exact_at_masters_and_slaves_also_with_cross_coupling(bearings, seed):
+    full = on_cross_coupled_bearings(bearings)
+    reduction = msdc(full, ROTOR.planes.master)
+    masters = [row for node in ROTOR.planes.master for row in full.translations[node]]
+    force = np.zeros(full.size)
+    force[masters] = np.random.default_rng(seed).normal(size=len(masters))
+    exact = np.linalg.solve(full.K, force)
+    q = np.linalg.solve(reduction.model.K, force[masters])
+    np.testing.assert_allclose(q, exact[masters], rtol=1e-6, atol=1e-8 * np.max(np.abs(exact)))
+    np.testing.assert_allclose(reduction.right @ q, exact, rtol=1e-6, atol=1e-8 * np.max(np.abs(exact)))
+
+
+def test_forces_on_slaves_move_the_masters_exactly_also_with_cross_coupling():
+    full = on_cross_coupled_bearings((6, 12))
+    reduction = msdc(full, ROTOR.planes.master)
+    force = np.random.default_rng(1).normal(size=full.size)
+    masters = [row for node in ROTOR.planes.master for row in full.translations[node]]
+    q = np.linalg.solve(reduction.model.K, reduction.left @ force)
+    exact = np.linalg.solve(full.K, force)[masters]
+    np.testing.assert_allclose(q, exact, rtol=1e-6, atol=1e-8 * np.max(np.abs(exact)))
+
+
+def test_condensation_of_massless_slaves_changes_no_eigenvalue():
+    """Slaves without inertia follow statically: the finite eigenvalues of the full model are those of the reduced."""
+    full = on_bearings(assemble(ROTOR), ROTOR.on_equal_bearings(1e6, 5000.0))
+    masters = [row for node in ROTOR.planes.master for row in full.translations[node]]
+    kept = np.zeros(full.size)
+    kept[masters] = 1.0
+    mask = np.outer(kept, kept)
+    rng = np.random.default_rng(3)
+    skew = rng.normal(size=mask.shape)
+    full = replace(full, M=full.M * mask, G=0.05 * (skew - skew.T) * mask)
+    Omega = 300.0
+    values = eigenvalues(full, Omega)
+    values = values[np.isfinite(values) & (np.abs(values) < 1e5)]
+    reduced = eigenvalues(msdc(full, ROTOR.planes.master).model, Omega)
+    assert len(reduced) == 24
+    for value in reduced:
+        assert np.min(np.abs(values - value)) < 1e-5 * abs(value)
+
+
+def test_undamped_reduced_frequencies_bound_the_full_ones_from_above():
+    undamped = replace(ROTOR, bearings=tuple(replace(b, damping=((0.0, 0.0), (0.0, 0.0))) for b in ROTOR.bearings))
+    full = on_bearings(assemble(ROTOR), undamped)
+    exact = damped_frequencies(full, 0.0, 12)
+    reduced = damped_frequencies(msdc(full, ROTOR.planes.master).model, 0.0)
+    assert np.all(reduced[:12] >= exact * (1.0 - 1e-9))
+    np.testing.assert_allclose(reduced[:8], exact[:8], rtol=2e-3)
+
+
+def test_reduced_free_rotor_keeps_mass_centre_and_rigid_motion():
+    full = assemble(ROTOR)
+    reduction = msdc(full, ROTOR.planes.master)
+    along_y = np.zeros(full.size)
+    along_y[1::4] = 1.0
+    unit = np.tile([0.0, 1.0], len(ROTOR.planes.master))
+    np.testing.assert_allclose(reduction.right @ unit, along_y, atol=1e-7)
+    assert unit @ reduction.model.M @ unit == pytest.approx(ROTOR.mass, rel=1e-8)
+    np.testing.assert_allclose(reduction.model.K @ unit, 0.0, atol=1e-8 * np.max(reduction.model.K))
+
+
+@pytest.mark.parametrize("planes", [(4,), ()])
+def test_too_few_planes_to_hold_the_rotor_are_refused(planes):
+    with pytest.raises(ValueError, match="do not hold the rotor: keep at least two planes"):
+        msdc(assemble(ROTOR), planes)
+
+
+def test_plane_that_does_not_exist_is_refused_with_the_list_of_those_that_do():
+    with pytest.raises(ValueError, match=r"planes \[99\] are not in the model; there are \[1, 2"):
+        msdc(assemble(ROTOR), (4, 99))
+
+
+def test_plant_constants_are_the_reduced_model():
+    full = assemble(ROTOR)
+    reduction = msdc(full, ROTOR.planes.master)
+    s = structure_of(plant_constants(ROTOR))
+    np.testing.assert_array_equal(s.M, reduction.model.M)
+    np.testing.assert_array_equal(s.K, reduction.model.K)
+    np.testing.assert_allclose(s.M @ s.MinvG, reduction.model.G, atol=1e-9)
+    np.testing.assert_allclose(s.M @ s.Minv, np.eye(12), atol=1e-10)
+    np.testing.assert_array_equal(s.bearings, [4, 8])  # x of the third and fifth master
+    np.testing.assert_array_equal(s.sites, [4, 8, 0, 10])  # the same, and the ends
+    # sensor order: motor end, mb2, mb1, non-driven end; all are masters
+    expected = np.zeros((8, 12))
+    expected[range(8), [10, 11, 8, 9, 4, 5, 0, 1]] = 1.0
+    np.testing.assert_array_equal(s.sensors, expected)
+    expected = np.zeros((12, 8))
+    expected[[0, 1, 2, 3, 6, 7, 10, 11], range(8)] = 1.0
+    np.testing.assert_array_equal(s.B_disc, expected)
+
+
+def test_sensors_and_discs_may_sit_between_the_masters():
+    """A slave plane is seen, and pushed, through the static deflection: reciprocally."""
+    rotor = replace(ROTOR, planes=replace(ROTOR.planes, discs=(2, 6, 8, 12), sensors=(12, 8, 6, 2)))
+    s = structure_of(plant_constants(rotor))
+    for k in range(4):
+        for axis in range(2):
+            np.testing.assert_allclose(s.B_disc[:, 2 * k + axis], s.sensors[2 * (3 - k) + axis], atol=1e-8)
+    np.testing.assert_allclose(s.sensors @ np.tile([1.0, 0.0], 6), np.tile([1.0, 0.0], 4), atol=1e-7)
+
+
+def test_two_masters_leave_a_rotor_rigid():
+    s = structure_of(plant_constants(shaft_only((0.0, 1.0))))
+    np.testing.assert_allclose(s.K, 0.0, atol=1e-6 * 2e5)
