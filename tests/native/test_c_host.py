@@ -14,7 +14,7 @@ from fmi_export.native.compiler import PLATFORMS, host_platform
 from fmi_export.native.package import native_guid, native_sources
 
 HERE = Path(__file__).parent / "support"
-NATIVE = Path(__file__).parents[2] / "fmus" / "fmi_export" / "native"
+NATIVE = Path(__file__).parents[2] / "libraries" / "fmi_export" / "native"
 H = 250e-6
 
 pytestmark = [

@@ -26,6 +26,6 @@ def test_readme_names_every_file_of_the_package():
 def test_pictures_of_the_readme_exist():
     pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", README)
     assert pictures
-    beside = Path(__file__).parents[2] / "fmus" / "rotor_analysis"  # pictures are not installed with the package
+    beside = Path(__file__).parents[2] / "libraries" / "rotor_analysis"  # pictures are not installed with the package
     for picture in pictures:
         assert (beside / picture).stat().st_size > 10_000

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-PROJECT = ["fmi_export", "rotor_contact", "amb_actuator", "rolac_controller", "orchestrator"]
+PROJECT = ["fmi_export", "rotor_contact", "amb_actuator", "rolac_controller", "amb_cosim"]
 NEEDLESS = ["numba", "scipy", "pint", "pydantic", "xarray", "control", "pythonfmu"]
 
 # Start values that give every FMU something to do; the rotor is thrown against its retainer bearings.
