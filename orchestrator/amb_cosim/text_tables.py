@@ -15,3 +15,8 @@ def labelled_table(title: str, label: str, *numbers: str) -> Table:
     for heading in numbers:
         table.add_column(heading, justify="right", no_wrap=True)
     return table
+
+
+def number(value: float | None) -> str:
+    """A number with four digits, or a dash where there is none."""
+    return "-" if value is None else f"{value:.4g}"

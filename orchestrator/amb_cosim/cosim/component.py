@@ -24,7 +24,7 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.interface import Interface, Port
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
@@ -94,7 +94,7 @@ class FmuComponent:
         self,
         name: str,
         folder: Path,
-        interface: Interface,
+        interface: FmuInterface,
         inputs: Sequence[str],
         outputs: Sequence[str],
         start: Mapping[str, float],
