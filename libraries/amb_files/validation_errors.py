@@ -24,6 +24,7 @@ _KINDS = {
     "finite_number": "a finite number",
     "list_type": "a list",
     "tuple_type": "a list",
+    "too_short": "a longer list",
     "dict_type": "a table",
     "model_type": "a table",
     "dataclass_type": "a table",
@@ -69,6 +70,9 @@ def sentences(error: ValidationError, form: type[Any], data: object) -> list[str
     by_place: dict[str, list[ErrorDetails]] = {}
     for details in error.errors():
         by_place.setdefault(_place(details, data), []).append(details)
+    for place, found in list(by_place.items()):  # a list is too short where its items are wrong
+        if found[0]["type"] == "too_short" and any(other.startswith(f"{place}[") for other in by_place):
+            del by_place[place]
     return [_sentence(place, found, form, data) for place, found in by_place.items()]
 
 
@@ -98,6 +102,7 @@ def _sentence(place: str, errors: list[ErrorDetails], form: type[Any], data: obj
 def _allowed(details: ErrorDetails, metadata: Sequence[Any]) -> str:
     kind = details["type"]
     limits = [f"{sign} {getattr(m, _name(type(m))):g}" for m in metadata for t, sign in _BOUNDS.items() if type(m) is t]
+    limits = list(dict.fromkeys(limits))  # a union repeats those of its members
     if limits and kind in ("float_type", "greater_than", "greater_than_equal", "less_than", "less_than_equal"):
         return " and ".join(limits) + _unit(metadata)
     if limits and kind == "finite_number":
@@ -205,4 +210,4 @@ def _fields(hint: Any) -> Mapping[str, FieldInfo]:
     if not isinstance(hint, type):
         return {}
     fields: Mapping[str, FieldInfo] = getattr(hint, "__pydantic_fields__", None) or getattr(hint, "model_fields", {})
-    return fields
+    return {info.alias or name: info for name, info in fields.items()}

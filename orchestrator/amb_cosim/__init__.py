@@ -30,13 +30,13 @@ if TYPE_CHECKING:
     from amb_cosim.cosim.system import System as System
     from amb_cosim.models import build as build
     from amb_cosim.result import Result as Result
-    from amb_cosim.run import run as run
     from amb_cosim.scenario import Scenario as Scenario
     from amb_cosim.scenario import scenarios as scenarios
+    from amb_cosim.simulation import run as run
     from amb_cosim.studies.receptance_measurement import identify as identify
 
 _MODULES = {
-    "run": "run",
+    "run": "simulation",
     "scenarios": "scenario",
     "Scenario": "scenario",
     "Result": "result",
@@ -53,7 +53,7 @@ def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module 'amb_cosim' has no attribute {name!r}; there are {', '.join(_MODULES)}")
     module = import_module(f"amb_cosim.{_MODULES[name]}")
-    return module if _MODULES[name] == name and name in ("studies", "cosim") else getattr(module, name)
+    return module if name == _MODULES[name] else getattr(module, name)
 
 
 def __dir__() -> list[str]:

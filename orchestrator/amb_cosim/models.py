@@ -35,9 +35,9 @@ def amb_actuator(**_: Any) -> Made:
 
 
 def rolac_controller(rotor: Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
-    """The controller with H of the table in a file, or from the rotor model on bearings K_b = 1e6 N/m, C_b = 5000 N s/m.
+    """The controller with H of the table in a file, or from the rotor model from 5 to 100 Hz.
 
-    The model gives it from 5 to 100 Hz.
+    In the model the rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
     """
     from amb_analysis.receptance_table import pack
     from amb_analysis.table_file import read_table
@@ -79,7 +79,10 @@ def build(
         If a file is wrong, or has not what the plant's interface shows, if the table is of another rotor, or the
         platforms or the compiler of native FMUs are not what they must be.
     """
-    options = {"rotor": None if rotor is None else Path(rotor), "receptances": None if receptances is None else Path(receptances)}
+    options = {
+        "rotor": None if rotor is None else Path(rotor),
+        "receptances": None if receptances is None else Path(receptances),
+    }
     for name in MODELS:  # all of them, before anything is written
         model_source(name, **options)
     return [build_model(name, Path(folder), flavour, platforms, **options) for name in MODELS]

@@ -1,4 +1,4 @@
-"""A scenario on the time grid of the master: cycles become seconds, unbalances are scaled, the speed follows its points."""
+"""A scenario as an experiment in seconds: cycles become times, unbalances are scaled, the speed follows its points."""
 
 from __future__ import annotations
 
@@ -83,7 +83,8 @@ def plan_scenario(
     for name, raw in (settings or {}).items():
         values.set(name, raw)
     period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size
-    events, marks = [], {}
+    events: list[Event] = []
+    marks: dict[str, int] = {}
     for event in scenario.event:
         moment = event.moment(period)
         if event.label:
@@ -134,7 +135,5 @@ def _speed_profile(scenario: Scenario, values: Assignments, period: float, h: fl
             f"there are {', '.join(signals)}"
         )
     points: list[tuple[float, Any]] = [(0.0, values.inputs[SPEED])]
-    points += [
-        (p.moment(period), positive_speed(values.read(SPEED, p.Omega, "input")[1])) for p in scenario.speed
-    ]
+    points += [(p.moment(period), positive_speed(values.read(SPEED, p.Omega, "input")[1])) for p in scenario.speed]
     return (Profile(SPEED, tuple(points), ACCELERATION),)

@@ -11,14 +11,14 @@ from typing import Any, ClassVar, Literal
 import tomli_w
 from pydantic import Field
 
-from amb_files.suggestions import suggest
 from amb_cosim.cosim.fmus import models
 from amb_cosim.cosim.master import Coupling
 from amb_cosim.cosim.stopping import StopCondition
-from amb_cosim.cosim.system_file import RecordTable, packaged_systems, stop_condition
+from amb_cosim.cosim.system_file import Record, packaged_systems, stop_condition
 from amb_cosim.cosim.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.values import quantity
 from amb_files.atomic import write_atomically
+from amb_files.suggestions import suggest
 from amb_files.toml import parse_toml, read_toml, validate
 
 FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy"]
@@ -124,14 +124,14 @@ class Scenario(Table):
     end_cycle: float | None = Field(default=None, gt=0.0)
     end_time: Value | None = None
     unbalance_factor: float = Field(default=1.0, gt=0.0)
-    inputs: dict[str, Values] = {}
-    parameters: dict[str, Values] = {}
+    inputs: dict[str, Values] = Field(default={})
+    parameters: dict[str, Values] = Field(default={})
     event: tuple[Event, ...] = ()
     speed: tuple[SpeedPoint, ...] = ()
     stop: tuple[Stop, ...] = ()
-    record: RecordTable = RecordTable()
+    record: Record = Record()
     plot: Plot = Plot()
-    fmu: dict[str, str] = {}
+    fmu: dict[str, str] = Field(default={})
 
     @classmethod
     def load(cls, name: str | Path) -> Scenario:

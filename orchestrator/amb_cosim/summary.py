@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import xarray as xr
 from pydantic import BaseModel, ConfigDict, Field
@@ -83,9 +84,13 @@ class Summary(BaseModel):
     energy: dict[str, float] | None = Field(serialization_alias="energy_J")
     energy_balance: float | None = Field(serialization_alias="energy_balance_relative")
 
+    def as_dict(self) -> dict[str, Any]:
+        """The figures under names that hold their units, ready for JSON."""
+        return self.model_dump(by_alias=True)
+
     def to_json(self) -> str:
-        """JSON text with the units in the names."""
-        return json.dumps(self.model_dump(by_alias=True), indent=2, allow_nan=False) + "\n"
+        """JSON text of `as_dict`."""
+        return json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
 
     def table(self) -> Table:
         """The figures that matter, to print."""

@@ -13,7 +13,7 @@ from rich.console import Console
 from amb_cosim.commands.cli_errors import check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
 from amb_cosim.commands.printing import print_parts, show
-from amb_cosim.commands.progress import simulating
+from amb_cosim.progress import progress_bar
 
 if TYPE_CHECKING:
     from rotor_analysis.assembly import MassModel
@@ -76,7 +76,7 @@ def register(
 
         folder = output or Path("results") / f"study_{name}"
         console = Console(stderr=True)
-        shown = simulating(console) if reports else console.status("computing (a first run compiles the models)")
+        shown = progress_bar() if reports else console.status("computing (a first run compiles the models)")
         with refusing(), shown as progress:
             check_writable(folder, is_folder=True)
             if reports:

@@ -14,8 +14,8 @@ from rich.progress import Progress, TaskID
 from amb_cosim.commands.cli_errors import Failed, check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
 from amb_cosim.commands.printing import print_parts
-from amb_cosim.commands.progress import STARTING, bars
-from amb_cosim.flavours import Flavour
+from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.progress import STARTING, bars
 
 if TYPE_CHECKING:
     from amb_analysis.table_file import ReceptanceTable

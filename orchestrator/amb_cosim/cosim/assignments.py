@@ -6,9 +6,9 @@ import fnmatch
 from collections.abc import Mapping
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
-from amb_files.suggestions import suggest
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.values import Raw, convert
+from amb_files.suggestions import suggest
 
 
 class Assignments:
@@ -54,7 +54,7 @@ class Assignments:
     def set_defaults_of_signals(self) -> None:
         """Give signals without a value the start value of the first input that they feed."""
         for signal in self.system.signals:
-            self.inputs.setdefault(signal.name, self.start_value(signal.targets[0]))
+            self.inputs.setdefault(signal.name, self.start_value(signal.name))
 
     def matching(self, name: str) -> list[str]:
         """Names of the settable variables that a name with `*` or `?` matches; any other name as it is."""
@@ -69,7 +69,7 @@ class Assignments:
         return [f"{component}.{variable}" for variable in matching]
 
     def read(self, name: str, raw: Raw, only: str | None = None) -> tuple[str, float]:
-        """Name under which a value is kept (the signal's, where a signal feeds the input), and the value as a number."""
+        """Name under which a value is kept, that of the signal where one feeds the input, and the value as a number."""
         signal = next((s for s in self.system.signals if s.name == name), self.system.signal_of(name))
         value = 0.0
         for end in signal.targets if signal is not None else (name,):
@@ -83,10 +83,9 @@ class Assignments:
         component, variable = self._split(signal.targets[0] if signal is not None else name)
         return self.interfaces[component].port(variable, component)
 
-    def start_value(self, end: str) -> float:
-        """What an input has before anything is set."""
-        component, variable = self._split(end)
-        return self.interfaces[component].ports[variable].start or 0.0
+    def start_value(self, name: str) -> float:
+        """What an input or a signal has before anything is set."""
+        return self.port(name).start or 0.0
 
     def _settable(self, end: str, causalities: tuple[str, ...]) -> Port:
         component, variable = self._split(end)

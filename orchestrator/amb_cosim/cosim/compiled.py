@@ -26,7 +26,7 @@ from amb_cosim.cosim.component import EntryPoints, Transfer
 from amb_cosim.cosim.master import Master, Observer, Participant, StepFailed
 from amb_cosim.cosim.recorder import RecordBuffer, Recorder
 from amb_cosim.cosim.schedules import Array, Changes, IntArray, Schedule
-from amb_cosim.cosim.stopping import Conditions, Stopped, StopObserver
+from amb_cosim.cosim.stopping import Conditions, StopObserver, Stopped
 
 CALLS = ("fmi2Set", "fmi2DoStep", "fmi2Get")
 SEND, STEP, FETCH = range(3)

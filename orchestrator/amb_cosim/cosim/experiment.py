@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
-from amb_files.suggestions import suggest
 from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
 from amb_cosim.cosim.stopping import Condition, StopCondition
 from amb_cosim.cosim.system import Component, System
 from amb_cosim.cosim.values import Raw
+from amb_files.suggestions import suggest
 
 EVERYTHING = "*"  # as a pattern of what is recorded
 
@@ -140,7 +140,7 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
     h = experiment.step_size
     system, interfaces = values.system, values.interfaces
     values.set_defaults_of_signals()
-    system = replace(system, components=tuple(_rated(c, interfaces, values.parameters, h) for c in system.components))
+    system = replace(system, components=tuple(_rated(c, values, h) for c in system.components))
     ramps = tuple(_ramp(profile, values, h) for profile in experiment.profiles)
     ramped = {name for ramp in ramps for name in (ramp.variable, ramp.slope) if name is not None}
     events = []
@@ -212,14 +212,12 @@ def _ramp(profile: Profile, values: Assignments, h: float) -> Ramp:
     return Ramp(name, tuple(points), slope)
 
 
-def _rated(
-    component: Component, interfaces: Mapping[str, FmuInterface], parameters: Mapping[str, Mapping[str, float]], h: float
-) -> Component:
+def _rated(component: Component, values: Assignments, h: float) -> Component:
     """The component at the rate of its parameter `sample_time`, if it has one."""
-    port = interfaces[component.name].ports.get("sample_time")
+    port = values.interfaces[component.name].ports.get("sample_time")
     if port is None or port.causality != "parameter":
         return component
-    sample_time = parameters[component.name].get("sample_time", port.start or h)
+    sample_time = values.parameters[component.name].get("sample_time", port.start or h)
     return replace(component, every=whole_steps(f"{component.name}.sample_time", sample_time, h))
 
 

@@ -24,8 +24,8 @@ import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
-from amb_files.suggestions import suggest
 from amb_files.atomic import create_atomically
+from amb_files.suggestions import suggest
 from fmi_export.build import build_python_fmu, guid_of
 from fmi_export.model import Model
 

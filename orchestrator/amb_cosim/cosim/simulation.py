@@ -10,15 +10,15 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from amb_cosim.cosim import compiled
+from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.component import FmuComponent
 from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
-from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.fmus import Flavour, Fmu, provide
 from amb_cosim.cosim.master import Coupling, Loop, Master, Observer, StepFailed
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import Array
-from amb_cosim.cosim.stopping import Stopped, StopObserver
+from amb_cosim.cosim.stopping import StopObserver, Stopped
 from amb_cosim.cosim.system import System
 
 Progress = Callable[[int, int], None]  # steps done, and their number

@@ -42,13 +42,13 @@ from typing import TypeVar
 from pydantic import Field
 
 from amb_cosim.cosim.experiment import EVERYTHING, Event, Experiment, Profile
-from amb_files.suggestions import suggest
 from amb_cosim.cosim.fmus import models
 from amb_cosim.cosim.master import Coupling
 from amb_cosim.cosim.stopping import StopCondition
 from amb_cosim.cosim.system import Component, Connection, Signal, System
 from amb_cosim.cosim.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.values import Raw
+from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 
 
@@ -123,7 +123,7 @@ class StopTable(Table):
         )
 
 
-class RecordTable(Table):
+class Record(Table):
     """What is recorded: patterns of variable names, every how many steps, and whether settling is kept.
 
     `*` is all that the system records by itself; what it leaves out must be named.
@@ -140,11 +140,11 @@ class ExperimentTable(Table):
     communication_step: Value
     stop_time: Value
     start_time: Value = 0.0
-    inputs: Values = {}
+    inputs: Values = Field(default={})
     event: tuple[EventTable, ...] = ()
     profile: tuple[ProfileTable, ...] = ()
     stop: tuple[StopTable, ...] = ()
-    record: RecordTable = RecordTable()
+    record: Record = Record()
 
     def experiment(self) -> Experiment:
         """The run, times in s; raises ValueError where one is not allowed."""
@@ -174,7 +174,7 @@ class SystemTable(Table):
     description: str = ""
     coupling: Coupling = "gauss_seidel"
     unrecorded: tuple[str, ...] = ()
-    parameters: dict[str, Values] = {}
+    parameters: dict[str, Values] = Field(default={})
     component: tuple[ComponentTable, ...] = Field(min_length=1)
     connect: tuple[ConnectTable, ...] = ()
     signal: tuple[SignalTable, ...] = ()

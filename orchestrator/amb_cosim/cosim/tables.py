@@ -8,8 +8,13 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictFloat, StrictInt, StrictStr
 
 from amb_cosim.cosim.values import Raw, quantity
+from amb_files.validation_errors import Allowed
 
-Value = Annotated[StrictBool | StrictInt | StrictFloat | StrictStr, Field(union_mode="smart")]
+Value = Annotated[
+    StrictBool | StrictInt | StrictFloat | StrictStr,
+    Field(union_mode="smart"),
+    Allowed("a number, true, false, or a string with a unit"),
+]
 Values = dict[str, Value]
 
 

@@ -12,12 +12,13 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from amb_cosim.contact_history import rolling_from
+from amb_cosim.energies import energies
 from amb_cosim.orbits import radius
 from amb_cosim.plots.axes import STYLE
 from amb_cosim.plots.contact import contact, whirl
 from amb_cosim.plots.energy import energy
 from amb_cosim.plots.motion import displacement, orbits
-from amb_cosim.results import energies, rolling_from
 from amb_cosim.series import BEARINGS
 from fmi_export.files import write_atomically
 
@@ -55,3 +56,10 @@ def chosen(dataset: xr.Dataset) -> list[str]:
         return [name for name in asked if name != "energy" or energies(dataset) is not None]
     names = ["displacement", "contact"] if "speed_profile" in dataset.attrs else ["orbits", "displacement", "contact"]
     return names + ["whirl"] * (rolling_from(dataset) is not None)
+
+
+class Plots:
+    """Figures of one run."""
+
+    def __init__(self, dataset: xr.Dataset) -> None:
+        self._dataset = dataset

@@ -5,6 +5,7 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
+from amb_cosim.energies import energies
 from amb_cosim.plots.axes import (
     BLUE,
     GREEN,
@@ -17,7 +18,6 @@ from amb_cosim.plots.axes import (
     plant,
     title_pad,
 )
-from amb_cosim.results import energies
 
 STORED = {"kinetic": BLUE, "strain": ORANGE}
 PASSED = {"work": "black", "damping": BLUE, "friction": ORANGE, "impact": GREEN, "balance": PURPLE}

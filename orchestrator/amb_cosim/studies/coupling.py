@@ -20,7 +20,7 @@ from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
 from amb_analysis.design import axis_parameters, constants
 from amb_cosim.cosim.master import Coupling
 from amb_cosim.scenario import Scenario, make_scenario
-from amb_cosim.simulation import prepare, run
+from amb_cosim.simulation import prepare, run_prepared
 from amb_cosim.studies import loop_figures
 from amb_cosim.studies.monolithic import Case, Complex, free_orbit
 from amb_cosim.studies.outcome import Outcome
@@ -145,11 +145,11 @@ def cosimulated(case: Case, scheme: Scheme, step: float, samples: int, substep: 
     ValueError
         If the co-simulation does not come to its end.
     """
-    outcome = run(prepare("coupling", scenario(case, scheme, step, samples, substep)))
-    if outcome.failure is not None:
-        raise ValueError(outcome.failure)
+    result = run_prepared(prepare(scenario(case, scheme, step, samples, substep)))
+    if result.outcome.failure is not None:
+        raise ValueError(result.outcome.failure)
     bearings = [
-        outcome.dataset[f"rotor_contact.{at}.x"].values + 1j * outcome.dataset[f"rotor_contact.{at}.y"].values
+        result.dataset[f"rotor_contact.{at}.x"].values + 1j * result.dataset[f"rotor_contact.{at}.y"].values
         for at in ("mb1", "mb2")
     ]
     return np.array(bearings).T

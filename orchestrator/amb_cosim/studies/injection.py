@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from amb_actuator.interface import AXES, N_AXES
 from amb_cosim.plan import SPEED, parse_settings
 from amb_cosim.scenario import make_scenario
-from amb_cosim.simulation import Prepared, prepare, run
+from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.loop import loop_of
 from fmi_export.model import Array
 from rolac_controller.names import CUSTOM
@@ -65,8 +65,8 @@ def prepared_loop(speed: float, sample_time: float, amplifier: bool, delay: bool
         },
         "sensitivity",
     )
-    prepared = prepare("sensitivity", scenario, parse_settings(settings))
-    changed = [name for name, value in prepared.plan.exogenous.items() if name != SPEED and value != 0.0]
+    prepared = prepare(scenario, parse_settings(settings))
+    changed = [name for name, value in prepared.plan.inputs.items() if name != SPEED and value != 0.0]
     if changed:
         raise ValueError(f"{changed[0]} cannot be set here; only parameters can, so that currents alone move the rotor")
     if prepared.plan.system.component("rolac_controller").every != steps:
@@ -145,12 +145,12 @@ def measure(prepared: Prepared, decay: float) -> Measurement:
     events = tuple(
         (n * steps, name, float(volts[k, n % samples])) for n in range(last) for k, name in enumerate(INPUTS)
     )
-    outcome = run(replace(prepared, plan=replace(plan, last=last * steps, events=events)))
-    if outcome.failure is not None:
-        raise ValueError(outcome.failure)
-    _check_linear(outcome.dataset)
+    result = run_prepared(replace(prepared, plan=replace(plan, last=last * steps, events=events)))
+    if result.outcome.failure is not None:
+        raise ValueError(result.outcome.failure)
+    _check_linear(result.dataset)
     first = settling + 1  # what the controller gives to the actuator at a sample is seen after it
-    demanded = [outcome.dataset[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a in AXES]
+    demanded = [result.dataset[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a in AXES]
     currents = np.array(demanded)[:, first : first + samples]
     at = np.arange(settling, settling + samples) % samples
     ratio = _lines(currents, lines) / _lines(injected[:, at], lines)

@@ -19,10 +19,11 @@ from rich.table import Table
 from amb_analysis.receptance_table import MAX_CONDITION, condition_number
 from amb_analysis.table_file import ReceptanceTable, read_table
 from amb_analysis.table_file import loop_of as loop_parameters
-from amb_cosim.flavours import Flavour
+from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.simulation import Progress
 from amb_cosim.plan import parse_settings
 from amb_cosim.scenario import make_scenario
-from amb_cosim.simulation import Prepared, Progress, prepare, run
+from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.loop import Loop, loop_of
 from amb_cosim.studies.sampled_receptance import sampled_receptance
 from rolac_controller.excitation import component, periods
@@ -105,7 +106,7 @@ def prepared_run(
         },
         NAME,
     )
-    prepared = prepare(NAME, scenario, parse_settings(settings), flavour=flavour)
+    prepared = prepare(scenario, parse_settings(settings), flavour=flavour)
     if prepared.plan.speed != Omega:
         raise ValueError("Omega cannot be set here; --speeds sets it")
     least = loop_of(prepared).parameters["rolac_controller"]["rolac.min_speed"]
@@ -133,10 +134,10 @@ def identified(prepared: Prepared, progress: Progress | None = None) -> Identifi
     """Run an identification to its end and read what it found."""
     loop = loop_of(prepared)
     order = int(loop.parameters["rolac_controller"]["harmonic1.order"])
-    outcome = run(prepared, progress)
-    receptance, reason = None, outcome.failure or ""
-    if outcome.failure is None:
-        receptance, reason = _found(outcome.dataset.isel(time=-1))
+    result = run_prepared(prepared, progress)
+    receptance, reason = None, result.outcome.failure or ""
+    if result.outcome.failure is None:
+        receptance, reason = _found(result.dataset.isel(time=-1))
     return Identified(
         Omega=loop.Omega,
         order=order,
@@ -145,7 +146,7 @@ def identified(prepared: Prepared, progress: Progress | None = None) -> Identifi
         receptance=receptance,
         model=sampled_receptance(loop, order),
         reason=reason,
-        interrupted=outcome.interrupted,
+        interrupted=result.outcome.status == "interrupted",
     )
 
 

@@ -20,11 +20,12 @@ from typing import Any
 
 from rich.table import Table
 
+from amb_cosim.contact_history import contact_cycles, recovered
+from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.system_file import Record
 from amb_cosim.cosim.values import Raw, quantity
-from amb_cosim.flavours import Flavour
-from amb_cosim.results import contact_cycles, recovered
-from amb_cosim.scenario import Event, Record, Scenario, load_scenario
-from amb_cosim.simulation import Prepared, prepare, run
+from amb_cosim.scenario import Event, Scenario, load_scenario
+from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies import rolac_figures
 from amb_cosim.studies.outcome import Outcome
 from amb_cosim.text_tables import labelled_table
@@ -140,17 +141,17 @@ def outcomes(cases: Sequence[Case], progress: Progress) -> list[Result]:
 
 def outcome_of(case: Case) -> Result:
     """Run one case. Raises ValueError if it does not come to its end."""
-    outcome = run(prepared(case))
-    if outcome.failure is not None:
-        raise ValueError(f"{case.control}, {case.added:g} kg m added: {outcome.failure}")
-    return Result(bool(recovered(outcome.dataset)), contact_cycles(outcome.dataset)[1])
+    result = run_prepared(prepared(case))
+    if result.outcome.failure is not None:
+        raise ValueError(f"{case.control}, {case.added:g} kg m added: {result.outcome.failure}")
+    return Result(bool(recovered(result.dataset)), contact_cycles(result.dataset)[1])
 
 
 def prepared(case: Case) -> Prepared:
     """A case ready to run."""
     settings = {"rolac.alpha": case.alpha, **CONTROLS[case.control]}
     named = {f"rolac_controller.{name}": value for name, value in settings.items()}
-    return prepare("recovery", scenario(case), named, flavour=case.flavour)
+    return prepare(scenario(case), named, flavour=case.flavour)
 
 
 def scenario(case: Case) -> Scenario:
