@@ -25,6 +25,7 @@ from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from fmi_export.exit_order import release_before_static_destructors
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
@@ -115,6 +116,8 @@ class FmuComponent:
                 instanceName=self._instance_name,
             )
             self._fmu.instantiate(callbacks=_callbacks(), loggingOn=True)
+            if (folder / "resources" / "slavemodule.txt").is_file():  # PythonFMU's, which crashes at exit otherwise
+                release_before_static_destructors(folder / "binaries" / "linux64" / f"{interface.identifier}.so")
             self._in = _Exchange([interface.port(v, name) for v in inputs])
             self._out = _Exchange([interface.port(v, name) for v in outputs])
             initial = _Exchange([interface.port(v, name) for v in start])
