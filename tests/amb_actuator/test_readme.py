@@ -18,7 +18,7 @@ from amb_analysis.design import (
     linear_range,
     load_capacity,
 )
-from fmi_export.readme import interface_table, with_table
+from fmi_export.building.readme import interface_table, with_table
 
 README = Path(util.find_spec("amb_actuator").origin).parent / "README.md"
 TEXT = README.read_text(encoding="utf-8")

@@ -13,10 +13,10 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmi_export import amb_cosim_bootstrap as bootstrap
-from fmi_export.build import guid_of
-from fmi_export.native.compiler import PLATFORMS, host_platform
-from fmi_export.native.package import build_native_fmu, native_guid
-from fmi_export.native.tables import model_source
+from fmi_export.building.native.compiler import PLATFORMS, host_platform
+from fmi_export.building.native.package import build_native_fmu, native_guid
+from fmi_export.building.native.tables import model_source
+from fmi_export.building.python_fmu import guid_of
 
 OWN = {"guid", "generationTool"}
 

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from amb_cosim import orbits, results, series
-from fmi_export.files import write_atomically
+from amb_files.atomic import write_atomically
 
 
 def put(dataset, name, cycles, value):
