@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
-from fmi_export.build import build_python_fmu, guid_of
+from fmi_export.building.python_fmu import build_python_fmu, guid_of
 from fmi_export.model import Model
 
 Flavour = Literal["python", "native"]  # run by PythonFMU, or compiled code that needs no Python
@@ -150,7 +150,7 @@ def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None) -> tupl
         if platforms is not None:
             raise ValueError("platforms are for native FMUs alone; those of flavour python run where PythonFMU does")
         return build_python_fmu, guid_of
-    from fmi_export.native.package import build_native_fmu, native_guid
+    from fmi_export.building.native.package import build_native_fmu, native_guid
 
     return partial(build_native_fmu, platforms=platforms), native_guid
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from amb_cosim.cosim.fmu_interface import Port
-from fmi_export.units import to_unit
+from fmi_export.building.units import to_unit
 
 Raw = bool | int | float | str
 

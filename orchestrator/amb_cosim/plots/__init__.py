@@ -20,7 +20,7 @@ from amb_cosim.plots.contact import contact, whirl
 from amb_cosim.plots.energy import energy
 from amb_cosim.plots.motion import displacement, orbits
 from amb_cosim.series import BEARINGS
-from fmi_export.files import write_atomically
+from amb_files.atomic import write_atomically
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "orbits": orbits,

@@ -9,7 +9,6 @@ import numpy as np
 from rich.table import Table
 
 from amb_actuator.force import pull
-from amb_actuator.interface import BANDWIDTH, BIAS, CURRENT_LIMIT, GAP, STATIC
 from amb_analysis import design
 from amb_cosim.cosim.values import quantity
 from amb_cosim.studies import loop_figures
@@ -33,20 +32,20 @@ def linearisation(bias_current: str, static_current: str) -> Outcome:
     largest = float(design.current_amplitude(p, 0.0))
     if not largest > 0.0:
         raise ValueError(
-            f"bias-current = {p[BIAS]:g} A with static-current = {p[STATIC]:g} A is not allowed; coils that carry 0 to "
-            f"{p[CURRENT_LIMIT]:g} A must be left a control current of both signs"
+            f"bias-current = {p.bias_current:g} A with static-current = {p.static_current:g} A is not allowed; coils "
+            f"that carry 0 to {p.current_limit:g} A must be left a control current of both signs"
         )
-    k_s, k_i = design.constants(p)
+    k_s, k_i = design.linear_constants(p)
     limits = design.linear_range(p, TOLERANCE)
     data: dict[str, Any] = {
-        "bias_current_A": float(p[BIAS]),
-        "static_current_A": float(p[STATIC]),
+        "bias_current_A": float(p.bias_current),
+        "static_current_A": float(p.static_current),
         "k_s_N_per_m": k_s,
         "k_i_N_per_A": k_i,
         "tolerance": TOLERANCE,
         "linear_range": {"x_m": [limits.x_low, limits.x_high], "i_c_A": [limits.i_low, limits.i_high]},
         "slew_rate_N_per_s": list(design.force_slew_rate(p)),
-        "amplifier_bandwidth_hz": float(p[BANDWIDTH]),
+        "amplifier_bandwidth_hz": float(p.bandwidth),
         "full_swing": [
             {"i_c_A": i, "force_N": float(_amplitude(p, i)), "bandwidth_hz": design.full_swing_bandwidth(p, i)}
             for i in (share * largest for share in SWINGS)
@@ -61,18 +60,18 @@ def linearisation(bias_current: str, static_current: str) -> Outcome:
     return Outcome(data, {"linearisation": partial(loop_figures.linearisation, data)}, as_text(data))
 
 
-def _amplitude(p: Array, i_c: Array | float) -> Array:
+def _amplitude(p: np.record, i_c: Array | float) -> Array:
     """Amplitude (N) of the force at the centre under a sine of the control current (A), with saturation."""
     return 0.5 * (design.linearisation(p, 0.0, i_c).force - design.linearisation(p, 0.0, -np.asarray(i_c)).force)
 
 
-def _loads(p: Array) -> dict[str, Any]:
+def _loads(p: np.record) -> dict[str, Any]:
     """Control force left over static load, and the static load of this axis itself."""
 
     def carried(static: float) -> float:
-        return float(pull(p, p[BIAS] + static, p[GAP]).force - pull(p, p[BIAS], p[GAP]).force)
+        return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
 
-    own, loads = carried(p[STATIC]), LOADS * carried(p[CURRENT_LIMIT] - p[BIAS])
+    own, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
     capacity, here = design.load_capacity(p, loads), design.load_capacity(p, np.array([own]))
     return {
         "static_load_N": loads.tolist(),
@@ -83,7 +82,7 @@ def _loads(p: Array) -> dict[str, Any]:
     }
 
 
-def _map(p: Array) -> dict[str, Any]:
+def _map(p: np.record) -> dict[str, Any]:
     """K_s, K_i and the error of the linear law, rows over I_c and columns over x up to the retainer bearing."""
     clearance = PLANT["rb1.clearance"].start or 0.0
     x, i_c = np.linspace(-clearance, clearance, POINTS), np.linspace(*design.current_range(p), POINTS)

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from rich.table import Table
 
 from amb_cosim.plots.axes import STYLE
-from fmi_export.files import write_atomically
+from amb_files.atomic import write_atomically
 
 
 @dataclass(frozen=True)

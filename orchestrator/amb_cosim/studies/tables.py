@@ -8,22 +8,19 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from amb_actuator.actuator import INTERFACE
-from amb_actuator.force import current_stiffness, negative_stiffness
+from amb_analysis.design import axis_parameters, linear_constants
 from rotor_analysis.condensation import condensation_error
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.tables import SPEEDS, deviations, frequency_tables
 
-GEOMETRY = ("turns", "pole_area", "gap", "half_angle", "bias_current", "static_current")
-
 
 def thesis_tables() -> dict[str, Any]:
     """Tables 3.1 to 3.4 (rad/s), and the actuator's constants K_s (N/m, 2.8) and K_i (N/A, 2.9) with Table 2.2."""
-    geometry = [INTERFACE[f"mb1.{name}_x"].start for name in GEOMETRY]
+    k_s, k_i = linear_constants(axis_parameters())
     return {
         **rotor_tables(load_rotor()),
-        "amb": {"k_s": negative_stiffness(*geometry), "k_i": current_stiffness(*geometry)},
+        "amb": {"k_s": k_s, "k_i": k_i},
     }
 
 
