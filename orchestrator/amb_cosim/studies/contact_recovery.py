@@ -1,9 +1,9 @@
-"""Which control frees a rotor that an unbalance has thrown against its retainers, and how much unbalance it stands.
+"""Study of which control frees a rotor from contact after a step of unbalance, and up to which unbalance.
 
-The case is that of Fig. 5.6, with its unbalance factor: 16 Hz, unbalance added on D1. For each control and each amount
-the runs differ in the instant of the step alone. Rotor, bearings and retainers are the same in all directions, so that
-the instant could only matter through the samples and the limits of the currents: a share between none and all is a
-sign that the outcome hangs by little.
+The rotor, its speed and the unbalance factor are those of Fig. 5.6: 16 Hz, unbalance added on D1. For each control and
+each amount the trials differ in the instant of the step alone. Rotor, bearings and retainer bearings are the same in
+all directions, so that the instant matters only through sampling and current limits: a share between none and all shows
+that the unbalance is close to the limit of what the control can recover.
 """
 
 from __future__ import annotations
@@ -11,23 +11,20 @@ from __future__ import annotations
 import multiprocessing
 import re
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from functools import partial
 from statistics import median
-from typing import Any
-
-from rich.table import Table
+from typing import Annotated, ClassVar
 
 from amb_cosim.cosim.values import Raw, quantity
 from amb_cosim.flavours import Flavour
 from amb_cosim.results import contact_cycles, recovered
 from amb_cosim.scenario import Event, Record, Scenario, load_scenario
 from amb_cosim.simulation import Prepared, prepare, run
-from amb_cosim.studies import rolac_figures
-from amb_cosim.studies.outcome import Outcome
-from amb_cosim.text_tables import labelled_table
+from amb_cosim.studies.inputs import Number, positive
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.text_tables import TextPart, labelled_table
 from rolac_controller.names import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
 from rotor_analysis.rotor import require
 
@@ -51,8 +48,8 @@ CONTROLS: dict[str, dict[str, Raw]] = {
 
 
 @dataclass(frozen=True)
-class Case:
-    """One run: the control, what it adds on D1 (kg m, before the scenario's factor) and at which cycle, alpha (1/s)."""
+class Trial:
+    """One run: control, unbalance added on D1 (kg m, before the scenario's factor), cycle of the step, alpha (1/s)."""
 
     control: str
     added: float
@@ -62,135 +59,232 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Result:
+class TrialResult:
     """Whether the rotor is free at the end, and the cycle of its last contact, if it touched at all."""
 
     recovered: bool
     last_contact_cycle: float | None
 
 
-def recovery(steps: str, instants: int, alpha: str, flavour: Flavour, progress: Progress) -> Outcome:
-    """Share of the runs that end free of contact, and the cycles that takes, over the unbalance added."""
-    require(instants >= 1, "instants", instants, "1 or more")
-    rate = quantity(alpha, "1/s", "alpha")
-    added = unbalances(steps)
-    cases = [
-        Case(control, u, FIRST_STEP + k / instants, rate, flavour)
-        for control in CONTROLS
-        for u in added
-        for k in range(instants)
-    ]
-    results = outcomes(cases, progress)
-    data: dict[str, Any] = {
-        "scenario": SCENARIO,
-        "speed_hz": quantity(load_scenario(SCENARIO).Omega, "Hz", "Omega"),
-        "unbalance_factor": load_scenario(SCENARIO).unbalance_factor,
-        "alpha_per_s": rate,
-        "end_cycle": END,
-        "instants": instants,
-        "added_kg_m": added,
-        "controls": {
-            control: [
-                _summary([(c, r) for c, r in zip(cases, results, strict=True) if (c.control, c.added) == (control, u)])
-                for u in added
-            ]
-            for control in CONTROLS
-        },
-    }
-    return Outcome(data, {"recovery": partial(rolac_figures.recovery, data)}, as_text(data))
+@dataclass(frozen=True)
+class TrialRow:
+    """A trial in the result: cycle of the step, whether the rotor recovered, and cycles from step to last contact."""
+
+    step_cycle: float
+    recovered: bool
+    cycles: float
 
 
-def unbalances(text: str) -> list[float]:
-    """Unbalances (kg m), ascending, from a list with commas; `8,12,16 g.m` gives the unit once for all."""
-    parts = [part.strip() for part in text.split(",")]
-    unit = NUMBER.sub("", parts[-1], count=1)
-    values = [quantity(f"{part} {unit}" if NUMBER.fullmatch(part) else part, UNIT, "steps") for part in parts]
-    for value in values:
-        require(0.0 < value < float("inf"), "steps", f"{value:g} kg m", "> 0 kg m")
-    return sorted(set(values))
+@dataclass(frozen=True)
+class RecoveryStatistics:
+    """Trials of one control and one unbalance.
+
+    recovered_share
+        Share of the trials that end free of contact (1).
+    median_cycles
+        Median of the cycles from the step to the last contact of those; 0 without contact, None if there are none.
+    runs
+        Each trial.
+    """
+
+    recovered_share: float
+    median_cycles: float | None
+    runs: tuple[TrialRow, ...]
 
 
-def outcomes(cases: Sequence[Case], progress: Progress) -> list[Result]:
-    """What becomes of each case, by as many processes as there are processors.
+@dataclass(frozen=True, eq=False, repr=False)
+class Recovery(DrawnResult):
+    """Recovery from contact by control and added unbalance.
 
-    Threads would wait for each other: FMUs with Python inside hold its lock.
+    scenario
+        Name of the scenario that is varied.
+    speed
+        Spin speed (Hz).
+    unbalance_factor
+        Factor of all unbalances of the scenario (1).
+    alpha
+        Adaptation rate (1/s).
+    end_cycle
+        Cycle at which the runs end.
+    instants
+        Number of instants of the step.
+    added
+        Unbalances added on D1, before the factor (kg m), ascending.
+    controls
+        By control, the statistics for each added unbalance.
+    """
+
+    name: ClassVar[str] = "recovery"
+
+    scenario: str
+    speed: Annotated[float, "Hz"]
+    unbalance_factor: float
+    alpha: Annotated[float, "1/s"]
+    end_cycle: float
+    instants: int
+    added: Annotated[tuple[float, ...], "kg.m"]
+    controls: dict[str, tuple[RecoveryStatistics, ...]]
+
+    def text(self) -> list[TextPart]:
+        """Return a table of shares and durations, and lines that explain it."""
+        title = f"Recovery at {self.speed:g} Hz; unbalance added on D1 (g m)"
+        table = labelled_table(title, "control", *(f"{1e3 * added:g}" for added in self.added))
+        for control, cells in self.controls.items():
+            table.add_row(control, *(_cell(cell) for cell in cells))
+        return [
+            table,
+            f"runs free of contact at cycle {self.end_cycle:g} (%), and the median cycles that those took to their "
+            "last contact",
+            f"unbalances times {self.unbalance_factor:g}, alpha = {self.alpha:g} 1/s, "
+            f"instants of the step: {self.instants}",
+        ]
+
+
+def _cell(cell: RecoveryStatistics) -> str:
+    """Return share (%) and duration (cycles) as text."""
+    share = f"{100.0 * cell.recovered_share:.0f}"
+    return share if cell.median_cycles is None else f"{share}, {cell.median_cycles:.1f}"
+
+
+def recovery(
+    steps: str | Sequence[Number] = "8,12,16,20,24,28,32,36,40,44,48 g.m",
+    *,
+    instants: int = 5,
+    alpha: Number = "7 1/s",
+    flavour: Flavour = "python",
+    progress: Progress | None = None,
+) -> Recovery:
+    """Return the share of the runs that end free of contact, and how long that takes, by control and unbalance.
+
+    Parameters
+    ----------
+    steps
+        Unbalances added on D1 (kg m), before the factor of the scenario, or a text with commas and units.
+    instants
+        Number of instants of the step within a turn. One that does not divide into quarter turns is better: the four
+        axes would see the same motion.
+    alpha
+        Adaptation rate (1/s), or a text with its unit.
+    flavour
+        Flavour of the FMUs.
+    progress
+        Called with the number of runs done, and of all runs.
 
     Raises
     ------
     ValueError
-        If a case cannot be run, or does not come to its end.
+        If an argument is out of range, or a run does not reach its end.
     """
-    for case in {case.control: case for case in cases}.values():  # one of each, with the largest unbalance
-        prepared(case)  # refuses what is wrong, and builds the FMUs, before there are processes
+    require(instants >= 1, "instants", instants, "1 or more")
+    rate = quantity(alpha, "1/s", "alpha")
+    added = unbalances(steps)
+    trials = [
+        Trial(control, u, FIRST_STEP + k / instants, rate, flavour)
+        for control in CONTROLS
+        for u in added
+        for k in range(instants)
+    ]
+    results = dict(zip(trials, simulate_all(trials, progress), strict=True))
+    scenario = load_scenario(SCENARIO)
+    return Recovery(
+        scenario=SCENARIO,
+        speed=quantity(scenario.Omega, "Hz", "Omega"),
+        unbalance_factor=scenario.unbalance_factor,
+        alpha=rate,
+        end_cycle=END,
+        instants=instants,
+        added=tuple(added),
+        controls={
+            control: tuple(
+                _statistics({t: r for t, r in results.items() if (t.control, t.added) == (control, u)}) for u in added
+            )
+            for control in CONTROLS
+        },
+    )
+
+
+def unbalances(raw: str | Sequence[Number]) -> list[float]:
+    """Return unbalances (kg m), ascending, given in a sequence or in a text with commas.
+
+    In a text such as `8,12,16 g.m` the last unit holds for all numbers without one.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no positive unbalance.
+    """
+    if not isinstance(raw, str):
+        return sorted({positive(value, UNIT, "steps") for value in raw})
+    parts = [part.strip() for part in raw.split(",")]
+    unit = NUMBER.sub("", parts[-1], count=1)
+    texts = [f"{part} {unit}" if NUMBER.fullmatch(part) else part for part in parts]
+    return sorted({positive(text, UNIT, "steps") for text in texts})
+
+
+def simulate_all(trials: Sequence[Trial], progress: Progress | None = None) -> list[TrialResult]:
+    """Simulate trials in as many processes as there are processors, and return their results.
+
+    FMUs of flavour `python` hold the interpreter's lock, so that threads would run one after the other.
+
+    Raises
+    ------
+    ValueError
+        If a trial cannot be run, or does not reach its end.
+    """
+    for trial in {trial.control: trial for trial in trials}.values():  # one of each, with the largest unbalance
+        prepare_trial(trial)  # checks the input and builds the FMUs before processes are started
     with ProcessPoolExecutor(
         mp_context=multiprocessing.get_context("spawn"),
         initializer=signal.signal,
-        initargs=(signal.SIGINT, signal.SIG_IGN),  # Ctrl-C is for this process, which then stops the others
+        initargs=(signal.SIGINT, signal.SIG_IGN),  # Ctrl-C stops this process, and this process stops the others
     ) as pool:
         try:
-            futures = [pool.submit(outcome_of, case) for case in cases]
+            futures = [pool.submit(simulate_trial, trial) for trial in trials]
             for done, future in enumerate(as_completed(futures), start=1):
                 future.result()
-                progress(done, len(cases))
+                if progress is not None:
+                    progress(done, len(trials))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
     return [future.result() for future in futures]
 
 
-def outcome_of(case: Case) -> Result:
-    """Run one case. Raises ValueError if it does not come to its end."""
-    outcome = run(prepared(case))
+def simulate_trial(trial: Trial) -> TrialResult:
+    """Simulate one trial and return its result.
+
+    Raises
+    ------
+    ValueError
+        If it does not reach its end.
+    """
+    outcome = run(prepare_trial(trial))
     if outcome.failure is not None:
-        raise ValueError(f"{case.control}, {case.added:g} kg m added: {outcome.failure}")
-    return Result(bool(recovered(outcome.dataset)), contact_cycles(outcome.dataset)[1])
+        raise ValueError(f"{trial.control}, {trial.added:g} kg m added: {outcome.failure}")
+    return TrialResult(bool(recovered(outcome.dataset)), contact_cycles(outcome.dataset)[1])
 
 
-def prepared(case: Case) -> Prepared:
-    """A case ready to run."""
-    settings = {"rolac.alpha": case.alpha, **CONTROLS[case.control]}
+def prepare_trial(trial: Trial) -> Prepared:
+    """Return a trial that is ready to run."""
+    settings = {"rolac.alpha": trial.alpha, **CONTROLS[trial.control]}
     named = {f"rolac_controller.{name}": value for name, value in settings.items()}
-    return prepare("recovery", scenario(case), named, flavour=case.flavour)
+    return prepare("recovery", trial_scenario(trial), named, flavour=trial.flavour)
 
 
-def scenario(case: Case) -> Scenario:
-    """The scenario of Fig. 5.6 with another step: every sample is kept of what tells contact, and little else."""
+def trial_scenario(trial: Trial) -> Scenario:
+    """Return the scenario of Fig. 5.6 with another step, which records every sample of the contact state."""
     base = load_scenario(SCENARIO)
     before = quantity(base.inputs["rotor_contact"][DISC], UNIT, DISC)
-    step = Event(label="step", cycle=case.cycle, set={"rotor_contact": {DISC: before + case.added}})
+    step = Event(label="step", cycle=trial.cycle, set={"rotor_contact": {DISC: before + trial.added}})
     record = Record(variables=("rotor_contact.contact_state",))
     return base.model_copy(update={"event": (step,), "end_cycle": END, "record": record})
 
 
-def _summary(runs: Sequence[tuple[Case, Result]]) -> dict[str, Any]:
-    """Share recovered, and the median of the cycles from the step to the last contact of those; 0 without contact."""
-    cycles = [max(0.0, (r.last_contact_cycle or 0.0) - c.cycle) for c, r in runs]
-    taken = [time for time, (_, r) in zip(cycles, runs, strict=True) if r.recovered]
-    return {
-        "recovered_share": len(taken) / len(runs),
-        "median_cycles": median(taken) if taken else None,
-        "runs": [
-            {"step_cycle": c.cycle, "recovered": r.recovered, "cycles": time}
-            for time, (c, r) in zip(cycles, runs, strict=True)
-        ],
-    }
-
-
-def as_text(data: dict[str, Any]) -> list[Table | str]:
-    """What `recovery` found, to print."""
-    title = f"Recovery at {data['speed_hz']:g} Hz; unbalance added on D1 (g m)"
-    table = labelled_table(title, "control", *(f"{1e3 * added:g}" for added in data["added_kg_m"]))
-    for control, cells in data["controls"].items():
-        table.add_row(control, *(_cell(cell) for cell in cells))
-    return [
-        table,
-        f"runs free of contact at cycle {data['end_cycle']:g} (%), and the median cycles that those took to their "
-        "last contact",
-        f"unbalances times {data['unbalance_factor']:g}, alpha = {data['alpha_per_s']:g} 1/s, "
-        f"instants of the step: {data['instants']}",
-    ]
-
-
-def _cell(cell: dict[str, Any]) -> str:
-    share = f"{100.0 * cell['recovered_share']:.0f}"
-    return share if cell["median_cycles"] is None else f"{share}, {cell['median_cycles']:.1f}"
+def _statistics(results: Mapping[Trial, TrialResult]) -> RecoveryStatistics:
+    """Return the statistics of the trials of one control and one unbalance."""
+    rows = tuple(
+        TrialRow(trial.cycle, result.recovered, max(0.0, (result.last_contact_cycle or 0.0) - trial.cycle))
+        for trial, result in results.items()
+    )
+    durations = [row.cycles for row in rows if row.recovered]
+    return RecoveryStatistics(len(durations) / len(rows), median(durations) if durations else None, rows)

@@ -1,4 +1,4 @@
-"""Studies of what mesh, mass matrix and condensation do to the frequencies (thesis Tables 3.1 to 3.4), and Table 2.2."""
+"""Studies of natural frequencies by mesh, mass matrix and condensation (thesis Tables 3.1 to 3.4), and of Table 2.2."""
 
 from __future__ import annotations
 

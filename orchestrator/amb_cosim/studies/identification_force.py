@@ -1,17 +1,20 @@
-"""The test force of an identification over speed: how strong it is, and how long ROLAC halts for it."""
+"""Study of the test force of an identification over the spin speed (thesis Fig. 5.2; 6.3 to 6.6)."""
 
 from __future__ import annotations
 
 import math
-from functools import partial
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
-from rich.table import Table
 
 from amb_analysis.receptance_table import SPEEDS
-from amb_cosim.studies import modal, rolac_figures
-from amb_cosim.studies.outcome import Outcome
+from amb_cosim.json_data import Layout
+from amb_cosim.studies.inputs import Number, spin_speed
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.text_tables import TextPart, text_table
+from fmi_export.model import Array
 from rolac_controller.excitation import FORCE, amplitude_at, periods
 from rolac_controller.names import N_SLOTS
 from rotor_analysis.rotor import require
@@ -21,44 +24,92 @@ POINTS_PER_HZ = 20
 JUMP = 30.0  # Hz, where the rule of 6.6 is not continuous
 
 
-def test_force(up_to: str) -> Outcome:
-    """S(f) and A(f) of the test force, periods of a slot and duration of an identification (Fig. 5.2; 6.3 to 6.6)."""
-    highest = modal.speed(up_to, "up-to") / (2.0 * math.pi)
+@dataclass(frozen=True, eq=False)
+class ForceColumns:
+    """Test force over frequency; all arrays have the shape (n,).
+
+    frequencies
+        Frequencies (Hz).
+    s
+        S(f) (1) (6.6).
+    amplitude
+        Amplitude of the force, A = 220 N/S (N) (6.5).
+    periods_per_slot
+        Revolutions of a slot, N_per (1) (6.3).
+    t_halt
+        Duration of an identification, in which ROLAC is halted (s) (6.4).
+    """
+
+    frequencies: Annotated[Array, "Hz"]
+    s: Array
+    amplitude: Annotated[Array, "N"]
+    periods_per_slot: Array
+    t_halt: Annotated[Array, "s"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class IdentificationForce(DrawnResult):
+    """Test force of an identification over frequency.
+
+    columns
+        The force over the range of frequencies.
+    at_the_jump
+        The force just below and at 30 Hz; empty if the range ends below.
+    at_the_speeds_of_the_thesis
+        The force at the speeds at which the thesis identifies.
+    """
+
+    name: ClassVar[str] = "test_force"
+
+    columns: Annotated[ForceColumns, Layout.MERGED]
+    at_the_jump: ForceColumns
+    at_the_speeds_of_the_thesis: ForceColumns
+
+    def text(self) -> list[TextPart]:
+        """Return a table for the speeds of the thesis, and a line about the jump."""
+        table = text_table("Test force of an identification", ("f (Hz)", "S", "A (N)", "N_per", "t_halt (s)"))
+        at = self.at_the_speeds_of_the_thesis
+        rows = zip(at.frequencies, at.s, at.amplitude, at.periods_per_slot, at.t_halt, strict=True)
+        for f, s, amplitude, slots, halt in rows:
+            table.add_row(f"{f:g}", f"{s:.2f}", f"{amplitude:.1f}", f"{slots:.0f}", f"{halt:.2f}")
+        parts: list[TextPart] = [table]
+        if len(self.at_the_jump.frequencies):
+            before, after = self.at_the_jump.amplitude
+            parts.append(f"S is not continuous at {JUMP:g} Hz: the force jumps from {before:.0f} to {after:.0f} N")
+        return parts
+
+
+def test_force(up_to: Number = "50 Hz") -> IdentificationForce:  # noqa: PT028  # no test: a force
+    """Return amplitude and duration of the test force of an identification over the spin speed (6.3 to 6.6).
+
+    Parameters
+    ----------
+    up_to
+        Highest spin speed (rad/s), or a text with its unit.
+
+    Raises
+    ------
+    ValueError
+        If it is no speed above 5 Hz.
+    """
+    highest = spin_speed(up_to, "up-to") / (2.0 * math.pi)
     require(highest > LOWEST, "up-to", f"{highest:g} Hz", f"> {LOWEST:g} Hz")
     below = math.nextafter(JUMP, 0.0)
     grid = np.linspace(LOWEST, highest, round(POINTS_PER_HZ * (highest - LOWEST)) + 1)
     jump = [below, JUMP] if highest > JUMP else []
-    thesis = [speed / (2.0 * math.pi) for speed in SPEEDS]
-    data: dict[str, Any] = {
-        **_columns(sorted({*grid.tolist(), *jump})),
-        "at_the_jump": _columns(jump),
-        "at_the_speeds_of_the_thesis": _columns(thesis),
-    }
-    return Outcome(data, {"test_force": partial(rolac_figures.test_force, data)}, _as_text(data))
+    return IdentificationForce(
+        columns=_columns(sorted({*grid.tolist(), *jump})),
+        at_the_jump=_columns(jump),
+        at_the_speeds_of_the_thesis=_columns([speed / (2.0 * math.pi) for speed in SPEEDS]),
+    )
 
 
-def _columns(frequencies: list[float]) -> dict[str, list[float]]:
-    """S, A (N), N_per and t_halt (s) at each frequency (Hz)."""
+def _columns(frequencies: Sequence[float]) -> ForceColumns:
+    """Return the test force at each frequency (Hz)."""
     amplitudes = [amplitude_at(f) for f in frequencies]
     slots = [periods(f) for f in frequencies]
-    return {
-        "frequencies_hz": frequencies,
-        "s": [FORCE / amplitude for amplitude in amplitudes],
-        "amplitude_N": amplitudes,
-        "periods_per_slot": slots,
-        "t_halt_s": [N_SLOTS * n / f for n, f in zip(slots, frequencies, strict=True)],
-    }
-
-
-def _as_text(data: dict[str, Any]) -> list[Table | str]:
-    table = Table(title="Test force of an identification", title_justify="left", box=None, padding=(0, 2, 0, 0))
-    for heading in ("f (Hz)", "S", "A (N)", "N_per", "t_halt (s)"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    columns = data["at_the_speeds_of_the_thesis"].values()
-    for f, s, amplitude, slots, halt in zip(*columns, strict=True):
-        table.add_row(f"{f:g}", f"{s:.2f}", f"{amplitude:.1f}", f"{slots:.0f}", f"{halt:.2f}")
-    parts: list[Table | str] = [table]
-    if data["at_the_jump"]["frequencies_hz"]:
-        before, after = data["at_the_jump"]["amplitude_N"]
-        parts.append(f"S is not continuous at {JUMP:g} Hz: the force jumps from {before:.0f} to {after:.0f} N")
-    return parts
+    durations = [N_SLOTS * n / f for n, f in zip(slots, frequencies, strict=True)]
+    s = [FORCE / amplitude for amplitude in amplitudes]
+    return ForceColumns(
+        *(np.array(column, dtype=np.float64) for column in (frequencies, s, amplitudes, slots, durations))
+    )

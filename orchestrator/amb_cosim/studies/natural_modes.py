@@ -1,4 +1,4 @@
-"""Studies of the modes of a rotor: frequencies at several spin speeds, and mode shapes at one (thesis Figs 3.2, 3.3)."""
+"""Studies of the modes of a rotor: frequencies at several spin speeds, mode shapes at one (thesis Figs 3.2, 3.3)."""
 
 from __future__ import annotations
 

@@ -24,8 +24,6 @@ def draw(result: UnbalanceResponse) -> Figure:
     bottom.yaxis.set_major_locator(MultipleLocator(90.0))
     bottom.grid(axis="y", color="0.9", lw=0.6)
     figure.legend(loc="outside lower center", ncols=3)
-    figure.suptitle(
-        f"{result.rotor}: steady response to {1e3 * result.unbalance:.4g} g m at node {result.node}",
-        fontsize=TITLE_SIZE,
-    )
+    title = f"{result.rotor}: steady response to {1e3 * result.unbalance:.4g} g m at node {result.node}"
+    figure.suptitle(title, fontsize=TITLE_SIZE)
     return figure
