@@ -82,7 +82,8 @@ def json_data(value: Any) -> Any:
 
 def _object(value: Any) -> dict[str, Any]:
     data: dict[str, Any] = {}
-    for name, key, layouts in _keys(type(value)):
+    owner: type[object] = type(value)
+    for name, key, layouts in _keys(owner):
         item = getattr(value, name)
         if Layout.OMITTED in layouts or (item is None and Layout.OMITTED_IF_NONE in layouts):
             continue
@@ -100,7 +101,7 @@ def _parts(values: np.ndarray[Any, Any]) -> dict[str, Any]:
 
 
 @cache
-def _keys(owner: type) -> list[tuple[str, str, frozenset[Layout]]]:
+def _keys(owner: type[Any]) -> list[tuple[str, str, frozenset[Layout]]]:
     """Name, key and layouts of each field of a dataclass."""
     hints = get_type_hints(owner, include_extras=True)
     return [(field.name, *_key(field.name, hints[field.name])) for field in dataclasses.fields(owner)]

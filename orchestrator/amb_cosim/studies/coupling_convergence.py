@@ -31,7 +31,7 @@ EXACT = 1e-6  # relative error of the orbit; below it the plant's own integratio
 
 @dataclass(frozen=True)
 class Scheme:
-    """How the FMUs are coupled: order of the master, whether forces have gradients, whether a step has a mean current."""
+    """How FMUs are coupled: order of the master, force with its gradient or held, force of a step's mean current."""
 
     coupling: Coupling = "gauss_seidel"
     gradient: bool = True

@@ -11,7 +11,7 @@ from fmi_export.model import Array
 
 
 def draw(result: BearingAxis) -> Figure:
-    """Draw K_s and K_i over dispointment and control current, load capacity, and the largest sine of the force."""
+    """Draw K_s and K_i over displacement and control current, load capacity, and the largest sine of the force."""
     figure = StyledFigure(figsize=(8.4, 7.0), layout="constrained")
     panels = figure.subplots(2, 2)
     _draw_map(panels[0, 0], result, 1e-3 * result.map.k_s, "K_s", "N/mm")
@@ -27,14 +27,14 @@ def draw(result: BearingAxis) -> Figure:
 
 
 def _draw_map(axes: Axes, result: BearingAxis, values: Array, symbol: str, unit: str) -> None:
-    """Draw a property over dispointment and control current, with the limits of the linear range."""
+    """Draw a property over displacement and control current, with the limits of the linear range."""
     x, current = 1e3 * result.map.x, result.map.i_c
     filled = axes.contourf(x, current, values, levels=14, cmap="cividis")
     axes.figure.colorbar(filled, ax=axes, label=f"${symbol}$ ({unit})")
     edge = axes.contour(x, current, result.map.linear_error, levels=[result.tolerance], colors="white", linewidths=1.3)
     axes.clabel(edge, fmt=lambda level: f"{100 * level:g} %", fontsize=8)
     axes.plot(0.0, 0.0, "+", color="white", ms=8)
-    axes.set(xlabel="dispointment $x$ (mm)", ylabel="control current $I_c$ (A)")
+    axes.set(xlabel="displacement $x$ (mm)", ylabel="control current $I_c$ (A)")
     axes.set_title(f"${symbol}$; white: limit of the linear law")
 
 
