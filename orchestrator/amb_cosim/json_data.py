@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from enum import Enum
-from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -82,8 +81,7 @@ def json_data(value: Any) -> Any:
 
 def _object(value: Any) -> dict[str, Any]:
     data: dict[str, Any] = {}
-    owner: type[object] = type(value)
-    for name, key, layouts in _keys(owner):
+    for name, key, layouts in _keys(type(value)):
         item = getattr(value, name)
         if Layout.OMITTED in layouts or (item is None and Layout.OMITTED_IF_NONE in layouts):
             continue
@@ -100,7 +98,6 @@ def _parts(values: np.ndarray[Any, Any]) -> dict[str, Any]:
     return {"real": values.real.tolist(), "imaginary": values.imag.tolist()}
 
 
-@cache
 def _keys(owner: type[Any]) -> list[tuple[str, str, frozenset[Layout]]]:
     """Name, key and layouts of each field of a dataclass."""
     hints = get_type_hints(owner, include_extras=True)
