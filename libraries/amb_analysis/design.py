@@ -44,7 +44,7 @@ class LoadCapacity(NamedTuple):
     """Static current (A) that carries each load, and the control force left towards and against it (N)."""
 
     static_current: Array
-    up: np.record
+    up: Array
     down: Array
 
 

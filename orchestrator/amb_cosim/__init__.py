@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from amb_cosim.scenario import Scenario as Scenario
     from amb_cosim.scenario import scenarios as scenarios
     from amb_cosim.simulation import run as run
-    from amb_cosim.studies.receptance_measurement import identify as identify
+    from amb_cosim.studies.receptance_identification import identify as identify
 
 _MODULES = {
     "run": "simulation",
@@ -41,7 +41,7 @@ _MODULES = {
     "Scenario": "scenario",
     "Result": "result",
     "build": "models",
-    "identify": "studies.receptance_measurement",
+    "identify": "studies.receptance_identification",
     "studies": "studies",
     "simulate": "cosim.run",
     "System": "cosim.system",

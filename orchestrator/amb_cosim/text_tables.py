@@ -1,22 +1,76 @@
-"""Tables as they are printed."""
+"""Tables and lines as commands print them."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Sequence
+from io import StringIO
+
+from rich.console import Console
 from rich.table import Table
 
+TextPart = Table | str
 
-def labelled_table(title: str, label: str, *numbers: str) -> Table:
-    """A table without lines: rows begin with a label, to the left, and go on with numbers, to the right.
+WIDTH = 160  # characters of a text that no terminal limits
 
-    `label` and `numbers` are the headings.
+
+def text_table(
+    title: str,
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]] = (),
+    *,
+    left: Collection[str] = (),
+    gap: int = 2,
+) -> Table:
+    """Return a table without lines.
+
+    Parameters
+    ----------
+    title, headings
+        Text above the table, and above each column.
+    rows
+        Texts of each row; more can be added.
+    left
+        Headings of the columns that are aligned to the left; the others hold numbers and are aligned to the right.
+    gap
+        Spaces between two columns.
     """
-    table = Table(title=title, title_justify="left", box=None, padding=(0, 2, 0, 0))
-    table.add_column(label, no_wrap=True)
-    for heading in numbers:
-        table.add_column(heading, justify="right", no_wrap=True)
+    table = Table(title=title, title_justify="left", box=None, padding=(0, gap, 0, 0))
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading in left else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
     return table
 
 
+def labelled_table(title: str, label: str, *numbers: str) -> Table:
+    """Return a table whose rows begin with a label, aligned to the left, and go on with numbers.
+
+    Parameters
+    ----------
+    title
+        Text above the table.
+    label, numbers
+        Headings of the labels and of the numbers.
+    """
+    return text_table(title, (label, *numbers), left=(label,))
+
+
+def rendered(parts: Iterable[TextPart]) -> str:
+    """Return tables and lines as one text."""
+    text = StringIO()
+    print_parts(parts, Console(file=text, width=WIDTH))
+    return text.getvalue()
+
+
+def print_parts(parts: Iterable[TextPart], console: Console | None = None) -> None:
+    """Print tables and lines, to standard output by default."""
+    console = console or Console()
+    if not console.is_terminal:  # a file has no width to cut tables to
+        console = Console(file=console.file, width=WIDTH)
+    for part in parts:
+        console.print(part)
+
+
 def number(value: float | None) -> str:
-    """A number with four digits, or a dash where there is none."""
+    """Return a number with four digits, or a dash where there is none."""
     return "-" if value is None else f"{value:.4g}"

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import math
-from functools import partial
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 from rich.console import Console
-from rich.progress import Progress, TaskID
 
+from amb_cosim import studies
 from amb_cosim.commands.cli_errors import Failed, check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
-from amb_cosim.commands.printing import print_parts
 from amb_cosim.cosim.fmus import Flavour
 from amb_cosim.progress import STARTING, bars
+from amb_cosim.text_tables import print_parts
 
 if TYPE_CHECKING:
-    from amb_analysis.table_file import ReceptanceTable
-    from amb_cosim.simulation import Prepared
-    from amb_cosim.studies.receptance_measurement import Identified
+    from amb_cosim.studies.receptance_identification import IdentificationProgress
 
 
 @click.command()
@@ -47,50 +46,40 @@ def identify(
 
     Give the table to `run` or `build` with --receptances. It is written after each speed.
     """
-    from amb_analysis.receptance_table import SPEEDS
-    from amb_cosim.studies import receptance_measurement
-    from amb_cosim.studies.modal import speed_list
+    from amb_cosim.plan import parse_settings
 
-    console = Console(stderr=True)
-    with refusing():
+    with refusing(), _progress_bars(Console(stderr=True)) as progress:
         check_writable(output, is_folder=False)
-        chosen = SPEEDS if speeds is None else speed_list(speeds)
-        with console.status("preparing the FMUs"):
-            runs = [receptance_measurement.prepared_run(Omega, rotor_file, settings, flavour) for Omega in chosen]
-            table = receptance_measurement.table_for(runs[0], output)
-        results = _results(runs, table, output, console)
-    print_parts([receptance_measurement.as_table(results)])
-    done = sum(result.receptance is not None for result in results)
-    kept = f"{output} has the {done} done" if done else f"nothing was written to {output}"
-    if results[-1].interrupted:
-        raise Failed(f"{results[-1].reason}; {kept}")
-    if done < len(runs):
-        raise Failed(f"identification failed at {len(runs) - done} of {len(runs)} speeds; {kept}")
+        result = studies.identify(
+            speeds,
+            output=output,
+            rotor=rotor_file,
+            set=parse_settings(settings),
+            flavour=flavour,
+            progress=progress,
+        )
+    print_parts(result.text())
+    written = f"{output} has the {result.identified} done" if result.identified else f"nothing was written to {output}"
+    if result.interruption:
+        raise Failed(f"{result.interruption}; {written}")
+    missing = len(result.speeds) - result.identified
+    if missing:
+        raise Failed(f"identification failed at {missing} of {len(result.speeds)} speeds; {written}")
     click.echo(f"receptances in {output}")
 
 
-def _results(runs: list[Prepared], table: ReceptanceTable, output: Path, console: Console) -> list[Identified]:
-    """Run one identification after the other, until Ctrl-C, and write the table after each that succeeds."""
-    from amb_cosim.studies import receptance_measurement
-
-    results = []
+@contextmanager
+def _progress_bars(console: Console) -> Iterator[Callable[[IdentificationProgress], None]]:
+    """Yield a function that shows progress in two bars: one for all speeds, one for the speed being simulated."""
     with bars(console) as shown:
-        every, one = shown.add_task("speeds", total=len(runs)), shown.add_task(STARTING, total=None)
-        for prepared in runs:
-            report = partial(_report, shown, one, f"{prepared.plan.speed / (2.0 * math.pi):.4g} Hz")
-            result = receptance_measurement.identified(prepared, report)
-            if result.receptance is not None:
-                table = table.updated(result.Omega, result.receptance, result.order)
-                table.write(output)
-            results.append(result)
-            shown.advance(every)
-            if result.interrupted:
-                break
-    return results
+        all_speeds, this_speed = shown.add_task("speeds", total=None), shown.add_task(STARTING, total=None)
 
+        def show(progress: IdentificationProgress) -> None:
+            shown.update(all_speeds, completed=progress.speeds_done, total=progress.speeds_total)
+            label = f"{progress.speed / (2.0 * math.pi):.4g} Hz"
+            shown.update(this_speed, description=label, completed=progress.steps_done, total=progress.steps_total)
 
-def _report(shown: Progress, task: TaskID, label: str, done: int, total: int) -> None:
-    shown.update(task, description=label, completed=done, total=total)
+        yield show
 
 
 COMMANDS = (identify,)

@@ -1,27 +1,27 @@
-"""How commands print what they found."""
+"""How commands print what they found: as JSON, or as tables and lines."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
-from rich.console import Console
+
+from amb_cosim.text_tables import TextPart, print_parts
+
+if TYPE_CHECKING:
+    from amb_cosim.studies.result import StudyResult
 
 
-def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[Any]], as_json: bool) -> None:
-    """Print data as JSON, or the tables and lines that `as_text` makes of it."""
+def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[TextPart]], as_json: bool) -> None:
+    """Print data as JSON, or the tables and lines that `as_text` returns for it."""
     if as_json:
         click.echo(json.dumps(data, indent=2, allow_nan=False))
     else:
         print_parts(as_text(data))
 
 
-def print_parts(parts: Iterable[Any]) -> None:
-    """Print tables and lines."""
-    console = Console()
-    if not console.is_terminal:  # a file has no width to cut tables to
-        console = Console(width=160)
-    for part in parts:
-        console.print(part)
+def print_result(result: StudyResult, as_json: bool) -> None:
+    """Print the result of a study as JSON, or as tables and lines."""
+    show(result.to_json(), lambda _: result.text(), as_json)

@@ -1,65 +1,128 @@
-"""Figures of a run, drawn from its data set alone."""
+"""Figures of a run, drawn from its data set alone, and of studies. matplotlib is imported when a figure is made."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from functools import partial
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib as mpl
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from amb_cosim.contact_history import rolling_from
 from amb_cosim.energies import energies
 from amb_cosim.orbits import radius
-from amb_cosim.plots.axes import STYLE
-from amb_cosim.plots.contact import contact, whirl
-from amb_cosim.plots.energy import energy
-from amb_cosim.plots.motion import displacement, orbits
 from amb_cosim.series import BEARINGS
-from amb_files.atomic import write_atomically
 
-FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
-    "orbits": orbits,
-    "displacement": displacement,
-    "contact": contact,
-    "whirl": whirl,
-    "energy": energy,
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# The module that draws each figure, by a function of the figure's name.
+MODULES = {
+    "orbits": "motion",
+    "displacement": "motion",
+    "contact": "contact",
+    "whirl": "contact",
+    "energy": "energy",
 }
 
 
+class Plots:
+    """The figures of a run, one method for each; a notebook shows what a method returns.
+
+    Parameters
+    ----------
+    dataset
+        What the run recorded, with its attributes.
+    """
+
+    def __init__(self, dataset: xr.Dataset) -> None:
+        self._dataset = dataset
+
+    def orbits(self) -> Figure:
+        """Draw the path of the rotor centre at both bearings: before, during and after the added unbalance."""
+        return figure(self._dataset, "orbits")
+
+    def displacement(self) -> Figure:
+        """Draw radial displacement over clearance at both bearings, and the spin speed where it changes."""
+        return figure(self._dataset, "displacement")
+
+    def contact(self) -> Figure:
+        """Draw the normal contact force at both retainer bearings, and which of them are touched."""
+        return figure(self._dataset, "contact")
+
+    def whirl(self) -> Figure:
+        """Draw the whirl speed at both retainer bearings, and whether the rotor slides or rolls on them."""
+        return figure(self._dataset, "whirl")
+
+    def energy(self) -> Figure:
+        """Draw the energy of the lateral motion, the work done on the rotor and the heat it became."""
+        return figure(self._dataset, "energy")
+
+    def write(self, folder: Path | str) -> list[Path]:
+        """Write the figures that suit the run to a folder, and return their paths."""
+        return draw_all(self._dataset, Path(folder))
+
+    def __repr__(self) -> str:
+        methods = ", ".join(f"{name}()" for name in MODULES)
+        return f"Plots of {self._dataset.attrs.get('scenario', 'a run')}: {methods}"
+
+
+def figure(dataset: xr.Dataset, name: str) -> Figure:
+    """Return a figure of a run.
+
+    Parameters
+    ----------
+    dataset
+        What the run recorded, with its attributes.
+    name
+        `orbits`, `displacement`, `contact`, `whirl` or `energy`.
+
+    Raises
+    ------
+    ValueError
+        If there is no figure of that name, or the run recorded no sample or not what the figure shows.
+    """
+    if name not in MODULES:
+        raise ValueError(f"figure = {name!r} is not allowed; it must be one of {', '.join(MODULES)}")
+    if not _has_motion(dataset):
+        raise ValueError(f"{name} cannot be drawn: the run recorded no sample of the rotor's motion at its bearings")
+    if name == "energy" and energies(dataset) is None:
+        raise ValueError("energy cannot be drawn: the run did not reach cycle 0, or did not record energy.*")
+    import matplotlib as mpl
+
+    from amb_cosim.plots.style import STYLE
+
+    draw: Callable[[xr.Dataset], Figure] = getattr(import_module(f"{__name__}.{MODULES[name]}"), name)
+    with mpl.rc_context(STYLE):
+        return draw(dataset)
+
+
 def draw_all(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """Draw the figures of a run that the data set has the signals for, and return their paths."""
-    paths: list[Path] = []
-    if not dataset.sizes["time"] or any(radius(dataset, mb) is None for mb in BEARINGS.values()):
-        return paths
-    for name in chosen(dataset):
-        with mpl.rc_context(STYLE):
-            figure = FIGURES[name](dataset)
-            FigureCanvasAgg(figure)
-            path = folder / f"{name}.png"
-            write_atomically(path, partial(figure.savefig, dpi=200))
-        paths.append(path)
-    return paths
+    """Write the figures that suit a run to a folder, and return their paths: none if it recorded no motion."""
+    if not _has_motion(dataset):
+        return []
+    from amb_cosim.plots.style import write_png
+
+    paths = {name: folder / f"{name}.png" for name in chosen(dataset)}
+    for name, path in paths.items():
+        write_png(figure(dataset, name), path)
+    return list(paths.values())
 
 
 def chosen(dataset: xr.Dataset) -> list[str]:
-    """Names of the figures that the scenario asks for, or that suit the run.
+    """Return the names of the figures that the scenario asks for, or else of those that suit the run.
 
-    Orbits overlap while the speed changes, and whirl is worth a look where a site rolls.
+    Orbits overlap while the speed changes; whirl is of interest where the rotor rolls on a bearing.
     """
     if "plot_figures" in dataset.attrs:
-        asked = json.loads(dataset.attrs["plot_figures"])
-        return [name for name in asked if name != "energy" or energies(dataset) is not None]
+        requested: list[str] = json.loads(dataset.attrs["plot_figures"])
+        return [name for name in requested if name != "energy" or energies(dataset) is not None]
     names = ["displacement", "contact"] if "speed_profile" in dataset.attrs else ["orbits", "displacement", "contact"]
     return names + ["whirl"] * (rolling_from(dataset) is not None)
 
 
-class Plots:
-    """Figures of one run."""
-
-    def __init__(self, dataset: xr.Dataset) -> None:
-        self._dataset = dataset
+def _has_motion(dataset: xr.Dataset) -> bool:
+    """Return whether the data set has samples of the displacement at both bearings."""
+    return bool(dataset.sizes["time"]) and all(radius(dataset, mb) is not None for mb in BEARINGS.values())

@@ -1,10 +1,9 @@
-"""What the figures share: style, colours, and the horizontal axis in cycles, or in seconds where the speed changes."""
+"""What the figures of a run share: titles, and the time axis in cycles, or in seconds where the speed changes."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,29 +12,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from amb_cosim.plots.style import BLUE, ORANGE, TITLE_SIZE
 from amb_cosim.series import BEARINGS, cycles, signal, speed, switched_on
 
-# A palette that colour-blind readers can tell apart (Okabe and Ito).
-GREY, ORANGE, BLUE, GREEN, PURPLE = "#999999", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
 SITE_COLOURS = {"rb1": BLUE, "rb2": ORANGE}
 
-STYLE: dict[Any, Any] = {
-    "font.size": 9.0,
-    "axes.titlesize": 9.5,
-    "axes.labelsize": 9.0,
-    "legend.fontsize": 8.0,
-    "xtick.labelsize": 8.0,
-    "ytick.labelsize": 8.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.7,
-    "lines.linewidth": 0.9,
-    "legend.frameon": False,
-}
 
-
-def plant(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
-    """Samples of a variable of the plant; NaN if it was not recorded."""
+def plant_signal(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
+    """Return the samples of a variable of the plant; NaN if it was not recorded."""
     values = signal(dataset, name)
     if values is None:
         return np.full(dataset.sizes["time"], np.nan)
@@ -43,79 +27,80 @@ def plant(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
 
 
 def plant_parameter(dataset: xr.Dataset, name: str) -> float:
-    """A parameter of the plant, as the run had it."""
+    """Return the value that a parameter of the plant had in the run."""
     return float(json.loads(dataset.attrs["parameters"])["rotor_contact"][name])
 
 
 def clearance(dataset: xr.Dataset, site: str) -> float:
-    """Radial clearance of a retainer bearing in m."""
+    """Return the radial clearance of a retainer bearing (m)."""
     return plant_parameter(dataset, f"{site}.clearance")
 
 
-def headline(figure: Figure, dataset: xr.Dataset) -> None:
-    """Name of the scenario and its speed."""
+def add_title(figure: Figure, dataset: xr.Dataset) -> None:
+    """Write the name of the scenario and its spin speed above the figure."""
     speeds = speed(dataset)
     name = Path(dataset.attrs["scenario"]).stem
     changing = "speed_profile" in dataset.attrs
     text = f"{speeds[0]:.4g} to {speeds[-1]:.4g}" if changing else f"{speeds[0]:.4g}"
-    figure.suptitle(f"{name}, $\\Omega$ = {text} rad/s", fontsize=10.5)
+    figure.suptitle(f"{name}, $\\Omega$ = {text} rad/s", fontsize=TITLE_SIZE)
 
 
-def titled(site: str) -> str:
+def site_title(site: str) -> str:
+    """Return the name of a retainer bearing and of the magnetic bearing that it protects."""
     return f"Retainer bearing {site.upper()} at {BEARINGS[site].upper()}"
 
 
-def abscissa(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Where each sample stands on the horizontal axis."""
-    return cycles(dataset) * _unit(dataset)
+def time_values(dataset: xr.Dataset) -> NDArray[np.float64]:
+    """Return the place of each sample on the time axis: its cycle, or its time (s) where the speed changes."""
+    return cycles(dataset) * _cycle_length(dataset)
 
 
-def _unit(dataset: xr.Dataset) -> float:
-    """Length of a cycle on the horizontal axis."""
+def _cycle_length(dataset: xr.Dataset) -> float:
+    """Return the length of a cycle on the time axis."""
     return float(dataset.attrs["period_s"]) if "speed_profile" in dataset.attrs else 1.0
 
 
-def _window(dataset: xr.Dataset) -> tuple[float, float]:
-    """What to show: what the scenario asks for, or the whole run."""
+def _time_limits(dataset: xr.Dataset) -> tuple[float, float]:
+    """Return the limits of the time axis: those that the scenario asks for, or those of the run."""
     if "plot_cycles" in dataset.attrs:
         begin, end = dataset.attrs["plot_cycles"]
-        return float(begin) * _unit(dataset), float(end) * _unit(dataset)
-    begin, end = float(abscissa(dataset)[0]), float(abscissa(dataset)[-1])
-    # A run ends at the communication point nearest to a whole cycle; that cycle's tick belongs to the axis.
+        return float(begin) * _cycle_length(dataset), float(end) * _cycle_length(dataset)
+    begin, end = float(time_values(dataset)[0]), float(time_values(dataset)[-1])
+    # A run ends at the communication point nearest to a whole cycle; the axis reaches to the tick of that cycle.
     return begin, float(round(end)) if abs(end - round(end)) < 0.05 and round(end) > begin else end
 
 
-def label_abscissa(axis: Axes, dataset: xr.Dataset) -> None:
-    """Name and limit the horizontal axis."""
-    begin, end = _window(dataset)
-    axis.set_xlabel("time (s)" if "speed_profile" in dataset.attrs else "synchronous cycles")
+def label_time_axis(axes: Axes, dataset: xr.Dataset) -> None:
+    """Set label, limits and ticks of the time axis."""
+    begin, end = _time_limits(dataset)
+    axes.set_xlabel("time (s)" if "speed_profile" in dataset.attrs else "synchronous cycles")
     if end > begin:
-        axis.set_xlim(begin, end)
-    axis.xaxis.set_major_locator(MaxNLocator(10, integer=end - begin > 3.0, steps=[1, 2, 5, 10]))
+        axes.set_xlim(begin, end)
+    axes.xaxis.set_major_locator(MaxNLocator(10, integer=end - begin > 3.0, steps=[1, 2, 5, 10]))
 
 
-def _marks(dataset: xr.Dataset) -> dict[str, float]:
-    """Where the step comes and goes and ROLAC begins, as far as it is shown."""
-    begin, end = _window(dataset)
-    happens = {label: dataset.attrs.get(f"{label}_cycle") for label in ("step", "removal")}
-    happens["ROLAC"] = switched_on(dataset)
-    marks = {label: float(cycle) * _unit(dataset) for label, cycle in happens.items() if cycle is not None}
-    return {label: at for label, at in marks.items() if begin <= at <= end}
+def _event_times(dataset: xr.Dataset) -> dict[str, float]:
+    """Return the place on the time axis of the step, its removal and the start of ROLAC, within the axis' limits."""
+    begin, end = _time_limits(dataset)
+    event_cycles = {label: dataset.attrs.get(f"{label}_cycle") for label in ("step", "removal")}
+    event_cycles["ROLAC"] = switched_on(dataset)
+    times = {name: float(cycle) * _cycle_length(dataset) for name, cycle in event_cycles.items() if cycle is not None}
+    return {name: time for name, time in times.items() if begin <= time <= end}
 
 
-def title_pad(dataset: xr.Dataset, highest: bool) -> float | None:
-    """Distance of an axis's title: the names of marks stand below that of the highest axis."""
-    return 14.0 if highest and _marks(dataset) else None
+def title_padding(dataset: xr.Dataset, highest: bool) -> float | None:
+    """Return the distance (points) of a title from its axes: the names of events are written below the highest one."""
+    return 14.0 if highest and _event_times(dataset) else None
 
 
-def mark(axis: Axes, dataset: xr.Dataset, named: bool) -> None:
-    """Vertical lines where the step comes and goes and ROLAC begins."""
-    for label, at in _marks(dataset).items():
-        axis.axvline(at, color="0.45", lw=0.8, ls=":")
+def mark_events(axes: Axes, dataset: xr.Dataset, named: bool) -> None:
+    """Draw vertical lines at the step, its removal and the start of ROLAC, with their names if `named`."""
+    for name, time in _event_times(dataset).items():
+        axes.axvline(time, color="0.45", lw=0.8, ls=":")
         if named:
-            axis.annotate(
-                label,
-                (at, 1.0),
+            axes.annotate(
+                name,
+                (time, 1.0),
                 xycoords=("data", "axes fraction"),
                 xytext=(0, 2),
                 textcoords="offset points",

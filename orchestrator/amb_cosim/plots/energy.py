@@ -1,4 +1,4 @@
-"""Where the energy of a run goes."""
+"""Figure of the energy balance of a run."""
 
 from __future__ import annotations
 
@@ -7,20 +7,18 @@ from matplotlib.figure import Figure
 
 from amb_cosim.energies import energies
 from amb_cosim.plots.axes import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    abscissa,
-    headline,
-    label_abscissa,
-    mark,
-    plant,
-    title_pad,
+    add_title,
+    label_time_axis,
+    mark_events,
+    plant_signal,
+    time_values,
+    title_padding,
 )
+from amb_cosim.plots.style import BLUE, GREEN, ORANGE, PURPLE, StyledFigure
 
+# Colours of the energies.
 STORED = {"kinetic": BLUE, "strain": ORANGE}
-PASSED = {"work": "black", "damping": BLUE, "friction": ORANGE, "impact": GREEN, "balance": PURPLE}
+TRANSFERRED = {"work": "black", "damping": BLUE, "friction": ORANGE, "impact": GREEN, "balance": PURPLE}
 LABELS = {
     "work": "work of all inputs",
     "damping": "heat of damping",
@@ -30,20 +28,20 @@ LABELS = {
 
 
 def energy(dataset: xr.Dataset) -> Figure:
-    """Energy in the lateral motion, and below it the work done on the rotor and what became of it since cycle 0."""
-    figure = Figure(figsize=(7.0, 4.6), layout="constrained")
-    stored, passed = figure.subplots(2, 1, sharex=True)
+    """Draw the energy of the lateral motion; below it, since cycle 0, work, heat and the error of the balance."""
+    figure = StyledFigure(figsize=(7.0, 4.6), layout="constrained")
+    stored, transferred = figure.subplots(2, 1, sharex=True)
     for name, colour in STORED.items():
-        stored.plot(abscissa(dataset), plant(dataset, f"energy.{name}"), color=colour, label=name)
-    stored.set_title("Stored in the lateral motion", loc="left", pad=title_pad(dataset, True))
+        stored.plot(time_values(dataset), plant_signal(dataset, f"energy.{name}"), color=colour, label=name)
+    stored.set_title("Stored in the lateral motion", loc="left", pad=title_padding(dataset, True))
     for name, values in (energies(dataset) or {}).items():
-        if name in PASSED:
-            passed.plot(abscissa(dataset), values, color=PASSED[name], label=LABELS.get(name, name))
-    passed.set_title("Since cycle 0", loc="left")
-    for axis in (stored, passed):
-        axis.set_ylabel("energy (J)")
-        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        mark(axis, dataset, named=axis is stored)
-    label_abscissa(passed, dataset)
-    headline(figure, dataset)
+        if name in TRANSFERRED:
+            transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], label=LABELS.get(name, name))
+    transferred.set_title("Since cycle 0", loc="left")
+    for panel in (stored, transferred):
+        panel.set_ylabel("energy (J)")
+        panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        mark_events(panel, dataset, named=panel is stored)
+    label_time_axis(transferred, dataset)
+    add_title(figure, dataset)
     return figure

@@ -1,7 +1,7 @@
-"""The sensitivities of the four axes measured: a co-simulation of the three FMUs with multi-sines injected.
+"""Measurement of the sensitivities of the four axes in a co-simulation with injected multi-sines.
 
-Each axis has current added to what its controller demands, through `command_voltage` of the actuator. The lines of the
-four axes interleave, so that one run measures all of them: at a line of one axis nothing is injected into the others.
+Current is added to the demand of each controller, through `command_voltage` of the actuator. The spectral lines of the
+four axes interleave, so that one run measures all of them: at a line of one axis the others have no injected current.
 """
 
 from __future__ import annotations
@@ -15,35 +15,54 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from amb_actuator.interface import AXES, N_AXES
-from amb_cosim.plan import SPEED, parse_settings
+from amb_cosim.cosim.values import Raw
+from amb_cosim.plan import SPEED
 from amb_cosim.scenario import make_scenario
 from amb_cosim.simulation import Prepared, prepare, run_prepared
-from amb_cosim.studies.loop import loop_of
+from amb_cosim.studies.linear_loop import linear_loop
 from fmi_export.model import Array
 from rolac_controller.names import CUSTOM
 
 PERIOD = 4.0  # s: lines every 0.25 Hz, every 1 Hz for each axis
 LOWEST, HIGHEST = 1.0, 2000.0  # Hz
-PEAK = 0.05  # A, of what is injected: it moves the rig by some 20 um and takes no amplifier to its voltage limit
-STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers: the coupling then errs by less than a percent near the sharpest peaks
+PEAK = 0.05  # A, of the injected current: it moves the rig by some 20 um and keeps amplifiers below their voltage limit
+STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers: the error of the coupling is then below 1 % near the sharpest peaks
 SUBSTEP = 31.25e-6  # s, of the plant's own integration
-REMAINDER = 1e-6  # of the transient, when the measurement begins
-LONGEST = 60.0  # s
+REMAINDER = 1e-6  # share of the transient that is left when the measurement begins
+LONGEST = 60.0  # s, of waiting for that
 INPUTS = tuple(f"amb_actuator.{bearing}.command_voltage_{axis}" for bearing, axis in AXES)
 
 
 @dataclass(frozen=True)
-class Measurement:
-    """Sensitivity of each axis (complex) at its own frequencies (Hz), both of shape (axes, lines)."""
+class MeasuredSensitivity:
+    """Sensitivity of each axis (complex) at its spectral lines (Hz), both of shape (axes, lines)."""
 
     frequencies: Array
     sensitivity: NDArray[np.complex128]
 
 
-def prepared_loop(speed: float, sample_time: float, amplifier: bool, delay: bool, settings: list[str]) -> Prepared:
-    """The levitated rotor without unbalance, ready to run; with `delay` the currents come a sample late.
+def prepare_measurement(
+    speed: float, sample_time: float, amplifier: bool, delay: bool, settings: Mapping[str, Raw]
+) -> Prepared:
+    """Return a run of the levitated rotor without unbalance, ready to start.
 
-    Dynamic amplifiers are coupled at steps shorter than a sample.
+    Parameters
+    ----------
+    speed
+        Spin speed (rad/s).
+    sample_time
+        Sample time of the controller (s).
+    amplifier
+        Whether the amplifiers are dynamic; they are coupled at steps shorter than a sample.
+    delay
+        Whether currents are delayed by one sample.
+    settings
+        Values of parameters by `component.variable`.
+
+    Raises
+    ------
+    ValueError
+        If a value is not allowed, or an input is set.
     """
     steps = STEPS_OF_A_SAMPLE if amplifier else 1
     scenario = make_scenario(
@@ -65,7 +84,7 @@ def prepared_loop(speed: float, sample_time: float, amplifier: bool, delay: bool
         },
         "sensitivity",
     )
-    prepared = prepare(scenario, parse_settings(settings))
+    prepared = prepare(scenario, settings)
     changed = [name for name, value in prepared.plan.inputs.items() if name != SPEED and value != 0.0]
     if changed:
         raise ValueError(f"{changed[0]} cannot be set here; only parameters can, so that currents alone move the rotor")
@@ -75,7 +94,9 @@ def prepared_loop(speed: float, sample_time: float, amplifier: bool, delay: bool
 
 
 def schroeder_phases(powers: Array) -> Array:
-    """Phases (rad) that give a sum of neighbouring harmonics a low peak: -2 pi sum_{m<i} (i - m) P_m  (5.11 to 5.14).
+    """Return phases (rad) that give a sum of neighbouring harmonics a low peak.
+
+    phi_i = -2 pi sum_{m<i} (i - m) P_m     (5.11 to 5.14)
 
     Parameters
     ----------
@@ -86,9 +107,9 @@ def schroeder_phases(powers: Array) -> Array:
 
 
 def multi_sines(samples: int, sample_time: float) -> tuple[Array, NDArray[np.intp]]:
-    """One period of what is injected into each axis (A), shape (axes, samples), and its lines, harmonics of the period.
+    """Return one period of the injected currents (A), shape (axes, samples), and the harmonics that each consists of.
 
-    All lines of an axis have the same power, and the peak is `PEAK`.
+    All harmonics of an axis have the same power, and the peak of a current is `PEAK`.
     """
     highest = min(HIGHEST, 0.5 / sample_time)
     first, count = round(LOWEST * samples * sample_time), math.ceil(highest * samples * sample_time)
@@ -101,12 +122,12 @@ def multi_sines(samples: int, sample_time: float) -> tuple[Array, NDArray[np.int
 
 
 def settling_samples(decay: float, sample_time: float) -> int:
-    """Samples until a transient is over that keeps the share `decay` of itself from one sample to the next.
+    """Return the number of samples until a transient has died out that shrinks by the factor `decay` with each sample.
 
     Raises
     ------
     ValueError
-        If that takes too long to be simulated.
+        If it takes longer than `LONGEST`.
     """
     samples = math.ceil(math.log(REMAINDER) / math.log(decay))
     if samples * sample_time > LONGEST:
@@ -117,22 +138,22 @@ def settling_samples(decay: float, sample_time: float) -> int:
     return samples
 
 
-def measure(prepared: Prepared, decay: float) -> Measurement:
-    """Co-simulate with the multi-sines, discard the transient, and compare currents over one period.
+def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
+    """Co-simulate with the multi-sines, wait for the transient to die out, and compare currents over one period.
 
     Parameters
     ----------
     prepared
-        From `prepared_loop`.
+        From `prepare_measurement`.
     decay
         Magnitude of the loop's slowest pole.
 
     Raises
     ------
     ValueError
-        If the run fails, or is not that of a linear rotor without contact.
+        If the run fails, the rotor touches a retainer bearing, or an amplifier reaches a limit.
     """
-    plan, loop = prepared.plan, loop_of(prepared)
+    plan, loop = prepared.plan, linear_loop(prepared)
     steps = round(loop.sample_time / plan.step_size)
     samples = 2 * round(0.5 * PERIOD / loop.sample_time)
     settling = settling_samples(decay, loop.sample_time)
@@ -149,21 +170,22 @@ def measure(prepared: Prepared, decay: float) -> Measurement:
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
     _check_linear(result.dataset)
-    first = settling + 1  # what the controller gives to the actuator at a sample is seen after it
+    first = settling + 1  # a current that the controller demands at a sample is recorded one sample later
     demanded = [result.dataset[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a in AXES]
     currents = np.array(demanded)[:, first : first + samples]
-    at = np.arange(settling, settling + samples) % samples
-    ratio = _lines(currents, lines) / _lines(injected[:, at], lines)
-    return Measurement(lines / (samples * loop.sample_time), 1.0 + ratio)
+    recorded = np.arange(settling, settling + samples) % samples
+    ratio = _spectrum(currents, lines) / _spectrum(injected[:, recorded], lines)
+    return MeasuredSensitivity(lines / (samples * loop.sample_time), 1.0 + ratio)
 
 
-def _lines(signals: Array, lines: NDArray[np.intp]) -> NDArray[np.complex128]:
+def _spectrum(signals: Array, lines: NDArray[np.intp]) -> NDArray[np.complex128]:
+    """Return the spectrum of each signal at its lines, shape (axes, lines)."""
     return np.take_along_axis(np.fft.rfft(signals, axis=1), lines, axis=1)
 
 
 def _check_linear(dataset: xr.Dataset) -> None:
-    """Raise a ValueError if the rotor touched or an amplifier came to a limit."""
-    happened: Mapping[str, str] = {
+    """Raise a ValueError if the rotor touched a retainer bearing or an amplifier reached a limit."""
+    violations: Mapping[str, str] = {
         "rotor_contact.contact_state": "the rotor touched its retainer",
         **{f"amb_actuator.{b}.clipped_{a}": f"the current of {b}.{a} was clipped" for b, a in AXES},
         **{
@@ -171,6 +193,6 @@ def _check_linear(dataset: xr.Dataset) -> None:
             for b, a in AXES
         },
     }
-    for name, what in happened.items():
+    for name, violation in violations.items():
         if dataset[name].values.any():
-            raise ValueError(f"{what} during the measurement, which must be that of a linear system")
+            raise ValueError(f"{violation} during the measurement, which must be that of a linear system")

@@ -1,13 +1,13 @@
-"""The levitated rotor as a whole, between samples of its controller: what a co-simulation of the parts is held against.
+"""Monolithic model of the levitated rotor: the reference for a co-simulation of its parts.
 
-Nothing here is shared with the plant's kernels or the master. The reduced rotor is taken in complex coordinates
+It shares no code with the plant's kernels or the master. The reduced rotor is described by complex coordinates
 r = x + i y,
 
     M r'' - i Omega G_1 r' + (K - B K_s B^T) r = Omega^2 u exp(i theta) + B (F + N)
     C = -(K_b + K_s) r_n - C_b (r_n - r_(n-1)) / T,  constant between samples
     F = C, or with an amplifier F' = omega_b (C - F)
 
-with N = 0 for the linear law, and for the law (2.6) what it exceeds K_s r + F by.
+with N = 0 for the linear law, and the difference of the force to K_s r + F for the law (2.6).
 """
 
 from __future__ import annotations
@@ -29,22 +29,23 @@ from rotor_analysis.rotor_file import load_rotor
 
 Complex = NDArray[np.complex128]
 
-BEARINGS = [2, 4]  # among the masters, nodes 1, 3, 4, 10, 11, 13
+# Rows of the bearings and discs among the master nodes 1, 3, 4, 10, 11, 13.
+BEARINGS = [2, 4]
 DISCS = {"d1": 0, "d2": 1, "d3": 3, "d4": 5}
 
 
 @dataclass(frozen=True)
-class Case:
-    """Speed (rad/s), unbalance (kg m) at `disc`, constants of bearing and controller (SI).
+class Levitation:
+    """A levitated rotor: spin speed (rad/s), unbalance (kg m) at `disc`, constants of bearing and controller (SI).
 
     k_i
-        Current stiffness (N/A); it matters only where something depends on the current itself.
+        Current stiffness (N/A); it matters only to the law (2.6), which depends on the current itself.
     delay
-        Samples by which a current comes later than the displacement that it answers.
+        Samples between a displacement and the current that responds to it.
     bandwidth
-        Of the amplifiers (Hz); None if the currents are there at once.
+        Bandwidth of the amplifiers (Hz); None for ideal ones.
     nonlinear
-        The force follows (2.6) with saturation; K_s and K_i are then what the controller knows of it.
+        Whether the force follows (2.6) with saturation; K_s and K_i are then the constants that the controller assumes.
     """
 
     Omega: float
@@ -60,36 +61,36 @@ class Case:
     nonlinear: bool = False
 
 
-class Levitated:
-    """The extended linear system z = (r, r', exp(i theta), F_1, F_2, C_1, C_2): all forcings are states, too."""
+class MonolithicSystem:
+    """The extended linear system z = (r, r', exp(i theta), F_1, F_2, C_1, C_2), in which all forcings are states."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, levitation: Levitation) -> None:
         rotor = load_rotor()
         reduced = msdc(assemble(rotor, "diagonal"), rotor.planes.master).model
         M, K, G_1 = reduced.M[::2, ::2], reduced.K[::2, ::2], reduced.G[::2, 1::2]
-        self.case, self.n = case, len(M)
+        self.levitation, self.n = levitation, len(M)
         n = self.n
         self.Minv = np.linalg.inv(M)
         B = np.eye(n)[:, BEARINGS]
-        push = np.zeros(n)
-        push[DISCS[case.disc]] = case.Omega**2
+        synchronous_force = np.zeros(n)
+        synchronous_force[DISCS[levitation.disc]] = levitation.Omega**2
         self.force = slice(2 * n + 1, 2 * n + 3)
         self.command = slice(2 * n + 3, 2 * n + 5)
         self.A = np.zeros((2 * n + 5, 2 * n + 5), dtype=complex)
         self.A[:n, n : 2 * n] = np.eye(n)
-        self.A[n : 2 * n, :n] = -self.Minv @ (K - case.k_s * B @ B.T)
-        self.A[n : 2 * n, n : 2 * n] = 1j * case.Omega * self.Minv @ G_1
-        self.A[n : 2 * n, 2 * n] = self.Minv @ push * case.unbalance
+        self.A[n : 2 * n, :n] = -self.Minv @ (K - levitation.k_s * B @ B.T)
+        self.A[n : 2 * n, n : 2 * n] = 1j * levitation.Omega * self.Minv @ G_1
+        self.A[n : 2 * n, 2 * n] = self.Minv @ synchronous_force * levitation.unbalance
         self.A[n : 2 * n, self.force] = self.Minv @ B
-        self.A[2 * n, 2 * n] = 1j * case.Omega
-        if case.bandwidth is not None:
-            omega = 2.0 * math.pi * case.bandwidth
+        self.A[2 * n, 2 * n] = 1j * levitation.Omega
+        if levitation.bandwidth is not None:
+            omega = 2.0 * math.pi * levitation.bandwidth
             self.A[self.force, self.force] = -omega * np.eye(2)
             self.A[self.force, self.command] = omega * np.eye(2)
         self.z = np.zeros(2 * n + 5, dtype=complex)
         self.z[2 * n] = 1.0
-        self.before = self.bearings
-        self._on_their_way = deque([np.zeros(2, dtype=complex)] * case.delay)
+        self.previous = self.bearings
+        self._delayed_commands = deque([np.zeros(2, dtype=complex)] * levitation.delay)
 
     @property
     def bearings(self) -> Complex:
@@ -97,40 +98,42 @@ class Levitated:
         return self.z[BEARINGS].copy()
 
     def sample(self) -> None:
-        """The PID law takes a sample and holds its force."""
-        case, now = self.case, self.bearings
-        self._on_their_way.append(-(case.k_b + case.k_s) * now - case.c_b * (now - self.before) / case.sample_time)
-        self.z[self.command] = self._on_their_way.popleft()
-        if case.bandwidth is None:
+        """Take a sample and hold the force that the PID law gives."""
+        levitation, displacement = self.levitation, self.bearings
+        difference = displacement - self.previous
+        stiffness, damping = levitation.k_b + levitation.k_s, levitation.c_b
+        self._delayed_commands.append(-stiffness * displacement - damping * difference / levitation.sample_time)
+        self.z[self.command] = self._delayed_commands.popleft()
+        if levitation.bandwidth is None:
             self.z[self.force] = self.z[self.command]
-        self.before = now
+        self.previous = displacement
 
 
-def free_orbit(case: Case, samples: int) -> Complex:
-    """Complex displacement at MB1 and MB2 (m) at each sample, from rest and without contact, shape (samples + 1, 2).
+def free_orbit(levitation: Levitation, samples: int) -> Complex:
+    """Return the complex displacement at MB1 and MB2 (m) at each sample, from rest, shape (samples + 1, 2).
 
-    Between samples the extended system is linear, and its matrix exponential advances it without error; with the
-    law (2.6) it is integrated to tight tolerances.
+    There is no contact. Between samples the extended system is linear, and its matrix exponential advances it without
+    error; with the law (2.6) it is integrated to tight tolerances.
     """
-    system = Levitated(case)
-    advance = expm(system.A * case.sample_time)
+    system = MonolithicSystem(levitation)
+    advance = expm(system.A * levitation.sample_time)
     orbit = [system.bearings]
     for _ in range(samples):
         system.sample()
-        system.z = _integrated(system) if case.nonlinear else advance @ system.z
+        system.z = _integrated(system) if levitation.nonlinear else advance @ system.z
         orbit.append(system.bearings)
     return np.array(orbit)
 
 
-def _integrated(system: Levitated) -> Complex:
-    """State of the nonlinear system at the next sample."""
-    n, case = system.n, system.case
+def _integrated(system: MonolithicSystem) -> Complex:
+    """Return the state of the nonlinear system at the next sample."""
+    n, levitation = system.n, system.levitation
     p = axis_parameters()
 
     def beyond_linear(x: float, force: float) -> float:
-        i_c = force / case.k_i
+        i_c = force / levitation.k_i
         exact, _ = nonlinear_force(p, x, Coils(i_c, i_c, 1.0, 1.0))
-        return exact - case.k_s * x - force
+        return exact - levitation.k_s * x - force
 
     def rate(_: float, z: Complex) -> Complex:
         dz = system.A @ z
@@ -139,6 +142,6 @@ def _integrated(system: Levitated) -> Complex:
             dz[n : 2 * n] += system.Minv[:, row] * extra
         return dz
 
-    part = solve_ivp(rate, (0.0, case.sample_time), system.z, "DOP853", rtol=1e-10, atol=1e-14)
+    part = solve_ivp(rate, (0.0, levitation.sample_time), system.z, "DOP853", rtol=1e-10, atol=1e-14)
     end: Complex = part.y[:, -1]
     return end

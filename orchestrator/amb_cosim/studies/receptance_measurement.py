@@ -1,4 +1,4 @@
-"""Identification of the receptance by co-simulation: the controller FMU finds it on the plant FMU, speed by speed.
+"""Identification of the receptance at one spin speed, by the controller FMU in a co-simulation with the plant.
 
 The run lasts as long as the six slots of the identification; R is read from the controller's outputs at its end.
 """
@@ -6,25 +6,24 @@ The run lasts as long as the six slots of the identification; R is read from the
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from rich.table import Table
 
 from amb_analysis.receptance_table import MAX_CONDITION, condition_number
 from amb_analysis.table_file import ReceptanceTable, read_table
 from amb_analysis.table_file import loop_of as loop_parameters
 from amb_cosim.cosim.fmus import Flavour
 from amb_cosim.cosim.simulation import Progress
-from amb_cosim.plan import parse_settings
+from amb_cosim.cosim.values import Raw
 from amb_cosim.scenario import make_scenario
 from amb_cosim.simulation import Prepared, prepare, run_prepared
-from amb_cosim.studies.loop import Loop, loop_of
+from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from amb_cosim.studies.sampled_receptance import sampled_receptance
 from rolac_controller.excitation import component, periods
 from rolac_controller.names import AXES, DONE, ERRORS, FAILED, GIVEN, ILL_CONDITIONED, N_HARMONICS, SENSOR_NAMES, STAGES
@@ -32,65 +31,72 @@ from rolac_controller.names import AXES, DONE, ERRORS, FAILED, GIVEN, ILL_CONDIT
 Complex = NDArray[np.complex128]
 
 STEP = 250e-6  # s
-SPARE = 2.0  # revolutions: one fills the window before the first slot, and the last sample must not be missed
-LARGE = 0.1  # of the largest element of its column: smaller elements are not compared
+MARGIN = 2.0  # revolutions: one fills the window before the first slot, one is for the last sample of the last slot
+LARGE = 0.1  # of the largest element of a column; smaller elements are not compared
 NAME = "identification"
 RECORDED = ["rolac_controller.r.*", "rolac_controller.identification_*"]
 
 
-@dataclass(frozen=True)
-class Identified:
-    """What a run at one speed found.
+@dataclass(frozen=True, eq=False)
+class IdentifiedReceptance:
+    """Result of an identification at one speed.
 
-    Omega
+    speed
         Spin speed (rad/s).
     order
-        The harmonic that was excited.
+        Order of the harmonic that was excited.
     periods, force
         Revolutions of a slot, and amplitude of the test force (N).
     receptance
-        R, shape (8, 4), complex (m/N); None if there is none.
+        R, shape (8, 4), complex (m/N); None if the identification failed.
     model
         R of the linear model of the same sampled loop.
     reason
-        Why there is none; empty where there is one.
+        Why it failed; empty if it did not.
     interrupted
-        Whether the reason is Ctrl-C.
+        Whether it was interrupted by Ctrl-C.
     """
 
-    Omega: float
+    speed: Annotated[float, "rad/s"]
     order: int
     periods: int
-    force: float
-    receptance: Complex | None
-    model: Complex
+    force: Annotated[float, "N"]
+    receptance: Annotated[Complex | None, "m/N"]
+    model: Annotated[Complex, "m/N"]
     reason: str = ""
     interrupted: bool = False
 
     @property
     def frequency(self) -> float:
         """Spin speed in Hz."""
-        return self.Omega / (2.0 * math.pi)
+        return self.speed / (2.0 * math.pi)
 
 
-def prepared_run(
-    Omega: float, rotor_file: Path | None = None, settings: Iterable[str] = (), flavour: Flavour = "python"
+def prepare_identification(
+    Omega: float,
+    rotor_file: Path | str | None = None,
+    settings: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "python",
 ) -> Prepared:
-    """An identification of the levitated rotor at a speed (rad/s), ready to run.
+    """Return an identification of the levitated rotor, ready to run.
 
     Parameters
     ----------
+    Omega
+        Spin speed (rad/s).
     rotor_file
-        The rotor; the rig of the thesis by default.
+        Rotor file (TOML); the rig of the thesis by default.
     settings
-        Texts `component.variable=value`, as of `amb-cosim run --set`.
+        Values by `component.variable`, numbers or texts with units.
+    flavour
+        Flavour of the FMUs.
 
     Raises
     ------
     ValueError
         If the speed is not positive or below `rolac.min_speed`, or anything else does not fit.
     """
-    revolutions = 6 * periods(Omega / (2.0 * math.pi)) + SPARE
+    revolutions = 6 * periods(Omega / (2.0 * math.pi)) + MARGIN
     steps = math.ceil(revolutions * 2.0 * math.pi / Omega / STEP) if Omega > 0.0 else 1
     scenario = make_scenario(
         {
@@ -106,40 +112,43 @@ def prepared_run(
         },
         NAME,
     )
-    prepared = prepare(scenario, parse_settings(settings), flavour=flavour)
+    prepared = prepare(scenario, settings, flavour=flavour)
     if prepared.plan.speed != Omega:
         raise ValueError("Omega cannot be set here; --speeds sets it")
-    least = loop_of(prepared).parameters["rolac_controller"]["rolac.min_speed"]
-    if Omega < least and not math.isclose(Omega, least):
-        raise ValueError(f"speeds = {Omega:g} rad/s is not allowed; it must be >= {least:g} rad/s, rolac.min_speed")
+    lowest = linear_loop(prepared).parameters["rolac_controller"]["rolac.min_speed"]
+    if Omega < lowest and not math.isclose(Omega, lowest):
+        raise ValueError(f"speeds = {Omega:g} rad/s is not allowed; it must be >= {lowest:g} rad/s, rolac.min_speed")
     return prepared
 
 
-def table_for(prepared: Prepared, path: Path) -> ReceptanceTable:
-    """The table in a file, or an empty one for the rotor and loop of a prepared run if there is no file yet.
+def table_for(prepared: Prepared, path: Path | None) -> ReceptanceTable:
+    """Return the table in a file, or an empty one for the rotor and loop of a prepared run if there is no such file.
 
     Raises
     ------
     ValueError
-        If the file is no whole table, or is of another rotor or loop.
+        If the file is not a complete table, or is that of another rotor or loop.
     """
-    loop = loop_of(prepared)
+    loop = linear_loop(prepared)
     wanted = loop_parameters(loop.parameters["rolac_controller"])
-    if path.exists():
+    if path is not None and path.exists():
         return read_table(path, loop.rotor.name, wanted)
     return ReceptanceTable(loop.rotor.name, wanted)
 
 
-def identified(prepared: Prepared, progress: Progress | None = None) -> Identified:
-    """Run an identification to its end and read what it found."""
-    loop = loop_of(prepared)
+def run_identification(prepared: Prepared, progress: Progress | None = None) -> IdentifiedReceptance:
+    """Run an identification to its end and return its result.
+
+    `progress` is called with the number of steps done, and of all steps.
+    """
+    loop = linear_loop(prepared)
     order = int(loop.parameters["rolac_controller"]["harmonic1.order"])
     result = run_prepared(prepared, progress)
     receptance, reason = None, result.outcome.failure or ""
     if result.outcome.failure is None:
-        receptance, reason = _found(result.dataset.isel(time=-1))
-    return Identified(
-        Omega=loop.Omega,
+        receptance, reason = _result(result.dataset.isel(time=-1))
+    return IdentifiedReceptance(
+        speed=loop.Omega,
         order=order,
         periods=int(periods(loop.Omega / (2.0 * math.pi))),
         force=force_amplitude(loop),
@@ -150,8 +159,8 @@ def identified(prepared: Prepared, progress: Progress | None = None) -> Identifi
     )
 
 
-def force_amplitude(loop: Loop) -> float:
-    """Amplitude of the test force in the first harmonic (N)."""
+def force_amplitude(loop: LinearLoop) -> float:
+    """Return the amplitude of the test force in the first harmonic (N)."""
     parameters = loop.parameters["rolac_controller"]
     orders, powers = (
         np.array([parameters[f"harmonic{k}.{name}"] for k in range(1, N_HARMONICS + 1)]) for name in ("order", "power")
@@ -160,11 +169,11 @@ def force_amplitude(loop: Loop) -> float:
     return abs(complex(*component(orders, powers, 0, multi, scale, loop.Omega / (2.0 * math.pi))))
 
 
-def _found(outputs: xr.Dataset) -> tuple[Complex | None, str]:
-    """R at the end of a run, or why there is none."""
+def _result(outputs: xr.Dataset) -> tuple[Complex | None, str]:
+    """Return R at the end of a run, or None and why the identification failed."""
     state, error = (int(outputs[f"rolac_controller.identification_{name}"]) for name in ("state", "error"))
     if state != DONE:
-        return None, ERRORS[error] if state == FAILED else f"it did not come to its end: {STAGES[state]}"
+        return None, ERRORS[error] if state == FAILED else f"it did not reach its end: {STAGES[state]}"
     receptance = receptance_of(outputs)
     if condition_number(receptance) > MAX_CONDITION:  # the controller's own limit is a parameter
         return None, ERRORS[ILL_CONDITIONED]
@@ -172,7 +181,7 @@ def _found(outputs: xr.Dataset) -> tuple[Complex | None, str]:
 
 
 def receptance_of(outputs: xr.Dataset) -> Complex:
-    """R, shape (8, 4), complex (m/N), that the controller shows at an instant."""
+    """Return R, shape (8, 4), complex (m/N), from the controller's outputs at one instant."""
     return np.array(
         [
             [
@@ -185,23 +194,7 @@ def receptance_of(outputs: xr.Dataset) -> Complex:
 
 
 def ratios(receptance: Complex, model: Complex) -> Complex:
-    """R over R of a model, element by element, where the model's is above a tenth of its column's largest."""
+    """Return R over R of a model, for the elements of at least a tenth of the largest in their column of the model."""
     size = np.abs(model)
     large = size > LARGE * size.max(axis=0)
     return np.asarray(receptance[large] / model[large], dtype=np.complex128)
-
-
-def as_table(results: Iterable[Identified]) -> Table:
-    """What was found at each speed, to print."""
-    table = Table(title="Identification", title_justify="left", box=None, padding=(0, 2, 0, 0))
-    for heading in ("speed (Hz)", "periods", "force (N)", "condition number", "differs from the model (%)"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("")
-    for result in results:
-        figures: tuple[Any, ...] = ("-", "-")
-        if result.receptance is not None:
-            difference = np.abs(ratios(result.receptance, result.model) - 1.0).max()
-            figures = (f"{condition_number(result.receptance):.3f}", f"{100.0 * difference:.2g}")
-        done = result.reason or "done"
-        table.add_row(f"{result.frequency:.6g}", str(result.periods), f"{result.force:.1f}", *figures, done)
-    return table

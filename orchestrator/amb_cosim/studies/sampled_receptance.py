@@ -1,4 +1,4 @@
-"""The receptance that the controller would identify, from the linear model of the loop that a run has."""
+"""Receptance that the controller would identify, from the linear model of the loop."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from numpy.typing import NDArray
 
 from amb_actuator.interface import N_AXES
 from amb_analysis.sampled_loop import held_response, identified_receptance
-from amb_cosim.studies.loop import Loop, amplifiers, rotor
+from amb_cosim.studies.linear_loop import LinearLoop, amplifier_system, rotor_system
 
 
-def sampled_receptance(loop: Loop, order: int = 1) -> NDArray[np.complex128]:
-    """R of a harmonic, shape (8, 4), complex (m/N): the sampled loop with hold, PID, filter, delay and sensors as set.
+def sampled_receptance(loop: LinearLoop, order: int = 1) -> NDArray[np.complex128]:
+    """Return R of a harmonic, shape (8, 4), complex (m/N), of the loop with hold, PID, filter, delay and sensors.
 
-    The forces are those that the controller means, K_i I with its own K_i; the bearings answer with theirs.
+    The forces are those that the controller assumes, K_i I with its own K_i; the bearings have theirs.
 
     Raises
     ------
     ValueError
-        If the rotor has not the four sensor planes and two bearings of the loop.
+        If the rotor does not have the four sensor planes and two bearings of the loop.
     """
-    plant = rotor(loop, loop.rotor.planes.sensors) * amplifiers(loop)
+    plant = rotor_system(loop, loop.rotor.planes.sensors) * amplifier_system(loop)
     k_i = np.array([loop.of_axis("rolac_controller", axis, "k_i") for axis in range(N_AXES)])
     omega = order * loop.Omega
     held = held_response(plant.A, plant.B, plant.C, omega, loop.sample_time)

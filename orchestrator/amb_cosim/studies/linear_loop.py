@@ -1,12 +1,12 @@
-"""The levitated rotor as a sampled linear loop, from the parameters that its co-simulation runs with (python-control).
+"""Linear model of the levitated rotor with its sampled controllers, from the parameters of a co-simulation.
 
     e_k --->(+)--- I_k ---> z^-d ---> hold ---> amplifiers ---> K_i ---> rotor with K_s ---> x_k
              ^                                                                                |
              +---------------------------------- PID of each axis <---------------------------+
 
-The current I of an axis is that of its controller plus what is injected, e. With all loops closed I = S e, and the
+The current I of an axis is that of its controller plus the injected current e. With all loops closed I = S e, and the
 diagonal of S holds the sensitivities of the axes as ISO 14839-3 defines them: 1/(1 + L) with the other loops closed.
-The control is decentralised, so it does not matter whether a loop is broken at its sensor or at its current.
+The control is decentralised: breaking a loop at its sensor or at its current gives the same sensitivity.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RIG, load_rotor
 
 AXIS_NAMES = tuple(f"{bearing}.{axis}" for bearing, axis in AXES)
-NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns of frequencies that rounding takes beyond it
+NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 
 
 @dataclass(frozen=True)
-class Loop:
-    """What the loop consists of.
+class LinearLoop:
+    """Parameters, speed and rotor of the loop.
 
     parameters
         Values of the FMUs' parameters by component and name (SI).
@@ -47,7 +47,7 @@ class Loop:
     sample_time
         Time between samples of the controller (s).
     delay
-        Samples by which the currents come later than the displacements that they answer.
+        Samples between a displacement and the current that responds to it.
     rotor
         The rig of the thesis by default.
     """
@@ -59,13 +59,13 @@ class Loop:
     rotor: Rotor = field(default_factory=load_rotor)
 
     def of_axis(self, component: str, axis: int, name: str) -> float:
-        """A parameter of one axis: `k_s` of axis 3 is `mb2.k_s_y`."""
+        """Return a parameter of one axis: `k_s` of axis 3 is `mb2.k_s_y`."""
         bearing, direction = AXES[axis]
         return self.parameters[component][f"{bearing}.{name}_{direction}"]
 
 
-def loop_of(prepared: Prepared) -> Loop:
-    """The linear loop with the rotor and the parameters that a prepared run starts with."""
+def linear_loop(prepared: Prepared) -> LinearLoop:
+    """Return the loop with the rotor and the parameters that a prepared run starts with."""
     parameters = {
         component: {name: value or 0.0 for name, value in values.items()}
         for component, values in prepared.plan.all_parameters(prepared.interfaces).items()
@@ -73,11 +73,11 @@ def loop_of(prepared: Prepared) -> Loop:
     controller = parameters["rolac_controller"]
     delay = int(is_on(parameter_array(controller), DELAY))
     description = load_rotor(Path(prepared.scenario.rotor or RIG))
-    return Loop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)
+    return LinearLoop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)
 
 
-def bearing_constants(loop: Loop, axis: int) -> tuple[float, float]:
-    """K_s (N/m) and K_i (N/A) of an axis at its centre, of the force law that the actuator follows."""
+def bearing_constants(loop: LinearLoop, axis: int) -> tuple[float, float]:
+    """Return K_s (N/m) and K_i (N/A) of an axis at its centre, by the force law of the actuator."""
     if loop.parameters["amb_actuator"]["force_law"] == MEASURED:
         return loop.of_axis("amb_actuator", axis, "k_s_measured"), loop.of_axis("amb_actuator", axis, "k_i_measured")
     bearing, direction = AXES[axis]
@@ -85,8 +85,8 @@ def bearing_constants(loop: Loop, axis: int) -> tuple[float, float]:
     return linear_constants(axis_parameters(bearing, direction, **values))
 
 
-def rotor(loop: Loop, nodes: tuple[int, ...] = ()) -> control.StateSpace:
-    """Displacements (m) over coil currents (A): M q'' + (C + Omega G) q' + (K - B K_s B^T) q = B K_i I.
+def rotor_system(loop: LinearLoop, nodes: tuple[int, ...] = ()) -> control.StateSpace:
+    """Return displacements (m) over coil currents (A): M q'' + (C + Omega G) q' + (K - B K_s B^T) q = B K_i I.
 
     Four inputs, in the order of the axes; outputs x and y of each of the nodes, by default those of the bearings.
     The rotor is reduced as in its FMU.
@@ -111,26 +111,27 @@ def rotor(loop: Loop, nodes: tuple[int, ...] = ()) -> control.StateSpace:
     return control.ss(A, force, np.hstack([seen, np.zeros((len(seen), n))]), np.zeros((len(seen), N_AXES)))
 
 
-def amplifiers(loop: Loop) -> control.StateSpace:
-    """Coil currents over commanded currents: at once, or omega_b/(s + omega_b) for each axis."""
+def amplifier_system(loop: LinearLoop) -> control.StateSpace:
+    """Return coil currents over commanded currents: 1, or omega_b/(s + omega_b) for each axis."""
     if loop.parameters["amb_actuator"]["amplifier"] != DYNAMIC:
         return control.ss([], [], [], np.eye(N_AXES))
     omega = 2.0 * math.pi * np.diag([loop.of_axis("amb_actuator", k, "bandwidth") for k in range(N_AXES)])
     return control.ss(-omega, omega, np.eye(N_AXES), np.zeros((N_AXES, N_AXES)))
 
 
-def controllers(loop: Loop) -> control.StateSpace:
-    """Minus the demanded currents (A) over sampled displacements (m), z^-d F(z) PID(z) for each axis (5.1 to 5.4).
+def controller_system(loop: LinearLoop) -> control.StateSpace:
+    """Return minus the demanded currents (A) over sampled displacements (m), for each axis (5.1 to 5.4).
 
-    PID(z) = 1/K_i [ K_b + K_s + C_b (z - 1)/((tau + T) z - tau) + K_I T/(z - 1) ], and F the filter before it, if any
+    C(z) = z^-d F(z) PID(z)
+    PID(z) = 1/K_i [ K_b + K_s + C_b (z - 1)/((tau + T) z - tau) + K_I T/(z - 1) ], F the filter before it, if any
     """
     time = loop.sample_time
     parameters = parameter_array(loop.parameters["rolac_controller"])
     tau = parameters[DERIVATIVE_TIME]
-    later = control.tf([1.0], [1.0] + [0.0] * loop.delay, time)
+    delay = control.tf([1.0], [1.0] + [0.0] * loop.delay, time)
     if is_on(parameters, FILTER):
         decay, new = coefficients(parameters[CUTOFF], time)
-        later *= control.tf([new, 1.0 - decay - new], [1.0, -decay], time)
+        delay *= control.tf([new, 1.0 - decay - new], [1.0, -decay], time)
     laws = []
     for axis in range(N_AXES):
         k_b, k_s, c_b, k_integral, k_i = (
@@ -139,20 +140,20 @@ def controllers(loop: Loop) -> control.StateSpace:
         law = (k_b + k_s) + control.tf([c_b, -c_b], [tau + time, -tau], time)
         if k_integral != 0.0:
             law += control.tf([k_integral * time], [1.0, -1.0], time)
-        laws.append(control.ss(law * later / k_i))
+        laws.append(control.ss(law * delay / k_i))
     return control.append(*laws)
 
 
-def sensitivity(loop: Loop) -> control.StateSpace:
-    """Currents that reach the actuator over currents that are injected there, S = (1 + PID P)^-1, four by four.
+def sensitivity_system(loop: LinearLoop) -> control.StateSpace:
+    """Return currents that reach the actuator over currents injected there, S = (1 + PID P)^-1, four by four.
 
     Raises
     ------
     ValueError
-        If the closed loop is not stable: it has no sensitivity that could be measured.
+        If the closed loop is not stable; the sensitivity of an unstable loop cannot be measured.
     """
-    held = control.sample_system(rotor(loop) * amplifiers(loop), loop.sample_time, "zoh")
-    closed = control.feedback(control.ss([], [], [], np.eye(N_AXES), loop.sample_time), controllers(loop) * held)
+    held = control.sample_system(rotor_system(loop) * amplifier_system(loop), loop.sample_time, "zoh")
+    closed = control.feedback(control.ss([], [], [], np.eye(N_AXES), loop.sample_time), controller_system(loop) * held)
     worst = max(closed.poles(), key=abs)
     if abs(worst) >= 1.0:
         raise ValueError(
@@ -163,12 +164,15 @@ def sensitivity(loop: Loop) -> control.StateSpace:
 
 
 def pole_frequency(pole: complex | Array, sample_time: float) -> float | Array:
-    """Frequency (Hz) at which a discrete-time pole rings."""
+    """Return the frequency (Hz) of the vibration of a discrete-time pole."""
     return np.abs(np.angle(pole)) / (2.0 * math.pi * sample_time)
 
 
-def response(system: control.StateSpace, frequencies: Array) -> Array:
-    """Diagonal of a frequency response (complex), shape (axes, frequencies); Hz, up to half the sample rate."""
+def diagonal_response(system: control.StateSpace, frequencies: Array) -> Array:
+    """Return the diagonal of a frequency response (complex), shape (axes, n), at frequencies (Hz), shape (n,).
+
+    Frequencies above half the sample rate count as half the sample rate.
+    """
     omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
     full = control.frequency_response(system, omega, squeeze=False)
     values = full.magnitude * np.exp(1j * full.phase)

@@ -1,0 +1,117 @@
+"""JSON of typed results: a field's key is its name with its unit, and both are declared once, in the field's type.
+
+speeds: Annotated[Array, "rad/s"]            "speeds_rad_s": [..]
+planes: Annotated[Array, Key("planes_z_m")]  "planes_z_m": [..]
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from enum import Enum
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+# How a unit is written at the end of a key.
+SUFFIXES = {
+    "rad/s": "rad_s",
+    "Hz": "hz",
+    "s": "s",
+    "m": "m",
+    "rad": "rad",
+    "A": "A",
+    "N": "N",
+    "kg.m": "kg_m",
+    "N/m": "N_per_m",
+    "N/A": "N_per_A",
+    "m/N": "m_per_N",
+    "N/s": "N_per_s",
+    "1/s": "per_s",
+    "%": "percent",
+    "samples": "samples",
+}
+
+
+class Layout(Enum):
+    """How a field differs from the others in JSON."""
+
+    OMITTED = "left out"
+    OMITTED_IF_NONE = "left out where it is None"
+    MERGED = "its own fields stand in its place"
+    PAIRS = "complex numbers as pairs [real, imaginary]"
+
+
+@dataclasses.dataclass(frozen=True)
+class Key:
+    """A key that does not follow from the field's name and unit."""
+
+    name: str
+
+
+def json_data(value: Any) -> Any:
+    """Return the dicts, lists, numbers and texts that JSON can hold for a result.
+
+    Dataclasses become objects, mappings too (a number as a key is written with six digits), arrays lists, complex
+    arrays `{"real": .., "imaginary": ..}`, and NaN null.
+
+    Raises
+    ------
+    TypeError
+        If a value has no form in JSON.
+    ValueError
+        If a field has a unit that `SUFFIXES` does not list.
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return _object(value)
+    if isinstance(value, Mapping):
+        return {key if isinstance(key, str) else f"{key:g}": json_data(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_data(item) for item in value]
+    if isinstance(value, np.ndarray):
+        return _parts(value) if np.iscomplexobj(value) else json_data(value.tolist())
+    if isinstance(value, np.generic):
+        return json_data(value.item())
+    if isinstance(value, float):
+        return None if np.isnan(value) else value
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    raise TypeError(f"{type(value).__name__} has no form in JSON")
+
+
+def _object(value: Any) -> dict[str, Any]:
+    data: dict[str, Any] = {}
+    for name, key, layouts in _keys(type(value)):
+        item = getattr(value, name)
+        if Layout.OMITTED in layouts or (item is None and Layout.OMITTED_IF_NONE in layouts):
+            continue
+        if Layout.MERGED in layouts:
+            data |= json_data(item)
+        elif Layout.PAIRS in layouts:
+            data[key] = np.stack([item.real, item.imag], axis=-1).tolist()
+        else:
+            data[key] = json_data(item)
+    return data
+
+
+def _parts(values: np.ndarray[Any, Any]) -> dict[str, Any]:
+    return {"real": values.real.tolist(), "imaginary": values.imag.tolist()}
+
+
+def _keys(owner: type[Any]) -> list[tuple[str, str, frozenset[Layout]]]:
+    """Name, key and layouts of each field of a dataclass."""
+    hints = get_type_hints(owner, include_extras=True)
+    return [(field.name, *_key(field.name, hints[field.name])) for field in dataclasses.fields(owner)]
+
+
+def _key(name: str, hint: Any) -> tuple[str, frozenset[Layout]]:
+    notes = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
+    key, layouts = name, frozenset(note for note in notes if isinstance(note, Layout))
+    for note in notes:
+        if isinstance(note, Key):
+            key = note.name
+        elif isinstance(note, str):
+            if note not in SUFFIXES:
+                raise ValueError(f"{name} has the unit {note!r}, which is not allowed; it must be one of {[*SUFFIXES]}")
+            key = f"{name}_{SUFFIXES[note]}"
+    return key, layouts

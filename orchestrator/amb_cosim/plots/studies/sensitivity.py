@@ -1,0 +1,63 @@
+"""Sensitivity of the levitated rotor."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter
+
+from amb_cosim.plots.style import BLUE, DASHED, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.studies.stability_margin import StabilityMargin
+
+ZONE_SHADES = {"A": "1.0", "B": "0.95", "C": "0.89", "D": "0.82"}
+
+
+def draw(result: StabilityMargin) -> Figure:
+    """Draw |S| of each axis, computed and measured, over the zones of ISO 14839-3."""
+    figure = StyledFigure(figsize=(8.0, 6.2), layout="constrained")
+    panels = figure.subplots(2, 2, sharex=True, sharey=True)
+    for axes, name in zip(panels.flat, result.axes, strict=True):
+        _draw_zones(axes, result.zone_limits)
+        _draw_sensitivity(axes, result, name)
+    for k in (0, 1):
+        panels[k, 0].set_ylabel("sensitivity |S|")
+        panels[1, k].set_xlabel("frequency (Hz)")
+    delay = ", one sample of delay" if result.delay else ""
+    handles = [
+        Line2D([], [], color=BLUE, label="computed from the sampled linear loop"),
+        Line2D([], [], color=ORANGE, ls="", marker="o", ms=3, label="measured in the co-simulation"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    figure.suptitle(
+        f"Sensitivity at {result.speed:g} rad/s, sampled every {1e6 * result.sample_time:g} us, "
+        f"{result.amplifier} amplifiers{delay}",
+        fontsize=TITLE_SIZE,
+    )
+    return figure
+
+
+def _draw_zones(axes: Axes, zone_limits: dict[str, float]) -> None:
+    """Shade the zones of ISO 14839-3."""
+    limits = [0.0, *zone_limits.values(), 1e6]
+    for low, high, (name, shade) in zip(limits[:-1], limits[1:], ZONE_SHADES.items(), strict=True):
+        axes.axhspan(low, high, color=shade, lw=0.0)
+        if name != "D":
+            axes.axhline(high, color="0.45", lw=0.7, ls=DASHED)
+
+
+def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
+    """Draw the computed curve of an axis and some of its measured values, evenly spaced on the logarithmic axis."""
+    frequencies, axis = result.frequencies, result.axes[name]
+    lines, values = axis.measured_frequencies, axis.measured
+    shown = np.unique(np.searchsorted(lines, np.geomspace(lines[0], lines[-1], 150)).clip(0, len(lines) - 1))
+    axes.semilogx(lines[shown], values[shown], "o", color=ORANGE, ms=2.6)
+    axes.semilogx(frequencies, axis.computed, color=BLUE, lw=0.8)
+    top = max(6.0, 1.15 * max(other.peak for other in result.axes.values()))
+    axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(0.0, top))
+    peak = f"{axis.peak:.2f} at {axis.peak_frequency:.1f} Hz, zone {axis.zone}"
+    axes.set_title(f"{name[:3].upper()}, {name[-1]} axis: {peak}")
+    for letter, level in {"A": 2.7, "B": 3.5, "C": 4.5, "D": 5.5}.items():
+        axes.text(0.99, level, letter, transform=axes.get_yaxis_transform(), ha="right", va="center", color="0.3")
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

@@ -1,0 +1,238 @@
+"""Study of one axis of the magnetic bearing: constants off the centre, linear range, load capacity, speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_actuator.force import pull
+from amb_analysis import design
+from amb_cosim.cosim.values import quantity
+from amb_cosim.studies.inputs import Number
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.text_tables import TextPart, text_table
+from fmi_export.model import Array
+from rotor_contact.interface import INTERFACE as PLANT
+
+TOLERANCE = 0.05  # of the linear law
+POINTS = 61  # in each direction of a map
+LOADS = np.linspace(0.0, 1.0 - 1e-6, 61)  # of the largest that the axis can carry; there, more current adds nothing
+FREQUENCIES = np.geomspace(1.0, 1e4, 121)  # Hz
+AMPLITUDES = (0.25, 0.5, 1.0)  # of the largest sine of the control current
+
+
+@dataclass(frozen=True)
+class LinearLimits:
+    """Least and largest displacement (m) at I_c = 0, and control current (A) at x = 0, where the linear law holds."""
+
+    x: Annotated[tuple[float, float], "m"]
+    i_c: Annotated[tuple[float, float], "A"]
+
+
+@dataclass(frozen=True)
+class FullSwing:
+    """A sine of the control current: its amplitude (A), that of its force (N), and the bandwidth (Hz) of that size."""
+
+    i_c: Annotated[float, "A"]
+    force: Annotated[float, "N"]
+    bandwidth: Annotated[float, "Hz"]
+
+
+@dataclass(frozen=True, eq=False)
+class ForceBandwidth:
+    """Frequencies (Hz), and the largest sine of the force at the centre (N) that the voltage allows at each."""
+
+    frequencies: Annotated[Array, "Hz"]
+    force_amplitude: Annotated[Array, "N"]
+
+
+@dataclass(frozen=True)
+class OwnLoad:
+    """Static load (N) of the axis at its static current, and the control force (N) left against it and along it."""
+
+    static_load: Annotated[float, "N"]
+    up: Annotated[float, "N"]
+    down: Annotated[float, "N"]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCurves:
+    """Control force left over the static load.
+
+    static_load
+        Static loads (N), shape (n,).
+    static_current
+        Static current (A) that carries each.
+    up, down
+        Largest control force (N) against each load, and along it.
+    own
+        The same for the axis at its own static current.
+    """
+
+    static_load: Annotated[Array, "N"]
+    static_current: Annotated[Array, "A"]
+    up: Annotated[Array, "N"]
+    down: Annotated[Array, "N"]
+    own: OwnLoad
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingMap:
+    """Properties over the operating point.
+
+    x, i_c
+        Displacements up to the retainer bearing (m), shape (m,), and control currents (A), shape (n,).
+    k_s, k_i
+        Negative stiffness (N/m) and current stiffness (N/A), shape (n, m).
+    linear_error
+        Error of the linear law over |K_s x| + |K_i I_c| (1), shape (n, m).
+    """
+
+    x: Annotated[Array, "m"]
+    i_c: Annotated[Array, "A"]
+    k_s: Array
+    k_i: Array
+    linear_error: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BearingAxis(DrawnResult):
+    """What one axis of the magnetic bearing can do.
+
+    bias_current, static_current
+        Currents of the coils (A).
+    k_s, k_i
+        Negative stiffness (N/m) (2.8) and current stiffness (N/A) (2.9) at the centre.
+    tolerance
+        Error of the linear law (1) at the limits of its range.
+    linear_range
+        Where the linear law holds.
+    slew_rate
+        Fastest rise and fastest fall of the force (N/s).
+    amplifier_bandwidth
+        Bandwidth of the amplifier for small signals (Hz).
+    full_swing
+        Three sines of the control current, the last one the largest.
+    bandwidth
+        Largest sine of the force over frequency.
+    load
+        Control force left over static load.
+    map
+        K_s, K_i and error of the linear law over displacement and control current.
+    """
+
+    name: ClassVar[str] = "linearisation"
+
+    bias_current: Annotated[float, "A"]
+    static_current: Annotated[float, "A"]
+    k_s: Annotated[float, "N/m"]
+    k_i: Annotated[float, "N/A"]
+    tolerance: float
+    linear_range: LinearLimits
+    slew_rate: Annotated[tuple[float, float], "N/s"]
+    amplifier_bandwidth: Annotated[float, "Hz"]
+    full_swing: tuple[FullSwing, ...]
+    bandwidth: ForceBandwidth
+    load: LoadCurves
+    map: OperatingMap
+
+    def text(self) -> list[TextPart]:
+        """Return a table with a row for each property."""
+        (x_low, x_high), (i_low, i_high) = self.linear_range.x, self.linear_range.i_c
+        (rise, fall), own = self.slew_rate, self.load.own
+        sines = (f"{s.i_c:.2f} A ({s.force:.0f} N) to {s.bandwidth:.0f} Hz" for s in self.full_swing)
+        rows = {
+            "K_s, K_i (2.8, 2.9)": f"{1e-3 * self.k_s:.2f} N/mm, {self.k_i:.2f} N/A",
+            f"linear law within {self.tolerance:.0%}": (
+                f"x from {1e3 * x_low:.3f} to {1e3 * x_high:.3f} mm, I_c from {i_low:.2f} to {i_high:.2f} A"
+            ),
+            "slew rate of the force": f"{1e-6 * rise:.3f} MN/s up, {1e-6 * fall:.3f} MN/s down",
+            "bandwidth": f"{self.amplifier_bandwidth:g} Hz; at the voltage limit {', '.join(sines)}",
+            "control force left": (
+                f"{own.up:.0f} N up, {own.down:.0f} N down, above a static load of {own.static_load:.0f} N"
+            ),
+        }
+        title = f"One axis, {self.bias_current:g} A bias and {self.static_current:g} A static current"
+        table = text_table(title, ("property", "value"), rows.items(), left=("property", "value"))
+        table.show_header = False
+        return [table]
+
+
+def linearisation(bias_current: Number = "4.43 A", static_current: Number = "1.14 A") -> BearingAxis:
+    """Return K_s and K_i of a bearing axis over (x, I_c), its linear range, load capacity, slew rate and bandwidth.
+
+    Parameters
+    ----------
+    bias_current
+        Bias current of the coils (A), or a text with its unit.
+    static_current
+        Current that carries the static load (A), or a text with its unit.
+
+    Raises
+    ------
+    ValueError
+        If the currents leave no control current of both signs.
+    """
+    p = design.axis_parameters(
+        bias_current=quantity(bias_current, "A", "bias-current"),
+        static_current=quantity(static_current, "A", "static-current"),
+    )
+    largest = float(design.current_amplitude(p, 0.0))
+    if not largest > 0.0:
+        raise ValueError(
+            f"bias-current = {p.bias_current:g} A with static-current = {p.static_current:g} A is not allowed; coils "
+            f"that carry 0 to {p.current_limit:g} A must be left a control current of both signs"
+        )
+    k_s, k_i = design.linear_constants(p)
+    limits = design.linear_range(p, TOLERANCE)
+    full_swing = tuple(
+        FullSwing(i, float(_force_amplitude(p, i)), design.full_swing_bandwidth(p, i))
+        for i in (share * largest for share in AMPLITUDES)
+    )
+    return BearingAxis(
+        bias_current=float(p.bias_current),
+        static_current=float(p.static_current),
+        k_s=k_s,
+        k_i=k_i,
+        tolerance=TOLERANCE,
+        linear_range=LinearLimits((limits.x_low, limits.x_high), (limits.i_low, limits.i_high)),
+        slew_rate=design.force_slew_rate(p),
+        amplifier_bandwidth=float(p.bandwidth),
+        full_swing=full_swing,
+        bandwidth=ForceBandwidth(FREQUENCIES, _force_amplitude(p, design.current_amplitude(p, FREQUENCIES))),
+        load=_load_capacity(p),
+        map=_operating_map(p),
+    )
+
+
+def _force_amplitude(p: np.record, i_c: Array | float) -> Array:
+    """Return the amplitude (N) of the force at the centre under a sine of the control current (A), with saturation."""
+    return 0.5 * (design.linearisation(p, 0.0, i_c).force - design.linearisation(p, 0.0, -np.asarray(i_c)).force)
+
+
+def _load_capacity(p: np.record) -> LoadCurves:
+    """Return the control force left over the static load, with that of the axis at its own static current."""
+
+    def carried(static: float) -> float:
+        return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
+
+    own, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
+    capacity, at_own = design.load_capacity(p, loads), design.load_capacity(p, np.array([own]))
+    return LoadCurves(
+        loads,
+        capacity.static_current,
+        capacity.up,
+        capacity.down,
+        OwnLoad(own, float(at_own.up[0]), float(at_own.down[0])),
+    )
+
+
+def _operating_map(p: np.record) -> OperatingMap:
+    """Return K_s, K_i and the error of the linear law over displacement and control current."""
+    clearance = PLANT["rb1.clearance"].start or 0.0
+    x, i_c = np.linspace(-clearance, clearance, POINTS), np.linspace(*design.current_range(p), POINTS)
+    slopes = design.linearisation(p, x[None, :], i_c[:, None])
+    error = design.linear_error(p, x[None, :], i_c[:, None])
+    return OperatingMap(x, i_c, slopes.k_s, slopes.k_i, error)

@@ -1,0 +1,262 @@
+"""Study of the convergence of the co-simulation to the monolithic levitated rotor, over the communication step.
+
+The rotor starts from rest under an unbalance. The controller samples at a fixed rate, so that only the coupling depends
+on the communication step. In Jacobi order the controller's currents reach the actuator at the end of its step, a sample
+late; the monolithic system is then given that delay.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
+from amb_analysis.design import axis_parameters, linear_constants
+from amb_cosim.cosim.master import Coupling
+from amb_cosim.scenario import Scenario, make_scenario
+from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.studies.monolithic import Complex, Levitation, free_orbit
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.text_tables import TextPart, labelled_table
+from fmi_export.model import Array
+
+DURATION = 0.1  # s from rest, two turns
+SUBSTEP = 15.625e-6  # s, of the plant's own integration; the shortest communication step
+EXACT = 1e-6  # relative error of the orbit; below it the plant's own integration decides
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """How FMUs are coupled: order of the master, force with its gradient or held, force of a step's mean current."""
+
+    coupling: Coupling = "gauss_seidel"
+    gradient: bool = True
+    mean_current: bool = False
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One levitated rotor, the schemes to compare by name, and the communication steps (s)."""
+
+    title: str
+    levitation: Levitation
+    schemes: dict[str, Scheme]
+    steps: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SchemeErrors:
+    """Errors of a scheme.
+
+    errors
+        Largest distance of the orbits from those of the monolithic system over their largest displacement (1), for
+        each communication step, shape (n,).
+    order
+        Order of convergence between the two shortest steps; None if the coupling is exact.
+    """
+
+    errors: Array
+    order: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class ComparisonErrors:
+    """Errors of each scheme of a comparison at each communication step.
+
+    title
+        What is compared.
+    sample_time
+        Sample time of the controller (s).
+    steps
+        Communication steps (s), descending.
+    schemes
+        Errors by name of the scheme.
+    """
+
+    title: str
+    sample_time: Annotated[float, "s"]
+    steps: Annotated[tuple[float, ...], "s"]
+    schemes: dict[str, SchemeErrors]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CouplingConvergence(DrawnResult):
+    """Errors of the co-simulation over the communication step.
+
+    duration
+        Simulated time from rest (s).
+    substep
+        Longest step of the plant's own integration (s).
+    comparisons
+        Errors of each comparison.
+    """
+
+    name: ClassVar[str] = "coupling"
+
+    duration: Annotated[float, "s"]
+    substep: Annotated[float, "s"]
+    comparisons: tuple[ComparisonErrors, ...]
+
+    def text(self) -> list[TextPart]:
+        """Return a table of errors and orders for each comparison."""
+        parts: list[TextPart] = []
+        for comparison in self.comparisons:
+            steps = (f"{1e6 * step:g}" for step in comparison.steps)
+            label = "error of the orbit at a communication step (us) of"
+            table = labelled_table(comparison.title, label, *steps, "order")
+            for name, scheme in comparison.schemes.items():
+                order = "exact" if scheme.order is None else f"{scheme.order:.2f}"
+                table.add_row(name, *(f"{error:.1e}" for error in scheme.errors), order)
+            parts.append(table)
+        return parts
+
+
+HALVED = tuple(SUBSTEP * 2**k for k in range(5, -1, -1))  # 500 us to 15.6 us
+
+
+def comparisons() -> list[Comparison]:
+    """Return the comparisons of the study."""
+    linear = Levitation(Omega=120.0, disc="d3", unbalance=0.02)
+    k_s, k_i = linear_constants(axis_parameters())
+    orders = {
+        "Gauss-Seidel, force held": Scheme(gradient=False),
+        "Gauss-Seidel, with gradient": Scheme(),
+        "Jacobi, force held": Scheme("jacobi", gradient=False),
+        "Jacobi, with gradient": Scheme("jacobi"),
+    }
+    currents = {
+        "current at the end, force held": Scheme(gradient=False),
+        "current at the end, with gradient": Scheme(),
+        "mean current, force held": Scheme(gradient=False, mean_current=True),
+        "mean current, with gradient": Scheme(mean_current=True),
+    }
+    gradients = {"Gauss-Seidel, force held": Scheme(gradient=False), "Gauss-Seidel, with gradient": Scheme()}
+    return [
+        Comparison("linear law, controller at 2 kHz", replace(linear, sample_time=500e-6), orders, HALVED),
+        Comparison("linear law, controller at 4 kHz", linear, orders, HALVED[1:]),
+        Comparison("amplifiers of 1.4 kHz, Gauss-Seidel", replace(linear, bandwidth=1400.0), currents, HALVED[1:]),
+        Comparison(
+            "nonlinear law with saturation", replace(linear, k_s=k_s, k_i=k_i, nonlinear=True), gradients, HALVED[1:]
+        ),
+    ]
+
+
+def coupling() -> CouplingConvergence:
+    """Return the errors of the co-simulation against the monolithic system over the communication step, with orders.
+
+    Raises
+    ------
+    ValueError
+        If a co-simulation does not reach its end.
+    """
+    return CouplingConvergence(DURATION, SUBSTEP, tuple(compare(comparison) for comparison in comparisons()))
+
+
+def compare(comparison: Comparison, duration: float = DURATION) -> ComparisonErrors:
+    """Return the errors of each scheme at each communication step, and observed orders.
+
+    An error is the largest distance of the orbits at both bearings from those of the monolithic system at the
+    controller's samples, over the largest displacement.
+
+    Parameters
+    ----------
+    comparison
+        What is compared.
+    duration
+        Simulated time from rest (s).
+    """
+    levitation = comparison.levitation
+    samples = math.ceil(duration / levitation.sample_time)
+    exact = {
+        order: free_orbit(replace(levitation, delay=delay), samples)
+        for order, delay in (("gauss_seidel", 0), ("jacobi", 1))
+        if any(scheme.coupling == order for scheme in comparison.schemes.values())
+    }
+    schemes = {}
+    for name, scheme in comparison.schemes.items():
+        reference = exact[scheme.coupling]
+        errors = [
+            float(np.abs(cosimulated(levitation, scheme, step, samples) - reference).max() / np.abs(reference).max())
+            for step in comparison.steps
+        ]
+        schemes[name] = SchemeErrors(np.array(errors), observed_order(comparison.steps, errors))
+    return ComparisonErrors(comparison.title, levitation.sample_time, comparison.steps, schemes)
+
+
+def observed_order(steps: Sequence[float], errors: Sequence[float]) -> float | None:
+    """Return the order between the two shortest steps, log(e_1/e_2)/log(h_1/h_2); None if the coupling is exact."""
+    if max(errors) < EXACT:
+        return None
+    (h_1, e_1), (h_2, e_2) = list(zip(steps, errors, strict=True))[-2:]
+    return math.log(e_1 / e_2) / math.log(h_1 / h_2)
+
+
+def cosimulated(levitation: Levitation, scheme: Scheme, step: float, samples: int, substep: float = SUBSTEP) -> Complex:
+    """Return the complex displacement at MB1 and MB2 (m) at each sample from a co-simulation of the three FMUs.
+
+    Parameters
+    ----------
+    levitation
+        Rotor, bearings and controller.
+    scheme, step
+        How the FMUs are coupled, and the communication step (s), which divides the sample time.
+    samples
+        How many samples the controller takes.
+    substep
+        Longest step of the plant's own integration (s).
+
+    Raises
+    ------
+    ValueError
+        If the co-simulation does not reach its end.
+    """
+    result = run_prepared(prepare(scenario(levitation, scheme, step, samples, substep)))
+    if result.outcome.failure is not None:
+        raise ValueError(result.outcome.failure)
+    bearings = [
+        result.dataset[f"rotor_contact.{at}.x"].values + 1j * result.dataset[f"rotor_contact.{at}.y"].values
+        for at in ("mb1", "mb2")
+    ]
+    return np.array(bearings).T
+
+
+def scenario(levitation: Levitation, scheme: Scheme, step: float, samples: int, substep: float) -> Scenario:
+    """Return the scenario of a co-simulation: an unbalanced rotor from rest."""
+    actuator: dict[str, float] = {
+        "force_law": NONLINEAR if levitation.nonlinear else MEASURED,
+        "amplifier": IDEAL if levitation.bandwidth is None else DYNAMIC,
+        "mean_current": scheme.mean_current,
+        "*.k_s_measured_?": levitation.k_s,
+        "*.k_i_measured_?": levitation.k_i,
+    }
+    if levitation.bandwidth is not None:
+        actuator["*.bandwidth_?"] = levitation.bandwidth
+    return make_scenario(
+        {
+            "description": "An unbalanced rotor from rest",
+            "Omega": levitation.Omega,
+            "settle_cycles": 0,
+            "end_time": samples * levitation.sample_time,
+            "gradient": scheme.gradient,
+            "coupling": scheme.coupling,
+            "communication_step": step,
+            "inputs": {"rotor_contact": {f"{levitation.disc}.u": levitation.unbalance}},
+            "parameters": {
+                "rotor_contact": {"solver.max_substep": substep},
+                "amb_actuator": actuator,
+                "rolac_controller": {
+                    "sample_time": levitation.sample_time,
+                    "*.k_s_?": levitation.k_s,
+                    "*.k_i_?": levitation.k_i,
+                    "*.k_b_?": levitation.k_b,
+                    "*.c_b_?": levitation.c_b,
+                },
+            },
+            "record": {"variables": ["rotor_contact.mb?.?"], "every": round(levitation.sample_time / step)},
+        },
+        "coupling",
+    )

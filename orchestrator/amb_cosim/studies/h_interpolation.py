@@ -1,0 +1,179 @@
+"""Study of H, the inverse of the receptance, over the spin speed: exact, and interpolated (thesis Fig. 5.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_analysis.receptance_table import SPEEDS, condition_number, inverse_receptance, pack
+from amb_cosim.json_data import Key
+from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.studies.sensor_receptance import FORCES, HERTZ, POINTS, levitated_receptance, sensor_planes
+from amb_cosim.text_tables import TextPart, labelled_table
+from fmi_export.model import Array
+from rolac_controller import stored
+from rolac_controller.inverse import N_MATRIX
+from rolac_controller.names import N_AXES, N_SENSORS
+from rotor_analysis.modes import Complex
+
+
+@dataclass(frozen=True, eq=False)
+class InterpolationError:
+    """Error of an interpolated H at each speed, shape (n,).
+
+    relative_error
+        |H - H_exact| / |H_exact| in the Frobenius norm (1).
+    left_by_a_step
+        |I + H R|, the largest share of a synchronous force that one full step U <- U + H Q leaves (1); 0 for exact H.
+    """
+
+    relative_error: Array
+    left_by_a_step: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InverseReceptance(DrawnResult):
+    """H over the spin speed, exact and interpolated.
+
+    rotor
+        Name of the rotor.
+    planes
+        Axial position of the sensor planes (m); each has two sensors, in x and in y.
+    speeds
+        Spin speeds (Hz), shape (n,).
+    table
+        Speeds of the table of the thesis (Hz).
+    forces
+        Names of the forces.
+    h, h_interpolated
+        H (N/m), complex, shape (n, 4, 8): exact, and interpolated in the table of the thesis.
+    condition_number
+        Condition number of R at each speed (1), shape (n,).
+    tables
+        Error of interpolation in the table of the thesis (`thesis`) and in one with a row for each Hz (`every_hertz`).
+    """
+
+    name: ClassVar[str] = "h_matrix"
+
+    rotor: str
+    planes: Annotated[tuple[float, ...], Key("planes_z_m")]
+    speeds: Annotated[Array, "Hz"]
+    table: Annotated[Array, "Hz"]
+    forces: tuple[str, ...]
+    h: Annotated[Complex, "N/m"]
+    h_interpolated: Annotated[Complex, "N/m"]
+    condition_number: Array
+    tables: dict[str, InterpolationError]
+
+    def text(self) -> list[TextPart]:
+        """Return a table of the largest errors between neighbouring speeds of the thesis's table."""
+        table = labelled_table(
+            f"{self.rotor}: H interpolated between the speeds of the table",
+            "between (Hz)",
+            "largest error of H (%)",
+            "at (Hz)",
+            "left by a full step (%)",
+            "condition number of R",
+        )
+        errors, last = self.tables["thesis"], self.table[-1]
+        for low, high in pairwise([*self.table, max(self.speeds[-1], last)]):
+            within = np.flatnonzero((self.speeds >= low) & (self.speeds <= high))
+            if low < high and len(within) > 1:
+                worst = within[np.argmax(errors.relative_error[within])]
+                table.add_row(
+                    f"{low:g} to {high:g}" + (", beyond the table" if low == last else ""),
+                    f"{100.0 * errors.relative_error[worst]:.2f}",
+                    f"{self.speeds[worst]:.2f}",
+                    f"{100.0 * errors.left_by_a_step[within].max():.2f}",
+                    f"{self.condition_number[within].max():.1f}",
+                )
+        return [table]
+
+
+def h_matrix(
+    rotor: RotorSource = None, *, up_to: Number = "50 Hz", k_b: Number = "1e6 N/m", c_b: Number = "5000 N.s/m"
+) -> InverseReceptance:
+    """Return H over the spin speed, exact and as the controller interpolates it in its table, and both errors.
+
+    H = -(R^H W R)^-1 R^H W     (5.10)
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; the rig of the thesis by default.
+    up_to
+        Highest spin speed (rad/s), or a text with its unit.
+    k_b, c_b
+        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or texts with their units.
+
+    Raises
+    ------
+    ValueError
+        If the rotor lacks the planes of the sensors and bearings, an argument is out of range, or an R is singular.
+    """
+    description = rotor_of(rotor)
+    speeds = np.unique(np.concatenate([speed_range(up_to, POINTS, SPEEDS[0]), SPEEDS]))
+    R = levitated_receptance(description, speeds, k_b, c_b)
+    exact = np.array([inverse_receptance(r) for r in R])
+    every_hertz = HERTZ * np.arange(5.0, np.ceil(speeds[-1] / HERTZ) + 1.0)
+    table_speeds = {"thesis": np.array(SPEEDS), "every_hertz": every_hertz}
+    found = {
+        name: interpolated(rows, levitated_receptance(description, rows, k_b, c_b), speeds)
+        for name, rows in table_speeds.items()
+    }
+    return InverseReceptance(
+        rotor=description.name,
+        planes=sensor_planes(description),
+        speeds=speeds / HERTZ,
+        table=np.array([speed / HERTZ for speed in SPEEDS]),
+        forces=FORCES,
+        h=exact,
+        h_interpolated=found["thesis"],
+        condition_number=np.array([condition_number(r) for r in R]),
+        tables={
+            name: InterpolationError(_relative_error(H, exact), _force_after_step(H, R)) for name, H in found.items()
+        },
+    )
+
+
+def interpolated(table_speeds: Array, receptances: Complex, speeds: Array) -> Complex:
+    """Return H at some speeds as the controller interpolates it in a table: linear between its speeds, constant beyond.
+
+    Parameters
+    ----------
+    table_speeds, receptances
+        Speeds of the table (rad/s), shape (m,), ascending, and R there (m/N), shape (m, 8, 4).
+    speeds
+        Speeds of H (rad/s), shape (n,).
+
+    Returns
+    -------
+    array, shape (n, 4, 8), complex
+        N/m.
+
+    Raises
+    ------
+    ValueError
+        If an R cannot be inverted.
+    """
+    table = pack(table_speeds, receptances)
+    H, matrix = np.empty((len(speeds), N_AXES, N_SENSORS), dtype=np.complex128), np.empty(N_MATRIX)
+    for n, speed in enumerate(speeds):
+        low, high, share, _ = stored.bracket(table, 1.0, float(speed))
+        stored.interpolate(table, stored.H, low, high, share, matrix)
+        H[n] = matrix.view(np.complex128).reshape(N_AXES, N_SENSORS)
+    return H
+
+
+def _relative_error(H: Complex, exact: Complex) -> Array:
+    """Return the relative error of each H in the Frobenius norm, shape (n,)."""
+    return np.linalg.norm(H - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
+
+
+def _force_after_step(H: Complex, R: Complex) -> Array:
+    """Return |I + H R|, the largest share of a synchronous force that one full step leaves, shape (n,)."""
+    return np.linalg.norm(np.eye(N_AXES) + H @ R, ord=2, axis=(1, 2))

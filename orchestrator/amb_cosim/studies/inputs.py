@@ -1,0 +1,89 @@
+"""How studies read their arguments: numbers in SI units, or texts with a unit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from amb_cosim.cosim.values import quantity
+from fmi_export.model import Array
+from rotor_analysis.rotor import Rotor, require
+from rotor_analysis.rotor_file import RIG, load_rotor
+
+Number = float | str
+"""A number in the unit that is asked for, or a text with another unit of the same dimension (`"16 Hz"`)."""
+
+RotorSource = Rotor | Path | str | None
+"""A rotor, the path of a rotor file, or None for the rig of the thesis."""
+
+
+def rotor_of(source: RotorSource) -> Rotor:
+    """Return a rotor.
+
+    Raises
+    ------
+    ValueError
+        If a file cannot be read or holds no rotor.
+    """
+    return source if isinstance(source, Rotor) else load_rotor(Path(source or RIG))
+
+
+def spin_speed(raw: Number, name: str = "speed") -> float:
+    """Return a spin speed (rad/s) given as 90, `"90 rad/s"` or `"16 Hz"`.
+
+    Raises
+    ------
+    ValueError
+        If it is no speed, negative or not finite.
+    """
+    value = quantity(raw, "rad/s", name)
+    require(0.0 <= value < float("inf"), name, f"{value:g} rad/s", ">= 0 rad/s and finite")
+    return value
+
+
+def spin_speeds(raw: str | Sequence[Number]) -> list[float]:
+    """Return spin speeds (rad/s) given in a sequence or in a text with commas."""
+    return [spin_speed(part, "speeds") for part in (raw.split(",") if isinstance(raw, str) else raw)]
+
+
+def speed_range(up_to: Number, points: int, lowest: float = 0.0) -> Array:
+    """Return evenly spaced spin speeds (rad/s) from the lowest to `up_to`, shape (points,).
+
+    Raises
+    ------
+    ValueError
+        If `up_to` is no speed above the lowest.
+    """
+    highest = spin_speed(up_to, "up-to")
+    require(highest > lowest, "up-to", f"{highest:g} rad/s", f"> {lowest:.4g} rad/s")
+    return np.linspace(lowest, highest, points)
+
+
+def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
+    """Return a positive, finite number in a unit.
+
+    Raises
+    ------
+    ValueError
+        If it is none; the message ends with the reason.
+    """
+    value, shown = quantity(raw, unit, name), unit.replace(".", " ")
+    require(0.0 < value < float("inf"), name, f"{value:g} {shown}", f"> 0 {shown}{reason}")
+    return value
+
+
+def node_numbers(raw: str | Sequence[int], name: str) -> tuple[int, ...]:
+    """Return node numbers given in a sequence or in a text with commas.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no whole number.
+    """
+    if not isinstance(raw, str):
+        return tuple(raw)
+    parts = [part.strip() for part in raw.split(",")]
+    require(all(part.isdecimal() for part in parts), name, raw, "node numbers with commas between them")
+    return tuple(int(part) for part in parts)

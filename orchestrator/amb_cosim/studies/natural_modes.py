@@ -1,0 +1,185 @@
+"""Studies of the modes of a rotor: frequencies at several spin speeds, mode shapes at one (thesis Figs 3.2, 3.3)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from amb_cosim.json_data import Key, Layout
+from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, spin_speed, spin_speeds
+from amb_cosim.studies.result import DrawnResult, StudyResult
+from amb_cosim.text_tables import TextPart, text_table
+from rotor_analysis.assembly import MassModel, Matrices
+from rotor_analysis.modes import Complex, Mode, Whirl, overdamped, translations
+from rotor_analysis.modes import modes as modes_of
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.supported import supported
+
+ROUNDING = 1e-9  # a damping ratio above minus this is that of an undamped mode, not of a growing one
+
+HEADINGS = ("speed", "mode", "frequency (rad/s)", "(Hz)", "damping ratio", "whirl")
+
+
+@dataclass(frozen=True)
+class ModesAtSpeed:
+    """The lowest modes at one spin speed, by ascending frequency.
+
+    frequencies
+        Damped natural frequencies (rad/s).
+    damping_ratios
+        Damping ratios (1); negative if the motion grows.
+    whirl
+        Whirl directions.
+    real_eigenvalues
+        Eigenvalues (1/s) of the motions that do not oscillate.
+    """
+
+    frequencies: Annotated[tuple[float, ...], "rad/s"]
+    damping_ratios: tuple[float, ...]
+    whirl: tuple[Whirl, ...]
+    real_eigenvalues: Annotated[tuple[float, ...], "1/s"]
+
+
+@dataclass(frozen=True, repr=False)
+class NaturalFrequencies(StudyResult):
+    """Natural frequencies of a rotor at some spin speeds.
+
+    rotor, mass
+        Name of the rotor, and the mass matrix of its model.
+    speeds
+        The lowest modes by spin speed (rad/s).
+    """
+
+    rotor: str
+    mass: MassModel
+    speeds: dict[float, ModesAtSpeed]
+
+    def text(self) -> list[TextPart]:
+        """Return a table of all modes, and a line for each speed with motion that does not oscillate."""
+        table = text_table(f"{self.rotor}, {self.mass} mass; speed in rad/s", HEADINGS, left=("whirl",))
+        remarks: list[TextPart] = []
+        for speed, found in self.speeds.items():
+            modes = zip(found.frequencies, found.damping_ratios, found.whirl, strict=True)
+            for number, (frequency, ratio, whirl) in enumerate(modes, start=1):
+                hertz = f"{frequency / (2.0 * math.pi):.3f}"
+                shown = f"{round(ratio, 4) + 0.0:.4f}"  # not -0.0000
+                direction = whirl + (", unstable" if ratio < -ROUNDING else "")
+                table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, shown, direction)
+            if found.real_eigenvalues:
+                real = ", ".join(f"{value:.4g}" for value in found.real_eigenvalues)
+                remarks.append(f"at {speed:g} rad/s also motion that does not oscillate, exp(s t) with s = {real} 1/s")
+        return [table, *remarks]
+
+
+@dataclass(frozen=True, eq=False)
+class ModeShape:
+    """Complex displacement in x and y of each node, shape (nodes,) each; the largest of all is 1 (no unit)."""
+
+    x: Annotated[Complex, Layout.PAIRS]
+    y: Annotated[Complex, Layout.PAIRS]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModeShapes(DrawnResult):
+    """Mode shapes of a rotor at one spin speed.
+
+    frequencies
+        Frequencies, damping ratios and whirl directions at the spin speed.
+    shapes
+        Shape of each mode.
+    z
+        Axial position of the nodes (m), shape (nodes,).
+    description, modes
+        The rotor and its modes, from which the figure is drawn.
+    """
+
+    name: ClassVar[str] = "modes"
+
+    frequencies: Annotated[NaturalFrequencies, Layout.MERGED]
+    shapes: tuple[ModeShape, ...]
+    z: Annotated[tuple[float, ...], Key("z_m")]
+    description: Annotated[Rotor, Layout.OMITTED]
+    modes: Annotated[tuple[Mode, ...], Layout.OMITTED]
+
+    @property
+    def speed(self) -> float:
+        """Spin speed (rad/s)."""
+        (speed,) = self.frequencies.speeds
+        return speed
+
+    def text(self) -> list[TextPart]:
+        """Return the table of the modes."""
+        return self.frequencies.text()
+
+
+def natural_frequencies(
+    rotor: RotorSource = None,
+    *,
+    mass: MassModel = "diagonal",
+    speeds: str | Sequence[Number] = "90,120,145",
+    count: int = 8,
+) -> NaturalFrequencies:
+    """Return damped natural frequencies, damping ratios and whirl directions of a rotor at some spin speeds.
+
+    (lambda^2 M + lambda (C + Omega G) + K) phi = 0     (3.1 to 3.6)
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; the rig of the thesis by default.
+    mass
+        Mass matrix, `diagonal` or `consistent`.
+    speeds
+        Spin speeds (rad/s), each a number or a text with its unit, or one text with commas.
+    count
+        Number of modes, the lowest first.
+
+    Raises
+    ------
+    ValueError
+        If the rotor file cannot be read or an argument is out of range.
+    """
+    description = rotor_of(rotor)
+    model = supported(description, mass).model
+    at_speeds = {Omega: _at_speed(model, Omega, modes_of(model, Omega, count)) for Omega in spin_speeds(speeds)}
+    return NaturalFrequencies(description.name, mass, at_speeds)
+
+
+def modes(
+    rotor: RotorSource = None, *, mass: MassModel = "diagonal", speed: Number = "90 rad/s", count: int = 8
+) -> ModeShapes:
+    """Return the mode shapes of a rotor at one spin speed.
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; the rig of the thesis by default.
+    mass
+        Mass matrix, `diagonal` or `consistent`.
+    speed
+        Spin speed (rad/s), or a text with its unit.
+    count
+        Number of modes, the lowest first.
+
+    Raises
+    ------
+    ValueError
+        If the rotor file cannot be read or an argument is out of range.
+    """
+    description, Omega = rotor_of(rotor), spin_speed(speed)
+    model = supported(description, mass).model
+    found = tuple(modes_of(model, Omega, count))
+    frequencies = NaturalFrequencies(description.name, mass, {Omega: _at_speed(model, Omega, found)})
+    shapes = tuple(ModeShape(*translations(model, mode.shape).T) for mode in found)
+    return ModeShapes(frequencies, shapes, description.shaft.nodes, description, found)
+
+
+def _at_speed(model: Matrices, Omega: float, found: Sequence[Mode]) -> ModesAtSpeed:
+    return ModesAtSpeed(
+        tuple(mode.frequency for mode in found),
+        tuple(mode.damping_ratio for mode in found),
+        tuple(mode.whirl for mode in found),
+        tuple(mode.eigenvalue.real for mode in overdamped(model, Omega)),
+    )

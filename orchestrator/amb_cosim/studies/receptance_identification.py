@@ -1,0 +1,134 @@
+"""Study that identifies the receptances of the levitated rotor over the spin speed, and keeps them in a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from amb_analysis.receptance_table import SPEEDS, condition_number
+from amb_analysis.table_file import ReceptanceTable
+from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.values import Raw
+from amb_cosim.json_data import Layout
+from amb_cosim.studies.inputs import Number, spin_speeds
+from amb_cosim.studies.receptance_measurement import (
+    IdentifiedReceptance,
+    prepare_identification,
+    ratios,
+    run_identification,
+    table_for,
+)
+from amb_cosim.studies.result import StudyResult
+from amb_cosim.text_tables import TextPart, text_table
+
+HEADINGS = ("speed (Hz)", "periods", "force (N)", "condition number", "differs from the model (%)", "")
+
+
+class IdentificationProgress(NamedTuple):
+    """Progress of an identification: its spin speed (rad/s), speeds done and in total, steps done and in total."""
+
+    speed: float
+    speeds_done: int
+    speeds_total: int
+    steps_done: int
+    steps_total: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(StudyResult):
+    """Receptances identified at several speeds.
+
+    speeds
+        Spin speeds that were requested (rad/s).
+    results
+        Result at each speed; fewer than speeds if Ctrl-C interrupted the study.
+    table
+        Table of the receptances: those identified now, and those that the table held before.
+    """
+
+    speeds: Annotated[tuple[float, ...], "rad/s"]
+    results: tuple[IdentifiedReceptance, ...]
+    table: Annotated[ReceptanceTable, Layout.OMITTED]
+
+    @property
+    def identified(self) -> int:
+        """Number of speeds at which the identification succeeded."""
+        return sum(result.receptance is not None for result in self.results)
+
+    @property
+    def interruption(self) -> str:
+        """Reason why the study ended before its last speed; empty if it did not."""
+        last = self.results[-1]
+        return last.reason if last.interrupted else ""
+
+    def text(self) -> list[TextPart]:
+        """Return a table with a row for each speed."""
+        table = text_table("Identification", HEADINGS, left=("",))
+        for result in self.results:
+            found = ("-", "-")
+            if result.receptance is not None:
+                difference = np.abs(ratios(result.receptance, result.model) - 1.0).max()
+                found = (f"{condition_number(result.receptance):.3f}", f"{100.0 * difference:.2g}")
+            outcome = result.reason or "done"
+            table.add_row(f"{result.frequency:.6g}", str(result.periods), f"{result.force:.1f}", *found, outcome)
+        return [table]
+
+
+def identify(
+    speeds: str | Sequence[Number] | None = None,
+    *,
+    output: Path | str | None = None,
+    rotor: Path | str | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "python",
+    progress: Callable[[IdentificationProgress], None] | None = None,
+) -> Identification:
+    """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.
+
+    Ctrl-C ends the study; the result then holds the speeds before.
+
+    Parameters
+    ----------
+    speeds
+        Spin speeds (rad/s), each a number or a text with its unit, or one text with commas; by default the twelve at
+        which the thesis identifies.
+    output
+        Table file (TOML), written after each speed; the receptances that it holds for other speeds are kept.
+    rotor
+        Rotor file (TOML); the rig of the thesis by default.
+    set
+        Values by `component.variable`, numbers or texts with units.
+    flavour
+        Flavour of the FMUs.
+    progress
+        Called now and then while a speed is simulated.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed, or the table in the file belongs to another rotor or control loop.
+    """
+    chosen = SPEEDS if speeds is None else spin_speeds(speeds)
+    path = None if output is None else Path(output)
+    runs = [prepare_identification(Omega, rotor, set, flavour) for Omega in chosen]
+    table = table_for(runs[0], path)
+    results: list[IdentifiedReceptance] = []
+    for prepared in runs:
+
+        def report(done: int, total: int, speed: float = prepared.plan.speed) -> None:
+            if progress is not None:
+                progress(IdentificationProgress(speed, len(results), len(runs), done, total))
+
+        result = run_identification(prepared, report)
+        results.append(result)
+        if result.receptance is not None:
+            table = table.updated(result.speed, result.receptance, result.order)
+            if path is not None:
+                table.write(path)
+        if result.interrupted:
+            break
+    return Identification(tuple(chosen), tuple(results), table)

@@ -1,0 +1,82 @@
+"""What all studies return: a record that can be printed, written as JSON, drawn and shown in a notebook."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from amb_cosim.json_data import json_data
+from amb_cosim.text_tables import TextPart, rendered
+from amb_files.atomic import write_atomically
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LONGEST = 60  # characters of a value in a result's representation
+
+
+class StudyResult:
+    """Base of the frozen dataclasses that studies return. `print` shows their tables."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the result as JSON data; each key is a field's name and unit."""
+        data: dict[str, Any] = json_data(self)
+        return data
+
+    def text(self) -> list[TextPart]:
+        """Return the tables and lines that describe the result."""
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        return rendered(self.text())
+
+    def __repr__(self) -> str:
+        fields = dataclasses.fields(self)  # type: ignore[arg-type]  # every result is a dataclass
+        return f"{type(self).__name__}({', '.join(f'{f.name}={_short(getattr(self, f.name))}' for f in fields)})"
+
+
+class DrawnResult(StudyResult):
+    """A result with a figure, which a notebook shows."""
+
+    name: ClassVar[str]
+    """Name of the study, of its files, and of the module in `amb_cosim.plots.studies` that draws it."""
+
+    def figure(self) -> Figure:
+        """Return the figure of the study, a new one with every call."""
+        from amb_cosim.plots.studies import figure
+
+        return figure(self)
+
+    def write(self, folder: Path) -> None:
+        """Write the data as `NAME.json` and the figure as `NAME.png` to a folder, which is created if it is missing.
+
+        A file appears complete or not at all.
+
+        Raises
+        ------
+        OSError
+            If the folder or a file cannot be written.
+        """
+        from amb_cosim.plots.style import write_png
+
+        text = json.dumps(self.to_json(), indent=1, allow_nan=False) + "\n"
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder / f"{self.name}.json", lambda path: path.write_text(text, encoding="utf-8"))
+        write_png(self.figure(), folder / f"{self.name}.png")
+
+    def _repr_png_(self) -> bytes:
+        from amb_cosim.plots.style import png
+
+        return png(self.figure())
+
+
+def _short(value: Any) -> str:
+    """Represent a value in one line: an array by its shape, anything else that is long by its type."""
+    if isinstance(value, np.ndarray):
+        return f"<array of shape {value.shape}>"
+    text = repr(value)
+    return text if len(text) <= LONGEST else f"<{type(value).__name__}>"

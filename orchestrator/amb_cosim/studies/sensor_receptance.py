@@ -1,0 +1,116 @@
+"""Study of the receptance of the levitated rotor over the spin speed (thesis Fig. 5.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_cosim.json_data import Key
+from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, speed_range
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.text_tables import TextPart, labelled_table
+from fmi_export.model import Array
+from rolac_controller.names import AXES, N_AXES, N_BEARINGS, N_PLANES
+from rotor_analysis.modes import Complex
+from rotor_analysis.receptance import receptance as receptance_of
+from rotor_analysis.rotor import Rotor, require
+
+HERTZ = 2.0 * np.pi  # rad/s
+LOWEST = 1.0 * HERTZ
+POINTS = 491  # of a range of speeds: every 0.1 Hz from 1 to 50 Hz
+FORCES = tuple(f"{bearing}.{axis}" for bearing, axis, _ in AXES)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SensorReceptance(DrawnResult):
+    """Synchronous displacement of the sensors by the forces of the bearings.
+
+    rotor
+        Name of the rotor.
+    planes
+        Axial position of the sensor planes (m); each has two sensors, in x and in y.
+    speeds
+        Spin speeds (Hz), shape (n,).
+    forces
+        Names of the forces.
+    receptance
+        R (m/N), complex, shape (n, 8, 4).
+    """
+
+    name: ClassVar[str] = "receptance"
+
+    rotor: str
+    planes: Annotated[tuple[float, ...], Key("planes_z_m")]
+    speeds: Annotated[Array, "Hz"]
+    forces: tuple[str, ...]
+    receptance: Annotated[Complex, "m/N"]
+
+    def text(self) -> list[TextPart]:
+        """Return a table of the largest displacement of each sensor in x by each force in x."""
+        title = f"{self.rotor}: largest receptance of the sensors in x"
+        table = labelled_table(title, "sensor", "force", "(um/N)", "at (Hz)", "phase (deg)")
+        for plane, z in enumerate(self.planes):
+            for k in range(0, N_AXES, 2):
+                curve = self.receptance[:, 2 * plane, k]
+                top = int(np.argmax(np.abs(curve)))
+                table.add_row(
+                    f"s{2 * plane + 1}, z = {z:.4g} m",
+                    self.forces[k],
+                    f"{1e6 * abs(curve[top]):.3f}",
+                    f"{self.speeds[top]:.2f}",
+                    f"{np.degrees(np.angle(curve[top])):.1f}",
+                )
+        return [table]
+
+
+def receptance(
+    rotor: RotorSource = None, *, up_to: Number = "50 Hz", k_b: Number = "1e6 N/m", c_b: Number = "5000 N.s/m"
+) -> SensorReceptance:
+    """Return the synchronous displacement of the eight sensors by each bearing force over the spin speed.
+
+    R = S [-Omega^2 M + j Omega (C + Omega G) + K]^-1 B     (5.6)
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; the rig of the thesis by default.
+    up_to
+        Highest spin speed (rad/s), or a text with its unit.
+    k_b, c_b
+        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or texts with their units.
+
+    Raises
+    ------
+    ValueError
+        If the rotor lacks the planes of the sensors and bearings, or an argument is out of range.
+    """
+    description, speeds = rotor_of(rotor), speed_range(up_to, POINTS, LOWEST)
+    R = levitated_receptance(description, speeds, k_b, c_b)
+    return SensorReceptance(description.name, sensor_planes(description), speeds / HERTZ, FORCES, R)
+
+
+def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) -> Complex:
+    """Return R of a rotor on its closed bearings at some speeds (rad/s), shape (n, 8, 4) (m/N).
+
+    Raises
+    ------
+    ValueError
+        If the rotor lacks planes of sensors or bearings, or stiffness (N/m) or damping (N s/m) is not positive.
+    """
+    planes = rotor.planes
+    for place, nodes, wanted in (
+        ("bearings", rotor.bearing_nodes, N_BEARINGS),
+        ("planes.sensors", planes.sensors, N_PLANES),
+    ):
+        require(len(nodes) == wanted, f"{place} of rotor {rotor.name!r}", list(nodes), f"{wanted} nodes")
+    require(bool(planes.master), f"planes.master of rotor {rotor.name!r}", "[]", "the planes of the reduced model")
+    stiffness = positive(k_b, "N/m", "k-b")
+    damping = positive(c_b, "N.s/m", "c-b", ", since nothing else damps the rotor")
+    return receptance_of(speeds, stiffness, damping, rotor)
+
+
+def sensor_planes(rotor: Rotor) -> tuple[float, ...]:
+    """Return the axial positions (m) of the sensor planes."""
+    return tuple(rotor.shaft.nodes[node - 1] for node in rotor.planes.sensors)

@@ -1,0 +1,182 @@
+"""Study of the stability margin of the levitated rotor (ISO 14839-3), computed and measured in a co-simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+
+from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
+from amb_cosim.studies.inputs import Number, spin_speed
+from amb_cosim.studies.linear_loop import (
+    AXIS_NAMES,
+    diagonal_response,
+    linear_loop,
+    pole_frequency,
+    sensitivity_system,
+)
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.text_tables import TextPart, labelled_table
+from fmi_export.model import Array
+from rotor_analysis.rotor import require
+
+ZONES = {"A": 3.0, "B": 4.0, "C": 5.0, "D": np.inf}  # upper limit of |S| in each
+POINTS = 2000  # of the computed curve
+COMPARED = 500.0  # Hz, up to which computed and measured sensitivity are compared
+
+
+@dataclass(frozen=True, eq=False)
+class AxisSensitivity:
+    """Sensitivity of one axis.
+
+    peak, peak_frequency, zone
+        Largest |S| that was computed (1), its frequency (Hz), and its zone.
+    computed
+        |S| at the frequencies of the study (1), shape (n,).
+    measured_frequencies, measured
+        Frequencies (Hz) and |S| there (1) in the co-simulation, shape (lines,).
+    largest_difference_below_500_hz, largest_difference
+        Largest |S_measured/S_computed - 1| (1) up to 500 Hz, and at all measured frequencies.
+    """
+
+    peak: float
+    peak_frequency: Annotated[float, "Hz"]
+    zone: str
+    computed: Array
+    measured_frequencies: Annotated[Array, "Hz"]
+    measured: Array
+    largest_difference_below_500_hz: float
+    largest_difference: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StabilityMargin(DrawnResult):
+    """Sensitivities of the four axes.
+
+    speed
+        Spin speed (rad/s).
+    sample_time
+        Sample time of the controller (s).
+    delay
+        Samples by which currents are delayed.
+    amplifier
+        Amplifier model.
+    settings
+        Parameters that were changed, as `component.variable=value`.
+    zone_limits
+        Upper limit of |S| (1) in zones A to C.
+    frequencies
+        Frequencies of the computed curves (Hz), shape (n,).
+    axes
+        Sensitivity of each axis, by name.
+    """
+
+    name: ClassVar[str] = "sensitivity"
+
+    speed: Annotated[float, "rad/s"]
+    sample_time: Annotated[float, "s"]
+    delay: Annotated[int, "samples"]
+    amplifier: Literal["dynamic", "ideal"]
+    settings: tuple[str, ...]
+    zone_limits: dict[str, float]
+    frequencies: Annotated[Array, "Hz"]
+    axes: dict[str, AxisSensitivity]
+
+    def text(self) -> list[TextPart]:
+        """Return a table of the peaks, and a line with the zone of the largest one."""
+        headings = ("peak of |S|", "at (Hz)", "zone", "measured differs below 500 Hz (%)", "anywhere (%)")
+        table = labelled_table(f"Sensitivity at {self.speed:g} rad/s", "axis", *headings)
+        for name, axis in self.axes.items():
+            differences = (100.0 * axis.largest_difference_below_500_hz, 100.0 * axis.largest_difference)
+            table.add_row(
+                name,
+                f"{axis.peak:.3f}",
+                f"{axis.peak_frequency:.1f}",
+                axis.zone,
+                *(f"{difference:.3f}" for difference in differences),
+            )
+        worst = max(axis.peak for axis in self.axes.values())
+        return [table, f"zone {zone(worst)} (ISO 14839-3: A below 3, B below 4, C below 5)"]
+
+
+def zone(peak: float) -> str:
+    """Return the zone of a peak of |S|: A below 3, B below 4, C below 5, D from 5 on (ISO 14839-3)."""
+    return next(name for name, limit in ZONES.items() if peak < limit)
+
+
+def sensitivity(
+    speed: Number = "90 rad/s",
+    *,
+    amplifier: bool = False,
+    delay: bool = False,
+    sample_time: Number = "250 us",
+    set: Mapping[str, Raw] | None = None,
+) -> StabilityMargin:
+    """Return |S| of each axis over frequency, its peak and zone, computed and measured in a co-simulation.
+
+    S = 1/(1 + L) of an axis, with the loops of the other axes closed (ISO 14839-3)
+
+    Parameters
+    ----------
+    speed
+        Spin speed (rad/s), or a text with its unit.
+    amplifier
+        Whether the amplifiers have bandwidth and voltage limit.
+    delay
+        Whether currents are delayed by one sample.
+    sample_time
+        Sample time of the controller (s), or a text with its unit.
+    set
+        Values of parameters by `component.variable`, numbers or texts with units.
+
+    Raises
+    ------
+    ValueError
+        If a value is not allowed, the loop is not stable, or the co-simulation is not that of a linear system.
+    """
+    time = quantity(sample_time, "s", "sample-time")
+    require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
+    settings = set or {}
+    prepared = prepare_measurement(spin_speed(speed), time, amplifier, delay, settings)
+    loop = linear_loop(prepared)
+    system = sensitivity_system(loop)
+    poles = system.poles()
+    measured = measure(prepared, float(np.abs(poles).max()))
+    frequencies = curve_frequencies(poles, time)
+    curves = np.abs(diagonal_response(system, frequencies))
+    expected = np.array([diagonal_response(system, row)[k] for k, row in enumerate(measured.frequencies)])
+    difference = np.abs(measured.sensitivity / expected - 1.0)
+    axes = {
+        name: AxisSensitivity(
+            peak=float(curve.max()),
+            peak_frequency=float(frequencies[curve.argmax()]),
+            zone=zone(float(curve.max())),
+            computed=curve,
+            measured_frequencies=measured.frequencies[k],
+            measured=np.abs(measured.sensitivity[k]),
+            largest_difference_below_500_hz=float(difference[k][measured.frequencies[k] < COMPARED].max()),
+            largest_difference=float(difference[k].max()),
+        )
+        for k, (name, curve) in enumerate(zip(AXIS_NAMES, curves, strict=True))
+    }
+    return StabilityMargin(
+        speed=loop.Omega,
+        sample_time=loop.sample_time,
+        delay=loop.delay,
+        amplifier="dynamic" if loop.parameters["amb_actuator"]["amplifier"] else "ideal",
+        settings=tuple(f"{name}={value}" for name, value in settings.items()),
+        zone_limits={name: limit for name, limit in ZONES.items() if np.isfinite(limit)},
+        frequencies=frequencies,
+        axes=axes,
+    )
+
+
+def curve_frequencies(poles: Array, sample_time: float) -> Array:
+    """Return the frequencies (Hz) of the computed curve: evenly on a logarithmic axis, and those of the poles."""
+    highest = min(HIGHEST, 0.5 / sample_time)
+    resonances = np.asarray(pole_frequency(poles, sample_time))
+    within = resonances[(resonances >= LOWEST) & (resonances <= highest)]
+    return np.unique(np.concatenate([np.geomspace(LOWEST, highest, POINTS), within]))
