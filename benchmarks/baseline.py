@@ -18,8 +18,8 @@ from llvmlite import ir  # type: ignore[import-untyped]
 from numba.core import types
 from numba.extending import intrinsic
 
-from amb_cosim.build import MODELS
-from amb_cosim.cosim.master import Changes, IntArray, PiecewiseConstant
+from amb_cosim.cosim.fmus import model_source
+from amb_cosim.cosim.schedules import Changes, IntArray, PiecewiseConstant
 from amb_cosim.simulation import Prepared
 from benchmarks.kernels import step_kernel
 from fmi_export.model import Array, Instance
@@ -72,13 +72,13 @@ class Floor:
         if order != "gauss_seidel" or plan.profile or prepared.scenario.fmu or len(system.components) != 3:
             raise ValueError(f"{prepared.name} has no floor; it must run this project's models in Gauss-Seidel order")
         outputs = [f"{c}.{port.name}" for c, i in prepared.interfaces.items() for port in i.of("output")]
-        wiring, inputs, _ = system.wiring(prepared.interfaces, list(plan.exogenous), outputs)
-        names = [*plan.exogenous, *outputs]  # each model's outputs in the order in which its kernel writes them
+        wiring, inputs, _ = system.wiring(prepared.interfaces, list(plan.inputs), outputs)
+        names = [*plan.inputs, *outputs]  # each model's outputs in the order in which its kernel writes them
         place = np.array([names.index(name) for name in wiring.names], np.intp)
         self._plan = plan
         self._names = [c.name for c in system.components]
         self._values = np.zeros(len(names))
-        self._values[: wiring.n_exogenous] = list(plan.exogenous.values())
+        self._values[: wiring.n_exogenous] = list(plan.inputs.values())
         self._recorded = np.array([names.index(name) for name in plan.recorded], np.intp)
         events = [(n, names.index(name), value) for n, name, value in plan.events]
         self._changes = PiecewiseConstant(events).changes(0, plan.last + 1)
@@ -86,8 +86,8 @@ class Floor:
         self._stages: list[Stage] = []
         first = wiring.n_exogenous
         for component, source in zip(system.components, wiring.sources, strict=True):
-            instance = Instance(*MODELS[component.fmu](None))
-            for name, value in plan.start[component.name].items():
+            instance = Instance(*model_source(component.fmu))
+            for name, value in plan.parameters[component.name].items():
                 instance[name] = value
             table, own = instance.model.interface, self._values[first : first + len(instance.outputs)]
             to = np.array([table.position[name] - table.n_parameters for name in inputs[component.name]], np.intp)

@@ -13,9 +13,9 @@ from functools import partial
 from importlib.resources import files
 from typing import Any
 
+from amb_cosim.cosim.fmus import Flavour
 from amb_cosim.cosim.master import Loop
-from amb_cosim.flavours import Flavour
-from amb_cosim.simulation import Prepared, run
+from amb_cosim.simulation import Prepared, run_prepared
 from benchmarks import cases, peers
 from benchmarks.baseline import Floor
 from benchmarks.process import Unfinished, call, python_with
@@ -36,10 +36,10 @@ def ours(prepared: Prepared, loop: Loop) -> Candidate:
     """This project's master."""
 
     def step_time() -> float:
-        outcome = run(prepared, loop=loop)
-        if outcome.failure is not None:
-            raise Unfinished(outcome.failure)
-        return float(outcome.dataset.attrs["wall_s"]) / prepared.plan.last
+        result = run_prepared(prepared, loop=loop)
+        if result.outcome.failure is not None:
+            raise Unfinished(result.outcome.failure)
+        return float(result.dataset.attrs["wall_s"]) / prepared.plan.last
 
     return step_time
 

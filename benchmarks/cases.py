@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.flavours import Flavour
+from amb_cosim.cosim.fmus import Flavour
 from amb_cosim.scenario import Scenario, load_scenario, make_scenario
 from amb_cosim.simulation import Prepared, prepare
 from fmi_export.model import Array
@@ -47,12 +47,12 @@ _FROM_REST: dict[str, Any] = {
 
 def fig4_9(flavour: Flavour) -> Prepared:
     """FIG4_9, at 4 kHz."""
-    return prepare("fig4_9", load_scenario("fig4_9"), flavour=flavour)
+    return prepare(load_scenario("fig4_9"), flavour=flavour)
 
 
 def rub(flavour: Flavour, seconds: float, **changes: Any) -> Prepared:
     """RUB for a time (s); `changes` replace what the scenario says."""
-    return prepare("rub", make_scenario(_rub(seconds) | changes, "rub"), flavour=flavour)
+    return prepare(make_scenario(_rub(seconds) | changes, "rub"), flavour=flavour)
 
 
 def _rub(seconds: float) -> dict[str, Any]:
@@ -68,7 +68,7 @@ def _rub(seconds: float) -> dict[str, Any]:
 
 def ring(flavour: Flavour, seconds: float) -> Prepared:
     """RING for a time (s)."""
-    return prepare("ring", ring_scenario(seconds), flavour=flavour)
+    return prepare(ring_scenario(seconds), flavour=flavour)
 
 
 def ring_scenario(seconds: float) -> Scenario:

@@ -7,7 +7,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from amb_cosim.build import MODELS
+from amb_cosim.cosim.fmus import model_source
 from fmi_export.native.compiler import PLATFORMS, compile_library, host_platform
 from fmi_export.native.package import native_sources
 
@@ -33,7 +33,7 @@ def step_kernel(name: str) -> int:
     ValueError
         If there is no compiler.
     """
-    sources = native_sources(*MODELS[name](None)) | {"shown.c": SHOWN}
+    sources = native_sources(*model_source(name)) | {"shown.c": SHOWN}
     platform = host_platform()
     library = compile_library(name, sources, platform)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:

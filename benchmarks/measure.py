@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
-from amb_cosim.flavours import Flavour
+from amb_cosim.cosim.fmus import Flavour
 from benchmarks import cases, contact_cost, scaling
 from benchmarks.candidates import Missing, native_possible, on_fig4_9, on_ring, on_rub
 from benchmarks.timing import environment, ratio, ratios, take_turns

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.flavours import Flavour
+from amb_cosim.cosim.fmus import Flavour
 from amb_cosim.scenario import Scenario, make_scenario
-from amb_cosim.simulation import Prepared, prepare, run
+from amb_cosim.simulation import Prepared, prepare, run_prepared
 from benchmarks import cases
 from benchmarks.process import call
 
@@ -60,7 +60,7 @@ def over_time(flavour: Flavour, durations: Sequence[float], rounds: int) -> dict
 
 def over_sites(flavour: Flavour, seconds: float, rounds: int) -> dict[str, Any]:
     """Seconds for a step of the plant, over the number of sites that a load presses it onto."""
-    runs = [prepare("pressed", pressed(count, seconds), flavour=flavour) for count in range(len(SITES) + 1)]
+    runs = [prepare(pressed(count, seconds), flavour=flavour) for count in range(len(SITES) + 1)]
     steps = runs[0].plan.last
     return Line(_touching(runs), [t / steps for t in _medians(runs, rounds)]).as_data("sites_in_contact", "step_s")
 
@@ -96,7 +96,7 @@ def peak_memory(flavour: Flavour, seconds: float) -> dict[str, float]:
     import resource
 
     prepared = cases.rub(flavour, seconds, record={"variables": ["*"]})
-    run(prepared)
+    run_prepared(prepared)
     unit = 1 if sys.platform == "darwin" else 1024
     peak = unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return {"peak": peak, "recorder": 8.0 * (prepared.plan.last + 1) * (len(prepared.plan.recorded) + 1)}
@@ -125,11 +125,11 @@ def pressed(count: int, seconds: float) -> Scenario:
 
 def _touching(runs: Sequence[Prepared]) -> list[float]:
     """Number of sites in contact, on average over each run."""
-    datasets = [run(prepared).dataset for prepared in runs]
+    datasets = [run_prepared(prepared).dataset for prepared in runs]
     return [sum(float((d[f"rotor_contact.{site}.mode"] > 0).mean()) for site in SITES) for d in datasets]
 
 
 def _medians(runs: Sequence[Prepared], rounds: int) -> list[float]:
     """Median time (s) that each run steps, when they take turns."""
-    times = [[float(run(prepared).dataset.attrs["wall_s"]) for prepared in runs] for _ in range(rounds + 1)]
+    times = [[float(run_prepared(prepared).dataset.attrs["wall_s"]) for prepared in runs] for _ in range(rounds + 1)]
     return [median(column) for column in zip(*times[1:], strict=True)]

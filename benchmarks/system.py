@@ -14,8 +14,8 @@ def plain_system(prepared: Prepared, recorded: Sequence[str]) -> dict[str, Any]:
     """The arguments of the functions in `peers`, for a run from point 0 without events."""
     plan, system = prepared.plan, prepared.plan.system
     targets = {s.name: s.targets for s in system.signals}
-    given = {f"{c}.{v}": value for c, values in plan.start.items() for v, value in values.items()}
-    given |= {end: value for name, value in plan.exogenous.items() for end in targets.get(name, (name,))}
+    given = {f"{c}.{v}": value for c, values in plan.parameters.items() for v, value in values.items()}
+    given |= {end: value for name, value in plan.inputs.items() for end in targets.get(name, (name,))}
     start: dict[str, dict[str, Any]] = {c.name: {} for c in system.components}
     for end, value in given.items():
         component, variable = system.split(end)

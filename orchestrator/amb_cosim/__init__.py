@@ -1,1 +1,60 @@
-"""The co-simulation: wiring as data, master algorithm, FMU adapter, scenarios, results, plots, commands."""
+"""Co-simulation of a flexible rotor in active magnetic bearings that can touch its retainer bearings.
+
+    import amb_cosim
+    result = amb_cosim.run("fig4_9", set={"rotor_contact.rb1.clearance": "0.6 mm"}, until=0.3)
+
+    run          run a scenario and return its Result
+    scenarios    names and descriptions of the scenarios that come with the package
+    Scenario     a scenario as an object: load, changed, check, save
+    Result       a run: dataset, summary, plot, outcome, save; Result.load reads one from its folder
+    build        write the FMUs of rotor, actuator and controller, for use in any tool
+    identify     identify receptances of the levitated rotor by co-simulation, into a table for ROLAC
+    studies      questions answered by analysis or by many runs: Campbell diagram, sensitivity, recovery, ...
+    simulate     run any FMI 2.0 co-simulation FMUs from a system file
+    System       components and connections of one's own; System.load reads a system file
+    cosim        the layer below, which knows FMI and numbers and no rotor: components, master, recording
+
+Each has its documentation: help(amb_cosim.run). What is wrong with an input is a ValueError that says where, and what
+is allowed. Everything is loaded when it is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from amb_cosim import cosim as cosim
+    from amb_cosim import studies as studies
+    from amb_cosim.cosim.run import simulate as simulate
+    from amb_cosim.cosim.system import System as System
+    from amb_cosim.models import build as build
+    from amb_cosim.result import Result as Result
+    from amb_cosim.scenario import Scenario as Scenario
+    from amb_cosim.scenario import scenarios as scenarios
+    from amb_cosim.simulation import run as run
+    from amb_cosim.studies.receptance_identification import identify as identify
+
+_MODULES = {
+    "run": "simulation",
+    "scenarios": "scenario",
+    "Scenario": "scenario",
+    "Result": "result",
+    "build": "models",
+    "identify": "studies.receptance_identification",
+    "studies": "studies",
+    "simulate": "cosim.run",
+    "System": "cosim.system",
+    "cosim": "cosim",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module 'amb_cosim' has no attribute {name!r}; there are {', '.join(_MODULES)}")
+    module = import_module(f"amb_cosim.{_MODULES[name]}")
+    return module if name == _MODULES[name] else getattr(module, name)
+
+
+def __dir__() -> list[str]:
+    return sorted(_MODULES)

@@ -1,40 +1,30 @@
-"""Scenarios: what is run, at which speed, and what happens when; TOML read into checked models."""
+"""Scenarios of a levitated rotor: what is run, at which speed, and what happens when; read from TOML and checked."""
 
 from __future__ import annotations
 
 import math
-import tomllib
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    StrictBool,
-    StrictFloat,
-    StrictInt,
-    StrictStr,
-    ValidationError,
-)
+import tomli_w
+from pydantic import Field
 
-from amb_cosim.cosim.interface import suggest
+from amb_cosim.cosim.fmus import models
 from amb_cosim.cosim.master import Coupling
-from amb_cosim.cosim.validation_errors import mistakes
+from amb_cosim.cosim.stopping import StopCondition
+from amb_cosim.cosim.system_file import Record, packaged_systems, stop_condition
+from amb_cosim.cosim.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.values import quantity
+from amb_files.atomic import write_atomically
+from amb_files.suggestions import suggest
+from amb_files.toml import parse_toml, read_toml, validate
 
-Value = Annotated[StrictBool | StrictInt | StrictFloat | StrictStr, Field(union_mode="smart")]
-Values = dict[str, Value]
 FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy"]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class _Moment(_Strict):
+class _Moment(Table):
     """Something that happens at a cycle or at a time."""
 
     noun: ClassVar[str]
@@ -68,11 +58,12 @@ class SpeedPoint(_Moment):
     Omega: Value
 
 
-class Stop(_Strict):
+class Stop(Table):
     """The run ends at the first point at which a signal has been above, or below, a value for long enough.
 
-    `variable` is the name of an output or of an input that the scenario sets, as in the data set. Points before the
-    beginning, cycle 0 unless given, count not; without `hold_cycles` and `hold_time` one point is enough.
+    `variable` is the name of an output or of an input that the scenario sets, as in the data set. It is judged from
+    cycle 0 on unless `from_cycle` or `from_time` says otherwise; without `hold_cycles` and `hold_time` one point is
+    enough.
     """
 
     variable: str
@@ -83,21 +74,11 @@ class Stop(_Strict):
     from_cycle: float | None = None
     from_time: Value | None = None
 
-    @property
-    def limit(self) -> tuple[str, Value]:
-        """`above` or `below`, and the value."""
-        given = [(side, value) for side, value in (("above", self.above), ("below", self.below)) if value is not None]
-        if len(given) != 1:
-            raise ValueError(f"stop on {self.variable} needs either above or below")
-        return given[0]
-
-    def hold(self, period: float) -> float:
-        """How long it must be beyond the limit without a break in s, for cycles of `period` s."""
-        return self._duration("hold", self.hold_cycles, self.hold_time, period)
-
-    def begin(self, period: float) -> float:
-        """Time in s from which it is judged, for cycles of `period` s."""
-        return self._duration("from", self.from_cycle, self.from_time, period)
+    def condition(self, period: float) -> StopCondition:
+        """The condition with its times in s, for cycles of `period` s."""
+        hold = self._duration("hold", self.hold_cycles, self.hold_time, period)
+        begin = self._duration("from", self.from_cycle, self.from_time, period)
+        return stop_condition(self.variable, self.above, self.below, hold, begin)
 
     def _duration(self, what: str, cycles: float | None, time: Value | None, period: float) -> float:
         if cycles is not None and time is not None:
@@ -109,25 +90,14 @@ class Stop(_Strict):
         return value
 
 
-class Record(_Strict):
-    """What is recorded: patterns of variable names, every how many steps, and whether settling is kept.
-
-    `*` stands for all that the system records by itself; what it does not must be named.
-    """
-
-    variables: tuple[str, ...] = ("*",)
-    every: int = Field(default=1, ge=1)
-    settling: bool = False
-
-
-class Plot(_Strict):
+class Plot(Table):
     """Which figures are drawn, and of which cycles: what suits the run, and the whole of it, by default."""
 
     cycles: tuple[float, float] | None = None
     figures: tuple[FigureName, ...] | None = None
 
 
-class Scenario(_Strict):
+class Scenario(Table):
     """A run. Cycles are periods of the initial speed, counted from the end of settling.
 
     The speed is `Omega` until cycle 0 begins, and from then on linear through the points of `speed` and constant
@@ -136,11 +106,12 @@ class Scenario(_Strict):
     Models are built for the rotor in the file `rotor`, the rig by default; the controller has the H of the table of
     `receptances` in place of the rotor model's.
     Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
-    unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs stand
-    for any characters and any one.
+    unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs match
+    any characters and any one character.
     """
 
-    description: str
+    name: str = "scenario"
+    description: str = ""
     source: str = ""
     system: str = "levitated"
     rotor: str | None = None
@@ -153,14 +124,44 @@ class Scenario(_Strict):
     end_cycle: float | None = Field(default=None, gt=0.0)
     end_time: Value | None = None
     unbalance_factor: float = Field(default=1.0, gt=0.0)
-    inputs: dict[str, Values] = {}
-    parameters: dict[str, Values] = {}
+    inputs: dict[str, Values] = Field(default={})
+    parameters: dict[str, Values] = Field(default={})
     event: tuple[Event, ...] = ()
     speed: tuple[SpeedPoint, ...] = ()
     stop: tuple[Stop, ...] = ()
     record: Record = Record()
     plot: Plot = Plot()
-    fmu: dict[str, str] = {}
+    fmu: dict[str, str] = Field(default={})
+
+    @classmethod
+    def load(cls, name: str | Path) -> Scenario:
+        """Read a scenario by its name, or from a TOML file; see `load_scenario`."""
+        return load_scenario(str(name))
+
+    def changed(self, **fields: Any) -> Scenario:
+        """The scenario with other fields; tables (`inputs`, `parameters`, ...) are merged, the rest is replaced.
+
+        Raises
+        ------
+        ValueError
+            If a field does not exist or a value is not allowed.
+        """
+        return make_scenario(_overlaid(self._data(), fields), self.name)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the scenario as a TOML file that `load` reads, and return its path."""
+        text = tomli_w.dumps(self._data())
+        write_atomically(Path(path), lambda file: file.write_text(text, encoding="utf-8"))
+        return Path(path)
+
+    def check(self) -> None:
+        """Raise ValueError if the scenario does not fit the components that it runs; builds their FMUs if need be."""
+        from amb_cosim.simulation import prepare
+
+        prepare(self)
+
+    def _data(self) -> dict[str, Any]:
+        return self.model_dump(mode="json", exclude_unset=True, exclude_none=True, exclude={"name"})
 
     @property
     def initial_speed(self) -> float:
@@ -175,26 +176,17 @@ class Scenario(_Strict):
     @property
     def step_size(self) -> float:
         """Communication step in s."""
-        step = quantity(self.communication_step, "s", "communication_step")
-        if not 0.0 < step < math.inf:
-            raise ValueError(f"communication_step = {step:g} s is not allowed; it must be > 0 s")
-        return step
+        return time_of(self.communication_step, "communication_step")
 
     def end(self, period: float) -> float:
         """End of the run in s, for cycles of `period` s."""
         if (self.end_cycle is None) == (self.end_time is None):
             raise ValueError("a scenario needs either end_cycle or end_time")
-        end = self.end_cycle * period if self.end_cycle is not None else quantity(self.end_time or 0.0, "s", "end_time")
-        if not 0.0 < end < math.inf:
-            raise ValueError(f"end_time = {end:g} s is not allowed; it must be > 0 s")
-        return end
+        return time_of(self.end_cycle * period if self.end_cycle is not None else self.end_time or 0.0, "end_time")
 
     def moment_of(self, label: str) -> float | None:
         """Time in s of the event with that label, if there is one."""
         return next((event.moment(self.period) for event in self.event if event.label == label), None)
-
-
-NESTED: dict[str, type[BaseModel]] = {"event": Event, "speed": SpeedPoint, "stop": Stop, "record": Record, "plot": Plot}
 
 
 def positive_speed(speed: float) -> float:
@@ -208,6 +200,11 @@ def packaged_scenarios() -> dict[str, Traversable]:
     """The scenarios that come with the package, by name."""
     folder = resources.files("amb_cosim").joinpath("scenarios")
     return {f.name.removesuffix(".toml"): f for f in sorted(folder.iterdir(), key=lambda f: f.name)}
+
+
+def scenarios() -> dict[str, str]:
+    """Names of the scenarios that come with the package, and what happens in each."""
+    return {name: load_scenario(name).description for name in packaged_scenarios()}
 
 
 def load_scenario(name: str) -> Scenario:
@@ -225,13 +222,14 @@ def load_scenario(name: str) -> Scenario:
 
 def parse_scenario(text: str, name: str) -> Scenario:
     """A scenario from TOML; `name` is used in messages. Raises ValueError as `load_scenario` does."""
-    return make_scenario(_parse(text, name), name)
+    return make_scenario(parse_toml(text, f"scenario {name}"), name)
 
 
 def make_scenario(data: dict[str, Any], name: str) -> Scenario:
     """A scenario from what its TOML holds. Raises ValueError as `load_scenario` does."""
+    what = f"scenario {name}"
+    scenario = validate({"name": Path(name).stem} | data, Scenario, what)
     try:
-        scenario = Scenario.model_validate(data)
         labels = [event.label for event in scenario.event if event.label]
         if len(set(labels)) < len(labels):
             raise ValueError("two events have the same label")
@@ -243,12 +241,10 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
                 raise ValueError(f"event at {event.moment(scenario.period):g} s is not allowed; it must be at >= 0 s")
         _check_speeds(scenario)
         for stop in scenario.stop:
-            _ = stop.limit, stop.hold(scenario.period), stop.begin(scenario.period)  # raise when they are wrong
+            stop.condition(scenario.period)
         _ = scenario.step_size, scenario.end(scenario.period)  # both raise when they are wrong
-    except ValidationError as error:
-        raise ValueError("\n".join(f"scenario {name}: {line}" for line in mistakes(error, Scenario, NESTED))) from error
     except ValueError as error:
-        raise ValueError(f"scenario {name}: {error}") from error
+        raise ValueError(f"{what}: {error}") from error
     return scenario
 
 
@@ -272,13 +268,15 @@ def _read(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged)}")
     if name in derived:
         raise ValueError(f"scenario {name}: it is its own base ({' -> '.join((*derived, name))})")
-    data = _parse(source.read_text(encoding="utf-8"), name)
+    data = read_toml(source, f"scenario {name}")
     folder = source.parent if isinstance(source, Path) else Path()
     for key in ("rotor", "receptances"):
         if isinstance(data.get(key), str):
             data[key] = str(folder / data[key])
     if isinstance(data.get("fmu"), dict):
-        data["fmu"] = {component: str(folder / str(fmu)) for component, fmu in data["fmu"].items()}
+        data["fmu"] = {c: str(fmu) if fmu in models() else str(folder / str(fmu)) for c, fmu in data["fmu"].items()}
+    if isinstance(data.get("system"), str) and data["system"] not in packaged_systems():
+        data["system"] = str(folder / data["system"])
     base = data.pop("base", None)
     if base is None:
         return data
@@ -294,10 +292,3 @@ def _overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
         both = isinstance(value, dict) and isinstance(merged.get(key), dict)
         merged[key] = _overlaid(merged[key], value) if both else value
     return merged
-
-
-def _parse(text: str, name: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"scenario {name} is no valid TOML: {error}") from error

@@ -1,71 +1,108 @@
-"""Runs a scenario: finds its FMUs, plans, initialises, steps, and hands back what was recorded."""
+"""Runs scenarios: finds the FMUs, plans, simulates, and labels what was recorded in cycles of the rotor."""
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-from amb_cosim.build import CONTROLLER, Fmu, check_loop, provide
-from amb_cosim.cosim import compiled
-from amb_cosim.cosim.component import FmuComponent
-from amb_cosim.cosim.interface import Interface, read_interface
-from amb_cosim.cosim.master import (
-    Array,
-    Loop,
-    Master,
-    Observer,
-    PiecewiseConstant,
-    PiecewiseLinear,
-    Schedule,
-    StepFailed,
-)
-from amb_cosim.cosim.recorder import Recorder
-from amb_cosim.cosim.stopping import Stopped, Watch
-from amb_cosim.cosim.system import load_system
+from amb_cosim.cosim.dataset import to_dataset
+from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmus import Flavour, Fmu
+from amb_cosim.cosim.master import Loop
+from amb_cosim.cosim.simulation import Assembly, Progress, Recording, assemble, run_plan
+from amb_cosim.cosim.system_file import load_system
 from amb_cosim.cosim.values import Raw
-from amb_cosim.dataset import to_dataset
-from amb_cosim.flavours import Flavour
-from amb_cosim.plan import ACCELERATION, SPEED, Plan, make_plan
-from amb_cosim.scenario import Scenario
+from amb_cosim.models import CONTROLLER, check_loop
+from amb_cosim.plan import ScenarioPlan, plan_scenario
+from amb_cosim.progress import progress_bar
+from amb_cosim.result import Result
+from amb_cosim.scenario import Scenario, load_scenario
 
-Progress = Callable[[int, int], None]
+
+def run(
+    scenario: str | Path | Scenario,
+    *,
+    set: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    rotor: str | Path | None = None,
+    receptances: str | Path | None = None,
+    flavour: Flavour = "python",
+    loop: Loop = "compiled",
+    progress: bool | Progress | None = None,
+) -> Result:
+    """Run a scenario and return its result.
+
+    Parameters
+    ----------
+    scenario
+        A `Scenario`, the name of one that comes with the package, or the path of a TOML file.
+    set
+        Values by `component.variable` that replace the scenario's: `{"rotor_contact.rb1.clearance": "0.6 mm"}`. A
+        number is in the unit of the variable.
+    until
+        End of the run in s from the beginning of cycle 0.
+    rotor, receptances
+        Rotor file, and table of receptances for the controller's H, in place of the scenario's.
+    flavour
+        FMUs that PythonFMU runs, or `native` ones that need no Python.
+    loop
+        `compiled`, or `plain` Python for reference; the results are the same to the last bit.
+    progress
+        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the steps
+        done and their number.
+
+    Raises
+    ------
+    ValueError
+        If the scenario, a value or a file is wrong; the message says where, and what is allowed.
+    StartFailed, FmuError
+        If an FMU cannot be loaded or refuses to start. A failure during the run is no exception: `result.outcome`
+        says which component failed, when and why.
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(str(scenario))
+    files = {"rotor": rotor, "receptances": receptances}
+    scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
+    with progress_bar(progress) as report:
+        return run_prepared(prepare(scenario, set, until, flavour), report, loop)
 
 
 @dataclass(frozen=True)
 class Prepared:
     """A scenario with everything that it needs to run, checked."""
 
-    name: str
     scenario: Scenario
-    plan: Plan
-    fmus: Mapping[str, Fmu]
-    interfaces: Mapping[str, Interface]
+    plan: ScenarioPlan
+    assembly: Assembly
 
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return self.scenario.name
 
-@dataclass(frozen=True)
-class Outcome:
-    """What a run recorded, what ended it early, if something did, and whether that was Ctrl-C."""
+    @property
+    def fmus(self) -> Mapping[str, Fmu]:
+        """FMU of each component."""
+        return self.assembly.fmus
 
-    dataset: xr.Dataset
-    failure: str | None
-    interrupted: bool = False
+    @property
+    def interfaces(self) -> Mapping[str, FmuInterface]:
+        """Interface of each component."""
+        return self.assembly.interfaces
 
 
 def prepare(
-    name: str,
     scenario: Scenario,
     settings: Mapping[str, Raw] | None = None,
     until: float | None = None,
     flavour: Flavour = "python",
 ) -> Prepared:
-    """Find the FMUs of a scenario, check its system and plan it; see `make_plan` and `provide` for the arguments.
+    """Find the FMUs of a scenario, check its system and plan it; see `plan_scenario` for the arguments.
 
     Raises
     ------
@@ -73,135 +110,46 @@ def prepare(
         If anything in it does not fit.
     """
     system = load_system(scenario.system, {"gradient": scenario.gradient})
-    for component in scenario.fmu:
-        system.component(component)
-    sources = {c.name: scenario.fmu.get(c.name, c.fmu) for c in system.components}
+    for component, fmu in scenario.fmu.items():
+        system = system.with_fmu(component, fmu)
     rotor, table = (None if file is None else Path(file) for file in (scenario.rotor, scenario.receptances))
-    controller = next((c for c, source in sources.items() if source == CONTROLLER), None)
+    controller = next((c.name for c in system.components if c.fmu == CONTROLLER), None)
     if table is not None and controller is None:
         raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
-    fmus = {c: provide(source, flavour, rotor, table) for c, source in sources.items()}
-    interfaces = {c: read_interface(fmu.folder, c) for c, fmu in fmus.items()}
-    system.check(interfaces)
-    plan = make_plan(scenario, system, interfaces, settings, until)
+    assembly = assemble(system, flavour, rotor=rotor, receptances=table)
+    plan = plan_scenario(scenario, assembly, settings, until)
     if table is not None and controller is not None:
-        check_loop(table, plan.parameters(interfaces)[controller])
-    return Prepared(name, scenario, plan, fmus, interfaces)
+        check_loop(table, plan.all_parameters(assembly.interfaces)[controller])
+    return Prepared(scenario, plan, assembly)
 
 
-def run(prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled") -> Outcome:
-    """Run a prepared scenario.
-
-    A step that fails and Ctrl-C end the run early: the outcome holds what was recorded and what happened. A condition
-    of the scenario that is met ends it too, and is no failure; the data set says which.
-    `progress` is called now and then with the steps done and their number.
-    The `compiled` loop and the `plain` one, which calls the FMUs from Python, give the same to the last bit.
-
-    Raises
-    ------
-    StartFailed, FmuError
-        If an FMU cannot be loaded or refuses to start.
-    """
-    plan, system = prepared.plan, prepared.plan.system
-    wiring, inputs, outputs = system.wiring(prepared.interfaces, list(plan.exogenous), plan.recorded)
-    positions = [wiring.names.index(name) for name in plan.recorded]
-    recorder = Recorder(
-        positions, plan.first if prepared.scenario.record.settling else 0, prepared.scenario.record.every
-    )
-    failure: str | None = None
-    stopped: str | None = None
-    by_user = False
-    with ExitStack() as stack, _deferred_interrupt() as interrupted:
-        components = []
-        for c in system.components:
-            component = FmuComponent(
-                c.name,
-                prepared.fmus[c.name].folder,
-                prepared.interfaces[c.name],
-                inputs[c.name],
-                outputs[c.name],
-                plan.start[c.name],
-                c.every,
-            )
-            stack.callback(component.close)
-            components.append(component)
-        master = Master(components, wiring, plan.step_size, prepared.scenario.coupling or system.coupling)
-        master.exogenous[:] = list(plan.exogenous.values())
-        master.initialise(plan.first)
-        at = wiring.names.index
-        schedules: list[Schedule] = [PiecewiseConstant((n, at(name), value) for n, name, value in plan.events)]
-        if plan.profile:
-            schedules.append(PiecewiseLinear(plan.profile, plan.step_size, at(SPEED), at(ACCELERATION)))
-        watch = Watch(plan.stops, [at(condition.signal) for condition in plan.stops])
-        observers: list[Observer] = [_stop_when(interrupted)]
-        if progress is not None:
-            observers.append(_reporting(progress, plan, every=1 if loop == "compiled" else 200))
-        try:
-            if loop == "compiled":
-                compiled.run(master, plan.first, plan.last, schedules, recorder, observers, watch)
-            else:
-                master.run(plan.first, plan.last, schedules, [recorder, watch, *observers])
-        except StepFailed as error:
-            failure = str(error)
-        except Stopped as condition:
-            stopped = f"{plan.stops[condition.index].text}, at t = {master.time(condition.point):.9g} s"
-        except KeyboardInterrupt:
-            by_user = True
-            failure = f"interrupted at t = {recorder.reached * plan.step_size:.9g} s"
-    dataset = to_dataset(
-        prepared.name,
-        prepared.scenario,
-        plan,
-        prepared.interfaces,
-        _flavour(prepared.fmus),
-        recorder,
-        failure,
-        stopped,
-    )
-    return Outcome(dataset, failure, by_user)
+def run_prepared(prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled") -> Result:
+    """Run a prepared scenario; see `cosim.simulation.run_plan` for the arguments and errors."""
+    recording = run_plan(prepared.assembly, prepared.plan, progress, loop, prepared.scenario.coupling)
+    return Result(_labelled(prepared, recording), recording.outcome)
 
 
-def _flavour(fmus: Mapping[str, Fmu]) -> str:
-    flavours = {fmu.flavour for fmu in fmus.values()}
-    return flavours.pop() if len(flavours) == 1 else "mixed"
-
-
-def _reporting(progress: Progress, plan: Plan, every: int) -> Observer:
-    total = plan.last - plan.first
-
-    def report(n: int, _: Array) -> None:
-        done = n - plan.first
-        if done % every == 0 or done == total:
-            progress(done, total)
-
-    return report
-
-
-def _stop_when(interrupted: threading.Event) -> Observer:
-    def stop(*_: Any) -> None:
-        if interrupted.is_set():
-            raise KeyboardInterrupt
-
-    return stop
-
-
-@contextmanager
-def _deferred_interrupt() -> Iterator[threading.Event]:
-    """Ctrl-C sets the event; the second one interrupts at once.
-
-    An exception raised at any moment could leave a Python FMU half-way through a call, and crash the process.
-    """
-    interrupted = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield interrupted
-        return
-
-    def handle(*_: Any) -> None:
-        interrupted.set()
-        signal.signal(signal.SIGINT, before)
-
-    before = signal.signal(signal.SIGINT, handle)
-    try:
-        yield interrupted
-    finally:
-        signal.signal(signal.SIGINT, before)
+def _labelled(prepared: Prepared, recording: Recording) -> xr.Dataset:
+    """The data set of a run with the coordinate `cycle`, turns of the initial speed, and what the scenario says."""
+    scenario, plan, recorder = prepared.scenario, prepared.plan, recording.recorder
+    dataset = to_dataset(recording)
+    time = dataset["time"].assign_attrs(description="Time from the beginning of cycle 0")
+    cycle = ("time", time.values / plan.period, {"units": "1", "description": "Turns of the initial speed"})
+    attributes: dict[str, Any] = {
+        "scenario": scenario.name,
+        "description": scenario.description,
+        "source": scenario.source,
+        "speed_rad_s": plan.speed,
+        "period_s": plan.period,
+        "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
+    }
+    if plan.profile:
+        attributes["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in plan.profile])
+    if scenario.plot.cycles is not None:
+        attributes["plot_cycles"] = list(scenario.plot.cycles)
+    if scenario.plot.figures is not None:
+        attributes["plot_figures"] = json.dumps(scenario.plot.figures)
+    for label, n in plan.marks.items():
+        if n <= recorder.reached:
+            attributes[f"{label}_cycle"] = n * plan.step_size / plan.period
+    return dataset.assign_coords(time=time, cycle=cycle).assign_attrs(attributes)

@@ -90,9 +90,9 @@ def test_the_plant_agrees_to_the_last_bit_through_contact_and_its_events(unpacke
 @pytest.mark.slow
 @pytest.mark.parametrize("name", START)
 def test_each_model_agrees_with_its_core(unpacked, name):
-    from amb_cosim.build import MODELS
+    from amb_cosim.cosim.fmus import model_source
 
-    model, constants = MODELS[name](None)
+    model, constants = model_source(name)
     native, core = both(unpacked(model, constants), model, constants, START[name])
     rng = np.random.default_rng(7)
     turns = "theta" in [v.name for v in model.interface.of("input")]

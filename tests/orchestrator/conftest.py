@@ -26,7 +26,7 @@ def cache(tmp_path_factory: pytest.TempPathFactory):
     patch = pytest.MonkeyPatch()
     folder = tmp_path_factory.mktemp("cache")
     patch.setenv("XDG_CACHE_HOME", str(folder))
-    patch.setattr("amb_cosim.build.platformdirs.user_cache_path", lambda *_, **__: folder / "amb-cosim")
+    patch.setattr("amb_cosim.cosim.fmus.platformdirs.user_cache_path", lambda *_, **__: folder / "amb-cosim")
     yield folder
     patch.undo()
 

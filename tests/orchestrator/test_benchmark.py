@@ -98,11 +98,11 @@ set.rotor_contact."d1.u" = "0.5 g.m"
 def beside_the_floor(scenario: str) -> dict[str, Any]:
     """What differs between the co-simulation and the floor, and how much the run is worth as a test."""
     from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
     from benchmarks.baseline import Floor
 
-    prepared = prepare("case", parse_scenario(scenario, "case"), flavour="native")
-    dataset, found = run(prepared).dataset, Floor(prepared).run()
+    prepared = prepare(parse_scenario(scenario, "case"), flavour="native")
+    dataset, found = run_prepared(prepared).dataset, Floor(prepared).run()
     profiled = Floor(prepared).run(profile=True)
     expected = {name: dataset[name].values.astype(float) for name in prepared.plan.recorded}
     return {
@@ -138,7 +138,7 @@ def refused(text: str, flavour: str = "native") -> str:
     from benchmarks.baseline import Floor
 
     try:
-        Floor(prepare("case", parse_scenario(text, "case"), flavour=flavour))
+        Floor(prepare(parse_scenario(text, "case"), flavour=flavour))
     except ValueError as error:
         return str(error)
     return ""

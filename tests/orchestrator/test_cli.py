@@ -9,9 +9,10 @@ import zipfile
 import numpy as np
 import pytest
 
-from amb_cosim import results
-from amb_cosim.build import MODELS
+from amb_cosim.cosim.dataset import load
+from amb_cosim.cosim.fmus import model_source
 from amb_cosim.scenario import packaged_scenarios
+from amb_cosim.summary import summarise
 from rotor_analysis.plant_data import plant_constants
 from rotor_analysis.rotor_file import RIG, load_rotor
 
@@ -37,9 +38,9 @@ BAD = {
         "rotor_contact.mb1.f_x cannot be set; it is connected to amb_actuator.mb1.f_x",
     ),
     "no speed": (["fig4_9", "--set", "rotor_contact.Omega=0"], "Omega = 0 rad/s is not allowed; it must be > 0"),
-    "no duration": (["fig4_9", "--until", "0"], "--until = 0 s is not allowed; it must be > 0 s"),
-    "negative duration": (["fig4_9", "--until", "-1"], "--until = -1 s is not allowed"),
-    "duration that is no number": (["fig4_9", "--until", "nan"], "--until = nan s is not allowed"),
+    "no duration": (["fig4_9", "--until", "0"], "until = 0 s is not allowed; it must be > 0 s"),
+    "negative duration": (["fig4_9", "--until", "-1"], "until = -1 s is not allowed"),
+    "duration that is no number": (["fig4_9", "--until", "nan"], "until = nan s is not allowed"),
     "duration between steps": (["fig4_9", "--until", "0.0001"], "whole multiple of the communication step 0.00025 s"),
     "sampling between steps": (
         ["fig4_9", "--set", "rolac_controller.sample_time=300 us"],
@@ -63,7 +64,7 @@ def test_a_scenario_file_with_mistakes_says_each(runner, tmp_path):
     assert result.exit_code == 2
     assert [line.partition(": scenario mine.toml: ")[2].split(";")[0] for line in result.stderr.splitlines()] == [
         "Omega is missing",
-        "unknown field Omga",
+        "unknown key Omga",
     ]
 
 
@@ -106,7 +107,7 @@ def test_build_writes_the_three_fmus(runner, tmp_path):
 
 @pytest.mark.parametrize(("arguments", "message"), [
     (["--flavour", "native", "--platform", "linux64,amiga"], "amiga"),
-    (["--platform", "win64"], "platforms are chosen for native FMUs alone"),
+    (["--platform", "win64"], "platforms are for native FMUs alone"),
 ])  # fmt: skip
 def test_build_refuses_platforms_that_it_cannot_serve(runner, tmp_path, arguments, message):
     result = runner("build", "-o", "fmus", *arguments)
@@ -137,7 +138,7 @@ def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
             return np.load(io.BytesIO(archive.read("resources/constants.npy")))
 
     np.testing.assert_array_equal(stored("rotor_contact"), plant_constants(load_rotor(tmp_path / "heavy.toml")))
-    assert not np.array_equal(stored("rolac_controller"), MODELS["rolac_controller"](None)[1])
+    assert not np.array_equal(stored("rolac_controller"), model_source("rolac_controller")[1])
     refused = runner("build", "--rotor", "lame.toml", "-o", "lame")
     assert refused.exit_code == 2
     assert "planes.discs = [1, 3] of rotor 'bath_rig' is not allowed in a plant; it must be 4 nodes" in refused.output
@@ -158,8 +159,8 @@ def test_a_run_writes_results_and_prints_the_summary(cosim, tmp_path):
         "summary.json",
     ]
     assert json.loads((folder / "summary.json").read_text()) == figures
-    dataset = results.load(folder / "result.nc")
-    assert results.summary(dataset) == figures
+    dataset = load(folder / "result.nc")
+    assert summarise(dataset).as_dict() == figures
     assert figures["simulated_s"] == pytest.approx(0.05, rel=1e-12)
     assert dataset["time"].values[[0, -1]] == pytest.approx([0.0, 0.05])
     assert dataset["rotor_contact.mb1.x"].attrs["units"] == "m"
@@ -178,7 +179,7 @@ def test_settings_replace_first_values_in_any_unit(cosim, tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["result.nc", "summary.json"]
-    dataset = results.load(tmp_path / "out" / "result.nc")
+    dataset = load(tmp_path / "out" / "result.nc")
     assert dataset["Omega"].values == pytest.approx(100.53096491487338)
     assert dataset["rotor_contact.d1.u"].values == pytest.approx(2e-3)
     assert json.loads(dataset.attrs["parameters"])["rotor_contact"]["rb1.clearance"] == 0.8e-3
@@ -207,7 +208,7 @@ def test_a_failing_step_keeps_what_was_recorded(cosim, tmp_path):
     assert "amb_actuator failed at t = " in done.stderr
     assert "the rotor must stay within the air gap" in done.stderr
     assert "Traceback" not in done.stderr
-    dataset = results.load(tmp_path / "out" / "result.nc")
+    dataset = load(tmp_path / "out" / "result.nc")
     assert dataset.attrs["completed"] == 0
     assert dataset.attrs["failure"].startswith("amb_actuator failed")
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["completed"] is False
@@ -223,6 +224,6 @@ def test_a_condition_of_the_scenario_ends_the_run_without_failure(cosim, tmp_pat
     assert summary["stopped"] == "rotor_contact.mb1.x above -0.001 m for 0.01 s, at t = 0.01 s"
     assert summary["simulated_s"] == 0.01
     assert "stopped" in done.stdout
-    dataset = results.load(tmp_path / "out" / "result.nc")
+    dataset = load(tmp_path / "out" / "result.nc")
     assert dataset.attrs["stopped"] == summary["stopped"]
     assert dataset.sizes["time"] == 41

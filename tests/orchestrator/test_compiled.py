@@ -13,9 +13,10 @@ import pytest
 
 from amb_cosim.cosim import compiled
 from amb_cosim.cosim.component import EntryPoints, Transfer
-from amb_cosim.cosim.master import Master, PiecewiseConstant, PiecewiseLinear, StepFailed, Wiring
+from amb_cosim.cosim.master import Master, StepFailed, Wiring
 from amb_cosim.cosim.recorder import Recorder
-from amb_cosim.cosim.stopping import Condition, Stopped, Watch
+from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear
+from amb_cosim.cosim.stopping import Condition, StopObserver, Stopped
 
 KINDS = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 DO_STEP = CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)
@@ -142,9 +143,9 @@ def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, ke
         error = None
         try:
             if run == "plain":
-                master.run(first, last, schedules(), [recorder, Watch(*stops)])
+                master.run(first, last, schedules(), [recorder, StopObserver(*stops)])
             else:
-                compiled.run(master, first, last, schedules(), recorder, (), Watch(*stops))
+                compiled.run(master, first, last, schedules(), recorder, (), StopObserver(*stops))
         except Stopped as stopped:
             error = (stopped.index, stopped.point)
         except StepFailed as failed:
@@ -359,4 +360,4 @@ def test_a_schedule_gives_the_same_point_by_point_and_as_a_list():
 
 def test_what_does_not_fit_into_memory_is_refused():
     with pytest.raises(ValueError, match=r"no memory to record 9 variables at \d+ points; record.variables or"):
-        Recorder(range(9), 0).sheet(0, 2**55)
+        Recorder(range(9), 0).buffer(0, 2**55)

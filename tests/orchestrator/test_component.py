@@ -10,8 +10,10 @@ import time
 
 import pytest
 
-from amb_cosim import build
-from amb_cosim.cosim.interface import read_interface, suggest
+from amb_cosim.cosim import fmus
+from amb_cosim.cosim.fmu_interface import read_interface
+from amb_files.atomic import create_atomically
+from amb_files.suggestions import suggest
 
 
 def in_a_process(code: str, folder) -> str:
@@ -26,7 +28,7 @@ PREPARE = """
     import sys
     from pathlib import Path
     from amb_cosim.cosim.component import FmuComponent, FmuError
-    from amb_cosim.cosim.interface import read_interface
+    from amb_cosim.cosim.fmu_interface import read_interface
     folder = Path(sys.argv[1])
     interface = read_interface(folder, "actuator")
     def load(start={}, name="actuator"):
@@ -36,7 +38,7 @@ PREPARE = """
 
 @pytest.fixture(scope="module")
 def actuator():
-    return build.ensure_built("amb_actuator").folder
+    return fmus.ensure_built("amb_actuator").folder
 
 
 def test_values_pass_in_both_directions_whatever_their_type(actuator):
@@ -114,24 +116,24 @@ def test_what_is_no_fmu_is_refused(tmp_path):
 
 
 def test_a_model_is_built_once(actuator, monkeypatch):
-    monkeypatch.setattr(build, "build_python_fmu", lambda *_: pytest.fail("built again"))
-    assert build.ensure_built("amb_actuator").folder == actuator
+    monkeypatch.setattr(fmus, "build_python_fmu", lambda *_: pytest.fail("built again"))
+    assert fmus.ensure_built("amb_actuator").folder == actuator
 
 
 def test_unknown_models_and_paths_are_refused(tmp_path):
     with pytest.raises(ValueError, match="no model 'amb_actuators'; did you mean amb_actuator"):
-        build.ensure_built("amb_actuators")
-    with pytest.raises(ValueError, match="it must be a path or one of rotor_contact"):
-        build.provide(str(tmp_path / "none.fmu"))
+        fmus.ensure_built("amb_actuators")
+    with pytest.raises(ValueError, match="it must be a path or one of amb_actuator, rolac_controller, rotor_contact"):
+        fmus.provide(str(tmp_path / "none.fmu"))
 
 
 def test_a_file_is_extracted_once_for_its_content(actuator, tmp_path):
     path = tmp_path / "copy.fmu"
     path.write_bytes((actuator.parent / "amb_actuator.fmu").read_bytes())
-    first = build.provide(str(path))
+    first = fmus.provide(str(path))
     assert read_interface(first.folder, "copy").guid == read_interface(actuator, "original").guid
     stamp = first.folder.stat().st_mtime_ns
-    assert build.provide(str(path)).folder.stat().st_mtime_ns == stamp
+    assert fmus.provide(str(path)).folder.stat().st_mtime_ns == stamp
 
 
 def test_a_cache_folder_appears_whole_when_several_make_it_at_once(tmp_path):
@@ -144,7 +146,7 @@ def test_a_cache_folder_appears_whole_when_several_make_it_at_once(tmp_path):
 
     def make():
         try:
-            build._appear(home, fill)
+            create_atomically(home, fill)
         except Exception as error:
             errors.append(error)
 
@@ -164,7 +166,7 @@ def test_a_failed_build_leaves_nothing(tmp_path):
         raise RuntimeError("no compiler")
 
     with pytest.raises(RuntimeError, match="no compiler"):
-        build._appear(tmp_path / "home", fill)
+        create_atomically(tmp_path / "home", fill)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -16,9 +16,10 @@ import pytest
 import xarray as xr
 
 from amb_analysis.table_file import ReceptanceTable, loop_of, read_table
-from amb_cosim.build import check_loop
+from amb_cosim.cosim.simulation import Outcome
+from amb_cosim.models import check_loop
 from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import Outcome, prepare
+from amb_cosim.simulation import prepare
 from amb_cosim.studies import receptance_measurement
 from rolac_controller.names import AXES, CONTACT, DONE, FAILED, NO_ERROR, SENSOR_NAMES, WAITING
 from rotor_analysis.rotor_file import RIG
@@ -247,11 +248,11 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
     (folder / "case.toml").write_text('base = "fig5_6"\nrotor = "mine.toml"\nreceptances = "t.toml"\n')
     (tmp_path / "derived.toml").write_text('base = "cases/case.toml"\nsettle_cycles = 3\n')
     for path in (folder / "case.toml", tmp_path / "derived.toml"):
-        prepared = prepare("case", load_scenario(str(path)))
+        prepared = prepare(load_scenario(str(path)))
         np.testing.assert_array_equal(stored(prepared.fmus["rolac_controller"].path), table.constants())
     (folder / "case.toml").write_text('base = "fig5_6"\nreceptances = "t.toml"\n')
     with pytest.raises(ValueError, match="it is of rotor 'mine', not of 'bath_rig'"):
-        prepare("case", load_scenario(str(folder / "case.toml")))
+        prepare(load_scenario(str(folder / "case.toml")))
 
 
 def test_unknown_parameters_of_a_controller_count_with_their_start_values(table, tmp_path):

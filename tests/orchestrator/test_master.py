@@ -9,15 +9,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from amb_cosim.cosim.master import (
-    Master,
-    PiecewiseConstant,
-    PiecewiseLinear,
-    StartFailed,
-    StepFailed,
-    Wiring,
-    find_loop,
-)
+from amb_cosim.cosim.master import Master, StartFailed, StepFailed, Wiring, find_loop
+from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear
 
 
 class Block:

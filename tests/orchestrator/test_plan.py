@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import pytest
 
-from amb_cosim.cosim.interface import Interface, Port
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.simulation import Assembly, _deferred_interrupt
 from amb_cosim.cosim.system import Component, Connection, Signal, System
-from amb_cosim.plan import make_plan, parse_settings
+from amb_cosim.plan import parse_settings, plan_scenario
 from amb_cosim.scenario import parse_scenario
-from amb_cosim.simulation import _deferred_interrupt
 
 INTERFACES = {
-    "sampler": Interface(
+    "sampler": FmuInterface(
         "sampler",
         "guid",
         "1",
@@ -33,7 +33,7 @@ INTERFACES = {
             )
         },
     ),
-    "rotor": Interface(
+    "rotor": FmuInterface(
         "rotor",
         "guid",
         "1",
@@ -76,7 +76,7 @@ H = 250e-6
 
 
 def plan(settings=None, until=None, extra=""):
-    return make_plan(parse_scenario(extra + SCENARIO, "mine"), SYSTEM, INTERFACES, settings, until)
+    return plan_scenario(parse_scenario(extra + SCENARIO, "mine"), Assembly(SYSTEM, {}, INTERFACES), settings, until)
 
 
 def test_moments_are_the_nearest_communication_points():
@@ -90,31 +90,31 @@ def test_moments_are_the_nearest_communication_points():
 
 def test_the_factor_scales_what_the_scenario_sets_and_nothing_else():
     p = plan()
-    assert p.exogenous["rotor.d1.u"] == pytest.approx(10e-3)
+    assert p.inputs["rotor.d1.u"] == pytest.approx(10e-3)
     assert p.events[0][1:] == ("rotor.d1.u", pytest.approx(20e-3))
-    assert p.exogenous["rotor.d2.u"] == 0.003, "an input that only an event sets starts as the FMU does"
-    assert plan({"rotor.d1.u": "5 g.m"}).exogenous["rotor.d1.u"] == pytest.approx(5e-3)
+    assert p.inputs["rotor.d2.u"] == 0.003, "an input that only an event sets starts as the FMU does"
+    assert plan({"rotor.d1.u": "5 g.m"}).inputs["rotor.d1.u"] == pytest.approx(5e-3)
 
 
 def test_parameters_of_the_system_hold_until_the_scenario_or_a_setting_says_otherwise():
     system = replace(SYSTEM, parameters={"sampler": {"k_?": 5.0}})
     scenario = parse_scenario(SCENARIO + "[parameters.sampler]\nk_y = 6\n", "mine")
-    p = make_plan(scenario, system, INTERFACES)
-    assert (p.start["sampler"]["k_x"], p.start["sampler"]["k_y"]) == (5.0, 6.0)
-    p = make_plan(scenario, system, INTERFACES, {"sampler.k_y": "7"})
-    assert (p.start["sampler"]["k_x"], p.start["sampler"]["k_y"]) == (5.0, 7.0)
+    p = plan_scenario(scenario, Assembly(system, {}, INTERFACES))
+    assert (p.parameters["sampler"]["k_x"], p.parameters["sampler"]["k_y"]) == (5.0, 6.0)
+    p = plan_scenario(scenario, Assembly(system, {}, INTERFACES), {"sampler.k_y": "7"})
+    assert (p.parameters["sampler"]["k_x"], p.parameters["sampler"]["k_y"]) == (5.0, 7.0)
 
 
 def test_a_scaled_value_is_held_against_the_limits():
     with pytest.raises(ValueError, match=r"unbalance_factor times rotor\.d1\.u = 0\.12 kg\.m is not allowed"):
-        make_plan(parse_scenario(SCENARIO.replace("10 g.m", "60 g.m"), "mine"), SYSTEM, INTERFACES)
+        plan_scenario(parse_scenario(SCENARIO.replace("10 g.m", "60 g.m"), "mine"), Assembly(SYSTEM, {}, INTERFACES))
 
 
 def test_a_new_speed_moves_the_cycles_and_reaches_all_targets():
     for name in ("Omega", "rotor.Omega", "sampler.Omega"):
         p = plan({name: 200})
         assert p.period == pytest.approx(PERIOD / 2)
-        assert p.exogenous["Omega"] == 200.0
+        assert p.inputs["Omega"] == 200.0
         assert p.marks["step"] == round(5 * PERIOD / 2 / H)
 
 
@@ -134,13 +134,13 @@ Omega = "300 rad/s"
 
 
 def changing(points=RUN_UP, settings=None, system=SYSTEM, scenario=SCENARIO):
-    return make_plan(parse_scenario(scenario + points, "mine"), system, INTERFACES, settings)
+    return plan_scenario(parse_scenario(scenario + points, "mine"), Assembly(system, {}, INTERFACES), settings)
 
 
 def test_a_speed_profile_stands_on_communication_points():
     p = changing()
     assert p.profile == ((0, 100.0), (800, 100.0), (round(20 * PERIOD / H), 300.0))
-    assert p.exogenous["Omega_dot"] == 0.0
+    assert p.inputs["Omega_dot"] == 0.0
     assert plan().profile == ()
 
 
@@ -152,7 +152,7 @@ def test_a_new_initial_speed_moves_the_points_that_are_given_in_cycles():
 def test_points_of_a_profile_must_be_a_step_apart():
     points = "[[speed]]\ntime = 0.2\nOmega = 90\n[[speed]]\ntime = 0.2001\nOmega = 80\n"
     with pytest.raises(
-        ValueError, match=r"speed point at 0\.2001 s is not allowed; .* one communication step, 0\.00025 s"
+        ValueError, match=r"point of Omega at 0\.2001 s is not allowed; .* one communication step, 0\.00025 s"
     ):
         changing(points)
 
@@ -164,9 +164,9 @@ def test_speeds_of_a_profile_must_suit_every_target():
 
 def test_the_speed_has_one_master():
     event = '[[event]]\ncycle = 7\nset.sampler.Omega = "50 rad/s"\n'
-    assert plan().exogenous["Omega"] == 100.0
+    assert plan().inputs["Omega"] == 100.0
     assert ("Omega", 50.0) in [e[1:] for e in changing("", scenario=SCENARIO + event).events]
-    with pytest.raises(ValueError, match="an event cannot set Omega; the speed points of the scenario do"):
+    with pytest.raises(ValueError, match="an event cannot set Omega; a profile does"):
         changing(scenario=SCENARIO + event)
 
 
@@ -176,7 +176,10 @@ def test_a_system_whose_speed_cannot_change_refuses_a_profile():
 
 
 def test_the_end_may_be_a_time():
-    p = make_plan(parse_scenario(SCENARIO.replace("end_cycle = 10", "end_time = '300 ms'"), "mine"), SYSTEM, INTERFACES)
+    p = plan_scenario(
+        parse_scenario(SCENARIO.replace("end_cycle = 10", "end_time = '300 ms'"), "mine"),
+        Assembly(SYSTEM, {}, INTERFACES),
+    )
     assert p.last == 1200
 
 
@@ -189,13 +192,13 @@ def test_sample_time_sets_the_rate_and_settling_fits_it():
 
 def test_a_pattern_sets_all_that_match():
     p = plan({"sampler.k_?": 5, "rotor.*.u": "1 g.m"})
-    assert p.start["sampler"] == {"k_x": 5.0, "k_y": 5.0}
-    assert (p.exogenous["rotor.d1.u"], p.exogenous["rotor.d2.u"]) == (1e-3, 1e-3)
+    assert p.parameters["sampler"] == {"k_x": 5.0, "k_y": 5.0}
+    assert (p.inputs["rotor.d1.u"], p.inputs["rotor.d2.u"]) == (1e-3, 1e-3)
 
 
 def test_end_is_a_whole_number_of_steps():
     assert plan(until=0.1).last == 400
-    with pytest.raises(ValueError, match=r"--until = 0\.1001 s is not allowed; it must be a whole multiple"):
+    with pytest.raises(ValueError, match=r"until = 0\.1001 s is not allowed; it must be a whole multiple"):
         plan(until=0.1001)
 
 
@@ -267,4 +270,4 @@ def test_an_interrupt_waits_for_a_safe_moment():
 
 
 def test_a_plan_can_be_written_as_json():
-    json.dumps([plan().start, plan().exogenous, plan().events], allow_nan=False)
+    json.dumps([plan().parameters, plan().inputs, plan().events], allow_nan=False)

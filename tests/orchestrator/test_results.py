@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from amb_cosim import orbits, results, series
+from amb_cosim import contact_history, orbits, series
+from amb_cosim.cosim.dataset import load, save
+from amb_cosim.summary import summarise
 from fmi_export.files import write_atomically
+
+
+def figures_of(dataset):
+    return summarise(dataset).as_dict()
 
 
 def put(dataset, name, cycles, value):
@@ -20,14 +26,14 @@ def put(dataset, name, cycles, value):
 
 
 def test_summary_of_a_known_run(synthetic):
-    figures = results.summary(synthetic())
+    figures = figures_of(synthetic())
     assert figures["peak_contact_force_N"] == {"rb1": 1234.5, "rb2": 700.0}
     assert figures["peak_impulse_Ns"] == {"rb1": 2.5, "rb2": 1.5}
     assert figures["contact_share"] == pytest.approx({"0": 0.7, "1": 0.2, "2": 0.0, "3": 0.1})
     assert figures["first_contact_cycle"] == pytest.approx(6.0)
     assert figures["last_contact_cycle"] == pytest.approx(11.99)
     assert figures["recovered"] is True
-    assert figures["outcome"] == "recovered"
+    assert figures["recovery"] == "recovered"
     assert figures["orbit_before_mm"] == pytest.approx({"mb1": 0.1, "mb2": 0.2})
     assert figures["orbit_after_mm"] == pytest.approx({"mb1": 0.3, "mb2": 0.4})
     assert figures["orbit_largest_mm"] == pytest.approx({"mb1": 0.5, "mb2": 0.6})
@@ -42,29 +48,29 @@ def test_summary_of_a_known_run(synthetic):
 
 
 def test_share_reaches_to_the_end_without_a_removal(synthetic, without):
-    share = results.contact_share(without(synthetic(15), "removal_cycle"))
+    share = contact_history.contact_share(without(synthetic(15), "removal_cycle"))
     assert share["2"] == pytest.approx(100 / 1001)
     assert sum(share.values()) == pytest.approx(1.0)
 
 
 def test_share_spans_the_whole_run_without_a_step(synthetic, without):
-    share = results.contact_share(without(synthetic(10), "step_cycle", "removal_cycle"))
+    share = contact_history.contact_share(without(synthetic(10), "step_cycle", "removal_cycle"))
     assert share["1"] == pytest.approx(100 / 1001)
 
 
 @pytest.mark.parametrize(("end", "expected"), [(20, True), (17, True), (16, False), (12, False)])
 def test_recovered_means_free_for_the_last_five_cycles(synthetic, end, expected):
-    assert results.recovered(synthetic(end)) is expected
+    assert contact_history.recovered(synthetic(end)) is expected
 
 
 def test_a_run_that_ends_within_five_cycles_of_the_last_contact_is_not_recovered(synthetic):
-    _, last = results.contact_cycles(synthetic())
-    assert results.recovered(synthetic(last + 4.9)) is False
-    assert results.recovered(synthetic(last + 5.1)) is True
+    _, last = contact_history.contact_cycles(synthetic())
+    assert contact_history.recovered(synthetic(last + 4.9)) is False
+    assert contact_history.recovered(synthetic(last + 5.1)) is True
 
 
 def test_a_rotor_that_never_touched_counts_as_recovered(synthetic):
-    assert results.recovered(synthetic(4)) is True
+    assert contact_history.recovered(synthetic(4)) is True
 
 
 def free_of_contact(dataset, begin=0.0, end=np.inf):
@@ -75,45 +81,45 @@ def free_of_contact(dataset, begin=0.0, end=np.inf):
 
 
 def test_a_rotor_that_never_touches_after_the_step_was_prevented_from_it(synthetic):
-    assert results.outcome(free_of_contact(synthetic())) == "prevented"
+    assert contact_history.recovery(free_of_contact(synthetic())) == "prevented"
     earlier = put(free_of_contact(synthetic()), "contact_state", (4.0, 4.2), 1)
-    assert results.outcome(earlier) == "prevented", "contact before the step is not due to it"
+    assert contact_history.recovery(earlier) == "prevented", "contact before the step is not due to it"
     later = put(free_of_contact(synthetic()), "contact_state", (5.01, 5.2), 1)
-    assert results.outcome(later) == "recovered"
+    assert contact_history.recovery(later) == "recovered"
 
 
 def test_a_rotor_in_contact_within_the_last_five_cycles_is_trapped(synthetic):
-    assert results.outcome(synthetic(17)) == "recovered"
-    assert results.outcome(synthetic(16)) == "trapped"
+    assert contact_history.recovery(synthetic(17)) == "recovered"
+    assert contact_history.recovery(synthetic(16)) == "trapped"
 
 
 def test_a_run_without_a_step_has_no_outcome(synthetic, without):
-    assert results.outcome(without(synthetic(), "step_cycle")) is None
-    assert results.outcome(synthetic().drop_vars("rotor_contact.contact_state")) is None
+    assert contact_history.recovery(without(synthetic(), "step_cycle")) is None
+    assert contact_history.recovery(synthetic().drop_vars("rotor_contact.contact_state")) is None
 
 
 @pytest.mark.parametrize("end", [5.5, 6.5, 9.0, 12.0, 16.0, 17.0, 20.0])
 def test_outcome_and_recovery_agree(synthetic, end):
     for dataset in (synthetic(end), free_of_contact(synthetic(end), begin=5.0), free_of_contact(synthetic(end))):
-        assert (results.outcome(dataset) != "trapped") is results.recovered(dataset)
+        assert (contact_history.recovery(dataset) != "trapped") is contact_history.recovered(dataset)
 
 
 def test_an_impact_between_samples_counts_as_contact(synthetic):
     dataset = synthetic()
     dataset["rotor_contact.rb2.impulse"][1801] = 0.01
-    assert results.contact_cycles(dataset)[1] == pytest.approx(18.01)
-    assert results.recovered(dataset) is False
+    assert contact_history.contact_cycles(dataset)[1] == pytest.approx(18.01)
+    assert contact_history.recovered(dataset) is False
 
 
 def test_no_contact_has_no_first_and_last_cycle(synthetic):
-    assert results.contact_cycles(synthetic(5)) == (None, None)
+    assert contact_history.contact_cycles(synthetic(5)) == (None, None)
 
 
 def test_settling_is_left_out_of_the_figures(synthetic):
     dataset = synthetic()
     early = dataset.assign_coords(cycle=dataset["cycle"] - 8.0)  # the contacts of cycles 6 to 7.5 are settling now
-    assert results.peak(early, "rb1.f_n") == 0.0
-    assert results.contact_cycles(early)[0] == pytest.approx(3.0)
+    assert contact_history.peak(early, "rb1.f_n") == 0.0
+    assert contact_history.contact_cycles(early)[0] == pytest.approx(3.0)
 
 
 def test_orbit_before_needs_a_step(synthetic, without):
@@ -122,11 +128,11 @@ def test_orbit_before_needs_a_step(synthetic, without):
 
 def test_figures_survive_missing_variables_and_an_empty_record(synthetic):
     dataset = synthetic().drop_vars(["rotor_contact.contact_state", "rotor_contact.rb1.f_n", "rotor_contact.mb1.x"])
-    figures = results.summary(dataset)
+    figures = figures_of(dataset)
     assert figures["recovered"] is None
     assert figures["peak_contact_force_N"]["rb1"] is None
     assert figures["orbit_after_mm"] == {"mb1": None, "mb2": pytest.approx(0.4)}
-    empty = results.summary(synthetic().isel(time=slice(0, 0)).assign_attrs(wall_s=0.0))
+    empty = figures_of(synthetic().isel(time=slice(0, 0)).assign_attrs(wall_s=0.0))
     assert empty["real_time_factor"] is None
     assert empty["first_contact_cycle"] is None
 
@@ -214,31 +220,31 @@ def rolling(dataset, site, cycles, turns):
 
 
 def test_rolling_counts_from_the_first_turn_without_a_break(synthetic):
-    assert results.rolling_from(synthetic()) is None
+    assert contact_history.rolling_from(synthetic()) is None
     dataset = rolling(synthetic(), "rb2", (11.2, 11.6), turns=30)
-    assert results.rolling_from(dataset) == pytest.approx(11.2)
-    assert results.rolling_from(rolling(dataset, "rb1", (7.1, 7.3), turns=2)) == pytest.approx(7.1)
+    assert contact_history.rolling_from(dataset) == pytest.approx(11.2)
+    assert contact_history.rolling_from(rolling(dataset, "rb1", (7.1, 7.3), turns=2)) == pytest.approx(7.1)
 
 
 def test_sticking_for_less_than_a_turn_is_no_rolling(synthetic):
     dataset = rolling(synthetic(), "rb1", (6.0, 6.2), turns=0.9)
-    assert results.rolling_from(dataset) is None
+    assert contact_history.rolling_from(dataset) is None
     rolling(dataset, "rb1", (6.3, 6.5), turns=0.9)
-    assert results.rolling_from(dataset) is None, "two parts do not make a turn"
+    assert contact_history.rolling_from(dataset) is None, "two parts do not make a turn"
 
 
 def test_rolling_of_one_sample_says_nothing_of_a_turn(synthetic):
-    assert results.rolling_from(rolling(synthetic(), "rb1", (6.0, 6.01), turns=100)) is None
+    assert contact_history.rolling_from(rolling(synthetic(), "rb1", (6.0, 6.01), turns=100)) is None
 
 
 def test_rolling_before_cycle_0_is_settling(synthetic):
     dataset = rolling(synthetic(), "rb1", (6.0, 7.0), turns=10)
-    assert results.rolling_from(dataset.assign_coords(cycle=dataset["cycle"] - 8.0)) is None
+    assert contact_history.rolling_from(dataset.assign_coords(cycle=dataset["cycle"] - 8.0)) is None
 
 
 def test_whirl_at_the_end_is_that_of_sites_in_contact(synthetic):
     dataset = rolling(synthetic(), "rb1", (6.0, 21.0), turns=-15 * 9)
-    figures = results.summary(dataset)
+    figures = figures_of(dataset)
     assert figures["whirl_speed_rad_s"] == {"rb1": pytest.approx(9 * dataset.attrs["speed_rad_s"]), "rb2": None}
     assert figures["rolling_from_cycle"] == pytest.approx(6.0)
 
@@ -246,7 +252,7 @@ def test_whirl_at_the_end_is_that_of_sites_in_contact(synthetic):
 def test_bushes_appear_once_they_were_touched(synthetic):
     dataset = put(synthetic(), "eb2.f_n", (19.0, 19.1), 250.0)
     put(dataset, "eb2.mode", (19.0, 19.1), 1)
-    figures = results.summary(dataset)
+    figures = figures_of(dataset)
     assert figures["peak_contact_force_N"] == {"rb1": 1234.5, "rb2": 700.0, "eb2": 250.0}
     assert figures["peak_impulse_Ns"] == {"rb1": 2.5, "rb2": 1.5, "eb2": 0.0}
     assert figures["last_contact_cycle"] == pytest.approx(19.09)
@@ -269,7 +275,7 @@ def ledger(dataset):
 
 
 def test_energies_are_counted_from_cycle_0(synthetic):
-    figures = results.summary(ledger(synthetic()))
+    figures = figures_of(ledger(synthetic()))
     assert figures["energy_J"] == pytest.approx(
         {"damping": 5.0, "friction": 10.0, "impact": 12.0, "work": 30.0, "balance": 1.0}
     )
@@ -279,26 +285,24 @@ def test_energies_are_counted_from_cycle_0(synthetic):
 
 def test_the_balance_is_the_largest_on_the_way(synthetic):
     dataset = ledger(synthetic())
-    assert results.summary(put(dataset, "energy.balance", (3.0, 3.01), 5.0))["energy_J"]["balance"] == pytest.approx(
-        8.0
-    )
+    assert figures_of(put(dataset, "energy.balance", (3.0, 3.01), 5.0))["energy_J"]["balance"] == pytest.approx(8.0)
 
 
 def test_a_rotor_without_energy_has_no_relative_balance(synthetic):
-    assert results.summary(synthetic())["energy_balance_relative"] is None
+    assert figures_of(synthetic())["energy_balance_relative"] is None
 
 
 def test_energies_that_were_not_recorded_are_none(synthetic):
-    figures = results.summary(synthetic().drop_vars("rotor_contact.energy.work"))
+    figures = figures_of(synthetic().drop_vars("rotor_contact.energy.work"))
     assert (figures["energy_J"], figures["energy_balance_relative"]) == (None, None)
 
 
 def test_netcdf_round_trip_keeps_data_and_figures(synthetic, tmp_path):
     dataset = synthetic()
-    results.save(dataset, tmp_path / "result.nc")
-    again = results.load(tmp_path / "result.nc")
+    save(dataset, tmp_path / "result.nc")
+    again = load(tmp_path / "result.nc")
     xr.testing.assert_identical(again, dataset)
-    assert results.summary(again) == results.summary(dataset)
+    assert figures_of(again) == figures_of(dataset)
     assert [p.name for p in tmp_path.iterdir()] == ["result.nc"]
 
 

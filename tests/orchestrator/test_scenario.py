@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from amb_cosim.cosim.interface import Port
+from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.values import convert, quantity
 from amb_cosim.scenario import load_scenario, packaged_scenarios, parse_scenario
 from amb_cosim.simulation import prepare
@@ -104,30 +104,30 @@ def test_an_event_may_have_a_time_instead():
 
 def test_unknown_fields_are_refused_with_a_suggestion():
     assert refused(MINIMAL + "setle_cycles = 3") == (
-        "scenario mine: unknown field setle_cycles; did you mean settle_cycles, end_cycle?"
+        "scenario mine: unknown key setle_cycles; did you mean settle_cycles, end_cycle?"
     )
-    assert "unknown field event.0.cycel; did you mean cycle?" in refused(MINIMAL + "[[event]]\ncycel = 3\nset.a.b = 1")
+    assert "unknown key event[0].cycel; did you mean cycle?" in refused(MINIMAL + "[[event]]\ncycel = 3\nset.a.b = 1")
 
 
 def test_every_mistake_is_one_line():
     lines = refused('description = "d"\nend_cycle = -1\nfoo = 2').splitlines()
     assert lines == [
         "scenario mine: Omega is missing",
-        "scenario mine: end_cycle = -1 is not allowed; it must be greater than 0",
-        "scenario mine: unknown field foo; " + lines[2].partition("; ")[2],
+        "scenario mine: end_cycle = -1 is not allowed; it must be > 0",
+        "scenario mine: unknown key foo; " + lines[2].partition("; ")[2],
     ]
 
 
 def test_a_value_must_be_a_scalar():
     assert refused(MINIMAL + "inputs.a.b = [1, 2]") == (
-        "scenario mine: inputs.a.b = list is not allowed; it must be a number, true, false, or a string with a unit"
+        "scenario mine: inputs.a.b = [1, 2] is not allowed; it must be a number, true, false, or a string with a unit"
     )
 
 
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("description = ", "scenario mine is no valid TOML"),
+        ("description = ", "scenario mine is not valid TOML"),
         (MINIMAL.replace("100 rad/s", "0 rad/s"), "Omega = 0 rad/s is not allowed; it must be > 0 rad/s"),
         (MINIMAL.replace("100 rad/s", "100 m"), "Omega = '100 m' has unit m, which cannot be converted to rad/s"),
         (MINIMAL + 'communication_step = "0 s"', "communication_step = 0 s is not allowed; it must be > 0 s"),
@@ -141,7 +141,7 @@ def test_a_value_must_be_a_scalar():
         (MINIMAL + "end_time = 3", "a scenario needs either end_cycle or end_time"),
         (MINIMAL.replace("end_cycle = 10", ""), "a scenario needs either end_cycle or end_time"),
         (MINIMAL.replace("end_cycle = 10", "end_time = '-1 s'"), "end_time = -1 s is not allowed; it must be > 0 s"),
-        (MINIMAL + "[plot]\nfigures = ['orbit']", "plot.figures.0 = 'orbit' is not allowed; it must be 'orbits', "),
+        (MINIMAL + "[plot]\nfigures = ['orbit']", "plot.figures[0] = 'orbit' is not allowed; it must be 'orbits', "),
         (MINIMAL + "coupling = 'magic'", "coupling = 'magic' is not allowed; it must be 'gauss_seidel' or 'jacobi'"),
     ],
 )
@@ -175,8 +175,8 @@ def test_speed_points_are_at_a_time_or_at_a_cycle_of_the_initial_speed():
             "speed point at 2 s is not allowed; it must be at > 2 s, after the point before it",
         ),
         (["time = 2\nOmega = 3", "time = 1\nOmega = 4"], "speed point at 1 s is not allowed; it must be at > 2 s"),
-        (["time = 2\nspeed = 3"], "unknown field speed.0.speed"),
-        (["time = 2"], "speed.0.Omega is missing"),
+        (["time = 2\nspeed = 3"], "unknown key speed[0].speed"),
+        (["time = 2"], "speed[0].Omega is missing"),
     ],
 )
 def test_mistakes_in_speed_points_are_explained(points, expected):
@@ -194,25 +194,25 @@ def test_every_packaged_scenario_is_sound():
 
 @pytest.mark.parametrize("name", packaged_scenarios())
 def test_every_packaged_scenario_fits_the_fmus(name):
-    plan = prepare(name, load_scenario(name)).plan
-    assert plan.start["rotor_contact"]["eb1.enabled"] == 0.0
-    assert all(plan.start["rotor_contact"].get(f"rb{i}.enabled") == 0.0 for i in (1, 2)) == name.startswith("fig3")
-    assert (plan.exogenous["Omega_dot"], bool(plan.profile)) == (0.0, name.startswith("run_"))
+    plan = prepare(load_scenario(name)).plan
+    assert plan.parameters["rotor_contact"]["eb1.enabled"] == 0.0
+    assert all(plan.parameters["rotor_contact"].get(f"rb{i}.enabled") == 0.0 for i in (1, 2)) == name.startswith("fig3")
+    assert (plan.inputs["Omega_dot"], bool(plan.profile)) == (0.0, name.startswith("run_"))
 
 
 def test_run_down_mirrors_run_up():
-    up, down = (prepare(name, load_scenario(name)).plan for name in ("run_up", "run_down"))
+    up, down = (prepare(load_scenario(name)).plan for name in ("run_up", "run_down"))
     assert [n for n, _ in up.profile] == [n for n, _ in down.profile]
     sums = [a + b for (_, a), (_, b) in zip(up.profile, down.profile, strict=True)]
     assert sums == pytest.approx([2.0 * math.pi * 33.0] * 3)
-    assert up.exogenous["rotor_contact.d1.u"] == down.exogenous["rotor_contact.d1.u"]
+    assert up.inputs["rotor_contact.d1.u"] == down.inputs["rotor_contact.d1.u"]
 
 
 def test_figures_5_6_differ_in_the_controller_alone():
     both, pid = load_scenario("fig5_6"), load_scenario("fig5_6_pid")
     assert both.inputs["rolac_controller"] == {"rolac_enable": True}
     assert pid.inputs["rolac_controller"] == {"rolac_enable": False}
-    same = {"description", "source", "inputs"}
+    same = {"name", "description", "source", "inputs"}
     assert both.model_dump(exclude=same) == pid.model_dump(exclude=same)
     assert both.inputs["rotor_contact"] == pid.inputs["rotor_contact"]
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from amb_cosim.cosim.stopping import Condition, Stopped, Watch
+from amb_cosim.cosim.stopping import Condition, StopObserver, Stopped
 from amb_cosim.scenario import parse_scenario
 
 SCENARIO = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n[[stop]]\nvariable = "rotor.x"\n'
@@ -15,7 +15,7 @@ SCENARIO = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n[[stop]]\nva
 
 def met(values, *conditions, start=0):
     """Index and point at which the first of the conditions (side, limit, first, hold) is met by the values, or None."""
-    watch = Watch(
+    watch = StopObserver(
         [Condition("x", side == "above", limit, first, hold, "") for side, limit, first, hold in conditions],
         [0] * len(conditions),
     )
@@ -73,7 +73,7 @@ def test_of_several_conditions_the_first_that_is_met_ends_the_run():
         ("above = 1\nhold_cycles = -1", "hold_time of stop = -0.0628319 s is not allowed; it must be >= 0 s"),
         ("above = 1\nfrom_time = 'inf'", "from_time of stop = inf s is not allowed; it must be >= 0 s"),
         ("above = 1\nhold_time = '5 mm'", "hold_time of stop = '5 mm' has unit mm, which cannot be converted to s"),
-        ("above = 1\nhold = 5", "unknown field stop.0.hold; did you mean hold_time?"),
+        ("above = 1\nhold = 5", "unknown key stop[0].hold; did you mean hold_time?"),
     ],
 )
 def test_a_mistake_in_a_condition_is_named(text, message):

@@ -6,16 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from amb_cosim.cosim.interface import Interface, Port
-from amb_cosim.cosim.system import Component, Connection, Signal, System, load_system
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.system import Component, Connection, Signal, System
+from amb_cosim.cosim.system_file import load_system
 
 METRE = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 MILLIMETRE = (*METRE[:8], 1e-3, 0.0)
 FORCE = (1.0, 1.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
-def interface(*ports: Port) -> Interface:
-    return Interface("model", "guid", "1", {port.name: port for port in ports})
+def interface(*ports: Port) -> FmuInterface:
+    return FmuInterface("model", "guid", "1", {port.name: port for port in ports})
 
 
 INTERFACES = {
@@ -178,5 +179,5 @@ def test_unknown_system_lists_the_systems():
 def test_a_system_file_with_a_mistake_is_named(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("description = 'x'\n[[component]]\nname = 'a'\n")
-    with pytest.raises(ValueError, match=r"mine\.toml.*'fmu'"):
+    with pytest.raises(ValueError, match=r"mine\.toml: component\[0\]\.fmu \(a\) is missing"):
         load_system(str(path), {})

@@ -16,7 +16,7 @@ def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, Any
     """
     from amb_cosim.cosim.component import FmuComponent
     from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
     from benchmarks.system import plain_system
 
     if nanoseconds:
@@ -28,10 +28,10 @@ def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, Any
 
         FmuComponent.step = step_between_points
 
-    prepared = prepare("peers", parse_scenario(scenario, "peers"))
-    outcome = run(prepared, loop="plain")  # the compiled loop does not go through the Python method replaced above
-    assert outcome.failure is None, outcome.failure
-    recorded = {name: s.values.tolist() for name, s in outcome.dataset.items() if name not in prepared.plan.exogenous}
+    prepared = prepare(parse_scenario(scenario, "peers"))
+    result = run_prepared(prepared, loop="plain")  # it alone calls the Python method replaced above
+    assert result.outcome.failure is None, result.outcome.failure
+    recorded = {name: s.values.tolist() for name, s in result.dataset.items() if name not in prepared.plan.inputs}
     return {"series": recorded, "system": plain_system(prepared, list(recorded))}
 
 

@@ -94,14 +94,14 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
     import numpy as np
 
     from amb_cosim.scenario import Record, parse_scenario
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
 
     parsed = parse_scenario(scenario, "case")
     if parsed.record.variables == ("*",):
         every = Record.model_validate(parsed.record.model_dump() | {"variables": ("*", "rolac_controller.r.*")})
         parsed = parsed.model_copy(update={"record": every})
-    prepared = prepare("case", parsed, flavour=flavour)
-    plain, fast = run(prepared, loop="plain"), run(prepared, loop="compiled")
+    prepared = prepare(parsed, flavour=flavour)
+    plain, fast = run_prepared(prepared, loop="plain"), run_prepared(prepared, loop="compiled")
     assert list(plain.dataset.variables) == list(fast.dataset.variables)
     own = ("wall_s",)
     return {
@@ -177,10 +177,10 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
     import threading
 
     from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
 
     text = scenario.replace("end_cycle = 8", "end_cycle = 1e5")
-    prepared = prepare("case", parse_scenario(text, "case"), flavour=flavour)
+    prepared = prepare(parse_scenario(text, "case"), flavour=flavour)
     stop, started, done = threading.Event(), threading.Event(), []
 
     def busy() -> None:
@@ -200,16 +200,16 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
     for thread in threads:
         thread.start()
     try:
-        outcome = run(prepared, report, loop="compiled")
+        result = run_prepared(prepared, report, loop="compiled")
     finally:
         stop.set()
         for thread in threads:
             thread.join()
     return {
-        "failure": outcome.failure,
-        "time": float(outcome.dataset.time[-1]),
-        "simulated": outcome.dataset.attrs["simulated_s"],
-        "points": outcome.dataset.sizes["time"],
+        "failure": result.outcome.failure,
+        "time": float(result.dataset.time[-1]),
+        "simulated": result.dataset.attrs["simulated_s"],
+        "points": result.dataset.sizes["time"],
         "settling": -prepared.plan.first,
         "reports": done,
         "total": prepared.plan.last - prepared.plan.first,

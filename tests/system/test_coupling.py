@@ -55,12 +55,12 @@ FIXED = """
 def recorded(text: str, stride: int) -> dict[str, list[float]]:
     """Displacements and contact forces of a scenario, every `stride` points; runs in a process of its own."""
     from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
 
-    outcome = run(prepare("coupling", parse_scenario(text, "coupling")))
-    assert outcome.failure is None, outcome.failure
+    result = run_prepared(prepare(parse_scenario(text, "coupling")))
+    assert result.outcome.failure is None, result.outcome.failure
     names = ["mb1.x", "mb1.y", "mb2.x", "mb2.y", "rb1.f_n", "rb2.f_n"]
-    return {name: outcome.dataset[f"rotor_contact.{name}"].values[::stride].tolist() for name in names}
+    return {name: result.dataset[f"rotor_contact.{name}"].values[::stride].tolist() for name in names}
 
 
 @pytest.fixture(scope="module")

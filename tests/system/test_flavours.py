@@ -22,14 +22,14 @@ def largest_difference(name: str) -> dict[str, Any]:
     import numpy as np
 
     from amb_cosim.scenario import load_scenario
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
 
     runs = {}
     for flavour in ("python", "native"):
-        outcome = run(prepare(name, load_scenario(name), flavour=flavour))
-        assert outcome.failure is None, outcome.failure
-        assert outcome.dataset.attrs["flavour"] == flavour
-        runs[flavour] = outcome.dataset
+        result = run_prepared(prepare(load_scenario(name), flavour=flavour))
+        assert result.outcome.failure is None, result.outcome.failure
+        assert result.dataset.attrs["flavour"] == flavour
+        runs[flavour] = result.dataset
     worst = 0.0
     for variable, expected in runs["python"].data_vars.items():
         found, expected = (np.asarray(v, dtype=float) for v in (runs["native"][variable], expected))
@@ -54,9 +54,9 @@ def test_a_c_program_runs_fig4_9_and_gets_the_numbers_of_the_orchestrator(tmp_pa
     import numpy as np
 
     from amb_cosim.scenario import load_scenario
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
 
-    prepared = prepare("fig4_9", load_scenario("fig4_9"), flavour="native")
+    prepared = prepare(load_scenario("fig4_9"), flavour="native")
     command = [sys.executable, "-m", "ziglang", "cc", "-std=gnu11", "-O1", f"-I{SOURCES}"]
     command += [str(TESTS / "native" / "support" / "co_simulation.c"), "-o", str(tmp_path / "host"), "-ldl"]
     subprocess.run(command, check=True, timeout=300)
@@ -66,7 +66,7 @@ def test_a_c_program_runs_fig4_9_and_gets_the_numbers_of_the_orchestrator(tmp_pa
     )
     assert process.returncode == 0, process.stderr[-2000:]
     table = np.array([[float.fromhex(word) for word in line.split()] for line in process.stdout.splitlines()])
-    dataset = run(prepared).dataset
+    dataset = run_prepared(prepared).dataset
     assert len(table) == dataset.sizes["time"] > 1000
     for position, name in enumerate(names):
         np.testing.assert_array_equal(table[:, position], dataset[name].values.astype(float), err_msg=name)
@@ -75,12 +75,12 @@ def test_a_c_program_runs_fig4_9_and_gets_the_numbers_of_the_orchestrator(tmp_pa
 def instructions(prepared: Any) -> tuple[str, list[str]]:
     """What the program reads, and the name of each position in what it prints."""
     plan, interfaces = prepared.plan, prepared.interfaces
-    wiring, inputs, outputs = plan.system.wiring(interfaces, list(plan.exogenous), plan.recorded)
+    wiring, inputs, outputs = plan.system.wiring(interfaces, list(plan.inputs), plan.recorded)
     head = f"components {len(plan.system.components)} first {plan.first} last {plan.last} step {plan.step_size!r}"
     lines = [f"{head} values {len(wiring.names)} exogenous {wiring.n_exogenous}"]
     position = wiring.n_exogenous
     for c, sources in zip(plan.system.components, wiring.sources, strict=True):
-        ports, start = interfaces[c.name].ports, plan.start[c.name]
+        ports, start = interfaces[c.name].ports, plan.parameters[c.name]
         library = prepared.fmus[c.name].folder / "binaries" / "linux64" / f"{interfaces[c.name].identifier}.so"
         count = f"every {c.every} parameters {len(start)} inputs {len(inputs[c.name])} outputs {len(outputs[c.name])}"
         lines.append(f"{library} {interfaces[c.name].guid} {c.name} {count}")
@@ -92,7 +92,7 @@ def instructions(prepared: Any) -> tuple[str, list[str]]:
             position += 1
     lines.append(f"events {len(plan.events)}")
     lines += [f"{n} {wiring.names.index(name)} {value!r}" for n, name, value in plan.events]
-    lines.append("initial: " + " ".join(repr(float(value)) for value in plan.exogenous.values()))
+    lines.append("initial: " + " ".join(repr(float(value)) for value in plan.inputs.values()))
     recorded = [name for name in wiring.names if name in plan.recorded]
     assert recorded == list(wiring.names)
     return "\n".join(lines) + "\n", recorded

@@ -112,10 +112,10 @@ def used(folder: str) -> dict[str, Any]:
 
     import numpy as np
 
-    from amb_cosim.results import summary
     from amb_cosim.scenario import load_scenario, make_scenario
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
     from amb_cosim.studies import receptance_measurement
+    from amb_cosim.summary import summarise
 
     table = Path(folder) / "table.toml"
     prepared = receptance_measurement.prepared_run(2.0 * math.pi * 16.0)
@@ -138,8 +138,8 @@ def used(folder: str) -> dict[str, Any]:
     for source, receptances in (("model", None), ("table", str(table))):
         given = {"receptances": receptances}
         settings = {"rolac_controller.rolac.alpha": "5 1/s"}
-        outcome = run(prepare("fig5_6", recovery.model_copy(update=given), settings))
-        d = run(prepare("free", free.model_copy(update=given), settings)).dataset
+        result = run_prepared(prepare(recovery.model_copy(update=given), settings))
+        d = run_prepared(prepare(free.model_copy(update=given), settings)).dataset
         q = np.array(
             [
                 d[f"rolac_controller.amplitude.s{k}"].values * np.exp(1j * d[f"rolac_controller.phase.s{k}"].values)
@@ -150,7 +150,7 @@ def used(folder: str) -> dict[str, Any]:
         force = np.linalg.lstsq(result.receptance, -before, rcond=None)[0]
         least = np.linalg.norm(before + result.receptance @ force)
         answers[source] = {
-            "recovery": {key: summary(outcome.dataset)[key] for key in ("recovered", "last_contact_cycle")},
+            "recovery": {key: summarise(result.dataset).as_dict()[key] for key in ("recovered", "last_contact_cycle")},
             "of_optimum": float(np.linalg.norm(after) / least),
             "of_before": float(np.linalg.norm(after) / np.linalg.norm(before)),
         }

@@ -143,7 +143,7 @@ def test_the_three_in_one_container_give_the_same(
 @pytest.mark.parametrize("name", ["rotor_contact", "amb_actuator", "rolac_controller"])
 def test_fmutool_finds_no_fault_in_the_fmu(name: str, tmp_path: Path) -> None:
     """Schema, names, causality against variability, initial and start, model structure."""
-    from amb_cosim.build import ensure_built
+    from amb_cosim.cosim.fmus import ensure_built
 
     tool = [sys.executable, "-m", "fmu_manipulation_toolbox.cli.fmutool"]
     check = subprocess.run(

@@ -37,30 +37,30 @@ def figures_of(name: str, settings: dict[str, Any], factor: float | None) -> dic
     """Summary of a scenario, and what its controller knows; runs in a process of its own."""
     import numpy as np
 
-    from amb_cosim.results import summary
     from amb_cosim.scenario import load_scenario
     from amb_cosim.series import speed
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.summary import summarise
 
     scenario = load_scenario(name)
     if factor is not None:
         scenario = scenario.model_copy(update={"unbalance_factor": factor})
-    outcome = run(prepare(name, scenario, settings))
-    assert outcome.failure is None, outcome.failure
-    d = outcome.dataset
+    result = run_prepared(prepare(scenario, settings))
+    assert result.outcome.failure is None, result.outcome.failure
+    d = result.dataset
     known = {v.removeprefix("rolac_controller."): d[v].values for v in d if v.startswith("rolac_controller.")}
     five = int(np.searchsorted(d["cycle"].values, 5.0)) - 1  # the last sample before step or ROLAC
     some = slice(None, None, max(1, len(d["time"]) // 2000))
     r = np.hypot(d["rotor_contact.mb1.x"].values, d["rotor_contact.mb1.y"].values)
     ends = [np.hypot(*(d[f"rotor_contact.{s}"].values for s in pair)) for pair in (("s7", "s8"), ("s1", "s2"))]
-    return summary(d) | {
+    return summarise(d).as_dict() | {
         "ends_mm": [1e3 * float(end.max()) for end in ends],
         "at_0": {v: float(x[0]) for v, x in known.items()},
         "at_5": {v: float(x[five]) for v, x in known.items()},
         "at_end": {v: float(x[-1]) for v, x in known.items()},
         "contact_speed_Hz": [
             float(np.interp(cycle, d["cycle"].values, speed(d)) / (2.0 * np.pi))
-            for cycle in (summary(d)["first_contact_cycle"], summary(d)["last_contact_cycle"])
+            for cycle in (summarise(d).as_dict()["first_contact_cycle"], summarise(d).as_dict()["last_contact_cycle"])
             if cycle is not None
         ],
         "trace": {"speed_Hz": (speed(d) / (2.0 * np.pi))[some].tolist(), "r_1": r[some].tolist()},
@@ -86,7 +86,7 @@ def times(bearing: str, f: dict[str, Any], when: str) -> float:
 def test_rolac_prevents_contact_that_traps_the_rotor_under_pid(figures: Any) -> None:
     """Fig. 5.5 with both unbalances times 1.44."""
     pid, rolac = figures("fig5_5_pid"), figures("fig5_5")
-    assert (pid["outcome"], rolac["outcome"]) == ("trapped", "prevented")
+    assert (pid["recovery"], rolac["recovery"]) == ("trapped", "prevented")
     assert pid["first_contact_cycle"] == pytest.approx(5.81, abs=0.03)
     assert rolac["orbit_largest_mm"]["mb1"] < CLEARANCE_MM
     for mb in ("mb1", "mb2"):
@@ -100,7 +100,7 @@ def test_rolac_prevents_contact_that_traps_the_rotor_under_pid(figures: Any) -> 
 def test_to_the_letter_the_added_unbalance_of_fig_5_5_reaches_no_retainer(figures: Any) -> None:
     """5 and 18.5 g m under PID: half the stated amplitude before the step, two thirds of the clearance after it."""
     f = figures("fig5_5_pid", factor=1.0)
-    assert f["outcome"] == "prevented"
+    assert f["recovery"] == "prevented"
     assert times("mb1", f, "before") == pytest.approx(0.52, abs=0.01)
     assert times("mb2", f, "before") == pytest.approx(0.54, abs=0.01)
     assert f["settled_amplitude_mm"]["end"]["mb2"] / CLEARANCE_MM == pytest.approx(0.66, abs=0.01)
@@ -117,8 +117,8 @@ def test_to_the_letter_the_added_unbalance_of_fig_5_5_reaches_no_retainer(figure
     ],
 )
 def test_fig_5_5_is_as_reported_within_a_range_of_factors(figures: Any, factor: float, pid: str, rolac: str) -> None:
-    assert figures("fig5_5_pid", factor=factor)["outcome"] == pid
-    assert figures("fig5_5", factor=factor)["outcome"] == rolac
+    assert figures("fig5_5_pid", factor=factor)["recovery"] == pid
+    assert figures("fig5_5", factor=factor)["recovery"] == rolac
 
 
 @pytest.mark.slow
@@ -130,10 +130,10 @@ def test_with_the_amplitudes_of_fig_5_5_rolac_must_know_of_contact(figures: Any)
     pid = figures("fig5_5_matched", PID)
     assert times("mb1", pid, "before") == pytest.approx(1.0, abs=0.025)
     assert times("mb2", pid, "before") == pytest.approx(1.0, abs=0.025)
-    assert pid["outcome"] == figures("fig5_5_matched")["outcome"] == "trapped"
+    assert pid["recovery"] == figures("fig5_5_matched")["recovery"] == "trapped"
     for aware in (OWN_SENSORS, GIVEN):
         f = figures("fig5_5_matched", aware)
-        assert f["outcome"] == "recovered"
+        assert f["recovery"] == "recovered"
         assert f["last_contact_cycle"] < 10.0
 
 
@@ -143,7 +143,7 @@ def test_pid_alone_stays_trapped(figures: Any) -> None:
     assert f["first_contact_cycle"] == pytest.approx(5.5, abs=0.1)
     assert f["last_contact_cycle"] == pytest.approx(40.0, abs=0.01)
     assert f["contact_share"]["3"] > 0.9
-    assert f["outcome"] == "trapped"
+    assert f["recovery"] == "trapped"
 
 
 def test_rolac_recovers_the_rotor(figures: Any) -> None:
@@ -151,7 +151,7 @@ def test_rolac_recovers_the_rotor(figures: Any) -> None:
     f = figures("fig5_6")
     assert f["first_contact_cycle"] == pytest.approx(5.8, abs=0.1)
     assert f["last_contact_cycle"] < 16.0
-    assert f["outcome"] == "recovered"
+    assert f["recovery"] == "recovered"
     assert f["orbit_before_mm"]["mb1"] < figures("fig5_6_pid")["orbit_before_mm"]["mb1"]
 
 
@@ -201,7 +201,7 @@ def test_rolac_brings_the_rig_to_the_least_squares_optimum_of_the_identified_rec
     """
     f = figures(name)
     hertz, left = SWITCHED_ON[name]
-    assert f["outcome"] is None
+    assert f["recovery"] is None
     assert f["first_contact_cycle"] is None
     assert (f["at_0"]["identification_state"], f["at_0"]["identification_error"]) == (DONE, 0.0)
     assert f["at_0"]["identification_speed"] == pytest.approx(2.0 * math.pi * hertz, rel=1e-9)
@@ -232,7 +232,7 @@ def test_at_35_hz_rolac_halves_the_vibration_at_mb2_and_lets_that_at_mb1_grow(fi
 def test_rolac_frees_the_rig_where_pid_leaves_it_trapped(figures: Any, name: str, first: float, last: float) -> None:
     """Figs 6.13, 6.15, 6.18. With forces in phase Fig. 6.15 takes 0.7 cycles where the thesis has about two."""
     pid, rolac = figures(f"{name}_pid"), figures(name)
-    assert (pid["outcome"], rolac["outcome"]) == ("trapped", "recovered")
+    assert (pid["recovery"], rolac["recovery"]) == ("trapped", "recovered")
     assert pid["first_contact_cycle"] < 5.8
     assert pid["contact_share"]["0"] < 0.1
     assert rolac["at_0"]["identification_state"] == DONE
@@ -262,16 +262,16 @@ def test_other_angles_between_the_forces_are_recovered_from_too(
     figures: Any, name: str, angle: float, last: float
 ) -> None:
     f = figures(name, {"rotor_contact.mb2.phi": math.radians(angle)})
-    assert f["outcome"] == "recovered"
+    assert f["recovery"] == "recovered"
     assert f["last_contact_cycle"] < last + 2.0
 
 
 @pytest.mark.slow
 def test_at_16_hz_opposed_forces_trap_the_rig_unless_rolac_knows_of_contact(figures: Any) -> None:
     """Fig. 6.13 in opposition, which is not as the thesis reports it."""
-    assert figures("fig6_13_opposed")["outcome"] == "trapped"
-    assert figures("fig6_13_opposed", PID)["outcome"] == "trapped"
-    assert figures("fig6_13_opposed", OWN_SENSORS)["outcome"] == "recovered"
+    assert figures("fig6_13_opposed")["recovery"] == "trapped"
+    assert figures("fig6_13_opposed", PID)["recovery"] == "trapped"
+    assert figures("fig6_13_opposed", OWN_SENSORS)["recovery"] == "recovered"
 
 
 FORCES_N = {

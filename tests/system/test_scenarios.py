@@ -26,19 +26,19 @@ def figures_of(name: str, law: int | None) -> dict[str, Any]:
     """Summary of a scenario, median force in its last cycle, and a trace; runs in a process of its own."""
     import numpy as np
 
-    from amb_cosim.results import summary
     from amb_cosim.scenario import load_scenario
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.summary import summarise
 
     settings = None if law is None else {"rotor_contact.contact.impact_law": law}
-    outcome = run(prepare(name, load_scenario(name), settings))
-    assert outcome.failure is None, outcome.failure
-    d = outcome.dataset
+    result = run_prepared(prepare(load_scenario(name), settings))
+    assert result.outcome.failure is None, result.outcome.failure
+    d = result.dataset
     x = {mb: d[f"rotor_contact.{mb}.x"].values for mb in ("mb1", "mb2")}
     last = d["cycle"].values > d["cycle"].values[-1] - 1.0
     some = slice(None, None, max(1, len(d["time"]) // 600))
     trace = {"speed_Hz": d["Omega"].values / (2 * np.pi), "r_1": np.hypot(x["mb1"], d["rotor_contact.mb1.y"].values)}
-    return summary(d) | {
+    return summarise(d).as_dict() | {
         "speed_rad_s": d.attrs["speed_rad_s"],
         "largest_x_mm": {mb: 1e3 * float(np.abs(values).max()) for mb, values in x.items()},
         "last_force_N": {
@@ -293,12 +293,12 @@ Omega = "5 Hz"
 def angles_of(text: str) -> dict[str, list[float]]:
     """Time, speed and rotor angle of a scenario; runs in a process of its own."""
     from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare, run
+    from amb_cosim.simulation import prepare, run_prepared
 
-    outcome = run(prepare("profile", parse_scenario(text, "profile")))
-    assert outcome.failure is None, outcome.failure
+    result = run_prepared(prepare(parse_scenario(text, "profile")))
+    assert result.outcome.failure is None, result.outcome.failure
     names = {"time": "time", "Omega": "Omega", "theta": "rotor_contact.theta"}
-    return {key: outcome.dataset[name].values.tolist() for key, name in names.items()}
+    return {key: result.dataset[name].values.tolist() for key, name in names.items()}
 
 
 @pytest.mark.parametrize("system", ["passive", "levitated"])

@@ -22,9 +22,9 @@ START: dict[str, dict[str, float]] = {
 
 @pytest.fixture(scope="module")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    from amb_cosim.build import build_all
+    from amb_cosim.models import build
 
-    return {path.stem: path for path in build_all(tmp_path_factory.mktemp("fmus"))}
+    return {path.stem: path for path in build(tmp_path_factory.mktemp("fmus"))}
 
 
 def simulated(path: str, start: dict[str, float], hidden: list[str]) -> list[list[float]]:

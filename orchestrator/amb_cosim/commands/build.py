@@ -8,7 +8,7 @@ import click
 
 from amb_cosim.commands.cli_errors import check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR
-from amb_cosim.flavours import Flavour
+from amb_cosim.cosim.fmus import Flavour
 
 
 @click.command()
@@ -27,13 +27,13 @@ def build(
     output: Path, rotor_file: Path | None, receptances: Path | None, flavour: Flavour, platforms: str | None
 ) -> None:
     """Build the FMUs into a folder."""
-    from amb_cosim.build import build_all
+    import amb_cosim
 
     chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
 
     with refusing():
         check_writable(output, is_folder=True)
-        for path in build_all(output, rotor_file, flavour, chosen, receptances):
+        for path in amb_cosim.build(output, flavour, rotor_file, receptances, chosen):
             click.echo(path)
 
 

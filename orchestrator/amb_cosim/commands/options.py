@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from amb_cosim.flavours import FLAVOURS
+from amb_cosim.cosim.fmus import FLAVOURS
+from amb_cosim.cosim.master import LOOPS
 
 ROTOR = click.option(
     "--rotor",
@@ -34,4 +35,11 @@ SETTINGS = click.option(
     multiple=True,
     metavar="COMPONENT.VARIABLE=VALUE",
     help="Replace a value; units are understood.",
+)
+LOOP = click.option(
+    "--loop",
+    type=click.Choice(LOOPS),
+    default="compiled",
+    show_default=True,
+    help="What calls the FMUs step by step: machine code, or Python, for reference.",
 )

@@ -1,1 +1,13 @@
-"""Co-simulation of FMI 2.0 FMUs: components, systems, master and recording; it knows FMI and numbers alone."""
+"""Co-simulation of FMI 2.0 FMUs: components, systems, master and recording. It knows FMI and numbers, and no rotor.
+
+system          System, Component, Connection, Signal: what is connected with what, checked
+system_file     a system, and what is done with it, from a TOML file
+fmus            FMUs of models and files, built and extracted once
+experiment      Experiment: times, events, profiles, stop conditions, recording; in seconds
+assignments     values of parameters and inputs, with units
+simulation      assemble, simulate: from a system and an experiment to a recording
+run             simulate a system file: all of the above in one call
+master          the algorithm, in plain Python; compiled: the same in machine code
+component       one FMU instance; fmu_interface: what its modelDescription says
+recorder        what is kept; dataset: the same with labels and units
+"""

@@ -1,8 +1,8 @@
-"""The stepping of `Master.run` in machine code: numba calls the FMUs' C functions, Python is not asked in between.
+"""The stepping of `Master.run` in machine code: a compiled master loop that calls FMI functions directly.
 
 It does what the loop in `master` does, operation by operation, and records the same to the last bit; that one is the
 readable reference. One thing it leaves out: outputs that no component reads are fetched only where they are recorded.
-The run goes in blocks of steps, between which Python looks around: interrupts, progress.
+The run goes in blocks of steps, between which Python checks for interrupts and reports progress.
 
 The loop runs without the interpreter lock. FMUs with Python inside take it for each of their calls, as they must
 in any host, and other threads run meanwhile.
@@ -23,9 +23,10 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.component import EntryPoints, Transfer
-from amb_cosim.cosim.master import Array, Changes, IntArray, Master, Observer, Participant, Schedule, StepFailed
-from amb_cosim.cosim.recorder import Recorder, Sheet
-from amb_cosim.cosim.stopping import Conditions, Stopped, Watch
+from amb_cosim.cosim.master import Master, Observer, Participant, StepFailed
+from amb_cosim.cosim.recorder import RecordBuffer, Recorder
+from amb_cosim.cosim.schedules import Array, Changes, IntArray, Schedule
+from amb_cosim.cosim.stopping import Conditions, StopObserver, Stopped
 
 CALLS = ("fmi2Set", "fmi2DoStep", "fmi2Get")
 SEND, STEP, FETCH = range(3)
@@ -93,7 +94,7 @@ def run(
     schedules: Sequence[Schedule],
     recorder: Recorder,
     observers: Sequence[Observer] = (),
-    watch: Watch | None = None,
+    stops: StopObserver | None = None,
 ) -> None:
     """Advance from communication point `first` to `last` as `Master.run` does.
 
@@ -108,7 +109,7 @@ def run(
     observers
         Called now and then, about every 50 ms, with the last point that was reached and the values after it, of
         which those that are recorded and nothing else may be older.
-    watch
+    stops
         Judged at every point, after it has been recorded.
 
     Raises
@@ -116,12 +117,12 @@ def run(
     StepFailed
         If a component does not complete a step. The recorder has seen everything up to it.
     Stopped
-        If a condition of `watch` is met. The recorder has seen everything up to it.
+        If a condition of `stops` is met. The recorder has seen everything up to it.
     """
     master.check_start(first)
-    conditions = (watch or Watch()).conditions
+    conditions = (stops or StopObserver()).conditions
     program = _program(master, conditions)
-    sheet, row = recorder.sheet(first, last), len(recorder.points)
+    buffer, row = recorder.buffer(first, last), len(recorder.points)
     begin, size = first, 64
     while begin <= last:
         # Point 0 begins a block, because the recorder's clock starts there.
@@ -129,7 +130,7 @@ def run(
         changes = _merged([schedule.changes(begin, end) for schedule in schedules])
         recorder.see(begin)
         started = time.perf_counter()
-        reached, row, failed, call, status, met = _advance(program, changes, sheet, conditions, row, begin, end, last)
+        reached, row, failed, call, status, met = _advance(program, changes, buffer, conditions, row, begin, end, last)
         recorder.fill(row)
         recorder.see(reached)
         if met >= 0:
@@ -279,15 +280,15 @@ def _give(program: Program, i: int) -> int:
 
 
 @_kernel
-def _recorded(sheet: Sheet, n: int, every: int) -> bool:
+def _recorded(buffer: RecordBuffer, n: int, every: int) -> bool:
     """Whether one of the points from n + 1 to n + `every` is recorded, which see what is fetched at point n."""
-    earliest = max(n + 1, sheet.first)
-    return earliest + -earliest % sheet.every <= n + every
+    earliest = max(n + 1, buffer.first)
+    return earliest + -earliest % buffer.every <= n + every
 
 
 @_kernel
-def _take(program: Program, sheet: Sheet, i: int, n: int) -> int:
-    if _recorded(sheet, n, program.every[i]):
+def _take(program: Program, buffer: RecordBuffer, i: int, n: int) -> int:
+    if _recorded(buffer, n, program.every[i]):
         return _fetch(program, program.fetches, i)
     return _fetch(program, program.needed, i)
 
@@ -314,7 +315,7 @@ def _step(program: Program, i: int, n: int) -> int:
 
 
 @_kernel
-def _gauss_seidel(program: Program, sheet: Sheet, n: int) -> tuple[int, int, int]:
+def _gauss_seidel(program: Program, buffer: RecordBuffer, n: int) -> tuple[int, int, int]:
     for i in range(len(program.every)):
         if n % program.every[i] == 0:
             status = _give(program, i)
@@ -323,14 +324,14 @@ def _gauss_seidel(program: Program, sheet: Sheet, n: int) -> tuple[int, int, int
             status = _step(program, i, n)
             if status > WARNING:
                 return i, STEP, status
-            status = _take(program, sheet, i, n)
+            status = _take(program, buffer, i, n)
             if status > WARNING:
                 return i, FETCH, status
     return 0, 0, 0
 
 
 @_kernel
-def _jacobi(program: Program, sheet: Sheet, n: int) -> tuple[int, int, int]:
+def _jacobi(program: Program, buffer: RecordBuffer, n: int) -> tuple[int, int, int]:
     for i in range(len(program.every)):
         if n % program.every[i] == 0:
             status = _give(program, i)
@@ -343,7 +344,7 @@ def _jacobi(program: Program, sheet: Sheet, n: int) -> tuple[int, int, int]:
                 return i, STEP, status
     for i in range(len(program.every)):
         if (n + 1) % program.every[i] == 0:
-            status = _take(program, sheet, i, n)
+            status = _take(program, buffer, i, n)
             if status > WARNING:
                 return i, FETCH, status
     return 0, 0, 0
@@ -367,7 +368,7 @@ def _met(conditions: Conditions, values: Array, n: int) -> int:
 def _advance(
     program: Program,
     changes: Changes,
-    sheet: Sheet,
+    buffer: RecordBuffer,
     conditions: Conditions,
     row: int,
     begin: int,
@@ -384,16 +385,16 @@ def _advance(
         while change < len(changes.points) and changes.points[change] == n:
             program.values[changes.positions[change]] = changes.values[change]
             change += 1
-        if n >= sheet.first and n % sheet.every == 0:
-            for column in range(len(sheet.positions)):
-                sheet.table[row, column] = program.values[sheet.positions[column]]
-            sheet.points[row] = n
+        if n >= buffer.first and n % buffer.every == 0:
+            for column in range(len(buffer.positions)):
+                buffer.table[row, column] = program.values[buffer.positions[column]]
+            buffer.points[row] = n
             row += 1
         met = _met(conditions, program.values, n)
         if met >= 0:
             return n, row, 0, 0, 0, met
         if n < last:
-            failed, call, status = _jacobi(program, sheet, n) if program.jacobi else _gauss_seidel(program, sheet, n)
+            failed, call, status = _jacobi(program, buffer, n) if program.jacobi else _gauss_seidel(program, buffer, n)
             if status > WARNING:
                 return n, row, failed, call, status, -1
     return end - 1, row, 0, 0, 0, -1

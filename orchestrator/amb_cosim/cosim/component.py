@@ -24,7 +24,8 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.interface import Interface, Port
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from fmi_export.exit_order import release_before_static_destructors
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
@@ -94,7 +95,7 @@ class FmuComponent:
         self,
         name: str,
         folder: Path,
-        interface: Interface,
+        interface: FmuInterface,
         inputs: Sequence[str],
         outputs: Sequence[str],
         start: Mapping[str, float],
@@ -115,6 +116,8 @@ class FmuComponent:
                 instanceName=self._instance_name,
             )
             self._fmu.instantiate(callbacks=_callbacks(), loggingOn=True)
+            if (folder / "resources" / "slavemodule.txt").is_file():  # PythonFMU's, which crashes at exit otherwise
+                release_before_static_destructors(folder / "binaries" / "linux64" / f"{interface.identifier}.so")
             self._in = _Exchange([interface.port(v, name) for v in inputs])
             self._out = _Exchange([interface.port(v, name) for v in outputs])
             initial = _Exchange([interface.port(v, name) for v in start])

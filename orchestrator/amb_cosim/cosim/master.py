@@ -8,17 +8,15 @@ t_n = t_0 + n h with integer n; a component with `every = m` steps by m h at eve
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
-from typing import Generic, Literal, NamedTuple, Protocol, TypeVar, get_args
+from typing import Generic, Literal, Protocol, TypeVar, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.intp]
+from amb_cosim.cosim.schedules import Array, IntArray, Schedule
+
 Coupling = Literal["gauss_seidel", "jacobi"]
 Loop = Literal["compiled", "plain"]
 LOOPS: tuple[Loop, ...] = get_args(Loop)
@@ -42,24 +40,6 @@ class Participant(Protocol):
 
 
 P = TypeVar("P", bound=Participant)
-
-
-class Changes(NamedTuple):
-    """Values that positions take at communication points, ascending in time; of several, the last one counts."""
-
-    points: IntArray
-    positions: IntArray
-    values: Array
-
-
-class Schedule(Protocol):
-    """Exogenous inputs over time: writes those that change at communication point n into the array.
-
-    `changes` gives the same as a list, for the points from `first` up to but not including `last`.
-    """
-
-    def __call__(self, n: int, exogenous: Array) -> None: ...
-    def changes(self, first: int, last: int) -> Changes: ...
 
 
 @dataclass(frozen=True)
@@ -96,65 +76,6 @@ class StepFailed(RuntimeError):
 
 class StartFailed(RuntimeError):
     """The components cannot be initialised: one refuses, or their outputs do not settle."""
-
-
-class PiecewiseConstant:
-    """A schedule of events: from communication point n on, a position has a value."""
-
-    def __init__(self, events: Iterable[tuple[int, int, float]]) -> None:
-        self._events: dict[int, list[tuple[int, float]]] = {}
-        for n, position, value in events:
-            self._events.setdefault(n, []).append((position, value))
-
-    def __call__(self, n: int, exogenous: Array) -> None:
-        for position, value in self._events.get(n, ()):
-            exogenous[position] = value
-
-    def changes(self, first: int, last: int) -> Changes:
-        due = [(n, *event) for n in sorted(self._events) if first <= n < last for event in self._events[n]]
-        points, positions, values = zip(*due, strict=True) if due else ((), (), ())
-        return Changes(np.array(points, np.intp), np.array(positions, np.intp), np.array(values, np.float64))
-
-
-class PiecewiseLinear:
-    """A schedule of one quantity that is linear between points, constant outside, with its slope.
-
-    Parameters
-    ----------
-    points
-        Communication points and values, ascending.
-    step_size
-        Communication step h in s.
-    value, slope
-        Positions of the quantity and of its derivative over the coming step, in 1/s.
-    """
-
-    def __init__(self, points: Sequence[tuple[int, float]], step_size: float, value: int, slope: int) -> None:
-        self._at = [n for n, _ in points]
-        self._values = [value for _, value in points]
-        self._step_size = step_size
-        self._value, self._slope = value, slope
-
-    def __call__(self, n: int, exogenous: Array) -> None:
-        after = bisect_right(self._at, n)
-        before, after = max(after - 1, 0), min(after, len(self._at) - 1)
-        begin, steps = self._at[before], self._at[after] - self._at[before]
-        rise = self._values[after] - self._values[before]
-        exogenous[self._value] = self._values[before] + (rise * (n - begin) / steps if steps else 0.0)
-        exogenous[self._slope] = rise / (steps * self._step_size) if steps else 0.0
-
-    def changes(self, first: int, last: int) -> Changes:
-        n = np.arange(first, last, dtype=np.intp)
-        at, values = np.array(self._at), np.array(self._values)
-        after = np.searchsorted(at, n, side="right")
-        before, after = np.maximum(after - 1, 0), np.minimum(after, len(at) - 1)
-        steps, rise = at[after] - at[before], values[after] - values[before]
-        moving = steps > 0
-        part, slope = np.zeros((2, len(n)))
-        np.divide(rise * (n - at[before]), steps, out=part, where=moving)
-        np.divide(rise, steps * self._step_size, out=slope, where=moving)
-        both = np.column_stack([values[before] + part, slope])
-        return Changes(np.repeat(n, 2), np.tile([self._value, self._slope], len(n)), both.ravel())
 
 
 class Master(Generic[P]):

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from amb_cosim.cosim.master import Array, IntArray
+from amb_cosim.cosim.schedules import Array, IntArray
 
 
-class Sheet(NamedTuple):
+class RecordBuffer(NamedTuple):
     """What a loop writes to that keeps values without asking Python: the recorder's arguments and its arrays."""
 
     positions: IntArray
@@ -60,7 +60,7 @@ class Recorder:
                 self._began = self._latest
             self._reached = n
 
-    def sheet(self, first: int, last: int) -> Sheet:
+    def buffer(self, first: int, last: int) -> RecordBuffer:
         """Free rows for all that is kept of the points from `first` to `last`; `fill` then says how far they are used.
 
         Raises
@@ -76,7 +76,7 @@ class Recorder:
                 f"there is no memory to record {len(self._positions)} variables at {due} points; "
                 f"record.variables or record.every of the scenario can ask for less"
             ) from error
-        return Sheet(self._positions, self._first, self._every, self._points, self._table)
+        return RecordBuffer(self._positions, self._first, self._every, self._points, self._table)
 
     def fill(self, rows: int) -> None:
         """Take note that `rows` rows are in use."""

@@ -6,15 +6,41 @@ They are judged at every communication point, with the values that are recorded 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from amb_cosim.cosim.master import Array, IntArray
+from amb_cosim.cosim.fmu_interface import Port
+from amb_cosim.cosim.schedules import Array, IntArray
+from amb_cosim.cosim.values import Raw, convert
+
+
+@dataclass(frozen=True)
+class StopCondition:
+    """The run ends once `variable` has been above (or below) a limit for `hold` s without a break.
+
+    It is judged from `begin` (s) on; with `hold` = 0 one point is enough.
+    """
+
+    variable: str
+    above: bool
+    limit: Raw
+    hold: float = 0.0
+    begin: float = 0.0
+
+    def on_grid(self, port: Port, step_size: float) -> Condition:
+        """The condition in the unit of its variable and in communication steps (s)."""
+        side = "above" if self.above else "below"
+        limit = convert(self.limit, port, f"stop: {self.variable} {side}")
+        first, hold = round(self.begin / step_size), round(self.hold / step_size)
+        text = f"{self.variable} {side} {limit:.9g}{port.shown_unit}"
+        text += f" for {hold * step_size:.9g} s" if hold else ""
+        return Condition(self.variable, self.above, limit, first, hold, text)
 
 
 class Condition(NamedTuple):
-    """A signal has been above (or below) a limit for `hold` steps, judged from point `first` on; `text` says it."""
+    """A signal has been above (or below) a limit for `hold` steps, judged from point `first` on; `text` says so."""
 
     signal: str
     above: bool
@@ -43,11 +69,11 @@ class Stopped(Exception):
         self.point = point
 
 
-class Watch:
+class StopObserver:
     """An observer that raises `Stopped` at the first point at which a condition is met.
 
-    `positions` say where the conditions' signals stand in the value array. The compiled loop does the same with the
-    arrays `conditions`.
+    `positions` are the conditions' signals in the value array. The compiled loop does the same with the arrays
+    `conditions`.
     """
 
     def __init__(self, conditions: Sequence[Condition] = (), positions: Sequence[int] = ()) -> None:

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
-from importlib import resources
-from importlib.resources.abc import Traversable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from amb_cosim.cosim.interface import Interface, Port, suggest
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.master import Coupling, Wiring
 from amb_cosim.cosim.values import Raw
+from amb_files.suggestions import suggest
 
 
 @dataclass(frozen=True)
 class Component:
-    """A component: its name, the model or FMU file behind it, its rate, inputs that must be fed."""
+    """An instance of an FMU: its name, the model or FMU file that it is made from, its rate, inputs that must be fed.
+
+    `every` is the number of communication steps that one step of it spans; a component with a parameter `sample_time`
+    steps at that rate instead.
+    """
 
     name: str
     fmu: str
@@ -65,12 +67,24 @@ class System:
         if twice:
             raise ValueError(f"system {self.name}: components named twice: {', '.join(twice)}")
 
+    @classmethod
+    def load(cls, name: str | Path) -> System:
+        """Read a system by its name, or from a TOML file; see `load_system`."""
+        from amb_cosim.cosim.system_file import load_system
+
+        return load_system(name)
+
     def component(self, name: str) -> Component:
         """The component called `name`; raises ValueError with the names there are."""
         names = [component.name for component in self.components]
         if name not in names:
             raise ValueError(f"no component {name!r}; {suggest(name, names)}")
         return self.components[names.index(name)]
+
+    def with_fmu(self, name: str, fmu: str) -> System:
+        """The system with another model or FMU file behind a component."""
+        changed = replace(self.component(name), fmu=fmu)
+        return replace(self, components=tuple(changed if c.name == name else c for c in self.components))
 
     def split(self, end: str) -> tuple[str, str]:
         """Component and variable of an end written `component.variable`."""
@@ -87,7 +101,7 @@ class System:
         """The output that feeds an input, if one does."""
         return next((link.source for link in self.connections if link.target == target), None)
 
-    def check(self, interfaces: Mapping[str, Interface]) -> None:
+    def check(self, interfaces: Mapping[str, FmuInterface]) -> None:
         """Hold the system against the interfaces of its components.
 
         Raises
@@ -121,7 +135,7 @@ class System:
                 if target not in fed:
                     raise ValueError(f"{target} must be connected, and is not; {self._possible(target, interfaces)}")
 
-    def port(self, end: str, interfaces: Mapping[str, Interface]) -> Port:
+    def port(self, end: str, interfaces: Mapping[str, FmuInterface]) -> Port:
         """The variable at an end; raises ValueError if there is none."""
         component, variable = self.split(end)
         return interfaces[component].port(variable, component)
@@ -133,7 +147,7 @@ class System:
             for target in signal.targets:
                 yield f"signal {signal.name}", target
 
-    def _check_end(self, end: str, causality: str, interfaces: Mapping[str, Interface]) -> None:
+    def _check_end(self, end: str, causality: str, interfaces: Mapping[str, FmuInterface]) -> None:
         try:
             port = self.port(end, interfaces)
         except ValueError as error:
@@ -147,7 +161,7 @@ class System:
                 f"{end} is {port.kind}, and a connection needs an {causality} there; {suggest(variable, options)}"
             )
 
-    def _possible(self, target: str, interfaces: Mapping[str, Interface]) -> str:
+    def _possible(self, target: str, interfaces: Mapping[str, FmuInterface]) -> str:
         port = self.port(target, interfaces)
         options = [
             f"{component.name}.{output.name}"
@@ -161,7 +175,7 @@ class System:
 
     def wiring(
         self,
-        interfaces: Mapping[str, Interface],
+        interfaces: Mapping[str, FmuInterface],
         exogenous: Collection[str],
         recorded: Collection[str] = (),
     ) -> tuple[Wiring, dict[str, list[str]], dict[str, list[str]]]:
@@ -223,42 +237,3 @@ def _check_match(source: str, a: Port, target: str, b: Port) -> None:
         raise ValueError(f"{source} is {a.type} and {target} is {b.type}; connected variables must have one type")
     if not _same_unit(a, b):
         raise ValueError(f"{source} is in {a.unit} and {target} is in {b.unit}; connected variables must have one unit")
-
-
-def load_system(name: str, options: Mapping[str, bool]) -> System:
-    """A system from its TOML description, `systems/<name>.toml` of this package or a path.
-
-    A `connect` table names two components and the variables, called the same at both ends, that go from one
-    to the other; with `option` it holds only if that option is on.
-
-    Raises
-    ------
-    ValueError
-        If there is no such system, or its description is wrong.
-    """
-    packaged = {f.name.removesuffix(".toml"): f for f in resources.files("amb_cosim").joinpath("systems").iterdir()}
-    source: Traversable = packaged.get(name, Path(name))
-    if not source.is_file():
-        raise ValueError(f"no system {name!r}; {suggest(name, sorted(packaged))}")
-    try:
-        data = tomllib.loads(source.read_text(encoding="utf-8"))
-        return System(
-            name=name,
-            description=data["description"],
-            components=tuple(
-                Component(c["name"], c["fmu"], c.get("every", 1), tuple(c.get("mandatory", ())))
-                for c in data["component"]
-            ),
-            connections=tuple(
-                Connection(f"{link['from']}.{variable}", f"{link['to']}.{variable}")
-                for link in data.get("connect", ())
-                if options.get(link.get("option", ""), True)
-                for variable in link["variables"]
-            ),
-            signals=tuple(Signal(s["name"], tuple(s["targets"])) for s in data.get("signal", ())),
-            coupling=data.get("coupling", "gauss_seidel"),
-            parameters=data.get("parameters", {}),
-            unrecorded=tuple(data.get("unrecorded", ())),
-        )
-    except (tomllib.TOMLDecodeError, KeyError, TypeError) as error:
-        raise ValueError(f"system {name}: {type(error).__name__} {error}") from error

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from amb_cosim.cosim.interface import Port
+from amb_cosim.cosim.fmu_interface import Port
 from fmi_export.units import to_unit
 
 Raw = bool | int | float | str

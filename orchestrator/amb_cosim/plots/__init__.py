@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from amb_cosim.contact_history import rolling_from
+from amb_cosim.energies import energies
 from amb_cosim.orbits import radius
-from amb_cosim.results import energies, rolling_from
 from amb_cosim.series import BEARINGS
 
 if TYPE_CHECKING:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
+from amb_cosim.energies import energies
 from amb_cosim.plots.axes import (
     add_title,
     label_time_axis,
@@ -14,7 +15,6 @@ from amb_cosim.plots.axes import (
     title_padding,
 )
 from amb_cosim.plots.style import BLUE, GREEN, ORANGE, PURPLE, StyledFigure
-from amb_cosim.results import energies
 
 # Colours of the energies.
 STORED = {"kinetic": BLUE, "strain": ORANGE}

@@ -12,7 +12,7 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from fmi_export.files import write_atomically
+from amb_files.atomic import write_atomically
 
 # A palette that colour-blind readers can tell apart (Okabe and Ito).
 GREY, ORANGE, BLUE, GREEN, PURPLE = "#999999", "#D55E00", "#0072B2", "#009E73", "#CC79A7"

@@ -18,7 +18,7 @@ from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
 from amb_analysis.design import axis_parameters, constants
 from amb_cosim.cosim.master import Coupling
 from amb_cosim.scenario import Scenario, make_scenario
-from amb_cosim.simulation import prepare, run
+from amb_cosim.simulation import prepare, run_prepared
 from amb_cosim.studies.monolithic import Complex, Levitation, free_orbit
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table
@@ -214,11 +214,11 @@ def cosimulated(levitation: Levitation, scheme: Scheme, step: float, samples: in
     ValueError
         If the co-simulation does not reach its end.
     """
-    outcome = run(prepare("coupling", scenario(levitation, scheme, step, samples, substep)))
-    if outcome.failure is not None:
-        raise ValueError(outcome.failure)
+    result = run_prepared(prepare(scenario(levitation, scheme, step, samples, substep)))
+    if result.outcome.failure is not None:
+        raise ValueError(result.outcome.failure)
     bearings = [
-        outcome.dataset[f"rotor_contact.{at}.x"].values + 1j * outcome.dataset[f"rotor_contact.{at}.y"].values
+        result.dataset[f"rotor_contact.{at}.x"].values + 1j * result.dataset[f"rotor_contact.{at}.y"].values
         for at in ("mb1", "mb2")
     ]
     return np.array(bearings).T

@@ -18,7 +18,7 @@ from amb_actuator.interface import AXES, N_AXES
 from amb_cosim.cosim.values import Raw
 from amb_cosim.plan import SPEED
 from amb_cosim.scenario import make_scenario
-from amb_cosim.simulation import Prepared, prepare, run
+from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import linear_loop
 from fmi_export.model import Array
 from rolac_controller.names import CUSTOM
@@ -84,8 +84,8 @@ def prepare_measurement(
         },
         "sensitivity",
     )
-    prepared = prepare("sensitivity", scenario, settings)
-    changed = [name for name, value in prepared.plan.exogenous.items() if name != SPEED and value != 0.0]
+    prepared = prepare(scenario, settings)
+    changed = [name for name, value in prepared.plan.inputs.items() if name != SPEED and value != 0.0]
     if changed:
         raise ValueError(f"{changed[0]} cannot be set here; only parameters can, so that currents alone move the rotor")
     if prepared.plan.system.component("rolac_controller").every != steps:
@@ -166,12 +166,12 @@ def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
     events = tuple(
         (n * steps, name, float(volts[k, n % samples])) for n in range(last) for k, name in enumerate(INPUTS)
     )
-    outcome = run(replace(prepared, plan=replace(plan, last=last * steps, events=events)))
-    if outcome.failure is not None:
-        raise ValueError(outcome.failure)
-    _check_linear(outcome.dataset)
+    result = run_prepared(replace(prepared, plan=replace(plan, last=last * steps, events=events)))
+    if result.outcome.failure is not None:
+        raise ValueError(result.outcome.failure)
+    _check_linear(result.dataset)
     first = settling + 1  # a current that the controller demands at a sample is recorded one sample later
-    demanded = [outcome.dataset[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a in AXES]
+    demanded = [result.dataset[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a in AXES]
     currents = np.array(demanded)[:, first : first + samples]
     recorded = np.arange(settling, settling + samples) % samples
     ratio = _spectrum(currents, lines) / _spectrum(injected[:, recorded], lines)

@@ -69,7 +69,7 @@ def linear_loop(prepared: Prepared) -> LinearLoop:
     """Return the loop with the rotor and the parameters that a prepared run starts with."""
     parameters = {
         component: {name: value or 0.0 for name, value in values.items()}
-        for component, values in prepared.plan.parameters(prepared.interfaces).items()
+        for component, values in prepared.plan.all_parameters(prepared.interfaces).items()
     }
     controller = parameters["rolac_controller"]
     delay = int(is_on(parameter_array(controller), DELAY))

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from amb_analysis.receptance_table import MAX_CONDITION, condition_number
 from amb_analysis.table_file import ReceptanceTable, read_table
 from amb_analysis.table_file import loop_of as loop_parameters
+from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
-from amb_cosim.flavours import Flavour
 from amb_cosim.scenario import make_scenario
-from amb_cosim.simulation import Prepared, Progress, prepare, run
+from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from amb_cosim.studies.sampled_receptance import sampled_receptance
 from rolac_controller.excitation import component, periods
@@ -111,7 +112,7 @@ def prepare_identification(
         },
         NAME,
     )
-    prepared = prepare(NAME, scenario, settings, flavour=flavour)
+    prepared = prepare(scenario, settings, flavour=flavour)
     if prepared.plan.speed != Omega:
         raise ValueError("Omega cannot be set here; --speeds sets it")
     lowest = linear_loop(prepared).parameters["rolac_controller"]["rolac.min_speed"]
@@ -142,10 +143,10 @@ def run_identification(prepared: Prepared, progress: Progress | None = None) -> 
     """
     loop = linear_loop(prepared)
     order = int(loop.parameters["rolac_controller"]["harmonic1.order"])
-    outcome = run(prepared, progress)
-    receptance, reason = None, outcome.failure or ""
-    if outcome.failure is None:
-        receptance, reason = _result(outcome.dataset.isel(time=-1))
+    result = run_prepared(prepared, progress)
+    receptance, reason = None, result.outcome.failure or ""
+    if result.outcome.failure is None:
+        receptance, reason = _result(result.dataset.isel(time=-1))
     return IdentifiedReceptance(
         speed=loop.Omega,
         order=order,
@@ -154,7 +155,7 @@ def run_identification(prepared: Prepared, progress: Progress | None = None) -> 
         receptance=receptance,
         model=sampled_receptance(loop, order),
         reason=reason,
-        interrupted=outcome.interrupted,
+        interrupted=result.outcome.status == "interrupted",
     )
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import fmpy
+
+from amb_files.suggestions import suggest
 
 UnitDefinition = tuple[float, ...]  # exponents of kg, m, s, A, K, mol, cd, rad, then factor and offset
 
@@ -59,7 +60,7 @@ class Port:
 
 
 @dataclass(frozen=True)
-class Interface:
+class FmuInterface:
     """An FMU's identity and its variables by name, in the order of the modelDescription."""
 
     identifier: str
@@ -83,18 +84,8 @@ class Interface:
         return self.ports[name]
 
 
-def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
-    """Half a sentence that names what could have been meant by `name`, or what there is."""
-    options = list(options)
-    near = difflib.get_close_matches(name, options, n=5) or [o for o in options if name in o][:5]
-    if near:
-        return f"did you mean {', '.join(near)}?"
-    rest = f" and {len(options) - limit} more" if len(options) > limit else ""
-    return f"there are {', '.join(options[:limit])}{rest}" if options else "there are none"
-
-
-def read_interface(source: Path, name: str) -> Interface:
-    """Interface of the FMU at `source`, an archive or the folder it was extracted to.
+def read_interface(source: Path, name: str) -> FmuInterface:
+    """FmuInterface of the FMU at `source`, an archive or the folder it was extracted to.
 
     Raises
     ------
@@ -124,7 +115,7 @@ def read_interface(source: Path, name: str) -> Interface:
         for v in description.modelVariables
         if v.type != "String"
     }
-    return Interface(description.coSimulation.modelIdentifier, description.guid, description.version or "", ports)
+    return FmuInterface(description.coSimulation.modelIdentifier, description.guid, description.version or "", ports)
 
 
 def _port(variable: Any, definitions: Mapping[str, UnitDefinition], depends_on: tuple[str, ...]) -> Port:

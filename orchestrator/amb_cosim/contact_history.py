@@ -1,67 +1,23 @@
-"""What a run's data set says: its figures, and its file."""
+"""When and how the rotor touched: peaks, contact states, recovery and rolling, from a data set alone.
+
+Every function returns None where the data set does not hold what it takes.
+"""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from amb_cosim.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
 from amb_cosim.series import BEARINGS, cycles, signal
-from fmi_export.files import write_atomically
 
 BUSHES = ("eb1", "eb2")  # at the rotor's ends
 RECOVERY_CYCLES = 5.0
 FREE, ROLLING = 0, 2  # values of a site's mode
-_HEAT = ("damping", "friction", "impact")
 
-
-def save(dataset: xr.Dataset, path: Path) -> None:
-    """Write a data set as NetCDF; the file appears complete or not at all."""
-    encoding = {name: {"zlib": True, "complevel": 4, "shuffle": True} for name in dataset.data_vars}
-    write_atomically(path, lambda p: dataset.to_netcdf(p, engine="h5netcdf", encoding=encoding))
-
-
-def load(path: Path) -> xr.Dataset:
-    """Read a data set back into memory."""
-    with xr.open_dataset(path, engine="h5netcdf") as dataset:
-        return dataset.load()
-
-
-# Figures. Each is a function of the data set alone; None where the data set does not hold what it takes.
-
-
-def summary(dataset: xr.Dataset) -> dict[str, Any]:
-    """All figures of a run, ready for JSON."""
-    simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
-    first, last = contact_cycles(dataset)
-    return {
-        "scenario": dataset.attrs["scenario"],
-        "flavour": dataset.attrs["flavour"],
-        "completed": bool(dataset.attrs["completed"]),
-        "stopped": dataset.attrs.get("stopped") or None,
-        "settling_s": float(dataset.attrs["settling_s"]),
-        "simulated_s": simulated,
-        "wall_s": wall,
-        "real_time_factor": simulated / wall if wall > 0.0 else None,
-        "peak_contact_force_N": {site: peak(dataset, f"{site}.f_n") for site in touchable(dataset)},
-        "peak_impulse_Ns": {site: peak(dataset, f"{site}.impulse") for site in touchable(dataset)},
-        "contact_share": contact_share(dataset),
-        "first_contact_cycle": first,
-        "last_contact_cycle": last,
-        "recovered": recovered(dataset),
-        "outcome": outcome(dataset),
-        "rolling_from_cycle": rolling_from(dataset),
-        "whirl_speed_rad_s": {site: whirl_at_the_end(dataset, site) for site in BEARINGS},
-        "orbit_before_mm": orbit_before(dataset),
-        "orbit_after_mm": orbit_after(dataset),
-        "orbit_largest_mm": orbit_largest(dataset),
-        "settled_amplitude_mm": settled_amplitudes(dataset),
-        **energy_figures(dataset),
-    }
+Recovery = Literal["prevented", "recovered", "trapped"]
 
 
 def peak(dataset: xr.Dataset, name: str) -> float | None:
@@ -126,8 +82,8 @@ def recovered(dataset: xr.Dataset) -> bool | None:
     return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
 
 
-def outcome(dataset: xr.Dataset) -> Literal["prevented", "recovered", "trapped"] | None:
-    """What the step led to; None without a step, or where contact was not recorded.
+def recovery(dataset: xr.Dataset) -> Recovery | None:
+    """Find what the step led to; None without a step, or where contact was not recorded.
 
     `trapped` is a rotor that has not `recovered`. Of the others, `prevented` is one that never touches after the step.
     """
@@ -164,33 +120,3 @@ def _turns_rolled(dataset: xr.Dataset, site: str) -> list[float]:
     steps = np.diff(dataset["time"].values, prepend=np.nan)  # a sample's mode is that at the end of its step
     turned = [float(np.sum(np.abs(whirl[i + 1 : j]) * steps[i + 1 : j])) for i, j in zip(begins, ends, strict=True)]
     return [float(cycles(dataset)[i]) for i, angle in zip(begins, turned, strict=True) if angle >= 2.0 * np.pi]
-
-
-def energies(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]] | None:
-    """Energies of the plant (J) at each sample: those stored, and work, heat and balance counted from cycle 0.
-
-    None if they were not recorded, or cycle 0 was not reached.
-    """
-    values = {name: signal(dataset, f"energy.{name}") for name in ("kinetic", "strain", *_HEAT, "work", "balance")}
-    begin = int(np.searchsorted(cycles(dataset), 0.0))
-    if any(v is None for v in values.values()) or begin == dataset.sizes["time"]:
-        return None
-    stored = ("kinetic", "strain")
-    return {name: v if name in stored else v - v[begin] for name, v in values.items() if v is not None}
-
-
-def energy_figures(dataset: xr.Dataset) -> dict[str, Any]:
-    """What became of the energy from cycle 0 to the end (J), and how well the plant accounts for it.
-
-    `balance` is the largest difference between what the rotor gained and the work done on it; relative, it is divided
-    by the largest of all energies.
-    """
-    series = energies(dataset)
-    if series is None:
-        return {"energy_J": None, "energy_balance_relative": None}
-    after = cycles(dataset) >= 0.0
-    largest = {name: float(np.abs(values[after]).max()) for name, values in series.items()}
-    balance = largest.pop("balance")
-    figures = {name: float(series[name][-1]) for name in (*_HEAT, "work")} | {"balance": balance}
-    scale = max(largest.values())
-    return {"energy_J": figures, "energy_balance_relative": balance / scale if scale > 0.0 else None}

@@ -1,0 +1,1 @@
+"""Eight displacement sensors with a lag."""

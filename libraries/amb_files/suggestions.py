@@ -1,0 +1,19 @@
+"""Close matches for a name that does not exist."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
+    """Suggest the options closest to `name`; list the first `limit` options where none is close.
+
+    The text is the second half of a message: `did you mean fig4_9?` or `there are a, b and 3 more`.
+    """
+    options = list(options)
+    near = difflib.get_close_matches(name, options, n=5) or [o for o in options if name in o][:5]
+    if near:
+        return f"did you mean {', '.join(near)}?"
+    rest = f" and {len(options) - limit} more" if len(options) > limit else ""
+    return f"there are {', '.join(options[:limit])}{rest}" if options else "there are none"

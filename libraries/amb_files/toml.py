@@ -1,0 +1,135 @@
+"""Reads TOML and checks it against a declared form; every mistake is one line with its key, value and what is allowed.
+
+The form of a file is declared once, as types with limits and units:
+
+    @table
+    class Body:
+        name: StrictStr
+        mass: Annotated[StrictFloat, Gt(0.0), Unit("kg")]
+
+    @table
+    class Rotor:
+        bodies: tuple[Body, ...] = ()
+
+    rotor = validate(read_toml(path, name), Rotor, name := f"rotor file {path}")
+
+A wrong file raises a ValueError such as
+
+    rotor file pump.toml: bodies[0].mass (impeller) = -1.0 kg is not allowed; it must be > 0 kg
+    rotor file pump.toml: unknown key bodies[1].mas (seal); did you mean mass?
+
+Positions in brackets count from 0; the name in parentheses is that of the part, where it has one.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from functools import wraps
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any, TypeVar, dataclass_transform
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass as pydantic_dataclass
+
+from amb_files.validation_errors import sentences
+
+T = TypeVar("T")
+
+STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
+
+
+def parse_toml(text: str, name: str) -> dict[str, Any]:
+    """Parse TOML.
+
+    Parameters
+    ----------
+    text
+        Content of the file.
+    name
+        What messages call it, such as `scenario fig4_9`.
+
+    Raises
+    ------
+    ValueError
+        If the text is not valid TOML; the message has line and column.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{name} is not valid TOML: {error}") from error
+
+
+def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Parameters
+    ----------
+    source
+        The file, or a resource of a package.
+    name
+        What messages call it, such as `rotor file pump.toml`.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read or is not valid TOML.
+    """
+    try:
+        text = source.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ValueError(f"{name} cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{name} cannot be read: it is not UTF-8 text (byte {error.start})") from error
+    return parse_toml(text, name)
+
+
+def validate(data: object, form: type[T], name: str) -> T:
+    """Check data against a form and return it as an instance of that form.
+
+    Parameters
+    ----------
+    data
+        What `read_toml` returned, or a part of it.
+    form
+        A class declared with `table`, or a pydantic model.
+    name
+        What messages call the data; it begins every line.
+
+    Raises
+    ------
+    ValueError
+        If the data does not have the form; one line for each mistake.
+    """
+    try:
+        return TypeAdapter(form).validate_python(data)
+    except ValidationError as error:
+        raise ValueError("\n".join(f"{name}: {line}" for line in sentences(error, form, data))) from error
+
+
+@dataclass_transform(frozen_default=True)
+def table(form: type[T]) -> type[T]:
+    """Declare the form of a TOML table as a frozen dataclass that checks its fields.
+
+    Unknown keys, NaN and infinity are not allowed. Made in Python it raises the same ValueError as from a file.
+    """
+    checked: Any = pydantic_dataclass(config=STRICT, frozen=True)(form)
+    checked.__init__ = _raising_sentences(checked.__init__, checked)
+    return checked
+
+
+def _raising_sentences(init: Callable[..., None], form: type[Any]) -> Callable[..., None]:
+    names = list(form.__dataclass_fields__)
+
+    @wraps(init)
+    def __init__(self: Any, *values: Any, **named: Any) -> None:
+        if len(values) > len(names):
+            raise TypeError(f"{form.__name__} takes {len(names)} values but {len(values)} were given")
+        given = dict(zip(names, values, strict=False)) | named
+        try:
+            init(self, **given)
+        except ValidationError as error:
+            raise ValueError("\n".join(sentences(error, form, given))) from error
+
+    return __init__

@@ -1,0 +1,213 @@
+"""Turns what pydantic reports into one sentence for each mistake."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Union, get_args, get_origin
+
+import annotated_types
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from amb_files.suggestions import suggest
+
+Location = tuple[int | str, ...]
+
+_KINDS = {
+    "bool_type": "true or false",
+    "int_type": "a whole number",
+    "float_type": "a number",
+    "string_type": "a string",
+    "finite_number": "a finite number",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "too_short": "a longer list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "dataclass_type": "a table",
+}
+_BOUNDS = {annotated_types.Gt: ">", annotated_types.Ge: ">=", annotated_types.Lt: "<", annotated_types.Le: "<="}
+_LONGEST = 60  # characters of a value in a message
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The unit of a number, in an `Annotated` type; messages show it with the value and the limits."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """What is allowed, in words, in an `Annotated` type; messages show it in place of what pydantic says."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class _Declared:
+    """How a place in the data is declared: its type, and what `Annotated` and `Field` add."""
+
+    hint: Any
+    metadata: tuple[Any, ...] = ()
+
+
+def sentences(error: ValidationError, form: type[Any], data: object) -> list[str]:
+    """Write one sentence for each mistake: its key, the value, what is allowed.
+
+    Parameters
+    ----------
+    error
+        What the validation of `data` against `form` raised.
+    form
+        A pydantic model or dataclass.
+    data
+        What was validated: mappings, sequences and scalars.
+    """
+    by_place: dict[str, list[ErrorDetails]] = {}
+    for details in error.errors():
+        by_place.setdefault(_place(details, data), []).append(details)
+    for place, found in list(by_place.items()):  # a list is too short where its items are wrong
+        if found[0]["type"] == "too_short" and any(other.startswith(f"{place}[") for other in by_place):
+            del by_place[place]
+    return [_sentence(place, found, form, data) for place, found in by_place.items()]
+
+
+def _sentence(place: str, errors: list[ErrorDetails], form: type[Any], data: object) -> str:
+    first = errors[0]
+    kind, message = first["type"], str(first["msg"])
+    if kind == "missing":
+        return f"{place} is missing"
+    if kind in ("extra_forbidden", "unexpected_keyword_argument"):
+        keys = [key for declared in _declared(form, first["loc"][:-1]) for key in _fields(declared.hint)]
+        return f"unknown key {place}; {suggest(str(first['loc'][-1]), keys)}"
+    declared = _declared(form, first["loc"])
+    metadata = [extra for d in declared for extra in d.metadata]
+    if kind == "value_error":
+        message = message.removeprefix("Value error, ")
+        if not message.startswith("it must"):  # a sentence of its own
+            return f"{place}: {message}" if place else message
+        allowed = message.removeprefix("it must be ")
+    else:
+        allowed = " or ".join(dict.fromkeys(_allowed(details, metadata) for details in errors))
+    allowed = next((extra.text for extra in metadata if isinstance(extra, Allowed)), allowed)
+    value = _at(data, _keys(first["loc"], data))
+    unit = _unit(metadata) if isinstance(value, int | float) and not isinstance(value, bool) else ""
+    return f"{place or 'the file'} = {_shown(value)}{unit} is not allowed; it must be {allowed}"
+
+
+def _allowed(details: ErrorDetails, metadata: Sequence[Any]) -> str:
+    kind = details["type"]
+    limits = [f"{sign} {getattr(m, _name(type(m))):g}" for m in metadata for t, sign in _BOUNDS.items() if type(m) is t]
+    limits = list(dict.fromkeys(limits))  # a union repeats those of its members
+    if limits and kind in ("float_type", "greater_than", "greater_than_equal", "less_than", "less_than_equal"):
+        return " and ".join(limits) + _unit(metadata)
+    if limits and kind == "finite_number":
+        return "finite and " + " and ".join(limits) + _unit(metadata)
+    if kind in _KINDS:
+        return _KINDS[kind]
+    message = str(details["msg"])
+    return message.replace("Input should be ", "").replace("a valid ", "a ").replace("tuple", "list")
+
+
+def _name(bound: type) -> str:
+    return bound.__name__.lower()
+
+
+def _unit(metadata: Sequence[Any]) -> str:
+    return next((f" {extra.text}" for extra in metadata if isinstance(extra, Unit)), "")
+
+
+def _shown(value: object) -> str:
+    """The value as TOML writes it, shortened; a table is only called one."""
+    if isinstance(value, Mapping):
+        return "a table"
+    if isinstance(value, bool):
+        return str(value).lower()
+    text = str(list(value)) if isinstance(value, tuple) else repr(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def _place(details: ErrorDetails, data: object) -> str:
+    """Key path such as `bodies[2].mass (d3)`; the name is that of the innermost part that has one."""
+    keys = _keys(details["loc"], data)
+    if details["type"] == "missing" and (not keys or keys[-1] != details["loc"][-1]):
+        keys = (*keys, details["loc"][-1])
+    text, name = "", ""
+    for depth, key in enumerate(keys):
+        text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key
+        part = _at(data, keys[: depth + 1])
+        if isinstance(key, int) and isinstance(part, Mapping) and isinstance(part.get("name"), str):
+            name = f" ({part['name']})"
+    return text + name
+
+
+def _keys(location: Location, data: object) -> Location:
+    """The parts of a location that the data has; pydantic adds the members of unions and what validators made."""
+    keys: Location = ()
+    for part in location:
+        if _has(data, part):
+            data, keys = _at(data, (part,)), (*keys, part)
+    return keys
+
+
+def _has(data: object, part: int | str) -> bool:
+    if isinstance(part, int):
+        return isinstance(data, Sequence) and not isinstance(data, str) and part < len(data)
+    return isinstance(data, Mapping) and part in data
+
+
+def _at(data: Any, keys: Location) -> Any:
+    for key in keys:
+        if not _has(data, key):
+            return None
+        data = data[key]
+    return data
+
+
+def _declared(form: Any, location: Location) -> list[_Declared]:
+    """How the place is declared; several where a union leaves it open."""
+    here = list(_unwrapped(_Declared(form)))
+    for part in location:
+        inner = [d for outer in here for d in _member(outer.hint, part)]
+        if inner:  # the name of a union's member leads nowhere
+            here = inner
+    return here
+
+
+def _member(hint: Any, part: int | str) -> Iterator[_Declared]:
+    fields, origin, arguments = _fields(hint), get_origin(hint), get_args(hint)
+    if part in fields:
+        info = fields[str(part)]
+        yield from _unwrapped(_Declared(info.annotation, tuple(info.metadata)))
+    elif isinstance(part, int) and origin is tuple and arguments:
+        element = arguments[0] if len(arguments) == 2 and arguments[1] is Ellipsis else arguments[part]
+        yield from _unwrapped(_Declared(element))
+    elif isinstance(part, int) and arguments:
+        yield from _unwrapped(_Declared(arguments[0]))
+    elif isinstance(part, str) and len(arguments) == 2 and origin is not tuple:
+        yield from _unwrapped(_Declared(arguments[1]))
+
+
+def _unwrapped(declared: _Declared) -> Iterator[_Declared]:
+    """The members of a union, without `Annotated`."""
+    origin = get_origin(declared.hint)
+    if origin is Annotated:
+        hint, *extras = get_args(declared.hint)
+        flat = [m for extra in extras for m in (extra.metadata if isinstance(extra, FieldInfo) else [extra])]
+        yield from _unwrapped(_Declared(hint, (*declared.metadata, *flat)))
+    elif origin in (Union, types.UnionType):
+        for hint in get_args(declared.hint):
+            yield from _unwrapped(_Declared(hint, declared.metadata))
+    else:
+        yield declared
+
+
+def _fields(hint: Any) -> Mapping[str, FieldInfo]:
+    if not isinstance(hint, type):
+        return {}
+    fields: Mapping[str, FieldInfo] = getattr(hint, "__pydantic_fields__", None) or getattr(hint, "model_fields", {})
+    return {info.alias or name: info for name, info in fields.items()}

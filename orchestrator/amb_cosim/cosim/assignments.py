@@ -1,0 +1,108 @@
+"""Values that a user gives to parameters and inputs of a system, as numbers in the units of the FMUs."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Mapping
+
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.system import System
+from amb_cosim.cosim.values import Raw, convert
+from amb_files.suggestions import suggest
+
+
+class Assignments:
+    """Parameters and first values of exogenous inputs of a system; whatever cannot be set is refused.
+
+    A variable is called `component.variable`, a shared signal by its name or by one of the inputs that it feeds. `*`
+    and `?` in the name of a variable match any characters and any one character.
+
+    Attributes
+    ----------
+    parameters
+        Values of parameters by component and name.
+    inputs
+        Values of signals and of other inputs, by name.
+    """
+
+    def __init__(self, system: System, interfaces: Mapping[str, FmuInterface]) -> None:
+        self.system, self.interfaces = system, interfaces
+        self.parameters: dict[str, dict[str, float]] = {c.name: {} for c in system.components}
+        self.inputs: dict[str, float] = {}
+
+    def set(self, name: str, raw: Raw, only: str | None = None) -> None:
+        """Give a value to every variable that `name` matches.
+
+        Parameters
+        ----------
+        only
+            The causality it must have, `parameter` or `input`; either by default.
+
+        Raises
+        ------
+        ValueError
+            If nothing is called so or may be set here, or the value is not allowed.
+        """
+        for matching in self.matching(name):
+            target, value = self.read(matching, raw, only)
+            component, _, variable = target.partition(".")
+            if variable and self.interfaces[component].ports[variable].causality == "parameter":
+                self.parameters[component][variable] = value
+            else:
+                self.inputs[target] = value
+
+    def set_defaults_of_signals(self) -> None:
+        """Give signals without a value the start value of the first input that they feed."""
+        for signal in self.system.signals:
+            self.inputs.setdefault(signal.name, self.start_value(signal.name))
+
+    def matching(self, name: str) -> list[str]:
+        """Names of the settable variables that a name with `*` or `?` matches; any other name as it is."""
+        if not set("*?") & set(name):
+            return [name]
+        component, pattern = self._split(name)
+        ports = self.interfaces[component].ports.values()
+        settable = [p.name for p in ports if p.causality in ("parameter", "input")]
+        matching = fnmatch.filter(settable, pattern)
+        if not matching:
+            raise ValueError(f"{component} has no parameter or input {pattern!r}; {suggest(pattern, settable)}")
+        return [f"{component}.{variable}" for variable in matching]
+
+    def read(self, name: str, raw: Raw, only: str | None = None) -> tuple[str, float]:
+        """Name under which a value is kept, that of the signal where one feeds the input, and the value as a number."""
+        signal = next((s for s in self.system.signals if s.name == name), self.system.signal_of(name))
+        value = 0.0
+        for end in signal.targets if signal is not None else (name,):
+            port = self._settable(end, ("parameter", "input") if only is None else (only,))
+            value = convert(raw, port, end if signal is None else signal.name)
+        return (signal.name if signal is not None else name), value
+
+    def port(self, name: str) -> Port:
+        """The variable behind a name; of a shared signal, the first input that it feeds."""
+        signal = next((s for s in self.system.signals if s.name == name), None)
+        component, variable = self._split(signal.targets[0] if signal is not None else name)
+        return self.interfaces[component].port(variable, component)
+
+    def start_value(self, name: str) -> float:
+        """What an input or a signal has before anything is set."""
+        return self.port(name).start or 0.0
+
+    def _settable(self, end: str, causalities: tuple[str, ...]) -> Port:
+        component, variable = self._split(end)
+        port = self.interfaces[component].port(variable, component)
+        if port.causality not in causalities:
+            options = [p.name for kind in causalities for p in self.interfaces[component].of(kind)]
+            raise ValueError(
+                f"{end} is {port.kind} and cannot be set here as {' or '.join(causalities)}; "
+                f"{suggest(variable, options)}"
+            )
+        source = self.system.source_of(end)
+        if source is not None:
+            raise ValueError(f"{end} cannot be set; it is connected to {source}")
+        return port
+
+    def _split(self, end: str) -> tuple[str, str]:
+        if "." not in end:
+            names = [c.name for c in self.system.components] + [s.name for s in self.system.signals]
+            raise ValueError(f"{end!r} is no component.variable and no signal; {suggest(end, names)}")
+        return self.system.split(end)

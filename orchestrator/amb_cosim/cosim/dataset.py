@@ -1,0 +1,92 @@
+"""The labelled data set of a run: what was recorded, and everything needed to know where it came from."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import platform
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from amb_cosim.cosim.experiment import port_of
+from amb_cosim.cosim.simulation import Recording
+from amb_files.atomic import write_atomically
+
+_PACKAGES = ("amb-cosim", "fmpy", "pythonfmu", "numba", "numpy", "xarray")
+_DTYPES = {"Real": np.float64, "Integer": np.int32, "Boolean": np.int8}
+
+
+def to_dataset(recording: Recording) -> xr.Dataset:
+    """Everything that a run recorded, labelled, over the coordinate `time` (s).
+
+    Structured attributes (parameters, versions, ...) are JSON texts, so that NetCDF can hold them.
+    """
+    plan, recorder, outcome = recording.plan, recording.recorder, recording.outcome
+    variables = {}
+    for column, variable in enumerate(recorder.table.T):
+        label = plan.recorded[column]
+        component, port = port_of(label, plan.system, recording.interfaces)
+        variables[label] = (
+            "time",
+            variable.astype(_DTYPES[port.type]),
+            {
+                "units": port.unit or "1",
+                "description": port.description,
+                "causality": port.causality,
+                "component": component,
+            },
+        )
+    time = ("time", recorder.points * plan.step_size, {"units": "s", "description": "Time"})
+    attributes: dict[str, Any] = {
+        "system": plan.system.name,
+        "flavour": recording.flavour,
+        "communication_step_s": plan.step_size,
+        "settling_s": -plan.first * plan.step_size,
+        "simulated_s": recorder.reached * plan.step_size,
+        "wall_s": recorder.wall_time,
+        "completed": int(outcome.failure is None),
+        "failure": outcome.failure or "",
+        "stopped": outcome.stopped or "",
+        "outcome": json.dumps([outcome.status, outcome.time, outcome.component, outcome.reason]),
+        "parameters": json.dumps(plan.all_parameters(recording.interfaces)),
+        "initial_inputs": json.dumps(dict(plan.inputs)),
+        "fmu_guids": json.dumps({c: interface.guid for c, interface in recording.interfaces.items()}),
+        "versions": json.dumps(_versions()),
+        "git_revision": git_revision() or "",
+    }
+    return xr.Dataset(variables, {"time": time}, attributes)
+
+
+def save(dataset: xr.Dataset, path: Path) -> None:
+    """Write a data set as NetCDF; the file appears complete or not at all."""
+    encoding = {name: {"zlib": True, "complevel": 4, "shuffle": True} for name in dataset.data_vars}
+    write_atomically(path, lambda p: dataset.to_netcdf(p, engine="h5netcdf", encoding=encoding))
+
+
+def load(path: Path) -> xr.Dataset:
+    """Read a data set back into memory."""
+    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        return dataset.load()
+
+
+def _versions() -> dict[str, str]:
+    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _PACKAGES}
+
+
+def git_revision() -> str | None:
+    """Commit of the checkout that this package runs from, `-dirty` if changed; None outside of one."""
+    folder = Path(__file__).parent
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(folder), *arguments]
+        return subprocess.run(command, check=True, capture_output=True, text=True, timeout=10).stdout.strip()
+
+    try:
+        git("ls-files", "--error-unmatch", Path(__file__).name)
+        return git("describe", "--always", "--dirty", "--abbrev=40", "--exclude=*")
+    except (OSError, subprocess.SubprocessError):
+        return None

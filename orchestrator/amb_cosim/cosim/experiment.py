@@ -1,0 +1,246 @@
+"""What is done with a system, in seconds, and the same on the time grid of the master."""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from amb_cosim.cosim.assignments import Assignments
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
+from amb_cosim.cosim.stopping import Condition, StopCondition
+from amb_cosim.cosim.system import Component, System
+from amb_cosim.cosim.values import Raw
+from amb_files.suggestions import suggest
+
+EVERYTHING = "*"  # as a pattern of what is recorded
+
+
+@dataclass(frozen=True)
+class Event:
+    """From `time` (s) on, an input has a new value."""
+
+    time: float
+    variable: str
+    value: Raw
+
+
+@dataclass(frozen=True)
+class Profile:
+    """An input is linear between points (time in s, value) and constant outside; `slope` is fed its derivative, in 1/s.
+
+    Without a point at or before time 0 the first value of the input holds at time 0.
+    """
+
+    variable: str
+    points: tuple[tuple[float, Raw], ...]
+    slope: str | None = None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A run of a system, times in s.
+
+    Parameters
+    ----------
+    step_size
+        Communication step.
+    stop_time
+        End of the run.
+    start_time
+        Beginning, 0 or earlier: what comes before time 0 lets the system settle.
+    events, profiles
+        Inputs over time.
+    stops
+        Conditions that end the run early.
+    recorded
+        Patterns of the variables that are recorded; `*` is everything but what the system leaves out.
+    essential
+        Patterns of what is recorded in any case.
+    record_every, record_settling
+        Every how many steps, and whether before time 0 too.
+    """
+
+    step_size: float
+    stop_time: float
+    start_time: float = 0.0
+    events: tuple[Event, ...] = ()
+    profiles: tuple[Profile, ...] = ()
+    stops: tuple[StopCondition, ...] = ()
+    recorded: tuple[str, ...] = (EVERYTHING,)
+    essential: tuple[str, ...] = ()
+    record_every: int = 1
+    record_settling: bool = False
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """A profile on the grid: points (communication point, value) of the input `variable`."""
+
+    variable: str
+    points: tuple[tuple[int, float], ...]
+    slope: str | None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a run does, in numbers. Communication point n is at the time n h, n = 0 at time 0.
+
+    `parameters` holds what components start with, `inputs` the first values of signals and scheduled inputs by name,
+    `events` their changes as (point, name, value). What `stops` judge is recorded.
+    """
+
+    system: System
+    step_size: float
+    first: int
+    last: int
+    parameters: Mapping[str, Mapping[str, float]]
+    inputs: Mapping[str, float]
+    events: tuple[tuple[int, str, float], ...]
+    ramps: tuple[Ramp, ...]
+    recorded: tuple[str, ...]
+    stops: tuple[Condition, ...] = ()
+    record_every: int = 1
+    record_from: int = 0
+
+    def all_parameters(self, interfaces: Mapping[str, FmuInterface]) -> dict[str, dict[str, float | None]]:
+        """Every parameter of every component: what was set, or what it starts with."""
+        return {
+            c: {p.name: self.parameters[c].get(p.name, p.start) for p in interface.of("parameter")}
+            for c, interface in interfaces.items()
+        }
+
+    def schedules(self, names: Sequence[str]) -> list[Schedule]:
+        """The inputs over time, for a master whose signals have these names."""
+        at = list(names).index
+        steps: list[Schedule] = [PiecewiseConstant((n, at(name), value) for n, name, value in self.events)]
+        return steps + [
+            PiecewiseLinear(r.points, self.step_size, at(r.variable), None if r.slope is None else at(r.slope))
+            for r in self.ramps
+        ]
+
+
+def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
+    """Put an experiment onto the time grid of the master: every moment becomes the nearest communication point.
+
+    Parameters
+    ----------
+    experiment
+        What is done.
+    values
+        Parameters and first values of inputs; inputs that change later are added to them.
+
+    Raises
+    ------
+    ValueError
+        For names that do not exist, values that are not allowed, and times that do not fit the steps.
+    """
+    h = experiment.step_size
+    system, interfaces = values.system, values.interfaces
+    values.set_defaults_of_signals()
+    system = replace(system, components=tuple(_rated(c, values, h) for c in system.components))
+    ramps = tuple(_ramp(profile, values, h) for profile in experiment.profiles)
+    ramped = {name for ramp in ramps for name in (ramp.variable, ramp.slope) if name is not None}
+    events = []
+    for event in experiment.events:
+        name, value = values.read(event.variable, event.value, "input")
+        if name in ramped:
+            raise ValueError(f"an event cannot set {name}; a profile does")
+        values.inputs.setdefault(name, values.start_value(event.variable))
+        events.append((round(event.time / h), name, value))
+    common = math.lcm(*(c.every for c in system.components))
+    available = [
+        *values.inputs,
+        *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
+    ]
+    first = common * math.floor(experiment.start_time / h / common)
+    return Plan(
+        system=system,
+        step_size=h,
+        first=first,
+        last=max(1, round(experiment.stop_time / h)),
+        parameters=values.parameters,
+        inputs=values.inputs,
+        events=tuple(events),
+        ramps=ramps,
+        recorded=_recorded(experiment, system.unrecorded, available),
+        stops=tuple(_condition(stop, available, values, h) for stop in experiment.stops),
+        record_every=experiment.record_every,
+        record_from=first if experiment.record_settling else 0,
+    )
+
+
+def port_of(signal: str, system: System, interfaces: Mapping[str, FmuInterface]) -> tuple[str, Port]:
+    """Component and variable behind a name of the data set; of a shared signal, the first input that it feeds."""
+    shared = next((s for s in system.signals if s.name == signal), None)
+    component, variable = system.split(shared.targets[0] if shared is not None else signal)
+    return component, interfaces[component].ports[variable]
+
+
+def whole_steps(name: str, time: float, h: float) -> int:
+    """How many communication steps h (s) a time (s) takes; raises ValueError if it is no whole number of them."""
+    if not 0.0 < time < math.inf:
+        raise ValueError(f"{name} = {time:g} s is not allowed; it must be > 0 s")
+    n = round(time / h)
+    if n < 1 or not math.isclose(n * h, time, rel_tol=1e-9):
+        raise ValueError(
+            f"{name} = {time:.12g} s is not allowed; it must be a whole multiple of the communication step {h:g} s"
+        )
+    return n
+
+
+def _ramp(profile: Profile, values: Assignments, h: float) -> Ramp:
+    name, _ = values.read(profile.variable, profile.points[0][1], "input")
+    slope = None
+    if profile.slope is not None:
+        slope, _ = values.read(profile.slope, 0.0, "input")
+        values.inputs.setdefault(slope, 0.0)
+    values.inputs.setdefault(name, values.start_value(profile.variable))
+    points: list[tuple[int, float]] = []
+    if round(profile.points[0][0] / h) > 0:
+        points.append((0, values.inputs[name]))
+    for time, raw in profile.points:
+        n = round(time / h)
+        if points and n <= points[-1][0]:
+            raise ValueError(
+                f"point of {name} at {time:g} s is not allowed; it must be at least one communication "
+                f"step, {h:g} s, after the one before it"
+            )
+        points.append((n, values.read(profile.variable, raw, "input")[1]))
+    return Ramp(name, tuple(points), slope)
+
+
+def _rated(component: Component, values: Assignments, h: float) -> Component:
+    """The component at the rate of its parameter `sample_time`, if it has one."""
+    port = values.interfaces[component.name].ports.get("sample_time")
+    if port is None or port.causality != "parameter":
+        return component
+    sample_time = values.parameters[component.name].get("sample_time", port.start or h)
+    return replace(component, every=whole_steps(f"{component.name}.sample_time", sample_time, h))
+
+
+def _condition(stop: StopCondition, available: Sequence[str], values: Assignments, h: float) -> Condition:
+    if stop.variable not in available:
+        raise ValueError(f"stop: there is no signal {stop.variable!r}; {suggest(stop.variable, available)}")
+    return stop.on_grid(port_of(stop.variable, values.system, values.interfaces)[1], h)
+
+
+def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequence[str]) -> tuple[str, ...]:
+    """Names that are recorded; `*` leaves out what the system does not record by itself."""
+    for pattern in experiment.recorded:
+        if not fnmatch.filter(available, pattern):
+            raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")
+    everything = EVERYTHING in experiment.recorded
+    named = (*(pattern for pattern in experiment.recorded if pattern != EVERYTHING), *experiment.essential)
+    watched = [stop.variable for stop in experiment.stops]
+
+    def is_recorded(name: str) -> bool:
+        return name in watched or _matches(name, named) or (everything and not _matches(name, unrecorded))
+
+    return tuple(name for name in available if is_recorded(name))
+
+
+def _matches(name: str, patterns: Sequence[str]) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)

@@ -1,0 +1,87 @@
+"""`simulate`: from a system file, or a system and an experiment, to a labelled data set."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from amb_cosim.cosim.dataset import save, to_dataset
+from amb_cosim.cosim.experiment import Experiment, plan_experiment
+from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.master import Loop
+from amb_cosim.cosim.simulation import Outcome, Progress, assemble, run_plan
+from amb_cosim.cosim.system import System
+from amb_cosim.cosim.system_file import load_experiment, load_system
+from amb_cosim.cosim.values import Raw
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A run of a system: every recorded variable over time (s), and how the run ended."""
+
+    dataset: xr.Dataset
+    outcome: Outcome
+
+    def save(self, folder: str | Path) -> Path:
+        """Write `result.nc` into a folder, made if it is missing, and return the folder."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        save(self.dataset, folder / "result.nc")
+        return folder
+
+
+def simulate(
+    system: str | Path | System,
+    experiment: Experiment | None = None,
+    *,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "python",
+    loop: Loop = "compiled",
+    progress: Progress | None = None,
+    **options: Any,
+) -> Simulation:
+    """Run a system of FMI 2.0 co-simulation FMUs.
+
+    Parameters
+    ----------
+    system
+        A `System`, or the path of a system file.
+    experiment
+        What is done with it; by default what the table `experiment` of the file says.
+    set
+        Values by `component.variable`, or by a signal's name, in place of the file's.
+    flavour
+        Which flavour of this project's models is built; FMU files are taken as they are.
+    loop
+        `compiled`, or `plain` Python for reference; the results are the same to the last bit.
+    progress
+        Called now and then with the steps done and their number.
+    options
+        What models are made for, such as `rotor`, the path of a rotor file.
+
+    Raises
+    ------
+    ValueError
+        If the file, a connection or a value is wrong.
+    StartFailed, FmuError
+        If an FMU cannot be loaded or refuses to start.
+    """
+    inputs: Mapping[str, Raw] = {}
+    if not isinstance(system, System):
+        if experiment is None:
+            experiment, inputs = load_experiment(system)
+        system = load_system(system)
+    if experiment is None:
+        raise ValueError(f"system {system.name} needs an experiment, which says how long it runs")
+    assembly = assemble(system, flavour, **options)
+    values = assembly.assignments()
+    for name, raw in inputs.items():
+        values.set(name, raw, only="input")
+    for name, raw in (set or {}).items():
+        values.set(name, raw)
+    recording = run_plan(assembly, plan_experiment(experiment, values), progress, loop)
+    return Simulation(to_dataset(recording), recording.outcome)

@@ -1,0 +1,237 @@
+"""Runs a plan with the FMUs of its components: initialises, steps, records, and closes them whatever happens."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from amb_cosim.cosim import compiled
+from amb_cosim.cosim.assignments import Assignments
+from amb_cosim.cosim.component import FmuComponent
+from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
+from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
+from amb_cosim.cosim.fmus import Flavour, Fmu, provide
+from amb_cosim.cosim.master import Coupling, Loop, Master, Observer, StepFailed
+from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.schedules import Array
+from amb_cosim.cosim.stopping import StopObserver, Stopped
+from amb_cosim.cosim.system import System
+
+Progress = Callable[[int, int], None]  # steps done, and their number
+Status = Literal["completed", "stopped", "failed", "interrupted"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended.
+
+    Attributes
+    ----------
+    status
+        `completed`; `stopped` by one of its own conditions; `failed` in a component; `interrupted` by the user.
+    time
+        Time that was reached (s).
+    component
+        The component that failed.
+    reason
+        The condition that was met, or what the component said; empty for a completed run.
+    """
+
+    status: Status
+    time: float
+    component: str | None = None
+    reason: str = ""
+
+    @property
+    def failure(self) -> str | None:
+        """One sentence on what ended the run before its time against its plan; None where nothing did."""
+        if self.status == "failed":
+            return f"{self.component} failed at t = {self.time:.9g} s: {self.reason}"
+        return f"interrupted at t = {self.time:.9g} s" if self.status == "interrupted" else None
+
+    @property
+    def stopped(self) -> str | None:
+        """The condition that ended the run, and when; None where none did."""
+        return f"{self.reason}, at t = {self.time:.9g} s" if self.status == "stopped" else None
+
+    def __str__(self) -> str:
+        return self.failure or (f"stopped: {self.stopped}" if self.stopped else f"completed at t = {self.time:.9g} s")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What a run recorded, as far as it came."""
+
+    plan: Plan
+    interfaces: Mapping[str, FmuInterface]
+    recorder: Recorder
+    outcome: Outcome
+    flavour: str
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A system with the FMUs of its components, checked against their interfaces."""
+
+    system: System
+    fmus: Mapping[str, Fmu]
+    interfaces: Mapping[str, FmuInterface]
+
+    @property
+    def flavour(self) -> str:
+        """The flavour of all FMUs, or `mixed`."""
+        flavours = {fmu.flavour for fmu in self.fmus.values()}
+        return flavours.pop() if len(flavours) == 1 else "mixed"
+
+    def assignments(self) -> Assignments:
+        """The parameters of the system, ready for more."""
+        values = Assignments(self.system, self.interfaces)
+        for component, variables in self.system.parameters.items():
+            for variable, raw in variables.items():
+                values.set(f"{component}.{variable}", raw, only="parameter")
+        return values
+
+
+def assemble(system: System, flavour: Flavour = "python", **options: Any) -> Assembly:
+    """Find the FMUs of a system and check its connections.
+
+    Parameters
+    ----------
+    system
+        Which components, and how they are connected.
+    flavour
+        Which flavour of the models is built; FMU files are taken as they are.
+    options
+        What models are made for, as `model_source` takes it.
+
+    Raises
+    ------
+    ValueError
+        If an FMU cannot be had, or the system does not fit the interfaces.
+    """
+    fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
+    interfaces = {c: read_interface(fmu.folder, c) for c, fmu in fmus.items()}
+    system.check(interfaces)
+    return Assembly(system, fmus, interfaces)
+
+
+def simulate(
+    assembly: Assembly,
+    experiment: Experiment,
+    values: Assignments | None = None,
+    progress: Progress | None = None,
+    loop: Loop = "compiled",
+) -> Recording:
+    """Run an experiment with a system; see `run_plan`.
+
+    Parameters
+    ----------
+    values
+        Parameters and inputs; those of the system by default (`Assembly.assignments`).
+    """
+    return run_plan(assembly, plan_experiment(experiment, values or assembly.assignments()), progress, loop)
+
+
+def run_plan(
+    assembly: Assembly,
+    plan: Plan,
+    progress: Progress | None = None,
+    loop: Loop = "compiled",
+    coupling: Coupling | None = None,
+) -> Recording:
+    """Run a plan with the FMUs of an assembly.
+
+    A step that fails and Ctrl-C end the run early; the outcome says what happened, and what was recorded is kept. A
+    condition that is met ends it too.
+
+    Parameters
+    ----------
+    progress
+        Called now and then with the steps done and their number.
+    loop
+        The `compiled` loop and the `plain` one, which calls the FMUs from Python, give the same to the last bit.
+    coupling
+        In place of the system's.
+
+    Raises
+    ------
+    StartFailed, FmuError
+        If an FMU cannot be loaded or refuses to start.
+    """
+    system = plan.system
+    wiring, inputs, outputs = system.wiring(assembly.interfaces, list(plan.inputs), plan.recorded)
+    recorder = Recorder([wiring.names.index(name) for name in plan.recorded], plan.record_from, plan.record_every)
+    with ExitStack() as stack, _deferred_interrupt() as interrupted:
+        components = []
+        for c in system.components:
+            folder, interface = assembly.fmus[c.name].folder, assembly.interfaces[c.name]
+            exchanged = inputs[c.name], outputs[c.name]
+            component = FmuComponent(c.name, folder, interface, *exchanged, plan.parameters[c.name], c.every)
+            stack.callback(component.close)
+            components.append(component)
+        master = Master(components, wiring, plan.step_size, coupling or system.coupling)
+        master.exogenous[:] = list(plan.inputs.values())
+        master.initialise(plan.first)
+        schedules = plan.schedules(wiring.names)
+        stops = StopObserver(plan.stops, [wiring.names.index(condition.signal) for condition in plan.stops])
+        observers: list[Observer] = [_raise_when(interrupted)]
+        if progress is not None:
+            observers.append(_reporting(progress, plan, every=1 if loop == "compiled" else 200))
+        try:
+            if loop == "compiled":
+                compiled.run(master, plan.first, plan.last, schedules, recorder, observers, stops)
+            else:
+                master.run(plan.first, plan.last, schedules, [recorder, stops, *observers])
+            outcome = Outcome("completed", plan.last * plan.step_size)
+        except StepFailed as error:
+            outcome = Outcome("failed", error.time, error.component, error.reason)
+        except Stopped as condition:
+            outcome = Outcome("stopped", master.time(condition.point), None, plan.stops[condition.index].text)
+        except KeyboardInterrupt:
+            outcome = Outcome("interrupted", recorder.reached * plan.step_size)
+    return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour)
+
+
+def _reporting(progress: Progress, plan: Plan, every: int) -> Observer:
+    total = plan.last - plan.first
+
+    def report(n: int, _: Array) -> None:
+        done = n - plan.first
+        if done % every == 0 or done == total:
+            progress(done, total)
+
+    return report
+
+
+def _raise_when(interrupted: threading.Event) -> Observer:
+    def check(*_: Any) -> None:
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+
+    return check
+
+
+@contextmanager
+def _deferred_interrupt() -> Iterator[threading.Event]:
+    """Set an event on Ctrl-C; the second Ctrl-C interrupts at once.
+
+    An exception raised at any moment could leave a Python FMU half-way through a call, and crash the process.
+    """
+    interrupted = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield interrupted
+        return
+
+    def handle(*_: Any) -> None:
+        interrupted.set()
+        signal.signal(signal.SIGINT, before)
+
+    before = signal.signal(signal.SIGINT, handle)
+    try:
+        yield interrupted
+    finally:
+        signal.signal(signal.SIGINT, before)

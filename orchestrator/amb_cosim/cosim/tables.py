@@ -1,0 +1,44 @@
+"""What the pydantic models of all TOML files of co-simulations share: strict tables, values with units, times."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictFloat, StrictInt, StrictStr
+
+from amb_cosim.cosim.values import Raw, quantity
+from amb_files.validation_errors import Allowed
+
+Value = Annotated[
+    StrictBool | StrictInt | StrictFloat | StrictStr,
+    Field(union_mode="smart"),
+    Allowed("a number, true, false, or a string with a unit"),
+]
+Values = dict[str, Value]
+
+
+class Table(BaseModel):
+    """A TOML table: unknown keys are refused, and it does not change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_by_name=True, validate_by_alias=True)
+
+
+def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.inf) -> float:
+    """Time in s, above 0 unless `least` or `most` (s) says otherwise.
+
+    Raises
+    ------
+    ValueError
+        If it is no time or outside the range; the message begins with `name`.
+    """
+    value = quantity(raw, "s", name)
+    if most < math.inf:
+        if not -math.inf < value <= most:
+            raise ValueError(f"{name} = {value:g} s is not allowed; it must be <= {most:g} s")
+    elif least is not None:
+        if not least <= value < math.inf:
+            raise ValueError(f"{name} = {value:g} s is not allowed; it must be >= {least:g} s")
+    elif not 0.0 < value < math.inf:
+        raise ValueError(f"{name} = {value:g} s is not allowed; it must be > 0 s")
+    return value

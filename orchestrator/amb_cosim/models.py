@@ -1,0 +1,95 @@
+"""The models of this project, as entry points find them, and the FMUs built from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.fmus import Flavour, build_model, model_source
+from fmi_export.model import Model
+
+CONTROLLER = "rolac_controller"
+MODELS = ("rotor_contact", "amb_actuator", CONTROLLER)
+
+Made = tuple[Model, NDArray[np.float64]]
+
+
+def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
+    """The plant, for the rotor in a file or for the rig of the thesis."""
+    from rotor_analysis.plant_data import plant_constants
+    from rotor_analysis.rotor_file import load_rotor
+    from rotor_contact.plant import MODEL
+
+    return MODEL, plant_constants(load_rotor(rotor) if rotor is not None else None)
+
+
+def amb_actuator(**_: Any) -> Made:
+    """The actuator."""
+    from amb_actuator.actuator import MODEL
+
+    return MODEL, np.zeros(1)
+
+
+def rolac_controller(rotor: Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
+    """The controller with H of the table in a file, or from the rotor model from 5 to 100 Hz.
+
+    In the model the rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
+    """
+    from amb_analysis.receptance_table import pack
+    from amb_analysis.table_file import read_table
+    from rolac_controller.controller import MODEL
+    from rotor_analysis.receptance import receptance
+    from rotor_analysis.rotor_file import load_rotor
+
+    description = load_rotor(rotor) if rotor is not None else load_rotor()
+    if receptances is not None:
+        return MODEL, read_table(receptances, rotor=description.name).constants()
+    speeds = 2.0 * np.pi * np.arange(5.0, 101.0)
+    return MODEL, pack(speeds, receptance(speeds, k_b=1e6, c_b=5000.0, rotor=description))
+
+
+def build(
+    folder: str | Path,
+    flavour: Flavour = "python",
+    rotor: str | Path | None = None,
+    receptances: str | Path | None = None,
+    platforms: Iterable[str] | None = None,
+) -> list[Path]:
+    """Write the FMUs of the three models into a folder and return their paths.
+
+    Parameters
+    ----------
+    folder
+        Where the FMUs go; made if it is missing.
+    flavour, platforms
+        `python` FMUs are run by PythonFMU; `native` ones are compiled, for this machine or for the platforms named
+        (`linux64`, `win64`, `darwin64`, `aarch64-linux`, `aarch64-darwin`).
+    rotor
+        Rotor file (TOML); the rig of the thesis by default.
+    receptances
+        Table file that the controller gets its H from; the rotor model's by default.
+
+    Raises
+    ------
+    ValueError
+        If a file is wrong, or has not what the plant's interface shows, if the table is of another rotor, or the
+        platforms or the compiler of native FMUs are not what they must be.
+    """
+    options = {
+        "rotor": None if rotor is None else Path(rotor),
+        "receptances": None if receptances is None else Path(receptances),
+    }
+    for name in MODELS:  # all of them, before anything is written
+        model_source(name, **options)
+    return [build_model(name, Path(folder), flavour, platforms, **options) for name in MODELS]
+
+
+def check_loop(receptances: Path, parameters: Mapping[str, float | None]) -> None:
+    """Raise a ValueError if a table was identified in another loop than that of a controller with these parameters."""
+    from amb_analysis.table_file import loop_of, read_table
+
+    read_table(receptances, loop=loop_of({name: value for name, value in parameters.items() if value is not None}))

@@ -1,0 +1,159 @@
+"""The summary of a run: figures of its data set, one function each."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import xarray as xr
+from pydantic import BaseModel, ConfigDict, Field
+from rich.table import Table
+
+from amb_cosim import contact_history, energies
+from amb_cosim.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
+from amb_cosim.series import BEARINGS
+from amb_cosim.text_tables import number
+
+AtPlaces = dict[str, float | None]
+
+
+class Summary(BaseModel):
+    """Figures of a run from cycle 0 on; None where the data set does not hold what a figure takes.
+
+    Attributes
+    ----------
+    scenario, flavour
+        What was run, with which FMUs.
+    completed
+        Whether it came to the end that it planned, or to one of its stop conditions.
+    stopped
+        The stop condition that ended it.
+    settling, simulated, wall
+        Time simulated before and after cycle 0, and the wall-clock time of the latter (s).
+    real_time_factor
+        Simulated over wall-clock time.
+    peak_contact_force
+        Largest normal contact force at each site (N).
+    peak_impulse
+        Largest normal impulse of the impacts within a step at each site (N s).
+    contact_share
+        Share of the time between step and removal in each contact state: 0 none, 1 RB1, 2 RB2, 3 both.
+    first_contact, last_contact
+        Cycles of the first and last sample in contact.
+    recovered
+        Whether the rotor is free of contact for good.
+    recovery
+        What the step led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it.
+    rolling_from
+        Cycle from which a retainer bearing rolls through a turn of its whirl or more.
+    whirl_speed
+        Whirl speed at each retainer at the end (rad/s); None where the rotor does not touch it then.
+    orbit_before, orbit_after, orbit_largest
+        Largest radius at each bearing in the cycle before the step, in the last cycle, and at any time (mm).
+    settled_amplitude
+        Synchronous amplitude at each bearing `before` the change and at the `end` (mm).
+    energy
+        Heat of damping, friction and impacts, work of all inputs, and the largest error of the balance (J).
+    energy_balance
+        That error over the largest of all energies.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    scenario: str
+    flavour: str
+    completed: bool
+    stopped: str | None
+    settling: float = Field(serialization_alias="settling_s")
+    simulated: float = Field(serialization_alias="simulated_s")
+    wall: float = Field(serialization_alias="wall_s")
+    real_time_factor: float | None
+    peak_contact_force: AtPlaces = Field(serialization_alias="peak_contact_force_N")
+    peak_impulse: AtPlaces = Field(serialization_alias="peak_impulse_Ns")
+    contact_share: AtPlaces
+    first_contact: float | None = Field(serialization_alias="first_contact_cycle")
+    last_contact: float | None = Field(serialization_alias="last_contact_cycle")
+    recovered: bool | None
+    recovery: contact_history.Recovery | None
+    rolling_from: float | None = Field(serialization_alias="rolling_from_cycle")
+    whirl_speed: AtPlaces = Field(serialization_alias="whirl_speed_rad_s")
+    orbit_before: AtPlaces = Field(serialization_alias="orbit_before_mm")
+    orbit_after: AtPlaces = Field(serialization_alias="orbit_after_mm")
+    orbit_largest: AtPlaces = Field(serialization_alias="orbit_largest_mm")
+    settled_amplitude: dict[str, AtPlaces] = Field(serialization_alias="settled_amplitude_mm")
+    energy: dict[str, float] | None = Field(serialization_alias="energy_J")
+    energy_balance: float | None = Field(serialization_alias="energy_balance_relative")
+
+    def as_dict(self) -> dict[str, Any]:
+        """The figures under names that hold their units, ready for JSON."""
+        return self.model_dump(by_alias=True)
+
+    def to_json(self) -> str:
+        """JSON text of `as_dict`."""
+        return json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
+
+    def table(self) -> Table:
+        """The figures that matter, to print."""
+        table = Table(title=self.scenario, show_header=False, title_justify="left")
+        for label, values, unit in (
+            ("peak contact force", self.peak_contact_force, "N"),
+            ("peak impulse", self.peak_impulse, "N s"),
+            ("orbit before the step", self.orbit_before, "mm"),
+            ("orbit at the end", self.orbit_after, "mm"),
+            ("largest orbit", self.orbit_largest, "mm"),
+            ("synchronous part before the change", self.settled_amplitude["before"], "mm"),
+            ("synchronous part at the end", self.settled_amplitude["end"], "mm"),
+        ):
+            table.add_row(label, _at_places(values, unit))
+        shares = zip(("none", "RB1", "RB2", "both"), self.contact_share.values(), strict=True)
+        texts = [f"{name} {100 * share:.1f} %" for name, share in shares if share is not None]
+        table.add_row("contact between step and removal", ", ".join(texts) or "-")
+        first, last = self.first_contact, self.last_contact
+        table.add_row("contact", "none" if first is None else f"from cycle {first:.4g} to {last:.4g}")
+        if self.recovery is not None:
+            table.add_row("outcome", self.recovery)
+        else:
+            table.add_row("recovered", {True: "yes", False: "no", None: "-"}[self.recovered])
+        if self.rolling_from is not None:
+            whirls = ", ".join(f"{at.upper()} {number(w)} rad/s" for at, w in self.whirl_speed.items())
+            table.add_row("rolling", f"from cycle {self.rolling_from:.4g}; whirl at the end {whirls}")
+        table.add_row("simulated", f"{self.simulated:.4g} s, {number(self.real_time_factor)} times real time")
+        if self.stopped is not None:
+            table.add_row("stopped", self.stopped)
+        return table
+
+
+def summarise(dataset: xr.Dataset) -> Summary:
+    """The summary of a run from its data set."""
+    simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
+    first, last = contact_history.contact_cycles(dataset)
+    sites = contact_history.touchable(dataset)
+    return Summary(
+        scenario=dataset.attrs["scenario"],
+        flavour=dataset.attrs["flavour"],
+        completed=bool(dataset.attrs["completed"]),
+        stopped=dataset.attrs.get("stopped") or None,
+        settling=float(dataset.attrs["settling_s"]),
+        simulated=simulated,
+        wall=wall,
+        real_time_factor=simulated / wall if wall > 0.0 else None,
+        peak_contact_force={site: contact_history.peak(dataset, f"{site}.f_n") for site in sites},
+        peak_impulse={site: contact_history.peak(dataset, f"{site}.impulse") for site in sites},
+        contact_share=contact_history.contact_share(dataset),
+        first_contact=first,
+        last_contact=last,
+        recovered=contact_history.recovered(dataset),
+        recovery=contact_history.recovery(dataset),
+        rolling_from=contact_history.rolling_from(dataset),
+        whirl_speed={site: contact_history.whirl_at_the_end(dataset, site) for site in BEARINGS},
+        orbit_before=orbit_before(dataset),
+        orbit_after=orbit_after(dataset),
+        orbit_largest=orbit_largest(dataset),
+        settled_amplitude=settled_amplitudes(dataset),
+        energy=energies.final_energies(dataset),
+        energy_balance=energies.relative_balance(dataset),
+    )
+
+
+def _at_places(values: AtPlaces, unit: str) -> str:
+    return ", ".join(f"{at.upper()} {number(value)} {unit}" for at, value in values.items())

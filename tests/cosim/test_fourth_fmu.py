@@ -1,0 +1,73 @@
+"""The example of an FMU from outside: sensors with a lag between rotor and controller."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "lag_sensor"
+UNTIL = "0.15"
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Environment in which the example is an installed distribution of its own."""
+    site = tmp_path_factory.mktemp("site")
+    shutil.copytree(EXAMPLE / "lag_sensor", site / "lag_sensor", ignore=shutil.ignore_patterns("__pycache__"))
+    project = tomllib.loads((EXAMPLE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    facts = site / f"lag_sensor-{project['version']}.dist-info"
+    facts.mkdir()
+    (facts / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
+    points = [
+        f"[{group}]\n" + "".join(f"{name} = {target}\n" for name, target in entries.items())
+        for group, entries in project["entry-points"].items()
+    ]
+    (facts / "entry_points.txt").write_text("\n".join(points))
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])}
+
+
+def dataset_of(environment: dict[str, str], folder: Path, scenario: str, *options: str) -> dict[str, np.ndarray]:
+    import xarray as xr
+
+    command = [sys.executable, "-c", "from amb_cosim.cli import main; main()", "run", scenario, "--no-plots"]
+    command += ["--until", UNTIL, "-o", str(folder), *options]
+    process = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600, check=False)
+    assert process.returncode == 0, process.stderr
+    with xr.open_dataset(folder / "result.nc", engine="h5netcdf") as dataset:
+        return {name: variable.values for name, variable in dataset.items()}
+
+
+def test_sensors_without_lag_change_no_bit(installed, tmp_path):
+    """With exp(-h/tau) = 0 the sensors show what is there, and Gauss-Seidel order adds no delay."""
+    scenario = str(EXAMPLE / "fig4_9_with_sensors.toml")
+    found = dataset_of(installed, tmp_path / "with", scenario, "--set", "sensors.time_constant=1e-9")
+    base = dataset_of(installed, tmp_path / "without", "fig4_9")
+    assert np.max(base["rotor_contact.rb1.f_n"]) > 0.0
+    for name, values in base.items():
+        np.testing.assert_array_equal(found[name], values, err_msg=name)
+
+
+def test_the_lag_is_that_of_a_held_input(installed, tmp_path):
+    found = dataset_of(installed, tmp_path / "lag", str(EXAMPLE / "fig4_9_with_sensors.toml"))
+    remainder = np.exp(-250e-6 / 50e-6)
+    s, m = found["rotor_contact.s5"], found["sensors.m5"]
+    expected = s[:-1] + (m[:-1] - s[:-1]) * remainder
+    np.testing.assert_allclose(m[1:], expected, rtol=0.0, atol=1e-12 * np.max(np.abs(s)))
+    assert np.max(np.abs(m[1:] - s[:-1])) > 1e-8, "there is a lag"
+
+
+def test_a_model_that_is_not_installed_is_refused(tmp_path):
+    command = [sys.executable, "-c", "from amb_cosim.cli import main; main()", "run"]
+    process = subprocess.run(
+        [*command, str(EXAMPLE / "fig4_9_with_sensors.toml")], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert process.returncode == 2
+    assert json.dumps(process.stderr).count("no FMU") == 1
