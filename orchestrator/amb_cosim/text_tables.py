@@ -55,6 +55,11 @@ def labelled_table(title: str, label: str, *numbers: str) -> Table:
     return text_table(title, (label, *numbers), left=(label,))
 
 
+def number(value: float | None) -> str:
+    """Return a number with four digits, or a dash for None."""
+    return "-" if value is None else f"{value:.4g}"
+
+
 def rendered(parts: Iterable[TextPart]) -> str:
     """Return tables and lines as one text."""
     text = StringIO()
@@ -69,8 +74,3 @@ def print_parts(parts: Iterable[TextPart], console: Console | None = None) -> No
         console = Console(file=console.file, width=WIDTH)
     for part in parts:
         console.print(part)
-
-
-def number(value: float | None) -> str:
-    """Return a number with four digits, or a dash where there is none."""
-    return "-" if value is None else f"{value:.4g}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,6 @@ from amb_cosim import studies
 from amb_cosim.commands.cli_errors import check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
 from amb_cosim.commands.printing import print_result
-from amb_cosim.progress import progress_bar
 from amb_cosim.text_tables import print_parts
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def study() -> None:
     """Analyse a rotor, its bearings or its co-simulation: draw figures and write their data."""
 
 
-def add_study(name: str, *options: Option, reports: bool = False) -> None:
+def add_study(name: str, *options: Option, shows_progress: bool = False) -> None:
     """Add a study of `amb_cosim.studies.STUDIES` to the command line.
 
     Parameters
@@ -68,20 +68,19 @@ def add_study(name: str, *options: Option, reports: bool = False) -> None:
         Name of the study; its function is imported when the command runs.
     options
         Options of the command. Their values are passed by keyword, a rotor file as `rotor` and settings as `set`.
-    reports
-        Whether the function takes `progress`, which it calls with the number of runs done and of all runs.
+    shows_progress
+        Whether the study shows a progress bar of its own.
     """
 
     def run(output: Path | None, **values: Any) -> None:
         from amb_cosim.plan import parse_settings
 
         folder = output or Path("results") / f"study_{name}"
-        console = Console(stderr=True)
-        status = progress_bar() if reports else console.status("computing (a first run compiles the models)")
-        with refusing(), status as progress:
+        status: AbstractContextManager[object] = nullcontext()
+        if not shows_progress:
+            status = Console(stderr=True).status("computing (a first run compiles the models)")
+        with refusing(), status:
             check_writable(folder, is_folder=True)
-            if reports:
-                values["progress"] = progress
             if "rotor_file" in values:
                 values["rotor"] = values.pop("rotor_file")
             if "settings" in values:
@@ -94,8 +93,9 @@ def add_study(name: str, *options: Option, reports: bool = False) -> None:
     output = click.option(
         "-o", "--output", type=click.Path(path_type=Path), help=f"Folder for the results; default results/study_{name}."
     )
-    decorated: Any = run
-    for add_option in reversed((*options, output)):
+    decorated: Callable[..., None] = run
+    every: tuple[Option, ...] = (*options, output)
+    for add_option in reversed(every):
         decorated = add_option(decorated)
     study.command(name, help=studies.STUDIES[name].description)(decorated)
 
@@ -151,7 +151,7 @@ add_study(
     click.option("--instants", type=int, default=5, show_default=True, help="Instants of the step within a turn."),
     click.option("--alpha", default="7 1/s", show_default=True, help="Adaptation rate."),
     FLAVOUR,
-    reports=True,
+    shows_progress=True,
 )
 
 COMMANDS = (modes, tables, study)

@@ -24,4 +24,4 @@ def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[Text
 
 def print_result(result: StudyResult, as_json: bool) -> None:
     """Print the result of a study as JSON, or as tables and lines."""
-    show(result.to_json(), lambda _: result.text(), as_json)
+    show(result.as_dict(), lambda _: result.text(), as_json)

@@ -1,7 +1,7 @@
 """Studies of the rotor, its bearings and its control.
 
-Each study is a function that returns a frozen dataclass: print it for its tables, `to_json()` for its data, and, where
-it has one, `figure()` for its figure. Arguments are numbers in SI units or texts with a unit, such as "50 Hz".
+Each study is a function that returns a frozen dataclass. `print` shows its tables, `as_dict()` returns its data, and
+`figure()`, where there is one, its figure. Arguments are numbers in SI units or texts with a unit, such as "50 Hz".
 
     from amb_cosim import studies
     result = studies.campbell(up_to="100 Hz")

@@ -11,7 +11,7 @@ from __future__ import annotations
 import multiprocessing
 import re
 import signal
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from statistics import median
@@ -19,8 +19,10 @@ from typing import Annotated, ClassVar
 
 from amb_cosim.contact_history import contact_cycles, recovered
 from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.system_file import Record
 from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.progress import progress_bar
 from amb_cosim.scenario import Event, Scenario, load_scenario
 from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.inputs import Number, positive
@@ -35,8 +37,6 @@ END = 60.0  # cycle
 FIRST_STEP = 5.0  # cycle
 UNIT = "kg.m"
 NUMBER = re.compile(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?")
-
-Progress = Callable[[int, int], None]
 
 CONTROLS: dict[str, dict[str, Raw]] = {
     "PID": {"rolac_enable": False},
@@ -94,7 +94,7 @@ class RecoveryStatistics:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Recovery(DrawnResult):
+class ControlComparison(DrawnResult):
     """Recovery from contact by control and added unbalance.
 
     scenario
@@ -153,8 +153,8 @@ def recovery(
     instants: int = 5,
     alpha: Number = "7 1/s",
     flavour: Flavour = "python",
-    progress: Progress | None = None,
-) -> Recovery:
+    progress: bool | Progress | None = None,
+) -> ControlComparison:
     """Return the share of the runs that end free of contact, and how long that takes, by control and unbalance.
 
     Parameters
@@ -169,7 +169,8 @@ def recovery(
     flavour
         Flavour of the FMUs.
     progress
-        Called with the number of runs done, and of all runs.
+        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the
+        number of runs done and of all runs.
 
     Raises
     ------
@@ -185,9 +186,10 @@ def recovery(
         for u in added
         for k in range(instants)
     ]
-    results = dict(zip(trials, simulate_all(trials, progress), strict=True))
+    with progress_bar(progress) as report:
+        results = dict(zip(trials, simulate_all(trials, report), strict=True))
     scenario = load_scenario(SCENARIO)
-    return Recovery(
+    return ControlComparison(
         scenario=SCENARIO,
         speed=quantity(scenario.Omega, "Hz", "Omega"),
         unbalance_factor=scenario.unbalance_factor,
@@ -222,7 +224,7 @@ def unbalances(raw: str | Sequence[Number]) -> list[float]:
     return sorted({positive(text, UNIT, "steps") for text in texts})
 
 
-def simulate_all(trials: Sequence[Trial], progress: Progress | None = None) -> list[TrialResult]:
+def simulate_all(trials: Sequence[Trial], progress: Progress) -> list[TrialResult]:
     """Simulate trials in as many processes as there are processors, and return their results.
 
     FMUs of flavour `python` hold the interpreter's lock, so that threads would run one after the other.
@@ -243,8 +245,7 @@ def simulate_all(trials: Sequence[Trial], progress: Progress | None = None) -> l
             futures = [pool.submit(simulate_trial, trial) for trial in trials]
             for done, future in enumerate(as_completed(futures), start=1):
                 future.result()
-                if progress is not None:
-                    progress(done, len(trials))
+                progress(done, len(trials))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
+from rich.console import Console
 
 from amb_analysis.receptance_table import SPEEDS, condition_number
 from amb_analysis.table_file import ReceptanceTable
 from amb_cosim.cosim.fmus import Flavour
 from amb_cosim.cosim.values import Raw
 from amb_cosim.json_data import Layout
+from amb_cosim.progress import STARTING, bars
 from amb_cosim.studies.inputs import Number, spin_speeds
 from amb_cosim.studies.receptance_measurement import (
     IdentifiedReceptance,
@@ -36,6 +40,9 @@ class IdentificationProgress(NamedTuple):
     speeds_total: int
     steps_done: int
     steps_total: int
+
+
+Report = Callable[[IdentificationProgress], None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -85,7 +92,7 @@ def identify(
     rotor: Path | str | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "python",
-    progress: Callable[[IdentificationProgress], None] | None = None,
+    progress: bool | Report | None = None,
 ) -> Identification:
     """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.
 
@@ -105,7 +112,8 @@ def identify(
     flavour
         Flavour of the FMUs.
     progress
-        Called now and then while a speed is simulated.
+        Whether bars are shown (by default in a terminal and in a notebook), or a function that is called now and then
+        with an `IdentificationProgress`.
 
     Raises
     ------
@@ -114,21 +122,38 @@ def identify(
     """
     chosen = SPEEDS if speeds is None else spin_speeds(speeds)
     path = None if output is None else Path(output)
-    runs = [prepare_identification(Omega, rotor, set, flavour) for Omega in chosen]
-    table = table_for(runs[0], path)
     results: list[IdentifiedReceptance] = []
-    for prepared in runs:
+    with _progress_bars(progress) as report:
+        runs = [prepare_identification(Omega, rotor, set, flavour) for Omega in chosen]
+        table = table_for(runs[0], path)
+        for prepared in runs:
 
-        def report(done: int, total: int, speed: float = prepared.plan.speed) -> None:
-            if progress is not None:
-                progress(IdentificationProgress(speed, len(results), len(runs), done, total))
+            def report_steps(done: int, total: int, speed: float = prepared.plan.speed) -> None:
+                report(IdentificationProgress(speed, len(results), len(runs), done, total))
 
-        result = run_identification(prepared, report)
-        results.append(result)
-        if result.receptance is not None:
-            table = table.updated(result.speed, result.receptance, result.order)
-            if path is not None:
-                table.write(path)
-        if result.interrupted:
-            break
+            result = run_identification(prepared, report_steps)
+            results.append(result)
+            if result.receptance is not None:
+                table = table.updated(result.speed, result.receptance, result.order)
+                if path is not None:
+                    table.write(path)
+            if result.interrupted:
+                break
     return Identification(tuple(chosen), tuple(results), table)
+
+
+@contextmanager
+def _progress_bars(progress: bool | Report | None) -> Iterator[Report]:
+    """Yield the function `progress`, or one that shows two bars: all speeds, and the speed that is simulated."""
+    if callable(progress):
+        yield progress
+        return
+    with bars(Console(stderr=True), progress) as shown:
+        all_speeds, this_speed = shown.add_task("speeds", total=None), shown.add_task(STARTING, total=None)
+
+        def show(now: IdentificationProgress) -> None:
+            shown.update(all_speeds, completed=now.speeds_done, total=now.speeds_total)
+            label = f"{now.speed / (2.0 * math.pi):.4g} Hz"
+            shown.update(this_speed, description=label, completed=now.steps_done, total=now.steps_total)
+
+        yield show

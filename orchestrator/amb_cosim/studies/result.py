@@ -22,10 +22,14 @@ LONGEST = 60  # characters of a value in a result's representation
 class StudyResult:
     """Base of the frozen dataclasses that studies return. `print` shows their tables."""
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the result as JSON data; each key is a field's name and unit."""
+    def as_dict(self) -> dict[str, Any]:
+        """Return the data under keys that hold their units, ready for JSON."""
         data: dict[str, Any] = json_data(self)
         return data
+
+    def to_json(self, indent: int = 2) -> str:
+        """Return the JSON text of `as_dict`."""
+        return json.dumps(self.as_dict(), indent=indent, allow_nan=False) + "\n"
 
     def text(self) -> list[TextPart]:
         """Return the tables and lines that describe the result."""
@@ -63,7 +67,7 @@ class DrawnResult(StudyResult):
         """
         from amb_cosim.plots.style import write_png
 
-        text = json.dumps(self.to_json(), indent=1, allow_nan=False) + "\n"
+        text = self.to_json(indent=1)
         folder.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / f"{self.name}.json", lambda path: path.write_text(text, encoding="utf-8"))
         write_png(self.figure(), folder / f"{self.name}.png")

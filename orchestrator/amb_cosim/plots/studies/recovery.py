@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from amb_cosim.plots.style import BLUE, GREY, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, StyledFigure
-from amb_cosim.studies.contact_recovery import Recovery
+from amb_cosim.studies.contact_recovery import ControlComparison
 
 
-def draw(result: Recovery) -> Figure:
+def draw(result: ControlComparison) -> Figure:
     """Draw the share of runs that recover for each control and unbalance, and median and range of their duration."""
     figure = StyledFigure(figsize=(7.6, 6.0), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
