@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from rich.table import Table
 
-from fmi_export.files import write_atomically
+from amb_files.atomic import write_atomically
 from fmi_export.model import Instance
 from rotor_analysis.plant_data import plant_constants
 from rotor_contact.interface import LAWS

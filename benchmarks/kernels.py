@@ -8,8 +8,8 @@ from functools import cache
 from pathlib import Path
 
 from amb_cosim.cosim.fmus import model_source
-from fmi_export.native.compiler import PLATFORMS, compile_library, host_platform
-from fmi_export.native.package import native_sources
+from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
+from fmi_export.building.native.package import native_sources
 
 SHOWN = """
 #ifdef _WIN32

@@ -76,7 +76,7 @@ def build_fmu(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
     """`build_fmu(model, constants=None)`: path of the FMU, built once per session and xdist worker."""
     import numpy as np
 
-    from fmi_export.build import build_python_fmu, guid_of
+    from fmi_export.building.python_fmu import build_python_fmu, guid_of
     from fmi_export.model import Model
 
     built: dict[str, Path] = {}

@@ -2,114 +2,107 @@
 
 from __future__ import annotations
 
-from amb_actuator.amplifier import Drive, coil_at_start, coil_step, commanded_current, demanded_current
-from amb_actuator.force import Coils, beyond_knee, force
-from amb_actuator.interface import (
-    AMPLIFIER,
-    AXES,
-    AXIS,
-    AXIS_INPUTS,
-    AXIS_OUTPUTS,
-    AXIS_PARAMETERS,
-    BIAS,
-    CLIPPED,
-    COPPER_LOSS,
-    CURRENT_LIMIT,
-    DISPLACEMENT,
-    DYNAMIC,
-    FORCE,
-    FORCE_LAW,
-    GAP,
-    GRADIENT,
-    INTERFACE,
-    LOWER,
-    LOWER_LOSS,
-    LOWER_VOLTAGE,
-    MEAN_CURRENT,
-    N_AXES,
-    REFERENCE,
-    RESISTANCE,
-    SATURATED,
-    STATIC,
-    UPPER,
-    UPPER_LOSS,
-    UPPER_VOLTAGE,
-    VOLTAGE_LIMIT,
-    VOLTAGE_LIMITED,
+from typing import NamedTuple
+
+import numpy as np
+
+from amb_actuator.amplifier import (
+    CoilPair,
+    CoilResponse,
+    coil_step,
+    commanded_current,
+    demanded_current,
+    steady_coil,
 )
+from amb_actuator.force import Coils, force, is_beyond_knee
+from amb_actuator.interface import AXES, DYNAMIC, INPUTS, INTERFACE, N_AXES, OUTPUTS, PARAMETERS
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
+from fmi_export.records import record, size_of
 
-__all__ = ["INTERFACE", "MODEL"]
+__all__ = ["INTERFACE", "MODEL", "STATE"]
 
-# State of an axis: how far the coil currents are from the operating point, see `Coils`.
-AXIS_STATE = 2
-UPPER_DEVIATION, LOWER_DEVIATION = range(AXIS_STATE)
+# Deviations of the coil currents of an axis from the operating point (A), see `Coils`.
+DEVIATIONS = record(("upper", "f8"), ("lower", "f8"))
+STATE = record(("axes", DEVIATIONS, N_AXES))
 
-FAULT_GAP, FAULT_BIAS, FAULT_VOLTAGE = 1, 11, 21  # plus the axis
+FAULT_GAP, FAULT_BIAS, FAULT_VOLTAGE = 1, 11, 21  # plus the position of the axis, 0 to 3
+
+
+class AxisResponse(NamedTuple):
+    """Commanded control current of an axis (A) and how its two coil pairs respond to it."""
+
+    i_c: float
+    upper: CoilResponse
+    lower: CoilResponse
 
 
 @kernel
-def check(parameters: Array, inputs: Array) -> int:
-    """First fault among the axes, or 0."""
+def check(p: np.record, u: np.record) -> int:
+    """Return the first fault among the axes, or 0.
+
+    Parameters
+    ----------
+    p, u
+        Parameters and inputs of the actuator.
+    """
     for k in range(N_AXES):
-        p = parameters[AXIS + k * AXIS_PARAMETERS : AXIS + (k + 1) * AXIS_PARAMETERS]
-        operating = p[STATIC] + p[BIAS]
-        if abs(inputs[k * AXIS_INPUTS + DISPLACEMENT]) >= p[GAP]:
+        axis = p.axes[k]
+        operating_current = axis.static_current + axis.bias_current
+        if abs(u.axes[k].displacement) >= axis.gap:
             return FAULT_GAP + k
-        if operating > p[CURRENT_LIMIT]:
+        if operating_current > axis.current_limit:
             return FAULT_BIAS + k
-        if parameters[AMPLIFIER] == DYNAMIC and p[RESISTANCE] * operating > p[VOLTAGE_LIMIT]:
+        if p.amplifier == DYNAMIC and axis.resistance * operating_current > axis.voltage_limit:
             return FAULT_VOLTAGE + k
     return 0
 
 
 @kernel
-def write_outputs(mode: Array, p: Array, u: Array, i_c: float, upper: Drive, lower: Drive, y: Array) -> None:
-    """Outputs of one axis from its two coil pairs.
+def write_outputs(p: np.record, axis: np.record, u: np.record, response: AxisResponse, y: np.record) -> None:
+    """Write the outputs of one axis from the response of its two coil pairs.
 
     Parameters
     ----------
-    mode
-        The parameters that all axes share, at the positions of the table.
-    p, u, y
-        Parameters, inputs and outputs of the axis, in the order of the table.
-    i_c
-        Commanded control current (A).
-    upper, lower
+    p
+        Parameters of the actuator, for those that all axes share.
+    axis, u, y
+        Parameters, inputs and outputs of the axis.
+    response
         Its coil pairs, with deviations from the operating point as currents.
     """
-    x = u[DISPLACEMENT]
-    coils = Coils(upper.current, lower.current, 1.0 - u[UPPER_LOSS], 1.0 - u[LOWER_LOSS])
-    if mode[MEAN_CURRENT] != 0.0:
+    x, upper, lower = u.displacement, response.upper, response.lower
+    coils = Coils(upper.current, lower.current, 1.0 - u.coil_loss_upper, 1.0 - u.coil_loss_lower)
+    if p.mean_current != 0.0:
         coils = Coils(upper.mean, lower.mean, coils.upper_turns, coils.lower_turns)
-    y[FORCE], y[GRADIENT] = force(mode[FORCE_LAW], p, x, coils)
-    y[REFERENCE] = x
-    y[UPPER] = p[STATIC] + p[BIAS] + upper.current
-    y[LOWER] = p[BIAS] - lower.current
-    y[CLIPPED] = 1.0 if i_c != demanded_current(p, u) else 0.0
-    y[SATURATED] = 1.0 if beyond_knee(p, x, coils) else 0.0
-    y[VOLTAGE_LIMITED] = max(upper.limited, lower.limited)
-    y[UPPER_VOLTAGE] = upper.voltage
-    y[LOWER_VOLTAGE] = lower.voltage
-    y[COPPER_LOSS] = p[RESISTANCE] * (y[UPPER] * y[UPPER] + y[LOWER] * y[LOWER])
+    y.force, y.gradient = force(p.force_law, axis, x, coils)
+    y.reference = x
+    upper_current = axis.static_current + axis.bias_current + upper.current
+    lower_current = axis.bias_current - lower.current
+    y.upper_current, y.lower_current = upper_current, lower_current
+    y.clipped = 1.0 if response.i_c != demanded_current(axis, u) else 0.0
+    y.saturated = 1.0 if is_beyond_knee(axis, x, coils) else 0.0
+    y.voltage_limited = max(upper.limited, lower.limited)
+    y.upper_voltage = upper.voltage
+    y.lower_voltage = lower.voltage
+    y.copper_loss = axis.resistance * (upper_current * upper_current + lower_current * lower_current)
 
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Currents as the first inputs command them, as if they had done so for long."""
-    fault = check(parameters, inputs)
+    """Set the coil currents to the steady state of the first command, and return the fault code."""
+    p, u = parameters.view(PARAMETERS)[0], inputs.view(INPUTS)[0]
+    s, y = state.view(STATE)[0], outputs.view(OUTPUTS)[0]
+    fault = check(p, u)
     if fault != 0:
         return fault
     for k in range(N_AXES):
-        p = parameters[AXIS + k * AXIS_PARAMETERS : AXIS + (k + 1) * AXIS_PARAMETERS]
-        u = inputs[k * AXIS_INPUTS : (k + 1) * AXIS_INPUTS]
-        i_c = commanded_current(p, u, parameters[AMPLIFIER])
-        upper = coil_at_start(p, u, p[STATIC] + p[BIAS], 1.0, i_c)
-        lower = coil_at_start(p, u, p[BIAS], -1.0, i_c)
-        state[k * AXIS_STATE + UPPER_DEVIATION] = upper.current
-        state[k * AXIS_STATE + LOWER_DEVIATION] = lower.current
-        write_outputs(parameters, p, u, i_c, upper, lower, outputs[k * AXIS_OUTPUTS : (k + 1) * AXIS_OUTPUTS])
+        axis = p.axes[k]
+        i_c = commanded_current(axis, u.axes[k], p.amplifier)
+        upper = steady_coil(axis, u.axes[k], CoilPair(axis.static_current + axis.bias_current, 1.0, 0.0), i_c)
+        lower = steady_coil(axis, u.axes[k], CoilPair(axis.bias_current, -1.0, 0.0), i_c)
+        s.axes[k].upper, s.axes[k].lower = upper.current, lower.current
+        write_outputs(p, axis, u.axes[k], AxisResponse(i_c, upper, lower), y.axes[k])
     return 0
 
 
@@ -124,21 +117,24 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """Advance the currents by `step_size` (s) under constant inputs; forces at the displacement that was given."""
-    fault = check(parameters, inputs)
+    """Advance the coil currents by `step_size` (s) under constant inputs, and return the fault code.
+
+    The force is that at the displacement that was given.
+    """
+    p, u = parameters.view(PARAMETERS)[0], inputs.view(INPUTS)[0]
+    s, y = state.view(STATE)[0], outputs.view(OUTPUTS)[0]
+    fault = check(p, u)
     if fault != 0:
         return fault
-    amplifier = parameters[AMPLIFIER]
     for k in range(N_AXES):
-        p = parameters[AXIS + k * AXIS_PARAMETERS : AXIS + (k + 1) * AXIS_PARAMETERS]
-        u = inputs[k * AXIS_INPUTS : (k + 1) * AXIS_INPUTS]
-        d = state[k * AXIS_STATE : (k + 1) * AXIS_STATE]
-        i_c = commanded_current(p, u, amplifier)
-        upper = coil_step(p, u, amplifier, p[STATIC] + p[BIAS], 1.0, d[UPPER_DEVIATION], i_c, step_size)
-        lower = coil_step(p, u, amplifier, p[BIAS], -1.0, d[LOWER_DEVIATION], i_c, step_size)
-        d[UPPER_DEVIATION] = upper.current
-        d[LOWER_DEVIATION] = lower.current
-        write_outputs(parameters, p, u, i_c, upper, lower, outputs[k * AXIS_OUTPUTS : (k + 1) * AXIS_OUTPUTS])
+        axis, deviation = p.axes[k], s.axes[k]
+        i_c = commanded_current(axis, u.axes[k], p.amplifier)
+        upper_pair = CoilPair(axis.static_current + axis.bias_current, 1.0, deviation.upper)
+        lower_pair = CoilPair(axis.bias_current, -1.0, deviation.lower)
+        upper = coil_step(axis, u.axes[k], upper_pair, i_c, p.amplifier, step_size)
+        lower = coil_step(axis, u.axes[k], lower_pair, i_c, p.amplifier, step_size)
+        deviation.upper, deviation.lower = upper.current, lower.current
+        write_outputs(p, axis, u.axes[k], AxisResponse(i_c, upper, lower), y.axes[k])
     return 0
 
 
@@ -165,7 +161,7 @@ MODEL = Model(
     interface=INTERFACE,
     initialise=initialise,
     step=step,
-    n_state=N_AXES * AXIS_STATE,
+    n_state=size_of(STATE),
     n_work=0,
     packages=("amb_actuator", "fmi_export"),
     faults=_fault_sentences(),

@@ -3,11 +3,11 @@
 The command is constant over a step, so the current obeys one first-order equation after the other:
 
     regulated            di/dt = omega (I_ref - i)          v = L di/dt + R i = L omega (I_ref - i) + R i
-    at the voltage limit L di/dt = +-V - R i                as long as the regulator asks for more than V
+    at the voltage limit L di/dt = +-V - R i                as long as the regulator demands more than V
     off                  L di/dt = -R i
 
-It leaves the limit when i reaches I_leave = (L omega I_ref -+ V)/(L omega - R), at a time that a logarithm gives, and
-does not come back to it before the command changes. One step, however long, is exact.
+The voltage is at its limit until i reaches I_leave = (L omega I_ref -+ V)/(L omega - R), after a time that a logarithm
+gives, and does not reach the limit again before the command changes. One step is exact, however long.
 """
 
 from __future__ import annotations
@@ -15,27 +15,30 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from amb_actuator.force import limited_current
-from amb_actuator.interface import (
-    AMPLIFIER_GAIN,
-    BANDWIDTH,
-    BIAS,
-    COMMAND_VOLTAGE,
-    CURRENT_LIMIT,
-    DEMAND,
-    DYNAMIC,
-    INDUCTANCE,
-    OFF,
-    RESISTANCE,
-    STATIC,
-    STUCK,
-    VOLTAGE_LIMIT,
-)
+from amb_actuator.interface import DYNAMIC
 from fmi_export.jit import kernel
-from fmi_export.model import Array
 
 
-class Drive(NamedTuple):
+class CoilPair(NamedTuple):
+    """One of the two coil pairs of an axis, which carries the current i = operating_current + sign * deviation.
+
+    operating_current
+        Current at the operating point (A): I_s + I_b of the upper pair, I_b of the lower pair.
+    sign
+        +1 for the upper pair, -1 for the lower pair.
+    deviation
+        Deviation from the operating point at the beginning of the step (A), positive where it pulls towards +x.
+    """
+
+    operating_current: float
+    sign: float
+    deviation: float
+
+
+class CoilResponse(NamedTuple):
     """One coil pair after a step.
 
     current
@@ -55,108 +58,114 @@ class Drive(NamedTuple):
 
 
 @kernel
-def demanded_current(p: Array, u: Array) -> float:
-    """Control current asked for (A): as a current, as a voltage times the amplifier's gain, or as a sum of both."""
-    demand: float = u[DEMAND] + p[AMPLIFIER_GAIN] * u[COMMAND_VOLTAGE]
+def demanded_current(p: np.record, u: np.record) -> float:
+    """Return the demanded control current (A): a current, a voltage times the amplifier's gain, or the sum of both."""
+    demand: float = u.demanded_current + p.amplifier_gain * u.command_voltage
     return demand
 
 
 @kernel
-def commanded_current(p: Array, u: Array, amplifier: float) -> float:
-    """Control current I_c (A) that the coils can carry and, if dynamic, that the voltage limit can hold: R I <= V."""
-    limit = p[CURRENT_LIMIT]
+def commanded_current(p: np.record, u: np.record, amplifier: float) -> float:
+    """Limit the demanded control current to I_c (A) that the coils and, if dynamic, the voltage limit can sustain.
+
+    Both coil currents stay within [0, current_limit], and within R I <= V with a dynamic amplifier.
+    """
+    limit = p.current_limit
     if amplifier == DYNAMIC:
-        limit = min(limit, p[VOLTAGE_LIMIT] / p[RESISTANCE])
-    return limited_current(demanded_current(p, u), p[BIAS], p[STATIC], limit)
+        limit = min(limit, p.voltage_limit / p.resistance)
+    return limited_current(demanded_current(p, u), p.bias_current, p.static_current, limit)
 
 
 @kernel
-def relaxed(i: float, goal: float, z: float) -> tuple[float, float]:
-    """Current after `z` time constants on its way from `i` to `goal`, and its average up to then (A).
+def first_order_response(i: float, target: float, z: float) -> tuple[float, float]:
+    """Return the current after `z` time constants on its way from `i` to `target`, and its average up to then (A).
 
-    i + (goal - i) (1 - exp(-z))      and      i + (goal - i) (z - 1 + exp(-z))/z
+    i + (target - i) (1 - exp(-z))      and      i + (target - i) (z - 1 + exp(-z))/z
     """
     if z < 0.003:  # the difference would lose digits; the series is exact to the last one
         lag = z * (1.0 / 2.0 - z * (1.0 / 6.0 - z * (1.0 / 24.0 - z * (1.0 / 120.0 - z * (1.0 / 720.0)))))
     else:
         lag = 1.0 + math.expm1(-z) / z
-    return i - (goal - i) * math.expm1(-z), i + (goal - i) * lag
+    return i - (target - i) * math.expm1(-z), i + (target - i) * lag
 
 
 @kernel
-def under_voltage(p: Array, i: float, v: float, h: float) -> Drive:
-    """Coil under a constant voltage `v` (V) for `h` (s): L di/dt = v - R i."""
-    current, mean = relaxed(i, v / p[RESISTANCE], p[RESISTANCE] * h / p[INDUCTANCE])
-    return Drive(current, mean, v, 0.0)
+def constant_voltage_response(p: np.record, i: float, v: float, h: float) -> CoilResponse:
+    """Advance a coil under a constant voltage `v` (V) for `h` (s): L di/dt = v - R i, from the current `i` (A)."""
+    current, mean = first_order_response(i, v / p.resistance, p.resistance * h / p.inductance)
+    return CoilResponse(current, mean, v, 0.0)
 
 
 @kernel
-def regulated(p: Array, i: float, target: float, h: float) -> Drive:
-    """Coil under the current regulator with its voltage limit.
+def regulated_response(p: np.record, i: float, target: float, h: float) -> CoilResponse:
+    """Advance a coil under the current regulator with its voltage limit.
 
     Parameters
     ----------
     p
-        Parameters of the axis, in the order of the table.
+        Parameters of the axis.
     i, target
         Current at the beginning of the step and commanded current (A), both within +-V/R.
     h
         Length of the step (s).
     """
-    r, inductance, limit = p[RESISTANCE], p[INDUCTANCE], p[VOLTAGE_LIMIT]
-    omega = 2.0 * math.pi * p[BANDWIDTH]
+    r, inductance, limit = p.resistance, p.inductance, p.voltage_limit
+    omega = 2.0 * math.pi * p.bandwidth
     gain = inductance * omega
-    asked = gain * (target - i) + r * i
-    spent, mean_before, limited = 0.0, i, 0.0
-    # With gain < R the coil alone is faster than the regulator, which then never asks for more than V.
-    if abs(asked) > limit and gain > r:
-        v = math.copysign(limit, asked)
+    demanded_voltage = gain * (target - i) + r * i
+    time_at_limit, mean_at_limit, limited = 0.0, i, 0.0
+    # With gain < R the coil alone is faster than the regulator, which then never demands more than V.
+    if abs(demanded_voltage) > limit and gain > r:
+        v = math.copysign(limit, demanded_voltage)
         leave = (gain * target - v) / (gain - r)
-        drop, driving = r * (leave - i), v - r * i
-        if abs(drop) >= -math.expm1(-r * h / inductance) * abs(driving):
-            held = under_voltage(p, i, v, h)
-            return Drive(held.current, held.mean, v, 1.0)
-        spent = min(-inductance / r * math.log1p(-drop / driving), h)
-        mean_before = under_voltage(p, i, v, spent).mean
+        needed, available = r * (leave - i), v - r * i
+        if abs(needed) >= -math.expm1(-r * h / inductance) * abs(available):
+            whole_step = constant_voltage_response(p, i, v, h)
+            return CoilResponse(whole_step.current, whole_step.mean, v, 1.0)
+        time_at_limit = min(-inductance / r * math.log1p(-needed / available), h)
+        mean_at_limit = constant_voltage_response(p, i, v, time_at_limit).mean
         limited = 1.0
         i = leave
-    current, mean = relaxed(i, target, omega * (h - spent))
-    mean += (mean_before - mean) * spent / h
-    return Drive(current, mean, gain * (target - current) + r * current, limited)
+    current, mean = first_order_response(i, target, omega * (h - time_at_limit))
+    mean += (mean_at_limit - mean) * time_at_limit / h
+    return CoilResponse(current, mean, gain * (target - current) + r * current, limited)
 
 
 @kernel
-def coil_step(
-    p: Array, u: Array, amplifier: float, at_rest: float, sign: float, d: float, i_c: float, h: float
-) -> Drive:
-    """One coil pair over a step; its currents here are deviations from the operating point.
+def coil_step(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier: float, h: float) -> CoilResponse:
+    """Advance one coil pair over a step; the currents that are returned are deviations from the operating point.
 
     Parameters
     ----------
     p, u
-        Parameters and inputs of the axis, in the order of the table.
+        Parameters and inputs of the axis.
+    pair
+        The coil pair at the beginning of the step.
+    i_c
+        Commanded control current (A).
     amplifier
         `IDEAL` or `DYNAMIC`.
-    at_rest, sign
-        Current at the operating point (A), and +1 for the upper pair or -1 for the lower: i = at_rest + sign d.
-    d, i_c
-        Deviation at the beginning of the step, and commanded control current (A).
     h
         Length of the step (s).
     """
-    if u[OFF] != 0.0:
-        coil = under_voltage(p, at_rest + sign * d, 0.0, h)
-    elif u[STUCK] != 0.0:
-        return Drive(d, d, p[RESISTANCE] * (at_rest + sign * d), 0.0)
+    rest, sign = pair.operating_current, pair.sign
+    if u.amplifier_off != 0.0:
+        coil = constant_voltage_response(p, rest + sign * pair.deviation, 0.0, h)
+    elif u.stuck != 0.0:
+        return CoilResponse(pair.deviation, pair.deviation, p.resistance * (rest + sign * pair.deviation), 0.0)
     elif amplifier == DYNAMIC:
-        coil = regulated(p, at_rest + sign * d, at_rest + sign * i_c, h)
+        coil = regulated_response(p, rest + sign * pair.deviation, rest + sign * i_c, h)
     else:
-        return Drive(i_c, i_c, p[RESISTANCE] * (at_rest + sign * i_c), 0.0)
-    return Drive(sign * (coil.current - at_rest), sign * (coil.mean - at_rest), coil.voltage, coil.limited)
+        return CoilResponse(i_c, i_c, p.resistance * (rest + sign * i_c), 0.0)
+    return CoilResponse(sign * (coil.current - rest), sign * (coil.mean - rest), coil.voltage, coil.limited)
 
 
 @kernel
-def coil_at_start(p: Array, u: Array, at_rest: float, sign: float, i_c: float) -> Drive:
-    """One coil pair that has had its command for long: as commanded, or without current where it is off."""
-    d = -sign * at_rest if u[OFF] != 0.0 else i_c
-    return Drive(d, d, p[RESISTANCE] * (at_rest + sign * d), 0.0)
+def steady_coil(p: np.record, u: np.record, pair: CoilPair, i_c: float) -> CoilResponse:
+    """Return a coil pair in the steady state of its command `i_c` (A), or without current where the amplifier is off.
+
+    As in `coil_step`, the currents are deviations from the operating point.
+    """
+    deviation = -pair.sign * pair.operating_current if u.amplifier_off != 0.0 else i_c
+    voltage = p.resistance * (pair.operating_current + pair.sign * deviation)
+    return CoilResponse(deviation, deviation, voltage, 0.0)

@@ -1,4 +1,4 @@
-"""Flux density in an air gap: what a coil pair drives, where the iron limits it, and the pull that it makes."""
+"""Flux density in an air gap: of a coil pair, its saturation in the iron, and the pull it makes."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ MU_0 = 4e-7 * math.pi  # H/m, permeability of vacuum as the thesis uses it
 
 @kernel
 def flux_density(turns: float, current: float, distance: float) -> float:
-    """Flux density (T) without saturation, b = mu_0 N I / distance, of a current (A) across a gap (m)."""
+    """Return the flux density (T) without saturation, b = mu_0 N I / distance, of a current (A) across a gap (m)."""
     return MU_0 * turns * current / distance
 
 
 @kernel
 def limited_flux(b: float, b_sat: float, width: float) -> tuple[float, float]:
-    """Flux density B (T) that the iron lets through, and dB/db.
+    """Return the flux density B (T) limited by saturation of the iron, and dB/db.
 
     B = b                                                     up to b_1 = (1 - width) b_sat
     B = b - (b - b_1)^2 / (4 width b_sat)                     up to b_2 = (1 + width) b_sat
@@ -45,12 +45,12 @@ def limited_flux(b: float, b_sat: float, width: float) -> tuple[float, float]:
 
 @kernel
 def pull_of_flux(flux: float, pole_area: float, half_angle: float) -> float:
-    """Pull P = B^2 A_e cos(phi) / mu_0 (N) of a coil pair: two pole faces at the angle phi, B^2 A_e/(2 mu_0) each."""
+    """Return the pull P = B^2 A_e cos(phi)/mu_0 (N) of a coil pair: two pole faces at +-phi, each B^2 A_e/(2 mu_0)."""
     return flux * flux * pole_area * math.cos(half_angle) / MU_0
 
 
 def saturation_flux(force: float, pole_area: float, half_angle: float) -> float:
-    """B_sat (T) with which a coil pair pulls at most `force` (N): the inverse of `pull_of_flux`.
+    """Return B_sat (T) with which a coil pair pulls at most `force` (N): the inverse of `pull_of_flux`.
 
     Raises
     ------

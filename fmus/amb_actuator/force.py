@@ -1,4 +1,4 @@
-"""Force of one bearing axis (thesis 2.6), its linearisation (2.7 to 2.9), and both of them with lost turns or currents.
+"""Force of one bearing axis (thesis 2.6), its linearisation (2.7 to 2.9), both also with lost turns or currents.
 
     upper coil pair (I_s + I_b + I_c)          x > 0 towards the upper pair
           ========                             F > 0 towards the upper pair
@@ -18,33 +18,21 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from amb_actuator.flux import MU_0, flux_density, limited_flux, pull_of_flux
-from amb_actuator.interface import (
-    B_SAT,
-    BIAS,
-    GAP,
-    HALF_ANGLE,
-    K_I_MEASURED,
-    K_S_MEASURED,
-    KNEE,
-    MEASURED,
-    NONLINEAR,
-    POLE_AREA,
-    STATIC,
-    TURNS,
-)
+from amb_actuator.interface import MEASURED, NONLINEAR
 from fmi_export.jit import kernel
-from fmi_export.model import Array
 
 
 class Coils(NamedTuple):
-    """What decides the force besides the displacement.
+    """Coil currents and working turns, which together with the displacement give the force.
 
     upper, lower
         Deviations of the two coil currents from the operating point (A), both positive where they pull towards
         positive x: the pairs carry I_s + I_b + upper and I_b - lower. A healthy bearing has both equal to I_c.
     upper_turns, lower_turns
-        Shares of the turns that work, 0 to 1.
+        Working fractions of the turns, 0 to 1.
     """
 
     upper: float
@@ -62,84 +50,71 @@ class Pull(NamedTuple):
 
 
 @kernel
-def negative_stiffness(
-    turns: float, pole_area: float, gap: float, half_angle: float, bias: float, static: float
-) -> float:
-    """K_s of a bearing axis, the force per displacement at the operating point.
+def negative_stiffness(p: np.record) -> float:
+    """Return K_s of a bearing axis (N/m), the force per displacement at the operating point; positive: destabilising.
 
     K_s = 2 mu_0 A_e N^2 / l^3 cos(phi) [(I_s + I_b)^2 + I_b^2]     (2.8)
 
     Parameters
     ----------
-    turns
-        Turns per pole N.
-    pole_area, gap
-        Pole face area A_e (m^2) and air gap l (m).
-    half_angle
-        Half angle phi between the double pole faces (rad).
-    bias, static
-        Bias current I_b and static current I_s (A).
-
-    Returns
-    -------
-    float
-        K_s in N/m, positive: destabilising.
+    p
+        Parameters of the axis: turns N, pole_area A_e, gap l, half_angle phi, bias_current I_b, static_current I_s.
     """
-    scale = 2.0 * MU_0 * pole_area * turns * turns / (gap * gap * gap) * math.cos(half_angle)
-    return scale * ((static + bias) * (static + bias) + bias * bias)
+    operating, bias = p.static_current + p.bias_current, p.bias_current
+    scale = 2.0 * MU_0 * p.pole_area * p.turns * p.turns / (p.gap * p.gap * p.gap) * math.cos(p.half_angle)
+    return scale * (operating * operating + bias * bias)
 
 
 @kernel
-def current_stiffness(
-    turns: float, pole_area: float, gap: float, half_angle: float, bias: float, static: float
-) -> float:
-    """K_i of a bearing axis, the force per control current at the operating point, in N/A.
+def current_stiffness(p: np.record) -> float:
+    """Return K_i of a bearing axis (N/A), the force per control current at the operating point.
 
     K_i = 2 mu_0 A_e N^2 / l^2 cos(phi) [I_s + 2 I_b]     (2.9)
 
     Parameters as in `negative_stiffness`.
     """
-    scale = 2.0 * MU_0 * pole_area * turns * turns / (gap * gap) * math.cos(half_angle)
-    return scale * (static + 2.0 * bias)
+    scale = 2.0 * MU_0 * p.pole_area * p.turns * p.turns / (p.gap * p.gap) * math.cos(p.half_angle)
+    return scale * (p.static_current + 2.0 * p.bias_current)
 
 
 @kernel
 def limited_current(demand: float, bias: float, static: float, limit: float) -> float:
-    """Control current I_c (A) that keeps both coils, I_s + I_b + I_c and I_b - I_c, within [0, limit]."""
+    """Limit a control current (A) so that both coil currents, I_s + I_b + I_c and I_b - I_c, stay within [0, limit]."""
     low = max(-(static + bias), bias - limit)
     high = min(limit - (static + bias), bias)
     return min(max(demand, low), high)
 
 
 @kernel
-def pull(p: Array, current: float, distance: float) -> Pull:
-    """Pull of a coil pair with a current (A) over a distance (m), P = B^2 A_e cos(phi)/mu_0, B limited by the iron.
+def pull(p: np.record, current: float, distance: float) -> Pull:
+    """Return the pull of a coil pair with a current (A) over a distance (m): P = B^2 A_e cos(phi)/mu_0.
 
-    Without saturation P = mu_0 N^2 A_e cos(phi) I^2 / distance^2, one term of (2.6).
+    B is limited by the iron. Without saturation P = mu_0 N^2 A_e cos(phi) I^2 / distance^2, one term of (2.6).
     """
-    per_ampere = flux_density(p[TURNS], 1.0, distance)
+    per_ampere = flux_density(p.turns, 1.0, distance)
     b = per_ampere * current
-    flux, passed = limited_flux(b, p[B_SAT], p[KNEE])
-    force = pull_of_flux(flux, p[POLE_AREA], p[HALF_ANGLE])
-    slope = 2.0 * flux * passed * p[POLE_AREA] * math.cos(p[HALF_ANGLE]) / MU_0  # dP/db
+    flux, flux_slope = limited_flux(b, p.b_sat, p.knee_width)
+    force = pull_of_flux(flux, p.pole_area, p.half_angle)
+    slope = 2.0 * flux * flux_slope * p.pole_area * math.cos(p.half_angle) / MU_0  # dP/db
     return Pull(force, slope * b / distance, slope * per_ampere)
 
 
 @kernel
-def nonlinear_force(p: Array, x: float, c: Coils) -> tuple[float, float]:
-    """Force (N) in excess of the static load, and its gradient (N/m): P_upper - P_lower - F_0     (2.6)."""
-    upper = pull(p, c.upper_turns * (p[STATIC] + p[BIAS] + c.upper), p[GAP] - x)
-    lower = pull(p, c.lower_turns * (p[BIAS] - c.lower), p[GAP] + x)
-    static = pull(p, p[STATIC] + p[BIAS], p[GAP]).force - pull(p, p[BIAS], p[GAP]).force
+def nonlinear_force(p: np.record, x: float, c: Coils) -> tuple[float, float]:
+    """Return the force (N) in excess of the static load and its gradient (N/m): P_upper - P_lower - F_0     (2.6)."""
+    upper = pull(p, c.upper_turns * (p.static_current + p.bias_current + c.upper), p.gap - x)
+    lower = pull(p, c.lower_turns * (p.bias_current - c.lower), p.gap + x)
+    static = pull(p, p.static_current + p.bias_current, p.gap).force - pull(p, p.bias_current, p.gap).force
     return upper.force - lower.force - static, upper.per_distance + lower.per_distance
 
 
 @kernel
-def linear_force(p: Array, k_s: float, k_i: float, x: float, c: Coils) -> tuple[float, float]:
-    """Force (N) and gradient (N/m) of the linear law F = K_s x + K_i I_c     (2.7).
+def linear_force(p: np.record, k_s: float, k_i: float, x: float, c: Coils) -> tuple[float, float]:
+    """Return the force (N) and its gradient (N/m) of the linear law F = K_s x + K_i I_c     (2.7).
 
-    Where turns or bias are lost, it is (2.6) linearised about what is left. With a = I_s + I_b, b = I_b and the
-    working shares n_u, n_l of the turns, currents are split into a bias level e and a control current,
+    Where turns or bias are lost, it is (2.6) linearised about the remaining operating point. With a = I_s + I_b,
+    b = I_b and the working fractions n_u, n_l of the turns, currents are split into a bias level e and a control
+    current,
 
         i_upper = e a + I_c,   i_lower = e b - I_c,   e = (i_upper + i_lower)/(a + b)
 
@@ -148,9 +123,9 @@ def linear_force(p: Array, k_s: float, k_i: float, x: float, c: Coils) -> tuple[
 
     A healthy bearing has e = 1 and the last term zero.
     """
-    a, b = p[STATIC] + p[BIAS], p[BIAS]
+    a, b = p.static_current + p.bias_current, p.bias_current
     squares = a * a + b * b
-    if squares == 0.0:  # no current at all, and none that could be lost
+    if squares == 0.0:  # without bias there is no control current either
         return k_s * x, k_s
     level = 1.0 + (c.upper - c.lower) / (a + b)
     control = 0.5 * (c.upper + c.lower - (level - 1.0) * (a - b))
@@ -162,15 +137,15 @@ def linear_force(p: Array, k_s: float, k_i: float, x: float, c: Coils) -> tuple[
 
 
 @kernel
-def force(law: float, p: Array, x: float, c: Coils) -> tuple[float, float]:
-    """Force (N) of an axis in excess of the static load, and its gradient over displacement (N/m).
+def force(law: float, p: np.record, x: float, c: Coils) -> tuple[float, float]:
+    """Return the force (N) of an axis in excess of the static load, and its gradient over displacement (N/m).
 
     Parameters
     ----------
     law
         `LINEAR`, `MEASURED` or `NONLINEAR`.
     p
-        Parameters of the axis, in the order of the table.
+        Parameters of the axis.
     x
         Displacement (m), |x| < gap.
     c
@@ -179,16 +154,14 @@ def force(law: float, p: Array, x: float, c: Coils) -> tuple[float, float]:
     if law == NONLINEAR:
         return nonlinear_force(p, x, c)
     if law == MEASURED:
-        return linear_force(p, p[K_S_MEASURED], p[K_I_MEASURED], x, c)
-    k_s = negative_stiffness(p[TURNS], p[POLE_AREA], p[GAP], p[HALF_ANGLE], p[BIAS], p[STATIC])
-    k_i = current_stiffness(p[TURNS], p[POLE_AREA], p[GAP], p[HALF_ANGLE], p[BIAS], p[STATIC])
-    return linear_force(p, k_s, k_i, x, c)
+        return linear_force(p, p.k_s_measured, p.k_i_measured, x, c)
+    return linear_force(p, negative_stiffness(p), current_stiffness(p), x, c)
 
 
 @kernel
-def beyond_knee(p: Array, x: float, c: Coils) -> bool:
-    """Whether the flux density of a coil pair is where the iron begins to limit it, whatever the force law."""
-    upper = flux_density(p[TURNS], c.upper_turns * (p[STATIC] + p[BIAS] + c.upper), p[GAP] - x)
-    lower = flux_density(p[TURNS], c.lower_turns * (p[BIAS] - c.lower), p[GAP] + x)
-    knee: float = (1.0 - p[KNEE]) * p[B_SAT]
+def is_beyond_knee(p: np.record, x: float, c: Coils) -> bool:
+    """Return whether the flux density of a coil pair is beyond the knee of saturation, under every force law."""
+    upper = flux_density(p.turns, c.upper_turns * (p.static_current + p.bias_current + c.upper), p.gap - x)
+    lower = flux_density(p.turns, c.lower_turns * (p.bias_current - c.lower), p.gap + x)
+    knee: float = (1.0 - p.knee_width) * p.b_sat
     return max(upper, lower) > knee

@@ -1,11 +1,12 @@
-"""Variable table of the actuator, and the positions that its kernels read."""
+"""Variable table of the actuator, and the records of parameters, inputs and outputs that its kernels read."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from amb_actuator.flux import saturation_flux
-from fmi_export.variables import Variable, input_, interface, output, parameter
+from fmi_export.variables import Variable, input_, interface, output, parameter, repeated
 
 AXES = (("mb1", "x"), ("mb1", "y"), ("mb2", "x"), ("mb2", "y"))
 N_AXES = len(AXES)
@@ -124,8 +125,8 @@ def _amplifier(b: str, a: str, at: str) -> list[Variable]:
 
 def _inputs(b: str, a: str, at: str) -> list[Variable]:
     return [
-        input_(f"{b}.i_{a}", "A", f"Demanded control current, {at}"),
-        input_(f"{b}.{a}", "m", f"Rotor displacement from the centre, {at}"),
+        input_(f"{b}.i_{a}", "A", f"Demanded control current, {at}", field="demanded_current"),
+        input_(f"{b}.{a}", "m", f"Rotor displacement from the centre, {at}", field="displacement"),
         input_(
             f"{b}.command_voltage_{a}",
             "V",
@@ -163,11 +164,25 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
     force = (*demand, f"{b}.{a}", *losses, *switches)
     flag: dict[str, object] = {"type": "Boolean"}
     return [
-        output(f"{b}.f_{a}", "N", f"Force on the rotor in excess of the static load, {at}", depends_on=force),
-        output(f"{b}.k_{a}{a}", "N/m", f"Gradient of the force over displacement, {at}", depends_on=force),
-        output(f"{b}.{a}_ref", "m", f"Displacement where the force was evaluated, {at}", depends_on=(f"{b}.{a}",)),
-        output(f"{b}.i_upper_{a}", "A", f"Current of the upper coil pair, {at}", depends_on=current),
-        output(f"{b}.i_lower_{a}", "A", f"Current of the lower coil pair, {at}", depends_on=current),
+        output(
+            f"{b}.f_{a}", "N", f"Force on the rotor in excess of the static load, {at}", depends_on=force, field="force"
+        ),
+        output(
+            f"{b}.k_{a}{a}", "N/m", f"Gradient of the force over displacement, {at}", depends_on=force, field="gradient"
+        ),
+        output(
+            f"{b}.{a}_ref",
+            "m",
+            f"Displacement where the force was evaluated, {at}",
+            depends_on=(f"{b}.{a}",),
+            field="reference",
+        ),
+        output(
+            f"{b}.i_upper_{a}", "A", f"Current of the upper coil pair, {at}", depends_on=current, field="upper_current"
+        ),
+        output(
+            f"{b}.i_lower_{a}", "A", f"Current of the lower coil pair, {at}", depends_on=current, field="lower_current"
+        ),
         output(
             f"{b}.clipped_{a}", "1", f"The demanded current was cut to the coil limits, {at}", depends_on=demand, **flag
         ),
@@ -185,16 +200,21 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
             depends_on=current,
             **flag,
         ),
-        output(f"{b}.v_upper_{a}", "V", f"Voltage at the upper coil pair, {at}", depends_on=current),
-        output(f"{b}.v_lower_{a}", "V", f"Voltage at the lower coil pair, {at}", depends_on=current),
+        output(
+            f"{b}.v_upper_{a}", "V", f"Voltage at the upper coil pair, {at}", depends_on=current, field="upper_voltage"
+        ),
+        output(
+            f"{b}.v_lower_{a}", "V", f"Voltage at the lower coil pair, {at}", depends_on=current, field="lower_voltage"
+        ),
         output(f"{b}.copper_loss_{a}", "W", f"Heat in both coil pairs, {at}", minimum=0.0, depends_on=current),
     ]
 
 
 def _axis(bearing: str, axis: str) -> list[Variable]:
-    """Variables of one axis; within each causality their order is that of the positions below."""
+    """Declare the variables of one axis."""
     at = f"{bearing.upper()}, {axis} axis"
-    return [group for table in (_magnet, _amplifier, _inputs, _outputs) for group in table(bearing, axis, at)]
+    declared = [v for table in (_magnet, _amplifier, _inputs, _outputs) for v in table(bearing, axis, at)]
+    return [replace(v, field=v.field or v.name.removeprefix(f"{bearing}.").removesuffix(f"_{axis}")) for v in declared]
 
 
 INTERFACE = interface(
@@ -225,26 +245,8 @@ INTERFACE = interface(
         0.0,
         type="Boolean",
     ),
-    *(_axis(bearing, axis) for bearing, axis in AXES),
+    *repeated("axes", AXES, _axis),
     output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
 )
 
-# First positions are looked up in the table; what repeats for each axis follows its declaration.
-
-# Parameters
-FORCE_LAW = INTERFACE.parameter_index("force_law")
-AMPLIFIER = INTERFACE.parameter_index("amplifier")
-MEAN_CURRENT = INTERFACE.parameter_index("mean_current")
-AXIS = INTERFACE.parameter_index("mb1.turns_x")
-AXIS_PARAMETERS = (INTERFACE.n_parameters - AXIS) // N_AXES
-TURNS, POLE_AREA, GAP, HALF_ANGLE, BIAS, STATIC, CURRENT_LIMIT, K_S_MEASURED, K_I_MEASURED, B_SAT, KNEE = range(11)
-RESISTANCE, INDUCTANCE, AMPLIFIER_GAIN, BANDWIDTH, VOLTAGE_LIMIT = range(11, AXIS_PARAMETERS)
-
-# Inputs
-AXIS_INPUTS = INTERFACE.n_inputs // N_AXES
-DEMAND, DISPLACEMENT, COMMAND_VOLTAGE, UPPER_LOSS, LOWER_LOSS, OFF, STUCK = range(AXIS_INPUTS)
-
-# Outputs
-AXIS_OUTPUTS = (INTERFACE.n_outputs - 1) // N_AXES
-FORCE, GRADIENT, REFERENCE, UPPER, LOWER, CLIPPED, SATURATED = range(7)
-VOLTAGE_LIMITED, UPPER_VOLTAGE, LOWER_VOLTAGE, COPPER_LOSS = range(7, AXIS_OUTPUTS)
+PARAMETERS, INPUTS, OUTPUTS = INTERFACE.records

@@ -1,7 +1,7 @@
-"""What a bearing axis can do, without a simulation: linearisation, range, slew rate, load capacity, amplifier.
+"""Design figures of a bearing axis without a simulation: linear range, slew rate, load capacity, bandwidth.
 
-No kernel imports this module; it needs scipy and python-control, which the FMU does not. The functions take the
-parameters of one axis as the kernels do, an array in the order of the table; `axis_parameters` makes one.
+The functions take the parameters of one axis as a record, as the kernels of the actuator do; `axis_parameters` returns
+one.
 """
 
 from __future__ import annotations
@@ -17,22 +17,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from amb_actuator.force import Coils, current_stiffness, limited_current, negative_stiffness, nonlinear_force, pull
-from amb_actuator.interface import (
-    AXES,
-    AXIS_PARAMETERS,
-    BANDWIDTH,
-    BIAS,
-    CURRENT_LIMIT,
-    GAP,
-    INDUCTANCE,
-    INTERFACE,
-    POLE_AREA,
-    RESISTANCE,
-    STATIC,
-    TURNS,
-    VOLTAGE_LIMIT,
-)
+from amb_actuator.interface import AXES, INTERFACE, PARAMETERS
 from fmi_export.model import Array
+
+AXIS: np.dtype[np.record] = PARAMETERS["axes"].base
 
 
 class Linearisation(NamedTuple):
@@ -60,8 +48,8 @@ class LoadCapacity(NamedTuple):
     down: Array
 
 
-def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> Array:
-    """Parameters of an axis as the kernels read them: start values of the table, with changes.
+def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> np.record:
+    """Return the parameters of an axis as a record: the start values of the actuator's interface, with changes.
 
     Parameters
     ----------
@@ -77,36 +65,35 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
     """
     if (bearing, axis) not in AXES:
         raise ValueError(f"no axis {bearing}.{axis}; there are {', '.join(f'{b}.{a}' for b, a in AXES)}")
-    table = INTERFACE.of("parameter")
-    first = INTERFACE.parameter_index(f"{bearing}.turns_{axis}")
-    own = {v.name[len(bearing) + 1 : -len(axis) - 1]: v for v in table[first : first + AXIS_PARAMETERS]}
+    variables = {name: INTERFACE[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
     for name, value in changes.items():
-        if name not in own:
-            raise ValueError(f"no parameter {name!r}; there are {', '.join(own)}")
-        if not own[name].minimum <= value <= own[name].maximum:
-            raise ValueError(own[name].describe_range(value))
-    p = np.array([changes.get(name, v.start) for name, v in own.items()], dtype=np.float64)
-    if p[STATIC] + p[BIAS] > p[CURRENT_LIMIT]:
+        if name not in variables:
+            raise ValueError(f"no parameter {name!r}; there are {', '.join(variables)}")
+        if not variables[name].minimum <= value <= variables[name].maximum:
+            raise ValueError(variables[name].describe_range(value))
+    p: np.record = np.array([tuple(changes.get(name, v.start) for name, v in variables.items())], dtype=AXIS)[0]
+    if p.static_current + p.bias_current > p.current_limit:
         raise ValueError(
-            f"bias_current = {p[BIAS]:g} A plus static_current = {p[STATIC]:g} A is not allowed; "
-            f"the sum must be <= {p[CURRENT_LIMIT]:g} A"
+            f"bias_current = {p.bias_current:g} A plus static_current = {p.static_current:g} A is not allowed; "
+            f"the sum must be <= {p.current_limit:g} A"
         )
     return p
 
 
-def constants(p: Array) -> tuple[float, float]:
-    """K_s (N/m) and K_i (N/A) of the linear law from the geometry     (2.8, 2.9)."""
-    geometry = [float(value) for value in (*p[TURNS : POLE_AREA + 1], *p[GAP : STATIC + 1])]
-    return negative_stiffness(*geometry), current_stiffness(*geometry)
+def linear_constants(p: np.record) -> tuple[float, float]:
+    """Return K_s (N/m) and K_i (N/A) of the linear law from the geometry of an axis     (2.8, 2.9)."""
+    return float(negative_stiffness(p)), float(current_stiffness(p))
 
 
-def current_range(p: Array) -> tuple[float, float]:
+def current_range(p: np.record) -> tuple[float, float]:
     """Least and largest control current (A) that both coil pairs can carry."""
-    low, high = (limited_current(sign * math.inf, p[BIAS], p[STATIC], p[CURRENT_LIMIT]) for sign in (-1.0, 1.0))
+    low, high = (
+        limited_current(sign * math.inf, p.bias_current, p.static_current, p.current_limit) for sign in (-1.0, 1.0)
+    )
     return float(low), float(high)
 
 
-def linearisation(p: Array, x: Array | float = 0.0, i_c: Array | float = 0.0) -> Linearisation:
+def linearisation(p: np.record, x: Array | float = 0.0, i_c: Array | float = 0.0) -> Linearisation:
     """Force of the nonlinear law (2.6) with saturation, and its slopes K_s and K_i, at any operating point.
 
     Parameters
@@ -123,33 +110,33 @@ def linearisation(p: Array, x: Array | float = 0.0, i_c: Array | float = 0.0) ->
     """
     x_all, i_all = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(i_c, dtype=np.float64))
     low, high = current_range(p)
-    _refuse("x", x_all, ~(np.abs(x_all) < p[GAP]), "m", f"> {-p[GAP]:g} m and < {p[GAP]:g} m")
-    slack = 1e-12 * p[CURRENT_LIMIT]  # both ends are sums and differences of currents
+    _refuse("x", x_all, ~(np.abs(x_all) < p.gap), "m", f"> {-p.gap:g} m and < {p.gap:g} m")
+    slack = 1e-12 * p.current_limit  # both ends are sums and differences of currents
     outside = ~((low - slack <= i_all) & (i_all <= high + slack))
     _refuse("i_c", i_all, outside, "A", f">= {low:g} A and <= {high:g} A")
     rows = np.empty((x_all.size, 3))
     for row, x_one, i_one in zip(rows, x_all.flat, i_all.flat, strict=True):
         row[:2] = nonlinear_force(p, x_one, Coils(i_one, i_one, 1.0, 1.0))
-        upper = pull(p, p[STATIC] + p[BIAS] + i_one, p[GAP] - x_one)
-        lower = pull(p, p[BIAS] - i_one, p[GAP] + x_one)
+        upper = pull(p, p.static_current + p.bias_current + i_one, p.gap - x_one)
+        lower = pull(p, p.bias_current - i_one, p.gap + x_one)
         row[2] = upper.per_current + lower.per_current
     return Linearisation(*(column.reshape(x_all.shape) for column in rows.T))
 
 
-def linear_error(p: Array, x: Array | float, i_c: Array | float) -> Array:
+def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
     """Error of F = K_s x + K_i I_c (2.7) against (2.6) with saturation, relative to |K_s x| + |K_i I_c|.
 
     Measured by the sum of both terms, the error stays finite where they cancel. At the operating point it is 0.
     Parameters and errors as in `linearisation`.
     """
-    k_s, k_i = constants(p)
+    k_s, k_i = linear_constants(p)
     exact = linearisation(p, x, i_c).force
     stiff, driven = np.broadcast_arrays(k_s * np.asarray(x, dtype=float), k_i * np.asarray(i_c, dtype=float))
     size = np.abs(stiff) + np.abs(driven)
     return np.divide(np.abs(exact - stiff - driven), size, out=np.zeros(exact.shape), where=size > 0.0)
 
 
-def linear_range(p: Array, tolerance: float = 0.05) -> LinearRange:
+def linear_range(p: np.record, tolerance: float = 0.05) -> LinearRange:
     """How far the linear law holds within `tolerance`, along x and along I_c.
 
     Where it holds everywhere, the limit is that of the gap or of the coils.
@@ -162,7 +149,7 @@ def linear_range(p: Array, tolerance: float = 0.05) -> LinearRange:
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance = {tolerance:g} is not allowed; it must be between 0 and 1")
     low, high = current_range(p)
-    gap = float(np.nextafter(p[GAP], 0.0))
+    gap = float(np.nextafter(p.gap, 0.0))
     along_x = [_first_crossing(lambda x: float(linear_error(p, x, 0.0)) - tolerance, end) for end in (-gap, gap)]
     along_i = [_first_crossing(lambda i: float(linear_error(p, 0.0, i)) - tolerance, end) for end in (low, high)]
     return LinearRange(*along_x, *along_i)
@@ -176,30 +163,30 @@ def _first_crossing(excess: Callable[[float], float], end: float) -> float:
     return end
 
 
-def force_slew_rate(p: Array) -> tuple[float, float]:
+def force_slew_rate(p: np.record) -> tuple[float, float]:
     """Fastest rise and fastest fall (N/s) of the force at the operating point, with both coils at the voltage limit.
 
     dF/dt = K_upper (V - R a)/L + K_lower (V + R b)/L, with a = I_s + I_b and b = I_b; falling, the signs of R turn.
     """
-    a, b = p[STATIC] + p[BIAS], p[BIAS]
-    k_upper, k_lower = pull(p, a, p[GAP]).per_current, pull(p, b, p[GAP]).per_current
-    v, r, inductance = p[VOLTAGE_LIMIT], p[RESISTANCE], p[INDUCTANCE]
+    a, b = p.static_current + p.bias_current, p.bias_current
+    k_upper, k_lower = pull(p, a, p.gap).per_current, pull(p, b, p.gap).per_current
+    v, r, inductance = p.voltage_limit, p.resistance, p.inductance
     rise = (k_upper * (v - r * a) + k_lower * (v + r * b)) / inductance
     fall = (k_upper * (v + r * a) + k_lower * (v - r * b)) / inductance
     return float(rise), float(fall)
 
 
-def current_amplitude(p: Array, frequency: Array | float) -> Array:
+def current_amplitude(p: np.record, frequency: Array | float) -> Array:
     """Largest sine of the control current (A) that coil limits and voltage allow at a frequency (Hz).
 
     R I_0 + I |R + j omega L| <= V for the coil pair with the larger current I_0 at rest.
     """
     low, high = current_range(p)
-    impedance = np.hypot(p[RESISTANCE], 2.0 * math.pi * p[INDUCTANCE] * np.asarray(frequency, dtype=np.float64))
+    impedance = np.hypot(p.resistance, 2.0 * math.pi * p.inductance * np.asarray(frequency, dtype=np.float64))
     return np.clip(_voltage_left(p) / impedance, 0.0, min(-low, high))
 
 
-def full_swing_bandwidth(p: Array, amplitude: float) -> float:
+def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
     """Frequency (Hz) up to which the coils follow a sine of the control current with this amplitude (A).
 
     omega L = sqrt(((V - R I_0)/I)^2 - R^2); above it the voltage limit cuts the amplitude to `current_amplitude`.
@@ -212,10 +199,10 @@ def full_swing_bandwidth(p: Array, amplitude: float) -> float:
     largest = float(current_amplitude(p, 0.0))
     if not 0.0 < amplitude <= largest:
         raise ValueError(f"amplitude = {amplitude:g} A is not allowed; it must be > 0 A and <= {largest:g} A")
-    return float(math.sqrt((_voltage_left(p) / amplitude) ** 2 - p[RESISTANCE] ** 2) / (2.0 * math.pi * p[INDUCTANCE]))
+    return float(math.sqrt((_voltage_left(p) / amplitude) ** 2 - p.resistance**2) / (2.0 * math.pi * p.inductance))
 
 
-def load_capacity(p: Array, loads: Array) -> LoadCapacity:
+def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
     """Control force left above static loads that the axis carries at its centre, with saturation.
 
     Each load W sets its own static current, P(I_s + I_b) - P(I_b) = W. What is left is the force at the largest and at
@@ -235,9 +222,9 @@ def load_capacity(p: Array, loads: Array) -> LoadCapacity:
     """
 
     def carried(static: float) -> float:
-        return float(pull(p, p[BIAS] + static, p[GAP]).force - pull(p, p[BIAS], p[GAP]).force)
+        return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
 
-    most = p[CURRENT_LIMIT] - p[BIAS]
+    most = p.current_limit - p.bias_current
     given = np.asarray(loads, dtype=np.float64)
     outside = ~((given >= 0.0) & (given <= carried(most)))
     _refuse("load", given, outside, "N", f">= 0 N and <= {carried(most):g} N")
@@ -245,23 +232,23 @@ def load_capacity(p: Array, loads: Array) -> LoadCapacity:
     for load in given:
         static = brentq(lambda i, load=load: carried(i) - load, 0.0, most, xtol=1e-13) if load > 0.0 else 0.0
         q = p.copy()
-        q[STATIC] = static
+        q.static_current = static
         low, high = current_range(q)
         rows.append((static, float(linearisation(q, 0.0, high).force), -float(linearisation(q, 0.0, low).force)))
     return LoadCapacity(*np.array(rows).reshape(-1, 3).T)
 
 
-def amplifier_transfer(p: Array) -> control.TransferFunction:
+def amplifier_transfer(p: np.record) -> control.TransferFunction:
     """Coil current over commanded control current, A/A, within the voltage limit: omega_b/(s + omega_b).
 
     Times `amplifier_gain` it is A/V, and times K_i (N/A) the force of a command at a rotor that stands still.
     """
-    omega = 2.0 * math.pi * float(p[BANDWIDTH])
+    omega = 2.0 * math.pi * float(p.bandwidth)
     return control.tf([omega], [1.0, omega])
 
 
-def _voltage_left(p: Array) -> float:
-    return float(p[VOLTAGE_LIMIT] - p[RESISTANCE] * (p[STATIC] + p[BIAS]))
+def _voltage_left(p: np.record) -> float:
+    return float(p.voltage_limit - p.resistance * (p.static_current + p.bias_current))
 
 
 def _refuse(name: str, values: Array, outside: NDArray[np.bool_], unit: str, allowed: str) -> None:

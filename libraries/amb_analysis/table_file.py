@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from amb_analysis.receptance_table import Complex, condition_number, inverse_receptance, pack_rows
-from fmi_export.files import write_atomically
+from amb_files.atomic import write_atomically
 from rolac_controller.interface import INTERFACE
 from rolac_controller.names import N_AXES, N_SENSORS
 from rolac_controller.parameters import LARGEST_ORDER

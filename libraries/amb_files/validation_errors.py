@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -67,36 +68,44 @@ def sentences(error: ValidationError, form: type[Any], data: object) -> list[str
     data
         What was validated: mappings, sequences and scalars.
     """
-    by_place: dict[str, list[ErrorDetails]] = {}
+    by_place: dict[Location, list[ErrorDetails]] = {}
     for details in error.errors():
-        by_place.setdefault(_place(details, data), []).append(details)
-    for place, found in list(by_place.items()):  # a list is too short where its items are wrong
-        if found[0]["type"] == "too_short" and any(other.startswith(f"{place}[") for other in by_place):
-            del by_place[place]
-    return [_sentence(place, found, form, data) for place, found in by_place.items()]
+        by_place.setdefault(_keys(details, data), []).append(details)
+    for keys, found in list(by_place.items()):  # a list is too short where its items are wrong
+        if found[0]["type"] == "too_short" and any(other[: len(keys)] == keys != other for other in by_place):
+            del by_place[keys]
+    return [line for found in by_place.values() for line in _sentence(found, form, data).splitlines()]
 
 
-def _sentence(place: str, errors: list[ErrorDetails], form: type[Any], data: object) -> str:
+def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
     first = errors[0]
-    kind, message = first["type"], str(first["msg"])
-    if kind == "missing":
+    kind, message, keys = first["type"], str(first["msg"]), _keys(first, data)
+    place = _place(keys, data)
+    if kind == "missing" and isinstance(keys[-1], str):
         return f"{place} is missing"
     if kind in ("extra_forbidden", "unexpected_keyword_argument"):
-        keys = [key for declared in _declared(form, first["loc"][:-1]) for key in _fields(declared.hint)]
-        return f"unknown key {place}; {suggest(str(first['loc'][-1]), keys)}"
-    declared = _declared(form, first["loc"])
-    metadata = [extra for d in declared for extra in d.metadata]
+        options = [key for declared in _declared(form, first["loc"][:-1]) for key in _fields(declared.hint)]
+        return f"unknown key {place}; {suggest(str(keys[-1]), options)}"
+    metadata = [extra for declared in _declared(form, first["loc"]) for extra in declared.metadata]
     if kind == "value_error":
         message = message.removeprefix("Value error, ")
-        if not message.startswith("it must"):  # a sentence of its own
-            return f"{place}: {message}" if place else message
+        if not message.startswith("it must be "):  # whole sentences, one in a line
+            return "\n".join(_at_place(line, keys, data) for line in message.splitlines())
         allowed = message.removeprefix("it must be ")
     else:
         allowed = " or ".join(dict.fromkeys(_allowed(details, metadata) for details in errors))
     allowed = next((extra.text for extra in metadata if isinstance(extra, Allowed)), allowed)
-    value = _at(data, _keys(first["loc"], data))
+    value = _at(data, keys)
     unit = _unit(metadata) if isinstance(value, int | float) and not isinstance(value, bool) else ""
-    return f"{place or 'the file'} = {_shown(value)}{unit} is not allowed; it must be {allowed}"
+    return f"{place or 'it'} = {_shown(value)}{unit} is not allowed; it must be {allowed}"
+
+
+def _at_place(sentence: str, keys: Location, data: object) -> str:
+    """A form's own sentence with the place of the form: `diameter = ...` of a shaft is `shaft.diameter = ...`."""
+    named = re.match(r"(\w+)(?= = )", sentence)
+    if named:
+        return _place((*keys, named[1]), data) + sentence[named.end() :]
+    return f"{_place(keys, data)}: {sentence}" if keys else sentence
 
 
 def _allowed(details: ErrorDetails, metadata: Sequence[Any]) -> str:
@@ -131,11 +140,8 @@ def _shown(value: object) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def _place(details: ErrorDetails, data: object) -> str:
+def _place(keys: Location, data: object) -> str:
     """Key path such as `bodies[2].mass (d3)`; the name is that of the innermost part that has one."""
-    keys = _keys(details["loc"], data)
-    if details["type"] == "missing" and (not keys or keys[-1] != details["loc"][-1]):
-        keys = (*keys, details["loc"][-1])
     text, name = "", ""
     for depth, key in enumerate(keys):
         text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key
@@ -145,12 +151,18 @@ def _place(details: ErrorDetails, data: object) -> str:
     return text + name
 
 
-def _keys(location: Location, data: object) -> Location:
-    """The parts of a location that the data has; pydantic adds the members of unions and what validators made."""
+def _keys(details: ErrorDetails, data: object) -> Location:
+    """The parts of an error's location that the data has, and a missing key.
+
+    pydantic adds the members of unions and what validators made.
+    """
+    location = details["loc"]
     keys: Location = ()
     for part in location:
         if _has(data, part):
             data, keys = _at(data, (part,)), (*keys, part)
+    if details["type"] == "missing" and location[-1:] != keys[-1:]:
+        keys = (*keys, location[-1])
     return keys
 
 

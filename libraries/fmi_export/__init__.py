@@ -1,1 +1,1 @@
-"""What the three FMUs share: variable tables, units, the FMI slave and the FMU builder."""
+"""What the FMUs share when they run: variable tables, records, kernels and the FMI slave; `building` builds FMUs."""

@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-BUILD_ONLY = "native"  # a subpackage that builds FMUs and that none runs: neither shipped nor part of a digest
+BUILD_ONLY = "building"  # the subpackage that builds FMUs: no FMU contains it, and no digest covers it
 
 
 def digest(package: Path) -> str:

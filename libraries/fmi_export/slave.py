@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-from fmi_export.description import LOG_CATEGORIES, model_description
 from fmi_export.exit_order import release_before_static_destructors
+from fmi_export.log_categories import LOG_CATEGORIES
 from fmi_export.model import Array, Fault, Instance, Model
 
 FAULT_INTERNAL = 998
@@ -49,6 +49,8 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         self._stale = True
 
     def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
+        from fmi_export.building.description import model_description  # called by the build alone; an FMU lacks it
+
         return model_description(self.model, self.guid, self.build["tool"], self.build["version"])
 
     # Life cycle --------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""When and how the rotor touched: peaks, contact states, recovery and rolling, from a data set alone.
+"""Contact of the rotor over a run: peaks, contact states, recovery, rolling; from a data set alone.
 
 Every function returns None where the data set does not hold what it takes.
 """
@@ -21,7 +21,7 @@ Recovery = Literal["prevented", "recovered", "trapped"]
 
 
 def peak(dataset: xr.Dataset, name: str) -> float | None:
-    """Largest value of a variable of the plant from cycle 0 on."""
+    """Return the largest value of a variable of the plant from cycle 0 on."""
     values = signal(dataset, name)
     if values is None or not (cycles(dataset) >= 0.0).any():
         return None
@@ -29,17 +29,17 @@ def peak(dataset: xr.Dataset, name: str) -> float | None:
 
 
 def touchable(dataset: xr.Dataset) -> list[str]:
-    """The retainer bearings, and the end bushes that the rotor has touched."""
+    """Return the retainer bearings, and the end bushes that the rotor has touched."""
     return [*BEARINGS, *(site for site in BUSHES if peak(dataset, f"{site}.f_n") or peak(dataset, f"{site}.impulse"))]
 
 
 def loaded_interval(dataset: xr.Dataset) -> tuple[float, float]:
-    """Cycles between the step and its removal: the whole run without a step, to the end without a removal."""
+    """Return the cycles of step and removal; 0 without a step, infinity without a removal."""
     return float(dataset.attrs.get("step_cycle", 0.0)), float(dataset.attrs.get("removal_cycle", np.inf))
 
 
 def contact_share(dataset: xr.Dataset) -> dict[str, float | None]:
-    """Share of the time between step and removal in each contact state: 0 none, 1 RB1, 2 RB2, 3 both."""
+    """Return the share of the time between step and removal in each contact state: 0 none, 1 RB1, 2 RB2, 3 both."""
     begin, end = loaded_interval(dataset)
     state = signal(dataset, "contact_state")
     within = (cycles(dataset) >= begin) & (cycles(dataset) < end)
@@ -49,7 +49,7 @@ def contact_share(dataset: xr.Dataset) -> dict[str, float | None]:
 
 
 def in_contact(dataset: xr.Dataset) -> NDArray[np.bool_] | None:
-    """Samples that end in contact, or that follow an impact within the step before them."""
+    """Return which samples are in contact, or follow a step with an impact."""
     state = signal(dataset, "contact_state")
     if state is None:
         return None
@@ -63,7 +63,7 @@ def in_contact(dataset: xr.Dataset) -> NDArray[np.bool_] | None:
 
 
 def contact_cycles(dataset: xr.Dataset) -> tuple[float | None, float | None]:
-    """Cycles of the first and of the last sample in contact, counted from the beginning of cycle 0."""
+    """Return the cycles of the first and of the last sample in contact from cycle 0 on."""
     touching = in_contact(dataset)
     if touching is None:
         return None, None
@@ -72,7 +72,7 @@ def contact_cycles(dataset: xr.Dataset) -> tuple[float | None, float | None]:
 
 
 def recovered(dataset: xr.Dataset) -> bool | None:
-    """Whether the rotor is free of contact for good: the run goes on for five cycles after the last contact.
+    """Return whether the rotor is free of contact for good: five cycles follow the last contact.
 
     A rotor that never touched has nothing to recover from, and counts as recovered.
     """
@@ -97,7 +97,7 @@ def recovery(dataset: xr.Dataset) -> Recovery | None:
 
 
 def whirl_at_the_end(dataset: xr.Dataset, site: str) -> float | None:
-    """Whirl speed (rad/s) at a site at the end of the run; None where the rotor does not touch it then."""
+    """Return the whirl speed (rad/s) at a site at the end of the run; None without contact there."""
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
     if mode is None or whirl is None or not len(mode) or mode[-1] == FREE:
         return None
@@ -105,13 +105,13 @@ def whirl_at_the_end(dataset: xr.Dataset, site: str) -> float | None:
 
 
 def rolling_from(dataset: xr.Dataset) -> float | None:
-    """First cycle from which a retainer bearing rolls without a break through a turn of its whirl or more."""
+    """Return the first cycle from which a retainer bearing rolls through at least a turn of whirl without a break."""
     starts = [start for site in BEARINGS for start in _turns_rolled(dataset, site)]
     return min(starts, default=None)
 
 
 def _turns_rolled(dataset: xr.Dataset, site: str) -> list[float]:
-    """Cycles at which the rolling of at least a turn begins."""
+    """Return the cycles at which the rolling of at least a turn begins."""
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
     if mode is None or whirl is None:
         return []

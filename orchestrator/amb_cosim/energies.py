@@ -12,7 +12,7 @@ HEAT = ("damping", "friction", "impact")
 
 
 def energies(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]] | None:
-    """Energies of the plant (J) at each sample: those stored, and work, heat and balance counted from cycle 0.
+    """Return the energies of the plant (J) at each sample; work, heat and balance count from cycle 0.
 
     None if they were not recorded, or cycle 0 was not reached.
     """
@@ -25,7 +25,7 @@ def energies(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]] | None:
 
 
 def final_energies(dataset: xr.Dataset) -> dict[str, float] | None:
-    """Heat and work from cycle 0 to the end, and `balance`: the largest difference between gain and work (J)."""
+    """Return heat and work from cycle 0 to the end, and `balance`: the largest difference of gain and work (J)."""
     series = energies(dataset)
     if series is None:
         return None
@@ -35,7 +35,7 @@ def final_energies(dataset: xr.Dataset) -> dict[str, float] | None:
 
 
 def relative_balance(dataset: xr.Dataset) -> float | None:
-    """The energy balance over the largest of all energies from cycle 0 on."""
+    """Return the error of the energy balance over the largest of all energies from cycle 0 on."""
     series = energies(dataset)
     if series is None:
         return None

@@ -19,7 +19,7 @@ Made = tuple[Model, NDArray[np.float64]]
 
 
 def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
-    """The plant, for the rotor in a file or for the rig of the thesis."""
+    """Return the plant for the rotor in a file, or for the rig of the thesis."""
     from rotor_analysis.plant_data import plant_constants
     from rotor_analysis.rotor_file import load_rotor
     from rotor_contact.plant import MODEL
@@ -28,14 +28,14 @@ def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
 
 
 def amb_actuator(**_: Any) -> Made:
-    """The actuator."""
+    """Return the actuator."""
     from amb_actuator.actuator import MODEL
 
     return MODEL, np.zeros(1)
 
 
 def rolac_controller(rotor: Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
-    """The controller with H of the table in a file, or from the rotor model from 5 to 100 Hz.
+    """Return the controller with H of the table in a file, or from the rotor model from 5 to 100 Hz.
 
     In the model the rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
     """

@@ -1,4 +1,4 @@
-"""How far the rotor moves at its bearings: the largest radius, and the synchronous part of the motion."""
+"""Orbits at the bearings: largest radius, and synchronous amplitude."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ _FEWEST_SAMPLES = 8  # of a turn, for three coefficients
 
 
 def radius(dataset: xr.Dataset, bearing: str) -> NDArray[np.float64] | None:
-    """Radial displacement at a magnetic bearing, in m."""
+    """Return the radial displacement at a magnetic bearing, in m."""
     x, y = signal(dataset, f"{bearing}.x"), signal(dataset, f"{bearing}.y")
     return None if x is None or y is None else np.hypot(x, y)
 
 
 def orbit_before(dataset: xr.Dataset) -> dict[str, float | None]:
-    """Largest radius (mm) at each bearing in the last cycle before the step; None without a step."""
+    """Return the largest radius (mm) at each bearing in the last cycle before the step; None without a step."""
     step, cycle = float(dataset.attrs.get("step_cycle", -np.inf)), cycles(dataset)
     return _largest_radii(dataset, (cycle >= max(step - 1.0, 0.0)) & (cycle < step))
 
 
 def orbit_after(dataset: xr.Dataset) -> dict[str, float | None]:
-    """Largest radius (mm) at each bearing in the last cycle of the run."""
+    """Return the largest radius (mm) at each bearing in the last cycle of the run."""
     cycle = cycles(dataset)
     return _largest_radii(dataset, (cycle >= max(cycle.max(initial=0.0) - 1.0, 0.0)))
 
 
 def orbit_largest(dataset: xr.Dataset) -> dict[str, float | None]:
-    """Largest radius (mm) at each bearing from cycle 0 on."""
+    """Return the largest radius (mm) at each bearing from cycle 0 on."""
     return _largest_radii(dataset, cycles(dataset) >= 0.0)
 
 
 def settled_amplitudes(dataset: xr.Dataset) -> dict[str, dict[str, float | None]]:
-    """Synchronous amplitude (mm) at each bearing `before` the change of the run and at its `end`.
+    """Return the synchronous amplitude (mm) at each bearing `before` the change of the run and at its `end`.
 
     The change is the step or, without one, ROLAC's beginning; see `series.change`. Both are amplitudes of the last
     whole turn of the rotor up to there; None where there is none.
@@ -47,7 +47,7 @@ def settled_amplitudes(dataset: xr.Dataset) -> dict[str, dict[str, float | None]
 
 
 def synchronous_amplitude(x: NDArray[np.float64], y: NDArray[np.float64], theta: NDArray[np.float64]) -> float:
-    """Major semi-axis of the ellipse that a point follows with the rotor's turning.
+    """Fit the major semi-axis of the ellipse on which a point moves synchronously with the rotor.
 
         x + j y ~ z_0 + z_f exp(j theta) + z_b exp(-j theta),       a = abs(z_f) + abs(z_b)
 

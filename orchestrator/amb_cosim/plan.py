@@ -23,7 +23,7 @@ ESSENTIAL = tuple(f"rotor_contact.{name}" for name in ("mb?.[xy]", "rb?.*", "eb?
 
 @dataclass(frozen=True)
 class ScenarioPlan(Plan):
-    """What a scenario does, in numbers. Time 0 begins cycle 0; settling comes before it.
+    """A scenario on the time grid: cycle 0 begins at time 0, settling comes before it.
 
     `period` is that of the initial speed (s), `marks` holds the communication points of labelled events.
     """
@@ -56,7 +56,7 @@ def parse_settings(settings: Iterable[str]) -> dict[str, str]:
 def plan_scenario(
     scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None, until: float | None = None
 ) -> ScenarioPlan:
-    """Numbers for a scenario.
+    """Plan a scenario on the time grid of the master.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def plan_scenario(
 def _scaled(
     variables: Mapping[str, Mapping[str, Raw]], scenario: Scenario, values: Assignments
 ) -> list[tuple[str, Raw]]:
-    """Names and values of inputs; every unbalance is a number in kg m, times the scenario's factor."""
+    """Return names and values of inputs, unbalances (kg m) multiplied by the scenario's factor."""
     scaled: list[tuple[str, Raw]] = []
     for component, of_component in variables.items():
         for variable, raw in of_component.items():
@@ -125,7 +125,7 @@ def _scaled(
 
 
 def _speed_profile(scenario: Scenario, values: Assignments, period: float, h: float) -> tuple[Profile, ...]:
-    """The speed over time, if the scenario changes it."""
+    """Return the speed over time, if the scenario changes it."""
     if not scenario.speed:
         return ()
     signals = [signal.name for signal in values.system.signals]

@@ -14,7 +14,7 @@ STARTING = "starting (a first run compiles the models)"
 
 
 def bars(console: Console, shown: bool | None = None) -> Progress:
-    """Bars with a description, the time passed and the time left, which vanish at the end.
+    """Return progress bars with a description, the time passed and the time left, which vanish at the end.
 
     Unless `shown` says otherwise there are none where standard error is neither a terminal nor a notebook.
     """
@@ -25,7 +25,7 @@ def bars(console: Console, shown: bool | None = None) -> Progress:
 
 @contextmanager
 def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
-    """A bar for one simulation, or the function `progress` in place of it; yields what is called with steps done."""
+    """Show a bar for one simulation, unless `progress` is a function; yield what is called with the steps done."""
     if callable(progress):
         yield progress
         return

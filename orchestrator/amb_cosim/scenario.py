@@ -98,7 +98,7 @@ class Plot(Table):
 
 
 class Scenario(Table):
-    """A run. Cycles are periods of the initial speed, counted from the end of settling.
+    """A run of the levitated rotor. Cycles are periods of the initial speed, counted from the end of settling.
 
     The speed is `Omega` until cycle 0 begins, and from then on linear through the points of `speed` and constant
     after the last; without points it stays. The run ends at `end_cycle` or `end_time`, or before that as soon as one of
@@ -139,7 +139,7 @@ class Scenario(Table):
         return load_scenario(str(name))
 
     def changed(self, **fields: Any) -> Scenario:
-        """The scenario with other fields; tables (`inputs`, `parameters`, ...) are merged, the rest is replaced.
+        """Return the scenario with other fields; tables (`inputs`, `parameters`, ...) are merged, the rest is replaced.
 
         Raises
         ------
@@ -203,12 +203,12 @@ def packaged_scenarios() -> dict[str, Traversable]:
 
 
 def scenarios() -> dict[str, str]:
-    """Names of the scenarios that come with the package, and what happens in each."""
+    """Return the names of the scenarios that come with the package, and what happens in each."""
     return {name: load_scenario(name).description for name in packaged_scenarios()}
 
 
 def load_scenario(name: str) -> Scenario:
-    """The scenario called `name`, or described by the TOML file at that path.
+    """Read the scenario called `name`, or the TOML file at that path.
 
     A file with a `base`, the name or path of another one, only says what differs from it.
 

@@ -1,4 +1,4 @@
-"""What a run recorded, as arrays; None where it did not."""
+"""Signals of a data set as arrays; None for what was not recorded."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ _CONTROL_ACTS = "rolac_controller.rolac_active"
 
 
 def signal(dataset: xr.Dataset, name: str) -> NDArray[Any] | None:
-    """Samples of a variable of the plant, or None if it was not recorded."""
+    """Return the samples of a variable of the plant, or None if it was not recorded."""
     label = f"{_PLANT}.{name}"
     return np.asarray(dataset[label].values) if label in dataset else None
 
 
 def cycles(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Cycle of each sample."""
+    """Return the cycle of each sample."""
     return np.asarray(dataset["cycle"].values, dtype=np.float64)
 
 
 def speed(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Spin speed (rad/s) at each sample."""
+    """Return the spin speed (rad/s) at each sample."""
     profile = json.loads(dataset.attrs.get("speed_profile", "[]")) or [(0.0, dataset.attrs["speed_rad_s"])]
     times, speeds = np.array(profile, dtype=np.float64).T
     return np.interp(dataset["time"].values, times, speeds)
 
 
 def turns(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Turns of the rotor at each sample, from cycle 0 on; the cycles, where the speed stays."""
+    """Return the turns of the rotor at each sample from cycle 0 on; at constant speed these are the cycles."""
     if "speed_profile" not in dataset.attrs or not dataset.sizes["time"]:
         return cycles(dataset)
     time, Omega = dataset["time"].values, speed(dataset)
@@ -42,14 +42,14 @@ def turns(dataset: xr.Dataset) -> NDArray[np.float64]:
 
 
 def change(dataset: xr.Dataset) -> float | None:
-    """Cycle of the step; without one, of the first sample after cycle 0 at which ROLAC acts, if it did not before."""
+    """Return the cycle of the step or, without a step, that at which ROLAC begins to act."""
     if "step_cycle" in dataset.attrs:
         return float(dataset.attrs["step_cycle"])
     return switched_on(dataset)
 
 
 def switched_on(dataset: xr.Dataset) -> float | None:
-    """Cycle of the first sample at which ROLAC acts, if it does not from the beginning of the record."""
+    """Return the cycle at which ROLAC begins to act; None if it acts from the beginning or never."""
     if _CONTROL_ACTS not in dataset:
         return None
     acts = np.asarray(dataset[_CONTROL_ACTS].values, dtype=bool)

@@ -85,15 +85,15 @@ class Summary(BaseModel):
     energy_balance: float | None = Field(serialization_alias="energy_balance_relative")
 
     def as_dict(self) -> dict[str, Any]:
-        """The figures under names that hold their units, ready for JSON."""
+        """Return the figures under names that hold their units, ready for JSON."""
         return self.model_dump(by_alias=True)
 
     def to_json(self) -> str:
-        """JSON text of `as_dict`."""
+        """Return `as_dict` as JSON text."""
         return json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
 
     def table(self) -> Table:
-        """The figures that matter, to print."""
+        """Return a table of the main figures, to print."""
         table = Table(title=self.scenario, show_header=False, title_justify="left")
         for label, values, unit in (
             ("peak contact force", self.peak_contact_force, "N"),
@@ -124,7 +124,7 @@ class Summary(BaseModel):
 
 
 def summarise(dataset: xr.Dataset) -> Summary:
-    """The summary of a run from its data set."""
+    """Compute the summary of a run from its data set."""
     simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
     first, last = contact_history.contact_cycles(dataset)
     sites = contact_history.touchable(dataset)

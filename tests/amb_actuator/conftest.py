@@ -1,25 +1,16 @@
-"""A running actuator with values given by name, `mb1__i_x` for `mb1.i_x`."""
+"""The fixture `bearing`: a running actuator."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
-import numpy as np
 import pytest
+from running_actuator import running_actuator
 
-from amb_actuator.actuator import MODEL
 from fmi_export.model import Instance
 
 
 @pytest.fixture(scope="session")
 def bearing() -> Callable[..., Instance]:
     """`bearing(values={}, **values)`: an initialised actuator."""
-
-    def make(values: Mapping[str, float] | None = None, **more: float) -> Instance:
-        made = Instance(MODEL, np.zeros(1))
-        for name, value in {**(values or {}), **{n.replace("__", "."): v for n, v in more.items()}}.items():
-            made[name] = value
-        made.initialise()
-        return made
-
-    return make
+    return running_actuator

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from amb_actuator.amplifier import regulated, under_voltage
-from amb_actuator.interface import DYNAMIC, NONLINEAR, RESISTANCE, VOLTAGE_LIMIT
+from amb_actuator.amplifier import constant_voltage_response, regulated_response
+from amb_actuator.interface import DYNAMIC, NONLINEAR
 from amb_analysis.design import amplifier_transfer, axis_parameters, current_amplitude
 
 R, L, V, BAND = 0.365, 0.0732, 150.0, 1400.0
@@ -131,7 +131,7 @@ def clipped_regulator(p_v, target):
 @pytest.mark.parametrize(("start", "target"), [(5.57, 7.0), (5.57, 0.0), (0.0, 10.0), (9.0, 8.9), (3.0, 3.0)])
 @pytest.mark.parametrize("h", [5e-5, 1e-3, 6e-3, 0.5])
 def test_one_step_is_what_an_eighth_order_integration_finds(start, target, h):
-    found = regulated(RIG, start, target, h)
+    found = regulated_response(RIG, start, target, h)
     known = solve_ivp(clipped_regulator(V, target), (0, h), [start], "DOP853", rtol=1e-11, atol=1e-12, max_step=1e-4)
     assert found.current == pytest.approx(known.y[0, -1], abs=1e-8)
     middle = solve_ivp(
@@ -148,10 +148,10 @@ inside = st.floats(0.0, 10.0)
 @given(inside, inside, st.floats(1e-6, 2e-2), st.integers(2, 12))
 def test_one_step_equals_many_short_ones(start, target, h, parts):
     """Currents and averages, in and out of the voltage limit and through the switch between them."""
-    whole = regulated(RIG, start, target, h)
+    whole = regulated_response(RIG, start, target, h)
     i, charge, limited = start, 0.0, 0.0
     for _ in range(parts):
-        part = regulated(RIG, i, target, h / parts)
+        part = regulated_response(RIG, i, target, h / parts)
         i, charge, limited = part.current, charge + part.mean * h / parts, max(limited, part.limited)
     assert i == pytest.approx(whole.current, rel=1e-12, abs=1e-12)
     assert charge / h == pytest.approx(whole.mean, rel=1e-11, abs=1e-11)
@@ -177,7 +177,7 @@ def test_a_millisecond_is_ten_tenths_of_one(dynamic, demand, off):
 @settings(deadline=None)
 @given(inside, inside, st.floats(1e-9, 10.0))
 def test_current_moves_towards_its_command_and_never_past_it(start, target, h):
-    found = regulated(RIG, start, target, h)
+    found = regulated_response(RIG, start, target, h)
     low, high = sorted((start, target))
     slack = 1e-13
     assert low - slack <= found.current <= high + slack
@@ -201,9 +201,9 @@ amplifiers = st.builds(
 @given(amplifiers, st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(1e-9, 1e3))
 def test_any_amplifier_stays_between_start_and_command(p, start, target, h):
     """Slow and fast regulators, and commands up to all that the voltage can hold."""
-    largest = min(10.0, p[VOLTAGE_LIMIT] / p[RESISTANCE])
+    largest = min(10.0, p.voltage_limit / p.resistance)
     i, goal = start * largest, target * largest
-    found = regulated(p, i, goal, h)
+    found = regulated_response(p, i, goal, h)
     low, high = sorted((i, goal))
     assert np.all(np.isfinite(found))
     assert low - 1e-9 <= found.current <= high + 1e-9
@@ -213,8 +213,8 @@ def test_any_amplifier_stays_between_start_and_command(p, start, target, h):
 @settings(deadline=None)
 @given(amplifiers, st.floats(0.0, 1.0), st.floats(1e-9, 1e3))
 def test_command_that_the_voltage_can_just_hold_is_approached(p, start, h):
-    largest = min(10.0, p[VOLTAGE_LIMIT] / p[RESISTANCE])
-    found = regulated(p, start * largest, largest, h)
+    largest = min(10.0, p.voltage_limit / p.resistance)
+    found = regulated_response(p, start * largest, largest, h)
     assert np.all(np.isfinite(found))
     assert start * largest - 1e-9 <= found.current <= largest * (1 + 1e-9)
 
@@ -224,8 +224,8 @@ def test_regulator_no_faster_than_its_coil_holds_all_that_the_voltage_allows(slo
     """L omega <= R. The voltage asked for is V, up to rounding either way."""
     for v in np.linspace(1.0, 9.0, 200):
         p = axis_parameters(resistance=2 * math.pi, inductance=1.0, bandwidth=slower, voltage_limit=v)
-        found = regulated(p, v / p[RESISTANCE], v / p[RESISTANCE], 1e-3)
-        assert (found.current, found.mean) == (pytest.approx(v / p[RESISTANCE]), pytest.approx(v / p[RESISTANCE]))
+        found = regulated_response(p, v / p.resistance, v / p.resistance, 1e-3)
+        assert (found.current, found.mean) == (pytest.approx(v / p.resistance), pytest.approx(v / p.resistance))
         assert found.limited == 0.0
 
 
@@ -257,7 +257,7 @@ def test_sine_stays_a_sine_up_to_the_amplitude_that_the_voltage_allows(dynamic, 
 @given(st.floats(1e-9, 1e-2), st.floats(-1.0, 1.0))
 def test_short_steps_keep_the_digits_of_their_average(h, v):
     """Half way to the end but for z/6 of the way: three terms of the series are enough below z = R h/L = 1e-4."""
-    coil = under_voltage(RIG, 1.0, 1e3 * v, h)
+    coil = constant_voltage_response(RIG, 1.0, 1e3 * v, h)
     z = R * h / L
     if z < 1e-4:
         rise = (1e3 * v / R - 1.0) * z
@@ -306,7 +306,7 @@ def test_supply_pays_for_copper_and_field():
     supplied, heat = 0.0, 0.0
     first = i
     for _ in range(8000):
-        coil = regulated(RIG, i, target, h)
+        coil = regulated_response(RIG, i, target, h)
         voltage = L * (coil.current - i) / h + R * coil.mean
         assert abs(voltage) <= V * (1 + 1e-6)
         supplied += voltage * coil.mean * h
@@ -319,7 +319,7 @@ def test_supply_pays_for_copper_and_field():
 def test_switched_off_coil_turns_its_field_into_heat():
     i, h, heat = 5.57, 1e-4, 0.0
     for _ in range(30_000):
-        coil = under_voltage(RIG, i, 0.0, h)
+        coil = constant_voltage_response(RIG, i, 0.0, h)
         heat += R * coil.mean**2 * h
         i = coil.current
     assert i < 1e-5

@@ -22,7 +22,7 @@ from amb_actuator.force import (
     nonlinear_force,
     pull,
 )
-from amb_actuator.interface import BIAS, GAP, LAWS, LINEAR, MEASURED, NONLINEAR, STATIC
+from amb_actuator.interface import LAWS, LINEAR, MEASURED, NONLINEAR
 from amb_analysis.design import axis_parameters
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text())["amb"]
@@ -41,6 +41,13 @@ def thesis_force(x, i_c, turns, area, gap, phi, bias, static):
     return 4e-7 * math.pi * turns**2 * area * math.cos(phi) * (upper - lower)
 
 
+def magnet_of(turns, area, gap, phi, bias, static):
+    """Parameters of an axis with this magnet and no limit of current that would matter."""
+    return axis_parameters(
+        turns=turns, pole_area=area, gap=gap, half_angle=phi, bias_current=bias, static_current=static, current_limit=99
+    )
+
+
 def healthy(i_c):
     return Coils(i_c, i_c, 1.0, 1.0)
 
@@ -53,19 +60,19 @@ laws = st.sampled_from(range(len(LAWS)))
 
 
 def test_the_constants_have_the_printed_digits_of_the_thesis():
-    k_s, k_i = negative_stiffness(*TABLE_2_2), current_stiffness(*TABLE_2_2)
+    k_s, k_i = negative_stiffness(magnet_of(*TABLE_2_2)), current_stiffness(magnet_of(*TABLE_2_2))
     assert round(k_s / 1e3) == THESIS["k_s_theory_N_per_m"] / 1e3 == 2377
     assert round(k_i) == THESIS["k_i_theory_N_per_A"] == 563
 
 
 def test_the_constants_of_table_2_2_to_five_digits():
-    assert negative_stiffness(*TABLE_2_2) / 1e3 == pytest.approx(2376.96, abs=0.005)
-    assert current_stiffness(*TABLE_2_2) == pytest.approx(563.15, abs=0.005)
+    assert negative_stiffness(magnet_of(*TABLE_2_2)) / 1e3 == pytest.approx(2376.96, abs=0.005)
+    assert current_stiffness(magnet_of(*TABLE_2_2)) == pytest.approx(563.15, abs=0.005)
 
 
 def test_the_rigs_bias_of_4_3_and_5_7_ampere_gives_2392_newton_per_millimetre():
     turns, area, gap, phi, _, _ = TABLE_2_2
-    assert negative_stiffness(turns, area, gap, phi, 4.3, 1.4) / 1e3 == pytest.approx(2392.5, abs=0.05)
+    assert negative_stiffness(magnet_of(turns, area, gap, phi, 4.3, 1.4)) / 1e3 == pytest.approx(2392.5, abs=0.05)
 
 
 magnets = st.tuples(
@@ -85,8 +92,8 @@ def test_both_constants_are_the_slopes_of_the_nonlinear_law_at_the_centre(magnet
     dx, di = 1e-4 * gap, 1e-4 * bias
     slope_x = (thesis_force(dx, 0, *magnet) - thesis_force(-dx, 0, *magnet)) / (2 * dx)
     slope_i = (thesis_force(0, di, *magnet) - thesis_force(0, -di, *magnet)) / (2 * di)
-    assert negative_stiffness(*magnet) == pytest.approx(slope_x, rel=1e-6)
-    assert current_stiffness(*magnet) == pytest.approx(slope_i, rel=1e-6)
+    assert negative_stiffness(magnet_of(*magnet)) == pytest.approx(slope_x, rel=1e-6)
+    assert current_stiffness(magnet_of(*magnet)) == pytest.approx(slope_i, rel=1e-6)
 
 
 @settings(deadline=None)
@@ -131,9 +138,11 @@ def test_force_is_odd_where_both_coil_pairs_are_alike(law, x, c):
 @given(displacements, currents, currents)
 def test_pull_of_the_axis_is_odd_even_with_a_static_load(x, upper, lower):
     """P_upper - P_lower changes its sign when displacement and the two total currents are mirrored."""
-    static = float(pull(RIG, RIG[STATIC] + RIG[BIAS], RIG[GAP]).force - pull(RIG, RIG[BIAS], RIG[GAP]).force)
+    static = float(
+        pull(RIG, RIG.static_current + RIG.bias_current, RIG.gap).force - pull(RIG, RIG.bias_current, RIG.gap).force
+    )
     there = nonlinear_force(RIG, x, Coils(upper, lower, 1.0, 1.0))[0] + static
-    swapped = Coils(-lower - RIG[STATIC], -upper - RIG[STATIC], 1.0, 1.0)
+    swapped = Coils(-lower - RIG.static_current, -upper - RIG.static_current, 1.0, 1.0)
     assert nonlinear_force(RIG, -x, swapped)[0] + static == pytest.approx(-there, rel=1e-9, abs=1e-6)
 
 
@@ -146,14 +155,14 @@ def test_gradient_is_the_slope_of_the_force_over_displacement(law, x, c, p):
     """
     dx = 1e-9
     slope = (force(law, p, x + dx, c)[0] - force(law, p, x - dx, c)[0]) / (2 * dx)
-    stiff = negative_stiffness(*TABLE_2_2) / (1 - abs(x) / 1.2e-3) ** 4
+    stiff = negative_stiffness(magnet_of(*TABLE_2_2)) / (1 - abs(x) / 1.2e-3) ** 4
     assert force(law, p, x, c)[1] == pytest.approx(slope, rel=1e-5, abs=1e-5 * stiff)
 
 
 @settings(deadline=None)
 @given(displacements, currents)
 def test_pull_per_ampere_and_per_metre_are_its_slopes(x, i_c):
-    i, distance = 5.57 + i_c, RIG[GAP] - x
+    i, distance = 5.57 + i_c, RIG.gap - x
     di, dl = 1e-6, 1e-9
     at = pull(RIG, i, distance)
     by_current = (pull(RIG, i + di, distance).force - pull(RIG, i - di, distance).force) / (2 * di)
@@ -166,7 +175,7 @@ def test_pull_per_ampere_and_per_metre_are_its_slopes(x, i_c):
 @settings(deadline=None)
 @given(displacements, currents)
 def test_healthy_linear_laws_are_2_7_to_the_last_bit(x, i_c):
-    k_s, k_i = negative_stiffness(*TABLE_2_2), current_stiffness(*TABLE_2_2)
+    k_s, k_i = negative_stiffness(magnet_of(*TABLE_2_2)), current_stiffness(magnet_of(*TABLE_2_2))
     assert force(LINEAR, RIG, x, healthy(i_c)) == (k_s * x + k_i * i_c, k_s)
     assert force(MEASURED, RIG, x, healthy(i_c)) == (1.944e6 * x + 544.0 * i_c, 1.944e6)
 
@@ -176,12 +185,12 @@ def test_healthy_linear_laws_are_2_7_to_the_last_bit(x, i_c):
 def test_linear_law_has_the_static_pull_of_what_is_left(c):
     """At the centre: exact in the bias that is lost, linear in the control current (its square is left out)."""
     a, b = 5.57, 4.43
-    k = current_stiffness(*TABLE_2_2) / (2 * (a + b))
+    k = current_stiffness(magnet_of(*TABLE_2_2)) / (2 * (a + b))
     n_u, n_l = c.upper_turns**2, c.lower_turns**2
     exact = k * (n_u * (a + c.upper) ** 2 - n_l * (b - c.lower) ** 2 - (a**2 - b**2))
     level = (a + c.upper + b - c.lower) / (a + b)
     control = a + c.upper - level * a
-    found, _ = linear_force(RIG, 0.0, current_stiffness(*TABLE_2_2), 0.0, c)
+    found, _ = linear_force(RIG, 0.0, current_stiffness(magnet_of(*TABLE_2_2)), 0.0, c)
     assert found == pytest.approx(exact - k * (n_u - n_l) * control**2, rel=1e-9, abs=1e-6)
 
 

@@ -10,7 +10,6 @@ import pytest
 from matplotlib.image import imread
 
 from amb_actuator.actuator import MODEL
-from amb_actuator.interface import B_SAT
 from amb_analysis.design import (
     axis_parameters,
     current_amplitude,
@@ -19,7 +18,7 @@ from amb_analysis.design import (
     linear_range,
     load_capacity,
 )
-from fmi_export.readme import interface_table, with_table
+from fmi_export.building.readme import interface_table, with_table
 
 README = Path(util.find_spec("amb_actuator").origin).parent / "README.md"
 TEXT = README.read_text(encoding="utf-8")
@@ -55,7 +54,7 @@ def test_figures_in_the_text_are_those_of_the_model():
     in_hz = [full_swing_bandwidth(p, amplitude) for amplitude in (1.0, 4.43)]
     assert f"1 A up to {in_hz[0]:.0f} Hz, 4.43 A up to {in_hz[1]:.0f} Hz" in PROSE
     assert f"354 N: {capacity.up[0]:.0f} N up, {capacity.down[0]:.0f} N down" in PROSE
-    assert f"B_sat = {p[B_SAT]:.4f} T" in PROSE
+    assert f"B_sat = {p.b_sat:.4f} T" in PROSE
     assert f"more than {float(current_amplitude(p, 1400.0)):.2f} A is followed at the slew rate" in PROSE
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from amb_actuator.flux import limited_flux, pull_of_flux, saturation_flux
 from amb_actuator.force import Coils, nonlinear_force, pull
-from amb_actuator.interface import B_SAT, NONLINEAR
+from amb_actuator.interface import NONLINEAR
 from amb_analysis.design import axis_parameters
 
 AREA, PHI = 1399e-6, math.radians(22.5)
@@ -18,8 +18,8 @@ F_0 = 4e-7 * math.pi * 158**2 * AREA * math.cos(PHI) / 1.2e-3**2 * (5.57**2 - 4.
 
 
 def test_the_limit_of_1700_newton_is_a_flux_density_of_1_29_tesla():
-    assert RIG[B_SAT] == pytest.approx(1.29, abs=0.005)
-    assert RIG[B_SAT] == pytest.approx(math.sqrt(4e-7 * math.pi * 1700.0 / (AREA * math.cos(PHI))), rel=1e-12)
+    assert RIG.b_sat == pytest.approx(1.29, abs=0.005)
+    assert RIG.b_sat == pytest.approx(math.sqrt(4e-7 * math.pi * 1700.0 / (AREA * math.cos(PHI))), rel=1e-12)
 
 
 @settings(deadline=None)

@@ -39,6 +39,8 @@ class Pump:
     def __post_init__(self) -> None:
         if len({disc.node for disc in self.discs}) < len(self.discs):
             raise ValueError("two discs are at one node")
+        if len(self.diameter) > 2:
+            raise ValueError("diameter = too many is not allowed; it must be one or two")
 
 
 class Model(BaseModel):
@@ -107,6 +109,13 @@ def test_every_mistake_is_one_line():
         "theory = 3 is not allowed; it must be 'timoshenko' or 'rayleigh'",
         "unknown key depth; there are diameter, discs, theory, inputs",
     ]
+
+
+def test_sentences_of_a_form_carry_its_place():
+    many = "pump.diameter = [1, 1, 1]"
+    assert refused(many, Model) == ["pump.diameter = too many is not allowed; it must be one or two"]
+    double = "pump.diameter = 1\n" + DISC.replace("[[discs", "[[pump.discs").replace("node = 2", "node = 1")
+    assert refused(double, Model) == ["pump: two discs are at one node"]
 
 
 def test_pydantic_models_are_checked_alike():

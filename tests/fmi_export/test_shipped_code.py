@@ -1,7 +1,9 @@
-"""Which code an FMU runs: the installed package, its own copy, or none at all."""
+"""Which code an FMU contains, and which it runs: the installed package, its own copy, or none at all."""
 
+import ast
 import json
 import shutil
+import sys
 import zipfile
 from pathlib import Path
 
@@ -9,6 +11,53 @@ import numpy as np
 import pytest
 
 from fmi_export import amb_cosim_bootstrap as bootstrap
+
+# What an FMU may import besides its own packages; slave.py imports the description only when the FMU is built.
+RUNTIME = {"numpy", "numba", "pythonfmu", "amb_cosim_bootstrap", *sys.stdlib_module_names}
+ONLY_BUILDS = ("code/fmi_export/slave.py", "fmi_export.building.description")
+
+
+def models() -> dict:
+    from amb_actuator.actuator import MODEL as actuator
+    from amb_analysis.receptance_table import NO_TABLE
+    from rolac_controller.controller import MODEL as controller
+    from rotor_analysis.plant_data import plant_constants
+    from rotor_contact.plant import MODEL as plant
+
+    return {
+        "amb_actuator": (actuator, np.zeros(1)),
+        "rolac_controller": (controller, NO_TABLE),
+        "rotor_contact": (plant, plant_constants()),
+    }
+
+
+def imports(source: str) -> set[str]:
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "absolute imports alone"
+            found.add(node.module or "")
+    return found
+
+
+@pytest.mark.parametrize("name", ["rotor_contact", "amb_actuator", "rolac_controller"])
+def test_fmu_contains_no_module_that_only_the_host_needs(name, build_fmu):
+    with zipfile.ZipFile(build_fmu(*models()[name])) as archive:
+        sources = {
+            path.removeprefix("resources/"): archive.read(path).decode()
+            for path in archive.namelist()
+            if path.endswith(".py") and not path.startswith("resources/pythonfmu/")
+        }
+    packages = {path.split("/")[1] for path in sources if path.startswith("code/")}
+    assert packages == {name, "fmi_export"}
+    assert not [path for path in sources if "building" in path]
+    for path, source in sources.items():
+        for module in imports(source):
+            if (path, module) != ONLY_BUILDS:
+                assert module.split(".")[0] in RUNTIME | packages, f"{path} imports {module}"
+                assert not module.startswith("fmi_export.building"), f"{path} imports {module}"
 
 
 def inputs() -> list[list[float]]:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from fmi_export.units import base_unit, to_unit
+from fmi_export.building.units import base_unit, to_unit
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from fmi_export.building.readme import BEGIN, END, interface_table, with_table
 from fmi_export.model import Model
-from fmi_export.readme import BEGIN, END, interface_table, with_table
 from fmi_export.variables import Interface, input_, interface, output, parameter
 
 A = parameter("a", "m", "A length", 2.0, minimum=1.0, maximum=3.0)

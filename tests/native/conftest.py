@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fmi_export.building.native.package import build_native_fmu
 from fmi_export.model import Model
-from fmi_export.native.package import build_native_fmu
 
 
 @pytest.fixture(scope="session")

@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from fmi_export.building.native.compiler import PLATFORMS, host_platform
+from fmi_export.building.native.package import native_guid, native_sources
 from fmi_export.model import Instance
-from fmi_export.native.compiler import PLATFORMS, host_platform
-from fmi_export.native.package import native_guid, native_sources
 
 HERE = Path(__file__).parent / "support"
 NATIVE = Path(__file__).parents[2] / "libraries" / "fmi_export" / "native"

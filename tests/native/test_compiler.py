@@ -5,9 +5,9 @@ import struct
 
 import pytest
 
-from fmi_export.native import compiler
-from fmi_export.native.compiler import PLATFORMS, check_platforms
-from fmi_export.native.universal import universal
+from fmi_export.building.native import compiler
+from fmi_export.building.native.compiler import PLATFORMS, check_platforms
+from fmi_export.building.native.universal import universal
 
 
 @pytest.fixture(autouse=True)

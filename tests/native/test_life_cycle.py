@@ -289,7 +289,7 @@ def test_messages_go_by_category(library, on, categories, heard):
 def test_every_declared_category_can_be_chosen(library):
     from raw import OK
 
-    from fmi_export.description import LOG_CATEGORIES
+    from fmi_export.log_categories import LOG_CATEGORIES
 
     with library.instantiate() as fmu:
         names = [name.encode() for name in LOG_CATEGORIES]

@@ -6,8 +6,8 @@ import re
 import numpy as np
 import pytest
 
+from fmi_export.building.native.lowering import lower
 from fmi_export.model import Model
-from fmi_export.native.lowering import lower
 from fmi_export.variables import input_, interface, output
 
 pytestmark = pytest.mark.usefixtures("compiler")

@@ -13,10 +13,10 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmi_export import amb_cosim_bootstrap as bootstrap
-from fmi_export.build import guid_of
-from fmi_export.native.compiler import PLATFORMS, host_platform
-from fmi_export.native.package import build_native_fmu, native_guid
-from fmi_export.native.tables import model_source
+from fmi_export.building.native.compiler import PLATFORMS, host_platform
+from fmi_export.building.native.package import build_native_fmu, native_guid
+from fmi_export.building.native.tables import model_source
+from fmi_export.building.python_fmu import guid_of
 
 OWN = {"guid", "generationTool"}
 
@@ -73,11 +73,11 @@ def test_the_archive_holds_nothing_but_description_and_binary(native, lag):
 
 def test_a_python_fmu_carries_nothing_of_the_native_flavour_nor_changes_with_it(build_fmu, lag, tmp_path):
     with zipfile.ZipFile(build_fmu(lag)) as archive:
-        assert not [name for name in archive.namelist() if "native" in name]
+        assert not [name for name in archive.namelist() if "building" in name or "native" in name]
     package = tmp_path / "fmi_export"
     shutil.copytree(Path(bootstrap.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
     before = bootstrap.digest(package)
-    (package / "native" / "another.py").touch()
+    (package / "building" / "native" / "another.py").touch()
     assert bootstrap.digest(package) == before
     (package / "another.py").touch()
     assert bootstrap.digest(package) != before

@@ -11,7 +11,7 @@ import xarray as xr
 from amb_cosim import contact_history, orbits, series
 from amb_cosim.cosim.dataset import load, save
 from amb_cosim.summary import summarise
-from fmi_export.files import write_atomically
+from amb_files.atomic import write_atomically
 
 
 def figures_of(dataset):

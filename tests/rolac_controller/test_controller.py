@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from amb_actuator.actuator import INTERFACE as ACTUATOR
 from amb_actuator.force import current_stiffness, limited_current, negative_stiffness
+from amb_analysis.design import axis_parameters
 from amb_analysis.receptance_table import NO_TABLE, pack
 from fmi_export.model import Fault, Instance
 from rolac_controller.controller import FAULT_NO_TABLE, MODEL
@@ -26,10 +27,10 @@ def actuator(name):
 
 @pytest.mark.parametrize(("b", "a"), AXES)
 def test_default_bearing_constants_and_limits_are_those_of_the_actuator(b, a):
-    geometry = [actuator(f"{b}.{n}_{a}") for n in ("turns", "pole_area", "gap", "half_angle")]
+    p = axis_parameters(b, a)
     bias, static, limit = (actuator(f"{b}.{n}_{a}") for n in ("bias_current", "static_current", "current_limit"))
-    assert INTERFACE[f"{b}.k_s_{a}"].start == pytest.approx(negative_stiffness(*geometry, bias, static), rel=1e-14)
-    assert INTERFACE[f"{b}.k_i_{a}"].start == pytest.approx(current_stiffness(*geometry, bias, static), rel=1e-14)
+    assert INTERFACE[f"{b}.k_s_{a}"].start == pytest.approx(negative_stiffness(p), rel=1e-14)
+    assert INTERFACE[f"{b}.k_i_{a}"].start == pytest.approx(current_stiffness(p), rel=1e-14)
     assert INTERFACE[f"{b}.i_min_{a}"].start == pytest.approx(limited_current(-1e9, bias, static, limit))
     assert INTERFACE[f"{b}.i_max_{a}"].start == pytest.approx(limited_current(1e9, bias, static, limit))
 

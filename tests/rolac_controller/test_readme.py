@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import rolac_controller
-from fmi_export.readme import interface_table, with_table
+from fmi_export.building.readme import interface_table, with_table
 from rolac_controller.controller import MODEL
 
 README = Path(rolac_controller.__file__).parent / "README.md"

@@ -8,7 +8,7 @@ import pytest
 from rotor_cases import OnePlane
 
 import rotor_contact
-from fmi_export.readme import interface_table, with_table
+from fmi_export.building.readme import interface_table, with_table
 from rotor_analysis.plant_data import plant_constants
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.plant import MODEL

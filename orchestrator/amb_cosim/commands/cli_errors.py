@@ -1,4 +1,4 @@
-"""How a command ends that cannot do what it was asked: one message, and an exit code that says whose fault it was."""
+"""Errors of commands: one message, exit code 2 for bad input and 1 for a run that failed."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Refused(Failed):
 
 @contextmanager
 def refusing() -> Iterator[None]:
-    """Turn what is wrong with the input, an FMU that refuses to start, or what cannot be written, into `Refused`."""
+    """Turn errors in the input, of an FMU that refuses to start, and of writing into `Refused`."""
     try:
         yield
     except (ValueError, StartFailed, FmuError) as error:
@@ -44,7 +44,7 @@ def refusing() -> Iterator[None]:
 
 
 def check_writable(path: Path, is_folder: bool) -> None:
-    """Find out that results cannot be written before anything runs, and leave nothing behind."""
+    """Check before anything runs that results can be written, and leave nothing behind."""
     if is_folder and path.exists() and not path.is_dir():
         raise ValueError(f"{path} cannot be written to; it is a file, and the output must be a folder")
     if not is_folder and path.is_dir():

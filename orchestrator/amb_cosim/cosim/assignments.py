@@ -12,7 +12,7 @@ from amb_files.suggestions import suggest
 
 
 class Assignments:
-    """Parameters and first values of exogenous inputs of a system; whatever cannot be set is refused.
+    """Values of parameters, and first values of inputs, of a system.
 
     A variable is called `component.variable`, a shared signal by its name or by one of the inputs that it feeds. `*`
     and `?` in the name of a variable match any characters and any one character.
@@ -57,7 +57,7 @@ class Assignments:
             self.inputs.setdefault(signal.name, self.start_value(signal.name))
 
     def matching(self, name: str) -> list[str]:
-        """Names of the settable variables that a name with `*` or `?` matches; any other name as it is."""
+        """Return the settable variables that a name with `*` or `?` matches; any other name as it is."""
         if not set("*?") & set(name):
             return [name]
         component, pattern = self._split(name)
@@ -69,7 +69,7 @@ class Assignments:
         return [f"{component}.{variable}" for variable in matching]
 
     def read(self, name: str, raw: Raw, only: str | None = None) -> tuple[str, float]:
-        """Name under which a value is kept, that of the signal where one feeds the input, and the value as a number."""
+        """Return the name under which a value is kept (the signal's, where one feeds the input) and the number."""
         signal = next((s for s in self.system.signals if s.name == name), self.system.signal_of(name))
         value = 0.0
         for end in signal.targets if signal is not None else (name,):
@@ -78,13 +78,13 @@ class Assignments:
         return (signal.name if signal is not None else name), value
 
     def port(self, name: str) -> Port:
-        """The variable behind a name; of a shared signal, the first input that it feeds."""
+        """Return the variable of a name; of a shared signal, the first input that it feeds."""
         signal = next((s for s in self.system.signals if s.name == name), None)
         component, variable = self._split(signal.targets[0] if signal is not None else name)
         return self.interfaces[component].port(variable, component)
 
     def start_value(self, name: str) -> float:
-        """What an input or a signal has before anything is set."""
+        """Return the start value of an input or a signal."""
         return self.port(name).start or 0.0
 
     def _settable(self, end: str, causalities: tuple[str, ...]) -> Port:

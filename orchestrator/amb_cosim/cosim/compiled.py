@@ -1,7 +1,7 @@
-"""The stepping of `Master.run` in machine code: a compiled master loop that calls FMI functions directly.
+"""Compiled master loop, calling FMI functions directly.
 
-It does what the loop in `master` does, operation by operation, and records the same to the last bit; that one is the
-readable reference. One thing it leaves out: outputs that no component reads are fetched only where they are recorded.
+It does what the loop in `master` does, operation by operation, and records the same to the last bit; that loop is the
+readable reference. There is one difference: outputs that no component reads are fetched only where they are recorded.
 The run goes in blocks of steps, between which Python checks for interrupts and reports progress.
 
 The loop runs without the interpreter lock. FMUs with Python inside take it for each of their calls, as they must
@@ -35,7 +35,7 @@ BLOCK_TIME = 0.05  # s; Python is asked about that often
 
 
 class Addressable(Participant, Protocol):
-    """What the loop needs of a component besides: addresses, and the error for a status that is not OK."""
+    """A participant whose FMI functions can be called by address."""
 
     def entry_points(self) -> EntryPoints: ...
     def refusal(self, call: str, status: int) -> Exception: ...
@@ -64,7 +64,7 @@ class Calls(NamedTuple):
 
 
 class Program(NamedTuple):
-    """A master as arrays. `step_sizes` (s) are those of the components.
+    """The data of a master as arrays; `step_sizes` (s) are those of the components.
 
     `fetches` are of all outputs, `needed` of those alone that are used whether recorded or not. Where a point is
     recorded, all come in the same calls: one call for the rest would cost more than its values do.
@@ -170,13 +170,13 @@ def _program(master: Master[C], conditions: Conditions) -> Program:
 
 
 def _only(used: NDArray[np.bool_], transfers: Sequence[Transfer]) -> list[Transfer]:
-    """What the transfers move of the outputs that are used."""
+    """Reduce transfers to the outputs that are used."""
     parts = [replace(t, references=t.references[used[t.where]], where=t.where[used[t.where]]) for t in transfers]
     return [part for part in parts if len(part.where)]
 
 
 def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray], values: Array | None = None) -> Calls:
-    """All components' transfers; `places` says where the inputs or outputs of each stand in the value array.
+    """Collect the transfers of all components; `places` are the positions of their variables in the value array.
 
     Reals that stand one after another in `values`, if it is given, are written there by the FMU itself.
     """
@@ -215,7 +215,7 @@ def _ends(lengths: Sequence[int]) -> IntArray:
 
 
 def _merged(changes: Sequence[Changes]) -> Changes:
-    """The changes of several schedules in order of time; at one point the later schedule has the last word."""
+    """Merge the changes of several schedules in order of time; at the same point the last schedule wins."""
     nothing = Changes(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0))
     points, positions, values = (np.concatenate(parts) for parts in zip(nothing, *changes, strict=True))
     order = np.argsort(points, kind="stable")
@@ -238,7 +238,7 @@ def _intrinsic(function: Callable[..., Any]) -> Any:
 
 
 def _call_of(*arguments: Any) -> Any:
-    """Signature and body of an intrinsic that calls a C function, given by its address; it returns a C int."""
+    """Return signature and body of an intrinsic that calls a C function by address and returns its C int."""
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         kinds = [context.get_value_type(kind) for kind in signature.args[1:]]
@@ -253,13 +253,13 @@ def _call_of(*arguments: Any) -> Any:
 
 @_intrinsic
 def _exchange(_: Any, function: Any, instance: Any, references: Any, size: Any, values: Any) -> Any:
-    """fmi2Set or fmi2Get of any type."""
+    """Call fmi2Set or fmi2Get of any type."""
     return _call_of(types.intp, types.intp, types.uintp, types.intp)
 
 
 @_intrinsic
 def _do_step(_: Any, function: Any, instance: Any, time: Any, step_size: Any, no_way_back: Any) -> Any:
-    """fmi2DoStep."""
+    """Call fmi2DoStep."""
     return _call_of(types.intp, types.float64, types.float64, types.int32)
 
 
@@ -281,7 +281,7 @@ def _give(program: Program, i: int) -> int:
 
 @_kernel
 def _recorded(buffer: RecordBuffer, n: int, every: int) -> bool:
-    """Whether one of the points from n + 1 to n + `every` is recorded, which see what is fetched at point n."""
+    """Return whether a point from n + 1 to n + `every` is recorded; those see the outputs fetched at point n."""
     earliest = max(n + 1, buffer.first)
     return earliest + -earliest % buffer.every <= n + every
 
@@ -352,7 +352,7 @@ def _jacobi(program: Program, buffer: RecordBuffer, n: int) -> tuple[int, int, i
 
 @_kernel
 def _met(conditions: Conditions, values: Array, n: int) -> int:
-    """The first condition that is met at point n, or -1."""
+    """Return the first condition that is met at point n, or -1."""
     for k in range(len(conditions.positions)):
         if n < conditions.since[k]:
             continue
@@ -375,7 +375,7 @@ def _advance(
     end: int,
     last: int,
 ) -> tuple[int, int, int, int, int, int]:
-    """Points `begin` to `end`, the latter excluded, and the steps from each but the last point of the run.
+    """Process the points from `begin` to `end`, the latter excluded, and step from each but the last of the run.
 
     Returns the last point seen, the number of rows, component, call and status of what failed, and the condition that
     is met or -1.

@@ -1,4 +1,4 @@
-"""One FMU as the master sees it: arrays in, step, arrays out. The only module that knows FMI functions."""
+"""One FMU instance as the master uses it: arrays in, step, arrays out. FMI functions are called here alone."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class FmuError(RuntimeError):
 
 @dataclass(frozen=True)
 class Transfer:
-    """One fmi2Set or fmi2Get call: its address, the value references, their places among the inputs or outputs.
+    """One fmi2Set or fmi2Get call: its address, the value references, their positions among the inputs or outputs.
 
     Values are C doubles if `real`, and C ints otherwise.
     """
@@ -58,7 +58,7 @@ class Transfer:
 
 @dataclass(frozen=True)
 class EntryPoints:
-    """Addresses of an FMU's instance and of what a step calls, for code that calls them without Python."""
+    """Addresses of an FMU instance and of the FMI functions that a step calls, for compiled code."""
 
     instance: int
     do_step: int
@@ -161,7 +161,7 @@ class FmuComponent:
         self._call("fmi2DoStep", self._fmu.doStep, time, step_size)
 
     def entry_points(self) -> EntryPoints:
-        """What `write`, `step` and `read` call; valid until `close`."""
+        """Return the functions that `write`, `step` and `read` call; valid until `close`."""
         return EntryPoints(
             instance=int(self._fmu.component),
             do_step=_address(self._fmu, "fmi2DoStep"),
@@ -170,7 +170,7 @@ class FmuComponent:
         )
 
     def refusal(self, call: str, status: int) -> FmuError:
-        """The error for a call that the FMU answered with a status other than OK and Warning."""
+        """Return the error for a call that the FMU answered with a status other than OK and Warning."""
         return FmuError(call, STATUS[status], self._log)
 
     def close(self) -> None:
@@ -199,7 +199,7 @@ def _address(fmu: Any, function: str) -> int:
 
 
 class _Group:
-    """Variables of one FMI type: value references, values as C arrays, where they stand in the whole."""
+    """Variables of one FMI type: value references, values as C arrays, positions among all variables."""
 
     def __init__(self, kind: str, ports: Sequence[tuple[int, Port]]) -> None:
         self.kind = kind
@@ -212,7 +212,7 @@ class _Group:
 
 
 class _Exchange:
-    """Variables of an FMU that travel together, one FMI call for each type."""
+    """Variables of an FMU that are set or read together, by one FMI call for each type."""
 
     def __init__(self, ports: Sequence[Port]) -> None:
         self.values = np.zeros(len(ports))
@@ -241,7 +241,7 @@ _KINDS = ("Real", "Integer", "Boolean")
 
 
 def _receive(_: Any, instance: bytes, status: int, category: bytes, message: bytes) -> None:
-    """Keep a message for the component that it belongs to."""
+    """Append a log message to the log of its component."""
     name = (instance or b"").decode("utf-8", "replace")
     if name in _logs:
         text = message.decode("utf-8", "replace").strip()
@@ -252,7 +252,7 @@ def _receive(_: Any, instance: bytes, status: int, category: bytes, message: byt
 
 @cache
 def _callbacks() -> fmi2CallbackFunctions:
-    """Callbacks of all components; fmpy's proxy knows one logger per process, so names part the messages."""
+    """Return the callbacks of all components; fmpy has one logger a process, so instance names separate messages."""
     callbacks = fmi2CallbackFunctions()
     callbacks.logger = fmi2CallbackLoggerTYPE(_receive)
     callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)

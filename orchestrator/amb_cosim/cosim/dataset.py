@@ -1,4 +1,4 @@
-"""The labelled data set of a run: what was recorded, and everything needed to know where it came from."""
+"""The labelled data set of a run: recorded signals, with the origin of everything as attributes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _DTYPES = {"Real": np.float64, "Integer": np.int32, "Boolean": np.int8}
 
 
 def to_dataset(recording: Recording) -> xr.Dataset:
-    """Everything that a run recorded, labelled, over the coordinate `time` (s).
+    """Return everything that a run recorded as a labelled data set over `time` (s).
 
     Structured attributes (parameters, versions, ...) are JSON texts, so that NetCDF can hold them.
     """
@@ -78,7 +78,7 @@ def _versions() -> dict[str, str]:
 
 
 def git_revision() -> str | None:
-    """Commit of the checkout that this package runs from, `-dirty` if changed; None outside of one."""
+    """Return the commit of the checkout that this package runs from, `-dirty` if changed; None outside of one."""
     folder = Path(__file__).parent
 
     def git(*arguments: str) -> str:

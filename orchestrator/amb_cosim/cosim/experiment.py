@@ -1,4 +1,4 @@
-"""What is done with a system, in seconds, and the same on the time grid of the master."""
+"""Experiments with a system, in seconds, and their plan on the time grid of the master."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Ramp:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run does, in numbers. Communication point n is at the time n h, n = 0 at time 0.
+    """An experiment on the time grid: communication point n is at the time n h.
 
     `parameters` holds what components start with, `inputs` the first values of signals and scheduled inputs by name,
     `events` their changes as (point, name, value). What `stops` judge is recorded.
@@ -106,14 +106,14 @@ class Plan:
     record_from: int = 0
 
     def all_parameters(self, interfaces: Mapping[str, FmuInterface]) -> dict[str, dict[str, float | None]]:
-        """Every parameter of every component: what was set, or what it starts with."""
+        """Return every parameter of every component: the value that was set, or its start value."""
         return {
             c: {p.name: self.parameters[c].get(p.name, p.start) for p in interface.of("parameter")}
             for c, interface in interfaces.items()
         }
 
     def schedules(self, names: Sequence[str]) -> list[Schedule]:
-        """The inputs over time, for a master whose signals have these names."""
+        """Return the inputs over time, for a master whose signals have these names."""
         at = list(names).index
         steps: list[Schedule] = [PiecewiseConstant((n, at(name), value) for n, name, value in self.events)]
         return steps + [
@@ -123,7 +123,7 @@ class Plan:
 
 
 def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
-    """Put an experiment onto the time grid of the master: every moment becomes the nearest communication point.
+    """Plan an experiment on the time grid of the master; every moment becomes the nearest communication point.
 
     Parameters
     ----------
@@ -173,14 +173,14 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
 
 
 def port_of(signal: str, system: System, interfaces: Mapping[str, FmuInterface]) -> tuple[str, Port]:
-    """Component and variable behind a name of the data set; of a shared signal, the first input that it feeds."""
+    """Return component and variable of a recorded name; of a shared signal, those of the first input it feeds."""
     shared = next((s for s in system.signals if s.name == signal), None)
     component, variable = system.split(shared.targets[0] if shared is not None else signal)
     return component, interfaces[component].ports[variable]
 
 
 def whole_steps(name: str, time: float, h: float) -> int:
-    """How many communication steps h (s) a time (s) takes; raises ValueError if it is no whole number of them."""
+    """Return how many communication steps h (s) a time (s) takes; raises ValueError if it is no whole number."""
     if not 0.0 < time < math.inf:
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be > 0 s")
     n = round(time / h)
@@ -213,7 +213,7 @@ def _ramp(profile: Profile, values: Assignments, h: float) -> Ramp:
 
 
 def _rated(component: Component, values: Assignments, h: float) -> Component:
-    """The component at the rate of its parameter `sample_time`, if it has one."""
+    """Set the rate of a component by its parameter `sample_time`, if it has one."""
     port = values.interfaces[component.name].ports.get("sample_time")
     if port is None or port.causality != "parameter":
         return component
@@ -228,7 +228,7 @@ def _condition(stop: StopCondition, available: Sequence[str], values: Assignment
 
 
 def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequence[str]) -> tuple[str, ...]:
-    """Names that are recorded; `*` leaves out what the system does not record by itself."""
+    """Return the names that are recorded; `*` leaves out what the system does not record by itself."""
     for pattern in experiment.recorded:
         if not fnmatch.filter(available, pattern):
             raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")

@@ -1,4 +1,4 @@
-"""What a modelDescription says about an FMU, reduced to what wiring, scenarios and results need."""
+"""The part of a modelDescription that wiring, scenarios and results need."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Port:
 
     @property
     def kind(self) -> str:
-        """The causality with its article."""
+        """The causality with its article: `an input`."""
         return f"{'an' if self.causality[0] in 'io' else 'a'} {self.causality}"
 
     def allowed(self) -> str:
@@ -72,7 +72,7 @@ class FmuInterface:
         return tuple(port for port in self.ports.values() if port.causality == causality)
 
     def port(self, name: str, component: str) -> Port:
-        """The variable called `name`.
+        """Return the variable called `name`.
 
         Raises
         ------
@@ -85,7 +85,7 @@ class FmuInterface:
 
 
 def read_interface(source: Path, name: str) -> FmuInterface:
-    """FmuInterface of the FMU at `source`, an archive or the folder it was extracted to.
+    """Read the interface of the FMU at `source`, an archive or the folder it was extracted to.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""From a model's name, or the path of an FMU, to an extracted FMU; models are built once and cached.
+"""Finds FMUs by the name of a model or by path, and extracts them; models are built once and cached.
 
 Models are found by entry points: a distribution that declares
 
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
-from fmi_export.build import build_python_fmu, guid_of
+from fmi_export.building.python_fmu import build_python_fmu, guid_of
 from fmi_export.model import Model
 
 Flavour = Literal["python", "native"]  # run by PythonFMU, or compiled code that needs no Python
@@ -51,12 +51,12 @@ class Fmu:
 
 @cache
 def models() -> Mapping[str, Source]:
-    """The models of this project and of other installed distributions, by name."""
+    """Return the models of this project and of other installed distributions, by name."""
     return {point.name: partial(_load, point) for point in entry_points(group=GROUP)}
 
 
 def model_source(name: str, **options: Any) -> tuple[Model, Constants]:
-    """A model and its constants for these options.
+    """Return a model and its constants for these options.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def build_model(
 
 
 def provide(fmu: str, flavour: Flavour = "python", **options: Any) -> Fmu:
-    """The FMU for a component: that of a model, built if need be, or the file at a path, whatever its flavour.
+    """Return the FMU of a model, built if need be, or the FMU file at a path.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def provide(fmu: str, flavour: Flavour = "python", **options: Any) -> Fmu:
 
 
 def ensure_built(name: str, flavour: Flavour = "python", **options: Any) -> Fmu:
-    """The FMU of a model, built and extracted into the user's cache if it is not there yet.
+    """Return the FMU of a model, built and extracted into the user's cache if it is not there yet.
 
     A native one is built for this machine. Its folder is named by the guid, so it changes when interface, code or
     constants do, and what numba compiles is found again by the next run.
@@ -125,7 +125,7 @@ def ensure_built(name: str, flavour: Flavour = "python", **options: Any) -> Fmu:
 
 
 def extracted(path: Path) -> Fmu:
-    """An FMU file extracted into the user's cache, named by its content."""
+    """Extract an FMU file into the user's cache, into a folder named by its content."""
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:32]
     home = cache_folder() / f"{path.stem}-{digest}"
     create_atomically(home, lambda stage: _unzip(path, stage / "extracted"))
@@ -133,7 +133,7 @@ def extracted(path: Path) -> Fmu:
 
 
 def cache_folder() -> Path:
-    """Where built and extracted FMUs are kept."""
+    """Return the folder of built and extracted FMUs."""
     folder = platformdirs.user_cache_path("amb-cosim", appauthor=False)
     folder.mkdir(parents=True, exist_ok=True)
     return folder
@@ -145,12 +145,12 @@ def _load(point: Any, **options: Any) -> tuple[Model, Constants]:
 
 
 def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None) -> tuple[Build, Guid]:
-    """What builds an FMU of that flavour, and what names it."""
+    """Return the functions that build an FMU of that flavour and give its guid."""
     if flavour == "python":
         if platforms is not None:
             raise ValueError("platforms are for native FMUs alone; those of flavour python run where PythonFMU does")
         return build_python_fmu, guid_of
-    from fmi_export.native.package import build_native_fmu, native_guid
+    from fmi_export.building.native.package import build_native_fmu, native_guid
 
     return partial(build_native_fmu, platforms=platforms), native_guid
 

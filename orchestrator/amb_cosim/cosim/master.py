@@ -1,6 +1,6 @@
-"""The master algorithm: explicit coupling on an integer time grid. It knows components and numbers, no FMI.
+"""The master algorithm: explicit coupling on an integer time grid. It deals with components and numbers, not with FMI.
 
-All signals stand in one flat array `values`: the exogenous inputs first, then the outputs of each component.
+All signals are in one flat array `values`: the exogenous inputs first, then the outputs of each component.
 A component's inputs are gathered from it, its outputs are written to it. Communication points are
 t_n = t_0 + n h with integer n; a component with `every = m` steps by m h at every m-th of them.
 """
@@ -44,7 +44,7 @@ P = TypeVar("P", bound=Participant)
 
 @dataclass(frozen=True)
 class Wiring:
-    """Where every number goes.
+    """Positions of all signals in the value array, and which inputs read them.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class StartFailed(RuntimeError):
 
 
 class Master(Generic[P]):
-    """Steps components together and frees them.
+    """Steps components together, and frees them at the end.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ class Master(Generic[P]):
             component.close()
 
     def time(self, n: int) -> float:
-        """Time of communication point n in s; never a sum of steps."""
+        """Return the time of communication point n in s, t_0 + n h; never a sum of steps."""
         return self.start_time + n * self.step_size
 
     def initialise(self, n: int = 0) -> None:
@@ -245,7 +245,7 @@ class Master(Generic[P]):
 
 
 def find_loop(depends_on: Sequence[Sequence[int]]) -> list[int]:
-    """A closed path of positions along the signals, its two ends the same; empty where there is none."""
+    """Find a closed path along the signals, first and last position the same; empty where there is none."""
     try:
         TopologicalSorter(dict(enumerate(depends_on))).prepare()
     except CycleError as error:

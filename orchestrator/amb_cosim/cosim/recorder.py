@@ -1,4 +1,4 @@
-"""Keeps what a run produces, as far as it comes."""
+"""Records chosen signals of a run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from amb_cosim.cosim.schedules import Array, IntArray
 
 
 class RecordBuffer(NamedTuple):
-    """What a loop writes to that keeps values without asking Python: the recorder's arguments and its arrays."""
+    """Arguments and arrays of a recorder, for a compiled loop to write to."""
 
     positions: IntArray
     first: int
@@ -53,7 +53,7 @@ class Recorder:
             self._rows += 1
 
     def see(self, n: int) -> None:
-        """Take note that the run is at point n now."""
+        """Note that the run has reached point n."""
         if n >= 0:
             self._latest = time.perf_counter()
             if self._reached is None:
@@ -61,7 +61,7 @@ class Recorder:
             self._reached = n
 
     def buffer(self, first: int, last: int) -> RecordBuffer:
-        """Free rows for all that is kept of the points from `first` to `last`; `fill` then says how far they are used.
+        """Return free rows for the points from `first` to `last`; call `fill` with the number of rows used.
 
         Raises
         ------
@@ -79,11 +79,11 @@ class Recorder:
         return RecordBuffer(self._positions, self._first, self._every, self._points, self._table)
 
     def fill(self, rows: int) -> None:
-        """Take note that `rows` rows are in use."""
+        """Note that `rows` rows are in use."""
         self._rows = rows
 
     def _grow(self, rows: int) -> None:
-        """Make room for that many rows; pages of memory that are not written to are not taken."""
+        """Make room for that many rows; memory pages are allocated when they are written to."""
         if rows > len(self._points):
             points, table = np.zeros(rows, dtype=np.intp), np.zeros((rows, len(self._positions)))
             points[: self._rows], table[: self._rows] = self.points, self.table

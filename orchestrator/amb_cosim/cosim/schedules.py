@@ -22,7 +22,7 @@ class Changes(NamedTuple):
 
 
 class Schedule(Protocol):
-    """Exogenous inputs over time: writes those that change at communication point n into the array.
+    """Inputs over time: writes those that change at communication point n into the array.
 
     `changes` gives the same as a list, for the points from `first` up to but not including `last`.
     """
@@ -50,7 +50,7 @@ class PiecewiseConstant:
 
 
 class PiecewiseLinear:
-    """A schedule of one quantity that is linear between points, constant outside, and of its slope if that is wanted.
+    """A schedule of one quantity that is linear between points and constant outside, and optionally of its slope.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Runs a plan with the FMUs of its components: initialises, steps, records, and closes them whatever happens."""
+"""Runs a plan with the FMUs of its components: initialise, step, record, and close them in any case."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Assembly:
         return flavours.pop() if len(flavours) == 1 else "mixed"
 
     def assignments(self) -> Assignments:
-        """The parameters of the system, ready for more."""
+        """Return the values of the system's parameters, to add others to."""
         values = Assignments(self.system, self.interfaces)
         for component, variables in self.system.parameters.items():
             for variable, raw in variables.items():
@@ -217,7 +217,7 @@ def _raise_when(interrupted: threading.Event) -> Observer:
 
 @contextmanager
 def _deferred_interrupt() -> Iterator[threading.Event]:
-    """Set an event on Ctrl-C; the second Ctrl-C interrupts at once.
+    """Yield an event that Ctrl-C sets; a second Ctrl-C interrupts at once.
 
     An exception raised at any moment could leave a Python FMU half-way through a call, and crash the process.
     """

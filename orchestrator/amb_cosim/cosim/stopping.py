@@ -30,7 +30,7 @@ class StopCondition:
     begin: float = 0.0
 
     def on_grid(self, port: Port, step_size: float) -> Condition:
-        """The condition in the unit of its variable and in communication steps (s)."""
+        """Convert the condition to the unit of its variable and to communication steps of `step_size` s."""
         side = "above" if self.above else "below"
         limit = convert(self.limit, port, f"stop: {self.variable} {side}")
         first, hold = round(self.begin / step_size), round(self.hold / step_size)

@@ -1,4 +1,4 @@
-"""A system as data: which components, how they are connected, and whether that fits their interfaces."""
+"""A system as data: its components and connections, and a check against the components' interfaces."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class System:
     """Components in Gauss-Seidel order, their connections, shared signals and parameters.
 
     `unrecorded` are patterns of outputs that a run records only if it names them.
-    `check` and `wiring` hold it against the components' interfaces.
+    `check` compares it with the components' interfaces, `wiring` lays it out for the master.
     """
 
     name: str
@@ -75,34 +75,34 @@ class System:
         return load_system(name)
 
     def component(self, name: str) -> Component:
-        """The component called `name`; raises ValueError with the names there are."""
+        """Return the component called `name`; the ValueError for an unknown name lists those there are."""
         names = [component.name for component in self.components]
         if name not in names:
             raise ValueError(f"no component {name!r}; {suggest(name, names)}")
         return self.components[names.index(name)]
 
     def with_fmu(self, name: str, fmu: str) -> System:
-        """The system with another model or FMU file behind a component."""
+        """Return the system with another model or FMU file for a component."""
         changed = replace(self.component(name), fmu=fmu)
         return replace(self, components=tuple(changed if c.name == name else c for c in self.components))
 
     def split(self, end: str) -> tuple[str, str]:
-        """Component and variable of an end written `component.variable`."""
+        """Split `component.variable` into its two names."""
         component, dot, variable = end.partition(".")
         if not dot or not variable:
             raise ValueError(f"{end!r} is no component.variable")
         return self.component(component).name, variable
 
     def signal_of(self, target: str) -> Signal | None:
-        """The shared signal that feeds an input, if one does."""
+        """Return the shared signal that feeds an input, if one does."""
         return next((signal for signal in self.signals if target in signal.targets), None)
 
     def source_of(self, target: str) -> str | None:
-        """The output that feeds an input, if one does."""
+        """Return the output that feeds an input, if one does."""
         return next((link.source for link in self.connections if link.target == target), None)
 
     def check(self, interfaces: Mapping[str, FmuInterface]) -> None:
-        """Hold the system against the interfaces of its components.
+        """Check the system against the interfaces of its components.
 
         Raises
         ------
@@ -136,7 +136,7 @@ class System:
                     raise ValueError(f"{target} must be connected, and is not; {self._possible(target, interfaces)}")
 
     def port(self, end: str, interfaces: Mapping[str, FmuInterface]) -> Port:
-        """The variable at an end; raises ValueError if there is none."""
+        """Return the variable `component.variable`; raises ValueError if there is none."""
         component, variable = self.split(end)
         return interfaces[component].port(variable, component)
 
@@ -179,7 +179,7 @@ class System:
         exogenous: Collection[str],
         recorded: Collection[str] = (),
     ) -> tuple[Wiring, dict[str, list[str]], dict[str, list[str]]]:
-        """Positions for the master, and the inputs and outputs that each component exchanges.
+        """Lay out all signals for the master, and list the inputs and outputs that each component exchanges.
 
         Parameters
         ----------
@@ -224,7 +224,7 @@ def _not_real(port: Port) -> bool:
 
 
 def _same_unit(a: Port, b: Port) -> bool:
-    """Whether two units mean the same; a port that declares none is not compared."""
+    """Return whether two units are the same; a port without a unit fits any."""
     if not a.unit or not b.unit:
         return True
     if a.definition is not None and b.definition is not None:

@@ -1,4 +1,4 @@
-"""Reads a system, and if it is there what is done with it, from a TOML file.
+"""Reads a system, and an experiment with it, from a TOML file.
 
     [[component]]                     # in Gauss-Seidel order
     name = "plant"
@@ -237,7 +237,7 @@ def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> 
 
 
 def load_experiment(name: str | Path) -> tuple[Experiment, Values]:
-    """Read what a system file says is done with the system: the run, and the first values of inputs.
+    """Read the experiment of a system file: the run, and the first values of inputs.
 
     Raises
     ------

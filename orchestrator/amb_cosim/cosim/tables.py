@@ -1,4 +1,4 @@
-"""What the pydantic models of all TOML files of co-simulations share: strict tables, values with units, times."""
+"""Parts that the TOML files of co-simulations share: strict tables, values with units, times."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Table(BaseModel):
 
 
 def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.inf) -> float:
-    """Time in s, above 0 unless `least` or `most` (s) says otherwise.
+    """Convert a time to s; it must be above 0 unless `least` or `most` (s) says otherwise.
 
     Raises
     ------

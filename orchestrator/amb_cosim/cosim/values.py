@@ -1,11 +1,11 @@
-"""Values as a person writes them, turned into numbers in the units of an FMU and held against its limits."""
+"""Values as users write them (`0.75 mm`), converted to the units of an FMU and checked against its limits."""
 
 from __future__ import annotations
 
 import math
 
 from amb_cosim.cosim.fmu_interface import Port
-from fmi_export.units import to_unit
+from fmi_export.building.units import to_unit
 
 Raw = bool | int | float | str
 
@@ -13,7 +13,7 @@ _BOOLEANS = {"true": 1.0, "false": 0.0, "1": 1.0, "0": 0.0}
 
 
 def quantity(raw: Raw, unit: str, name: str) -> float:
-    """Number that `raw` (`0.75 mm`, `16 Hz`, or a bare number already in `unit`) is in `unit`.
+    """Convert `raw` (`0.75 mm`, `16 Hz`, or a number already in `unit`) to a number in `unit`.
 
     Raises
     ------
@@ -26,7 +26,7 @@ def quantity(raw: Raw, unit: str, name: str) -> float:
 
 
 def convert(raw: Raw, port: Port, name: str) -> float:
-    """Number that `raw` is in the unit of `port`; booleans are 0 and 1.
+    """Convert `raw` to a number in the unit of `port`; booleans are 0 and 1.
 
     Raises
     ------

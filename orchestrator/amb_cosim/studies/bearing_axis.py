@@ -8,7 +8,6 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_actuator.force import pull
-from amb_actuator.interface import BANDWIDTH, BIAS, CURRENT_LIMIT, GAP, STATIC
 from amb_analysis import design
 from amb_cosim.cosim.values import quantity
 from amb_cosim.studies.inputs import Number
@@ -183,24 +182,24 @@ def linearisation(bias_current: Number = "4.43 A", static_current: Number = "1.1
     largest = float(design.current_amplitude(p, 0.0))
     if not largest > 0.0:
         raise ValueError(
-            f"bias-current = {p[BIAS]:g} A with static-current = {p[STATIC]:g} A is not allowed; coils that carry 0 to "
-            f"{p[CURRENT_LIMIT]:g} A must be left a control current of both signs"
+            f"bias-current = {p.bias_current:g} A with static-current = {p.static_current:g} A is not allowed; coils "
+            f"that carry 0 to {p.current_limit:g} A must be left a control current of both signs"
         )
-    k_s, k_i = design.constants(p)
+    k_s, k_i = design.linear_constants(p)
     limits = design.linear_range(p, TOLERANCE)
     full_swing = tuple(
         FullSwing(i, float(_force_amplitude(p, i)), design.full_swing_bandwidth(p, i))
         for i in (share * largest for share in AMPLITUDES)
     )
     return BearingAxis(
-        bias_current=float(p[BIAS]),
-        static_current=float(p[STATIC]),
+        bias_current=float(p.bias_current),
+        static_current=float(p.static_current),
         k_s=k_s,
         k_i=k_i,
         tolerance=TOLERANCE,
         linear_range=LinearLimits((limits.x_low, limits.x_high), (limits.i_low, limits.i_high)),
         slew_rate=design.force_slew_rate(p),
-        amplifier_bandwidth=float(p[BANDWIDTH]),
+        amplifier_bandwidth=float(p.bandwidth),
         full_swing=full_swing,
         bandwidth=ForceBandwidth(FREQUENCIES, _force_amplitude(p, design.current_amplitude(p, FREQUENCIES))),
         load=_load_capacity(p),
@@ -208,18 +207,18 @@ def linearisation(bias_current: Number = "4.43 A", static_current: Number = "1.1
     )
 
 
-def _force_amplitude(p: Array, i_c: Array | float) -> Array:
+def _force_amplitude(p: np.record, i_c: Array | float) -> Array:
     """Return the amplitude (N) of the force at the centre under a sine of the control current (A), with saturation."""
     return 0.5 * (design.linearisation(p, 0.0, i_c).force - design.linearisation(p, 0.0, -np.asarray(i_c)).force)
 
 
-def _load_capacity(p: Array) -> LoadCurves:
+def _load_capacity(p: np.record) -> LoadCurves:
     """Return the control force left over the static load, with that of the axis at its own static current."""
 
     def carried(static: float) -> float:
-        return float(pull(p, p[BIAS] + static, p[GAP]).force - pull(p, p[BIAS], p[GAP]).force)
+        return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
 
-    own, loads = carried(p[STATIC]), LOADS * carried(p[CURRENT_LIMIT] - p[BIAS])
+    own, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
     capacity, at_own = design.load_capacity(p, loads), design.load_capacity(p, np.array([own]))
     return LoadCurves(
         loads,
@@ -230,7 +229,7 @@ def _load_capacity(p: Array) -> LoadCurves:
     )
 
 
-def _operating_map(p: Array) -> OperatingMap:
+def _operating_map(p: np.record) -> OperatingMap:
     """Return K_s, K_i and the error of the linear law over displacement and control current."""
     clearance = PLANT["rb1.clearance"].start or 0.0
     x, i_c = np.linspace(-clearance, clearance, POINTS), np.linspace(*design.current_range(p), POINTS)

@@ -15,7 +15,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
-from amb_analysis.design import axis_parameters, constants
+from amb_analysis.design import axis_parameters, linear_constants
 from amb_cosim.cosim.master import Coupling
 from amb_cosim.scenario import Scenario, make_scenario
 from amb_cosim.simulation import prepare, run_prepared
@@ -121,7 +121,7 @@ HALVED = tuple(SUBSTEP * 2**k for k in range(5, -1, -1))  # 500 us to 15.6 us
 def comparisons() -> list[Comparison]:
     """Return the comparisons of the study."""
     linear = Levitation(Omega=120.0, disc="d3", unbalance=0.02)
-    k_s, k_i = constants(axis_parameters())
+    k_s, k_i = linear_constants(axis_parameters())
     orders = {
         "Gauss-Seidel, force held": Scheme(gradient=False),
         "Gauss-Seidel, with gradient": Scheme(),

@@ -9,8 +9,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from rich.table import Table
 
-from amb_actuator.actuator import INTERFACE
-from amb_actuator.force import current_stiffness, negative_stiffness
+from amb_analysis.design import axis_parameters, linear_constants
 from amb_cosim.json_data import Key, Layout
 from amb_cosim.studies.inputs import Number, RotorSource, node_numbers, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult, StudyResult
@@ -21,7 +20,6 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.tables import SPEEDS, deviations, frequency_tables
 
-GEOMETRY = ("turns", "pole_area", "gap", "half_angle", "bias_current", "static_current")
 POINTS = 161  # speeds of the error of condensation
 
 ByMassAndSpeed = dict[str, dict[str, list[float]]]
@@ -132,8 +130,7 @@ class MeshAndCondensation(DrawnResult):
 
 def thesis_tables() -> ThesisTables:
     """Return Tables 3.1 to 3.4 of the thesis and the constants K_s and K_i of Table 2.2, computed from the models."""
-    geometry = [INTERFACE[f"mb1.{name}_x"].start for name in GEOMETRY]
-    constants = BearingConstants(negative_stiffness(*geometry), current_stiffness(*geometry))
+    constants = BearingConstants(*linear_constants(axis_parameters()))
     return ThesisTables(_frequencies(load_rotor()), constants)
 
 

@@ -19,11 +19,10 @@ from pathlib import Path
 import control
 import numpy as np
 
-from amb_actuator.force import current_stiffness, negative_stiffness
 from amb_actuator.interface import AXES, DYNAMIC, MEASURED, N_AXES
+from amb_analysis.design import AXIS, axis_parameters, linear_constants
 from amb_analysis.sampled_loop import parameter_array
 from amb_cosim.simulation import Prepared
-from amb_cosim.studies.frequency_tables import GEOMETRY
 from fmi_export.model import Array
 from rolac_controller.chain import is_on
 from rolac_controller.interface import CUTOFF, DELAY, DERIVATIVE_TIME, FILTER
@@ -81,8 +80,9 @@ def bearing_constants(loop: LinearLoop, axis: int) -> tuple[float, float]:
     """Return K_s (N/m) and K_i (N/A) of an axis at its centre, by the force law of the actuator."""
     if loop.parameters["amb_actuator"]["force_law"] == MEASURED:
         return loop.of_axis("amb_actuator", axis, "k_s_measured"), loop.of_axis("amb_actuator", axis, "k_i_measured")
-    geometry = [loop.of_axis("amb_actuator", axis, name) for name in GEOMETRY]
-    return negative_stiffness(*geometry), current_stiffness(*geometry)
+    bearing, direction = AXES[axis]
+    values = {name: loop.of_axis("amb_actuator", axis, name) for name in AXIS.names or ()}
+    return linear_constants(axis_parameters(bearing, direction, **values))
 
 
 def rotor_system(loop: LinearLoop, nodes: tuple[int, ...] = ()) -> control.StateSpace:

@@ -27,7 +27,7 @@ class Library:
     """The library of an extracted FMU."""
 
     def __init__(self, folder: Path) -> None:
-        from fmi_export.native.compiler import PLATFORMS, host_platform
+        from fmi_export.building.native.compiler import PLATFORMS, host_platform
 
         root = ElementTree.parse(folder / "modelDescription.xml").getroot()
         here = host_platform()

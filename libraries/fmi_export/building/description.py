@@ -4,16 +4,10 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement
 
+from fmi_export.building.units import base_unit
+from fmi_export.log_categories import LOG_CATEGORIES
 from fmi_export.model import Model
 from fmi_export.variables import LARGEST, Variable
-
-LOG_CATEGORIES = {
-    "logStatusWarning": "Something was limited or ignored.",
-    "logStatusDiscard": "A step was refused.",
-    "logStatusError": "The model stopped; fault_code says why.",
-    "logStatusFatal": "The FMU cannot be used any more.",
-    "logAll": "Everything.",
-}
 
 
 def model_description(model: Model, guid: str, tool: str, version: str, needs_tool: bool = True) -> Element:
@@ -66,8 +60,6 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
 
 
 def _add_units(root: Element, model: Model) -> None:
-    from fmi_export.units import base_unit  # only builds need pint; a running FMU needs numpy alone
-
     units = sorted({v.unit for v in model.interface.variables if v.type == "Real"})
     definitions = SubElement(root, "UnitDefinitions")
     for unit in units:

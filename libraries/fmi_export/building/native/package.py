@@ -15,13 +15,19 @@ from xml.etree import ElementTree
 import numpy as np
 import platformdirs
 
-from fmi_export.build import digests, guid_of
-from fmi_export.description import model_description
-from fmi_export.files import write_atomically
+from amb_files.atomic import write_atomically
+from fmi_export.building.description import model_description
+from fmi_export.building.native.compiler import (
+    PLATFORMS,
+    check_compiler,
+    check_platforms,
+    compile_library,
+    host_platform,
+)
+from fmi_export.building.native.lowering import lower
+from fmi_export.building.native.tables import model_source, sizes_header
+from fmi_export.building.python_fmu import digests, guid_of
 from fmi_export.model import Array, Model
-from fmi_export.native.compiler import PLATFORMS, check_compiler, check_platforms, compile_library, host_platform
-from fmi_export.native.lowering import lower
-from fmi_export.native.tables import model_source, sizes_header
 
 HERE = Path(__file__).parent
 C_SOURCES = ("fmi2.h", "model.h", "instance.h", "instance.c", "slave.c")

@@ -1,6 +1,6 @@
 """Keeps the interface table in a model's README equal to its variable table.
 
-    python -m fmi_export.readme amb_actuator.actuator fmus/amb_actuator/README.md
+    python -m fmi_export.building.readme amb_actuator.actuator fmus/amb_actuator/README.md
 
 rewrites what stands between the two marker comments of that file.
 """

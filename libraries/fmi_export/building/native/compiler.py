@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 
-from fmi_export.native.universal import universal
+from fmi_export.building.native.universal import universal
 
 # FMI 2.0.4 platform folder: suffix of its libraries, and the targets that one of them is for.
 PLATFORMS: dict[str, tuple[str, tuple[str, ...]]] = {

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from pythonfmu.builder import FmuBuilder
 
+from amb_files.atomic import write_atomically
 from fmi_export import amb_cosim_bootstrap as bootstrap
-from fmi_export.files import write_atomically
 from fmi_export.model import Array, Model
 
 
@@ -27,6 +27,8 @@ def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
     sha = hashlib.sha256(model.interface.canonical() + flavour.encode())
     for name, digest in digests(model).items():
         sha.update(f"{name} {digest}".encode())
+    for name in ("python_fmu.py", "description.py", "units.py"):  # they decide what an archive and its description hold
+        sha.update((Path(__file__).parent / name).read_bytes())
     sha.update(np.ascontiguousarray(constants, dtype=np.float64).tobytes())
     text = sha.hexdigest()
     return f"{{{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:32]}}}"

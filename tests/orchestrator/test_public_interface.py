@@ -1,0 +1,148 @@
+"""The package as it is used from Python, and the command line as a thin layer over it."""
+
+from __future__ import annotations
+
+import pydoc
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import amb_cosim
+
+SETTING = {"rotor_contact.rb1.clearance": "0.6 mm"}
+UNTIL = 0.15
+SCREENS = 2 * 50  # lines
+
+
+@pytest.fixture(scope="module")
+def result() -> amb_cosim.Result:
+    return amb_cosim.run("fig4_9", set=SETTING, until=UNTIL, flavour="python", progress=False)
+
+
+def test_the_documentation_fits_two_screens():
+    text = pydoc.render_doc(amb_cosim, renderer=pydoc.plaintext)
+    assert len(text.splitlines()) <= SCREENS
+    for name in dir(amb_cosim):
+        assert f" {name} " in text
+        assert getattr(amb_cosim, name).__doc__, f"{name} has no documentation"
+
+
+def test_an_import_loads_nothing_heavy():
+    heavy = ("numpy", "scipy", "numba", "xarray", "matplotlib", "control", "fmpy", "pydantic", "pint", "rich")
+    code = f"import amb_cosim, sys; print([name for name in {heavy} if name in sys.modules])"
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert process.stdout.strip() == "[]"
+
+
+def test_names_stay_what_they_are_however_often_they_are_asked_for():
+    for name in dir(amb_cosim):
+        assert getattr(amb_cosim, name) is getattr(amb_cosim, name)
+    assert callable(amb_cosim.run)
+    with pytest.raises(AttributeError, match="there are run"):
+        _ = amb_cosim.simulation_of_everything
+
+
+def test_only_names_of_this_project_are_installed():
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
+    packages = {Path(p).name for p in project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]}
+    models = {"rotor_contact", "amb_actuator", "rolac_controller"}
+    libraries = {"amb_files", "amb_analysis", "rotor_analysis", "fmi_export"}
+    assert packages == {"amb_cosim"} | models | libraries
+
+
+def test_command_line_and_python_give_the_same(result, runner, tmp_path):
+    command = ["run", "fig4_9", "--set", "rotor_contact.rb1.clearance=0.6 mm", "--until", str(UNTIL)]
+    assert runner(*command, "--no-plots", "-o", "out", "--summary-json", "-").exit_code == 0
+    again = amb_cosim.Result.load(tmp_path / "out")
+    xr.testing.assert_equal(again.dataset, result.dataset)
+    changing = {"wall", "real_time_factor"}
+    assert again.summary.model_dump(exclude=changing) == result.summary.model_dump(exclude=changing)
+    assert again.outcome == result.outcome
+
+
+def test_a_result_tells_what_happened(result):
+    assert result.scenario == "fig4_9"
+    assert (result.outcome.status, result.outcome.reason) == ("completed", "")
+    assert result.outcome.time == pytest.approx(UNTIL)
+    assert result.summary.peak_contact_force["rb1"] > 0.0
+    assert result.dataset["rotor_contact.rb1.f_n"].attrs["units"] == "N"
+    assert repr(result) == f"<Result of fig4_9: completed at t = 0.15 s; {len(result.dataset.data_vars)} variables>"
+    assert "peak contact force" in result._repr_html_()
+
+
+def test_figures_of_a_result_are_matplotlib_figures(result):
+    from matplotlib.figure import Figure
+
+    for name in ("orbits", "displacement", "contact", "whirl", "energy"):
+        assert isinstance(getattr(result.plot, name)(), Figure)
+
+
+def test_a_saved_result_is_read_back(result, tmp_path):
+    folder = result.save(tmp_path / "saved")
+    assert {"result.nc", "summary.json", "orbits.png"} <= {path.name for path in folder.iterdir()}
+    again = amb_cosim.Result.load(folder)
+    xr.testing.assert_identical(again.dataset, result.dataset)
+    assert again.summary == result.summary
+    with pytest.raises(ValueError, match="no result"):
+        amb_cosim.Result.load(tmp_path)
+
+
+def test_a_stop_condition_ends_a_run_with_its_reason():
+    scenario = amb_cosim.Scenario.load("fig4_9").changed(
+        settle_cycles=5, end_cycle=8, stop=[{"variable": "rotor_contact.rb1.f_n", "above": 10}]
+    )
+    outcome = amb_cosim.run(scenario, progress=False).outcome
+    assert (outcome.status, outcome.component) == ("stopped", None)
+    assert outcome.reason == "rotor_contact.rb1.f_n above 10 N"
+
+
+def test_a_failure_names_component_time_and_reason():
+    scenario = amb_cosim.Scenario.load("fig4_9").changed(
+        settle_cycles=0,
+        end_cycle=8,
+        parameters={"rotor_contact": {"rb?.enabled": False}},
+        event=[{"cycle": 1, "set": {"rotor_contact": {"d1.f_x": 1e6}}}],
+    )
+    outcome = amb_cosim.run(scenario, progress=False).outcome
+    assert (outcome.status, outcome.component) == ("failed", "amb_actuator")
+    assert "must stay within the air gap" in outcome.reason
+    assert 2.0 * np.pi / 260.0 < outcome.time < 8 * 2.0 * np.pi / 260.0
+
+
+def test_progress_reaches_the_number_of_steps():
+    seen: list[tuple[int, int]] = []
+    scenario = amb_cosim.Scenario.load("fig4_9").changed(settle_cycles=1, end_cycle=2)
+    amb_cosim.run(scenario, progress=lambda done, total: seen.append((done, total)))
+    assert seen[-1][0] == seen[-1][1]
+
+
+def test_a_changed_scenario_is_checked_and_the_first_one_stays():
+    base = amb_cosim.Scenario.load("fig4_9")
+    other = base.changed(end_cycle=30, parameters={"rotor_contact": {"rb1.mu": 0.1}})
+    assert (base.end_cycle, other.end_cycle) == (20.0, 30.0)
+    assert other.parameters["rotor_contact"]["rb1.mu"] == 0.1
+    assert other.inputs == base.inputs
+    with pytest.raises(ValueError, match="unknown key end_cycles; did you mean end_cycle"):
+        base.changed(end_cycles=3)
+    with pytest.raises(ValueError, match="end_cycle = -1 is not allowed"):
+        base.changed(end_cycle=-1)
+
+
+def test_check_finds_what_does_not_fit_the_components():
+    scenario = amb_cosim.Scenario.load("fig4_9").changed(parameters={"rotor_contact": {"rb1.clearence": "1 mm"}})
+    with pytest.raises(
+        ValueError, match=r"rotor_contact has no variable 'rb1\.clearence'; did you mean rb1\.clearance"
+    ):
+        scenario.check()
+
+
+@pytest.mark.parametrize("name", sorted(amb_cosim.scenarios()))
+def test_a_saved_scenario_is_the_same_scenario(name, tmp_path):
+    scenario = amb_cosim.Scenario.load(name)
+    again = amb_cosim.Scenario.load(scenario.save(tmp_path / f"{name}.toml"))
+    assert again == scenario
