@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import inspect
 import json
+from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import click
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from amb_cosim import studies
 from amb_cosim.cli import main
 from amb_cosim.commands import analysis
-from amb_cosim.studies.outcome import Outcome
+from amb_cosim.commands.options import ROTOR, SETTINGS
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.text_tables import TextPart
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported import supported
@@ -137,21 +144,58 @@ def test_response_data_grow_with_the_unbalance(runner, tmp_path):
     assert peaks[1] == pytest.approx(2.0 * peaks[0])
 
 
-def test_study_that_is_registered_runs_with_its_options(runner, tmp_path, monkeypatch):
+@dataclass(frozen=True)
+class Level(DrawnResult):
+    """A result of the smallest kind."""
+
+    name: ClassVar[str] = "mine"
+    level: float
+
+    def text(self) -> list[TextPart]:
+        return [f"level {self.level:g}"]
+
+    def figure(self) -> Figure:
+        return Figure()
+
+
+@pytest.fixture
+def added(monkeypatch):
+    """`added(compute, *options, **more)`: adds the study `mine` to the command line."""
+
+    def add(compute, *options, **more) -> None:
+        monkeypatch.setattr(studies, "mine", compute, raising=False)
+        monkeypatch.setitem(studies.STUDIES, "mine", studies.Study("mine", "A study."))
+        monkeypatch.setattr(analysis.study, "commands", dict(analysis.study.commands))
+        analysis.add_study("mine", *options, **more)
+
+    return add
+
+
+@pytest.mark.parametrize("more", [{}, {"shows_progress": True}])
+def test_added_study_runs_with_its_options(runner, added, tmp_path, more):
     seen = {}
 
-    def mine(rotor, level):
-        seen.update(rotor=rotor.name, level=level)
-        return Outcome({"level": level}, {}, ["done"])
+    def mine(rotor, level, set):
+        seen.update(rotor=rotor, level=level, set=set)
+        return Level(level)
 
-    monkeypatch.setattr("amb_cosim.studies.rotor.mine", mine, raising=False)
-    monkeypatch.setattr(analysis.study, "commands", dict(analysis.study.commands))
-    analysis.register("mine", "A study.", click.option("--level", type=float, default=1.0))
-    result = runner("study", "mine", "--rotor", "pump.toml", "--level", "3")
+    added(mine, ROTOR, SETTINGS, click.option("--level", type=float, default=1.0), **more)
+    result = runner("study", "mine", "--rotor", "pump.toml", "--level", "3", "--set", "a.b=2 mm")
     assert result.exit_code == 0, result.output
-    assert seen == {"rotor": "pump", "level": 3.0}
+    assert seen == {"rotor": Path("pump.toml"), "level": 3.0, "set": {"a.b": "2 mm"}}
     assert json.loads((tmp_path / "results" / "study_mine" / "mine.json").read_text()) == {"level": 3.0}
-    assert "done" in result.stdout
+    assert "level 3" in result.stdout
+    assert result.stderr == ""
+
+
+@pytest.mark.parametrize("name", analysis.study.commands)
+def test_defaults_are_those_of_the_python_function(name):
+    renamed = {"rotor_file": "rotor", "settings": "set"}
+    given = analysis.study.commands[name].make_context(name, []).params
+    del given["output"]
+    options = {renamed.get(key, key): value or None for key, value in given.items()}
+    parameters = inspect.signature(getattr(studies, name)).parameters.values()
+    assert options == {p.name: p.default or None for p in parameters if p.name != "progress"}
 
 
 BAD = {

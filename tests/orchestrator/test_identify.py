@@ -18,6 +18,7 @@ import xarray as xr
 from amb_analysis.table_file import ReceptanceTable, loop_of, read_table
 from amb_cosim.cosim.simulation import Outcome
 from amb_cosim.models import check_loop
+from amb_cosim.result import Result
 from amb_cosim.scenario import load_scenario
 from amb_cosim.simulation import prepare
 from amb_cosim.studies import receptance_measurement
@@ -48,25 +49,30 @@ def outputs(R: np.ndarray, state: int = DONE, error: int = NO_ERROR) -> xr.Datas
     return xr.Dataset({f"rolac_controller.{name}": ("time", [0.0, value]) for name, value in values.items()})
 
 
+def completed(dataset: xr.Dataset) -> Result:
+    """A run that reached its end."""
+    return Result(dataset, Outcome("completed", 1.0))
+
+
 @pytest.fixture
 def runs(monkeypatch):
-    """`runs(*outcomes)`: the simulations of identify end like this, one after the other."""
+    """`runs(*results)`: the simulations of identify end with these results, one after the other."""
 
-    def script(*outcomes: Outcome) -> None:
-        left = iter(outcomes)
-        monkeypatch.setattr(receptance_measurement, "run", lambda prepared, progress: next(left))
+    def script(*results: Result) -> None:
+        left = iter(results)
+        monkeypatch.setattr(receptance_measurement, "run_prepared", lambda prepared, progress: next(left))
 
     return script
 
 
 def test_each_speed_is_kept_and_a_failing_one_does_not_take_the_others_along(runner, runs, tmp_path):
     ends = [
-        Outcome(outputs(receptance(1)), None),
-        Outcome(outputs(receptance(2), FAILED, CONTACT), None),
-        Outcome(outputs(receptance(2), WAITING), None),
-        Outcome(outputs(np.zeros((8, 4))), None),
-        Outcome(xr.Dataset(), "amb_actuator failed at t = 1 s"),
-        Outcome(outputs(receptance(6)), None),
+        completed(outputs(receptance(1))),
+        completed(outputs(receptance(2), FAILED, CONTACT)),
+        completed(outputs(receptance(2), WAITING)),
+        completed(outputs(np.zeros((8, 4)))),
+        Result(xr.Dataset(), Outcome("failed", 1.0, "amb_actuator")),
+        completed(outputs(receptance(6))),
     ]
     runs(*ends)
     result = runner("identify", "--speeds", "10 Hz,12 Hz,13 Hz,14 Hz,15 Hz,100 rad/s", "-o", "t.toml")
@@ -91,7 +97,7 @@ def test_each_speed_is_kept_and_a_failing_one_does_not_take_the_others_along(run
 
 def test_a_new_identification_replaces_its_speed_and_leaves_the_others(runner, runs, table, tmp_path):
     table.write(tmp_path / "t.toml")
-    runs(Outcome(outputs(receptance(8)), None))
+    runs(completed(outputs(receptance(8))))
     result = runner("identify", "--speeds", "100 rad/s", "-o", "t.toml")
     assert result.exit_code == 0, result.stderr
     kept = read_table(tmp_path / "t.toml").entries
@@ -101,7 +107,7 @@ def test_a_new_identification_replaces_its_speed_and_leaves_the_others(runner, r
 
 
 def test_an_interrupt_keeps_the_speeds_before_it(runner, runs, tmp_path):
-    runs(Outcome(outputs(receptance()), None), Outcome(xr.Dataset(), "interrupted at t = 2 s", interrupted=True))
+    runs(completed(outputs(receptance())), Result(xr.Dataset(), Outcome("interrupted", 2.0)))
     result = runner("identify", "--speeds", "10 Hz,20 Hz,30 Hz", "-o", "t.toml")
     assert result.exit_code == 1
     assert "amb-cosim: interrupted at t = 2 s; t.toml has the 1 done" in result.stderr
@@ -109,7 +115,7 @@ def test_an_interrupt_keeps_the_speeds_before_it(runner, runs, tmp_path):
 
 
 def test_nothing_identified_writes_no_table(runner, runs, tmp_path):
-    runs(Outcome(xr.Dataset(), "interrupted at t = 2 s", interrupted=True))
+    runs(Result(xr.Dataset(), Outcome("interrupted", 2.0)))
     result = runner("identify", "--speeds", "10 Hz", "-o", "t.toml")
     assert result.exit_code == 1
     assert "nothing was written to t.toml" in result.stderr
@@ -117,7 +123,7 @@ def test_nothing_identified_writes_no_table(runner, runs, tmp_path):
 
 
 def test_speeds_are_the_twelve_of_the_thesis_unless_they_are_given(runner, runs, tmp_path):
-    runs(*[Outcome(outputs(receptance(k)), None) for k in range(12)])
+    runs(*[completed(outputs(receptance(k))) for k in range(12)])
     assert runner("identify", "-o", "t.toml").exit_code == 0
     hertz = [entry.speed / (2.0 * math.pi) for entry in read_table(tmp_path / "t.toml").entries]
     assert hertz == pytest.approx([5, 10, 15, 20, 22, 24, 25, 26, 27, 28, 29, 35])

@@ -10,8 +10,16 @@ import pytest
 
 from amb_actuator.actuator import INTERFACE as ACTUATOR
 from amb_cosim.studies.injection import PEAK, multi_sines, schroeder_phases, settling_samples
-from amb_cosim.studies.loop import Loop, amplifiers, bearing_constants, controllers, response, rotor, sensitivity
-from amb_cosim.studies.sensitivity import zone
+from amb_cosim.studies.linear_loop import (
+    LinearLoop,
+    amplifier_system,
+    bearing_constants,
+    controller_system,
+    diagonal_response,
+    rotor_system,
+    sensitivity_system,
+)
+from amb_cosim.studies.stability_margin import zone
 from rolac_controller.controller import INTERFACE as CONTROLLER
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduction import msdc
@@ -21,7 +29,7 @@ from rotor_contact.interface import INTERFACE as PLANT
 FREQUENCIES = np.array([0.5, 3.0, 11.9, 20.0, 47.0, 150.0, 348.0, 700.0])
 
 
-def loop(Omega: float = 90.0, sample_time: float = 250e-6, delay: int = 0, **changes: float) -> Loop:
+def loop(Omega: float = 90.0, sample_time: float = 250e-6, delay: int = 0, **changes: float) -> LinearLoop:
     """The loop with the FMUs' start values; `c_b=3e3` changes it in every axis of whichever FMU has it."""
     tables = {"rotor_contact": PLANT, "amb_actuator": ACTUATOR, "rolac_controller": CONTROLLER}
     parameters: dict[str, Any] = {
@@ -29,7 +37,7 @@ def loop(Omega: float = 90.0, sample_time: float = 250e-6, delay: int = 0, **cha
         for name, of in ((name, table.of("parameter")) for name, table in tables.items())
     }
     parameters["rotor_contact"] |= {f"{bearing}.{name}": 0.0 for bearing in ("mb1", "mb2") for name in ("k_b", "c_b")}
-    return Loop(parameters, Omega, sample_time, delay)
+    return LinearLoop(parameters, Omega, sample_time, delay)
 
 
 def continuous(Omega: float, frequencies: np.ndarray, lag: float, bandwidth: float = math.inf) -> np.ndarray:
@@ -52,7 +60,7 @@ def continuous(Omega: float, frequencies: np.ndarray, lag: float, bandwidth: flo
 def test_short_sampling_tends_to_the_continuous_loop(Omega: float) -> None:
     errors = []
     for sample_time in (20e-6, 10e-6):
-        S = response(sensitivity(loop(Omega, sample_time)), FREQUENCIES)
+        S = diagonal_response(sensitivity_system(loop(Omega, sample_time)), FREQUENCIES)
         errors.append(np.abs(S / continuous(Omega, FREQUENCIES, 0.0) - 1.0).max())
     assert errors[1] < 0.02
     assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)
@@ -62,7 +70,7 @@ def test_delay_and_amplifier_are_dead_time_and_lag() -> None:
     """Hold and backward difference lag by half a sample each, the second only in the derivative."""
     time = 5e-6
     plain, late, slow = (
-        response(sensitivity(loop(90.0, time, **change)), FREQUENCIES)
+        diagonal_response(sensitivity_system(loop(90.0, time, **change)), FREQUENCIES)
         for change in ({}, {"delay": 10}, {"amplifier": 1.0})
     )
     np.testing.assert_allclose(late / plain, continuous(90.0, FREQUENCIES, 10 * time) / undelayed(), rtol=2e-3)
@@ -81,12 +89,12 @@ def test_sensitivity_integral_is_that_of_the_unstable_poles(delay: int) -> None:
     of S on the circle, which a mean over points resolves to some 1e-3.
     """
     case = loop(90.0, 250e-6, delay)
-    S = sensitivity(case)
+    S = sensitivity_system(case)
     count = 2**14
     angles = math.pi * (np.arange(count) + 0.5) / count
     values = S(np.exp(1j * angles))
     determinants = np.linalg.det(np.moveaxis(values, -1, 0))
-    unstable = [pole for pole in (rotor(case) * amplifiers(case)).poles() if pole.real > 1.0]
+    unstable = [pole for pole in (rotor_system(case) * amplifier_system(case)).poles() if pole.real > 1.0]
     assert len(unstable) == 4
     expected = sum(pole.real * 250e-6 for pole in unstable)
     assert np.mean(np.log(np.abs(determinants))) == pytest.approx(expected, rel=3e-3)
@@ -95,7 +103,7 @@ def test_sensitivity_integral_is_that_of_the_unstable_poles(delay: int) -> None:
 def test_delay_and_amplifiers_cost_stability_margin() -> None:
     frequencies = np.linspace(9.0, 15.0, 61)
     plain, amplified, late = (
-        np.abs(response(sensitivity(loop(**change)), frequencies)).max(axis=1)
+        np.abs(diagonal_response(sensitivity_system(loop(**change)), frequencies)).max(axis=1)
         for change in ({}, {"amplifier": 1.0}, {"delay": 1})
     )
     assert np.all(plain < amplified)
@@ -103,20 +111,20 @@ def test_delay_and_amplifiers_cost_stability_margin() -> None:
 
 
 def test_both_directions_of_a_bearing_are_alike() -> None:
-    S = response(sensitivity(loop(300.0)), FREQUENCIES)
+    S = diagonal_response(sensitivity_system(loop(300.0)), FREQUENCIES)
     np.testing.assert_allclose(S[[0, 2]], S[[1, 3]], rtol=1e-9)
 
 
 def test_static_sensitivity_is_that_of_the_stiffnesses() -> None:
     """A rotor of such mass stands still at low frequency only if it is held: for a rigid one S(0) = -K_s/K_b."""
     k_s, _ = bearing_constants(loop(), 0)
-    S = response(sensitivity(loop()), np.array([1e-3]))[:, 0]
+    S = diagonal_response(sensitivity_system(loop()), np.array([1e-3]))[:, 0]
     assert np.all(S.real < 0.0)
     np.testing.assert_allclose(np.abs(S), k_s / 1e6, rtol=2e-3)
 
 
 def test_integral_action_takes_static_loads_over() -> None:
-    S = response(sensitivity(loop(k_integral=1e6)), np.array([1e-4, 1e-3]))
+    S = diagonal_response(sensitivity_system(loop(k_integral=1e6)), np.array([1e-4, 1e-3]))
     np.testing.assert_allclose(np.abs(S[:, 1] / S[:, 0]), 10.0, rtol=0.01)
     assert np.abs(S).max() < 0.02
 
@@ -124,7 +132,7 @@ def test_integral_action_takes_static_loads_over() -> None:
 def test_derivative_filter_is_a_lag() -> None:
     omega = 2.0 * np.pi * FREQUENCIES
     sharp, filtered = (
-        response(controllers(loop(sample_time=1e-6, derivative_time=tau, k_b=0.0, k_s=0.0)), FREQUENCIES)
+        diagonal_response(controller_system(loop(sample_time=1e-6, derivative_time=tau, k_b=0.0, k_s=0.0)), FREQUENCIES)
         for tau in (0.0, 1e-4)
     )
     np.testing.assert_allclose(filtered / sharp, np.broadcast_to(1.0 / (1.0 + 1e-4j * omega), sharp.shape), rtol=5e-3)
@@ -133,7 +141,8 @@ def test_derivative_filter_is_a_lag() -> None:
 def test_anti_aliasing_filter_is_a_lag() -> None:
     omega = 2.0 * np.pi * FREQUENCIES
     sharp, filtered = (
-        response(controllers(loop(sample_time=1e-6, preset=2, filter=on, cutoff=2000.0)), FREQUENCIES) for on in (0, 1)
+        diagonal_response(controller_system(loop(sample_time=1e-6, preset=2, filter=on, cutoff=2000.0)), FREQUENCIES)
+        for on in (0, 1)
     )
     lag = np.broadcast_to(1.0 / (1.0 + 1j * omega / (2.0 * np.pi * 2000.0)), sharp.shape)
     np.testing.assert_allclose(filtered / sharp, lag, rtol=1e-4)
@@ -141,9 +150,9 @@ def test_anti_aliasing_filter_is_a_lag() -> None:
 
 def test_unstable_loop_is_refused_with_what_grows() -> None:
     with pytest.raises(ValueError, match=r"the loop is not stable: a vibration of 35\d\.\d Hz grows by 0\.01"):
-        sensitivity(loop(sample_time=1e-3))
+        sensitivity_system(loop(sample_time=1e-3))
     with pytest.raises(ValueError, match=r"the loop is not stable: a vibration of 0\.0 Hz"):
-        sensitivity(loop(k_b=-1e5))
+        sensitivity_system(loop(k_b=-1e5))
 
 
 def test_measured_law_takes_the_measured_constants() -> None:

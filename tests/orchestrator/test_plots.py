@@ -74,7 +74,7 @@ def test_a_run_that_failed_while_settling_can_be_drawn(synthetic, tmp_path):
 
 
 def test_phases_share_their_ends_so_that_lines_join(synthetic):
-    parts = motion.phases(synthetic())
+    parts = motion.run_parts(synthetic())
     assert [name for name, _, _ in parts] == ["before the step", "with the added unbalance", "after its removal"]
     covered = sum(within.astype(int) for _, _, within in parts)
     assert covered.min() == 1
@@ -82,7 +82,7 @@ def test_phases_share_their_ends_so_that_lines_join(synthetic):
 
 
 def test_an_unbalance_from_the_start_has_no_phase_before_it(synthetic, without):
-    parts = motion.phases(without(synthetic(), "step_cycle"))
+    parts = motion.run_parts(without(synthetic(), "step_cycle"))
     assert [name for name, _, _ in parts] == ["with the unbalance", "after its removal"]
     assert sum(within.astype(int) for _, _, within in parts).min() == 1
 
@@ -110,8 +110,8 @@ def test_rolac_that_is_switched_on_within_the_run_is_marked(synthetic):
 
 def test_orbits_without_and_with_rolac_are_apart_where_nothing_else_changes(synthetic, without):
     dataset = acting(without(synthetic(), "step_cycle", "removal_cycle"), 8.0)
-    parts = motion.phases(dataset)
+    parts = motion.run_parts(dataset)
     assert [name for name, _, _ in parts] == ["before ROLAC", "with ROLAC"]
     assert np.flatnonzero(parts[0][2] & parts[1][2]).tolist() == [800]
-    assert next(name for name, _, _ in motion.phases(acting(synthetic(), 8.0))) == "before the step"
-    assert [name for name, _, _ in motion.phases(acting(dataset, 0.0))] == ["run"]
+    assert next(name for name, _, _ in motion.run_parts(acting(synthetic(), 8.0))) == "before the step"
+    assert [name for name, _, _ in motion.run_parts(acting(dataset, 0.0))] == ["run"]

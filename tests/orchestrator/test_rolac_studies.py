@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from amb_cosim.commands import analysis
-from amb_cosim.studies import excitation, receptances, recovery
-from amb_cosim.studies.outcome import Outcome
+from amb_cosim import studies
+from amb_cosim.scenario import load_scenario
+from amb_cosim.studies import contact_recovery
+from amb_cosim.studies.h_interpolation import InverseReceptance, interpolated
+from amb_cosim.studies.identification_force import IdentificationForce
 from rotor_analysis.receptance import receptance
-from rotor_analysis.rotor_file import load_rotor
 
 S5, S3 = 4, 2  # sensors in x at MB1 and MB2
 MB1, MB2 = 0, 2  # forces in x
@@ -70,7 +71,7 @@ def matrices(parts: dict) -> np.ndarray:
 
 
 def responses(k_b: str = "1e6 N/m", c_b: str = "5000 N.s/m") -> np.ndarray:
-    return matrices(receptances.receptance(load_rotor(), "50 Hz", k_b, c_b).data["receptance_m_per_N"])
+    return studies.receptance(k_b=k_b, c_b=c_b).receptance
 
 
 @pytest.fixture(scope="module")
@@ -115,85 +116,84 @@ def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def force() -> dict:
-    return excitation.test_force("50 Hz").data
+def force() -> IdentificationForce:
+    return studies.test_force("50 Hz")
 
 
 def test_force_and_duration_of_an_identification_are_those_of_the_thesis(force):
-    data = force["at_the_speeds_of_the_thesis"]
-    at = {round(f, 9): k for k, f in enumerate(data["frequencies_hz"])}
-    assert data["amplitude_N"][at[10.0]] == pytest.approx(220.0 / 4.5)
-    assert data["amplitude_N"][at[35.0]] == pytest.approx(550.0)
-    assert data["t_halt_s"][at[5.0]] == pytest.approx(54.0)
+    columns = force.at_the_speeds_of_the_thesis
+    at = {round(f, 9): k for k, f in enumerate(columns.frequencies)}
+    assert columns.amplitude[at[10.0]] == pytest.approx(220.0 / 4.5)
+    assert columns.amplitude[at[35.0]] == pytest.approx(550.0)
+    assert columns.t_halt[at[5.0]] == pytest.approx(54.0)
     for f in (15.0, 20.0, 35.0):
-        assert data["t_halt_s"][at[f]] == pytest.approx(18.0)
+        assert columns.t_halt[at[f]] == pytest.approx(18.0)
 
 
 def test_force_jumps_at_30_hz_and_nowhere_else(force):
-    assert force["at_the_jump"]["amplitude_N"] == pytest.approx([440.0, 550.0])
-    assert force["at_the_jump"]["s"] == pytest.approx([0.5, 0.4])
-    f, s = np.array(force["frequencies_hz"]), np.array(force["s"])
+    assert force.at_the_jump.amplitude == pytest.approx([440.0, 550.0])
+    assert force.at_the_jump.s == pytest.approx([0.5, 0.4])
+    f, s = force.columns.frequencies, force.columns.s
     steep = np.abs(np.diff(s)) > 0.3 * np.diff(f) + 1e-9  # S changes by 0.25 per Hz or less
     assert np.flatnonzero(steep).tolist() == [int(np.searchsorted(f, 30.0)) - 1]
 
 
 def test_slots_are_whole_periods_that_last_three_seconds_or_longer(force):
-    f, slots = np.array(force["frequencies_hz"]), np.array(force["periods_per_slot"])
+    f, slots = force.columns.frequencies, force.columns.periods_per_slot
     assert np.all(slots == np.round(slots))
     assert np.all(slots / f >= 3.0 - 1e-6)
     assert np.all(slots / f < np.maximum(3.0, 45.0 / f) + 1.0 / f)
 
 
 def test_range_below_the_jump_has_none():
-    data = excitation.test_force("25 Hz").data
-    assert data["at_the_jump"]["frequencies_hz"] == []
-    assert data["frequencies_hz"][-1] == pytest.approx(25.0)
+    force = studies.test_force("25 Hz")
+    assert len(force.at_the_jump.frequencies) == 0
+    assert force.columns.frequencies[-1] == pytest.approx(25.0)
 
 
 # H
 
 
 @pytest.fixture(scope="module")
-def inverse() -> dict:
-    return receptances.h_matrix(load_rotor(), "50 Hz", "1e6 N/m", "5000 N.s/m").data
+def inverse() -> InverseReceptance:
+    return studies.h_matrix()
 
 
 def test_full_step_with_the_exact_h_leaves_no_force(inverse):
     """H R = -I: the force that H answers a vibration with is against the one that causes it."""
-    H, speeds = matrices(inverse["h_N_per_m"]), np.array(inverse["speeds_hz"])
-    product = H @ receptance(2.0 * np.pi * speeds)
+    product = inverse.h @ receptance(2.0 * np.pi * inverse.speeds)
     np.testing.assert_allclose(product, np.broadcast_to(-np.eye(4), product.shape), atol=1e-10)
 
 
 def test_h_of_the_table_is_exact_at_its_speeds_and_nowhere_between(inverse):
-    speeds, errors = np.array(inverse["speeds_hz"]), inverse["tables"]["thesis"]
-    known = np.isin(speeds, inverse["table_hz"])
-    between = (speeds < 35.0) & (np.abs(speeds - np.array(inverse["table_hz"])[:, None]).min(axis=0) > 0.01)
+    speeds, errors = inverse.speeds, inverse.tables["thesis"]
+    known = np.isin(speeds, inverse.table)
+    between = (speeds < 35.0) & (np.abs(speeds - inverse.table[:, None]).min(axis=0) > 0.01)
     assert known.sum() == 12
-    for values in map(np.array, errors.values()):
+    for values in (errors.relative_error, errors.left_by_a_step):
         assert values[known].max() < 1e-10
         assert values[between].min() > 1e-5
 
 
 def test_step_between_the_speeds_of_the_table_still_reduces_the_force(inverse):
-    speeds, left = np.array(inverse["speeds_hz"]), np.array(inverse["tables"]["thesis"]["left_by_a_step"])
+    speeds, left = inverse.speeds, inverse.tables["thesis"].left_by_a_step
     assert 0.05 < left[speeds <= 35.0].max() < 0.15
-    assert np.array(inverse["condition_number"]).max() < 5.0
+    assert inverse.condition_number.max() < 5.0
 
 
 def test_h_beyond_the_table_is_that_of_its_last_speed(inverse):
-    H, speeds = matrices(inverse["h_interpolated_N_per_m"]), np.array(inverse["speeds_hz"])
-    beyond, last = H[speeds > 35.0], H[speeds == inverse["table_hz"][-1]]
+    H, speeds = inverse.h_interpolated, inverse.speeds
+    beyond, last = H[speeds > 35.0], H[speeds == inverse.table[-1]]
     np.testing.assert_allclose(beyond, np.broadcast_to(last, beyond.shape), rtol=1e-12)
 
 
 def test_error_of_linear_interpolation_falls_with_the_square_of_the_spacing():
     speeds = 2.0 * np.pi * np.linspace(12.0, 20.0, 101)
-    exact = receptances.interpolated(speeds, receptance(speeds), speeds)
+    exact = interpolated(speeds, receptance(speeds), speeds)
     errors = []
     for spacing in (1.0, 0.5):
         table = 2.0 * np.pi * np.arange(12.0, 20.0 + spacing, spacing)
-        errors.append(np.abs(receptances.interpolated(table, receptance(table), speeds) - exact).max())
+        errors.append(np.abs(interpolated(table, receptance(table), speeds) - exact).max())
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
 
 
@@ -201,15 +201,16 @@ def test_error_of_linear_interpolation_falls_with_the_square_of_the_spacing():
 
 
 def test_unit_of_a_list_of_unbalances_may_be_said_once():
-    assert recovery.unbalances("24, 8,16 g.m") == pytest.approx([8e-3, 16e-3, 24e-3])
-    assert recovery.unbalances("1e1,2E+1g.m") == pytest.approx([10e-3, 20e-3])
-    assert recovery.unbalances("8 g.m,0.01 kg.m") == pytest.approx([8e-3, 10e-3])
-    assert recovery.unbalances("0.02") == pytest.approx([20e-3])
+    assert contact_recovery.unbalances("24, 8,16 g.m") == pytest.approx([8e-3, 16e-3, 24e-3])
+    assert contact_recovery.unbalances("1e1,2E+1g.m") == pytest.approx([10e-3, 20e-3])
+    assert contact_recovery.unbalances("8 g.m,0.01 kg.m") == pytest.approx([8e-3, 10e-3])
+    assert contact_recovery.unbalances("0.02") == pytest.approx([20e-3])
+    assert contact_recovery.unbalances([0.02, "8 g.m"]) == pytest.approx([8e-3, 20e-3])
 
 
 def test_runs_are_those_of_the_scenario_but_for_the_step():
-    case = recovery.Case("PID + ROLAC", 32e-3, 5.4, 7.0)
-    scenario, base = recovery.scenario(case), recovery.load_scenario("fig5_6")
+    trial = contact_recovery.Trial("PID + ROLAC", 32e-3, 5.4, 7.0)
+    scenario, base = contact_recovery.trial_scenario(trial), load_scenario("fig5_6")
     (step,) = scenario.event
     assert (step.label, step.cycle) == ("step", 5.4)
     assert step.set["rotor_contact"]["d1.u"] == pytest.approx(37e-3)
@@ -221,9 +222,9 @@ def test_runs_are_those_of_the_scenario_but_for_the_step():
 def test_share_counts_the_runs_recovered_and_the_time_those_that_touched_or_not(monkeypatch, runner, tmp_path):
     """Of four instants one run never touches, one is free after 3 cycles, one after 9, one never."""
     last = {5.0: (True, None), 5.25: (True, 8.25), 5.5: (True, 14.5), 5.75: (False, 60.0)}
-    monkeypatch.setattr(
-        recovery, "outcomes", lambda cases, progress: [recovery.Result(*last[case.cycle]) for case in cases]
-    )
+    result_of = contact_recovery.TrialResult
+    simulated = lambda trials, progress: [result_of(*last[trial.cycle]) for trial in trials]  # noqa: E731
+    monkeypatch.setattr(contact_recovery, "simulate_all", simulated)
     result = runner("study", "recovery", "--steps", "8,16 g.m", "--instants", "4", "--alpha", "5", "-o", "out")
     assert result.exit_code == 0, result.output
     assert "75, 3.0" in result.stdout
@@ -235,21 +236,6 @@ def test_share_counts_the_runs_recovered_and_the_time_those_that_touched_or_not(
     assert (cell["recovered_share"], cell["median_cycles"]) == (0.75, 3.0)
     assert [run["step_cycle"] for run in cell["runs"]] == list(last)
     assert [run["cycles"] for run in cell["runs"]] == [0.0, 3.0, 9.0, 54.25]
-
-
-def test_study_that_reports_is_given_a_way_to_say_how_far_it_is(runner, tmp_path, monkeypatch):
-    def mine(progress):
-        for done in range(3):
-            progress(done + 1, 3)
-        return Outcome({}, {}, ["done"])
-
-    monkeypatch.setattr("amb_cosim.studies.rotor.mine", mine, raising=False)
-    monkeypatch.setattr(analysis.study, "commands", dict(analysis.study.commands))
-    analysis.register("mine", "A study.", any_rotor=False, reports=True)
-    result = runner("study", "mine")
-    assert result.exit_code == 0, result.output
-    assert "done" in result.stdout
-    assert result.stderr == ""
 
 
 @pytest.mark.slow

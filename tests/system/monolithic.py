@@ -11,17 +11,17 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from amb_cosim.studies.monolithic import BEARINGS, Case, Levitated
+from amb_cosim.studies.monolithic import BEARINGS, Levitation, MonolithicSystem
 
 CLEARANCE = 0.75e-3
 
 
-def orbit_with_contact(case: Case, samples: int) -> tuple[np.ndarray, np.ndarray]:
+def orbit_with_contact(case: Levitation, samples: int) -> tuple[np.ndarray, np.ndarray]:
     """Complex displacement at MB1 and MB2 (m), and normal forces (N), at each sample, from rest.
 
     Frictionless contact as a constraint with the nodal impact law, integrated to tight tolerances with located events.
     """
-    system = Levitated(case)
+    system = MonolithicSystem(case)
     n = system.n
     closed: set[int] = set()
 

@@ -18,19 +18,20 @@ def studied() -> list[dict[str, Any]]:
     """The study's comparisons at three communication steps, over a shorter time."""
     from dataclasses import replace
 
-    from amb_cosim.studies.coupling import compare, comparisons
+    from amb_cosim.json_data import json_data
+    from amb_cosim.studies.coupling_convergence import compare, comparisons
 
-    return [compare(replace(c, steps=(125e-6, 62.5e-6, 31.25e-6)), duration=0.05) for c in comparisons()]
+    return [json_data(compare(replace(c, steps=(125e-6, 62.5e-6, 31.25e-6)), duration=0.05)) for c in comparisons()]
 
 
 def against_undelayed() -> list[float]:
     """Error of a Jacobi co-simulation against the system without the sample of delay, at two communication steps."""
     import numpy as np
 
-    from amb_cosim.studies.coupling import Scheme, cosimulated
-    from amb_cosim.studies.monolithic import Case, free_orbit
+    from amb_cosim.studies.coupling_convergence import Scheme, cosimulated
+    from amb_cosim.studies.monolithic import Levitation, free_orbit
 
-    case = Case(Omega=120.0, disc="d3", unbalance=0.02)
+    case = Levitation(Omega=120.0, disc="d3", unbalance=0.02)
     exact = free_orbit(case, 200)
     errors = [np.abs(cosimulated(case, Scheme("jacobi"), step, 200) - exact).max() for step in (62.5e-6, 15.625e-6)]
     return [float(error / np.abs(exact).max()) for error in errors]

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from monolithic import CLEARANCE, orbit_with_contact
 
-from amb_cosim.studies.monolithic import Case, free_orbit
+from amb_cosim.studies.monolithic import Levitation, free_orbit
 
 SCENARIO = """
 description = "An unbalanced rotor from rest"
@@ -68,7 +68,7 @@ def cosimulate(run_python: Callable[..., Any]) -> Callable[..., tuple[np.ndarray
     """Complex displacements at MB1 and MB2 and contact forces at each sample of the controller."""
 
     def run(
-        case: Case, cycles: float, gradient: bool = True, step: float = 250, substep: float | None = None
+        case: Levitation, cycles: float, gradient: bool = True, step: float = 250, substep: float | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         solver = TIGHT if substep is None else FIXED.format(substep)
         text = SCENARIO.format(**vars(case), cycles=cycles, gradient=str(gradient).lower(), step=step, solver=solver)
@@ -79,8 +79,10 @@ def cosimulate(run_python: Callable[..., Any]) -> Callable[..., tuple[np.ndarray
     return run
 
 
-FREE = Case(Omega=120.0, disc="d3", unbalance=0.02)
-RUBBING = Case(Omega=260.0, disc="d1", unbalance=0.0255)  # the unbalance of Fig. 4.9, from rest: both bearings touch
+FREE = Levitation(Omega=120.0, disc="d3", unbalance=0.02)
+RUBBING = Levitation(
+    Omega=260.0, disc="d1", unbalance=0.0255
+)  # the unbalance of Fig. 4.9, from rest: both bearings touch
 
 
 def test_held_force_converges_with_first_order(cosimulate: Any) -> None:

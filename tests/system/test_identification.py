@@ -17,10 +17,10 @@ RIG = "rolac_controller.chain.preset=1"
 def identified(frequencies: list[float], settings: list[str], rotor: str | None = None) -> list[dict[str, Any]]:
     """Deviations of the identified R from two models; a process of its own keeps its FMUs apart."""
     import math
-    from pathlib import Path
 
     import numpy as np
 
+    from amb_cosim.plan import parse_settings
     from amb_cosim.studies import receptance_measurement
     from rotor_analysis.receptance import receptance
 
@@ -29,10 +29,11 @@ def identified(frequencies: list[float], settings: list[str], rotor: str | None 
 
     found = []
     for frequency in frequencies:
-        prepared = receptance_measurement.prepared_run(2.0 * math.pi * frequency, rotor and Path(rotor), settings)
-        result = receptance_measurement.identified(prepared)
+        given = parse_settings(settings)
+        prepared = receptance_measurement.prepare_identification(2.0 * math.pi * frequency, rotor, given)
+        result = receptance_measurement.run_identification(prepared)
         assert result.receptance is not None, result.reason
-        continuous = receptance(np.array([result.Omega]))[0]
+        continuous = receptance(np.array([result.speed]))[0]
         found.append(
             {
                 "sampled": deviation(receptance_measurement.ratios(result.receptance, result.model)),
@@ -118,9 +119,9 @@ def used(folder: str) -> dict[str, Any]:
     from amb_cosim.summary import summarise
 
     table = Path(folder) / "table.toml"
-    prepared = receptance_measurement.prepared_run(2.0 * math.pi * 16.0)
-    result = receptance_measurement.identified(prepared)
-    receptance_measurement.table_for(prepared, table).updated(result.Omega, result.receptance).write(table)
+    prepared = receptance_measurement.prepare_identification(2.0 * math.pi * 16.0)
+    result = receptance_measurement.run_identification(prepared)
+    receptance_measurement.table_for(prepared, table).updated(result.speed, result.receptance).write(table)
 
     recovery = load_scenario("fig5_6")
     free = make_scenario(
@@ -138,7 +139,7 @@ def used(folder: str) -> dict[str, Any]:
     for source, receptances in (("model", None), ("table", str(table))):
         given = {"receptances": receptances}
         settings = {"rolac_controller.rolac.alpha": "5 1/s"}
-        result = run_prepared(prepare(recovery.model_copy(update=given), settings))
+        recovered = run_prepared(prepare(recovery.model_copy(update=given), settings))
         d = run_prepared(prepare(free.model_copy(update=given), settings)).dataset
         q = np.array(
             [
@@ -149,8 +150,11 @@ def used(folder: str) -> dict[str, Any]:
         before, after = q[:, np.searchsorted(d["cycle"], 0.9)], q[:, -1]
         force = np.linalg.lstsq(result.receptance, -before, rcond=None)[0]
         least = np.linalg.norm(before + result.receptance @ force)
+        summary = summarise(recovered.dataset).as_dict()
         answers[source] = {
-            "recovery": {key: summarise(result.dataset).as_dict()[key] for key in ("recovered", "last_contact_cycle")},
+            "recovery": {
+                key: summarise(recovered.dataset).as_dict()[key] for key in ("recovered", "last_contact_cycle")
+            },
             "of_optimum": float(np.linalg.norm(after) / least),
             "of_before": float(np.linalg.norm(after) / np.linalg.norm(before)),
         }

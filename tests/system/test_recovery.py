@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from amb_cosim.studies.recovery import CONTROLS, recovery
+from amb_cosim import studies
+from amb_cosim.studies.contact_recovery import CONTROLS
 
 pytestmark = pytest.mark.slow
 
@@ -18,8 +19,8 @@ ADDED = "8,24,48 g.m"
 @pytest.fixture(scope="module")
 def shares() -> dict[str, list[float]]:
     """Share recovered for each control and each unbalance added, one instant of the step."""
-    data = recovery(ADDED, 1, "7 1/s", "python", lambda done, total: None).data
-    return {control: [cell["recovered_share"] for cell in cells] for control, cells in data["controls"].items()}
+    found = studies.recovery(ADDED, instants=1, progress=False)
+    return {control: [cell.recovered_share for cell in cells] for control, cells in found.controls.items()}
 
 
 @pytest.mark.parametrize("control", CONTROLS)
@@ -42,10 +43,10 @@ def compared() -> dict[str, Any]:
     from amb_cosim.contact_history import contact_cycles
     from amb_cosim.scenario import load_scenario
     from amb_cosim.simulation import prepare, run_prepared
-    from amb_cosim.studies.recovery import Case, outcome_of
+    from amb_cosim.studies.contact_recovery import Trial, simulate_trial
 
     def last(added: float, cycle: float) -> float | None:
-        return outcome_of(Case("PID + ROLAC", added, cycle, 7.0)).last_contact_cycle
+        return simulate_trial(Trial("PID + ROLAC", added, cycle, 7.0)).last_contact_cycle
 
     return {
         "scenario": contact_cycles(run_prepared(prepare(load_scenario("fig5_6"))).dataset)[1],

@@ -12,11 +12,10 @@ pytestmark = pytest.mark.slow
 
 def studied(**options: Any) -> dict[str, Any]:
     """Peaks and differences of the four axes, or what the study refuses."""
-    from amb_cosim.studies.sensitivity import sensitivity
+    from amb_cosim import studies
 
-    given = {"speed": "90 rad/s", "amplifier": False, "delay": False, "sample_time": "250 us", "settings": ()} | options
     try:
-        axes = sensitivity(**given).data["axes"]
+        axes = studies.sensitivity(**options).as_dict()["axes"]
     except ValueError as error:
         return {"refused": str(error)}
     keys = ("peak", "peak_frequency_hz", "zone", "largest_difference_below_500_hz", "measured")
@@ -39,16 +38,16 @@ CASES: dict[str, tuple[dict[str, Any], float]] = {
         0.01,
     ),
     "anti-aliasing filter": (
-        {"settings": ["rolac_controller.chain.filter=true", "rolac_controller.chain.cutoff=4 kHz"]},
+        {"set": {"rolac_controller.chain.filter": True, "rolac_controller.chain.cutoff": "4 kHz"}},
         0.001,
     ),
     "nonlinear law, filtered derivative, integral": (
         {
-            "settings": [
-                "amb_actuator.force_law=2",
-                "rolac_controller.derivative_time=100 us",
-                "rolac_controller.*.k_integral_?=1e6",
-            ]
+            "set": {
+                "amb_actuator.force_law": 2,
+                "rolac_controller.derivative_time": "100 us",
+                "rolac_controller.*.k_integral_?": 1e6,
+            }
         },
         0.05,
     ),
@@ -66,5 +65,5 @@ def test_measured_sensitivity_is_the_computed_one(study: Any, name: str) -> None
 
 
 def test_contact_during_the_measurement_is_reported(study: Any) -> None:
-    answer = study(settings=["rotor_contact.rb1.clearance=5 um"])
+    answer = study(set={"rotor_contact.rb1.clearance": "5 um"})
     assert "the rotor touched its retainer during the measurement" in answer["refused"]
