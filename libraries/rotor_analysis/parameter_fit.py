@@ -31,7 +31,7 @@ from scipy.optimize import least_squares
 from fmi_export.model import Array
 from rotor_analysis.assembly import MassModel
 from rotor_analysis.modes import damped_frequencies
-from rotor_analysis.rotor import Bearing, Body, Rotor, Shaft, require
+from rotor_analysis.rotor import Bearing, Disc, Rotor, Shaft, require
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported import supported
 from rotor_analysis.tables import MASSES, printed_tables
@@ -177,8 +177,8 @@ def rotor_of(values: Array) -> Rotor:
         "identified",
         shaft,
         (
-            *(Body.disc(f"d{k}", node, DISC_MASS, DISC_RADIUS, width) for k, node in enumerate((1, 3, 10, 13), 1)),
-            *(Body.disc(f"core{k}", *core, p["core_radius"], p["core_width"]) for k, core in enumerate(cores, 1)),
+            *(Disc(f"d{k}", node, DISC_MASS, DISC_RADIUS, width) for k, node in enumerate((1, 3, 10, 13), 1)),
+            *(Disc(f"core{k}", *core, p["core_radius"], p["core_width"]) for k, core in enumerate(cores, 1)),
         ),
         tuple(
             Bearing(f"mb{k}", node, ((stiffness, 0.0), (0.0, stiffness)), damping)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.modes import damped_frequencies, modes, overdamped, translations
-from rotor_analysis.rotor import Bearing, Body, Rotor, Shaft
+from rotor_analysis.rotor import Bearing, Disc, Rotor, Shaft
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported import supported
 
@@ -91,7 +91,7 @@ def test_turning_has_the_sign_of_the_area_that_an_orbit_encloses():
     """On strongly cross-coupled, unequal bearings some nodes of a mode go round one way and some the other."""
     oil = ((1.3e7, 1.6e7), (-2.5e7, 8.8e6)), ((2.3e5, -8.2e4), (-8.2e4, 2.9e5))
     shaft = Shaft(tuple(np.linspace(0.0, 1.5, 7)), (0.05,), **STEEL)
-    discs = (Body.disc("left", 3, 32.6, 0.14, 0.07), Body.disc("right", 5, 51.5, 0.175, 0.07))
+    discs = (Disc("left", 3, 32.6, 0.14, 0.07), Disc("right", 5, 51.5, 0.175, 0.07))
     model = supported(Rotor("oil", shaft, discs, (Bearing("a", 1, *oil), Bearing("b", 7, *oil)))).model
     angle = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 721))
     kinds = set()
