@@ -90,6 +90,6 @@ def build(
 
 def check_loop(receptances: Path, parameters: Mapping[str, float | None]) -> None:
     """Raise a ValueError if a table was identified in another loop than that of a controller with these parameters."""
-    from amb_analysis.table_file import loop_of, read_table
+    from amb_analysis.table_file import loop_parameters, read_table
 
-    read_table(receptances, loop=loop_of({name: value for name, value in parameters.items() if value is not None}))
+    read_table(receptances, loop=loop_parameters({name: value for name, value in parameters.items() if value is not None}))
