@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from amb_analysis.table_file import ReceptanceTable, loop_parameters, read_table
+from amb_analysis.receptance_file import ReceptanceTable, loop_parameters, read_table
 from amb_cosim.cosim.simulation import Outcome
 from amb_cosim.models import check_loop
 from amb_cosim.scenario import load_scenario
