@@ -15,9 +15,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from amb_analysis.receptance_file import ReceptanceTable, loop_parameters, read_table
 from amb_analysis.receptance_table import MAX_CONDITION, condition_number
-from amb_analysis.table_file import ReceptanceTable, read_table
-from amb_analysis.table_file import loop_of as loop_parameters
 from amb_cosim.cosim.fmus import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
