@@ -1,18 +1,10 @@
-"""Inputs and outputs of the controller; within a group their order is that of the positions in `interface`."""
+"""Inputs and outputs of the controller: names, units, ranges, and their places in the records that kernels see."""
 
 from __future__ import annotations
 
-from fmi_export.variables import Variable, input_, output
-from rolac_controller.names import (
-    AXES,
-    ERRORS,
-    N_HARMONICS,
-    N_SENSORS,
-    SENSOR_NAMES,
-    SENSORS,
-    STAGES,
-    STATUSES,
-)
+from fmi_export.variables import Variable, input_, output, repeated
+from rolac_controller.enumerations import ERRORS, STAGES, STATUSES
+from rolac_controller.rig_layout import AXES, BEARINGS, N_AXES, N_HARMONICS, N_SENSORS, SENSOR_NAMES, SENSORS
 
 LARGEST_ANGLE = 1e9  # rad, 18 days at full speed; it still resolves 1e-7 rad
 LARGEST_SPEED = 1e4  # rad/s
@@ -22,25 +14,29 @@ FAULTS = ("fault_dead", "fault_stuck", "fault_offset", "fault_noise")
 
 
 def _faults(name: str, where: str) -> list[Variable]:
+    def fault(kind: str, unit: str, description: str, **options: object) -> Variable:
+        return input_(f"{name}.fault_{kind}", unit, f"Fault: {description}, {where}", field=kind, **options)
+
     return [
-        input_(f"{name}.fault_dead", "1", f"Fault: the sensor shows 0, {where}", type="Boolean"),
-        input_(f"{name}.fault_stuck", "1", f"Fault: the sensor stays as it is, {where}", type="Boolean"),
-        input_(
-            f"{name}.fault_offset", "m", f"Fault: the sensor shows so much more, {where}", minimum=-0.1, maximum=0.1
-        ),
-        input_(
-            f"{name}.fault_noise",
-            "m",
-            f"Fault: standard deviation of a burst of noise, {where}",
-            minimum=0.0,
-            maximum=0.1,
-        ),
+        fault("dead", "1", "the sensor shows 0", type="Boolean"),
+        fault("stuck", "1", "the sensor stays as it is", type="Boolean"),
+        fault("offset", "m", "the sensor shows so much more", minimum=-0.1, maximum=0.1),
+        fault("noise", "m", "standard deviation of a burst of noise", minimum=0.0, maximum=0.1),
     ]
 
 
+def _displacement(name: str, where: str) -> list[Variable]:
+    return [input_(name, "m", f"Displacement, {where}", minimum=-0.1, maximum=0.1, field=".")]
+
+
+def _setpoint(b: str, a: str) -> list[Variable]:
+    description = f"Setpoint of the displacement, {b.upper()}, {a} axis"
+    return [input_(f"{b}.set_{a}", "m", description, minimum=-0.1, maximum=0.1, field=".")]
+
+
 # The range of a displacement is generous; it finds mm and um given as m.
-INPUTS = (
-    *(input_(name, "m", f"Displacement, {where}", minimum=-0.1, maximum=0.1) for name, where in SENSORS),
+INPUT_VARIABLES = (
+    *repeated("displacements", SENSORS, _displacement),
     input_(
         "Omega",
         "rad/s",
@@ -70,16 +66,13 @@ INPUTS = (
         minimum=1,
         maximum=N_HARMONICS,
     ),
-    *(
-        input_(f"{b}.set_{a}", "m", f"Setpoint of the displacement, {b.upper()}, {a} axis", minimum=-0.1, maximum=0.1)
-        for b, a, _ in AXES
-    ),
-    *(v for name, where in SENSORS for v in _faults(name, where)),
+    *repeated("setpoints", [(b, a) for b, a, _ in AXES], _setpoint),
+    *repeated("faults", SENSORS, _faults),
 )
 
 SHOWN = ("shown_harmonic",)
 TIMING = ("Omega", "theta")
-SENSED = tuple(v.name for v in INPUTS if v.name.split(".")[0] in SENSOR_NAMES)
+SENSED = tuple(v.name for v in INPUT_VARIABLES if v.name.split(".")[0] in SENSOR_NAMES)
 ADAPTED = (*SENSED, *TIMING, "rolac_enable", "identify", "contact_state")
 SETPOINTS = tuple(f"{b}.set_{a}" for b, a, _ in AXES)
 
@@ -93,9 +86,27 @@ def _plane_of(sensor: int) -> tuple[str, ...]:
 def _axis(b: str, a: str) -> list[Variable]:
     at = f"{b.upper()}, {a} axis"
     return [
-        output(f"{b}.i_{a}", "A", f"Demanded control current, {at}", depends_on=(*ADAPTED, f"{b}.set_{a}")),
-        output(f"{b}.u_{a}", "N", f"Amplitude of the synchronous force, {at}", depends_on=(*ADAPTED, *SHOWN)),
-        output(f"{b}.u_phase_{a}", "rad", f"Phase of the synchronous force, {at}", depends_on=(*ADAPTED, *SHOWN)),
+        output(
+            f"{b}.i_{a}",
+            "A",
+            f"Demanded control current, {at}",
+            depends_on=(*ADAPTED, f"{b}.set_{a}"),
+            field="current",
+        ),
+        output(
+            f"{b}.u_{a}",
+            "N",
+            f"Amplitude of the synchronous force, {at}",
+            depends_on=(*ADAPTED, *SHOWN),
+            field="force_amplitude",
+        ),
+        output(
+            f"{b}.u_phase_{a}",
+            "rad",
+            f"Phase of the synchronous force, {at}",
+            depends_on=(*ADAPTED, *SHOWN),
+            field="force_phase",
+        ),
     ]
 
 
@@ -103,8 +114,8 @@ def _sensor(k: int) -> list[Variable]:
     name, where = SENSORS[k]
     reached = (*_plane_of(k), *TIMING, *SHOWN)
     return [
-        output(f"amplitude.{name}", "m", f"Synchronous amplitude, {where}", depends_on=reached),
-        output(f"phase.{name}", "rad", f"Phase of the synchronous part, {where}", depends_on=reached),
+        output(f"amplitude.{name}", "m", f"Synchronous amplitude, {where}", depends_on=reached, field="amplitude"),
+        output(f"phase.{name}", "rad", f"Phase of the synchronous part, {where}", depends_on=reached, field="phase"),
     ]
 
 
@@ -133,6 +144,20 @@ def _receptance(sensor: str, b: str, a: str) -> list[Variable]:
     ]
 
 
+def _contact_share(b: str) -> list[Variable]:
+    return [
+        output(
+            f"{b}.contact_share",
+            "1",
+            f"Share of the last revolutions in contact at {b.upper()}, as contact.source tells",
+            minimum=0.0,
+            maximum=1.0,
+            depends_on=(*SENSED, "theta", "contact_state"),
+            field=".",
+        )
+    ]
+
+
 def _words(sentences: tuple[str, ...]) -> str:
     return "; ".join(f"{k} {sentence}" for k, sentence in enumerate(sentences))
 
@@ -145,10 +170,10 @@ def _number(name: str, description: str, maximum: float, depends_on: tuple[str, 
     return output(name, "1", description, type="Integer", minimum=0, maximum=maximum, depends_on=depends_on)
 
 
-OUTPUTS = (
-    *(v for b, a, _ in AXES for v in _axis(b, a)),
-    *(v for k in range(N_SENSORS) for v in _sensor(k)),
-    *(v for k in range(N_HARMONICS) for v in _harmonic(k + 1)),
+OUTPUT_VARIABLES = (
+    *repeated("axes", [(b, a) for b, a, _ in AXES], _axis),
+    *repeated("sensors", [(k,) for k in range(N_SENSORS)], _sensor),
+    *repeated("harmonics", [(k + 1,) for k in range(N_HARMONICS)], _harmonic),
     _flag("rolac_active", "ROLAC is adapting its force", ADAPTED),
     _flag("window_valid", "The synchronous signals span a full revolution", TIMING),
     _number("rolac_status", f"What ROLAC does: {_words(STATUSES)}", len(STATUSES) - 1, ADAPTED),
@@ -156,17 +181,7 @@ OUTPUTS = (
     _flag("h_extrapolated", "The speed is beyond the table, and H that of its nearest speed", ADAPTED),
     _flag("current_limited", "A demanded current is at its limit", (*ADAPTED, *SETPOINTS)),
     _number("suspect_sensor", "Number of a sensor that does not move while others do; 0: none", N_SENSORS, SENSED),
-    *(
-        output(
-            f"{b}.contact_share",
-            "1",
-            f"Share of the last revolutions in contact at {b.upper()}, as contact.source tells",
-            minimum=0.0,
-            maximum=1.0,
-            depends_on=(*SENSED, "theta", "contact_state"),
-        )
-        for b in ("mb1", "mb2")
-    ),
+    *repeated("contact_shares", [(b,) for b in BEARINGS], _contact_share),
     _number("table_rows", "Speeds in the table of H, times harmonics", 1e6, ADAPTED),
     _number("identification_state", _words(STAGES), len(STAGES) - 1, ADAPTED),
     _number("identification_error", f"Why an identification failed: {_words(ERRORS)}", len(ERRORS) - 1, ADAPTED),
@@ -187,6 +202,11 @@ OUTPUTS = (
         maximum=LARGEST_CONDITION,
         depends_on=(*ADAPTED, *SHOWN),
     ),
-    *(v for name in SENSOR_NAMES for b, a, _ in AXES for v in _receptance(name, b, a)),
+    *repeated(
+        "receptance",
+        [(sensor, b, a) for sensor in SENSOR_NAMES for b, a, _ in AXES],
+        _receptance,
+        shape=(N_SENSORS, N_AXES),
+    ),
     output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
 )

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from amb_analysis.receptance_table import inverse_receptance, pack
+from amb_analysis.controller_data import inverse_receptance, pack
 from amb_analysis.table_file import LOOP_PARAMETERS, ReceptanceTable, loop_of, read_table
 from rolac_controller.interface import INTERFACE
 from rolac_controller.stored import bracket, interpolate, load, size_of

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from amb_analysis.receptance_table import NO_TABLE
+from amb_analysis.controller_data import NO_TABLE
 from fmi_export.model import Array, Instance
 from rolac_controller.controller import MODEL
 from rolac_controller.names import AXES, SENSOR_NAMES

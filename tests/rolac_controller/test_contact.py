@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from amb_analysis.receptance_table import NO_TABLE, inverse_receptance, pack
+from amb_analysis.controller_data import NO_TABLE, inverse_receptance, pack
 from rolac_controller.names import GIVEN, NO_SOURCE, OWN_SENSORS
 
 CLEARANCE = 0.75e-3

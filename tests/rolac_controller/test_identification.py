@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from amb_analysis.receptance_table import NO_TABLE, SPEEDS, pack
+from amb_analysis.controller_data import NO_TABLE, SPEEDS, pack
 from amb_analysis.sampled_loop import held_response, identified_receptance
 from rolac_controller.excitation import amplitude_at
 from rolac_controller.names import (

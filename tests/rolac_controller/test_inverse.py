@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from amb_analysis.receptance_table import condition_number, inverse_receptance
+from amb_analysis.controller_data import condition_number, inverse_receptance
 from rolac_controller.inverse import N_MATRIX, N_SCRATCH, invert
 from rolac_controller.signals import LARGEST_CONDITION
 

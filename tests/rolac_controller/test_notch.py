@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from amb_analysis.receptance_table import pack
+from amb_analysis.controller_data import pack
 from amb_analysis.sampled_loop import held_response, identified_receptance
 from rolac_controller.names import AXES, FORCE_FREE, NOTCH
 from rolac_controller.notch import COLUMNS, N_SCRATCH, solve

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from amb_analysis.receptance_table import NO_TABLE, inverse_receptance, pack
+from amb_analysis.controller_data import NO_TABLE, inverse_receptance, pack
 from rolac_controller.adaptation import step_of
 from rolac_controller.names import ADAPTING, NO_H, NO_WINDOW, OFF, TOO_SLOW
 from rolac_controller.parameters import BEARING_K_I

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from amb_analysis.receptance_table import NO_TABLE, SPEEDS, inverse_receptance, pack
+from amb_analysis.controller_data import NO_TABLE, SPEEDS, inverse_receptance, pack
 from rolac_controller.inverse import N_MATRIX, N_SCRATCH
 from rolac_controller.names import N_HARMONICS
 from rolac_controller.stored import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from amb_analysis.receptance_table import pack
+from amb_analysis.controller_data import pack
 from rolac_controller.names import ADAPTING, SUSPECT
 
 SAMPLES = 40
