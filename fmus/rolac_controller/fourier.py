@@ -159,11 +159,11 @@ def add_sample(window: np.record, harmonics: NDArray[np.record], theta: float, d
         if harmonics[k].order == 0.0:
             break
         newest.phasors[k] = phasor(harmonics[k].order * theta).conjugate()
+    if window.next > window.first:
+        add_segment(window, harmonics, window.fresh, window.next - 1, 1.0)
     window.next += 1
-    if window.next - window.first > 1:
-        add_segment(window, harmonics, window.fresh, window.next - 2, 1.0)
-        while angle_held(window) - segment_angle(window, window.first) >= 2.0 * math.pi - ANGLE_TOLERANCE:
-            remove_oldest(window, harmonics)
+    while angle_held(window) - segment_angle(window, window.first) >= 2.0 * math.pi - ANGLE_TOLERANCE:
+        remove_oldest(window, harmonics)
 
 
 @kernel

@@ -42,11 +42,12 @@ def update_is_due(olac: np.record, delta_theta: float, Q: Complex, memory: np.re
     """
     if olac.updates > 0.0 and memory.n_updates >= olac.updates:
         return False
-    memory.angle += delta_theta
-    if memory.angle < 2.0 * math.pi - ANGLE_TOLERANCE:
+    angle = memory.angle + delta_theta
+    memory.angle = angle
+    if angle < 2.0 * math.pi - ANGLE_TOLERANCE:
         return False
-    memory.angle -= 2.0 * math.pi
-    memory.n_revolutions += 1.0
+    memory.angle = angle - 2.0 * math.pi
+    n_revolutions = memory.n_revolutions + 1.0
     change_squared = size_squared = 0.0
     for k in range(N_HARMONICS):
         for s in range(N_SENSORS):
@@ -54,8 +55,8 @@ def update_is_due(olac: np.record, delta_theta: float, Q: Complex, memory: np.re
             change_squared += squared_magnitude(change)
             size_squared += squared_magnitude(Q[k, s])
             memory.previous_Q[k, s] = Q[k, s]
-    steady = memory.n_revolutions >= 2.0 and change_squared <= olac.steadiness**2 * size_squared
+    steady = n_revolutions >= 2.0 and change_squared <= olac.steadiness**2 * size_squared
+    memory.n_revolutions = 0.0 if steady else n_revolutions
     if steady:
-        memory.n_revolutions = 0.0
         memory.n_updates += 1.0
     return bool(steady)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from amb_analysis.controller_data import NO_TABLE, inverse_receptance, pack
-from rolac_controller.names import GIVEN, NO_SOURCE, OWN_SENSORS
+from rolac_controller.enumerations import GIVEN, NO_SOURCE, OWN_SENSORS
 
 CLEARANCE = 0.75e-3
 SAMPLES = 40

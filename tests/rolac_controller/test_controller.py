@@ -15,8 +15,8 @@ from amb_analysis.design import axis_parameters
 from amb_analysis.receptance_table import NO_TABLE, pack
 from fmi_export.model import Fault, Instance
 from rolac_controller.controller import FAULT_NO_TABLE, MODEL
+from rolac_controller.enumerations import ERRORS, MODES, STAGES, STATUSES
 from rolac_controller.interface import INTERFACE
-from rolac_controller.names import ERRORS, MODES, STAGES, STATUSES
 
 AXES = [(b, a) for b in ("mb1", "mb2") for a in "xy"]
 

@@ -16,8 +16,8 @@ from amb_analysis.receptance_table import pack
 from fmi_export.building.python_fmu import guid_of
 from fmi_export.model import Instance
 from rolac_controller.controller import MODEL
+from rolac_controller.enumerations import ADAPTING, IDENTIFYING, NO_WINDOW, NOT_STARTED, SENSOR_SUSPECT, SLOT_BEFORE
 from rolac_controller.interface import INTERFACE
-from rolac_controller.names import ADAPTING, BEFORE, HELD, NO_WINDOW, NONE, SUSPECT
 
 H = 250e-6
 SPEED = 2.0 * math.pi * 30.3
@@ -149,7 +149,12 @@ def test_fmu_of_the_rig_gives_what_the_core_gives_while_it_identifies_and_adapts
         numbers = fmu.getInteger(references(NUMBERS))
         assert numbers == [core[name] for name in NUMBERS]
         stages.add((core["rolac_status"], core["identification_state"]))
-    assert stages == {(NO_WINDOW, NONE), (ADAPTING, NONE), (HELD, BEFORE), (SUSPECT, BEFORE)}
+    assert stages == {
+        (NO_WINDOW, NOT_STARTED),
+        (ADAPTING, NOT_STARTED),
+        (IDENTIFYING, SLOT_BEFORE),
+        (SENSOR_SUSPECT, SLOT_BEFORE),
+    }
     assert core["mb1.contact_share"] > 0.0
 
 

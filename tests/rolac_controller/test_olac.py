@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from amb_analysis.controller_data import inverse_receptance, pack
-from rolac_controller.names import OLAC
+from rolac_controller.enumerations import OLAC
 
 SAMPLES = 40
 

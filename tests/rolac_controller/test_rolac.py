@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from amb_analysis.controller_data import NO_TABLE, inverse_receptance, pack
-from rolac_controller.adaptation import step_of
-from rolac_controller.names import ADAPTING, NO_H, NO_WINDOW, OFF, TOO_SLOW
+from rolac_controller.adaptation import integral_step
+from rolac_controller.enumerations import ADAPTING, NO_H, NO_WINDOW, OFF, TOO_SLOW
 from rolac_controller.parameters import BEARING_K_I
 
 SAMPLES = 40  # per revolution, 100 Hz
@@ -68,16 +68,14 @@ def test_optimum_is_the_weighted_one(plant, receptance, unbalance_response):
 
 
 def test_law_converges_at_exactly_alpha_when_q_follows_at_once(receptance, optimum, unbalance_response):
-    h, sample_time, alpha = inverse_receptance(receptance).view(float).ravel(), 250e-6, 7.0
-    force, change, q = np.zeros(8), np.zeros(8), np.zeros(16)
+    H, sample_time, alpha = inverse_receptance(receptance), 250e-6, 7.0
+    U, delta_U = np.zeros((2, 4), dtype=complex)
     for n in range(1, 2001):
-        response = unbalance_response + receptance @ force.view(complex)
-        q[::2], q[1::2] = response.real, response.imag
-        step_of(h, alpha * sample_time, q, change)
-        force += change
+        integral_step(H, alpha * sample_time, unbalance_response + receptance @ U, delta_U)
+        U += delta_U
         if n % 500 == 0:
             expected = optimum * (1.0 - (1.0 - alpha * sample_time) ** n)
-            np.testing.assert_allclose(force.view(complex), expected, rtol=1e-9)
+            np.testing.assert_allclose(U, expected, rtol=1e-9)
 
 
 def test_rate_over_the_last_revolution_solves_its_characteristic_equation(plant, receptance, optimum):

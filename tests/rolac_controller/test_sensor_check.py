@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from amb_analysis.controller_data import pack
-from rolac_controller.names import ADAPTING, SUSPECT
+from rolac_controller.enumerations import ADAPTING, SENSOR_SUSPECT
 
 SAMPLES = 40
 
@@ -37,7 +37,7 @@ def test_sensor_that_stands_still_for_a_revolution_leaves_the_pid_alone(running,
     b.follow(signal, SAMPLES - 1)
     assert b["rolac_status"] == ADAPTING
     b.follow(signal, 3)
-    assert (b["rolac_status"], b["suspect_sensor"], b["rolac_active"]) == (SUSPECT, sensor, 0.0)
+    assert (b["rolac_status"], b["suspect_sensor"], b["rolac_active"]) == (SENSOR_SUSPECT, sensor, 0.0)
     assert not b.forces().any()
     b[f"s{sensor}.{fault}"] = 0.0
     b.follow(signal, 2)
