@@ -43,7 +43,7 @@ SUM = record(
     ("components", "c16", (N_HARMONICS, N_SENSORS)),  # integral q exp(-j n theta) dtheta
 )
 WINDOW = record(
-    ("first", "f8"),  # number of the oldest sample held
+    ("first", "f8"),  # number of the oldest sample
     ("next", "f8"),  # number of the next sample to come
     ("fresh_from", "f8"),  # number of the sample with which the fresh sum begins
     ("old", SUM),
@@ -72,8 +72,8 @@ def segment_angle(window: np.record, number: float) -> float:
 
 
 @kernel
-def angle_held(window: np.record) -> float:
-    """Return the angle from the oldest sample held to the newest (rad)."""
+def window_angle(window: np.record) -> float:
+    """Return the angle from the oldest sample in it to the newest (rad)."""
     angle: float = window.old.angle + window.fresh.angle
     return angle
 
@@ -162,14 +162,14 @@ def add_sample(window: np.record, harmonics: NDArray[np.record], theta: float, d
     if window.next > window.first:
         add_segment(window, harmonics, window.fresh, window.next - 1, 1.0)
     window.next += 1
-    while angle_held(window) - segment_angle(window, window.first) >= 2.0 * math.pi - ANGLE_TOLERANCE:
+    while window_angle(window) - segment_angle(window, window.first) >= 2.0 * math.pi - ANGLE_TOLERANCE:
         remove_oldest(window, harmonics)
 
 
 @kernel
 def samples_of_revolution(window: np.record) -> float:
-    """Return the length of the last revolution in samples, with its fraction; 0 while less than one is held."""
-    excess = angle_held(window) - 2.0 * math.pi
+    """Return the length of the last revolution in samples, with its fraction; 0 while it has less than one."""
+    excess = window_angle(window) - 2.0 * math.pi
     if excess < -ANGLE_TOLERANCE:
         return 0.0
     samples: float = window.next - 1.0 - window.first - excess / segment_angle(window, window.first)
@@ -195,13 +195,13 @@ def transform(window: np.record, harmonics: NDArray[np.record], Q: Complex) -> N
     harmonics
         Records HARMONIC that the window was filled with, shape (N_HARMONICS,); the first order 0 ends them.
     Q
-        Receives the components, shape (N_HARMONICS, N_SENSORS) (m). It is not changed while less than a revolution
-        is held, nor for a harmonic whose period has fewer than `FEWEST_SAMPLES` samples.
+        Receives the components, shape (N_HARMONICS, N_SENSORS) (m). It is not changed while the window has
+        less than a revolution, nor for a harmonic whose period has fewer than `FEWEST_SAMPLES` samples.
     """
     samples = samples_of_revolution(window)
     if samples == 0.0:
         return
-    excess = angle_held(window) - 2.0 * math.pi
+    excess = window_angle(window) - 2.0 * math.pi
     a, b = window.samples[ring_index(window.first)], window.samples[ring_index(window.first + 1)]
     part = excess / segment_angle(window, window.first)
     weight_a, weight_b = excess * (1.0 - 0.5 * part), excess * 0.5 * part

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from amb_analysis.receptance_table import Complex, condition_number, inverse_receptance, pack_rows
+from amb_analysis.controller_data import Complex, condition_number, inverse_receptance, pack_rows
 from amb_files.atomic import write_atomically
 from rolac_controller.interface import INTERFACE
-from rolac_controller.names import N_AXES, N_SENSORS
 from rolac_controller.parameters import LARGEST_ORDER
-from rolac_controller.stored import SAME_SPEED
+from rolac_controller.receptance_table import SAME_SPEED
+from rolac_controller.rig_layout import N_AXES, N_SENSORS
 
 FORMAT = "amb-cosim receptances 1"
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from amb_actuator.actuator import INTERFACE as ACTUATOR
 from amb_actuator.force import current_stiffness, limited_current, negative_stiffness
+from amb_analysis.controller_data import NO_TABLE, pack
 from amb_analysis.design import axis_parameters
-from amb_analysis.receptance_table import NO_TABLE, pack
 from fmi_export.model import Fault, Instance
 from rolac_controller.controller import FAULT_NO_TABLE, MODEL
 from rolac_controller.enumerations import ERRORS, MODES, STAGES, STATUSES
@@ -199,7 +199,7 @@ def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python
             sys.modules["numba"] = None
         import numpy as np
 
-        from amb_analysis.receptance_table import pack
+        from amb_analysis.controller_data import pack
         from fmi_export.jit import COMPILED
         from fmi_export.model import Instance
         from rolac_controller.controller import MODEL

@@ -12,7 +12,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2True
 from fmpy.validation import validate_fmu
 
-from amb_analysis.receptance_table import pack
+from amb_analysis.controller_data import pack
 from fmi_export.building.python_fmu import guid_of
 from fmi_export.model import Instance
 from rolac_controller.controller import MODEL
