@@ -32,7 +32,7 @@ def is_in_contact(contact: np.record, contact_state: float, displacements: Array
         return int(contact_state) >> bearing & 1 == 1
     if contact.source == OWN_SENSORS:
         x, y = displacements[SENSOR_OF_AXIS[2 * bearing]], displacements[SENSOR_OF_AXIS[2 * bearing + 1]]
-        return bool(math.hypot(x, y) >= contact.threshold * contact.clearance)
+        return bool(abs(complex(x, y)) >= contact.threshold * contact.clearance)
     return False
 
 

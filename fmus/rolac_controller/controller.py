@@ -1,6 +1,6 @@
 """The controller: four bearing axes under PID, eight sensors Fourier-transformed, synchronous control on top.
 
-One call of `step` is one sample: inputs at its beginning, currents held over it.
+One call of `step` is one sample: inputs at its beginning, currents constant over it.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def window_is_valid(parameters: np.record, inputs: np.record, window: np.record)
 
 @kernel
 def observe(parameters: np.record, inputs: np.record, state: np.record, work: np.record) -> None:
-    """Take in this sample: measured and synchronous displacements, validity of the window, contact, suspect sensors."""
+    """Find the displacements and synchronous components at this sample, contact, and sensors that are suspect."""
     sensors.measure(parameters, inputs, state.sensors, state.started != 0.0, True, work.displacements)
     add_sample(state.window, parameters.harmonics, inputs.theta, work.displacements)
     valid = window_is_valid(parameters, inputs, state.window)
@@ -135,29 +135,68 @@ def control(
 
 
 @kernel
-def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Compute the currents for the first inputs: proportional terms alone. It is no sample; the first `step` is.
+def start(
+    parameters: np.record,
+    inputs: np.record,
+    state: np.record,
+    work: np.record,
+    table: ReceptanceTable,
+    outputs: np.record,
+) -> int:
+    """Compute the currents for the first inputs, proportional terms alone; return a fault code. It is no sample."""
+    if lacks_table(inputs, state, table):
+        return FAULT_NO_TABLE
+    sensors.measure(parameters, inputs, state.sensors, False, False, work.displacements)
+    work.status = permitted_status(parameters, inputs, state, work)
+    control(parameters, inputs, state, work, 0.0, outputs)
+    write_synchronous(inputs, state, work, table, outputs)
+    write_identification(inputs, state.identification, outputs)
+    return 0
 
-    Its arguments are those of every model's entry kernel.
-    """
+
+@kernel
+def take_sample(
+    parameters: np.record,
+    inputs: np.record,
+    state: np.record,
+    work: np.record,
+    table: ReceptanceTable,
+    outputs: np.record,
+) -> int:
+    """Compute one sample: measured signals, synchronous components and forces, currents; return a fault code."""
+    if lacks_table(inputs, state, table):
+        return FAULT_NO_TABLE
+    observe(parameters, inputs, state, work)
+    identification.advance(parameters, inputs, state, work, table)
+    work.status = permitted_status(parameters, inputs, state, work)
+    update_forces(parameters, inputs, state, work, table)
+    control(parameters, inputs, state, work, parameters.sample_time, outputs)
+    state.started = 1.0
+    write_synchronous(inputs, state, work, table, outputs)
+    write_identification(inputs, state.identification, outputs)
+    return 0
+
+
+@kernel
+def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
+    """Compute state and outputs at the start; arguments as of every model (`Model.initialise`)."""
     work[:] = 0.0
     outputs[:] = 0.0
-    p, u, y = parameters.view(PARAMETERS)[0], inputs.view(INPUTS)[0], outputs.view(OUTPUTS)[0]
-    x, w, table = state[:STATE_SIZE].view(STATE)[0], work.view(WORK)[0], table_of(state[STATE_SIZE:])
-    if not orders_ascend(p.harmonics):
+    given, table = parameters.view(PARAMETERS)[0], table_of(state[STATE_SIZE:])
+    if not orders_ascend(given.harmonics):
         return FAULT_HARMONICS
-    if not planes_differ(p.plane_positions):
+    if not planes_differ(given.plane_positions):
         return FAULT_PLANES
-    if not load(table_of(constants), p, table, w.svd):
+    if not load(table_of(constants), given, table, work.view(WORK)[0].svd):
         return FAULT_WEIGHTS
-    if lacks_table(u, x, table):
-        return FAULT_NO_TABLE
-    sensors.measure(p, u, x.sensors, False, False, w.displacements)
-    w.status = permitted_status(p, u, x, w)
-    control(p, u, x, w, 0.0, y)
-    write_synchronous(u, x, w, table, y)
-    write_identification(u, x.identification, y)
-    return 0
+    return start(
+        given,
+        inputs.view(INPUTS)[0],
+        state[:STATE_SIZE].view(STATE)[0],
+        work.view(WORK)[0],
+        table,
+        outputs.view(OUTPUTS)[0],
+    )
 
 
 @kernel
@@ -171,26 +210,19 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """Compute one sample: measured signals, synchronous components and forces, currents to apply during the step.
-
-    Its arguments are those of every model's entry kernel.
-    """
-    p, u, y = parameters.view(PARAMETERS)[0], inputs.view(INPUTS)[0], outputs.view(OUTPUTS)[0]
-    x, w, table = state[:STATE_SIZE].view(STATE)[0], work.view(WORK)[0], table_of(state[STATE_SIZE:])
-    h = p.sample_time
+    """Compute one sample, the currents to apply during the step; arguments as of every model (`Model.step`)."""
+    given = parameters.view(PARAMETERS)[0]
+    h = given.sample_time
     if abs(step_size - h) > STEP_TOLERANCE * h + ROUNDING * abs(time):
         return FAULT_STEP
-    if lacks_table(u, x, table):
-        return FAULT_NO_TABLE
-    observe(p, u, x, w)
-    identification.advance(p, u, x, w, table)
-    w.status = permitted_status(p, u, x, w)
-    update_forces(p, u, x, w, table)
-    control(p, u, x, w, h, y)
-    x.started = 1.0
-    write_synchronous(u, x, w, table, y)
-    write_identification(u, x.identification, y)
-    return 0
+    return take_sample(
+        given,
+        inputs.view(INPUTS)[0],
+        state[:STATE_SIZE].view(STATE)[0],
+        work.view(WORK)[0],
+        table_of(state[STATE_SIZE:]),
+        outputs.view(OUTPUTS)[0],
+    )
 
 
 MODEL = Model(
@@ -206,7 +238,7 @@ MODEL = Model(
     faults={
         FAULT_STEP: "the communication step size is not allowed; it must equal sample_time = {sample_time} s",
         FAULT_NO_TABLE: "rolac_enable = 1 is not allowed; this FMU was built without a table of receptances, "
-        "so rolac_enable must be 0 until an identification has been asked for",
+        "so rolac_enable must be 0 until an identification has been requested",
         FAULT_HARMONICS: "the orders of the harmonics, {harmonic1.order}, {harmonic2.order}, {harmonic3.order}, "
         "{harmonic4.order}, are not allowed; they must ascend, and be 0 after the last",
         FAULT_WEIGHTS: "the sensor weights leave a receptance of the table with a condition number beyond "

@@ -73,7 +73,7 @@ def segment_angle(window: np.record, number: float) -> float:
 
 @kernel
 def window_angle(window: np.record) -> float:
-    """Return the angle from the oldest sample in it to the newest (rad)."""
+    """Return the angle from the oldest sample of the window to the newest (rad)."""
     angle: float = window.old.angle + window.fresh.angle
     return angle
 
@@ -122,7 +122,7 @@ def remove_oldest(window: np.record, harmonics: NDArray[np.record]) -> None:
 
 
 @kernel
-def clear(window: np.record) -> None:
+def clear_window(window: np.record) -> None:
     """Remove all samples."""
     window.first = window.next
     window.fresh_from = window.next
@@ -148,7 +148,7 @@ def add_sample(window: np.record, harmonics: NDArray[np.record], theta: float, d
     if window.next > window.first:
         jump = angle_between(window.samples[ring_index(window.next - 1)].theta, theta)
         if abs(jump) > LARGEST_STEP:
-            clear(window)
+            clear_window(window)
     if window.next - window.first == CAPACITY:
         remove_oldest(window, harmonics)
     newest = window.samples[ring_index(window.next)]
@@ -168,7 +168,7 @@ def add_sample(window: np.record, harmonics: NDArray[np.record], theta: float, d
 
 @kernel
 def samples_of_revolution(window: np.record) -> float:
-    """Return the length of the last revolution in samples, with its fraction; 0 while it has less than one."""
+    """Return the length of the last revolution in samples, with its fraction; 0 while there is less than one."""
     excess = window_angle(window) - 2.0 * math.pi
     if excess < -ANGLE_TOLERANCE:
         return 0.0

@@ -83,7 +83,7 @@ def add_test_force(parameters: np.record, memory: np.record, theta: float, u: Ar
 def advance(
     parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: ReceptanceTable
 ) -> None:
-    """Advance the identification by one sample: start, average, change slots, finish or give up.
+    """Advance the identification by one sample: start, average, change slots, finish or fail.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ LARGEST_ANGLE = 1e9  # rad, 18 days at full speed; it still resolves 1e-7 rad
 LARGEST_SPEED = 1e4  # rad/s
 LARGEST_CONDITION = 1e16
 
-FAULTS = ("fault_dead", "fault_stuck", "fault_offset", "fault_noise")
+FAULT_INPUTS = ("fault_dead", "fault_stuck", "fault_offset", "fault_noise")
 
 
 def _faults(name: str, where: str) -> list[Variable]:
@@ -34,7 +34,7 @@ def _setpoint(b: str, a: str) -> list[Variable]:
     return [input_(f"{b}.set_{a}", "m", description, minimum=-0.1, maximum=0.1, field=".")]
 
 
-# The range of a displacement is generous; it finds mm and um given as m.
+# The range of a displacement is wide, but narrow enough to reject values in mm or um.
 INPUT_VARIABLES = (
     *repeated("displacements", SENSORS, _displacement),
     input_(
@@ -70,17 +70,17 @@ INPUT_VARIABLES = (
     *repeated("faults", SENSORS, _faults),
 )
 
-SHOWN = ("shown_harmonic",)
-TIMING = ("Omega", "theta")
-SENSED = tuple(v.name for v in INPUT_VARIABLES if v.name.split(".")[0] in SENSOR_NAMES)
-ADAPTED = (*SENSED, *TIMING, "rolac_enable", "identify", "contact_state")
-SETPOINTS = tuple(f"{b}.set_{a}" for b, a, _ in AXES)
+SELECTION_INPUTS = ("shown_harmonic",)
+ROTATION_INPUTS = ("Omega", "theta")
+SENSOR_INPUTS = tuple(v.name for v in INPUT_VARIABLES if v.name.split(".")[0] in SENSOR_NAMES)
+ADAPTATION_INPUTS = (*SENSOR_INPUTS, *ROTATION_INPUTS, "rolac_enable", "identify", "contact_state")
+SETPOINT_INPUTS = tuple(f"{b}.set_{a}" for b, a, _ in AXES)
 
 
-def _plane_of(sensor: int) -> tuple[str, ...]:
+def _inputs_of_sensor(sensor: int) -> tuple[str, ...]:
     """Inputs that reach a sensor: the displacements of its axis, which an axial offset mixes, and its faults."""
     axis = SENSOR_NAMES[sensor % 2 :: 2]
-    return (*axis, *(f"{SENSOR_NAMES[sensor]}.{fault}" for fault in FAULTS))
+    return (*axis, *(f"{SENSOR_NAMES[sensor]}.{fault}" for fault in FAULT_INPUTS))
 
 
 def _axis(b: str, a: str) -> list[Variable]:
@@ -90,21 +90,21 @@ def _axis(b: str, a: str) -> list[Variable]:
             f"{b}.i_{a}",
             "A",
             f"Demanded control current, {at}",
-            depends_on=(*ADAPTED, f"{b}.set_{a}"),
+            depends_on=(*ADAPTATION_INPUTS, f"{b}.set_{a}"),
             field="current",
         ),
         output(
             f"{b}.u_{a}",
             "N",
             f"Amplitude of the synchronous force, {at}",
-            depends_on=(*ADAPTED, *SHOWN),
+            depends_on=(*ADAPTATION_INPUTS, *SELECTION_INPUTS),
             field="force_amplitude",
         ),
         output(
             f"{b}.u_phase_{a}",
             "rad",
             f"Phase of the synchronous force, {at}",
-            depends_on=(*ADAPTED, *SHOWN),
+            depends_on=(*ADAPTATION_INPUTS, *SELECTION_INPUTS),
             field="force_phase",
         ),
     ]
@@ -112,7 +112,7 @@ def _axis(b: str, a: str) -> list[Variable]:
 
 def _sensor(k: int) -> list[Variable]:
     name, where = SENSORS[k]
-    reached = (*_plane_of(k), *TIMING, *SHOWN)
+    reached = (*_inputs_of_sensor(k), *ROTATION_INPUTS, *SELECTION_INPUTS)
     return [
         output(f"amplitude.{name}", "m", f"Synchronous amplitude, {where}", depends_on=reached, field="amplitude"),
         output(f"phase.{name}", "rad", f"Phase of the synchronous part, {where}", depends_on=reached, field="phase"),
@@ -125,13 +125,13 @@ def _harmonic(number: int) -> list[Variable]:
             f"harmonic{number}.displacement",
             "m",
             f"Root of the sum of squares of the eight amplitudes, harmonic number {number}",
-            depends_on=(*SENSED, *TIMING),
+            depends_on=(*SENSOR_INPUTS, *ROTATION_INPUTS),
         ),
         output(
             f"harmonic{number}.force",
             "N",
             f"Root of the sum of squares of the four forces, harmonic number {number}",
-            depends_on=ADAPTED,
+            depends_on=ADAPTATION_INPUTS,
         ),
     ]
 
@@ -139,7 +139,9 @@ def _harmonic(number: int) -> list[Variable]:
 def _receptance(sensor: str, b: str, a: str) -> list[Variable]:
     what = f"part of the identified receptance, {sensor} by a force at {b}.{a} (6.7)"
     return [
-        output(f"r.{sensor}.{b}_{a}.{part}", "m/N", f"{word} {what}", depends_on=(*ADAPTED, *SHOWN))
+        output(
+            f"r.{sensor}.{b}_{a}.{part}", "m/N", f"{word} {what}", depends_on=(*ADAPTATION_INPUTS, *SELECTION_INPUTS)
+        )
         for part, word in (("re", "Real"), ("im", "Imaginary"))
     ]
 
@@ -152,13 +154,13 @@ def _contact_share(b: str) -> list[Variable]:
             f"Share of the last revolutions in contact at {b.upper()}, as contact.source tells",
             minimum=0.0,
             maximum=1.0,
-            depends_on=(*SENSED, "theta", "contact_state"),
+            depends_on=(*SENSOR_INPUTS, "theta", "contact_state"),
             field=".",
         )
     ]
 
 
-def _words(sentences: tuple[str, ...]) -> str:
+def _enumerated(sentences: tuple[str, ...]) -> str:
     return "; ".join(f"{k} {sentence}" for k, sentence in enumerate(sentences))
 
 
@@ -174,33 +176,45 @@ OUTPUT_VARIABLES = (
     *repeated("axes", [(b, a) for b, a, _ in AXES], _axis),
     *repeated("sensors", [(k,) for k in range(N_SENSORS)], _sensor),
     *repeated("harmonics", [(k + 1,) for k in range(N_HARMONICS)], _harmonic),
-    _flag("rolac_active", "ROLAC is adapting its force", ADAPTED),
-    _flag("window_valid", "The synchronous signals span a full revolution", TIMING),
-    _number("rolac_status", f"What ROLAC does: {_words(STATUSES)}", len(STATUSES) - 1, ADAPTED),
-    _flag("rolac_limited", "A synchronous force is at rolac.force_limit", ADAPTED),
-    _flag("h_extrapolated", "The speed is beyond the table, and H that of its nearest speed", ADAPTED),
-    _flag("current_limited", "A demanded current is at its limit", (*ADAPTED, *SETPOINTS)),
-    _number("suspect_sensor", "Number of a sensor that does not move while others do; 0: none", N_SENSORS, SENSED),
+    _flag("rolac_active", "ROLAC is adapting its force", ADAPTATION_INPUTS),
+    _flag("window_valid", "The synchronous signals span a full revolution", ROTATION_INPUTS),
+    _number("rolac_status", f"What ROLAC does: {_enumerated(STATUSES)}", len(STATUSES) - 1, ADAPTATION_INPUTS),
+    _flag("rolac_limited", "A synchronous force is at rolac.force_limit", ADAPTATION_INPUTS),
+    _flag("h_extrapolated", "The speed is beyond the table, and H that of its nearest speed", ADAPTATION_INPUTS),
+    _flag("current_limited", "A demanded current is at its limit", (*ADAPTATION_INPUTS, *SETPOINT_INPUTS)),
+    _number(
+        "suspect_sensor", "Number of a sensor that does not move while others do; 0: none", N_SENSORS, SENSOR_INPUTS
+    ),
     *repeated("contact_shares", [(b,) for b in BEARINGS], _contact_share),
-    _number("table_rows", "Speeds in the table of H, times harmonics", 1e6, ADAPTED),
-    _number("identification_state", _words(STAGES), len(STAGES) - 1, ADAPTED),
-    _number("identification_error", f"Why an identification failed: {_words(ERRORS)}", len(ERRORS) - 1, ADAPTED),
+    _number("table_rows", "Speeds in the table of H, times harmonics", 1e6, ADAPTATION_INPUTS),
+    _number("identification_state", _enumerated(STAGES), len(STAGES) - 1, ADAPTATION_INPUTS),
+    _number(
+        "identification_error",
+        f"Why an identification failed: {_enumerated(ERRORS)}",
+        len(ERRORS) - 1,
+        ADAPTATION_INPUTS,
+    ),
     output(
         "identification_progress",
         "1",
         "Share of the identification that is done",
         minimum=0.0,
         maximum=1.0,
-        depends_on=ADAPTED,
+        depends_on=ADAPTATION_INPUTS,
     ),
-    output("identification_speed", "rad/s", "Speed of the last identification that was completed", depends_on=ADAPTED),
+    output(
+        "identification_speed",
+        "rad/s",
+        "Speed of the last identification that was completed",
+        depends_on=ADAPTATION_INPUTS,
+    ),
     output(
         "condition_number",
         "1",
         "Condition number of the last receptance identified, sensors weighted",
         minimum=0.0,
         maximum=LARGEST_CONDITION,
-        depends_on=(*ADAPTED, *SHOWN),
+        depends_on=(*ADAPTATION_INPUTS, *SELECTION_INPUTS),
     ),
     *repeated(
         "receptance",

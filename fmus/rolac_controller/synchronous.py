@@ -91,12 +91,12 @@ def adapt(parameters: np.record, inputs: np.record, state: np.record, work: np.r
         if bracket.coverage == MISSING or (bracket.coverage == BEYOND and not parameters.rolac.extrapolate):
             work.status = NO_H
         elif due:
-            look_up(table, bracket, mode, work)
+            interpolate_matrix(table, bracket, mode, work)
             step_harmonic(parameters, order * inputs.Omega, state, work, k)
 
 
 @kernel
-def look_up(table: ReceptanceTable, bracket: Bracket, mode: float, work: np.record) -> None:
+def interpolate_matrix(table: ReceptanceTable, bracket: Bracket, mode: float, work: np.record) -> None:
     """Interpolate the matrix that the law of this mode needs, R or H, between the rows of the table."""
     lower, upper = table.rows[bracket.lower], table.rows[bracket.upper]
     if mode in (NOTCH, FORCE_FREE):

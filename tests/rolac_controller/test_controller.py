@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import platform
 
 import numpy as np
 import pytest
@@ -189,7 +190,7 @@ def test_scratch_array_carries_nothing_from_sample_to_sample(bench, receptance):
 
 @pytest.mark.parametrize("mode", range(len(MODES)))
 def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python):
-    """To rounding: compiled and plain Python differ at most in the last digits of library functions."""
+    """To the last bit where both call the same C library for sine, exponential and so on."""
 
     def run(mode, plain):
         import json
@@ -235,7 +236,8 @@ def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python
     assert compiled
     fast, slow = np.array(fast), np.array(slow)
     scale = np.abs(fast).max(axis=0) + 1e-300
-    assert np.abs((fast - slow) / scale).max() < 1e-9
+    largest = np.abs((fast - slow) / scale).max()
+    assert largest == 0.0 if platform.system() == "Linux" else largest < 1e-9
     assert fast[-1][INTERFACE.output_index("rolac_active")] == 1.0
 
 

@@ -19,7 +19,7 @@ def test_test_force_is_that_of_the_thesis(frequency, expected):
     assert amplitude_at(frequency) == pytest.approx(expected, rel=1e-3)
 
 
-def test_test_force_is_continuous_at_10_hz_and_jumps_from_440_to_550_n_at_30():
+def test_force_is_continuous_at_10_hz_and_jumps_from_440_to_550_n_at_30():
     assert amplitude_at(10.0 + 1e-9) == pytest.approx(amplitude_at(10.0), rel=1e-8)
     assert amplitude_at(30.0 - 1e-9) == pytest.approx(440.0, rel=1e-7)
 
@@ -43,7 +43,7 @@ def harmonics_of(powers, orders=FOUR):
     return harmonics
 
 
-def test_phases_follow_the_formula_of_the_thesis_for_consecutive_harmonics():
+def test_phases_of_consecutive_harmonics_follow_the_formula_of_the_thesis():
     """phase_i = -2 pi sum_{m < i} (i - m) P_m."""
     powers = np.array([1.0, 2.0, 3.0, 4.0])
     relative = powers / powers.sum()
@@ -66,7 +66,7 @@ def test_phases_lower_the_peak_of_the_sum(powers):
     assert peak < 0.75 * in_phase
 
 
-def test_power_of_the_sum_is_that_of_a_single_harmonic_however_it_is_shared():
+def test_power_of_the_sum_is_that_of_a_single_harmonic():
     """Above 30 Hz A is the same for all harmonics."""
     for powers in (np.ones(4), np.array([5.0, 1.0, 0.0, 2.0])):
         forces = [force_component(harmonics_of(powers), k, True, 1.0, 40.0) for k in range(4)]

@@ -126,7 +126,7 @@ class Both:
 
 
 @pytest.mark.parametrize("mode", [0, 1, 2, 3])
-def test_fmu_of_the_rig_gives_what_the_core_gives_while_it_identifies_and_adapts(fmu, table, mode):
+def test_fmu_of_the_rig_equals_the_core_while_it_identifies_and_adapts(fmu, table, mode):
     """With noise, filter, converters, delay, a fault and contact; every output, bit for bit."""
     both = Both(fmu, Instance(MODEL, table))
     core = both.core

@@ -103,7 +103,7 @@ def test_leakage_vanishes_with_the_third_power_of_the_step():
     assert order == pytest.approx(3.0, abs=0.1)
 
 
-def test_harmonics_side_by_side_are_told_apart_exactly_over_whole_revolutions():
+def test_harmonics_are_separated_exactly_over_whole_revolutions():
     amplitudes = {1: 1e-4, 2: -3e-5j, 5: 2e-5 + 1e-5j, 7: 4e-6}
 
     def signal(theta):
@@ -114,7 +114,7 @@ def test_harmonics_side_by_side_are_told_apart_exactly_over_whole_revolutions():
     np.testing.assert_allclose(found, list(amplitudes.values()), atol=1e-18, rtol=1e-12)
 
 
-def test_a_harmonic_is_the_same_alone_and_in_company():
+def test_a_harmonic_is_the_same_alone_and_with_others():
     def signal(theta):
         return math.cos(2 * theta + 0.4) + 0.3 * math.cos(theta)
 

@@ -62,7 +62,7 @@ def test_receptance_of_a_discrete_plant_is_found(tested):
 
 
 @pytest.mark.parametrize("frequency", [16.0, 16.7, 23.123])
-def test_receptance_is_found_where_a_revolution_is_no_whole_number_of_samples(tested, frequency):
+def test_receptance_is_found_with_a_fraction_of_a_sample_per_revolution(tested, frequency):
     b, plant = tested(frequency=frequency, sample_time=1.0 / 2000.0)
     b["identify"] = 1.0
     plant.run(b, int(6 * math.ceil(3 * frequency + 1) / frequency * 2000))
@@ -216,7 +216,7 @@ def test_identified_table_is_what_rolac_then_uses(tested):
     np.testing.assert_allclose(b.forces(), expected, rtol=1e-5)
 
 
-def test_forces_of_rolac_are_held_meanwhile_and_do_not_enter_the_receptance(tested, discrete_plant):
+def test_forces_of_rolac_are_constant_and_do_not_enter_the_receptance(tested, discrete_plant):
     plant = discrete_plant()
     speed = 2.0 * math.pi * FREQUENCY
     z = np.exp(1j * speed * FAST)

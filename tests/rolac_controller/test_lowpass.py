@@ -22,7 +22,7 @@ def passed(signal, cutoff, h=H):
 
 
 @pytest.mark.parametrize("cutoff", [0.5, 300.0, 2000.0, 1e5])
-def test_samples_are_those_of_the_continuous_filter_under_the_polygon_through_the_input(cutoff):
+def test_samples_are_those_of_the_continuous_filter_for_a_polygon_input(cutoff):
     rng = np.random.default_rng(1)
     signal = rng.normal(size=12)
     times = H * np.arange(12)

@@ -55,7 +55,7 @@ def run(bench, make_plant, rotor, mode, seconds=2.0):
     return b, 2.0 * np.mean(np.array(currents)[-1600:] * turn[:, None], axis=0), positions[-1]
 
 
-def test_notch_takes_the_synchronous_part_out_of_the_currents(bench, make_plant, rotor):
+def test_notch_removes_the_synchronous_currents(bench, make_plant, rotor):
     b, force, _ = run(bench, make_plant, rotor, NOTCH)
     _, pid, _ = run(bench, make_plant, rotor, NOTCH, 0.25)
     assert b["rolac_active"] == 1.0
@@ -63,7 +63,7 @@ def test_notch_takes_the_synchronous_part_out_of_the_currents(bench, make_plant,
     assert np.abs(force).max() < 1e-4 * np.abs(pid).max()
 
 
-def test_force_rejection_takes_the_synchronous_part_out_of_the_whole_force_of_the_bearing(bench, make_plant, rotor):
+def test_force_rejection_removes_the_synchronous_force_of_the_bearing(bench, make_plant, rotor):
     """K_i I + K_s x vanishes, the rotor turns about its axis of inertia: m Omega^2 q = -F_unbalance."""
     _, force, position = run(bench, make_plant, rotor, FORCE_FREE, 3.0)
     whole = force + K_S * position

@@ -36,7 +36,7 @@ def levitate(bench, h, duration, x0=0.0, load=0.0, setpoint=0.0):
 
 
 @pytest.mark.parametrize(("bearing", "axis", "sensor"), AXES)
-def test_positive_displacement_gives_negative_current_on_its_own_axis_alone(bench, bearing, axis, sensor):
+def test_positive_displacement_gives_negative_current_on_its_axis_alone(bench, bearing, axis, sensor):
     b = bench()
     b[sensor] = 1e-5
     b.sample()
@@ -122,7 +122,7 @@ def test_integral_does_not_wind_up_at_the_limit(bench):
         assert b["mb1.i_x"] == 0.0
 
 
-def test_current_leaves_the_limit_at_the_first_sample_after_the_sign_changes(bench):
+def test_current_leaves_the_limit_at_the_sample_after_the_sign_changes(bench):
     b = bench(mb1__k_integral_x=1e8, mb1__c_b_x=0.0)
     b["s5"] = 1e-4
     for _ in range(4000):  # the integral alone drives the current to its limit and would go on
@@ -159,7 +159,7 @@ def test_change_of_the_integral_gain_makes_no_bump(bench):
     assert b["mb1.i_x"] == before
 
 
-def test_direct_gains_give_the_same_current_as_the_net_ones_they_stand_for(bench):
+def test_direct_gains_give_the_same_current_as_equal_net_gains(bench):
     net = bench(mb1__k_integral_x=1e6, derivative_time=1e-3)
     direct = bench(
         pid__direct=1, mb1__k_p_x=1e6 + BEARING_K_S, mb1__k_d_x=5e3, mb1__k_integral_x=1e6, derivative_time=1e-3
@@ -194,7 +194,7 @@ def test_integral_removes_the_deviation_from_a_setpoint_under_a_load(bench):
     assert abs(x[-1] + 5e-5) < 1e-10
 
 
-def test_with_direct_gains_the_integral_carries_the_negative_stiffness_at_a_setpoint(bench):
+def test_integral_balances_the_negative_stiffness_with_direct_gains(bench):
     def make(**parameters):
         return bench(pid__direct=1, mb1__k_p_x=1e6 + BEARING_K_S, mb1__k_integral_x=2e7, **parameters)
 

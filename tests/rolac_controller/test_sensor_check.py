@@ -1,4 +1,4 @@
-"""Sensors that stand still: found, named, and ROLAC out of their reach."""
+"""Sensors that do not change: found, named, and ROLAC switched off."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_first_of_several_is_named(running):
     assert b["suspect_sensor"] == 3
 
 
-def test_check_can_be_switched_off_and_still_tells(running):
+def test_check_can_be_switched_off_and_still_names_the_sensor(running):
     b = running(rolac__check_sensors=0)
     b["s2.fault_dead"] = 1.0
     b.follow(signal, SAMPLES + 2)
