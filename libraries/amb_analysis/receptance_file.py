@@ -16,14 +16,14 @@ from annotated_types import Ge, Gt, Le
 from numpy.typing import ArrayLike, NDArray
 from pydantic import PlainValidator, StrictFloat, StrictInt, StrictStr
 
-from amb_analysis.receptance_table import Complex, condition_number, inverse_receptance, pack_rows
+from amb_analysis.controller_data import Complex, condition_number, inverse_receptance, pack_rows
 from amb_files.atomic import write_atomically
 from amb_files.toml import read_toml, table, validate
 from amb_files.validation_errors import Unit
 from rolac_controller.interface import INTERFACE
-from rolac_controller.names import N_AXES, N_SENSORS
 from rolac_controller.parameters import LARGEST_ORDER
-from rolac_controller.stored import SAME_SPEED
+from rolac_controller.receptance_table import SAME_SPEED
+from rolac_controller.rig_layout import N_AXES, N_SENSORS
 
 Format = Literal["amb-cosim receptances 1"]
 (FORMAT,) = get_args(Format)

@@ -39,8 +39,8 @@ def rolac_controller(rotor: Path | None = None, receptances: Path | None = None,
 
     In the model the rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
     """
+    from amb_analysis.controller_data import pack
     from amb_analysis.receptance_file import read_table
-    from amb_analysis.receptance_table import pack
     from rolac_controller.controller import MODEL
     from rotor_analysis.receptance import receptance
     from rotor_analysis.rotor_file import load_rotor

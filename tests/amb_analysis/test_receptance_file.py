@@ -10,10 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from amb_analysis.controller_data import inverse_receptance, pack
 from amb_analysis.receptance_file import LOOP_PARAMETERS, ReceptanceTable, loop_parameters, read_table
-from amb_analysis.receptance_table import inverse_receptance, pack
+from amb_analysis.sampled_loop import parameter_record
 from rolac_controller.interface import INTERFACE
-from rolac_controller.stored import bracket, interpolate, load, size_of
+from rolac_controller.pseudo_inverse import SVD_WORK
+from rolac_controller.receptance_table import find_bracket, interpolate, load, table_of, table_size
 
 
 @pytest.fixture
@@ -66,13 +68,13 @@ def test_h_is_linear_between_speeds_and_constant_beyond(table, receptance):
 
 def test_controller_built_with_the_table_finds_the_same_h(table):
     constants = table.constants()
-    inside = np.zeros(size_of(constants))
-    assert load(constants, np.ones(8), 1e4, inside, np.zeros(200))
+    inside = table_of(np.zeros(table_size(constants)))
+    assert load(table_of(constants), parameter_record({}), inside, np.zeros(1, dtype=SVD_WORK)[0])
     for speed in (20.0, 31.4, 40.0, 100.0, 200.0):
-        low, high, share, _ = bracket(inside, 1.0, speed)
-        matrix = np.zeros(64)
-        interpolate(inside, 66, low, high, share, matrix)
-        np.testing.assert_allclose(matrix.view(complex).reshape(4, 8), table.h_at(speed)[0], rtol=1e-12)
+        lower, upper, weight, _ = find_bracket(inside, 1.0, speed)
+        H = np.zeros((4, 8), dtype=complex)
+        interpolate(inside.rows[lower].H, inside.rows[upper].H, weight, H)
+        np.testing.assert_allclose(H, table.h_at(speed)[0], rtol=1e-12)
 
 
 def test_constants_of_one_harmonic_are_those_of_pack(receptance):

@@ -22,7 +22,8 @@ from amb_cosim.result import Result
 from amb_cosim.scenario import load_scenario
 from amb_cosim.simulation import prepare
 from amb_cosim.studies import receptance_measurement
-from rolac_controller.names import AXES, CONTACT, DONE, FAILED, NO_ERROR, SENSOR_NAMES, WAITING
+from rolac_controller.enumerations import CONTACT_OCCURRED, DONE, FAILED, NO_ERROR, WAITING
+from rolac_controller.rig_layout import AXES, SENSOR_NAMES
 from rotor_analysis.rotor_file import RIG
 
 LOOP = {f"{b}.{name}_{a}": value for b, a, _ in AXES for name, value in (("k_s", 2e6), ("k_i", 563.0))}
@@ -68,7 +69,7 @@ def runs(monkeypatch):
 def test_each_speed_is_kept_and_a_failing_one_does_not_take_the_others_along(runner, runs, tmp_path):
     ends = [
         completed(outputs(receptance(1))),
-        completed(outputs(receptance(2), FAILED, CONTACT)),
+        completed(outputs(receptance(2), FAILED, CONTACT_OCCURRED)),
         completed(outputs(receptance(2), WAITING)),
         completed(outputs(np.zeros((8, 4)))),
         Result(xr.Dataset(), Outcome("failed", 1.0, "amb_actuator")),
