@@ -193,8 +193,9 @@ def free_acceleration(motion: Motion, tau: float, unbalance: complex, q: Array, 
     for i in range(n):
         a[i] = steady[i] + A * cosine[i] + B * sine[i]
     for j in range(n):
+        K_j, C_j, q_j, v_j = motion.K_columns[j], motion.C_columns[j], q[j], v[j]
         for i in range(n):
-            a[i] -= motion.K_columns[j, i] * q[j] + motion.C_columns[j, i] * v[j]
+            a[i] -= K_j[i] * q_j + C_j[i] * v_j
     if motion.Omega_dot != 0.0:
         delta_omega = motion.Omega_dot * tau
         for i in range(n):

@@ -192,8 +192,9 @@ def _integrate_unit(Minv: Array, motion: Motion, propagator: Propagator, unit: i
         for i in range(n):
             a[i] = force * Minv[i, column]
         for j in range(n):
+            K_j, C_j, q_j, v_j = motion.K_columns[j], motion.C_columns[j], q[j], v[j]
             for i in range(n):
-                a[i] -= motion.K_columns[j, i] * q[j] + motion.C_columns[j, i] * v[j]
+                a[i] -= K_j[i] * q_j + C_j[i] * v_j
         for i in range(n):
             real = dt * (v[i] - motion.Omega * im[i])
             im[i] = dt * motion.Omega * re[i]
@@ -255,9 +256,10 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float)
     for i in range(size):
         end[i] = 0.0
     for j in range(5 * n):
-        if start[j] != 0.0:
+        x_j, row = start[j], propagator.P[j]
+        if x_j != 0.0:
             for i in range(size):
-                end[i] += start[j] * propagator.P[j, i]
+                end[i] += x_j * row[i]
     for site in w.sites:
         if site.enabled != 0.0 and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
             return False
