@@ -1,11 +1,18 @@
 """The friction law: how large the friction of a site may be, and which way it points.
 
-    sliding    T = -mu N sign(v_slip)                      (4.10)
+    sliding    T = -mu(v) N sign(v)                        v = v_slip (4.10)
     rolling    |T| <= mu_s N,  mu_s = max(mu, mu_static)   (4.30 to 4.35)
-    compliant  T = -mu N tanh(v_slip/v_r)                  contact under a force law, without sticking
+    compliant  T = -mu(v) N tanh(v/v_r)                    contact under a force law, without sticking
 
-N and T are forces, or impulses of an impact. Everything else asks this file: the contact equations stay linear in N,
-whatever the law, because mu is evaluated at the slip velocity `site.slip` of the present state.
+N and T are forces, or impulses of an impact. The coefficient of sliding is constant, mu(v) = mu (Coulomb), or falls with
+the slip velocity over v_S = `stribeck_velocity` > 0 (Stribeck; thesis Fig. 1.1(d) without its viscous part):
+
+    mu(v) = mu + (mu_s - mu) exp(-(v/v_S)^2)
+
+This is the Gaussian form of Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083-1138; unlike
+exp(-|v|/v_S) it is smooth where the slip vanishes. All other files ask this one: the contact equations stay linear in N
+whatever the law, because mu is evaluated at the slip velocity `site.slip` of the present state, in an impact at that
+before it.
 """
 
 from __future__ import annotations
@@ -25,6 +32,9 @@ STICK_SPEED = 1e-9  # m/s, slip velocity that counts as none
 def kinetic_coefficient(site: Site, slip: float) -> float:
     """Return the coefficient of friction of a site that slides with the velocity `slip` (m/s)."""
     mu: float = site.mu
+    if site.stribeck_velocity > 0.0:
+        ratio = slip / site.stribeck_velocity
+        mu += (static_coefficient(site) - mu) * math.exp(-ratio * ratio)
     return mu
 
 
@@ -37,7 +47,7 @@ def static_coefficient(site: Site) -> float:
 @kernel
 def has_friction(site: Site) -> bool:
     """Return whether a sliding site has friction, and so can stick."""
-    return site.mu > 0.0
+    return site.mu > 0.0 or (site.stribeck_velocity > 0.0 and site.mu_static > 0.0)
 
 
 @kernel
@@ -93,11 +103,13 @@ def compliant_friction(site: Site, normal: float, slip: float) -> float:
 
 @kernel
 def compliant_friction_damping(site: Site, slip: float) -> float:
-    """Return the largest slope (N s/m) of the friction of a compliant contact where its slip is small, else 0."""
+    """Return a bound (N s/m) of the slope of a compliant contact's friction over the slip velocity."""
+    damping = 0.0
     if abs(slip) < 3.0 * SLIP_SCALE:
-        damping: float = kinetic_coefficient(site, slip) * site.f_n / SLIP_SCALE
-        return damping
-    return 0.0
+        damping = kinetic_coefficient(site, slip) * site.f_n / SLIP_SCALE
+    if site.stribeck_velocity > 0.0:
+        damping += (static_coefficient(site) - site.mu) * site.f_n / site.stribeck_velocity
+    return damping
 
 
 @kernel

@@ -46,6 +46,14 @@ def _site_parameters(site: str) -> list[Variable]:
             maximum=10.0,
         ),
         parameter(
+            f"{site}.stribeck_velocity",
+            "m/s",
+            f"Slip velocity {at} over which sliding friction falls from mu_static to mu; 0: it is mu at once",
+            0.0,
+            minimum=0.0,
+            maximum=1e3,
+        ),
+        parameter(
             f"{site}.restitution",
             "1",
             f"Coefficient of restitution {at}, of the newton impact law",
