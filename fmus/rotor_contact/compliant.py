@@ -85,7 +85,7 @@ def normal_force(site: Site, delta: float, rate: float) -> float:
 
 @kernel
 def stored_energy(site: Site, delta: float) -> float:
-    """Return the elastic energy (J) of the site's law at penetration `delta` >= 0 (m): its force at rate zero, integrated.
+    """Return the elastic energy (J) at penetration `delta` >= 0 (m): the integral of the force at rate zero.
 
     The switched law, whose integral has no simple form, counts k_c delta^2/2; the difference is heat and comes back.
     """
@@ -130,7 +130,7 @@ def apply_compliant(Minv: Array, sites: Sites, z: Array, Omega: float, a: Array)
 
 @kernel
 def compliant_limit(Minv: Array, sites: Sites, v: Array, Omega: float, longest: float) -> float:
-    """Return the length (s) of a substep that resolves vibration and damping of compliant contacts, at most `longest`."""
+    """Return the length (s) of a substep that resolves all compliant contacts, at most `longest`."""
     limit = longest
     for site in sites:
         if is_compliant(site):

@@ -205,7 +205,7 @@ def free_acceleration(motion: Motion, tau: float, unbalance: complex, q: Array, 
 
 @kernel
 def input_power(motion: Motion, unbalance: complex, q: Array, v: Array) -> float:
-    """Return the power (W) of all forces given as inputs, with the `unbalance_direction`; passive bearings have none."""
+    """Return the power (W) of all forces given as inputs, without passive bearings; `unbalance` is its direction."""
     power = 0.0
     A, B = unbalance.real, unbalance.imag
     steady, cosine, sine = motion.forces

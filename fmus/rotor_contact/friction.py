@@ -4,8 +4,8 @@
     rolling    |T| <= mu_s N,  mu_s = max(mu, mu_static)   (4.30 to 4.35)
     compliant  T = -mu(v) N tanh(v/v_r)                    contact under a force law, without sticking
 
-N and T are forces, or impulses of an impact. The coefficient of sliding is constant, mu(v) = mu (Coulomb), or falls with
-the slip velocity over v_S = `stribeck_velocity` > 0 (Stribeck; thesis Fig. 1.1(d) without its viscous part):
+N and T are forces, or impulses of an impact. The coefficient of sliding is constant, mu(v) = mu (Coulomb), or falls
+with the slip velocity over v_S = `stribeck_velocity` > 0 (Stribeck; thesis Fig. 1.1(d) without its viscous part):
 
     mu(v) = mu + (mu_s - mu) exp(-(v/v_S)^2)
 

@@ -33,7 +33,7 @@ from rotor_contact.workspace import Workspace
 
 @kernel
 def mark_touching(sites: Sites, q: Array, v: Array) -> bool:
-    """Mark free sites that have reached their retainer and move outward, put them on it; return whether there is one."""
+    """Mark free sites that have reached their retainer and move outward; return whether there is one."""
     found = False
     for site in sites:
         site.touching = 0

@@ -115,9 +115,7 @@ def _axis_inputs(bearing: str, axis: str) -> list[Variable]:
     at = f"{bearing.upper()}, {axis} axis"
     return [
         input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),
-        input_(
-            f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"
-        ),
+        input_(f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"),
         input_(f"{bearing}.{axis}_ref", "m", f"Displacement at which that force holds, {at}", field="reference"),
     ]
 

@@ -12,8 +12,8 @@ from fmi_export.model import Array
 from fmi_export.records import record, size_of
 from rotor_contact.contact import RHS
 from rotor_contact.dynamics import BEARING, Excitation, Motion, MotionArrays
-from rotor_contact.free_flight import HISTORY, Propagator, propagator_of, propagator_size
-from rotor_contact.interface import N_BEARINGS, N_SITES, PARAMETERS
+from rotor_contact.interface import INTERFACE, N_BEARINGS, N_SITES, SITES
+from rotor_contact.propagator import HISTORY, Propagator, propagator_of, propagator_size
 from rotor_contact.site import SITE, SITE_PARAMETERS, Sites
 from rotor_contact.structure import Structure
 from rotor_contact.workspace import N_INTEGRALS, N_STAGES, Stages, Workspace, energy_integrals
@@ -24,13 +24,13 @@ HEAD = record(
     ("theta", np.float64),  # rotor angle (rad)
     ("initial_energy", np.float64),  # kinetic and strain energy at the start (J)
     ("n_halvings", np.float64),  # how often `events.advance` halves its substeps
-    ("history", HISTORY),  # of `free_flight.is_time_invariant`
+    ("history", HISTORY),  # of `propagator.is_time_invariant`
 )
 N_HEAD = size_of(HEAD)
 
 N_SITE = size_of(SITE)
-N_SITE_PARAMETERS = size_of(np.dtype((np.record, SITE_PARAMETERS)))
-FIRST_SITE = (PARAMETERS.fields or {})["sites"][1] // 8  # position of the sites' parameters among all
+N_SITE_PARAMETERS = size_of(SITE_PARAMETERS)
+FIRST_SITE = INTERFACE.parameter_index(f"{SITES[0]}.enabled")  # where the sites' parameters begin
 N_BEARING = size_of(BEARING)
 
 
@@ -53,7 +53,7 @@ class Scratch(NamedTuple):
     orbit
         Equations of the steady orbit, shape (2 n, 2 n + 1).
     propagator
-        Kept from step to step as a cache; `free_flight.is_built` revalidates it.
+        Kept from step to step as a cache; `propagator.is_built` revalidates it.
     """
 
     site_rows: Array

@@ -89,9 +89,10 @@ def write_mechanical_energy(
 @kernel
 def _write_heat_and_work(integrals: np.record, gain: float, energy: np.record) -> None:
     """Write heat, work and the balance (J); `gain` is that of mechanical energy since the start."""
+    dissipated: float = integrals.damping_heat + integrals.friction_heat + integrals.impact_heat
     energy.damping = integrals.damping_heat
     energy.friction = integrals.friction_heat
     energy.impact = integrals.impact_heat
-    energy.dissipated = energy.damping + energy.friction + energy.impact
+    energy.dissipated = dissipated
     energy.work = integrals.work
-    energy.balance = gain + energy.dissipated - energy.work
+    energy.balance = gain + dissipated - integrals.work

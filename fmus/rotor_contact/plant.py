@@ -9,11 +9,12 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
 from rotor_contact.dynamics import collect_coefficients, collect_forces
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
-from rotor_contact.free_flight import build_propagator, is_built, is_time_invariant, propagate
+from rotor_contact.free_flight import propagate
 from rotor_contact.interface import INPUTS, INTERFACE, N_SITES, OUTPUTS, PARAMETERS, SITES
 from rotor_contact.layout import load_sites, n_state, n_work, scratch_of, state_of, store_sites, workspace_of
 from rotor_contact.modes import resolve_modes
 from rotor_contact.outputs import write_mechanical_energy, write_outputs
+from rotor_contact.propagator import build_propagator, is_built, is_time_invariant
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.structure import structure_of
 

@@ -5,8 +5,8 @@ import pytest
 from free_motion import COMPLEX_UNBALANCE, START, START_VELOCITY, UNBALANCE, WIDE, exact_motion
 from rotor_cases import BEARINGS, CLEARANCE, H, both, head, masters, place, plant, run, size_of, state
 
-from rotor_contact.free_flight import STEPS_BEFORE_BUILD
 from rotor_contact.layout import N_HEAD
+from rotor_contact.propagator import STEPS_BEFORE_BUILD
 
 FINE = {"solver.max_substep": 5e-6, "solver.exact_flight": 0.0, "solver.tolerance": 1.0}
 TERMS = [f"energy.{name}" for name in ("kinetic", "strain", "damping", "work", "balance")]

@@ -201,7 +201,9 @@ def test_nodal_law_stops_the_radial_motion_of_the_touching_nodes_and_nothing_els
     expected = before - sum(N[k] * (N[k] @ before) for k in sites)
     np.testing.assert_allclose(v, expected, atol=1e-14)
     assert [contact[k].mode for k in range(2)] == [1 if k in sites else 0 for k in range(2)]
-    assert contact["impact_heat"].sum() == pytest.approx(0.5 * (before @ w.M @ before - v @ w.M @ v), rel=1e-9, abs=1e-12)
+    assert contact["impact_heat"].sum() == pytest.approx(
+        0.5 * (before @ w.M @ before - v @ w.M @ v), rel=1e-9, abs=1e-12
+    )
 
 
 def test_blow_at_one_site_loads_or_releases_a_journal_at_rest_on_the_other_but_never_pulls_it():
