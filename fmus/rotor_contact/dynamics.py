@@ -5,62 +5,63 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.interface import (
-    AXIS,
-    AXIS_INPUTS,
-    BASE,
-    BEARING,
-    BEARING_PARAMETERS,
-    CORE,
-    CORE_INPUTS,
-    DAMPING,
-    DISC,
-    DISC_FORCE_X,
-    DISC_FORCE_Y,
-    DISC_INPUTS,
-    FORCE,
-    GRADIENT,
-    GRAVITY,
-    N_BEARINGS,
-    N_DISCS,
-    OMEGA,
-    OMEGA_DOT,
-    PHASE,
-    REFERENCE,
-    STIFFNESS,
-    UNBALANCE,
-)
+from fmi_export.records import record
+from rotor_contact.interface import N_BEARINGS, N_DISCS
 from rotor_contact.structure import Structure
 
-ROW, K_B, C_B, GRADIENT_X, GRADIENT_Y = range(5)  # columns of Motion.bearings
-BEARING_COLUMNS = 5
-STEADY, COSINE, SINE = range(3)  # rows of Motion.forces, and the last rows of Motion.coefficients
+# A magnetic bearing during a step: row of its x, passive stiffness (N/m) and damping (N s/m), and the gradients (N/m)
+# of its force in x and y.
+BEARING = record(("row", np.int64), ("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
+Bearings = np.ndarray[tuple[int], np.dtype[np.record]]
+
+
+class Excitation(NamedTuple):
+    """Steady part, cosine part and sine part of forces (N) or of accelerations (m/s^2), shape (n,) each.
+
+    Their sum is steady + A cosine + B sine, where A + i B = exp(i theta) (Omega^2 - i Omega') is the direction and size
+    of a unit unbalance.
+    """
+
+    steady: Array
+    cosine: Array
+    sine: Array
+
+
+class MotionArrays(NamedTuple):
+    """Memory for the arrays of `Motion`."""
+
+    K_columns: Array
+    C_columns: Array
+    accelerations: Excitation
+    forces: Excitation
+    bearings: Bearings
 
 
 class Motion(NamedTuple):
-    """Coefficients of q'' = steady + A cosine + B sine - K q - C q' during one step.
+    """Coefficients of q'' = steady + A cosine + B sine - K q - C q' during one step (see `Excitation`).
 
-    A + i B = exp(i theta) (Omega^2 - i Omega') is the direction and size of a unit unbalance.
-
-    coefficients
-        Shape (2 n + 3, n): the columns of K = M^-1 (K - force gradients + passive bearings), the columns of
-        C = M^-1 (C + Omega G) at the beginning of the step, then steady, cosine and sine; everything in SI units.
-    forces
-        The forces (N) behind steady, cosine and sine, shape (3, n).
+    K_columns, C_columns
+        The columns of K = M^-1 (K - force gradients + passive bearings) and of C = M^-1 (C + Omega G) at the beginning
+        of the step, shape (n, n): row j is column j, so that a product runs along the memory.
+    accelerations, forces
+        The excitation, and the forces behind it.
     bearings
-        Row of x, passive stiffness (N/m) and damping (N s/m) and the two force gradients (N/m) of each bearing, shape
-        (n_bearings, 5).
+        Records of type `BEARING`.
     MinvG
         M^-1 G, for speeds that change within the step, shape (n, n).
     theta, Omega, Omega_dot
         Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, spin acceleration (rad/s^2).
     """
 
-    coefficients: Array
-    forces: Array
-    bearings: Array
+    K_columns: Array
+    C_columns: Array
+    accelerations: Excitation
+    forces: Excitation
+    bearings: Bearings
     MinvG: Array
     theta: float
     Omega: float
@@ -69,143 +70,167 @@ class Motion(NamedTuple):
 
 @kernel
 def collect_forces(
-    s: Structure, parameters: Array, inputs: Array, theta: float, coefficients: Array, forces: Array, bearings: Array
+    structure: Structure, parameters: np.record, inputs: np.record, theta: float, arrays: MotionArrays
 ) -> Motion:
-    """Collect the forces of a step into `forces` and `bearings` (3.1 to 3.6); `coefficients` are not written yet.
+    """Collect the forces of a step (3.1 to 3.6); the coefficients K, C and the accelerations are not written yet.
 
     Bearing force on the rotor, for each axis: F + k_xx (x - x_ref) - k_b x - c_b x'.
     Unbalance: f_x + i f_y = u exp(i (theta + phi)) (Omega^2 - i Omega').
     Gravity g acts like an acceleration g / sqrt(2) of the base along both axes.
     """
-    n = s.M.shape[0]
-    held_up = parameters[GRAVITY] * math.sqrt(0.5)
+    n = structure.M.shape[0]
+    steady, cosine, sine = arrays.forces
+    gravity_xy = parameters.gravity * math.sqrt(0.5)
+    a_x, a_y = inputs.base_acceleration[0] + gravity_xy, inputs.base_acceleration[1] + gravity_xy
     for i in range(n):
-        forces[STEADY, i] = s.B_base[i, 0] * (inputs[BASE] + held_up) + s.B_base[i, 1] * (inputs[BASE + 1] + held_up)
-        forces[COSINE, i] = 0.0
-        forces[SINE, i] = 0.0
+        steady[i] = structure.B_base[i, 0] * a_x + structure.B_base[i, 1] * a_y
+        cosine[i] = 0.0
+        sine[i] = 0.0
     for d in range(N_DISCS):
-        at = DISC + d * DISC_INPUTS
-        a, b = _marked(inputs[at + UNBALANCE], inputs[at + PHASE])
+        disc = inputs.discs[d]
+        u_x, u_y = unbalance_xy(disc.u, disc.phi)
         for i in range(n):
-            f_x = s.B_disc[i, 2 * d]
-            f_y = s.B_disc[i, 2 * d + 1]
-            forces[STEADY, i] += f_x * inputs[at + DISC_FORCE_X] + f_y * inputs[at + DISC_FORCE_Y]
-            forces[COSINE, i] += f_x * a + f_y * b
-            forces[SINE, i] += f_y * a - f_x * b
+            f_x = structure.B_disc[i, 2 * d]
+            f_y = structure.B_disc[i, 2 * d + 1]
+            steady[i] += f_x * disc.f_x + f_y * disc.f_y
+            cosine[i] += f_x * u_x + f_y * u_y
+            sine[i] += f_y * u_x - f_x * u_y
     for k in range(N_BEARINGS):
-        row = int(s.bearings[k])
-        own = BEARING + k * BEARING_PARAMETERS
-        bearings[k, ROW] = row
-        bearings[k, K_B] = parameters[own + STIFFNESS]
-        bearings[k, C_B] = parameters[own + DAMPING]
-        core = CORE + k * CORE_INPUTS
-        a, b = _marked(inputs[core + UNBALANCE], inputs[core + PHASE])
-        forces[COSINE, row] += a
-        forces[COSINE, row + 1] += b
-        forces[SINE, row] -= b
-        forces[SINE, row + 1] += a
-        for axis in range(2):
-            at = AXIS + (2 * k + axis) * AXIS_INPUTS
-            bearings[k, GRADIENT_X + axis] = inputs[at + GRADIENT]
-            forces[STEADY, row + axis] += inputs[at + FORCE] - inputs[at + GRADIENT] * inputs[at + REFERENCE]
-    return Motion(coefficients, forces, bearings, s.MinvG, theta, inputs[OMEGA], inputs[OMEGA_DOT])
+        bearing = arrays.bearings[k]
+        row = int(structure.bearings[k])
+        bearing.row = row
+        bearing.k_b = parameters.bearings[k].k_b
+        bearing.c_b = parameters.bearings[k].c_b
+        u_x, u_y = unbalance_xy(inputs.cores[k].u, inputs.cores[k].phi)
+        cosine[row] += u_x
+        cosine[row + 1] += u_y
+        sine[row] -= u_y
+        sine[row + 1] += u_x
+        for i in range(2):
+            axis = inputs.axes[k, i]
+            bearing.gradient[i] = axis.gradient
+            steady[row + i] += axis.force - axis.gradient * axis.reference
+    return Motion(
+        arrays.K_columns,
+        arrays.C_columns,
+        arrays.accelerations,
+        arrays.forces,
+        arrays.bearings,
+        structure.MinvG,
+        theta,
+        inputs.Omega,
+        inputs.Omega_dot,
+    )
 
 
 @kernel
-def _marked(unbalance: float, phase: float) -> tuple[float, float]:
-    """x and y of an unbalance (kg m) at a rotor angle of zero."""
+def unbalance_xy(unbalance: float, phase: float) -> tuple[float, float]:
+    """Return x and y of an unbalance (kg m) at a rotor angle of zero."""
     if unbalance == 0.0:
         return 0.0, 0.0
     return unbalance * math.cos(phase), unbalance * math.sin(phase)
 
 
 @kernel
-def collect_coefficients(s: Structure, m: Motion) -> None:
-    """Write the coefficients of a step from its forces (3.13)."""
-    n = s.M.shape[0]
-    c = m.coefficients
+def collect_coefficients(structure: Structure, motion: Motion) -> None:
+    """Write the coefficients and accelerations of a step from its forces (3.13)."""
+    n = structure.M.shape[0]
     for i in range(n):
         for j in range(n):
-            c[j, i] = s.MinvK[i, j]
-            c[n + j, i] = m.Omega * s.MinvG[i, j]
-    for k in range(N_BEARINGS):
-        row = int(m.bearings[k, ROW])
+            motion.K_columns[j, i] = structure.MinvK[i, j]
+            motion.C_columns[j, i] = motion.Omega * structure.MinvG[i, j]
+    for bearing in motion.bearings:
         for axis in range(2):
+            row = bearing.row + axis
             for i in range(n):
-                effect = s.Minv[i, row + axis]
-                c[row + axis, i] += effect * (m.bearings[k, K_B] - m.bearings[k, GRADIENT_X + axis])
-                c[n + row + axis, i] += effect * m.bearings[k, C_B]
-    for kind in range(3):
-        for i in range(n):
-            c[2 * n + kind, i] = 0.0
-        for j in range(n):
-            if m.forces[kind, j] != 0.0:
-                for i in range(n):
-                    c[2 * n + kind, i] += s.Minv[j, i] * m.forces[kind, j]
+                effect = structure.Minv[i, row]
+                motion.K_columns[row, i] += effect * (bearing.k_b - bearing.gradient[axis])
+                motion.C_columns[row, i] += effect * bearing.c_b
+    forces, accelerations = motion.forces, motion.accelerations
+    _divide_by_mass(structure.Minv, forces.steady, accelerations.steady)
+    _divide_by_mass(structure.Minv, forces.cosine, accelerations.cosine)
+    _divide_by_mass(structure.Minv, forces.sine, accelerations.sine)
 
 
 @kernel
-def spin(m: Motion, tau: float) -> float:
-    """Spin speed (rad/s) at `tau` (s) after the beginning of the step."""
-    return m.Omega + m.Omega_dot * tau
+def _divide_by_mass(Minv: Array, force: Array, acceleration: Array) -> None:
+    """Write M^-1 force into `acceleration`."""
+    n = force.shape[0]
+    for i in range(n):
+        acceleration[i] = 0.0
+    for j in range(n):
+        if force[j] != 0.0:
+            for i in range(n):
+                acceleration[i] += Minv[j, i] * force[j]
 
 
 @kernel
-def unbalance_direction(m: Motion, tau: float) -> tuple[float, float]:
-    """A and B of A + i B = exp(i theta) (Omega^2 - i Omega') (rad^2/s^2)."""
-    Omega = spin(m, tau)
-    theta = m.theta + 0.5 * (m.Omega + Omega) * tau
+def spin_speed(motion: Motion, tau: float) -> float:
+    """Return the spin speed (rad/s) at `tau` (s) after the beginning of the step."""
+    return motion.Omega + motion.Omega_dot * tau
+
+
+@kernel
+def unbalance_direction(motion: Motion, tau: float) -> complex:
+    """Return A + i B = exp(i theta) (Omega^2 - i Omega') (rad^2/s^2) at `tau` (s) after the beginning of the step."""
+    Omega = spin_speed(motion, tau)
+    theta = motion.theta + 0.5 * (motion.Omega + Omega) * tau
     cosine = math.cos(theta)
     sine = math.sin(theta)
-    return Omega * Omega * cosine + m.Omega_dot * sine, Omega * Omega * sine - m.Omega_dot * cosine
+    square = Omega * Omega
+    return complex(square * cosine + motion.Omega_dot * sine, square * sine - motion.Omega_dot * cosine)
 
 
 @kernel
-def free_acceleration(m: Motion, tau: float, along: float, across: float, q: Array, v: Array, a: Array) -> None:
-    """Write the acceleration without contact into `a`, at `tau` (s) after the beginning of the step.
+def free_acceleration(motion: Motion, tau: float, unbalance: complex, q: Array, v: Array, a: Array) -> None:
+    """Write the acceleration without contact into `a` (m/s^2), at `tau` (s) after the beginning of the step.
 
-    `along` and `across` are the `unbalance_direction` then.
+    `unbalance` is the `unbalance_direction` then.
     """
     n = q.shape[0]
-    c = m.coefficients
+    A, B = unbalance.real, unbalance.imag
+    steady, cosine, sine = motion.accelerations
     for i in range(n):
-        a[i] = c[2 * n, i] + along * c[2 * n + 1, i] + across * c[2 * n + 2, i]
+        a[i] = steady[i] + A * cosine[i] + B * sine[i]
     for j in range(n):
+        K_j, C_j, q_j, v_j = motion.K_columns[j], motion.C_columns[j], q[j], v[j]
         for i in range(n):
-            a[i] -= c[j, i] * q[j] + c[n + j, i] * v[j]
-    if m.Omega_dot != 0.0:
-        faster = m.Omega_dot * tau
+            a[i] -= K_j[i] * q_j + C_j[i] * v_j
+    if motion.Omega_dot != 0.0:
+        delta_omega = motion.Omega_dot * tau
         for i in range(n):
             for j in range(n):
-                a[i] -= faster * m.MinvG[i, j] * v[j]
+                a[i] -= delta_omega * motion.MinvG[i, j] * v[j]
 
 
 @kernel
-def input_power(m: Motion, along: float, across: float, q: Array, v: Array) -> float:
-    """Work of all forces given as inputs, in a second (W), with the `unbalance_direction`; passive bearings do none."""
+def input_power(motion: Motion, unbalance: complex, q: Array, v: Array) -> float:
+    """Return the power (W) of all forces given as inputs, without passive bearings; `unbalance` is its direction."""
     power = 0.0
+    A, B = unbalance.real, unbalance.imag
+    steady, cosine, sine = motion.forces
     for i in range(q.shape[0]):
-        power += v[i] * (m.forces[STEADY, i] + along * m.forces[COSINE, i] + across * m.forces[SINE, i])
-    for k in range(N_BEARINGS):
-        row = int(m.bearings[k, ROW])
-        power += m.bearings[k, GRADIENT_X] * q[row] * v[row]
-        power += m.bearings[k, GRADIENT_Y] * q[row + 1] * v[row + 1]
+        power += v[i] * (steady[i] + A * cosine[i] + B * sine[i])
+    for bearing in motion.bearings:
+        row = bearing.row
+        power += bearing.gradient[0] * q[row] * v[row]
+        power += bearing.gradient[1] * q[row + 1] * v[row + 1]
     return power
 
 
 @kernel
-def damping_power(m: Motion, v: Array) -> float:
-    """Heat from the passive bearings, the sum of c_b |v|^2 (W)."""
+def damping_power(motion: Motion, v: Array) -> float:
+    """Return the heat per second from the passive bearings, the sum of c_b |v|^2 (W)."""
     power = 0.0
-    for k in range(N_BEARINGS):
-        row = int(m.bearings[k, ROW])
-        power += m.bearings[k, C_B] * (v[row] * v[row] + v[row + 1] * v[row + 1])
+    for bearing in motion.bearings:
+        row = bearing.row
+        power += bearing.c_b * (v[row] * v[row] + v[row + 1] * v[row + 1])
     return power
 
 
 @kernel
 def quadratic_form(A: Array, x: Array) -> float:
-    """x^T A x."""
+    """Return x^T A x."""
     total = 0.0
     for i in range(x.shape[0]):
         row = 0.0

@@ -8,102 +8,95 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.compliant import apply_compliant, compliant_limit
-from rotor_contact.contact import MODE, TANGENTIAL, apply_contact, held, project, slip_velocity, tangential
-from rotor_contact.dynamics import Motion, damping_power, free_acceleration, input_power, spin, unbalance_direction
-from rotor_contact.interface import CLEARANCE, FREE, JOURNAL_RADIUS, N_SITES, SLIDING
+from rotor_contact.contact import apply_contact, project
+from rotor_contact.dynamics import damping_power, free_acceleration, input_power, spin_speed, unbalance_direction
+from rotor_contact.interface import FREE, SLIDING
+from rotor_contact.site import is_constrained, slip_velocity, tangential_component
+from rotor_contact.workspace import Stages, Workspace, energy_integrals
 
-# A state z is (q, v, heat of damping, friction and impact, work); its last columns count from 2 n.
-DAMPING_HEAT, FRICTION_HEAT, IMPACT_HEAT, WORK_DONE = range(4)
-TALLIES = 4
-
-# Rows of the array `r` of an integration, shape (RUNGE_ROWS, 2 n + TALLIES).
-Z, Z_NEW = 0, 1  # at the beginning and at the end of a substep
-K_1, K_NEW = 2, 3  # the derivatives there
-STAGE, K_2, K_3, K_4 = 4, 5, 6, 7
-BEFORE = 8  # scratch of impacts
-RUNGE_ROWS = 9
-
-MAX_TURN = 0.035  # rad that a closed site may whirl in a substep: rolling is fast, and the constraint turns with it
-SHORTEST_TURN = 0.01  # of a substep; none shorter however fast the whirl, so that a step always ends
+MAX_WHIRL_ANGLE = 0.035  # rad that a closed site may whirl in a substep: rolling is fast, the constraint turns with it
+MIN_SUBSTEP = 0.01  # of the longest substep; none is shorter however fast the whirl, so that a step always ends
 
 
 @kernel
-def derivative(Minv: Array, m: Motion, sites: Array, equations: Array, tau: float, z: Array, dz: Array) -> bool:
-    """d/dt of z at `tau` with contact; False if the contact equations are singular.
+def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
+    """Write d/dt of z at `tau` (s) with contact into `dz`; return False if the contact equations are singular.
 
     Friction heat is -T v_slip; of it the drive's work is -T R_s Omega, also where nothing slips.
     """
-    n = Minv.shape[0]
+    n = w.Minv.shape[0]
     q = z[:n]
     v = z[n : 2 * n]
     a = dz[n : 2 * n]
     copy(v, dz)
-    Omega = spin(m, tau)
-    along, across = unbalance_direction(m, tau)
-    free_acceleration(m, tau, along, across, q, v, a)
-    compression = apply_compliant(Minv, sites, q, v, Omega, a)
-    solved = apply_contact(Minv, sites, equations, q, v, m.Omega_dot, a)
+    Omega = spin_speed(w.motion, tau)
+    unbalance = unbalance_direction(w.motion, tau)
+    free_acceleration(w.motion, tau, unbalance, q, v, a)
+    compression = apply_compliant(w.Minv, w.sites, z, Omega, a)
+    solved = apply_contact(w, q, v, Omega, a)
     friction = 0.0
-    work = input_power(m, along, across, q, v)
-    for k in range(N_SITES):
-        if sites[k, MODE] != FREE:
-            if sites[k, MODE] == SLIDING:
-                friction -= sites[k, TANGENTIAL] * slip_velocity(sites, k, v, Omega)
-            work -= sites[k, TANGENTIAL] * sites[k, JOURNAL_RADIUS] * Omega
-    dz[2 * n + DAMPING_HEAT] = damping_power(m, v)
-    dz[2 * n + FRICTION_HEAT] = friction
-    dz[2 * n + IMPACT_HEAT] = compression
-    dz[2 * n + WORK_DONE] = work
+    work = input_power(w.motion, unbalance, q, v)
+    for site in w.sites:
+        if site.mode != FREE:
+            if site.mode == SLIDING:
+                friction -= site.f_t * slip_velocity(site, v, Omega)
+            work -= site.f_t * site.journal_radius * Omega
+    rates = energy_integrals(dz, n)
+    rates.damping_heat = damping_power(w.motion, v)
+    rates.friction_heat = friction
+    rates.impact_heat = compression
+    rates.work = work
     return solved
 
 
 @kernel
-def substep(Minv: Array, m: Motion, sites: Array, equations: Array, r: Array, tau: float, dt: float) -> bool:
-    """Advance z to z_new by `dt` (s) from `tau`, projected onto the constraints; leaves its derivative in k_new."""
-    n = Minv.shape[0]
-    size = 2 * n + TALLIES
-    stage = r[STAGE]
+def substep(w: Workspace, tau: float, dt: float) -> bool:
+    """Advance z to z_new by `dt` (s) from `tau`, projected onto the constraints; leave its derivative in k_new."""
+    n = w.Minv.shape[0]
+    z, z_new, trial = w.stages.z, w.stages.z_new, w.stages.trial
+    k_1, k_2, k_3, k_4 = w.stages.k_1, w.stages.k_2, w.stages.k_3, w.stages.k_4
+    size = z.shape[0]
     for i in range(size):
-        stage[i] = r[Z, i] + 0.5 * dt * r[K_1, i]
-    solved = derivative(Minv, m, sites, equations, tau + 0.5 * dt, stage, r[K_2])
+        trial[i] = z[i] + 0.5 * dt * k_1[i]
+    solved = derivative(w, tau + 0.5 * dt, trial, k_2)
     for i in range(size):
-        stage[i] = r[Z, i] + 0.5 * dt * r[K_2, i]
-    solved = derivative(Minv, m, sites, equations, tau + 0.5 * dt, stage, r[K_3]) and solved
+        trial[i] = z[i] + 0.5 * dt * k_2[i]
+    solved = derivative(w, tau + 0.5 * dt, trial, k_3) and solved
     for i in range(size):
-        stage[i] = r[Z, i] + dt * r[K_3, i]
-    solved = derivative(Minv, m, sites, equations, tau + dt, stage, r[K_4]) and solved
+        trial[i] = z[i] + dt * k_3[i]
+    solved = derivative(w, tau + dt, trial, k_4) and solved
     for i in range(size):
-        r[Z_NEW, i] = r[Z, i] + dt / 6.0 * (r[K_1, i] + 2.0 * (r[K_2, i] + r[K_3, i]) + r[K_4, i])
-    z = r[Z_NEW]
-    solved = project(Minv, sites, equations, z[:n], z[n : 2 * n], spin(m, tau + dt)) and solved
-    return derivative(Minv, m, sites, equations, tau + dt, z, r[K_NEW]) and solved
+        z_new[i] = z[i] + dt / 6.0 * (k_1[i] + 2.0 * (k_2[i] + k_3[i]) + k_4[i])
+    solved = project(w, z_new[:n], z_new[n : 2 * n], spin_speed(w.motion, tau + dt)) and solved
+    return derivative(w, tau + dt, z_new, w.stages.k_new) and solved
 
 
 @kernel
-def velocity_error(r: Array, dt: float) -> float:
-    """Estimate of the error of the velocities (m/s) of the substep just taken, the largest of all master planes.
+def velocity_error(stages: Stages, n: int, dt: float) -> float:
+    """Estimate the error of the velocities (m/s) of the last substep, the largest of all master planes.
 
     A third-order formula is embedded that takes the derivative at the end in place of the last stage; the estimate is
     the difference, dt/6 (k_4 - k_new).
     """
-    n = (r.shape[1] - TALLIES) // 2
     largest = 0.0
     for i in range(n, 2 * n, 2):
-        along, across = r[K_4, i] - r[K_NEW, i], r[K_4, i + 1] - r[K_NEW, i + 1]
-        largest = max(largest, along * along + across * across)
+        e_x, e_y = stages.k_4[i] - stages.k_new[i], stages.k_4[i + 1] - stages.k_new[i + 1]
+        largest = max(largest, e_x * e_x + e_y * e_y)
     return dt / 6.0 * math.sqrt(largest)
 
 
 @kernel
-def substep_limit(Minv: Array, sites: Array, v: Array, Omega: float, longest: float) -> float:
-    """Length (s) of a substep that resolves every contact, at most `longest`.
+def substep_limit(w: Workspace, Omega: float, longest: float) -> float:
+    """Return the length (s) of a substep that resolves every contact at z, at most `longest`.
 
-    No held site whirls by more than `MAX_TURN` in it; of yielding contacts see `compliant_limit`.
+    No constrained site whirls by more than `MAX_WHIRL_ANGLE` in it; for compliant contacts see `compliant_limit`.
     """
+    n = w.Minv.shape[0]
+    v = w.stages.z[n : 2 * n]
     limit = longest
-    for k in range(N_SITES):
-        if held(sites, k):
-            whirl = abs(tangential(sites, k, v)) / sites[k, CLEARANCE]
-            if whirl * limit > MAX_TURN:
-                limit = MAX_TURN / whirl
-    return compliant_limit(Minv, sites, v, Omega, max(limit, SHORTEST_TURN * longest))
+    for site in w.sites:
+        if is_constrained(site):
+            whirl = abs(tangential_component(site, v)) / site.clearance
+            if whirl * limit > MAX_WHIRL_ANGLE:
+                limit = MAX_WHIRL_ANGLE / whirl
+    return compliant_limit(w.Minv, w.sites, v, Omega, max(limit, MIN_SUBSTEP * longest))

@@ -1,10 +1,10 @@
-"""Variable table of the plant, and the positions that its kernels read."""
+"""Variable table of the plant, and the records through which its kernels read it."""
 
 from __future__ import annotations
 
 import math
 
-from fmi_export.variables import Variable, input_, interface, output, parameter
+from fmi_export.variables import Variable, input_, interface, output, parameter, repeated
 
 BEARINGS = ("mb1", "mb2")
 RETAINERS = ("rb1", "rb2")  # in the magnetic bearings; contact_state tells of these two
@@ -44,6 +44,14 @@ def _site_parameters(site: str) -> list[Variable]:
             0.0,
             minimum=0.0,
             maximum=10.0,
+        ),
+        parameter(
+            f"{site}.stribeck_velocity",
+            "m/s",
+            f"Slip velocity {at} over which sliding friction falls from mu_static to mu; 0: it is mu at once",
+            0.0,
+            minimum=0.0,
+            maximum=1e3,
         ),
         parameter(
             f"{site}.restitution",
@@ -106,9 +114,9 @@ def _bearing_parameters(bearing: str) -> list[Variable]:
 def _axis_inputs(bearing: str, axis: str) -> list[Variable]:
     at = f"{bearing.upper()}, {axis} axis"
     return [
-        input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}"),
-        input_(f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}"),
-        input_(f"{bearing}.{axis}_ref", "m", f"Displacement at which that force holds, {at}"),
+        input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),
+        input_(f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"),
+        input_(f"{bearing}.{axis}_ref", "m", f"Displacement at which that force holds, {at}", field="reference"),
     ]
 
 
@@ -126,6 +134,21 @@ def _disc_inputs(disc: str) -> list[Variable]:
         input_(f"{disc}.f_x", "N", f"External force on {at} in x"),
         input_(f"{disc}.f_y", "N", f"External force on {at} in y"),
     ]
+
+
+def _base_input(axis: str) -> list[Variable]:
+    return [input_(f"base.a_{axis}", "m/s2", f"Acceleration of the base in {axis}", field=".")]
+
+
+def _displacement_output(bearing: str, axis: str) -> list[Variable]:
+    return [output(f"{bearing}.{axis}", "m", f"Displacement at {bearing.upper()} in {axis}", field=".")]
+
+
+def _sensor_output(i: int) -> list[Variable]:
+    return [output(f"s{i + 1}", "m", f"Sensor S{i + 1} (Fig. 2.1), {'xy'[i % 2]} direction", field=".")]
+
+
+AXES = tuple((bearing, axis) for bearing in BEARINGS for axis in "xy")
 
 
 INTERFACE = interface(
@@ -163,23 +186,18 @@ INTERFACE = interface(
         0.0,
         type="Boolean",
     ),
-    *(_site_parameters(site) for site in SITES),
-    *(_bearing_parameters(bearing) for bearing in BEARINGS),
+    repeated("sites", [(site,) for site in SITES], _site_parameters),
+    repeated("bearings", [(bearing,) for bearing in BEARINGS], _bearing_parameters),
     input_("Omega", "rad/s", "Spin speed at the beginning of a step", minimum=-1e4, maximum=1e4),
     input_("Omega_dot", "rad/s2", "Spin acceleration during a step"),
-    *(_axis_inputs(bearing, axis) for bearing in BEARINGS for axis in "xy"),
-    *(_disc_inputs(disc) for disc in DISCS),
-    *(_unbalance_inputs(bearing, f"the rotor at {bearing.upper()}") for bearing in BEARINGS),
-    input_("base.a_x", "m/s2", "Acceleration of the base in x"),
-    input_("base.a_y", "m/s2", "Acceleration of the base in y"),
+    repeated("axes", AXES, _axis_inputs, shape=(len(BEARINGS), 2)),
+    repeated("discs", [(disc,) for disc in DISCS], _disc_inputs),
+    repeated("cores", [(bearing, f"the rotor at {bearing.upper()}") for bearing in BEARINGS], _unbalance_inputs),
+    repeated("base_acceleration", [("x",), ("y",)], _base_input),
     output("theta", "rad", "Rotor angle, within one turn", minimum=0.0, maximum=2.0 * math.pi),
-    *(
-        output(f"{bearing}.{axis}", "m", f"Displacement at {bearing.upper()} in {axis}")
-        for bearing in BEARINGS
-        for axis in "xy"
-    ),
-    *(output(f"s{i + 1}", "m", f"Sensor S{i + 1} (Fig. 2.1), {'xy'[i % 2]} direction") for i in range(N_SENSORS)),
-    *(_site_outputs(site) for site in SITES),
+    repeated("displacements", AXES, _displacement_output, shape=(len(BEARINGS), 2)),
+    repeated("sensors", [(i,) for i in range(N_SENSORS)], _sensor_output),
+    repeated("sites", [(site,) for site in SITES], _site_outputs),
     output("contact_state", "1", "0 none, 1 RB1 only, 2 RB2 only, 3 both", type="Integer", minimum=0, maximum=3),
     output("energy.kinetic", "J", "Kinetic energy of the lateral motion"),
     output("energy.strain", "J", "Strain energy of shaft, passive bearings and yielding contacts"),
@@ -193,48 +211,4 @@ INTERFACE = interface(
 )
 
 N_SITES, N_BEARINGS, N_DISCS = len(SITES), len(BEARINGS), len(DISCS)
-
-# First positions are looked up in the table; what repeats for each site, bearing or disc follows its declaration.
-
-# Parameters
-IMPACT_LAW = INTERFACE.parameter_index("contact.impact_law")
-MAX_SUBSTEP = INTERFACE.parameter_index("solver.max_substep")
-TOLERANCE = INTERFACE.parameter_index("solver.tolerance")
-EXACT_FLIGHT = INTERFACE.parameter_index("solver.exact_flight")
-GRAVITY = INTERFACE.parameter_index("gravity")
-ORBIT = INTERFACE.parameter_index("initial.orbit")
-SITE = INTERFACE.parameter_index("rb1.enabled")
-SITE_PARAMETERS = 14
-ENABLED, LAW, CLEARANCE, MU, MU_STATIC, RESTITUTION, JOURNAL_RADIUS = range(7)
-OFFSET_X, OFFSET_Y, K_C, C_C, DELTA_C, ALPHA_C, ETA = range(7, SITE_PARAMETERS)
-BEARING = INTERFACE.parameter_index("mb1.k_b")
-BEARING_PARAMETERS = 2
-STIFFNESS, DAMPING = range(BEARING_PARAMETERS)
-
-# Inputs
-OMEGA = INTERFACE.input_index("Omega")
-OMEGA_DOT = INTERFACE.input_index("Omega_dot")
-AXIS = INTERFACE.input_index("mb1.f_x")
-AXIS_INPUTS = 3
-FORCE, GRADIENT, REFERENCE = range(AXIS_INPUTS)
-DISC = INTERFACE.input_index("d1.u")
-DISC_INPUTS = 4
-UNBALANCE, PHASE, DISC_FORCE_X, DISC_FORCE_Y = range(DISC_INPUTS)
-CORE = INTERFACE.input_index("mb1.u")
-CORE_INPUTS = 2  # unbalance and phase, as of a disc
-BASE = INTERFACE.input_index("base.a_x")
-
-# Outputs
-THETA = INTERFACE.output_index("theta")
-DISPLACEMENT = INTERFACE.output_index("mb1.x")
-SENSOR = INTERFACE.output_index("s1")
-SITE_OUTPUT = INTERFACE.output_index("rb1.gap")
-SITE_OUTPUTS = 7
-Y_GAP, Y_MODE, Y_NORMAL, Y_TANGENTIAL, Y_IMPULSE, Y_SLIP, Y_WHIRL = range(SITE_OUTPUTS)
-CONTACT_STATE = INTERFACE.output_index("contact_state")
-KINETIC = INTERFACE.output_index("energy.kinetic")
-STRAIN = INTERFACE.output_index("energy.strain")
-HEAT = INTERFACE.output_index("energy.damping")  # then of friction, then of impact
-DISSIPATED = INTERFACE.output_index("energy.dissipated")
-WORK = INTERFACE.output_index("energy.work")
-BALANCE = INTERFACE.output_index("energy.balance")
+PARAMETERS, INPUTS, OUTPUTS = INTERFACE.records

@@ -7,52 +7,55 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.contact import PLANE
-from rotor_contact.interface import CLEARANCE, OFFSET_X, OFFSET_Y
+from rotor_contact.site import Site
 
-HALVINGS = 40  # of the interval in which a path touches
+N_BISECTIONS = 40  # of the interval in which a path touches
 
 
 @kernel
-def stays_within(sites: Array, k: int, z: Array, z_new: Array, dt: float, n: int, margin: float) -> bool:
-    """Whether the path at site k keeps clear of its retainer by a share `margin` of the clearance.
+def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: float) -> bool:
+    """Return whether the path at a site stays clear of its retainer by the fraction `margin` of the clearance.
 
-    It lies within the hull of its four Bezier points, so it does where these do.
+    A cubic lies within the convex hull of its four Bezier points, so it does where these do.
 
     Parameters
     ----------
+    site
+        The site.
     z, z_new
         States that begin with displacements (m) and velocities (m/s), n of each.
     dt
         Time between them (s).
+    n, margin
+        Degrees of freedom, and the fraction of the clearance.
     """
-    row = int(sites[k, PLANE])
-    limit = (1.0 - margin) * sites[k, CLEARANCE]
-    for y, share in ((z, 0.0), (z, dt / 3.0), (z_new, -dt / 3.0), (z_new, 0.0)):
-        along = y[row] + share * y[n + row] - sites[k, OFFSET_X]
-        across = y[row + 1] + share * y[n + row + 1] - sites[k, OFFSET_Y]
-        if not along * along + across * across < limit * limit:
+    row = site.row
+    limit = (1.0 - margin) * site.clearance
+    for y, lead in ((z, 0.0), (z, dt / 3.0), (z_new, -dt / 3.0), (z_new, 0.0)):
+        r_x = y[row] + lead * y[n + row] - site.offset_x
+        r_y = y[row + 1] + lead * y[n + row + 1] - site.offset_y
+        if not r_x * r_x + r_y * r_y < limit * limit:
             return False
     return True
 
 
 @kernel
-def touches_at(sites: Array, k: int, z: Array, z_new: Array, dt: float, n: int) -> float:
-    """When the path at site k, that ends beyond its retainer, crosses it (s); arguments as for `stays_within`."""
-    row = int(sites[k, PLANE])
+def touch_time(site: Site, z: Array, z_new: Array, dt: float, n: int) -> float:
+    """Return the time (s) at which a path that ends beyond its retainer crosses it; arguments as for `stays_within`."""
+    row = site.row
     low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
-        share = 0.5 * (low + high)
-        rest = 1.0 - share
-        first, last = rest * rest * (1.0 + 2.0 * share), share * share * (3.0 - 2.0 * share)
-        leaving, arriving = rest * rest * share * dt, -share * share * rest * dt
+    for _ in range(N_BISECTIONS):
+        s = 0.5 * (low + high)
+        rest = 1.0 - s
+        of_z, of_z_new = rest * rest * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s)  # Hermite's cubics
+        of_v, of_v_new = rest * rest * s * dt, -s * s * rest * dt
         square = 0.0
         for axis in range(2):
             i = row + axis
-            at = first * z[i] + last * z_new[i] + leaving * z[n + i] + arriving * z_new[n + i]
-            square += (at - sites[k, OFFSET_X + axis]) ** 2
-        if square > sites[k, CLEARANCE] ** 2:
-            high = share
+            position = of_z * z[i] + of_z_new * z_new[i] + of_v * z[n + i] + of_v_new * z_new[n + i]
+            square += (position - (site.offset_x if axis == 0 else site.offset_y)) ** 2
+        if square > site.clearance**2:
+            high = s
         else:
-            low = share
+            low = s
     return high * dt

@@ -7,73 +7,52 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from rotor_contact.arrays import (
-    ANGLE,
-    ENERGY_AT_START,
-    HEAD,
-    MEMORY,
-    PACE,
-    load_sites,
-    n_state,
-    n_work,
-    scratch_of,
-    store_sites,
-)
 from rotor_contact.dynamics import collect_coefficients, collect_forces
-from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance, settle
-from rotor_contact.flight import fly, is_made, make, steady
-from rotor_contact.integration import TALLIES, Z
-from rotor_contact.interface import (
-    CLEARANCE,
-    ENABLED,
-    EXACT_FLIGHT,
-    IMPACT_LAW,
-    INTERFACE,
-    MAX_SUBSTEP,
-    N_SITES,
-    OFFSET_X,
-    OFFSET_Y,
-    OMEGA,
-    OMEGA_DOT,
-    ORBIT,
-    SITES,
-    TOLERANCE,
-)
-from rotor_contact.outputs import mechanical_energy, write_outputs
-from rotor_contact.start import put_back, start_on_orbit
+from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
+from rotor_contact.free_flight import propagate
+from rotor_contact.interface import INPUTS, INTERFACE, N_SITES, OUTPUTS, PARAMETERS, SITES
+from rotor_contact.layout import load_sites, n_state, n_work, scratch_of, state_of, store_sites, workspace_of
+from rotor_contact.modes import resolve_modes
+from rotor_contact.outputs import write_mechanical_energy, write_outputs
+from rotor_contact.propagator import build_propagator, is_built, is_time_invariant
+from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.structure import structure_of
 
 FAULT_NO_ORBIT, FAULT_LONG_STEP = 3, 4
 FAULT_OFFSET = 11  # plus the site
 
-MOST_SUBSTEPS = 1e6  # of one step
+MAX_SUBSTEPS = 1e6  # of one step
 
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Rotor at angle zero, at rest in the centre or on its orbit; sites are free unless the orbit passes them."""
-    s = structure_of(constants)
-    n = s.M.shape[0]
-    x = scratch_of(work, n)
-    load_sites(s, parameters, state, x.sites)
+    """Set the rotor at angle zero, at rest in the centre or on its orbit; return a fault code.
+
+    Sites are free unless the orbit passes them.
+    """
+    p, u, y = parameters.view(PARAMETERS)[0], inputs.view(INPUTS)[0], outputs.view(OUTPUTS)[0]
+    structure = structure_of(constants)
+    n = structure.M.shape[0]
+    x, scratch = state_of(state, n), scratch_of(work, n)
+    head, z, sites = x.head[0], x.z, scratch.sites
+    load_sites(structure, parameters, head, scratch)
     for k in range(N_SITES):
-        off_centre = math.hypot(x.sites[k, OFFSET_X], x.sites[k, OFFSET_Y])
-        if x.sites[k, ENABLED] != 0.0 and off_centre >= x.sites[k, CLEARANCE]:
+        off_centre = math.hypot(sites[k].offset_x, sites[k].offset_y)
+        if sites[k].enabled != 0.0 and off_centre >= sites[k].clearance:
             return FAULT_OFFSET + k
-    z = state[HEAD : HEAD + 2 * n + TALLIES]
-    if parameters[ORBIT] != 0.0:
-        motion = collect_forces(s, parameters, inputs, 0.0, x.coefficients, x.forces, x.bearings)
-        collect_coefficients(s, motion)
-        if not start_on_orbit(motion, x.orbit, z[:n], z[n : 2 * n]):
+    if p.initial.orbit != 0.0:
+        motion = collect_forces(structure, p, u, 0.0, scratch.motion)
+        collect_coefficients(structure, motion)
+        if not start_on_orbit(motion, scratch.orbit, z[:n], z[n : 2 * n]):
             return FAULT_NO_ORBIT
-        put_back(x.sites, z[:n], z[n : 2 * n], inputs[OMEGA])
-        copy(z, x.runge[Z])
-        if not settle(s.Minv, motion, x.sites, x.equations, x.runge, 0.0, 0.0):
+        clamp_to_clearance(sites, z[:n], z[n : 2 * n], u.Omega)
+        copy(z, scratch.stages.z)
+        if not resolve_modes(workspace_of(structure, motion, scratch), 0.0, 0.0):
             return FAULT_SINGULAR
-        copy(x.runge[Z], z)
-        store_sites(x.sites, state, z)
-    state[ENERGY_AT_START] = mechanical_energy(s, parameters, x.sites, z[:n], z[n : 2 * n], outputs)
-    write_outputs(s, parameters, state, x.sites, inputs[OMEGA], outputs)
+        copy(scratch.stages.z, z)
+        store_sites(sites, head, z, n)
+    head.initial_energy = write_mechanical_energy(structure, p, sites, z, y.energy)
+    write_outputs(structure, p, x, sites, u.Omega, y)
     return 0
 
 
@@ -88,46 +67,37 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """Advance the rotor by `step_size` (s) under constant inputs; outputs are those at the end of the step."""
-    if step_size > MOST_SUBSTEPS * parameters[MAX_SUBSTEP]:
+    """Advance the rotor by `step_size` (s) under constant inputs; return a fault code.
+
+    Outputs are those at the end of the step.
+    """
+    p, u, y = parameters.view(PARAMETERS)[0], inputs.view(INPUTS)[0], outputs.view(OUTPUTS)[0]
+    if step_size > MAX_SUBSTEPS * p.solver.max_substep:
         return FAULT_LONG_STEP
-    s = structure_of(constants)
-    n = s.M.shape[0]
-    x = scratch_of(work, n)
-    z = state[HEAD : HEAD + 2 * n + TALLIES]
-    load_sites(s, parameters, state, x.sites)
-    copy(z, x.runge[Z])
-    motion = collect_forces(s, parameters, inputs, state[ANGLE], x.coefficients, x.forces, x.bearings)
-    memory = state[MEMORY:HEAD]
-    flown = False
-    if steady(motion, step_size, memory) and parameters[EXACT_FLIGHT] != 0.0:
-        if not is_made(x.flight, memory):
-            collect_coefficients(s, motion)
-            make(s.Minv, motion, memory, x.flight)
-        flown = fly(motion, x.sites, x.runge, x.flight, step_size)
-    if not flown:
-        collect_coefficients(s, motion)
-        law = int(parameters[IMPACT_LAW])
-        fault = advance(
-            s.M,
-            s.Minv,
-            motion,
-            x.sites,
-            x.equations,
-            x.runge,
-            law,
-            step_size,
-            parameters[MAX_SUBSTEP],
-            parameters[TOLERANCE],
-            state[PACE:MEMORY],
-        )
+    structure = structure_of(constants)
+    n = structure.M.shape[0]
+    x, scratch = state_of(state, n), scratch_of(work, n)
+    head = x.head[0]
+    load_sites(structure, parameters, head, scratch)
+    copy(x.z, scratch.stages.z)
+    motion = collect_forces(structure, p, u, head.theta, scratch.motion)
+    w = workspace_of(structure, motion, scratch)
+    in_free_flight = False
+    if is_time_invariant(motion, step_size, head.history) and p.solver.exact_flight != 0.0:
+        if not is_built(scratch.propagator, head.history.key):
+            collect_coefficients(structure, motion)
+            build_propagator(structure.Minv, motion, head.history.key, scratch.propagator)
+        in_free_flight = propagate(w, scratch.propagator, step_size)
+    if not in_free_flight:
+        collect_coefficients(structure, motion)
+        fault = advance(w, p.solver, int(p.contact.impact_law), step_size, head)
         if fault != 0:
             return fault
-    copy(x.runge[Z], z)
-    store_sites(x.sites, state, z)
-    Omega = inputs[OMEGA] + inputs[OMEGA_DOT] * step_size
-    state[ANGLE] = (state[ANGLE] + 0.5 * (inputs[OMEGA] + Omega) * step_size) % (2.0 * math.pi)
-    write_outputs(s, parameters, state, x.sites, Omega, outputs)
+    copy(scratch.stages.z, x.z)
+    store_sites(scratch.sites, head, x.z, n)
+    Omega = u.Omega + u.Omega_dot * step_size
+    head.theta = (head.theta + 0.5 * (u.Omega + Omega) * step_size) % (2.0 * math.pi)
+    write_outputs(structure, p, x, scratch.sites, Omega, y)
     return 0
 
 

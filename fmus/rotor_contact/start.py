@@ -4,67 +4,67 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.contact import can_touch, locate, put_on_circle, solve, stop_radially
-from rotor_contact.dynamics import COSINE, SINE, STEADY, Motion
-from rotor_contact.impact import begin_slip
-from rotor_contact.interface import CLEARANCE, N_SITES
+from rotor_contact.dynamics import Motion
+from rotor_contact.friction import close_in_sliding
+from rotor_contact.linear_solver import solve
+from rotor_contact.site import Sites, can_touch, locate_journal, put_on_circle, remove_radial_velocity
 
-FURTHEST = 1.0  # m; an equilibrium further away is that of a rotor that nothing holds
+MAX_DEFLECTION = 1.0  # m; an equilibrium further away is that of a rotor without support
 
 
 @kernel
-def start_on_orbit(m: Motion, equations: Array, q: Array, v: Array) -> bool:
-    """Displacement and velocity of the steady motion q = q_s + Re(Q exp(i theta)) at theta = 0; False if there is none.
+def start_on_orbit(motion: Motion, equations: Array, q: Array, v: Array) -> bool:
+    """Compute the steady motion q = q_s + Re(Q exp(i theta)) at theta = 0; return False if there is none.
 
     K q_s = steady,  (K - Omega^2 + i Omega C) Q = Omega^2 (cosine - i sine)        (coefficients of `Motion`)
 
     Parameters
     ----------
-    m
+    motion
         The motion; its angle is taken as zero and its spin speed as constant.
     equations
-        Scratch, shape (2 n, 2 n + 1).
+        Room for the equations, shape (2 n, 2 n + 1).
     q, v
-        Where the displacement (m) and velocity (m/s) go, shape (n,).
+        Displacement (m) and velocity (m/s), written here, shape (n,).
     """
     n = q.shape[0]
-    c = m.coefficients
-    square = m.Omega * m.Omega
+    K_columns, C_columns = motion.K_columns, motion.C_columns
+    square = motion.Omega * motion.Omega
     for i in range(n):
         for j in range(n):
-            equations[i, j] = c[j, i]
-        equations[i, 2 * n] = c[2 * n + STEADY, i]
+            equations[i, j] = K_columns[j, i]
+        equations[i, 2 * n] = motion.accelerations.steady[i]
     if not solve(equations, n, 2 * n):
         return False
     for i in range(n):
         q[i] = equations[i, 2 * n]
-        if not abs(q[i]) < FURTHEST:
+        if not abs(q[i]) < MAX_DEFLECTION:
             return False
     for i in range(n):
         for j in range(n):
-            elastic = c[j, i] - (square if i == j else 0.0)
-            viscous = m.Omega * c[n + j, i]
+            elastic = K_columns[j, i] - (square if i == j else 0.0)
+            viscous = motion.Omega * C_columns[j, i]
             equations[i, j] = elastic
             equations[n + i, n + j] = elastic
             equations[i, n + j] = -viscous
             equations[n + i, j] = viscous
-        equations[i, 2 * n] = square * c[2 * n + COSINE, i]
-        equations[n + i, 2 * n] = -square * c[2 * n + SINE, i]
+        equations[i, 2 * n] = square * motion.accelerations.cosine[i]
+        equations[n + i, 2 * n] = -square * motion.accelerations.sine[i]
     if not solve(equations, 2 * n, 2 * n):
         return False
     for i in range(n):
         q[i] += equations[i, 2 * n]
-        v[i] = -m.Omega * equations[n + i, 2 * n]
-        if not abs(q[i]) < FURTHEST:
+        v[i] = -motion.Omega * equations[n + i, 2 * n]
+        if not abs(q[i]) < MAX_DEFLECTION:
             return False
     return True
 
 
 @kernel
-def put_back(sites: Array, q: Array, v: Array, Omega: float) -> None:
-    """Put journals that are beyond their retainer back onto it, sliding; the rest of the rotor stays where it is."""
-    for k in range(N_SITES):
-        if can_touch(sites, k) and locate(sites, k, q) > sites[k, CLEARANCE]:
-            put_on_circle(sites, k, q)
-            stop_radially(sites, k, v)
-            begin_slip(sites, k, v, Omega)
+def clamp_to_clearance(sites: Sites, q: Array, v: Array, Omega: float) -> None:
+    """Move journals that are beyond their retainer onto it, sliding; the rest of the rotor stays where it is."""
+    for site in sites:
+        if can_touch(site) and locate_journal(site, q) > site.clearance:
+            put_on_circle(site, q)
+            remove_radial_velocity(site, v)
+            close_in_sliding(site, v, Omega)

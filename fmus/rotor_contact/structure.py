@@ -40,7 +40,7 @@ class Structure(NamedTuple):
 
 @views
 def structure_of(constants: Array) -> Structure:
-    """Views into the flat constants."""
+    """Return views into the flat constants."""
     n = int(constants[0])
     nn = n * n
     start = 1

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 from free_motion import ROTOR, START, START_VELOCITY, UNBALANCE, WIDE, exact_motion
-from rotor_cases import BEARINGS, H, OnePlane, both, masters, place, plant, rigid_rotor, run
-
-from rotor_contact.arrays import ANGLE, HEAD
+from rotor_cases import BEARINGS, H, OnePlane, both, head, masters, place, plant, rigid_rotor, run, state
 
 
 def moved(Omega, steps, h=H, **values):
@@ -82,7 +80,7 @@ def test_base_acceleration_moves_a_free_rotor_the_other_way_as_a_rigid_body():
 def test_unbalance_force_points_along_the_mark_plus_its_angle(theta, phi):
     u, Omega, h = 1e-3, 50.0, 1e-5
     x = plant(WIDE | {"Omega": Omega, "d1.u": u, "d1.phi": phi}, rigid_rotor(mass=20.0))
-    x.state[ANGLE] = theta
+    head(x).theta = theta
     run(x, 1, h=h)
     acceleration = masters(x)[1][0] / h
     assert acceleration == pytest.approx(u * Omega**2 / 10.0 * np.exp(1j * (theta + phi + Omega * h / 2)), rel=1e-6)
@@ -102,7 +100,7 @@ def test_unbalance_turns_from_x_to_y_for_positive_speed(Omega):
 def test_speed_zero_and_no_force_leave_the_rotor_at_rest():
     x = plant(UNBALANCE)
     run(x, 100)
-    assert np.all(x.state[HEAD:] == 0.0)
+    assert np.all(state(x) == 0.0)
     assert x["theta"] == 0.0
 
 

@@ -6,30 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rotor_cases import BEARINGS, CLEARANCE, both, masters, place, plant, rigid_rotor, run, size_of
+from rotor_cases import BEARINGS, CLEARANCE, both, head, masters, place, plant, rigid_rotor, run, scratch, size_of
 
-from rotor_contact.arrays import load_sites
-from rotor_contact.contact import (
-    IMPULSE,
-    LOSS,
-    MARK,
-    MODE,
-    N_X,
-    N_Y,
-    P_N,
-    P_T,
-    RHS,
-    SITE_COLUMNS,
-    locate,
-    slip_velocity,
-)
-from rotor_contact.impact import TOUCHING, mark_touching, newton_impact, nodal_impact
-from rotor_contact.interface import N_SITES, NEWTON, NODAL
+from rotor_contact.dynamics import collect_forces
+from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
+from rotor_contact.interface import INPUTS, N_SITES, NEWTON, NODAL, PARAMETERS
+from rotor_contact.layout import load_sites, workspace_of
+from rotor_contact.site import locate_journal, slip_velocity
 from rotor_contact.structure import structure_of
 
 RING, G = 0.05, 9.81
 RIG = plant()
-EQUATIONS = np.empty((RHS, RHS + 1))
 
 
 def bounce_height(t, e, drop):
@@ -111,63 +98,71 @@ def touching(seed, angle_1, angle_2, mu=0.0, e=0.0, Omega=0.0, sites=(0, 1)):
     """The rig with the given journals on their rings, and random velocities that bring these outward."""
     rng = np.random.default_rng(seed)
     n = size_of(RIG)
-    s = structure_of(RIG.constants)
+    rows = structure_of(RIG.constants).sites
     RIG.initialise()
     for k in (1, 2):
         RIG[f"rb{k}.mu"], RIG[f"rb{k}.restitution"] = mu, e
     q, v = 1e-4 * rng.normal(size=n), rng.normal(size=n)
     for k, angle in enumerate((angle_1, angle_2)):
         if k in sites:
-            i = int(s.sites[k])
+            i = int(rows[k])
             normal = np.array([math.cos(angle), math.sin(angle)])
             q[i : i + 2] = CLEARANCE * normal * (1 + 1e-11)
             v[i : i + 2] += (abs(normal @ v[i : i + 2]) + 0.01 - normal @ v[i : i + 2]) * normal
-    contact = np.empty((N_SITES, SITE_COLUMNS))
-    load_sites(s, RIG.parameters, RIG.state, contact)
-    assert mark_touching(contact, q, v)
-    assert [contact[k, MARK] == TOUCHING for k in range(N_SITES)] == [k in sites for k in range(N_SITES)]
-    return s, contact, q, v
+    w = workspace()
+    assert mark_touching(w.sites, q, v)
+    assert [bool(site.touching) for site in w.sites] == [k in sites for k in range(N_SITES)]
+    return w, w.sites, q, v
 
 
-def directions(s, contact):
+def workspace():
+    """What the kernels of one step of the rig pass on, with its sites loaded."""
+    s, own = structure_of(RIG.constants), scratch(RIG)
+    load_sites(s, RIG.parameters, head(RIG), own)
+    collect = getattr(collect_forces, "py_func", collect_forces)  # gives out views, which compiled code cannot
+    motion = collect(s, RIG.parameters.view(PARAMETERS)[0], RIG.inputs.view(INPUTS)[0], 0.0, own.motion)
+    return workspace_of(s, motion, own)
+
+
+def directions(contact):
     """Rows n_k and t_k that take a velocity to its radial and forward components."""
-    N, T = np.zeros((N_SITES, s.M.shape[0])), np.zeros((N_SITES, s.M.shape[0]))
-    for k in range(2):
-        i, (x, y) = int(s.sites[k]), contact[k, [N_X, N_Y]]
-        N[k, i : i + 2], T[k, i : i + 2] = (x, y), (-y, x)
+    N, T = np.zeros((2, N_SITES, size_of(RIG)))
+    for k, site in enumerate(contact[:2]):
+        rows = slice(site.row, site.row + 2)
+        N[k, rows], T[k, rows] = (site.n_x, site.n_y), (-site.n_y, site.n_x)
     return N, T
 
 
 @settings(max_examples=50, deadline=None)
 @given(st.integers(0, 2**32 - 1), angles, angles, st.sampled_from([(0,), (1,), (0, 1)]))
 def test_elastic_impact_conserves_energy_and_changes_momentum_by_the_impulse_alone(seed, a, b, sites):
-    s, contact, _, v = touching(seed, a, b, e=1.0, sites=sites)
+    w, contact, _, v = touching(seed, a, b, e=1.0, sites=sites)
     before = v.copy()
-    assert newton_impact(s.M, s.Minv, contact, EQUATIONS, v, np.empty_like(v), 100.0)
-    N, _ = directions(s, contact)
-    np.testing.assert_allclose(s.M @ (v - before), -N.T @ contact[:, P_N], atol=1e-9)
-    assert v @ s.M @ v == pytest.approx(before @ s.M @ before, rel=1e-10)
+    assert newton_impact(w, v, 100.0)
+    N, _ = directions(contact)
+    np.testing.assert_allclose(w.M @ (v - before), -N.T @ contact["p_n"], atol=1e-9)
+    assert v @ w.M @ v == pytest.approx(before @ w.M @ before, rel=1e-10)
     for k in sites:
         rebound = -N[k] @ before
-        if contact[k, P_N] > 0.0:
+        if contact[k].p_n > 0.0:
             assert N[k] @ v == pytest.approx(rebound, rel=1e-9)
         else:  # the blow at the other site threw it off faster still
             assert N[k] @ v <= rebound + 1e-12
-        assert contact[k, IMPULSE] == contact[k, P_N]
-    assert np.any(contact[:, P_N] > 0.0)
+        assert contact[k].impulse == contact[k].p_n
+    assert np.any(contact["p_n"] > 0.0)
 
 
 @settings(max_examples=50, deadline=None)
 @given(st.integers(0, 2**32 - 1), angles, st.floats(0.0, 1.0), st.sampled_from([0, 1]))
 def test_impact_loses_one_minus_e_squared_of_the_energy_of_approach(seed, angle, e, k):
-    s, contact, _, v = touching(seed, angle, angle, e=e, sites=(k,))
+    w, contact, _, v = touching(seed, angle, angle, e=e, sites=(k,))
     before = v.copy()
-    assert newton_impact(s.M, s.Minv, contact, EQUATIONS, v, np.empty_like(v), 0.0)
-    N, _ = directions(s, contact)
-    effective_mass = 1.0 / (N[k] @ s.Minv @ N[k])
-    lost = 0.5 * (before @ s.M @ before - v @ s.M @ v)
+    assert newton_impact(w, v, 0.0)
+    N, _ = directions(contact)
+    effective_mass = 1.0 / (N[k] @ w.Minv @ N[k])
+    lost = 0.5 * (before @ w.M @ before - v @ w.M @ v)
     assert lost == pytest.approx(0.5 * effective_mass * (1 - e**2) * (N[k] @ before) ** 2, rel=1e-7, abs=1e-9)
-    assert contact[:, LOSS].sum() == pytest.approx(lost, rel=1e-7, abs=1e-9)
+    assert contact["impact_heat"].sum() == pytest.approx(lost, rel=1e-7, abs=1e-9)
 
 
 @settings(max_examples=300, deadline=None)
@@ -176,22 +171,22 @@ def test_impact_loses_one_minus_e_squared_of_the_energy_of_approach(seed, angle,
     st.sampled_from([(0,), (1,), (0, 1)]),
 )  # fmt: skip
 def test_impact_with_friction_never_creates_energy_pulls_or_drives_the_slip(seed, a, b, mu, e, Omega, sites):
-    s, contact, _, v = touching(seed, a, b, mu, e, Omega, sites)
+    w, contact, _, v = touching(seed, a, b, mu, e, Omega, sites)
     before = v.copy()
-    assert newton_impact(s.M, s.Minv, contact, EQUATIONS, v, np.empty_like(v), Omega)
-    N, T = directions(s, contact)
-    np.testing.assert_allclose(s.M @ (v - before), -N.T @ contact[:, P_N] + T.T @ contact[:, P_T], atol=1e-9)
-    assert np.all(contact[:, P_N] >= 0.0)
-    assert np.all(np.abs(contact[:, P_T]) <= mu * contact[:, P_N] * (1 + 1e-9) + 1e-300)
-    spin_work = -sum(contact[k, P_T] * Omega * 0.025 for k in range(2))
-    heat = 0.5 * (before @ s.M @ before - v @ s.M @ v) + spin_work
+    assert newton_impact(w, v, Omega)
+    N, T = directions(contact)
+    np.testing.assert_allclose(w.M @ (v - before), -N.T @ contact["p_n"] + T.T @ contact["p_t"], atol=1e-9)
+    assert np.all(contact["p_n"] >= 0.0)
+    assert np.all(np.abs(contact["p_t"]) <= mu * contact["p_n"] * (1 + 1e-9) + 1e-300)
+    spin_work = -sum(contact[k].p_t * Omega * 0.025 for k in range(2))
+    heat = 0.5 * (before @ w.M @ before - v @ w.M @ v) + spin_work
     assert heat >= -1e-9
-    assert contact[:, LOSS].sum() == pytest.approx(heat, rel=1e-7, abs=1e-8)
+    assert contact["impact_heat"].sum() == pytest.approx(heat, rel=1e-7, abs=1e-8)
     for k in sites:
         assert N[k] @ v <= 1e-9  # leaves or stays
-        assert contact[k, P_T] * slip_velocity(contact, k, v, Omega) <= 1e-9
+        assert contact[k].p_t * slip_velocity(contact[k], v, Omega) <= 1e-9
         if len(sites) == 1:
-            slip_before, slip = (slip_velocity(contact, k, w, Omega) for w in (before, v))
+            slip_before, slip = (slip_velocity(contact[k], u, Omega) for u in (before, v))
             assert slip * slip_before >= -1e-9
             assert abs(slip) <= abs(slip_before) + 1e-12
 
@@ -199,30 +194,32 @@ def test_impact_with_friction_never_creates_energy_pulls_or_drives_the_slip(seed
 @settings(max_examples=50, deadline=None)
 @given(st.integers(0, 2**32 - 1), angles, angles, st.sampled_from([(0,), (1,), (0, 1)]))
 def test_nodal_law_stops_the_radial_motion_of_the_touching_nodes_and_nothing_else(seed, a, b, sites):
-    s, contact, _, v = touching(seed, a, b, mu=0.5, e=0.7, sites=sites)
+    w, contact, _, v = touching(seed, a, b, mu=0.5, e=0.7, sites=sites)
     before = v.copy()
-    nodal_impact(s.M, contact, v, 100.0)
-    N, _ = directions(s, contact)
+    nodal_impact(w.M, contact, v, 100.0)
+    N, _ = directions(contact)
     expected = before - sum(N[k] * (N[k] @ before) for k in sites)
     np.testing.assert_allclose(v, expected, atol=1e-14)
-    assert [contact[k, MODE] for k in range(2)] == [1.0 if k in sites else 0.0 for k in range(2)]
-    assert contact[:, LOSS].sum() == pytest.approx(0.5 * (before @ s.M @ before - v @ s.M @ v), rel=1e-9, abs=1e-12)
+    assert [contact[k].mode for k in range(2)] == [1 if k in sites else 0 for k in range(2)]
+    assert contact["impact_heat"].sum() == pytest.approx(
+        0.5 * (before @ w.M @ before - v @ w.M @ v), rel=1e-9, abs=1e-12
+    )
 
 
 def test_blow_at_one_site_loads_or_releases_a_journal_at_rest_on_the_other_but_never_pulls_it():
     for side in (1.0, -1.0):
-        s, contact, q, v = touching(0, 0.0, 0.0, sites=(0,))
-        i, j = int(s.sites[0]), int(s.sites[1])
+        w, contact, q, v = touching(0, 0.0, 0.0, sites=(0,))
+        i, j = contact[0].row, contact[1].row
         v[:] = 0.0
         v[i] = 1.0
         q[j : j + 2] = (side * CLEARANCE, 0.0)
-        contact[1, MODE] = 1.0
-        locate(contact, 1, q)
-        assert newton_impact(s.M, s.Minv, contact, EQUATIONS, v, np.empty_like(v), 0.0)
-        alone = -side * s.Minv[j, i] / s.Minv[i, i]  # outward velocity the blow alone would give MB2
+        contact[1].mode = 1
+        locate_journal(contact[1], q)
+        assert newton_impact(w, v, 0.0)
+        alone = -side * w.Minv[j, i] / w.Minv[i, i]  # outward velocity the blow alone would give MB2
         released = alone < 0.0
-        assert (contact[1, MODE] == 0.0) == released
-        assert (contact[1, P_N] > 0.0) == (not released)
+        assert (contact[1].mode == 0) == released
+        assert (contact[1].p_n > 0.0) == (not released)
 
 
 def test_law_of_a_whole_run_is_the_one_that_was_chosen():

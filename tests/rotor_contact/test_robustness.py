@@ -217,6 +217,7 @@ def test_no_friction_or_restitution_exhausts_the_events_of_four_sites(seed):
     values = {"contact.impact_law": float(rng.integers(2)), "Omega": rng.uniform(-400, 400), "initial.orbit": 1.0}
     for site in SITES:
         values |= {f"{site}.enabled": 1.0, f"{site}.mu": rng.uniform(0, 2), f"{site}.mu_static": rng.uniform(0, 3)}
+        values |= {f"{site}.stribeck_velocity": rng.choice([0.0, 0.01, 0.5])}
         values |= {f"{site}.restitution": rng.choice([0.0, 0.5, 1.0]), f"{site}.offset_x": rng.normal(scale=5e-5)}
     values |= {f"d{k}.u": 10 ** rng.uniform(-4, -1) for k in (1, 2, 3, 4)}
     x = plant(BEARINGS | values)

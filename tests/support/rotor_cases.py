@@ -15,7 +15,7 @@ from fmi_export.model import Instance
 from rotor_analysis.plant_data import plant_constants
 from rotor_analysis.rotor import Bearing, Body, Disc, Planes, Rotor, Shaft
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.arrays import ENERGY_AT_START, HEAD, SITE_STATE
+from rotor_contact.layout import scratch_of, state_of
 from rotor_contact.plant import MODEL
 from rotor_contact.structure import structure_of
 
@@ -88,22 +88,36 @@ def size_of(instance):
     return int(instance.constants[0])
 
 
+def head(instance):
+    """The record that the state begins with: modes, rotor angle, initial energy and more."""
+    return state_of(instance.state, size_of(instance)).head[0]
+
+
+def state(instance):
+    """Displacements and velocities of the masters, then the energy integrals."""
+    return state_of(instance.state, size_of(instance)).z
+
+
+def scratch(instance):
+    """The scratch array by its uses."""
+    return scratch_of(instance.work, size_of(instance))
+
+
 def place(instance, r, velocity, modes=(0, 0), signs=(1.0, 1.0)):
     """Put the masters at complex positions and velocities, the sites into the given modes."""
-    n = size_of(instance)
-    z = instance.state[HEAD:]
+    n, z, memory = size_of(instance), state(instance), head(instance)
     z[:n] = np.ravel(np.column_stack([np.real(r), np.imag(r)]))
     z[n : 2 * n] = np.ravel(np.column_stack([np.real(velocity), np.imag(velocity)]))
-    instance.state[0 : 2 * SITE_STATE : SITE_STATE] = modes
-    instance.state[1 : 2 * SITE_STATE : SITE_STATE] = signs
-    instance.state[ENERGY_AT_START] = energy(instance)
+    memory.sites["mode"][:2] = modes
+    memory.sites["slip_sign"][:2] = signs
+    memory.initial_energy = energy(instance)
     return instance
 
 
 def energy(instance):
     """Kinetic and strain energy of the state, without that of yielding contacts."""
     s, n = structure_of(instance.constants), size_of(instance)
-    q, v = instance.state[HEAD : HEAD + n], instance.state[HEAD + n : HEAD + 2 * n]
+    q, v = state(instance)[:n], state(instance)[n : 2 * n]
     bearings = sum(
         instance[f"mb{k + 1}.k_b"] * (q[int(row)] ** 2 + q[int(row) + 1] ** 2) for k, row in enumerate(s.bearings)
     )
@@ -113,7 +127,7 @@ def energy(instance):
 def masters(instance):
     """Complex positions and velocities of the masters."""
     n = size_of(instance)
-    q, v = instance.state[HEAD : HEAD + n], instance.state[HEAD + n : HEAD + 2 * n]
+    q, v = state(instance)[:n], state(instance)[n : 2 * n]
     return q[::2] + 1j * q[1::2], v[::2] + 1j * v[1::2]
 
 

@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 from free_motion import COMPLEX_UNBALANCE, START, START_VELOCITY, UNBALANCE, WIDE, exact_motion
-from rotor_cases import BEARINGS, CLEARANCE, H, both, masters, place, plant, run
+from rotor_cases import BEARINGS, CLEARANCE, H, both, head, masters, place, plant, run, size_of, state
 
-from rotor_contact.arrays import HEAD, MEMORY
-from rotor_contact.flight import PATIENCE, STEPS
-from rotor_contact.interface import OMEGA_DOT
+from rotor_contact.layout import N_HEAD
+from rotor_contact.propagator import STEPS_BEFORE_BUILD
 
-TALLIES_AT = 24  # heat and work in z, after the displacements and velocities of the rig
 FINE = {"solver.max_substep": 5e-6, "solver.exact_flight": 0.0, "solver.tolerance": 1.0}
 TERMS = [f"energy.{name}" for name in ("kinetic", "strain", "damping", "work", "balance")]
 
@@ -17,12 +15,17 @@ TERMS = [f"energy.{name}" for name in ("kinetic", "strain", "damping", "work", "
 def in_flight(values, h=H):
     """A plant at START that takes its next step of length h exactly: it has seen enough steps alike."""
     x = plant(values)
-    run(x, PATIENCE + 1, h=h)
+    run(x, STEPS_BEFORE_BUILD + 1, h=h)
     return place(x, START, START_VELOCITY)
 
 
 def flies(x):
-    return x.state[MEMORY + STEPS] >= PATIENCE
+    return head(x).history.n_steps >= STEPS_BEFORE_BUILD
+
+
+def reset_energies(x):
+    """Set the heat and work so far to zero."""
+    state(x)[2 * size_of(x) :] = 0.0
 
 
 @pytest.mark.parametrize("h", [H, 1e-3, 5e-3])
@@ -49,9 +52,9 @@ EVERY_INPUT = {
 def test_every_input_acts_in_flight_as_it_does_in_the_integration():
     exact = in_flight(WIDE | BEARINGS | UNBALANCE | EVERY_INPUT)
     fine = place(plant(WIDE | BEARINGS | UNBALANCE | EVERY_INPUT | FINE), START, START_VELOCITY)
-    fine.state[:HEAD] = exact.state[:HEAD]
+    fine.state[:N_HEAD] = exact.state[:N_HEAD]
     for x in (exact, fine):
-        x.state[HEAD + TALLIES_AT :] = 0.0
+        reset_energies(x)
     run(exact, 200)
     run(fine, 200)
     np.testing.assert_allclose(masters(exact)[0], masters(fine)[0], rtol=1e-8)
@@ -62,7 +65,7 @@ def test_every_input_acts_in_flight_as_it_does_in_the_integration():
 @pytest.mark.parametrize("h", [H, 1e-3])
 def test_energies_balance_in_flight(h):
     x = in_flight(WIDE | BEARINGS | UNBALANCE | EVERY_INPUT, h)
-    x.state[HEAD + TALLIES_AT :] = 0.0
+    reset_energies(x)
     record = run(x, 400, TERMS, h=h)
     assert np.ptp(record[:, 4]) < 1e-10 * np.max(np.abs(record[:, :4]))
     assert record[-1, 2] > 0.0
@@ -96,8 +99,8 @@ def test_a_change_of_what_the_solution_depends_on_ends_it_for_some_steps(change)
         x[name] = value
     run(x, 1)
     assert not flies(x)
-    run(x, PATIENCE)
-    assert flies(x) == (x.inputs[OMEGA_DOT] == 0.0)
+    run(x, STEPS_BEFORE_BUILD)
+    assert flies(x) == (x["Omega_dot"] == 0.0)
 
 
 def test_a_step_of_another_length_ends_it_for_some_steps():

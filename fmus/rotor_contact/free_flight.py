@@ -1,0 +1,124 @@
+"""Free flight at constant speed: the exact solution, by a propagator matrix that serves all steps alike.
+
+Without contact and under constant forces the rotor is linear,
+
+    q'' = -K q - C q' + M^-1 [ f + p cos(Omega t) + r sin(Omega t) ]        (3.1, unbalance in p and r)
+
+so that the state at a time h later is linear in the present one:
+
+    (q, v, v_b)(h) = P x,  (V_c, V_s) = V x,  x = (q, v, f, p, r)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
+
+V_c and V_s give the work of the unbalance, p V_c + r V_s, where it acts; v_b are velocities at the bearings at the
+points of Gauss's quadrature, for the heat of their damping.
+
+A communication step is divided into equal pieces, short enough for the series. Where a journal might touch in one of
+them, the step is left to `events`.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.flat import copy
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from rotor_contact.dynamics import Motion
+from rotor_contact.path import stays_within
+from rotor_contact.propagator import N_AXES, N_GAUSS, Propagator, row_of_axis
+from rotor_contact.site import can_touch
+from rotor_contact.workspace import Workspace, energy_integrals
+
+TOUCH_MARGIN = 1e-4  # of the clearance, within which the path is not trusted
+GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
+
+
+@kernel
+def propagate(w: Workspace, propagator: Propagator, step_size: float) -> bool:
+    """Advance z by one communication step in free flight; return False, and leave z, if a site is or comes too close.
+
+    P must be built.
+    """
+    pieces = int(propagator.n_pieces[0])
+    for site in w.sites:
+        if site.enabled != 0.0 and not can_touch(site):
+            return False
+    if pieces == 0:
+        return False
+    copy(w.stages.z, w.stages.z_new)
+    h = step_size / pieces
+    for piece in range(pieces):
+        if not _propagate_piece(w, propagator, piece * h, h):
+            return False
+    copy(w.stages.z_new, w.stages.z)
+    return True
+
+
+@kernel
+def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float) -> bool:
+    """Advance z_new by one piece of length h (s) that begins at `tau` (s); return False if it may touch."""
+    n = w.Minv.shape[0]
+    z, motion = w.stages.z_new, w.motion
+    start, end = propagator.start, propagator.end
+    _set_start(motion, tau, z, start)
+    damped = motion.bearings[0].c_b != 0.0 or motion.bearings[1].c_b != 0.0
+    size = 2 * n + (N_GAUSS * N_AXES if damped else 0)
+    for i in range(size):
+        end[i] = 0.0
+    for j in range(5 * n):
+        x_j, row = start[j], propagator.P[j]
+        if x_j != 0.0:
+            for i in range(size):
+                end[i] += x_j * row[i]
+    for site in w.sites:
+        if site.enabled != 0.0 and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
+            return False
+    integrals = energy_integrals(z, n)
+    integrals.work += _work(motion, propagator, n)
+    integrals.damping_heat += h * (_damping_heat(motion, end, n) if damped else 0.0)
+    copy(end[: 2 * n], z)
+    return True
+
+
+@kernel
+def _set_start(motion: Motion, tau: float, z: Array, start: Array) -> None:
+    """Write x, what P is applied to, for a piece that begins at `tau` (s) in state z."""
+    steady, cosine, sine = motion.forces
+    n = steady.shape[0]
+    square = motion.Omega * motion.Omega
+    A = square * math.cos(motion.theta + motion.Omega * tau)
+    B = square * math.sin(motion.theta + motion.Omega * tau)
+    copy(z[: 2 * n], start)
+    copy(steady, start[2 * n :])
+    for i in range(n):
+        start[3 * n + i] = A * cosine[i] + B * sine[i]
+        start[4 * n + i] = A * sine[i] - B * cosine[i]
+
+
+@kernel
+def _work(motion: Motion, propagator: Propagator, n: int) -> float:
+    """Return the work (J) of all inputs during a piece: of steady forces, unbalance and force gradients."""
+    start, end = propagator.start, propagator.end
+    work = 0.0
+    for i in range(n):
+        work += start[2 * n + i] * (end[i] - start[i])
+        if start[3 * n + i] != 0.0 or start[4 * n + i] != 0.0:
+            v_c, v_s = 0.0, 0.0
+            for j in range(5 * n):
+                v_c += start[j] * propagator.V[j, i]
+                v_s += start[j] * propagator.V[j, n + i]
+            work += start[3 * n + i] * v_c + start[4 * n + i] * v_s
+    for b in range(N_AXES):
+        i = row_of_axis(motion, b)
+        work += 0.5 * motion.bearings[b // 2].gradient[b % 2] * (end[i] * end[i] - start[i] * start[i])
+    return work
+
+
+@kernel
+def _damping_heat(motion: Motion, end: Array, n: int) -> float:
+    """Return the mean heat per second (W) of the passive bearings during a piece, by Gauss's quadrature."""
+    heat = 0.0
+    for k in range(N_GAUSS):
+        for b in range(N_AXES):
+            velocity = end[2 * n + k * N_AXES + b]
+            heat += GAUSS_WEIGHTS[k] * motion.bearings[b // 2].c_b * velocity * velocity
+    return heat

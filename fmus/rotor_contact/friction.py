@@ -1,0 +1,118 @@
+"""The friction law: how large the friction of a site may be, and which way it points.
+
+    sliding    T = -mu(v) N sign(v)                        v = v_slip (4.10)
+    rolling    |T| <= mu_s N,  mu_s = max(mu, mu_static)   (4.30 to 4.35)
+    compliant  T = -mu(v) N tanh(v/v_r)                    contact under a force law, without sticking
+
+N and T are forces, or impulses of an impact. The coefficient of sliding is constant, mu(v) = mu (Coulomb), or falls
+with the slip velocity over v_S = `stribeck_velocity` > 0 (Stribeck; thesis Fig. 1.1(d) without its viscous part):
+
+    mu(v) = mu + (mu_s - mu) exp(-(v/v_S)^2)
+
+This is the Gaussian form of Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083-1138; unlike
+exp(-|v|/v_S) it is smooth where the slip vanishes. All other files ask this one: the contact equations stay linear in N
+whatever the law, because mu is evaluated at the slip velocity `site.slip` of the present state, in an impact at that
+before it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from rotor_contact.interface import ROLLING, SLIDING
+from rotor_contact.site import Site, slip_velocity
+
+SLIP_SCALE = 0.01  # m/s, v_r: slip velocity over which friction of a compliant contact changes its direction
+STICK_SPEED = 1e-9  # m/s, slip velocity that counts as none
+
+
+@kernel
+def kinetic_coefficient(site: Site, slip: float) -> float:
+    """Return the coefficient of friction of a site that slides with the velocity `slip` (m/s)."""
+    mu: float = site.mu
+    if site.stribeck_velocity > 0.0:
+        ratio = slip / site.stribeck_velocity
+        mu += (static_coefficient(site) - mu) * math.exp(-ratio * ratio)
+    return mu
+
+
+@kernel
+def static_coefficient(site: Site) -> float:
+    """Return the coefficient mu_s up to which a site sticks."""
+    return max(site.mu, site.mu_static)
+
+
+@kernel
+def has_friction(site: Site) -> bool:
+    """Return whether a sliding site has friction, and so can stick."""
+    return site.mu > 0.0 or (site.stribeck_velocity > 0.0 and site.mu_static > 0.0)
+
+
+@kernel
+def friction_ratio(site: Site, scale: float) -> float:
+    """Return T/N of a constrained site that slides, 0 if it rolls and T is an unknown; `scale` 0 removes friction."""
+    if site.mode == ROLLING:
+        return 0.0
+    ratio: float = -scale * kinetic_coefficient(site, site.slip) * site.slip_sign
+    return ratio
+
+
+@kernel
+def friction_excess(site: Site) -> float:
+    """Return |T| - mu_s N (N) of a rolling site: positive where it cannot stick any longer."""
+    excess: float = abs(site.f_t) - static_coefficient(site) * site.f_n
+    return excess
+
+
+@kernel
+def exceeds_static_impulse(site: Site) -> bool:
+    """Return whether the friction impulse of a rolling site is too large for it to stick."""
+    limit = static_coefficient(site) * site.p_n
+    return abs(site.p_t) > limit * (1.0 + 1e-12)
+
+
+@kernel
+def reversed_slip(site: Site, slip: float) -> float:
+    """Return the velocity (m/s) of a sliding site in the direction of its friction: positive once slip has reversed."""
+    velocity: float = -site.slip_sign * slip
+    return velocity
+
+
+@kernel
+def close_in_sliding(site: Site, v: Array, Omega: float) -> None:
+    """Close a site in sliding, with friction against the present slip."""
+    site.mode = SLIDING
+    site.slip_sign = 1.0 if slip_velocity(site, v, Omega) >= 0.0 else -1.0
+
+
+@kernel
+def start_sliding(site: Site, friction: float) -> None:
+    """Let a rolling site slide; the friction that held it, `friction` (forward positive), keeps its direction."""
+    site.mode = SLIDING
+    site.slip_sign = -1.0 if friction > 0.0 else 1.0
+
+
+@kernel
+def compliant_friction(site: Site, normal: float, slip: float) -> float:
+    """Return T (N) of a compliant contact with normal force `normal` (N) that slips with `slip` (m/s)."""
+    force: float = -kinetic_coefficient(site, slip) * normal * math.tanh(slip / SLIP_SCALE)
+    return force
+
+
+@kernel
+def compliant_friction_damping(site: Site, slip: float) -> float:
+    """Return a bound (N s/m) of the slope of a compliant contact's friction over the slip velocity."""
+    damping = 0.0
+    if abs(slip) < 3.0 * SLIP_SCALE:
+        damping = kinetic_coefficient(site, slip) * site.f_n / SLIP_SCALE
+    if site.stribeck_velocity > 0.0:
+        damping += (static_coefficient(site) - site.mu) * site.f_n / site.stribeck_velocity
+    return damping
+
+
+@kernel
+def creeps(site: Site, slip: float) -> bool:
+    """Return whether friction of a compliant contact is below its full value, which counts as rolling."""
+    return has_friction(site) and abs(slip) < SLIP_SCALE

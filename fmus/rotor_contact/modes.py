@@ -1,0 +1,124 @@
+"""Modes of the contact sites that are consistent with the forces at an instant."""
+
+from __future__ import annotations
+
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from rotor_contact.contact import project
+from rotor_contact.dynamics import spin_speed
+from rotor_contact.friction import (
+    STICK_SPEED,
+    close_in_sliding,
+    friction_excess,
+    has_friction,
+    reversed_slip,
+    start_sliding,
+)
+from rotor_contact.integration import derivative
+from rotor_contact.interface import CONSTRAINT, FREE, N_SITES, ROLLING, SLIDING
+from rotor_contact.site import (
+    Sites,
+    can_impact,
+    is_constrained,
+    locate_journal,
+    radial_component,
+    slip_velocity,
+    tangential_component,
+)
+from rotor_contact.workspace import Workspace
+
+MAX_TENSION = 1e-9  # N, below which a normal force counts as none
+
+
+@kernel
+def resolve_modes(w: Workspace, tau: float, shortest: float) -> bool:
+    """Find modes that are consistent with the forces at z: no tension, no friction beyond the law; leave k_1.
+
+    Sites that would touch again within `shortest` (s) count as closed: the bouncing of one site, or of two in turn,
+    accumulates there. Returns False if the contact equations are singular.
+    """
+    n = w.Minv.shape[0]
+    z, k_1 = w.stages.z, w.stages.k_1
+    q = z[:n]
+    v = z[n : 2 * n]
+    Omega = spin_speed(w.motion, tau)
+    for site in w.sites:
+        site.mode_fixed = 0
+        if site.enabled != 0.0 and site.law != CONSTRAINT:
+            site.mode = SLIDING if locate_journal(site, q) > site.clearance else FREE
+    for _ in range(6 * N_SITES + 1):
+        project(w, q, v, Omega)
+        if not derivative(w, tau, z, k_1):
+            return False
+        if not (
+            _open_one(w.sites)
+            or _change_friction(w.sites, v, Omega)
+            or _close_one(w.sites, z, k_1[n : 2 * n], Omega, shortest)
+        ):
+            return True
+    return True
+
+
+@kernel
+def _open_one(sites: Sites) -> bool:
+    """Open the closed site with the largest tension; return whether there is one."""
+    force = -MAX_TENSION
+    opened = -1
+    for k in range(N_SITES):
+        if is_constrained(sites[k]) and sites[k].f_n < force:
+            opened = k
+            force = sites[k].f_n
+    if opened < 0:
+        return False
+    sites[opened].mode = FREE
+    sites[opened].mode_fixed = 1
+    return True
+
+
+@kernel
+def _close_one(sites: Sites, z: Array, a: Array, Omega: float, shortest: float) -> bool:
+    """Close a free site on its circle whose next flight takes less than `shortest` (s); return whether there is one."""
+    n = a.shape[0]
+    v = z[n : 2 * n]
+    for site in sites:
+        if can_impact(site) and site.mode_fixed == 0:
+            radius = locate_journal(site, z[:n])
+            if radius >= site.clearance * (1.0 - 1e-10):
+                outward = radial_component(site, a) + tangential_component(site, v) ** 2 / radius
+                if outward > 0.0 and -2.0 * radial_component(site, v) < shortest * outward:
+                    close_in_sliding(site, v, Omega)
+                    site.mode_fixed = 1
+                    return True
+    return False
+
+
+@kernel
+def _change_friction(sites: Sites, v: Array, Omega: float) -> bool:
+    """Let one site stick that has stopped slipping, or slip that cannot stick; return whether something changed.
+
+    Of several that cannot stick the one furthest beyond its limit slips first: another may roll on once it does. An
+    impact elsewhere may have reversed the slip of a sliding site: friction turns with it.
+    """
+    excess = 0.0
+    loosest = -1
+    for k in range(N_SITES):
+        if is_constrained(sites[k]) and sites[k].mode == ROLLING:
+            beyond = friction_excess(sites[k])
+            if beyond > excess:
+                loosest = k
+                excess = beyond
+    if loosest >= 0:
+        start_sliding(sites[loosest], sites[loosest].f_t)
+        sites[loosest].mode_fixed = 1  # or it would stick again at this instant, while its slip is still zero
+        return True
+    for site in sites:
+        if is_constrained(site) and site.mode == SLIDING and has_friction(site):
+            slip = slip_velocity(site, v, Omega)
+            if abs(slip) <= STICK_SPEED:
+                if site.mode_fixed == 0:
+                    site.mode = ROLLING
+                    return True
+            elif reversed_slip(site, slip) > 0.0:
+                site.slip_sign = -site.slip_sign
+                return True
+    return False

@@ -1,0 +1,125 @@
+"""A contact site: its record in the scratch array, and the geometry of a journal in its clearance circle.
+
+            y ^    ___ retainer, radius of the gap c
+              |  /     \\
+              | |    o->|n     n outward normal, t = (-y, x)/r forward tangent (direction of spin)
+              |  \\ ___ /      force on the rotor: -N n + T t, N >= 0
+              +--------> x     v_slip = Omega R_s + t . v
+"""
+
+from __future__ import annotations
+
+import math
+from typing import cast
+
+import numpy as np
+
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from fmi_export.records import record
+from rotor_contact.interface import CONSTRAINT, FREE, PARAMETERS
+
+SITE_PARAMETERS = cast(np.dtype[np.record], PARAMETERS["sites"].base)
+
+# A site during a step: its parameters, in the order of the interface, and what changes.
+SITE = record(
+    *((name, np.float64) for name in SITE_PARAMETERS.names or ()),
+    ("row", np.int64),  # of the site's x among the degrees of freedom; y is the next
+    ("mode", np.int64),  # FREE, SLIDING or ROLLING
+    ("slip_sign", np.float64),  # sign of the slip velocity that sliding friction opposes
+    ("slip", np.float64),  # slip velocity (m/s) for which kinetic friction is evaluated
+    ("radius", np.float64),  # distance (m) of the journal from the centre
+    ("n_x", np.float64),  # outward normal
+    ("n_y", np.float64),
+    ("f_n", np.float64),  # normal and friction force (N) of the last solution
+    ("f_t", np.float64),
+    ("impulse", np.float64),  # normal impulse (N s) of the impacts in this step
+    ("impact_heat", np.float64),  # heat (J) of these impacts
+    ("drive_work", np.float64),  # work (J) of the drive against their friction
+    ("unknown", np.int64),  # place of N among the unknowns of the contact equations; T of a rolling site is the next
+    ("mode_fixed", np.int64),  # 1 once the mode may not change again at this instant
+    ("touching", np.int64),  # 1 if the site takes part in the present impact
+    ("mode_before", np.int64),  # mode before the present impact
+    ("rebound", np.float64),  # coefficient of restitution of the present impact
+    ("p_n", np.float64),  # normal and friction impulse (N s) of the present impact
+    ("p_t", np.float64),
+)
+
+Sites = np.ndarray[tuple[int], np.dtype[np.record]]
+Site = np.record
+
+
+@kernel
+def is_constrained(site: Site) -> bool:
+    """Return whether a site is in contact by the constraint."""
+    return site.mode != FREE and site.law == CONSTRAINT
+
+
+@kernel
+def can_touch(site: Site) -> bool:
+    """Return whether a site is enabled and free."""
+    return site.mode == FREE and site.enabled != 0.0
+
+
+@kernel
+def can_impact(site: Site) -> bool:
+    """Return whether a site is enabled, free and rigid, so that an impact closes it."""
+    return can_touch(site) and site.law == CONSTRAINT
+
+
+@kernel
+def locate_journal(site: Site, q: Array) -> float:
+    """Return the radius |r| (m) of the journal about the centre of its retainer; store it and the normal."""
+    x = q[site.row] - site.offset_x
+    y = q[site.row + 1] - site.offset_y
+    r = math.sqrt(x * x + y * y)
+    site.radius = r
+    site.n_x = x / r if r > 0.0 else 1.0
+    site.n_y = y / r if r > 0.0 else 0.0
+    return r
+
+
+@kernel
+def radial_component(site: Site, v: Array) -> float:
+    """Return the outward component n . v of `v` at a site (its normal must be up to date)."""
+    component: float = site.n_x * v[site.row] + site.n_y * v[site.row + 1]
+    return component
+
+
+@kernel
+def tangential_component(site: Site, v: Array) -> float:
+    """Return the forward component t . v of `v` at a site (its normal must be up to date)."""
+    component: float = site.n_x * v[site.row + 1] - site.n_y * v[site.row]
+    return component
+
+
+@kernel
+def slip_velocity(site: Site, v: Array, Omega: float) -> float:
+    """Return v_slip = Omega R_s + t . v (4.10), the velocity of the journal surface over the retainer (m/s)."""
+    return Omega * site.journal_radius + tangential_component(site, v)
+
+
+@kernel
+def put_on_circle(site: Site, q: Array) -> None:
+    """Move the journal of a site onto its clearance circle, along its normal (which must be up to date)."""
+    q[site.row] = site.offset_x + site.clearance * site.n_x
+    q[site.row + 1] = site.offset_y + site.clearance * site.n_y
+
+
+@kernel
+def remove_radial_velocity(site: Site, v: Array) -> float:
+    """Set the radial velocity of the site's node alone to zero (4.22); return its value before (m/s)."""
+    speed: float = radial_component(site, v)
+    v[site.row] -= speed * site.n_x
+    v[site.row + 1] -= speed * site.n_y
+    return speed
+
+
+@kernel
+def add_contact_response(Minv: Array, site: Site, normal: float, friction: float, target: Array) -> None:
+    """Add M^-1 (-normal n + friction t) to `target`: acceleration for forces (N), velocity for impulses (N s)."""
+    j = site.row
+    f_x = -normal * site.n_x - friction * site.n_y
+    f_y = -normal * site.n_y + friction * site.n_x
+    for i in range(target.shape[0]):
+        target[i] += Minv[i, j] * f_x + Minv[i, j + 1] * f_y

@@ -1,0 +1,75 @@
+"""What the kernels of one step pass on together."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.records import record, size_of
+from rotor_contact.dynamics import Motion
+from rotor_contact.site import Sites
+
+# Integrals over time at the end of every state z: heat of passive bearings, of sliding, of impacts and compliant
+# contacts, and work of all inputs (J).
+ENERGY_INTEGRALS = record(
+    ("damping_heat", np.float64), ("friction_heat", np.float64), ("impact_heat", np.float64), ("work", np.float64)
+)
+N_INTEGRALS = size_of(ENERGY_INTEGRALS)
+N_STAGES = 9
+
+
+class Stages(NamedTuple):
+    """States z = (q, v, energy integrals) and derivatives of one substep, each of shape (2 n + N_INTEGRALS,).
+
+    z, z_new
+        At the beginning and at the end of the substep.
+    k_1, k_new
+        Derivatives there.
+    trial, k_2, k_3, k_4
+        State and derivatives of the Runge-Kutta stages in between.
+    before
+        Velocities before an impact (m/s).
+    """
+
+    z: Array
+    z_new: Array
+    k_1: Array
+    k_new: Array
+    trial: Array
+    k_2: Array
+    k_3: Array
+    k_4: Array
+    before: Array
+
+
+class Workspace(NamedTuple):
+    """Rotor, motion, contact sites, contact equations and integration stages of one step.
+
+    M, Minv
+        Mass matrix (kg) and its inverse, shape (n, n).
+    motion
+        Coefficients of the motion without contact.
+    sites
+        Records of type `site.SITE`.
+    equations
+        Room for the contact equations, shape (2 N_SITES, 2 N_SITES + 1).
+    stages
+        States and derivatives of the integration.
+    """
+
+    M: Array
+    Minv: Array
+    motion: Motion
+    sites: Sites
+    equations: Array
+    stages: Stages
+
+
+@views
+def energy_integrals(z: Array, n: int) -> np.record:
+    """Return the energy integrals at the end of a state or of its derivative, of a rotor with n degrees of freedom."""
+    integrals: np.record = z[2 * n : 2 * n + N_INTEGRALS].view(ENERGY_INTEGRALS)[0]
+    return integrals
