@@ -241,7 +241,7 @@ def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
 def amplifier_transfer(p: np.record) -> control.TransferFunction:
     """Return the transfer function from commanded control current to coil current, A/A: omega_b/(s + omega_b).
 
-    It holds within the voltage limit. Times `amplifier_gain` it is A/V, and times K_i (N/A) the force on a rotor at rest.
+    It holds within the voltage limit. Times `amplifier_gain` it is A/V, and times K_i (N/A) the force at rest.
     """
     omega = 2.0 * math.pi * float(p.bandwidth)
     return control.tf([omega], [1.0, omega])
