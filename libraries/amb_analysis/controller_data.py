@@ -102,7 +102,7 @@ def pack(speeds: ArrayLike, receptances: ArrayLike, orders: Sequence[int] = (1,)
 
 
 def pack_rows(rows: Iterable[tuple[int, float, Complex]]) -> NDArray[np.float64]:
-    """Constants of the controller from (order, speed, R), ascending in order and speed; see `pack`.
+    """Return the constants of a controller from (order, speed, R), ascending in order and speed; see `pack`.
 
     They are laid out as `rolac_controller.receptance_table` reads them.
     """
