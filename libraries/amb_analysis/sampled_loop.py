@@ -43,7 +43,7 @@ def parameter_record(parameters: Mapping[str, float]) -> np.record:
     return record
 
 
-def held_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_time: float) -> Complex:
+def zoh_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_time: float) -> Complex:
     """Return the response P of x' = A x + B u, y = C x at omega, with u held over each sample: C (z I - Phi)^-1 Gamma.
 
     Parameters
@@ -101,7 +101,7 @@ def identified_receptance(plant: ArrayLike, omega: float, parameters: Mapping[st
     Parameters
     ----------
     plant
-        P at omega, shape (8, 4), complex (m/N); see `held_response`.
+        P at omega, shape (8, 4), complex (m/N); see `zoh_response`.
     omega
         Frequency of the harmonic, n Omega (rad/s).
     parameters

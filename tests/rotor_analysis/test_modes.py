@@ -69,7 +69,7 @@ def test_opposite_cross_coupling_drives_backward_whirl():
 
 
 @pytest.mark.parametrize("Omega", [60.0, 500.0])
-def test_ellipses_on_anisotropic_bearings_have_the_axes_of_the_closed_form(Omega):
+def test_orbits_on_anisotropic_bearings_have_the_closed_form_axes(Omega):
     """I_d a'' + Omega I_p b' + k_x a = 0, I_d b'' - Omega I_p a' + k_y b = 0: b = i beta a in a mode."""
     k_x, k_y = 1e6, 3e6
     lever = L**2 / 2
@@ -163,7 +163,7 @@ def on_stiff_supports(rotor):
 
 
 @pytest.mark.parametrize("Omega", [0.0, 2000.0, 8000.0])
-def test_simply_supported_rotating_rayleigh_beam_has_its_whirl_frequencies(Omega):
+def test_rotating_rayleigh_beam_has_its_whirl_frequencies(Omega):
     """(rho A + rho I b^2) w^2 - 2 rho I b^2 Omega w - E I b^4 = 0 with b = n pi / L: forward > 0, backward < 0."""
     shaft = Shaft(tuple(np.linspace(0.0, 1.2, 25)), (0.15,), **STEEL, theory="rayleigh")
     found = modes(on_stiff_supports(Rotor("beam", shaft)), Omega, 6)
