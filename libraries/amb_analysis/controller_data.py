@@ -1,4 +1,4 @@
-"""Receptances to H, and to the table that an FMU is built with (thesis 5.10)."""
+"""H from receptances (thesis 5.10), and the constants of a controller FMU with a table of receptances."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from rolac_controller.rig_layout import N_AXES, N_SENSORS
 
 Complex = NDArray[np.complex128]
 
-# A receptance is known to about four digits; beyond this condition number none of them is left in H.
+# A receptance is measured to about four digits; beyond this condition number none of them is significant in H.
 MAX_CONDITION = 1e4
 
 # Speeds at which the thesis identifies (rad/s).
 SPEEDS = tuple(2.0 * np.pi * f for f in (5.0, 10.0, 15.0, 20.0, 22.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 35.0))
 
-# Constants of a controller without a table: all works but ROLAC, which needs an identification first.
+# Constants of a controller without a table: all functions but ROLAC, which needs an identification first.
 NO_TABLE: NDArray[np.float64] = np.zeros(1)
 NO_TABLE.flags.writeable = False
 
 
 def condition_number(receptance: ArrayLike, weights: ArrayLike | None = None) -> float:
-    """Largest over smallest singular value of W^(1/2) R; infinite where R is singular.
+    """Return the largest over the smallest singular value of W^(1/2) R; infinite where R is singular.
 
-    Parameters and errors are those of `inverse_receptance`, which refuses more than MAX_CONDITION.
+    Parameters and errors are those of `inverse_receptance`, which allows at most MAX_CONDITION.
     """
     singular = np.linalg.svd(_weighted(receptance, weights)[0], compute_uv=False)
     return float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
 
 
 def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) -> Complex:
-    """Matrix H of the adaptive law, the negative weighted pseudo-inverse of the receptance.
+    """Return the matrix H of the adaptive law, the negative weighted pseudo-inverse of the receptance.
 
     H = -(R^H W R)^-1 R^H W     (5.10)
 
@@ -59,14 +59,14 @@ def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) 
     condition = condition_number(receptance, weights)
     if condition > MAX_CONDITION:
         raise ValueError(
-            f"a receptance of condition number {condition:.3g} is not allowed; at most {MAX_CONDITION:g} is, "
-            "or some combination of forces hardly moves any weighted sensor"
+            f"a receptance of condition number {condition:.3g} is not allowed; it must be at most {MAX_CONDITION:g}, "
+            "so that every combination of forces moves the weighted sensors"
         )
     return np.asarray(-np.linalg.pinv(weighted, rcond=0.0) * root, dtype=np.complex128)
 
 
 def pack(speeds: ArrayLike, receptances: ArrayLike, orders: Sequence[int] = (1,)) -> NDArray[np.float64]:
-    """Constants of the controller: R and H at a list of speeds.
+    """Return the constants of a controller: R and H at a list of speeds.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def pack(speeds: ArrayLike, receptances: ArrayLike, orders: Sequence[int] = (1,)
 
 
 def pack_rows(rows: Iterable[tuple[int, float, Complex]]) -> NDArray[np.float64]:
-    """Constants of the controller from (order, speed, R), ascending in order and speed; see `pack`.
+    """Return the constants of a controller from (order, speed, R), ascending in order and speed; see `pack`.
 
     They are laid out as `rolac_controller.receptance_table` reads them.
     """
@@ -123,7 +123,7 @@ def _weighted(receptance: ArrayLike, weights: ArrayLike | None) -> tuple[Complex
     if r.shape != (N_SENSORS, N_AXES):
         raise ValueError(f"receptance of shape {r.shape} is not allowed; it must be ({N_SENSORS}, {N_AXES})")
     if not np.isfinite(r).all():
-        raise ValueError("receptance is not allowed to hold numbers that are not finite")
+        raise ValueError("receptance has numbers that are not finite")
     if w.shape != (N_SENSORS,) or not np.isfinite(w).all() or (w < 0.0).any():
         raise ValueError(f"weights = {w} is not allowed; they must be {N_SENSORS} finite numbers >= 0")
     root = np.sqrt(w)

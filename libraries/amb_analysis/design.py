@@ -41,7 +41,7 @@ class LinearRange(NamedTuple):
 
 
 class LoadCapacity(NamedTuple):
-    """Static current (A) that carries each load, and the control force left towards and against it (N)."""
+    """Static current (A) that carries each load, and the remaining control force with and against it (N)."""
 
     static_current: Array
     up: Array
@@ -86,7 +86,7 @@ def linear_constants(p: np.record) -> tuple[float, float]:
 
 
 def current_range(p: np.record) -> tuple[float, float]:
-    """Least and largest control current (A) that both coil pairs can carry."""
+    """Return the least and the largest control current (A) that both coil pairs can carry."""
     low, high = (
         limited_current(sign * math.inf, p.bias_current, p.static_current, p.current_limit) for sign in (-1.0, 1.0)
     )
@@ -94,7 +94,7 @@ def current_range(p: np.record) -> tuple[float, float]:
 
 
 def linearisation(p: np.record, x: Array | float = 0.0, i_c: Array | float = 0.0) -> Linearisation:
-    """Force of the nonlinear law (2.6) with saturation, and its slopes K_s and K_i, at any operating point.
+    """Return the force of the nonlinear law (2.6) with saturation and its slopes K_s and K_i at any operating point.
 
     Parameters
     ----------
@@ -110,10 +110,10 @@ def linearisation(p: np.record, x: Array | float = 0.0, i_c: Array | float = 0.0
     """
     x_all, i_all = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(i_c, dtype=np.float64))
     low, high = current_range(p)
-    _refuse("x", x_all, ~(np.abs(x_all) < p.gap), "m", f"> {-p.gap:g} m and < {p.gap:g} m")
+    _check("x", x_all, ~(np.abs(x_all) < p.gap), "m", f"> {-p.gap:g} m and < {p.gap:g} m")
     slack = 1e-12 * p.current_limit  # both ends are sums and differences of currents
     outside = ~((low - slack <= i_all) & (i_all <= high + slack))
-    _refuse("i_c", i_all, outside, "A", f">= {low:g} A and <= {high:g} A")
+    _check("i_c", i_all, outside, "A", f">= {low:g} A and <= {high:g} A")
     rows = np.empty((x_all.size, 3))
     for row, x_one, i_one in zip(rows, x_all.flat, i_all.flat, strict=True):
         row[:2] = nonlinear_force(p, x_one, Coils(i_one, i_one, 1.0, 1.0))
@@ -124,7 +124,7 @@ def linearisation(p: np.record, x: Array | float = 0.0, i_c: Array | float = 0.0
 
 
 def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
-    """Error of F = K_s x + K_i I_c (2.7) against (2.6) with saturation, relative to |K_s x| + |K_i I_c|.
+    """Return the error of F = K_s x + K_i I_c (2.7) against (2.6) with saturation, over |K_s x| + |K_i I_c|.
 
     Measured by the sum of both terms, the error stays finite where they cancel. At the operating point it is 0.
     Parameters and errors as in `linearisation`.
@@ -137,7 +137,7 @@ def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
 
 
 def linear_range(p: np.record, tolerance: float = 0.05) -> LinearRange:
-    """How far the linear law holds within `tolerance`, along x and along I_c.
+    """Return the range in which the error of the linear law is at most `tolerance`, along x and along I_c.
 
     Where it holds everywhere, the limit is that of the gap or of the coils.
 
@@ -156,7 +156,7 @@ def linear_range(p: np.record, tolerance: float = 0.05) -> LinearRange:
 
 
 def _first_crossing(excess: Callable[[float], float], end: float) -> float:
-    """Where `excess` first becomes positive on the way from 0 to `end`, or `end`."""
+    """Return the first root of `excess` between 0 and `end`, or `end` if it stays negative."""
     for inside, outside in pairwise(np.linspace(0.0, end, 401)):
         if excess(outside) > 0.0:
             return float(brentq(excess, inside, outside, xtol=1e-12 * abs(end)))
@@ -164,7 +164,7 @@ def _first_crossing(excess: Callable[[float], float], end: float) -> float:
 
 
 def force_slew_rate(p: np.record) -> tuple[float, float]:
-    """Fastest rise and fastest fall (N/s) of the force at the operating point, with both coils at the voltage limit.
+    """Return the fastest rise and the fastest fall (N/s) of the force, both coils at the voltage limit.
 
     dF/dt = K_upper (V - R a)/L + K_lower (V + R b)/L, with a = I_s + I_b and b = I_b; falling, the signs of R turn.
     """
@@ -177,17 +177,17 @@ def force_slew_rate(p: np.record) -> tuple[float, float]:
 
 
 def current_amplitude(p: np.record, frequency: Array | float) -> Array:
-    """Largest sine of the control current (A) that coil limits and voltage allow at a frequency (Hz).
+    """Return the largest amplitude (A) of the control current that coil and voltage limits allow at a frequency (Hz).
 
     R I_0 + I |R + j omega L| <= V for the coil pair with the larger current I_0 at rest.
     """
     low, high = current_range(p)
     impedance = np.hypot(p.resistance, 2.0 * math.pi * p.inductance * np.asarray(frequency, dtype=np.float64))
-    return np.clip(_voltage_left(p) / impedance, 0.0, min(-low, high))
+    return np.clip(_voltage_margin(p) / impedance, 0.0, min(-low, high))
 
 
 def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
-    """Frequency (Hz) up to which the coils follow a sine of the control current with this amplitude (A).
+    """Return the frequency (Hz) up to which the coils follow a sine of the control current with this amplitude (A).
 
     omega L = sqrt(((V - R I_0)/I)^2 - R^2); above it the voltage limit cuts the amplitude to `current_amplitude`.
 
@@ -199,14 +199,14 @@ def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
     largest = float(current_amplitude(p, 0.0))
     if not 0.0 < amplitude <= largest:
         raise ValueError(f"amplitude = {amplitude:g} A is not allowed; it must be > 0 A and <= {largest:g} A")
-    return float(math.sqrt((_voltage_left(p) / amplitude) ** 2 - p.resistance**2) / (2.0 * math.pi * p.inductance))
+    return float(math.sqrt((_voltage_margin(p) / amplitude) ** 2 - p.resistance**2) / (2.0 * math.pi * p.inductance))
 
 
 def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
-    """Control force left above static loads that the axis carries at its centre, with saturation.
+    """Return the remaining control force above static loads of the axis at its centre, with saturation.
 
-    Each load W sets its own static current, P(I_s + I_b) - P(I_b) = W. What is left is the force at the largest and at
-    the least control current. Of a vertical load on a bearing, each of its two axes at 45 degrees carries 1/sqrt(2).
+    Each load W sets its own static current, P(I_s + I_b) - P(I_b) = W. The remaining force is that at the largest and
+    at the least control current. Of a vertical load on a bearing, each of its two axes at 45 degrees carries 1/sqrt(2).
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
     most = p.current_limit - p.bias_current
     given = np.asarray(loads, dtype=np.float64)
     outside = ~((given >= 0.0) & (given <= carried(most)))
-    _refuse("load", given, outside, "N", f">= 0 N and <= {carried(most):g} N")
+    _check("load", given, outside, "N", f">= 0 N and <= {carried(most):g} N")
     rows = []
     for load in given:
         static = brentq(lambda i, load=load: carried(i) - load, 0.0, most, xtol=1e-13) if load > 0.0 else 0.0
@@ -239,18 +239,18 @@ def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
 
 
 def amplifier_transfer(p: np.record) -> control.TransferFunction:
-    """Coil current over commanded control current, A/A, within the voltage limit: omega_b/(s + omega_b).
+    """Return the transfer function from commanded control current to coil current, A/A: omega_b/(s + omega_b).
 
-    Times `amplifier_gain` it is A/V, and times K_i (N/A) the force of a command at a rotor that stands still.
+    It holds within the voltage limit. Times `amplifier_gain` it is A/V, and times K_i (N/A) the force at rest.
     """
     omega = 2.0 * math.pi * float(p.bandwidth)
     return control.tf([omega], [1.0, omega])
 
 
-def _voltage_left(p: np.record) -> float:
+def _voltage_margin(p: np.record) -> float:
     return float(p.voltage_limit - p.resistance * (p.static_current + p.bias_current))
 
 
-def _refuse(name: str, values: Array, outside: NDArray[np.bool_], unit: str, allowed: str) -> None:
+def _check(name: str, values: Array, outside: NDArray[np.bool_], unit: str, allowed: str) -> None:
     if outside.any():
         raise ValueError(f"{name} = {values[outside].flat[0]:g} {unit} is not allowed; it must be {allowed}")

@@ -191,7 +191,7 @@ def _lines(entry: Entry) -> list[str]:
 
 
 def _quoted(text: str) -> str:
-    """A TOML string; JSON's is one but for the one control character that it does not escape."""
+    """Return a TOML string: the JSON string, with the control character escaped that JSON does not escape."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

@@ -1,11 +1,12 @@
-"""The synchronous receptance that the controller would identify, from a model of the plant: the sampled loop in z.
+"""The synchronous receptance that the controller identifies on a given plant: the sampled closed loop in z.
 
     U --(+)--> D --> hold, plant P --> rotor --> sensors F --+--> Q = R U        R = F (I + P D C S F)^-1 P D
          ^-                                                  |
          +------------------- C S <-------------------------+
 
-P is the plant's response from held forces to the displacements of s1 to s8, F what scale, offset and filter make of
-them, S picks the sensor of each axis, C is the PID (`pid.response`) and D = 1/z the delay; all at z = exp(j omega h).
+P is the plant's response from held forces to the displacements of s1 to s8, F the response of sensors (scale, offset)
+and filter, S picks the sensor of each axis, C is the PID (`pid.response`) and D = 1/z the delay; all at
+z = exp(j omega h).
 """
 
 from __future__ import annotations
@@ -42,8 +43,8 @@ def parameter_record(parameters: Mapping[str, float]) -> np.record:
     return record
 
 
-def held_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_time: float) -> Complex:
-    """Response P of x' = A x + B u, y = C x at omega, with u held over each sample: C (z I - Phi)^-1 Gamma.
+def zoh_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_time: float) -> Complex:
+    """Return the response P of x' = A x + B u, y = C x at omega, with u held over each sample: C (z I - Phi)^-1 Gamma.
 
     Parameters
     ----------
@@ -69,14 +70,14 @@ def held_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample
 
 
 def filter_response(cutoff: float, omega: float, sample_time: float) -> complex:
-    """Response of the anti-aliasing filter to samples of a vibration at omega (rad/s)."""
+    """Return the response of the anti-aliasing filter to samples of a vibration at omega (rad/s)."""
     decay, new = coefficients(cutoff, sample_time)
     z = np.exp(1j * omega * sample_time)
     return complex((1.0 - decay - new + new * z) / (z - decay))
 
 
 def sensor_response(parameters: np.record, omega: float) -> Complex:
-    """F: what the controller measures of a vibration at omega (rad/s), shape (8, 8)."""
+    """Return F, the measured over the true vibration at omega (rad/s), shape (8, 8)."""
     weights = np.array([[plane_weight(parameters, p, q) for q in range(N_PLANES)] for p in range(N_PLANES)])
     mixed = parameters.sensor_scales[:, np.newaxis] * np.kron(weights, np.eye(2))
     passed = 1.0 + 0j
@@ -86,7 +87,7 @@ def sensor_response(parameters: np.record, omega: float) -> Complex:
 
 
 def controller_response(parameters: np.record, omega: float) -> Complex:
-    """C S: force -C S q that the PID answers a measured vibration at omega (rad/s) with, shape (4, 8) (N/m)."""
+    """Return C S of the PID at omega (rad/s), shape (4, 8) (N/m): its force is -C S q for a measured vibration q."""
     force = np.zeros((N_AXES, N_SENSORS), dtype=np.complex128)
     direct, tau, h = parameters.pid.direct, parameters.derivative_time, parameters.sample_time
     for axis in range(N_AXES):
@@ -95,12 +96,12 @@ def controller_response(parameters: np.record, omega: float) -> Complex:
 
 
 def identified_receptance(plant: ArrayLike, omega: float, parameters: Mapping[str, float] | None = None) -> Complex:
-    """Receptance R that the controller identifies on a linear plant: R = F (I + P D C S F)^-1 P D.
+    """Return the receptance R that the controller identifies on a linear plant: R = F (I + P D C S F)^-1 P D.
 
     Parameters
     ----------
     plant
-        P at omega, shape (8, 4), complex (m/N); see `held_response`.
+        P at omega, shape (8, 4), complex (m/N); see `zoh_response`.
     omega
         Frequency of the harmonic, n Omega (rad/s).
     parameters

@@ -16,7 +16,7 @@ BUILD_ONLY = "building"  # the subpackage that builds FMUs: no FMU contains it, 
 
 
 def digest(package: Path) -> str:
-    """Hash of the Python sources of a package folder."""
+    """Return a hash of the Python sources of a package folder."""
     sha = hashlib.sha256()
     for file in sorted(package.rglob("*.py")):
         path = file.relative_to(package)
@@ -28,7 +28,7 @@ def digest(package: Path) -> str:
 
 
 def find(name: str) -> Path | None:
-    """Folder of a loaded or installed package, or None."""
+    """Return the folder of a loaded or installed package, or None."""
     spec = sys.modules[name].__spec__ if name in sys.modules else importlib.util.find_spec(name)
     return Path(spec.origin).parent if spec is not None and spec.origin else None
 
@@ -45,8 +45,8 @@ _running: dict[str, str] = {}
 def choose_code(script: dict[str, Any]) -> None:
     """Make the packages of an FMU importable; its script calls this first, with its `globals()`.
 
-    What is loaded already stays: `refuse_other_code` says later whether that is what the FMU was built from.
-    It cannot be said here, because pythonfmu swallows the text of an error that a script raises.
+    Packages that are already loaded stay; `refuse_other_code` checks later whether the FMU was built from them. Not
+    here, because pythonfmu drops the text of an error that a script raises.
     """
     _script_globals.append(script)
     # pythonfmu puts the resources first; `__file__` would name the folder of the first FMU of this kind.
@@ -82,6 +82,6 @@ def refuse_other_code(built: dict[str, Any]) -> None:
 
 
 def build_facts(resources: Path) -> dict[str, Any]:
-    """What the build noted in an FMU's resources: guid, version, digest of each package."""
+    """Return the facts of the build from an FMU's resources: guid, version, digest of each package."""
     facts: dict[str, Any] = json.loads((resources / "build.json").read_text(encoding="utf-8"))
     return facts

@@ -1,9 +1,9 @@
-"""Lets PythonFMU's binary end in the right order when the process exits.
+"""Runs the finaliser of PythonFMU's binary in the right order when the process exits.
 
 The binary keeps a static shared pointer to its interpreter state. At exit the C library runs static destructors
-first and a library's finaliser last; the finaliser then releases the pointer that was destroyed already, and
-takes one from what is by now a link of the heap's free list. On a `dlclose` the order is the other way round and
-right, but the binary holds unique symbols, so glibc never unloads it.
+first and a library's finaliser last; the finaliser then releases a pointer that is already destroyed, and decrements
+memory that is by then a link of the heap's free list. On a `dlclose` the order is reversed, as it should be, but the
+binary has unique symbols, so glibc never unloads it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 
 @cache
 def release_before_static_destructors(binary: Path) -> bool:
-    """Register the finaliser of a loaded PythonFMU binary as an exit handler; whether that was possible.
+    """Register the finaliser of a loaded PythonFMU binary as an exit handler; return whether that was possible.
 
     Exit handlers run last in, first out, so it runs ahead of the static destructors, which were registered when
     the binary was loaded. It clears the pointer; its later run and the destructor then find nothing to release.
@@ -33,7 +33,7 @@ def release_before_static_destructors(binary: Path) -> bool:
         # A handle of ctypes is never closed, so the handler cannot outlive the code it calls.
         finaliser = ctypes.CDLL(str(binary), mode=os.RTLD_NOLOAD).finalizePythonInterpreter
         register = ctypes.CDLL(None)["__cxa_atexit"]
-    except (OSError, AttributeError):  # loaded from elsewhere, or another version of PythonFMU
+    except (OSError, AttributeError):  # loaded from another path, or by another version of PythonFMU
         return False
     register.argtypes = [ctypes.c_void_p] * 3
     return bool(register(ctypes.cast(finaliser, ctypes.c_void_p), None, None) == 0)

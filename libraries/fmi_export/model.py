@@ -1,6 +1,6 @@
 """A model: an interface and two kernels on flat arrays. An instance: its arrays, checked and stepped.
 
-This is all a unit test needs, and all that the FMI slave wraps.
+A unit test needs no more than this, and the FMI slave wraps it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FAULT_NOT_FINITE = 100_000  # plus the value reference of the output that left i
 
 @dataclass(frozen=True)
 class Model:
-    """What an FMU is made of.
+    """The parts of an FMU.
 
     Parameters
     ----------
@@ -49,10 +49,9 @@ class Model:
     step_size, variable_step
         Usual communication step (s), and whether it may change from step to step.
 
-    What is computed once, with any library (matrices, tables), reaches the kernels as `constants`, a flat
-    array that is made when the FMU is built and stored in it. A kernel writes every output on every call that
-    returns 0. Parameters, inputs and state are all there is to save: what a kernel leaves in `work` only saves it
-    time, and it must notice when that is gone.
+    Matrices and tables, which any library may compute, are passed to the kernels as `constants`, a flat array that is
+    computed when the FMU is built and stored in it. A kernel writes every output on every call that returns 0. A saved
+    state consists of parameters, inputs and state. `work` is a cache; a kernel revalidates it.
     """
 
     name: str
@@ -74,7 +73,7 @@ class Model:
 
 @kernel
 def first_outside(values: Array, minimum: Array, maximum: Array, stop: int) -> int:
-    """Index of the first of `values[:stop]` outside [minimum, maximum] or not a number, or -1."""
+    """Return the index of the first of `values[:stop]` outside [minimum, maximum] or not a number, or -1."""
     for i in range(stop):
         if not (minimum[i] <= values[i] <= maximum[i]):
             return i
@@ -82,7 +81,7 @@ def first_outside(values: Array, minimum: Array, maximum: Array, stop: int) -> i
 
 
 class Fault(ValueError):
-    """A model refused to go on; `code` is its `fault_code`."""
+    """A model stopped; `code` is its `fault_code`."""
 
     def __init__(self, code: int, message: str) -> None:
         super().__init__(message)
@@ -107,7 +106,7 @@ class Instance:
         self._next_outputs = self.outputs.copy()
         self.state = self._zeros(model.n_state)
         self.work = self._zeros(model.n_work)
-        # What every step passes on, made once:
+        # Arguments of every step, built once:
         arrays = (self.constants, self.parameters, self.inputs, self.state, self.work, self._next_outputs)
         given, lowest, highest = table.n_parameters + table.n_inputs, table.minimum, table.maximum
         self._arrays = arrays
@@ -139,18 +138,18 @@ class Instance:
         if not (0.0 < step_size < np.inf):
             raise self.stop(FAULT_STEP_SIZE, f"step size = {step_size:g} s is not allowed; it must be > 0 s and finite")
         self._check_given()
-        # An int would be another signature, compiled anew.
+        # An int would be another signature, which numba would compile.
         self._finish(self.model.step(*self._arrays, float(time), float(step_size)))
 
     def stop(self, code: int, message: str = "") -> Fault:
-        """Keep a fault until the next initialisation; the exception to raise for it."""
+        """Store a fault until the next initialisation, and return the exception to raise for it."""
         self.fault = code
         self.message = message or self.explain(code)
         self.outputs[-1] = code
         return Fault(code, self.message)
 
     def explain(self, code: int) -> str:
-        """One sentence for a fault code, with the offending value where there is one."""
+        """Return a sentence for a fault code, with the wrong value where there is one."""
         variables = self.model.interface.variables
         if code >= FAULT_NOT_FINITE:
             i = code - FAULT_NOT_FINITE

@@ -74,7 +74,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         return True
 
     def _refresh(self) -> None:
-        """Initialise again if something was set since: outputs are right throughout initialisation mode."""
+        """Initialise again if a variable was set: outputs are up to date throughout initialisation mode."""
         if self._initialising and self._stale:
             self._stale = False
             try:
@@ -85,8 +85,8 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
     def _refuse(self, error: Exception, where: str) -> None:
         if not isinstance(error, Fault):
             self.instance.stop(FAULT_INTERNAL, str(error))
-        # The wrapper hands every message to the logger of the instance made last, so the text says whose it
-        # is; and it passes the text through a printf format.
+        # The wrapper hands every message to the logger of the instance made last, so the text names its
+        # instance; and it passes the text through a printf format.
         self.log(f"{self.instance_name}: {where}{error}".replace("%", "%%"), Fmi2Status.error)
 
     # Variables ---------------------------------------------------------------------------------------------
@@ -136,7 +136,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
             return np.zeros(len(vrs))
 
     def _check_settable(self, vrs: list[int]) -> None:
-        """Refuse outputs, and fixed parameters after initialisation; parameters and inputs come first."""
+        """Raise ValueError for outputs, and for fixed parameters after initialisation."""
         table = self.model.interface
         outputs = table.n_parameters + table.n_inputs
         low = 0 if self._initialising else table.n_parameters
@@ -184,12 +184,12 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         try:
             text: dict[str, Any] = json.loads(state.decode())
             return text | {k: base64.b64decode(text[k]) for k in ("values", "state")}
-        except Exception as error:  # there is no instance to log to: setting this state says why it is none
+        except Exception as error:  # there is no instance to log to; setting this state gives the reason
             return {"guid": f"unreadable: {error}"}
 
 
 def _remember(known: dict[tuple[int, ...], NDArray[np.intp]], key: tuple[int, ...], vrs: list[int]) -> NDArray[np.intp]:
-    """Value references as an index, kept for the next call with them."""
+    """Return value references as an index, and store it for the next call with them."""
     if len(known) >= REMEMBERED:
         known.clear()
     known[key] = where = np.array(vrs, np.intp)

@@ -1,4 +1,4 @@
-"""Variable tables: the one place where the interface of an FMU is written down.
+"""Variable tables: the one place where the interface of an FMU is declared.
 
 Every variable of a model, parameters first, then inputs, then outputs, has one slot in a flat float64 array.
 Its value reference is its position in that array, so kernels, the pythonfmu slave and the modelDescription
@@ -64,7 +64,7 @@ class Variable:
         return str(int(value)) if self.type == "Integer" else f"{float(value):{real}}"
 
     def describe_range(self, value: float) -> str:
-        """Sentence for a value that is not allowed: name, value, unit and what is."""
+        """Return a sentence for a value that is not allowed: name, value, unit and the allowed range."""
         unit = "" if self.unit == "1" else f" {self.unit}"
         low = f">= {self.minimum:g}" if self.minimum > -LARGEST else ""
         high = f"<= {self.maximum:g}" if self.maximum < LARGEST else ""
@@ -74,17 +74,17 @@ class Variable:
 
 
 def parameter(name: str, unit: str, description: str, start: float, **options: object) -> Variable:
-    """A parameter; see `Variable` for the options."""
+    """Declare a parameter; see `Variable` for the options."""
     return Variable(name, "parameter", unit, description, start, **options)  # type: ignore[arg-type]
 
 
 def input_(name: str, unit: str, description: str, **options: object) -> Variable:
-    """An input; see `Variable` for the options."""
+    """Declare an input; see `Variable` for the options."""
     return Variable(name, "input", unit, description, **options)  # type: ignore[arg-type]
 
 
 def output(name: str, unit: str, description: str, **options: object) -> Variable:
-    """An output; see `Variable` for the options."""
+    """Declare an output; see `Variable` for the options."""
     return Variable(name, "output", unit, description, **options)  # type: ignore[arg-type]
 
 
@@ -138,15 +138,15 @@ class Interface:
         return len(self.of("output"))
 
     def parameter_index(self, name: str) -> int:
-        """Position of a parameter within the parameter array."""
+        """Return the position of a parameter within the parameter array."""
         return self._within("parameter", name)
 
     def input_index(self, name: str) -> int:
-        """Position of an input within the input array."""
+        """Return the position of an input within the input array."""
         return self._within("input", name)
 
     def output_index(self, name: str) -> int:
-        """Position of an output within the output array."""
+        """Return the position of an output within the output array."""
         return self._within("output", name)
 
     def _within(self, causality: Causality, name: str) -> int:
@@ -174,12 +174,12 @@ class Interface:
         return np.array([v.maximum for v in self.variables], dtype=np.float64)
 
     def canonical(self) -> bytes:
-        """Bytes that change whenever the interface changes, for the guid."""
+        """Return bytes that change whenever the interface changes, for the guid."""
         return json.dumps([asdict(v) for v in self.variables], sort_keys=True).encode()
 
 
 def interface(*groups: Variable | Iterable[Variable]) -> Interface:
-    """Interface of variables and groups of them, sorted into parameters, inputs and outputs."""
+    """Return the interface of variables and groups of them, sorted into parameters, inputs and outputs."""
     flat: list[Variable] = []
     for group in groups:
         flat.extend([group] if isinstance(group, Variable) else group)
@@ -192,7 +192,7 @@ def repeated(
     declare: Callable[..., Iterable[Variable]],
     shape: tuple[int, ...] | None = None,
 ) -> list[Variable]:
-    """The variables of several alike parts, an array of records for the kernels: `field[k]` for member k.
+    """Declare the variables of several equal parts, an array of records for the kernels: `field[k]` for member k.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def repeated(
         Arguments of `declare` for each part.
     declare
         Gives the variables of one part. Within the part a variable is called by its `field` or, without one, by what
-        follows the last dot of its name; a `field` of `"."` stands for a part of one variable, an array of numbers.
+        follows the last dot of its name; a `field` of `"."` means that the part is one variable.
     shape
         Shape of the array; one dimension by default.
     """

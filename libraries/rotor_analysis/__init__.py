@@ -1,1 +1,1 @@
-"""What a rotor description tells without a simulation: modes, tables, receptance."""
+"""Finite-element model of a rotor and its analysis without a simulation: modes, responses, receptance."""

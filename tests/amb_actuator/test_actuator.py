@@ -81,7 +81,7 @@ def test_an_axis_answers_to_its_own_variables_alone(bearing, b, a, causality):
         assert all(of_axis(name, b, a) for name in changed), v.name
 
 
-def test_outputs_follow_without_delay_the_inputs_they_declare_and_no_others(bearing):
+def test_outputs_depend_without_delay_on_their_declared_inputs_alone(bearing):
     """At initialisation, from a hundred operating points."""
     rng = np.random.default_rng(2006)
     seen = {name: set() for name in OUTPUTS}
@@ -112,7 +112,7 @@ def test_extrapolating_with_the_gradient_gives_the_linear_force_elsewhere(bearin
     assert actuator[f"{b}.f_{a}"] == pytest.approx(force + gradient * (-3e-4 - x_0), rel=1e-14)
 
 
-def test_extrapolating_with_the_gradient_errs_with_the_square_of_the_distance(bearing):
+def test_extrapolation_with_the_gradient_is_of_second_order(bearing):
     errors = []
     for distance in (2e-5, 1e-5):
         here = bearing(force_law=NONLINEAR, mb1__x=1e-4, mb1__i_x=0.5)
@@ -155,7 +155,7 @@ def test_the_measured_constants_are_those_of_figure_2_5(bearing, name):
 @axes
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("law", range(len(LAWS)))
-def test_a_rotor_beyond_the_air_gap_is_a_fault_that_names_axis_value_and_limit(bearing, b, a, sign, law):
+def test_rotor_beyond_the_air_gap_is_a_fault_with_value_and_limit(bearing, b, a, sign, law):
     actuator = bearing(force_law=law)
     name = f"{b}.{a}"
     for beyond in (1.2e-3, 1.3e-3):

@@ -220,7 +220,7 @@ def test_command_that_the_voltage_can_just_hold_is_approached(p, start, h):
 
 
 @pytest.mark.parametrize("slower", [1.0, 0.5])
-def test_regulator_no_faster_than_its_coil_holds_all_that_the_voltage_allows(slower):
+def test_slow_regulator_holds_the_current_of_the_voltage_limit(slower):
     """L omega <= R. The voltage asked for is V, up to rounding either way."""
     for v in np.linspace(1.0, 9.0, 200):
         p = axis_parameters(resistance=2 * math.pi, inductance=1.0, bandwidth=slower, voltage_limit=v)

@@ -59,7 +59,7 @@ def test_amplifier_that_is_off_from_the_beginning_has_no_current(bearing):
     assert actuator["mb1.copper_loss_x"] == 0.0
 
 
-def test_ideal_amplifier_comes_back_at_once_and_a_dynamic_one_at_its_slew_rate(bearing):
+def test_ideal_amplifier_recovers_at_once_a_dynamic_one_at_its_slew_rate(bearing):
     for amplifier in (0, DYNAMIC):
         actuator = bearing(amplifier=amplifier, mb1__amplifier_off_x=1.0)
         settle(actuator, steps=1, mb1__amplifier_off_x=0.0)

@@ -70,7 +70,7 @@ def test_the_constants_of_table_2_2_to_five_digits():
     assert current_stiffness(magnet_of(*TABLE_2_2)) == pytest.approx(563.15, abs=0.005)
 
 
-def test_the_rigs_bias_of_4_3_and_5_7_ampere_gives_2392_newton_per_millimetre():
+def test_bias_of_4_3_and_5_7_ampere_gives_2392_newton_per_millimetre():
     turns, area, gap, phi, _, _ = TABLE_2_2
     assert negative_stiffness(magnet_of(turns, area, gap, phi, 4.3, 1.4)) / 1e3 == pytest.approx(2392.5, abs=0.05)
 
@@ -196,7 +196,7 @@ def test_linear_law_has_the_static_pull_of_what_is_left(c):
 
 @settings(deadline=None)
 @given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.05, 1.0))
-def test_linear_law_is_the_tangent_of_the_nonlinear_one_at_any_faulty_operating_point(upper, lower, level):
+def test_linear_law_is_tangent_to_the_nonlinear_one_with_faults(upper, lower, level):
     """Turns lost and bias decayed to a share `level`, no control current."""
     c = Coils((level - 1.0) * 5.57, (1.0 - level) * 4.43, upper, lower)
     linear, nonlinear = force(LINEAR, RIG, 0.0, c), nonlinear_force(IRON_FREE, 0.0, c)
@@ -231,7 +231,7 @@ def test_a_demand_is_cut_only_when_a_coil_reaches_its_limit(demand, bias, static
 
 
 @pytest.mark.parametrize("law", range(len(LAWS)))
-def test_positive_current_and_positive_displacement_pull_to_the_positive_side(law):
+def test_positive_current_and_displacement_pull_to_the_positive_side(law):
     assert force(law, RIG, 0.0, healthy(1.0))[0] > 400.0
     assert force(law, RIG, 1e-4, healthy(0.0))[0] > 100.0
     assert force(law, RIG, 0.0, healthy(0.0))[1] > 1e6

@@ -79,7 +79,7 @@ steps = st.lists(st.tuples(some(INPUTS, allowed), near, lengths), min_size=1, ma
 
 @settings(max_examples=400, deadline=None)
 @given(some(PARAMETERS, allowed), steps)
-def test_everything_within_the_declared_ranges_works_or_is_refused_by_the_model(parameters, taken):
+def test_values_within_the_declared_ranges_work_or_are_refused(parameters, taken):
     code = drive(parameters, [inputs | place for inputs, place, _ in taken], [h for *_, h in taken])
     assert code is None or code in MODEL.faults
 

@@ -33,7 +33,7 @@ def test_no_positive_limit_no_flux():
         saturation_flux(0.0, AREA, PHI)
 
 
-def test_ten_ampere_in_one_coil_pull_1700_newton_and_2816_without_saturation():
+def test_ten_ampere_pull_1700_newton_and_2816_without_saturation():
     assert pull(RIG, 10.0, 1.2e-3).force == pytest.approx(1700.0, rel=1e-12)
     assert pull(axis_parameters(b_sat=1000.0), 10.0, 1.2e-3).force == pytest.approx(2816.0, abs=0.5)
 

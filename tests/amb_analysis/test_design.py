@@ -88,7 +88,7 @@ def test_current_stiffness_integrates_to_the_force(x, i_c):
     assert found.force[-1] - found.force[0] == pytest.approx(trapezoid(found.k_i, i), abs=0.05)
 
 
-def test_linear_law_is_exact_in_the_current_at_the_centre_without_saturation():
+def test_linear_law_is_exact_in_the_current_without_saturation():
     i_c = np.linspace(*current_range(IRON_FREE), 11)
     np.testing.assert_allclose(linear_error(IRON_FREE, 0.0, i_c), 0.0, atol=1e-12)
     assert linear_range(IRON_FREE)[2:] == current_range(IRON_FREE)
@@ -133,7 +133,7 @@ def test_voltage_and_current_bound_the_sine_that_the_coils_can_follow():
     assert np.all(np.diff(current_amplitude(RIG, np.linspace(80.0, 2000.0, 50))) < 0.0)
 
 
-def test_the_rigs_static_load_is_carried_with_the_static_current_of_table_2_2():
+def test_static_load_is_carried_with_the_static_current_of_table_2_2():
     """Table 2.2 gives 1.14 A and 500 N: 321 N of an axis with 1.14 A, 354 N ask for 1.24 A."""
     found = load_capacity(RIG, np.array([F_0, PER_AXIS]))
     assert found.static_current[0] == pytest.approx(1.14, abs=1e-5)
@@ -151,7 +151,7 @@ def test_control_force_above_a_load_is_what_the_running_model_has_left(bearing):
         assert fallen["mb1.f_x"] == pytest.approx(-load, abs=1e-6), "without currents the load is all there is"
 
 
-def test_load_and_control_force_make_1700_newton_where_the_control_current_empties_the_lower_coil():
+def test_load_and_control_force_add_up_to_1700_newton():
     found = load_capacity(RIG, np.array([F_0]))
     assert found.up + F_0 == pytest.approx(1700.0, rel=1e-9)
     assert found.down - F_0 == pytest.approx(1700.0, rel=1e-9)

@@ -9,10 +9,10 @@ import pytest
 
 from amb_analysis.sampled_loop import (
     controller_response,
-    held_response,
     identified_receptance,
     parameter_record,
     sensor_response,
+    zoh_response,
 )
 from rolac_controller.parameters import BEARING_K_S
 
@@ -22,12 +22,12 @@ OMEGA, H = 2.0 * math.pi * 16.0, 250e-6
 def test_held_force_on_a_mass_moves_it_as_sampled_newton_says():
     """x'' = u/m with u held: (h^2/2m) (z + 1)/(z - 1)^2."""
     z = np.exp(1j * OMEGA * H)
-    held = held_response([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0 / 40.0]], [[1.0, 0.0]], OMEGA, H)
+    held = zoh_response([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0 / 40.0]], [[1.0, 0.0]], OMEGA, H)
     assert held[0, 0] == pytest.approx(H**2 / 80.0 * (z + 1.0) / (z - 1.0) ** 2, rel=1e-9)
 
 
 def test_hold_delays_by_half_a_sample():
-    held = held_response([[0.0, 1.0], [-1e6, -1e3]], [[0.0], [1.0]], [[1.0, 0.0]], OMEGA, H)[0, 0]
+    held = zoh_response([[0.0, 1.0], [-1e6, -1e3]], [[0.0], [1.0]], [[1.0, 0.0]], OMEGA, H)[0, 0]
     continuous = 1.0 / (1e6 - OMEGA**2 + 1e3j * OMEGA)
     assert held / continuous == pytest.approx(np.exp(-0.5j * OMEGA * H), rel=1e-4)
 

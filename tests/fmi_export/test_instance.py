@@ -73,7 +73,7 @@ def test_an_output_out_of_its_declared_range_names_its_value(instance):
         instance.step(0.0, H)
 
 
-def test_a_fault_stays_until_the_next_initialisation_and_keeps_its_sentence(instance):
+def test_fault_and_sentence_stay_until_the_next_initialisation(instance):
     instance["u"] = 11.0
     with pytest.raises(Fault):
         instance.step(0.0, H)

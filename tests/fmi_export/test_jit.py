@@ -29,7 +29,7 @@ def host(folder: str) -> list:
     return [doubled(3.0), sum(doubled.stats.cache_hits.values())]
 
 
-def test_a_kernel_is_compiled_again_when_what_it_calls_in_another_file_changed(run_python, tmp_path):
+def test_kernel_is_compiled_again_when_a_kernel_that_it_calls_changed(run_python, tmp_path):
     package = tmp_path / "cached"
     package.mkdir()
     (package / "__init__.py").touch()

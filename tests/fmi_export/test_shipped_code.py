@@ -110,9 +110,7 @@ def test_the_installed_package_is_used_where_it_is_the_same_code(installed_run):
     assert {row[0] for row in rows} == {0}
 
 
-def test_without_the_installed_packages_the_shipped_code_gives_the_same_numbers(
-    build_fmu, lag, run_python, installed_run
-):
+def test_shipped_code_gives_the_same_numbers_as_installed_packages(build_fmu, lag, run_python, installed_run):
     hidden = ["probe_lag", "fmi_export"]
     rows, file, _ = run_python(run_lag, path=build_fmu(lag), inputs=inputs(), hidden=hidden)
     assert Path(file).parts[-4:] == ("resources", "code", "probe_lag", "lag.py")
@@ -134,7 +132,7 @@ def test_an_fmu_of_other_code_runs_its_own_where_nothing_is_loaded(build_fmu, la
     assert rows == installed_run[0]
 
 
-def test_an_fmu_of_other_code_than_is_loaded_is_refused_and_the_host_survives(build_fmu, lag, run_python, tmp_path):
+def test_fmu_of_other_code_than_is_loaded_is_refused(build_fmu, lag, run_python, tmp_path):
     def host(path: str, changed: str) -> list:
         import fmpy
         from drive import Fmu

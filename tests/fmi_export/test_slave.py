@@ -174,7 +174,7 @@ def test_a_fault_is_logged_shown_as_fault_code_and_discards_the_step(build_fmu, 
     assert "stopped by an earlier fault: u = 5 V" in log[1]
 
 
-def test_every_log_line_names_its_instance_because_pythonfmu_uses_the_last_logger(build_fmu, lag, run_python):
+def test_every_log_line_names_its_instance(build_fmu, lag, run_python):
     def host(lag: str, actuator: str) -> list:
         from drive import Fmu
 

@@ -14,7 +14,7 @@ from fmi_export.building.native.package import native_guid, native_sources
 from fmi_export.model import Instance
 
 HERE = Path(__file__).parent / "support"
-NATIVE = Path(__file__).parents[2] / "libraries" / "fmi_export" / "native"
+NATIVE = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native"
 H = 250e-6
 
 pytestmark = [

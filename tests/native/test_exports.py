@@ -8,7 +8,7 @@ import pytest
 
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
 
-HEADER = Path(__file__).parents[2] / "libraries" / "fmi_export" / "native" / "fmi2.h"
+HEADER = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native" / "fmi2.h"
 STANDARD = set(re.findall(r"\b(fmi2\w+)\((?=void|fmi2)", HEADER.read_text(encoding="utf-8")))
 MACHINES = {
     "linux64": [62],

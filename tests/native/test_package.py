@@ -37,7 +37,7 @@ def test_fmpy_finds_no_problem(native, case):
     assert validate_fmu(str(native(*case))) == []
 
 
-def test_the_description_is_that_of_the_python_flavour_but_for_guid_tool_and_need(native, build_fmu, case):
+def test_description_is_that_of_the_python_flavour(native, build_fmu, case):
     ours, theirs = xml_of(native(*case)), xml_of(build_fmu(*case))
     assert ours.get("guid") != theirs.get("guid")
     assert ours.find("CoSimulation").get("needsExecutionTool") == "false"
@@ -71,7 +71,7 @@ def test_the_archive_holds_nothing_but_description_and_binary(native, lag):
         assert archive.namelist() == [f"binaries/{host_platform()}/probe_lag{suffix}", "modelDescription.xml"]
 
 
-def test_a_python_fmu_carries_nothing_of_the_native_flavour_nor_changes_with_it(build_fmu, lag, tmp_path):
+def test_python_fmu_is_independent_of_the_native_flavour(build_fmu, lag, tmp_path):
     with zipfile.ZipFile(build_fmu(lag)) as archive:
         assert not [name for name in archive.namelist() if "building" in name or "native" in name]
     package = tmp_path / "fmi_export"

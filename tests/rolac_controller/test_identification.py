@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 from amb_analysis.controller_data import NO_TABLE, SPEEDS, pack
-from amb_analysis.sampled_loop import held_response, identified_receptance
+from amb_analysis.sampled_loop import identified_receptance, zoh_response
 from rolac_controller.enumerations import (
     ADAPTING,
     CONTACT_OCCURRED,
@@ -181,7 +181,7 @@ def test_levitated_rotor_gives_the_receptance_of_its_sampled_loop(bench, make_pl
     b["identify"] = 1.0
     plant.run(b, 6 * 120 * 100 + 9)
     assert (b["identification_state"], b["identification_error"]) == (DONE, NO_ERROR)
-    model = identified_receptance(held_response(rotor.a, rotor.b, rotor.c, b["Omega"], h), b["Omega"], given)
+    model = identified_receptance(zoh_response(rotor.a, rotor.b, rotor.c, b["Omega"], h), b["Omega"], given)
     assert np.abs(b.receptance() - model).max() < 1e-6 * np.abs(model).max()
 
 
@@ -194,7 +194,7 @@ def test_noise_of_the_rig_costs_less_than_a_percent(bench, make_plant):
     plant.run(b, 2000)
     b["identify"] = 1.0
     plant.run(b, 6 * 120 * 100 + 9)
-    model = identified_receptance(held_response(rotor.a, rotor.b, rotor.c, b["Omega"], h), b["Omega"], given)
+    model = identified_receptance(zoh_response(rotor.a, rotor.b, rotor.c, b["Omega"], h), b["Omega"], given)
     large = np.abs(model) > 0.1 * np.abs(model).max(axis=0)
     ratio = b.receptance()[large] / model[large]
     assert 0.0 < np.abs(np.abs(ratio) - 1.0).max() < 0.01

@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 from amb_analysis.controller_data import pack
-from amb_analysis.sampled_loop import held_response, identified_receptance
+from amb_analysis.sampled_loop import identified_receptance, zoh_response
 from rolac_controller.enumerations import FORCE_FREE, NOTCH
 from rolac_controller.notch import solve_in_place
 from rolac_controller.rig_layout import AXES
@@ -37,7 +37,7 @@ def run(bench, make_plant, rotor, mode, seconds=2.0):
     """A controller in that mode on the rotor under synchronous forces, and what it has settled to."""
     omega = 2.0 * math.pi * 25.0
     given = {name.replace("__", "."): value for name, value in GAINS.items()}
-    receptance = identified_receptance(held_response(*rotor, omega, H), omega, given)
+    receptance = identified_receptance(zoh_response(*rotor, omega, H), omega, given)
     b = bench(pack([omega], [receptance]), Omega=omega, rolac__mode=mode, **GAINS)
     block = expm(np.block([[rotor[0], rotor[1]], [np.zeros((4, 12))]]) * H)
     plant = make_plant(block[:8, :8], block[:8, 8:], rotor[2])

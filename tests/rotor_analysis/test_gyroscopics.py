@@ -90,7 +90,7 @@ def test_free_rigid_disc_precesses_forward_at_the_ratio_of_its_inertias(radius, 
     assert np.abs(moment[6, 0]) < 1e-9 * rate**2 * full.M[6, 6]
 
 
-def test_overhung_disc_on_a_massless_shaft_whirls_as_its_two_degree_of_freedom_closed_form_says():
+def test_overhung_disc_on_a_massless_shaft_has_its_closed_form():
     L, d, E, nu = 0.6, 0.04, 2.07e11, 0.3
     body = Disc("disc", 2, 12.0, 0.2, 0.02)
     rotor = Rotor("overhung", Shaft((0.0, L), (d,), E, 1e-9, nu), (body,))

@@ -93,7 +93,7 @@ def test_frequencies_are_the_printed_ones_to_one_unit_of_the_last_digit(case):
             assert number == pytest.approx(float(printed), abs=1.001 * 10.0 ** -len(printed.partition(".")[2]))
 
 
-def test_stepped_shaft_approaches_the_hollow_cone_with_the_square_of_the_step(ross):
+def test_stepped_shaft_approaches_the_hollow_cone_at_second_order(ross):
     cone = ross["cone"]
     expected = complex_numbers(cone["eigenvalues"])
     errors = np.array(

@@ -9,7 +9,7 @@ FOLDER = Path(rotor_analysis.__file__).parent
 README = (FOLDER / "README.md").read_text(encoding="utf-8")
 
 
-def test_example_in_the_readme_prints_the_modes_and_critical_speeds_of_the_rig(capsys):
+def test_example_prints_the_modes_and_critical_speeds_of_the_rig(capsys):
     (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     exec(compile(example, "README.md", "exec"), {})
     lines = capsys.readouterr().out.strip().splitlines()

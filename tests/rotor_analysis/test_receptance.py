@@ -36,7 +36,7 @@ def test_receptance_is_reciprocal_in_each_plane_and_gyroscopic_across(Omega):
 
 
 @pytest.mark.parametrize("Omega", [40.0, 120.0, 250.0])
-def test_receptance_is_that_of_the_complex_model_for_forward_and_backward_force(Omega):
+def test_receptance_is_that_of_the_model_in_complex_coordinates(Omega):
     rotor = load_rotor()
     model = OnePlane.of(rotor, 1e6, 5000.0)
     R = receptance(np.array([Omega]))[0]

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 TESTS = Path(__file__).parents[1]
-SOURCES = Path(__file__).parents[2] / "libraries" / "fmi_export" / "native"
+SOURCES = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native"
 KEEPS = {"Real": "r", "Integer": "i", "Boolean": "b"}
 
 pytest.importorskip("ziglang", reason="a native FMU is compiled by ziglang: pip install 'amb-cosim[native]'")

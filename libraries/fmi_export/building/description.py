@@ -11,7 +11,7 @@ from fmi_export.variables import LARGEST, Variable
 
 
 def model_description(model: Model, guid: str, tool: str, version: str, needs_tool: bool = True) -> Element:
-    """Root element of the FMI 2.0 co-simulation description of `model`; an FMU that runs by itself needs no tool.
+    """Return the root element of the FMI 2.0 co-simulation description of `model`.
 
     Variables come in table order with value reference = position; outputs are `calculated`, listed with the
     inputs they depend on without delay, and are the initial unknowns.

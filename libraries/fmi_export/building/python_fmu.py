@@ -23,7 +23,7 @@ from fmi_export.model import Array, Model
 
 
 def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
-    """Identifier that changes with the interface, the code, the constants or `flavour`, and with nothing else."""
+    """Return an identifier that changes with the interface, the code, the constants or `flavour`, with nothing else."""
     sha = hashlib.sha256(model.interface.canonical() + flavour.encode())
     for name, digest in digests(model).items():
         sha.update(f"{name} {digest}".encode())
@@ -60,7 +60,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
         files = [
             stage / name for name in ("code", bootstrap.__name__.split(".")[-1] + ".py", "constants.npy", "build.json")
         ]
-        with _interpreter_as_before():
+        with _restoring_interpreter():
             built = FmuBuilder.build_FMU(script, dest=Path(temporary), project_files=files)
         target = folder / f"{model.name}.fmu"
         write_atomically(target, partial(shutil.copyfile, built))
@@ -79,7 +79,7 @@ def _build_facts(model: Model, constants: Array) -> dict[str, object]:
 
 
 def digests(model: Model) -> dict[str, str]:
-    """Hash of each package that the model's kernels need."""
+    """Return a hash of each package that the model's kernels need."""
     return {name: bootstrap.digest(_folder(name)) for name in model.packages}
 
 
@@ -91,8 +91,8 @@ def _folder(package: str) -> Path:
 
 
 @contextmanager
-def _interpreter_as_before() -> Iterator[None]:
-    """pythonfmu imports the script and lengthens `sys.path`; undo both."""
+def _restoring_interpreter() -> Iterator[None]:
+    """Undo the changes that pythonfmu makes to `sys.path` and `sys.modules`."""
     path, modules = list(sys.path), set(sys.modules)
     try:
         yield

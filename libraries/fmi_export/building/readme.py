@@ -2,7 +2,7 @@
 
     python -m fmi_export.building.readme amb_actuator.actuator fmus/amb_actuator/README.md
 
-rewrites what stands between the two marker comments of that file.
+rewrites the text between the two marker comments of that file.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ DIGITS = ".12g"
 
 
 def interface_table(model: Model) -> str:
-    """Markdown table of every variable of `model`, in the order of the value references."""
+    """Return a Markdown table of every variable of `model`, in the order of the value references."""
     rows = ["| name | causality | type | unit | start | allowed | description |", "| --- " * 7 + "|"]
     rows += [_row(v) for v in model.interface.variables]
     return "\n".join(rows)
 
 
 def with_table(readme: str, table: str) -> str:
-    """The text of a README with `table` between its two markers.
+    """Return the text of a README with `table` between its two markers.
 
     Raises
     ------
     ValueError
-        If the markers are not there exactly once and in order.
+        If the file does not contain each marker once, in order.
     """
     head, begin, rest = readme.partition(BEGIN)
     _, end, tail = rest.partition(END)

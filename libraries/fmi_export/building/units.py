@@ -16,7 +16,7 @@ _PINT_NAMES = dict(
 
 @cache
 def registry() -> pint.UnitRegistry:  # type: ignore[type-arg]
-    """Pint's units, `Ohm`, and a context in which a hertz is a revolution per second.
+    """Return pint's units with `Ohm`, and a context in which a hertz is a revolution per second.
 
     Pint takes a radian as 1, so that 16 Hz would silently become a speed of 16 rad/s.
     """
@@ -29,7 +29,7 @@ def registry() -> pint.UnitRegistry:  # type: ignore[type-arg]
 
 
 def parse_unit(unit: str) -> pint.Unit:
-    """A pint unit from FMI notation: `.` multiplies, a digit after a letter is an exponent.
+    """Return the pint unit of a unit in FMI notation: `.` multiplies, a digit after a letter is an exponent.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def parse_unit(unit: str) -> pint.Unit:
 
 
 def base_unit(unit: str) -> dict[str, float | int]:
-    """Exponents of the FMI base units (kg, m, s, A, K, mol, cd, rad), and `factor` where it is not one."""
+    """Return the exponents of the FMI base units (kg, m, s, A, K, mol, cd, rad), and `factor` where it is not one."""
     parsed = parse_unit(unit)
     quantity = registry().Quantity(1.0, parsed).to_base_units()
     exponents: dict[str, float | int] = {}
@@ -64,7 +64,7 @@ def base_unit(unit: str) -> dict[str, float | int]:
 
 
 def to_unit(text: str | float, unit: str, name: str) -> float:
-    """Number that `text` (`0.75 mm`, `25 g.m`, or a bare number already in `unit`) is in `unit`.
+    """Convert `text` (`0.75 mm`, `25 g.m`, or a number without unit, taken to be in `unit`) to a number in `unit`.
 
     A hertz converts to and from an angular velocity as one revolution per second.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_actuator.interface import N_AXES
-from amb_analysis.sampled_loop import held_response, identified_receptance
+from amb_analysis.sampled_loop import identified_receptance, zoh_response
 from amb_cosim.studies.linear_loop import LinearLoop, amplifier_system, rotor_system
 
 
@@ -23,5 +23,5 @@ def sampled_receptance(loop: LinearLoop, order: int = 1) -> NDArray[np.complex12
     plant = rotor_system(loop, loop.rotor.planes.sensors) * amplifier_system(loop)
     k_i = np.array([loop.of_axis("rolac_controller", axis, "k_i") for axis in range(N_AXES)])
     omega = order * loop.Omega
-    held = held_response(plant.A, plant.B, plant.C, omega, loop.sample_time)
+    held = zoh_response(plant.A, plant.B, plant.C, omega, loop.sample_time)
     return identified_receptance(held / k_i, omega, loop.parameters["rolac_controller"])

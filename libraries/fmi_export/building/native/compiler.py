@@ -1,4 +1,4 @@
-"""Sources to shared libraries for every platform, by the C compiler of PyPI's `ziglang`."""
+"""Compiles sources to shared libraries for every platform, by the C compiler of PyPI's `ziglang`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pathlib import Path
 
 from fmi_export.building.native.universal import universal
 
-# FMI 2.0.4 platform folder: suffix of its libraries, and the targets that one of them is for.
+# FMI 2.0.4 platform folder: suffix of its libraries, and the targets that one library contains.
 PLATFORMS: dict[str, tuple[str, tuple[str, ...]]] = {
     "linux64": (".so", ("x86_64-linux-gnu.2.17",)),
     "win64": (".dll", ("x86_64-windows-gnu",)),
@@ -33,24 +33,24 @@ OPTIONS = (
     "-fvisibility=hidden",
     "-ffp-contract=off",  # a product and a sum are rounded apart on every processor
     "-fno-sanitize=all",
-    "-Wno-override-module",  # the kernels' module has no target before it gets this one
+    "-Wno-override-module",  # the module of the kernels has no target of its own
 )
 
 
 def host_platform() -> str:
-    """The platform of this machine.
+    """Return the platform of this machine.
 
     Raises
     ------
     ValueError
-        If there is no FMU for it.
+        If there is no native FMU for it.
     """
     here = (sys.platform, platform.machine().lower())
     names = {
         ("linux", "x86_64"): "linux64",
         ("win32", "amd64"): "win64",
         ("darwin", "x86_64"): "darwin64",
-        ("darwin", "arm64"): "darwin64",  # both in one; importers look there first
+        ("darwin", "arm64"): "darwin64",  # one library for both processors; importers look there first
         ("linux", "aarch64"): "aarch64-linux",
     }
     if here not in names:
@@ -59,12 +59,12 @@ def host_platform() -> str:
 
 
 def check_platforms(platforms: Iterable[str]) -> list[str]:
-    """`platforms` without repetition, in the order of `PLATFORMS`; `all` stands for every one.
+    """Return `platforms` without repetition, in the order of `PLATFORMS`; `all` means every one.
 
     Raises
     ------
     ValueError
-        If there is none, or one is not known.
+        If none is given, or one is unknown.
     """
     wanted = set(platforms)
     unknown = sorted(wanted - {*PLATFORMS, "all"})
@@ -75,12 +75,12 @@ def check_platforms(platforms: Iterable[str]) -> list[str]:
 
 
 def compile_library(name: str, sources: Mapping[str, str], target_platform: str) -> bytes:
-    """Shared library `name` for a platform, out of sources (C, LLVM assembly, headers) by file name.
+    """Compile sources (C, LLVM assembly, headers; by file name) to the shared library `name` for a platform.
 
     Raises
     ------
     ValueError
-        If there is no compiler, it does not fit numba, or it refuses the sources.
+        If the compiler is missing, its LLVM is not that of numba, or it rejects the sources.
     """
     check_compiler()
     suffix, targets = PLATFORMS[target_platform]
@@ -99,12 +99,12 @@ def compile_library(name: str, sources: Mapping[str, str], target_platform: str)
 
 @cache
 def check_compiler() -> str:
-    """Version of the installed `ziglang`.
+    """Return the version of the installed `ziglang`.
 
     Raises
     ------
     ValueError
-        If it is missing, or its LLVM is another than that of numba, whose code it has to read.
+        If it is missing, or its LLVM version is not that of numba.
     """
     if importlib.util.find_spec("ziglang") is None:
         raise ValueError("a native FMU is compiled by ziglang, which is not installed: pip install 'amb-cosim[native]'")

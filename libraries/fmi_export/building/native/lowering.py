@@ -1,8 +1,8 @@
-"""The two kernels of a model as one LLVM module that needs nothing but a C library's mathematics.
+"""Lowers the two kernels of a model to one LLVM module that calls the C library's mathematics alone.
 
-numba compiles for the processor it runs on, so that is done anew in a process that is told of none. Kernels are
-compiled without numba's run-time system: they count no references, and one that allocates is refused. What numba leaves
-in the code for Python's sake are exceptions; their text is dropped, and the kernel's status says that there was one.
+numba compiles for the processor it runs on; a process of its own therefore compiles the kernels again, for a generic
+processor. Kernels are compiled without numba's run-time system: they count no references and cannot allocate. The
+exceptions that numba leaves in the code lose their text; the status that a kernel returns says whether there was one.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ ALLOWED = re.compile(
     "memcpy|memmove|memset"
 )
 
-EXCEPTION = "__excinfo"  # begins the name of a function that puts an exception together from values
+EXCEPTION = "__excinfo"  # begins the name of a function that builds an exception from values
 
-# No processor, so that the code is anybody's; no optimisation before Python's share is out; no order by chance.
+# Generic CPU; optimise after removing Python runtime calls; deterministic.
 SETTINGS = {
     "NUMBA_CPU_NAME": "generic",
     "NUMBA_CPU_FEATURES": "",
@@ -44,7 +44,7 @@ SETTINGS = {
 
 
 def lower(model: Model) -> str:
-    """LLVM assembly, for no particular target, of `kernel_initialise` and `kernel_step`.
+    """Return the LLVM assembly of `kernel_initialise` and `kernel_step`, for no particular target.
 
     `int32_t kernel_step(int64_t *fault, void **exception, double *constants, int64_t n_constants, ..., double time,
     double step_size)` takes each array as address and size and returns 0 unless the kernel raised an exception.
@@ -75,7 +75,7 @@ def lower(model: Model) -> str:
 
 
 def _place(name: str, kernel: Any) -> tuple[str, str]:
-    """Module and name under which another process finds a kernel."""
+    """Return the module and the name under which another process finds a kernel."""
     if not hasattr(kernel, "py_func"):
         raise ValueError(f"{name} cannot be built without Python: its kernels are not compiled; install numba")
     module, function = kernel.py_func.__module__, kernel.py_func.__qualname__
@@ -84,7 +84,7 @@ def _place(name: str, kernel: Any) -> tuple[str, str]:
     return module, function
 
 
-# In the process of its own ---------------------------------------------------------------------------------------
+# In the subprocess ------------------------------------------------------------------------------------------------
 
 
 def main() -> None:
@@ -98,7 +98,7 @@ def main() -> None:
 
 
 def _in_one_line(error: Exception) -> str:
-    """What numba complains about; of what needs its run-time system, only where it is."""
+    """Return numba's message in one line; for code that needs its run-time system, the place of that code."""
     text = " ".join(re.sub(r"\x1b\[\d*m", "", str(error)).split()) or repr(error)
     if "NRT required" not in text and "Only accept returning of array" not in text:
         return text
@@ -131,18 +131,18 @@ def _step_entry(kernel: Callable[..., int]) -> Any:
 
 
 def without_python(entries: list[Any]) -> str:
-    """LLVM assembly of compiled entries (`numba.cfunc`), named `ENTRIES`, with Python's share removed.
+    """Return the LLVM assembly of compiled entries (`numba.cfunc`), named `ENTRIES`, without Python runtime calls.
 
     Raises
     ------
     ValueError
-        If something is left that needs Python.
+        If a call that needs Python remains.
     """
     llvm: Any = importlib.import_module("llvmlite.binding")
     llvm.initialize_native_target()
-    modules = [llvm.parse_assembly(_cut(entry.inspect_llvm())) for entry in entries]
+    modules = [llvm.parse_assembly(_remove_runtime(entry.inspect_llvm())) for entry in entries]
     module = modules[0]
-    # What numba calls the C callback goes through Python's error indicator; the function behind it does not.
+    # numba's C callback sets Python's error indicator; the function that it calls does not.
     for entry, name in zip(entries, ENTRIES, strict=True):
         own = modules[ENTRIES.index(name)]
         own.get_function(entry.native_name.removeprefix("cfunc.")).name = name
@@ -156,14 +156,14 @@ def without_python(entries: list[Any]) -> str:
 RUNTIME = resources.files(__package__).joinpath("runtime.ll")
 
 
-def _cut(assembly: str) -> str:
-    """Assembly without Python's runtime, the contents of exceptions, and addresses within this process."""
+def _remove_runtime(assembly: str) -> str:
+    """Remove Python's runtime, the contents of exceptions, and addresses within this process from the assembly."""
     flags = re.MULTILINE | re.DOTALL
     runtime = RUNTIME.read_text(encoding="utf-8")
     for name in re.findall(r"@(\w+)\(", runtime):
         assembly = re.sub(rf"^define [^@\n]*@{name}\(.*?^\}}", "", assembly, flags=flags)
         assembly = re.sub(rf"^declare [^@\n]*@{name}\(.*?$", "", assembly, flags=flags)
-    # Unless it is optimised away, such a variable is now one that nobody defines.
+    # Where it is not optimised away, such a variable is now undefined, and the build is refused.
     assembly = re.sub(r"^(@numba\.dynamic\.globals\.\w+ =) .*?$", r"\1 external global ptr", assembly, flags=flags)
     lines = (
         line if line.startswith("@") else re.sub(r"@\.const\.picklebuf\.[\w.]+", "@no_exception", line)
@@ -184,7 +184,7 @@ def _keep_entries_only(module: Any, llvm: Any) -> None:
             variable.linkage = "internal"
     machine = llvm.Target.from_default_triple().create_target_machine(cpu="generic", features="", opt=2)
     tuning = llvm.create_pipeline_tuning_options(speed_level=2)
-    tuning.loop_vectorization = tuning.slp_vectorization = False  # left to the compiler of each platform
+    tuning.loop_vectorization = tuning.slp_vectorization = False  # the compiler of each platform does it
     builder = llvm.create_pass_builder(machine, tuning)
     builder.getModulePassManager().run(module, builder)
     module.verify()

@@ -1,4 +1,4 @@
-/* What slave.c knows of a model: tables that the build writes into model.c, and the two lowered kernels. */
+/* The interface of slave.c to a model: tables that the build writes into model.c, and the two lowered kernels. */
 
 #ifndef AMB_MODEL_H
 #define AMB_MODEL_H

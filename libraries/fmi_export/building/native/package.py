@@ -31,7 +31,7 @@ from fmi_export.model import Array, Model
 
 HERE = Path(__file__).parent
 C_SOURCES = ("fmi2.h", "model.h", "instance.h", "instance.c", "slave.c")
-NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip archive can tell
+NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
 
 
 def build_native_fmu(model: Model, constants: Array, folder: Path, platforms: Iterable[str] | None = None) -> Path:
@@ -46,7 +46,7 @@ def build_native_fmu(model: Model, constants: Array, folder: Path, platforms: It
     folder
         Where the FMU goes; made if it is missing.
     platforms
-        FMI names of the platforms it shall run on, or `all`; this machine's by default. See `compiler.PLATFORMS`.
+        FMI names of the platforms that it runs on, or `all`; this machine's by default. See `compiler.PLATFORMS`.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def build_native_fmu(model: Model, constants: Array, folder: Path, platforms: It
 
 
 def native_sources(model: Model, constants: Array) -> dict[str, str]:
-    """All that a library is compiled from, by file name: the slave, the model's tables, its lowered kernels."""
+    """Return the sources of a library by file name: the slave, the model's tables, its lowered kernels."""
     constants = np.ascontiguousarray(constants, dtype=np.float64)
     sources = {name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
     return sources | {
@@ -75,12 +75,12 @@ def native_sources(model: Model, constants: Array) -> dict[str, str]:
 
 
 def native_guid(model: Model, constants: Array) -> str:
-    """Identifier that changes with the interface, the code (of the native slave too) or the constants."""
+    """Return an identifier that changes with the interface, the code (of the native slave too) or the constants."""
     return guid_of(model, constants, "native " + _own_digest())
 
 
 def lowered(model: Model) -> str:
-    """The model's kernels, lowered; kept in the user's cache, because it depends on code alone and takes a while."""
+    """Return the lowered kernels, from the user's cache where they are there: they depend on code alone."""
     code = [(HERE / name).read_text(encoding="utf-8") for name in ("lowering.py", "runtime.ll")]
     facts = json.dumps([digests(model), code, _versions("numba", "llvmlite"), machine()])
     key = hashlib.sha256(facts.encode()).hexdigest()[:32]
@@ -88,7 +88,7 @@ def lowered(model: Model) -> str:
     if kept.is_file():
         return kept.read_text(encoding="utf-8")
     assembly = lower(model)
-    with suppress(OSError):  # where nothing can be kept, the next build takes as long
+    with suppress(OSError):  # without a cache the next build takes as long
         kept.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(kept, lambda path: path.write_bytes(assembly.encode()))
     return assembly
@@ -107,7 +107,7 @@ def _versions(*names: str) -> dict[str, str]:
 
 
 def _own_digest() -> str:
-    """Hash of all that a library is made of besides the model."""
+    """Return a hash of the sources of a library besides the model."""
     sha = hashlib.sha256()
     for file in sorted(HERE.glob("*.[chlp]*")):
         sha.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")

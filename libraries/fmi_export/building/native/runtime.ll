@@ -3,7 +3,7 @@
 ; Every exception is the same one, which says nothing: the pickled ones hold paths of this machine.
 @no_exception = internal constant { ptr, i32, ptr, ptr, i32 } zeroinitializer
 
-; The entries count references to the arrays they make of addresses; nobody owns those.
+; The entries count references to the arrays that they make of addresses; these arrays have no owner.
 define internal void @NRT_incref(ptr %p) { ret void }
 define internal void @NRT_decref(ptr %p) { ret void }
 

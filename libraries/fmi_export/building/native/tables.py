@@ -1,4 +1,4 @@
-"""A model's variable table, constants and sentences as the C source that the native slave is compiled with."""
+"""Writes a model's variable table, constants and fault sentences as C source for the native slave."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PROSE = 512  # characters of the longest sentence of slave.c itself
 
 
 def sizes_header(model: Model, constants: Array) -> str:
-    """`sizes.h`: how many of everything there is."""
+    """Return `sizes.h`, the sizes of all arrays."""
     table = model.interface
     sizes = {
         "N_PARAMETERS": table.n_parameters,
@@ -30,12 +30,12 @@ def sizes_header(model: Model, constants: Array) -> str:
 
 
 def model_source(model: Model, constants: Array, guid: str) -> str:
-    """`model.c`: the definitions that `model.h` declares.
+    """Return `model.c`, the definitions that `model.h` declares.
 
     Raises
     ------
     ValueError
-        If the sentence of a fault names something that is no variable.
+        If the sentence of a fault names an unknown variable.
     """
     variables = model.interface.variables
     parts = ['#include <stddef.h>\n#include "model.h"\n', f"const char model_guid[] = {_text(guid)};\n"]
@@ -65,7 +65,7 @@ def _variable(v: Variable) -> str:
 
 
 def _allowed(v: Variable) -> str:
-    """What follows name and value in `Variable.describe_range`."""
+    """Return the part of `Variable.describe_range` after name and value."""
     return v.describe_range(0.0).removeprefix(f"{v.name} = 0")
 
 
@@ -90,6 +90,6 @@ def _array(declaration: str, rows: Iterable[str]) -> str:
 
 
 def _text(text: str) -> str:
-    """A C string literal; what is not plain becomes octal."""
+    """Return a C string literal; special characters are written in octal."""
     plain = {ord(c) for c in map(chr, range(32, 127)) if c not in '"\\?'}
     return '"' + "".join(chr(byte) if byte in plain else f"\\{byte:03o}" for byte in text.encode()) + '"'

@@ -1,4 +1,4 @@
-"""One macOS library for two processors: both, one after the other, behind a header that says where each begins."""
+"""Joins macOS libraries of two processors to one universal library: a header with offsets, then both."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ ALIGNMENT = 14  # power of two: a page of 16 kB
 
 
 def universal(slices: list[bytes]) -> bytes:
-    """A universal Mach-O file of thin 64-bit ones; header and table of it are big-endian.
+    """Return a universal Mach-O file of single-processor 64-bit ones; its header and table are big-endian.
 
     Raises
     ------
     ValueError
-        If one of them is no 64-bit Mach-O file.
+        If one of them is not a 64-bit Mach-O file.
     """
     table, body = b"", b""
     offset = start = _aligned(8 + 20 * len(slices))
