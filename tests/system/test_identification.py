@@ -152,9 +152,7 @@ def used(folder: str) -> dict[str, Any]:
         least = np.linalg.norm(before + result.receptance @ force)
         summary = summarise(recovered.dataset).as_dict()
         answers[source] = {
-            "recovery": {
-                key: summarise(recovered.dataset).as_dict()[key] for key in ("recovered", "last_contact_cycle")
-            },
+            "recovery": {key: summary[key] for key in ("recovered", "last_contact_cycle")},
             "of_optimum": float(np.linalg.norm(after) / least),
             "of_before": float(np.linalg.norm(after) / np.linalg.norm(before)),
         }
