@@ -137,7 +137,7 @@ BAD = {
         ["--speeds", "10 Hz,15"],
         "speeds = 15 rad/s is not allowed; it must be >= 31.4159 rad/s, rolac.min_speed",
     ),
-    "speed as a setting": (["--set", "Omega=90"], "Omega cannot be set here; --speeds sets it"),
+    "speed as a setting": (["--set", "Omega=90"], "Omega cannot be set here; speeds sets it"),
     "no such parameter": (["--set", "rolac_controller.alpha=1"], "rolac_controller has no variable 'alpha'"),
     "no rotor file": (["--rotor", "none.toml"], "rotor file none.toml cannot be read"),
     "no folder": (["-o", "no/t.toml"], "no/t.toml cannot be written to; there is no folder no"),

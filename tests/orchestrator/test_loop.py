@@ -192,5 +192,5 @@ def test_schroeder_phases_of_equal_powers_are_quadratic() -> None:
 
 def test_measurement_waits_until_the_transient_is_gone() -> None:
     assert 0.999 ** settling_samples(0.999, 250e-6) == pytest.approx(1e-6, rel=1e-3)
-    with pytest.raises(ValueError, match=r"keep 0\.999990 of themselves .* a measurement waits no longer than 60 s"):
+    with pytest.raises(ValueError, match=r"the factor 0\.999990 .* it must be <= 60 s"):
         settling_samples(0.99999, 250e-6)

@@ -74,7 +74,7 @@ BAD = {
     ),
     "another sample time": (
         ["sensitivity", "--set", "rolac_controller.sample_time=500 us"],
-        "rolac_controller.sample_time cannot be set here; --sample-time sets it",
+        "rolac_controller.sample_time cannot be set here; sample-time sets it",
     ),
     "unbalance": (
         ["sensitivity", "--set", "rotor_contact.d1.u=1 g.m"],
