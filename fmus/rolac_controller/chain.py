@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from fmi_export.jit import kernel
-from fmi_export.model import Array
-from rolac_controller.interface import PRESET
-from rolac_controller.names import IDEAL, RIG
+from rolac_controller.enumerations import IDEAL, RIG
 
 
 @kernel
-def is_on(parameters: Array, effect: int) -> bool:
-    """Whether the effect with that switch is on: never for the ideal chain, always for the rig's."""
-    preset = parameters[PRESET]
+def is_on(preset: float, switch: float) -> bool:
+    """Return whether an effect is on: never for the ideal chain, always for the rig's, by its switch otherwise.
+
+    Parameters
+    ----------
+    preset
+        The parameter `chain.preset`.
+    switch
+        The parameter of the effect, such as `chain.filter`.
+    """
     if preset == IDEAL:
         return False
-    if preset == RIG:
-        return True
-    on: bool = parameters[effect] != 0.0
-    return on
+    return preset == RIG or switch != 0.0

@@ -1,64 +1,32 @@
 """The controller: four bearing axes under PID, eight sensors Fourier-transformed, synchronous control on top.
 
-One call of `step` is one sample: inputs at its beginning, currents held over it.
+One call of `step` is one sample: inputs at its beginning, currents constant over it.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from rolac_controller import identification, pid, sensors, stored, supervision, synchronous
+from rolac_controller import identification, sensors
 from rolac_controller.adaptation import forces_at
-from rolac_controller.arrays import LIMITED, N_WORK, STARTED, Scratch, State, n_state, scratch_of, state_of
 from rolac_controller.chain import is_on
-from rolac_controller.contact import watch
-from rolac_controller.converters import converted, step_of
-from rolac_controller.fourier import components, record, revolution, turned
-from rolac_controller.interface import (
-    AMPLIFIER_GAIN,
-    AXIS_OUTPUTS,
-    CHECK_SENSORS,
-    CURRENT,
-    CURRENT_LIMITED,
-    DAC,
-    DAC_BITS,
-    DAC_RANGE,
-    DELAY,
-    DERIVATIVE_TIME,
-    DIRECT,
-    ENABLE,
-    GAINS,
-    HARMONIC,
-    HARMONIC_PARAMETERS,
-    I_MAX,
-    I_MIN,
-    IDENTIFY,
-    INTERFACE,
-    K_I,
-    MAX_CONDITION,
-    MIN_SPEED,
-    N_GAINS,
-    OMEGA,
-    ORDER,
-    PLANE_Z,
-    POWER,
-    SAMPLE_TIME,
-    SETPOINT,
-    THETA,
-    WEIGHT,
-)
-from rolac_controller.names import (
-    N_AXES,
-    N_HARMONICS,
-    N_PLANES,
-    N_SENSORS,
-    NONE,
-    SENSOR_NAMES,
-    SENSOR_OF_AXIS,
-)
-from rolac_controller.outputs import show_identification, show_synchronous
+from rolac_controller.contact import update_contact_share
+from rolac_controller.converters import quantised, resolution
+from rolac_controller.enumerations import NOT_STARTED
+from rolac_controller.fourier import add_sample, last_delta_theta, samples_of_revolution, transform
+from rolac_controller.interface import INPUTS, INTERFACE, OUTPUTS, PARAMETERS
+from rolac_controller.outputs import write_identification, write_synchronous
+from rolac_controller.pid import CurrentLimits, differentiate, limit_and_integrate, pid_current
+from rolac_controller.receptance_table import ReceptanceTable, load, table_of
+from rolac_controller.rig_layout import N_AXES, N_HARMONICS, N_PLANES, SENSOR_NAMES, SENSOR_OF_AXIS
+from rolac_controller.sensor_check import suspect_sensor
+from rolac_controller.state import STATE, STATE_SIZE, WORK, WORK_SIZE, n_state
+from rolac_controller.synchronous import permitted_status, update_forces
 
 __all__ = ["INTERFACE", "MODEL", "SENSOR_NAMES", "initialise", "step"]
 
@@ -70,109 +38,165 @@ FAULT_STEP, FAULT_NO_TABLE, FAULT_HARMONICS, FAULT_WEIGHTS, FAULT_PLANES = range
 
 
 @kernel
-def read_harmonics(parameters: Array, x: Scratch) -> None:
-    """Orders and powers of the harmonics, side by side."""
-    for k in range(N_HARMONICS):
-        x.orders[k] = parameters[HARMONIC + k * HARMONIC_PARAMETERS + ORDER]
-        x.powers[k] = parameters[HARMONIC + k * HARMONIC_PARAMETERS + POWER]
-
-
-@kernel
-def ascending(orders: Array) -> bool:
-    """Whether the orders of the harmonics ascend until the first 0, and are 0 from there on."""
+def orders_ascend(harmonics: NDArray[np.record]) -> bool:
+    """Return whether the orders of the harmonics ascend until the first 0, and are 0 from there on."""
     for k in range(1, N_HARMONICS):
-        if orders[k] != 0.0 and (orders[k] <= orders[k - 1] or orders[k - 1] == 0.0):
+        order, before = harmonics[k].order, harmonics[k - 1].order
+        if order != 0.0 and (order <= before or before == 0.0):
             return False
     return True
 
 
 @kernel
-def distinct(parameters: Array) -> bool:
-    """Whether no two sensor planes are at the same place."""
+def planes_differ(positions: Array) -> bool:
+    """Return whether no two sensor planes are at the same place; positions of shape (N_PLANES,) (m)."""
     for k in range(N_PLANES):
         for other in range(k):
-            if parameters[PLANE_Z + k] == parameters[PLANE_Z + other]:
+            if positions[k] == positions[other]:
                 return False
     return True
 
 
 @kernel
-def lacks_table(inputs: Array, s: State) -> bool:
-    """Whether ROLAC is on without any H, and no identification was made or asked for that could find one."""
-    never = s.identification[identification.STAGE] == NONE and inputs[IDENTIFY] == 0.0
-    return bool(inputs[ENABLE] != 0.0 and s.table[0] == 0.0 and never)
+def lacks_table(inputs: np.record, state: np.record, table: ReceptanceTable) -> bool:
+    """Return whether ROLAC is on without any H, and no identification that could find one was made or requested."""
+    never_identified = state.identification.stage == NOT_STARTED and not inputs.identify
+    return bool(inputs.rolac_enable != 0.0 and table.n_rows[0] == 0.0 and never_identified)
 
 
 @kernel
-def transform(parameters: Array, inputs: Array, s: State, x: Scratch) -> bool:
-    """Take in this sample and find the components of all harmonics; whether they are valid.
+def window_is_valid(parameters: np.record, inputs: np.record, window: np.record) -> bool:
+    """Return whether the window shows the synchronous displacements at this speed.
 
-    Valid means: a full revolution is in the window, the speed is at least `rolac.min_speed`, and the
-    revolution took the time that this speed says within a factor `SPEED_RATIO`. The last excludes a rotor
-    angle that does not turn with the speed, and revolutions from before a large change of speed. Otherwise
-    all components are zero.
+    It does if it holds a full revolution, the speed is at least `rolac.min_speed`, and the revolution took the time
+    that this speed suggests, within a factor `SPEED_RATIO`. The last condition excludes a rotor angle that does not
+    turn with the speed, and revolutions from before a large change of speed.
     """
-    record(s.window, x.orders, inputs[THETA], x.measured)
-    turns = revolution(s.window) * parameters[SAMPLE_TIME] * inputs[OMEGA] / (2.0 * math.pi)
-    valid: bool = inputs[OMEGA] >= parameters[MIN_SPEED] and 1.0 / SPEED_RATIO < turns < SPEED_RATIO
-    x.q[:] = 0.0
-    if valid:
-        components(s.window, x.orders, x.q)
-    return valid
+    turns = samples_of_revolution(window) * parameters.sample_time * inputs.Omega / (2.0 * math.pi)
+    return bool(inputs.Omega >= parameters.rolac.min_speed and 1.0 / SPEED_RATIO < turns < SPEED_RATIO)
 
 
 @kernel
-def control(parameters: Array, inputs: Array, s: State, x: Scratch, sample_time: float, outputs: Array) -> None:
-    """Currents of all axes, I = I_pid + u/K_i within their limits (5.1 to 5.4, 5.23), through the DAC."""
-    direct = parameters[DIRECT] != 0.0
-    dac, late = is_on(parameters, DAC), is_on(parameters, DELAY)
-    gain, bits, reach = parameters[AMPLIFIER_GAIN], parameters[DAC_BITS], parameters[DAC_RANGE]
-    s.flags[LIMITED] = 0.0
-    forces_at(s.forces, x.orders, inputs[THETA], x.u)
-    identification.add_test_force(parameters, x.orders, x.powers, s.identification, inputs[THETA], x.u)
+def observe(parameters: np.record, inputs: np.record, state: np.record, work: np.record) -> None:
+    """Find the displacements and synchronous components at this sample, contact, and sensors that are suspect."""
+    sensors.measure(parameters, inputs, state.sensors, state.started != 0.0, True, work.displacements)
+    add_sample(state.window, parameters.harmonics, inputs.theta, work.displacements)
+    valid = window_is_valid(parameters, inputs, state.window)
+    work.window_valid = valid
+    work.Q[:] = 0.0
+    if valid:
+        transform(state.window, parameters.harmonics, work.Q)
+    work.delta_theta = last_delta_theta(state.window)
+    work.suspect_sensor = suspect_sensor(work.displacements, samples_of_revolution(state.window), state.sensor_check)
+    work.in_contact = update_contact_share(
+        parameters.contact, inputs.contact_state, work.displacements, work.delta_theta, state.contact_shares
+    )
+
+
+@kernel
+def current_limits(gains: np.record, chain: np.record) -> CurrentLimits:
+    """Return the limits of the current of an axis: those of the coil, and of the DAC where that is on (A)."""
+    if not is_on(chain.preset, chain.dac):
+        return CurrentLimits(gains.i_min, gains.i_max)
+    lowest = -chain.amplifier_gain * chain.dac_range
+    highest = chain.amplifier_gain * (chain.dac_range - resolution(chain.dac_bits, chain.dac_range))
+    return CurrentLimits(max(gains.i_min, lowest), min(gains.i_max, highest))
+
+
+@kernel
+def control(
+    parameters: np.record, inputs: np.record, state: np.record, work: np.record, sample_time: float, outputs: np.record
+) -> None:
+    """Compute the currents of all axes, I = I_pid + u/K_i within their limits (5.1 to 5.4, 5.23), through the DAC.
+
+    `sample_time` (s) is 0 at the initialisation, which integrates nothing.
+    """
+    chain, direct = parameters.chain, parameters.pid.direct
+    dac, delayed = is_on(chain.preset, chain.dac), is_on(chain.preset, chain.delay) and sample_time > 0.0
+    state.current_limited = 0.0
+    forces_at(state.U, parameters.harmonics, inputs.theta, work.u)
+    identification.add_test_force(parameters, state.identification, inputs.theta, work.u)
     for k in range(N_AXES):
-        gains = parameters[GAINS + k * N_GAINS : GAINS + (k + 1) * N_GAINS]
-        memory = s.axes[k * pid.N_MEMORY : (k + 1) * pid.N_MEMORY]
-        displacement, setpoint = x.measured[SENSOR_OF_AXIS[k]], inputs[SETPOINT + k]
-        if s.flags[STARTED] == 0.0:
-            memory[pid.POSITION] = displacement
-        pid.differentiate(memory, displacement, parameters[DERIVATIVE_TIME], parameters[SAMPLE_TIME])
-        demand = pid.pid_current(gains, direct, memory, setpoint) + x.u[k] / gains[K_I]
-        low, high = gains[I_MIN], gains[I_MAX]
+        gains, memory = parameters.axes[k], state.axes[k]
+        displacement, setpoint = work.displacements[SENSOR_OF_AXIS[k]], inputs.setpoints[k]
+        if not state.started:
+            memory.displacement = displacement
+        differentiate(memory, displacement, parameters.derivative_time, parameters.sample_time)
+        demand = pid_current(gains, direct, memory, setpoint) + work.u[k] / gains.k_i
+        limits = current_limits(gains, chain)
+        if not limits.low <= demand <= limits.high:
+            state.current_limited = 1.0
+        current = limit_and_integrate(gains, memory, setpoint, demand, limits, sample_time)
         if dac:
-            low, high = max(low, -gain * reach), min(high, gain * (reach - step_of(bits, reach)))
-        if not low <= demand <= high:
-            s.flags[LIMITED] = 1.0
-        current = pid.limit_and_integrate(gains, memory, setpoint, demand, low, high, sample_time)
-        if dac:
-            current = gain * converted(current / gain, bits, reach)
-        outputs[k * AXIS_OUTPUTS + CURRENT] = s.currents[k] if late and sample_time > 0.0 else current
-        s.currents[k] = current
-    outputs[CURRENT_LIMITED] = s.flags[LIMITED]
+            current = chain.amplifier_gain * quantised(current / chain.amplifier_gain, chain.dac_bits, chain.dac_range)
+        outputs.axes[k].current = state.currents[k] if delayed else current
+        state.currents[k] = current
+    outputs.current_limited = state.current_limited
+
+
+@kernel
+def start(
+    parameters: np.record,
+    inputs: np.record,
+    state: np.record,
+    work: np.record,
+    table: ReceptanceTable,
+    outputs: np.record,
+) -> int:
+    """Compute the currents for the first inputs, proportional terms alone; return a fault code. It is no sample."""
+    if lacks_table(inputs, state, table):
+        return FAULT_NO_TABLE
+    sensors.measure(parameters, inputs, state.sensors, False, False, work.displacements)
+    work.status = permitted_status(parameters, inputs, state, work)
+    control(parameters, inputs, state, work, 0.0, outputs)
+    write_synchronous(inputs, state, work, table, outputs)
+    write_identification(inputs, state.identification, outputs)
+    return 0
+
+
+@kernel
+def take_sample(
+    parameters: np.record,
+    inputs: np.record,
+    state: np.record,
+    work: np.record,
+    table: ReceptanceTable,
+    outputs: np.record,
+) -> int:
+    """Compute one sample: measured signals, synchronous components and forces, currents; return a fault code."""
+    if lacks_table(inputs, state, table):
+        return FAULT_NO_TABLE
+    observe(parameters, inputs, state, work)
+    identification.advance(parameters, inputs, state, work, table)
+    work.status = permitted_status(parameters, inputs, state, work)
+    update_forces(parameters, inputs, state, work, table)
+    control(parameters, inputs, state, work, parameters.sample_time, outputs)
+    state.started = 1.0
+    write_synchronous(inputs, state, work, table, outputs)
+    write_identification(inputs, state.identification, outputs)
+    return 0
 
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Currents for the first inputs: proportional terms alone. It is no sample; the first `step` is."""
-    s, x = state_of(state), scratch_of(work)
-    read_harmonics(parameters, x)
-    if not ascending(x.orders):
-        return FAULT_HARMONICS
-    if not distinct(parameters):
-        return FAULT_PLANES
-    weights = parameters[WEIGHT : WEIGHT + N_SENSORS]
-    if not stored.load(constants, weights, parameters[MAX_CONDITION], s.table, x.rest):
-        return FAULT_WEIGHTS
-    if lacks_table(inputs, s):
-        return FAULT_NO_TABLE
+    """Compute state and outputs at the start; arguments as of every model (`Model.initialise`)."""
+    work[:] = 0.0
     outputs[:] = 0.0
-    x.q[:] = 0.0
-    sensors.measure(parameters, inputs, s.sensors, False, False, x.measured)
-    status = synchronous.permitted(parameters, inputs, False, False, False)
-    control(parameters, inputs, s, x, 0.0, outputs)
-    show_synchronous(inputs, s, x, False, status, False, False, 0, outputs)
-    show_identification(inputs, s, outputs)
-    return 0
+    given, table = parameters.view(PARAMETERS)[0], table_of(state[STATE_SIZE:])
+    if not orders_ascend(given.harmonics):
+        return FAULT_HARMONICS
+    if not planes_differ(given.plane_positions):
+        return FAULT_PLANES
+    if not load(table_of(constants), given, table, work.view(WORK)[0].svd):
+        return FAULT_WEIGHTS
+    return start(
+        given,
+        inputs.view(INPUTS)[0],
+        state[:STATE_SIZE].view(STATE)[0],
+        work.view(WORK)[0],
+        table,
+        outputs.view(OUTPUTS)[0],
+    )
 
 
 @kernel
@@ -186,45 +210,19 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """One sample: measured signals, synchronous components and forces, currents to hold over the step."""
-    h = parameters[SAMPLE_TIME]
+    """Compute one sample, the currents to apply during the step; arguments as of every model (`Model.step`)."""
+    given = parameters.view(PARAMETERS)[0]
+    h = given.sample_time
     if abs(step_size - h) > STEP_TOLERANCE * h + ROUNDING * abs(time):
         return FAULT_STEP
-    s, x = state_of(state), scratch_of(work)
-    if lacks_table(inputs, s):
-        return FAULT_NO_TABLE
-    read_harmonics(parameters, x)
-
-    sensors.measure(parameters, inputs, s.sensors, s.flags[STARTED] != 0.0, True, x.measured)
-    valid = transform(parameters, inputs, s, x)
-    turn = turned(s.window)
-    suspect = supervision.suspect(x.measured, revolution(s.window), s.supervision)
-    contact = watch(parameters, inputs, x.measured, turn, s.contact)
-    identification.advance(
-        parameters,
-        inputs,
-        x.orders,
-        x.powers,
-        inputs[IDENTIFY] != 0.0,
-        valid,
-        s.flags[LIMITED] != 0.0,
-        contact,
-        turn,
-        x.q,
-        s.identification,
-        s.table,
-        x.inversion,
+    return take_sample(
+        given,
+        inputs.view(INPUTS)[0],
+        state[:STATE_SIZE].view(STATE)[0],
+        work.view(WORK)[0],
+        table_of(state[STATE_SIZE:]),
+        outputs.view(OUTPUTS)[0],
     )
-    identifying = identification.running(s.identification)
-    bad = parameters[CHECK_SENSORS] != 0.0 and suspect > 0
-    status = synchronous.permitted(parameters, inputs, valid, bad, identifying)
-    status, extrapolated, limited = synchronous.update(parameters, inputs, status, turn, s, x)
-    control(parameters, inputs, s, x, h, outputs)
-    s.flags[STARTED] = 1.0
-
-    show_synchronous(inputs, s, x, valid, status, extrapolated, limited, suspect, outputs)
-    show_identification(inputs, s, outputs)
-    return 0
 
 
 MODEL = Model(
@@ -234,13 +232,13 @@ MODEL = Model(
     initialise=initialise,
     step=step,
     n_state=n_state,
-    n_work=N_WORK,
+    n_work=WORK_SIZE,
     packages=("rolac_controller", "fmi_export"),
     variable_step=False,
     faults={
         FAULT_STEP: "the communication step size is not allowed; it must equal sample_time = {sample_time} s",
         FAULT_NO_TABLE: "rolac_enable = 1 is not allowed; this FMU was built without a table of receptances, "
-        "so rolac_enable must be 0 until an identification has been asked for",
+        "so rolac_enable must be 0 until an identification has been requested",
         FAULT_HARMONICS: "the orders of the harmonics, {harmonic1.order}, {harmonic2.order}, {harmonic3.order}, "
         "{harmonic4.order}, are not allowed; they must ascend, and be 0 after the last",
         FAULT_WEIGHTS: "the sensor weights leave a receptance of the table with a condition number beyond "

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fmi_export.jit import kernel
-from fmi_export.model import Array
-from rolac_controller.interface import DEAD, OFFSET, STUCK
 
 
 @kernel
-def faulty(fault: Array, value: float, last: float) -> float:
-    """Signal of a sensor under its faults; noise is added before.
+def with_faults(faults: np.record, sound: float, last: float) -> float:
+    """Return the signal of a sensor under its faults; noise is added before.
 
-    Dead: 0, whatever else. Stuck: what it last showed. Offset: so much more.
+    Dead: 0, whatever else. Stuck: what it showed last. Offset: added to the sound signal.
 
     Parameters
     ----------
-    fault
-        The sensor's fault inputs, shape (FAULT_INPUTS,).
-    value, last
+    faults
+        The sensor's fault inputs.
+    sound, last
         What the sensor would show, and what it showed at the sample before (m).
     """
-    if fault[DEAD] != 0.0:
+    if faults.dead:
         return 0.0
-    if fault[STUCK] != 0.0:
+    if faults.stuck:
         return last
-    return value + fault[OFFSET]
+    signal: float = sound + faults.offset
+    return signal

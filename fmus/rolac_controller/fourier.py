@@ -10,158 +10,175 @@ same; on the angle the harmonics stay orthogonal while the speed changes.
       excess|<------------------------ 2 pi ----------------------->|
 
 Trapezoidal rule on the products q exp(-j n theta), the oldest segment cut where the revolution begins by
-linear interpolation. Each segment is added once, when it enters, and subtracted once, when it leaves. What
-is subtracted from (`OLD`) and what is added to (`FRESH`) are two sums: when the last segment of the old sum
-has left, the rounding it has gathered is thrown away and the fresh sum takes its place, so nothing drifts.
+linear interpolation. Each segment is added once, when it enters, and subtracted once, when it leaves. Segments are
+subtracted from one sum (`old`) and added to another (`fresh`): when the last segment of the old sum has left, its
+accumulated rounding is dropped and the fresh sum takes its place, so that nothing drifts.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rolac_controller.names import N_HARMONICS, N_SENSORS
+from fmi_export.records import record
+from rolac_controller.complex_numbers import Complex, divided, phasor
+from rolac_controller.rig_layout import N_HARMONICS, N_SENSORS
 
 CAPACITY = 2048  # samples: down to 2 Hz at 4 kHz
 LARGEST_STEP = 0.5 * math.pi  # rad between samples; more is a jump of the angle, and the window starts again
-SLACK = 1e-9  # rad by which a revolution may fall short, so that rounding does not cost a sample
+ANGLE_TOLERANCE = 1e-9  # rad by which a revolution may fall short, so that rounding does not cost a sample
 FEWEST_SAMPLES = 4.0  # in a period of a harmonic
 
-# Layout of a window: sample numbers, two sums (angle; re, im for each harmonic and sensor), ring of samples (angle,
-# sensors; cosine and sine of each harmonic's angle, since a sample counts four times).
-FIRST, NEXT, RESTART = 0, 1, 2  # oldest sample held, next one to come, first of the fresh sum
-N_Q = 2 * N_SENSORS
-N_SUM = 1 + N_HARMONICS * N_Q
-OLD = 3
-FRESH = OLD + N_SUM
-RING = FRESH + N_SUM
-TURNED = 1 + N_SENSORS  # in a sample
-N_SAMPLE = TURNED + 2 * N_HARMONICS
-N_WINDOW = RING + CAPACITY * N_SAMPLE
+SAMPLE = record(
+    ("theta", "f8"),
+    ("displacements", "f8", (N_SENSORS,)),
+    ("phasors", "c16", (N_HARMONICS,)),  # exp(-j n theta)
+)
+SUM = record(
+    ("angle", "f8"),
+    ("components", "c16", (N_HARMONICS, N_SENSORS)),  # integral q exp(-j n theta) dtheta
+)
+WINDOW = record(
+    ("first", "f8"),  # number of the oldest sample
+    ("next", "f8"),  # number of the next sample to come
+    ("fresh_from", "f8"),  # number of the sample with which the fresh sum begins
+    ("old", SUM),
+    ("fresh", SUM),
+    ("samples", SAMPLE, (CAPACITY,)),  # a ring: sample k is at k modulo CAPACITY
+)
 
 
 @kernel
 def angle_between(earlier: float, later: float) -> float:
-    """Change of angle in [-pi, pi), whether the angles are wrapped to a revolution or not (rad)."""
+    """Return the change of angle in [-pi, pi), whether the angles are wrapped to a revolution or not (rad)."""
     change = later - earlier
     return change - 2.0 * math.pi * math.floor((change + math.pi) / (2.0 * math.pi))
 
 
 @kernel
-def slot(number: float) -> int:
-    """Where sample `number` is in the window array."""
-    return RING + int(number) % CAPACITY * N_SAMPLE
+def ring_index(number: float) -> int:
+    """Return where sample `number` is in the ring."""
+    return int(number) % CAPACITY
 
 
 @kernel
-def segment_width(window: Array, number: float) -> float:
-    """Angle from sample `number` to the one after it (rad)."""
-    return angle_between(window[slot(number)], window[slot(number + 1)])
+def segment_angle(window: np.record, number: float) -> float:
+    """Return the angle from sample `number` to the one after it (rad)."""
+    return angle_between(window.samples[ring_index(number)].theta, window.samples[ring_index(number + 1)].theta)
 
 
 @kernel
-def span(window: Array) -> float:
-    """Angle from the oldest sample held to the newest (rad)."""
-    angle: float = window[OLD] + window[FRESH]
+def window_angle(window: np.record) -> float:
+    """Return the angle from the oldest sample of the window to the newest (rad)."""
+    angle: float = window.old.angle + window.fresh.angle
     return angle
 
 
 @kernel
-def turned(window: Array) -> float:
-    """Angle from the sample before the newest to the newest (rad); 0 where there is none before it."""
-    if window[NEXT] - window[FIRST] < 2:
+def last_delta_theta(window: np.record) -> float:
+    """Return the angle from the sample before the newest to the newest (rad); 0 where there is none before it."""
+    if window.next - window.first < 2:
         return 0.0
-    return segment_width(window, window[NEXT] - 2)
+    return segment_angle(window, window.next - 2)
 
 
 @kernel
-def add_segment(window: Array, orders: Array, sums: int, number: float, sign: float) -> None:
-    """Add (sign 1) or subtract (-1) the segment from sample `number` to the next to the sum at `sums`."""
-    a, b = slot(number), slot(number + 1)
-    width = segment_width(window, number)
+def add_segment(
+    window: np.record, harmonics: NDArray[np.record], integral: np.record, number: float, sign: float
+) -> None:
+    """Add (sign 1) or subtract (sign -1) the segment from sample `number` to the next to one of the two sums."""
+    a, b = window.samples[ring_index(number)], window.samples[ring_index(number + 1)]
+    width = angle_between(a.theta, b.theta)
     weight = 0.5 * sign * width
-    window[sums] += sign * width
+    integral.angle += sign * width
     for k in range(N_HARMONICS):
-        if orders[k] == 0.0:
+        if harmonics[k].order == 0.0:
             break
-        cos_a, sin_a = window[a + TURNED + 2 * k], window[a + TURNED + 2 * k + 1]
-        cos_b, sin_b = window[b + TURNED + 2 * k], window[b + TURNED + 2 * k + 1]
-        of_harmonic = sums + 1 + k * N_Q
         for s in range(N_SENSORS):
-            q_a, q_b = window[a + 1 + s], window[b + 1 + s]
-            window[of_harmonic + 2 * s] += weight * (q_a * cos_a + q_b * cos_b)
-            window[of_harmonic + 2 * s + 1] -= weight * (q_a * sin_a + q_b * sin_b)
+            ends = a.phasors[k] * a.displacements[s] + b.phasors[k] * b.displacements[s]
+            integral.components[k, s] += weight * ends
 
 
 @kernel
-def drop_oldest(window: Array, orders: Array) -> None:
-    """Let the oldest sample and its segment leave."""
-    if window[FIRST] == window[RESTART]:
-        for i in range(N_SUM):
-            window[OLD + i] = window[FRESH + i]
-            window[FRESH + i] = 0.0
-        window[RESTART] = window[NEXT] - 1
-    add_segment(window, orders, OLD, window[FIRST], -1.0)
-    window[FIRST] += 1
+def clear_sum(integral: np.record) -> None:
+    """Set a sum to zero."""
+    integral.angle = 0.0
+    integral.components[:] = 0.0
 
 
 @kernel
-def empty(window: Array) -> None:
-    """Forget all samples."""
-    window[FIRST] = window[RESTART] = window[NEXT]
-    for i in range(OLD, RING):
-        window[i] = 0.0
+def remove_oldest(window: np.record, harmonics: NDArray[np.record]) -> None:
+    """Remove the oldest sample and its segment."""
+    if window.first == window.fresh_from:
+        window.old = window.fresh
+        clear_sum(window.fresh)
+        window.fresh_from = window.next - 1
+    add_segment(window, harmonics, window.old, window.first, -1.0)
+    window.first += 1
 
 
 @kernel
-def record(window: Array, orders: Array, theta: float, sensors: Array) -> None:
-    """Take in one sample and let go of what lies more than a revolution back.
+def clear_window(window: np.record) -> None:
+    """Remove all samples."""
+    window.first = window.next
+    window.fresh_from = window.next
+    clear_sum(window.old)
+    clear_sum(window.fresh)
+
+
+@kernel
+def add_sample(window: np.record, harmonics: NDArray[np.record], theta: float, displacements: Array) -> None:
+    """Add one sample and remove what lies more than a revolution back.
 
     Parameters
     ----------
     window
-        The window, shape (N_WINDOW,); all zeros is an empty one.
-    orders
-        Orders n of the harmonics, shape (N_HARMONICS,), the same at every call; the first 0 ends them.
+        Record WINDOW; all zeros is an empty one.
+    harmonics
+        Records HARMONIC, shape (N_HARMONICS,), the same at every call; the first order 0 ends them.
     theta
-        Rotor angle (rad), wrapped or not, within 1e18. A jump by more than `LARGEST_STEP` empties the window first.
-    sensors
-        Displacements, shape (N_SENSORS,) (m).
+        Rotor angle (rad), wrapped or not, within 1e18. A jump by more than `LARGEST_STEP` clears the window first.
+    displacements
+        Of the sensors, shape (N_SENSORS,) (m).
     """
-    if window[NEXT] > window[FIRST] and abs(angle_between(window[slot(window[NEXT] - 1)], theta)) > LARGEST_STEP:
-        empty(window)
-    if window[NEXT] - window[FIRST] == CAPACITY:
-        drop_oldest(window, orders)
-    newest = slot(window[NEXT])
-    window[newest] = theta
+    if window.next > window.first:
+        jump = angle_between(window.samples[ring_index(window.next - 1)].theta, theta)
+        if abs(jump) > LARGEST_STEP:
+            clear_window(window)
+    if window.next - window.first == CAPACITY:
+        remove_oldest(window, harmonics)
+    newest = window.samples[ring_index(window.next)]
+    newest.theta = theta
     for s in range(N_SENSORS):
-        window[newest + 1 + s] = sensors[s]
+        newest.displacements[s] = displacements[s]
     for k in range(N_HARMONICS):
-        if orders[k] == 0.0:
+        if harmonics[k].order == 0.0:
             break
-        window[newest + TURNED + 2 * k] = math.cos(orders[k] * theta)
-        window[newest + TURNED + 2 * k + 1] = math.sin(orders[k] * theta)
-    window[NEXT] += 1
-    if window[NEXT] - window[FIRST] > 1:
-        add_segment(window, orders, FRESH, window[NEXT] - 2, 1.0)
-        while span(window) - segment_width(window, window[FIRST]) >= 2.0 * math.pi - SLACK:
-            drop_oldest(window, orders)
+        newest.phasors[k] = phasor(harmonics[k].order * theta).conjugate()
+    if window.next > window.first:
+        add_segment(window, harmonics, window.fresh, window.next - 1, 1.0)
+    window.next += 1
+    while window_angle(window) - segment_angle(window, window.first) >= 2.0 * math.pi - ANGLE_TOLERANCE:
+        remove_oldest(window, harmonics)
 
 
 @kernel
-def revolution(window: Array) -> float:
-    """Length of the last revolution in samples, with its fraction; 0 as long as less than one is held."""
-    excess = span(window) - 2.0 * math.pi
-    if excess < -SLACK:
+def samples_of_revolution(window: np.record) -> float:
+    """Return the length of the last revolution in samples, with its fraction; 0 while there is less than one."""
+    excess = window_angle(window) - 2.0 * math.pi
+    if excess < -ANGLE_TOLERANCE:
         return 0.0
-    samples: float = window[NEXT] - 1.0 - window[FIRST] - excess / segment_width(window, window[FIRST])
+    samples: float = window.next - 1.0 - window.first - excess / segment_angle(window, window.first)
     return samples
 
 
 @kernel
-def components(window: Array, orders: Array, q: Array) -> None:
-    """Components of the last revolution in all harmonics.
+def transform(window: np.record, harmonics: NDArray[np.record], Q: Complex) -> None:
+    """Find the components of the last revolution in all harmonics.
 
     Q_n = (1/pi) integral of q exp(-j n theta) dtheta over the last 2 pi (5.20, 5.21). For a signal with
     amplitude a in harmonic m (m = 0: constant) and delta rad between samples, the error is below
@@ -174,29 +191,26 @@ def components(window: Array, orders: Array, q: Array) -> None:
     Parameters
     ----------
     window
-        The window, shape (N_WINDOW,).
-    orders
-        Orders n of the harmonics that the window was recorded with, shape (N_HARMONICS,); the first 0 ends them.
-    q
-        Receives re, im of each sensor for each harmonic, shape (N_HARMONICS N_Q,) (m). It is left as it is as long as
-        less than a revolution is held, and where a period of the harmonic has fewer than `FEWEST_SAMPLES` samples.
+        Record WINDOW.
+    harmonics
+        Records HARMONIC that the window was filled with, shape (N_HARMONICS,); the first order 0 ends them.
+    Q
+        Receives the components, shape (N_HARMONICS, N_SENSORS) (m). It is not changed while the window has
+        less than a revolution, nor for a harmonic whose period has fewer than `FEWEST_SAMPLES` samples.
     """
-    samples = revolution(window)
+    samples = samples_of_revolution(window)
     if samples == 0.0:
         return
-    excess = span(window) - 2.0 * math.pi
-    a, b = slot(window[FIRST]), slot(window[FIRST] + 1)
-    part = excess / segment_width(window, window[FIRST])
+    excess = window_angle(window) - 2.0 * math.pi
+    a, b = window.samples[ring_index(window.first)], window.samples[ring_index(window.first + 1)]
+    part = excess / segment_angle(window, window.first)
     weight_a, weight_b = excess * (1.0 - 0.5 * part), excess * 0.5 * part
     for k in range(N_HARMONICS):
-        n = orders[k]
-        if n == 0.0 or samples < FEWEST_SAMPLES * n:
+        order = harmonics[k].order
+        if order == 0.0 or samples < FEWEST_SAMPLES * order:
             break
-        cos_a, sin_a = weight_a * window[a + TURNED + 2 * k], weight_a * window[a + TURNED + 2 * k + 1]
-        cos_b, sin_b = weight_b * window[b + TURNED + 2 * k], weight_b * window[b + TURNED + 2 * k + 1]
-        old, fresh = OLD + 1 + k * N_Q, FRESH + 1 + k * N_Q
+        phasor_a, phasor_b = weight_a * a.phasors[k], weight_b * b.phasors[k]
         for s in range(N_SENSORS):
-            q_a, q_b = window[a + 1 + s], window[b + 1 + s]
-            re, im = 2 * s, 2 * s + 1
-            q[k * N_Q + re] = (window[old + re] + window[fresh + re] - q_a * cos_a - q_b * cos_b) / math.pi
-            q[k * N_Q + im] = (window[old + im] + window[fresh + im] + q_a * sin_a + q_b * sin_b) / math.pi
+            whole = window.old.components[k, s] + window.fresh.components[k, s]
+            cut = whole - phasor_a * a.displacements[s] - phasor_b * b.displacements[s]
+            Q[k, s] = divided(cut, math.pi)

@@ -1,254 +1,163 @@
-"""Identification of the receptance while the rotor runs (thesis 5.15 to 5.19, 6.3 to 6.7).
+"""Identification of the receptance while the rotor runs (thesis 5.15 to 5.19, 6.3 to 6.7): its course.
 
-    Q = Q_0 + R U:   R_i = (Q with a force U_i on axis i - Q without) / U_i
-
-Six slots of N_per revolutions each; the forces of ROLAC are held meanwhile:
+Six slots of N_per revolutions each; the forces of ROLAC do not change meanwhile:
 
     |  before  |  mb1.x   |  mb1.y   |  mb2.x   |  mb2.y   |  after   |
     |   idle   | A cos th | A cos th | A cos th | A cos th |   idle   |
     0         N_per                       ...               6 N_per   revolutions
          [avg]      [avg]      [avg]      [avg]      [avg]      [avg]
 
-Q is the mean over the last revolutions of each slot. The slot before is the reference; the slot after tells whether the
-vibration without force has stayed what it was.
+Q is averaged over the last revolutions of each slot; `identified_receptance` makes R and H of the means.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rolac_controller.excitation import component, periods
-from rolac_controller.fourier import N_Q, SLACK
-from rolac_controller.interface import AVERAGE, FORCE_SCALE, MAX_CONDITION, MAX_DRIFT, MULTI, OMEGA, WEIGHT
-from rolac_controller.inverse import N_MATRIX, invert
-from rolac_controller.names import (
-    ABORTED,
-    AFTER,
-    BEFORE,
-    CONTACT,
+from rolac_controller.complex_numbers import divided, phasor
+from rolac_controller.enumerations import (
+    CONTACT_OCCURRED,
+    CURRENT_LIMITED,
     DONE,
-    DRIFTED,
     FAILED,
-    ILL_CONDITIONED,
-    LIMITED,
-    N_AXES,
-    N_HARMONICS,
-    N_SENSORS,
     N_SLOTS,
     NO_ERROR,
-    NONE,
+    NOT_STARTED,
+    SLOT_AFTER,
+    SLOT_BEFORE,
     SPEED_CHANGED,
-    TABLE_FULL,
+    SWITCHED_OFF,
     WAITING,
     WINDOW_LOST,
 )
-from rolac_controller.stored import store
+from rolac_controller.excitation import periods
+from rolac_controller.fourier import ANGLE_TOLERANCE
+from rolac_controller.identified_receptance import evaluate, excitation_component
+from rolac_controller.receptance_table import ReceptanceTable
+from rolac_controller.rig_layout import N_AXES, N_HARMONICS, N_SENSORS
 
 SPEED_TOLERANCE = 0.01  # relative
 
-# Layout of the memory: where it stands, then sums of Q for each slot and harmonic, then the last result.
-STAGE, REASON, ASKED, TURNED, SPEED, SCALE, REVOLUTIONS, COUNT, IDENTIFIED = range(9)
-CONDITIONS = 9
-SUMS = CONDITIONS + N_HARMONICS
-N_SLOT = N_HARMONICS * N_Q
-RESULT = SUMS + N_SLOTS * N_SLOT
-N_MEMORY = RESULT + N_HARMONICS * N_MATRIX
+
+@kernel
+def is_running(memory: np.record) -> bool:
+    """Return whether one of the six slots is in progress."""
+    return bool(SLOT_BEFORE <= memory.stage <= SLOT_AFTER)
 
 
 @kernel
-def running(memory: Array) -> bool:
-    """Whether a slot is under way."""
-    stage = memory[STAGE]
-    return bool(BEFORE <= stage <= AFTER)
-
-
-@kernel
-def progress(memory: Array) -> float:
-    """Share of the six slots that has passed."""
-    if memory[STAGE] == DONE:
+def progress(memory: np.record) -> float:
+    """Return the share of the six slots that has passed."""
+    if memory.stage == DONE:
         return 1.0
-    if not running(memory):
+    if not is_running(memory):
         return 0.0
-    of_slot = memory[TURNED] / (2.0 * math.pi * memory[REVOLUTIONS])
-    return (memory[STAGE] - BEFORE + min(max(of_slot, 0.0), 1.0)) / N_SLOTS
+    of_slot = memory.angle / (2.0 * math.pi * memory.n_revolutions)
+    share: float = (memory.stage - SLOT_BEFORE + min(max(of_slot, 0.0), 1.0)) / N_SLOTS
+    return share
 
 
 @kernel
-def axis_under_test(memory: Array) -> int:
-    """Axis that carries the test force now, or -1."""
-    axis = int(memory[STAGE]) - BEFORE - 1
+def axis_under_test(memory: np.record) -> int:
+    """Return the axis that carries the test force now, or -1."""
+    axis = int(memory.stage) - SLOT_BEFORE - 1
     return axis if 0 <= axis < N_AXES else -1
 
 
 @kernel
-def test_component(parameters: Array, orders: Array, powers: Array, memory: Array, number: int) -> tuple[float, float]:
-    """Real and imaginary part of one harmonic of the test force (N)."""
-    frequency = memory[SPEED] / (2.0 * math.pi)
-    return component(orders, powers, number, parameters[MULTI] != 0.0, memory[SCALE], frequency)
-
-
-@kernel
-def add_test_force(parameters: Array, orders: Array, powers: Array, memory: Array, theta: float, u: Array) -> None:
+def add_test_force(parameters: np.record, memory: np.record, theta: float, u: Array) -> None:
     """Add the test force at a rotor angle (rad) to the force of the axis under test, shape (N_AXES,) (N)."""
     axis = axis_under_test(memory)
     if axis < 0:
         return
     for k in range(N_HARMONICS):
-        re, im = test_component(parameters, orders, powers, memory, k)
-        u[axis] += re * math.cos(orders[k] * theta) - im * math.sin(orders[k] * theta)
+        rotation = phasor(parameters.harmonics[k].order * theta)
+        u[axis] += (excitation_component(parameters, memory, k) * rotation).real
 
 
 @kernel
 def advance(
-    parameters: Array,
-    inputs: Array,
-    orders: Array,
-    powers: Array,
-    asked: bool,
-    valid: bool,
-    limited: bool,
-    contact: bool,
-    turn: float,
-    q: Array,
-    memory: Array,
-    table: Array,
-    work: Array,
+    parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: ReceptanceTable
 ) -> None:
-    """Take one sample further: start, average, change slots, finish or give up.
+    """Advance the identification by one sample: start, average, change slots, finish or fail.
 
     Parameters
     ----------
-    orders, powers
-        Of the harmonics, shape (N_HARMONICS,).
-    asked
-        The input `identify`.
-    valid, limited, contact
-        Whether there are synchronous signals, a current was at its limit at the sample before, a journal touches.
-    turn
-        Angle since the sample before (rad).
-    q
-        Components of all harmonics, shape (N_HARMONICS N_Q,) (m).
-    memory
-        Shape (N_MEMORY,); all zeros is none yet.
-    table
-        Table of H in use; renewed when the identification succeeds.
+    parameters, inputs
+        Records PARAMETERS and INPUTS.
+    state
+        Record STATE; its `identification` is changed.
     work
-        Shape (N_MATRIX + N_SCRATCH,).
+        Record WORK with the findings of this sample and the components Q of all harmonics.
+    table
+        Table in use; updated when the identification succeeds.
     """
-    rises = asked and memory[ASKED] == 0.0
-    memory[ASKED] = 1.0 if asked else 0.0
-    if rises and not running(memory):
-        memory[STAGE], memory[REASON] = WAITING, NO_ERROR
-    if memory[STAGE] == WAITING:
-        if not asked:
-            memory[STAGE] = NONE
-        elif valid:
-            begin(parameters, inputs, memory)
+    memory = state.identification
+    rises = inputs.identify != 0.0 and memory.requested == 0.0
+    memory.requested = inputs.identify
+    if rises and not is_running(memory):
+        memory.stage = WAITING
+        memory.error = NO_ERROR
+    if memory.stage == WAITING:
+        if not inputs.identify:
+            memory.stage = NOT_STARTED
+        elif work.window_valid:
+            begin(parameters, inputs.Omega, memory)
         return
-    if not running(memory):
+    if not is_running(memory):
         return
-    reason = disturbance(inputs, asked, valid, limited, contact, memory)
-    if reason != NO_ERROR:
-        memory[STAGE], memory[REASON] = FAILED, reason
+    error = cause_of_failure(inputs, state, work)
+    if error != NO_ERROR:
+        memory.stage = FAILED
+        memory.error = error
         return
-    memory[TURNED] += turn
-    whole = 2.0 * math.pi * memory[REVOLUTIONS]
-    if memory[TURNED] > whole - 2.0 * math.pi * parameters[AVERAGE]:
-        sums = SUMS + int(memory[STAGE] - BEFORE) * N_SLOT
-        for i in range(N_SLOT):
-            memory[sums + i] += q[i]
-        memory[COUNT] += 1.0
-    if memory[TURNED] >= whole - SLACK:
-        sums = SUMS + int(memory[STAGE] - BEFORE) * N_SLOT
-        for i in range(N_SLOT):
-            memory[sums + i] /= memory[COUNT]
-        memory[TURNED] -= whole
-        memory[COUNT] = 0.0
-        if memory[STAGE] == AFTER:
-            finish(parameters, orders, powers, memory, table, work)
-        else:
-            memory[STAGE] += 1.0
-
-
-@kernel
-def begin(parameters: Array, inputs: Array, memory: Array) -> None:
-    """Start the first slot."""
-    memory[STAGE] = BEFORE
-    memory[TURNED] = memory[COUNT] = 0.0
-    memory[SPEED] = inputs[OMEGA]
-    memory[SCALE] = parameters[FORCE_SCALE]
-    memory[REVOLUTIONS] = periods(inputs[OMEGA] / (2.0 * math.pi))
-    for i in range(SUMS, RESULT):
-        memory[i] = 0.0
-
-
-@kernel
-def disturbance(inputs: Array, asked: bool, valid: bool, limited: bool, contact: bool, memory: Array) -> int:
-    """Why the identification cannot go on, or NO_ERROR."""
-    if not asked:
-        return ABORTED
-    if not valid:
-        return WINDOW_LOST
-    if abs(inputs[OMEGA] - memory[SPEED]) > SPEED_TOLERANCE * memory[SPEED]:
-        return SPEED_CHANGED
-    if limited:
-        return LIMITED
-    return CONTACT if contact else NO_ERROR
-
-
-@kernel
-def finish(parameters: Array, orders: Array, powers: Array, memory: Array, table: Array, work: Array) -> None:
-    """Receptances from the means of the six slots (6.7); they go into the table if all of them can be inverted."""
-    memory[STAGE], memory[REASON] = FAILED, NO_ERROR
-    if drifted(parameters[MAX_DRIFT], memory):
-        memory[REASON] = DRIFTED
-        return
-    memory[IDENTIFIED] = memory[SPEED]
-    weights = parameters[WEIGHT : WEIGHT + N_SENSORS]
-    excited = 0
-    for k in range(N_HARMONICS):
-        re, im = test_component(parameters, orders, powers, memory, k)
-        size = re * re + im * im
-        result = memory[RESULT + k * N_MATRIX : RESULT + (k + 1) * N_MATRIX]
-        result[:] = 0.0
-        memory[CONDITIONS + k] = 0.0
-        if orders[k] == 0.0 or (k > 0 and parameters[MULTI] == 0.0):
-            continue
-        excited = k + 1
-        for axis in range(N_AXES):
-            loaded, idle = SUMS + (axis + 1) * N_SLOT + k * N_Q, SUMS + k * N_Q
+    memory.angle += work.delta_theta
+    length = 2.0 * math.pi * memory.n_revolutions
+    slot = memory.Q[int(memory.stage) - SLOT_BEFORE]
+    if memory.angle > length - 2.0 * math.pi * parameters.identification.average:
+        for k in range(N_HARMONICS):
             for s in range(N_SENSORS):
-                change_re = memory[loaded + 2 * s] - memory[idle + 2 * s]
-                change_im = memory[loaded + 2 * s + 1] - memory[idle + 2 * s + 1]
-                at = 2 * (s * N_AXES + axis)
-                if size > 0.0:
-                    result[at] = (change_re * re + change_im * im) / size
-                    result[at + 1] = (change_im * re - change_re * im) / size
-        memory[CONDITIONS + k] = invert(result, weights, work[:N_MATRIX], work[N_MATRIX:])
-        if memory[CONDITIONS + k] > parameters[MAX_CONDITION]:
-            memory[REASON] = ILL_CONDITIONED
-    if memory[REASON] != NO_ERROR:
-        return
-    for k in range(excited):
-        result = memory[RESULT + k * N_MATRIX : RESULT + (k + 1) * N_MATRIX]
-        invert(result, weights, work[:N_MATRIX], work[N_MATRIX:])
-        if not store(table, orders[k], memory[SPEED], result, work[:N_MATRIX]):
-            memory[REASON] = TABLE_FULL
-            return
-    memory[STAGE] = DONE
+                slot[k, s] += work.Q[k, s]
+        memory.n_samples += 1.0
+    if memory.angle >= length - ANGLE_TOLERANCE:
+        for k in range(N_HARMONICS):
+            for s in range(N_SENSORS):
+                slot[k, s] = divided(slot[k, s], memory.n_samples)
+        memory.angle -= length
+        memory.n_samples = 0.0
+        if memory.stage == SLOT_AFTER:
+            memory.error = evaluate(parameters, memory, work, table)
+            memory.stage = DONE if memory.error == NO_ERROR else FAILED
+        else:
+            memory.stage += 1.0
 
 
 @kernel
-def drifted(limit: float, memory: Array) -> bool:
-    """Whether the vibration without force changed by more than a share of the largest response."""
-    drift = response = 0.0
-    last = SUMS + (N_SLOTS - 1) * N_SLOT
-    for i in range(0, N_SLOT, 2):
-        re, im = memory[SUMS + i], memory[SUMS + i + 1]
-        drift = max(drift, math.hypot(memory[last + i] - re, memory[last + i + 1] - im))
-        for axis in range(N_AXES):
-            loaded = SUMS + (axis + 1) * N_SLOT + i
-            response = max(response, math.hypot(memory[loaded] - re, memory[loaded + 1] - im))
-    return drift > limit * response
+def begin(parameters: np.record, Omega: float, memory: np.record) -> None:
+    """Start the first slot at a speed (rad/s)."""
+    memory.stage = SLOT_BEFORE
+    memory.angle = 0.0
+    memory.n_samples = 0.0
+    memory.speed = Omega
+    memory.force_scale = parameters.identification.force_scale
+    memory.n_revolutions = periods(Omega / (2.0 * math.pi))
+    memory.Q[:] = 0.0
+
+
+@kernel
+def cause_of_failure(inputs: np.record, state: np.record, work: np.record) -> int:
+    """Return why the identification cannot go on, or NO_ERROR."""
+    speed = state.identification.speed
+    if not inputs.identify:
+        return SWITCHED_OFF
+    if not work.window_valid:
+        return WINDOW_LOST
+    if abs(inputs.Omega - speed) > SPEED_TOLERANCE * speed:
+        return SPEED_CHANGED
+    if state.current_limited:  # at the sample before
+        return CURRENT_LIMITED
+    return CONTACT_OCCURRED if work.in_contact else NO_ERROR

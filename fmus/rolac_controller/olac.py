@@ -9,44 +9,54 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.jit import kernel
-from fmi_export.model import Array
-from rolac_controller.fourier import N_Q, SLACK
-from rolac_controller.interface import STEADINESS, UPDATES
-from rolac_controller.names import N_HARMONICS
+import numpy as np
 
-TURNED, REVOLUTIONS, DONE = range(3)
-BEFORE = 3
-N_MEMORY = BEFORE + N_HARMONICS * N_Q
+from fmi_export.jit import kernel
+from fmi_export.records import record
+from rolac_controller.complex_numbers import Complex, squared_magnitude
+from rolac_controller.fourier import ANGLE_TOLERANCE
+from rolac_controller.rig_layout import N_HARMONICS, N_SENSORS
+
+OLAC_MEMORY = record(
+    ("angle", "f8"),  # since the last whole revolution (rad)
+    ("n_revolutions", "f8"),  # since the last update
+    ("n_updates", "f8"),
+    ("previous_Q", "c16", (N_HARMONICS, N_SENSORS)),  # one revolution before (m)
+)
 
 
 @kernel
-def due(parameters: Array, turn: float, q: Array, memory: Array) -> bool:
-    """Whether this sample ends a revolution of steady vibration, and an update is allowed.
+def update_is_due(olac: np.record, delta_theta: float, Q: Complex, memory: np.record) -> bool:
+    """Return whether this sample ends a revolution of steady vibration, and an update is allowed.
 
     Parameters
     ----------
-    turn
+    olac
+        The parameters `olac.*`.
+    delta_theta
         Angle since the sample before (rad).
-    q
-        Components of all harmonics, shape (N_HARMONICS N_Q,) (m).
+    Q
+        Components of all harmonics, shape (N_HARMONICS, N_SENSORS) (m).
     memory
-        Shape (N_MEMORY,); all zeros when OLAC is switched on.
+        Record OLAC_MEMORY; all zeros when OLAC is switched on.
     """
-    if parameters[UPDATES] > 0.0 and memory[DONE] >= parameters[UPDATES]:
+    if olac.updates > 0.0 and memory.n_updates >= olac.updates:
         return False
-    memory[TURNED] += turn
-    if memory[TURNED] < 2.0 * math.pi - SLACK:
+    angle = memory.angle + delta_theta
+    memory.angle = angle
+    if angle < 2.0 * math.pi - ANGLE_TOLERANCE:
         return False
-    memory[TURNED] -= 2.0 * math.pi
-    memory[REVOLUTIONS] += 1.0
-    change = size = 0.0
-    for i in range(N_HARMONICS * N_Q):
-        change += (q[i] - memory[BEFORE + i]) ** 2
-        size += q[i] * q[i]
-        memory[BEFORE + i] = q[i]
-    steady = memory[REVOLUTIONS] >= 2.0 and change <= parameters[STEADINESS] ** 2 * size
+    memory.angle = angle - 2.0 * math.pi
+    n_revolutions = memory.n_revolutions + 1.0
+    change_squared = size_squared = 0.0
+    for k in range(N_HARMONICS):
+        for s in range(N_SENSORS):
+            change = Q[k, s] - memory.previous_Q[k, s]
+            change_squared += squared_magnitude(change)
+            size_squared += squared_magnitude(Q[k, s])
+            memory.previous_Q[k, s] = Q[k, s]
+    steady = n_revolutions >= 2.0 and change_squared <= olac.steadiness**2 * size_squared
+    memory.n_revolutions = 0.0 if steady else n_revolutions
     if steady:
-        memory[REVOLUTIONS] = 0.0
-        memory[DONE] += 1.0
+        memory.n_updates += 1.0
     return bool(steady)

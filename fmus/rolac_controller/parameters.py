@@ -1,11 +1,12 @@
-"""Parameters of the controller; within a group their order is that of the positions in `interface`."""
+"""Parameters of the controller: names, units, defaults, ranges, and their places in the record that kernels read."""
 
 from __future__ import annotations
 
 import math
 
-from fmi_export.variables import Variable, parameter
-from rolac_controller.names import AXES, CUSTOM, FORCE_FREE, GIVEN, N_HARMONICS, N_PLANES, PLANES, PRESETS, SENSORS
+from fmi_export.variables import Variable, parameter, repeated
+from rolac_controller.enumerations import CUSTOM, FORCE_FREE, GIVEN, PRESETS
+from rolac_controller.rig_layout import AXES, N_HARMONICS, N_PLANES, PLANES, SENSORS
 
 # 2.8 and 2.9 with Table 2.2: the linear law that the actuator starts with.
 BEARING_K_S, BEARING_K_I = 2376955.7160887653, 563.1506658084571
@@ -43,41 +44,24 @@ GENERAL = (
 )
 
 
-def _axis(bearing: str, axis: str) -> list[Variable]:
-    b, a = bearing, axis
+def _axis(b: str, a: str) -> list[Variable]:
     at = f"{b.upper()}, {a} axis"
-    free: dict[str, object] = {"tunable": True}
-    positive: dict[str, object] = {"minimum": 0.0, "tunable": True}
+
+    def gain(field: str, unit: str, description: str, start: float, **options: object) -> Variable:
+        return parameter(
+            f"{b}.{field}_{a}", unit, description.format(at=at), start, tunable=True, field=field, **options
+        )
+
     return [
-        parameter(f"{b}.k_b_{a}", "N/m", f"Net stiffness K_b of the closed bearing, {at} (5.1)", 1e6, **free),
-        parameter(f"{b}.c_b_{a}", "N.s/m", f"Damping C_b of the closed bearing, {at} (5.2)", 5e3, **positive),
-        parameter(f"{b}.k_integral_{a}", "N/(m.s)", f"Gain K_I of the integral, {at} (5.3)", 0.0, **positive),
-        parameter(
-            f"{b}.k_s_{a}",
-            "N/m",
-            f"Negative stiffness K_s of the bearing, compensated, {at} (2.8)",
-            BEARING_K_S,
-            **free,
-        ),
-        parameter(
-            f"{b}.k_i_{a}",
-            "N/A",
-            f"Current stiffness K_i of the bearing, {at} (2.9)",
-            BEARING_K_I,
-            minimum=1.0,
-            tunable=True,
-        ),
-        parameter(
-            f"{b}.i_min_{a}",
-            "A",
-            f"Least control current, -(I_s + I_b), {at}",
-            -5.57,
-            maximum=0.0,
-            tunable=True,
-        ),
-        parameter(f"{b}.i_max_{a}", "A", f"Largest control current, I_b, {at}", 4.43, **positive),
-        parameter(f"{b}.k_p_{a}", "N/m", f"Proportional gain with pid.direct, {at}", 2.7e6, **free),
-        parameter(f"{b}.k_d_{a}", "N.s/m", f"Derivative gain with pid.direct, {at}", 5e3, **positive),
+        gain("k_b", "N/m", "Net stiffness K_b of the closed bearing, {at} (5.1)", 1e6),
+        gain("c_b", "N.s/m", "Damping C_b of the closed bearing, {at} (5.2)", 5e3, minimum=0.0),
+        gain("k_integral", "N/(m.s)", "Gain K_I of the integral, {at} (5.3)", 0.0, minimum=0.0),
+        gain("k_s", "N/m", "Negative stiffness K_s of the bearing, compensated, {at} (2.8)", BEARING_K_S),
+        gain("k_i", "N/A", "Current stiffness K_i of the bearing, {at} (2.9)", BEARING_K_I, minimum=1.0),
+        gain("i_min", "A", "Least control current, -(I_s + I_b), {at}", -5.57, maximum=0.0),
+        gain("i_max", "A", "Largest control current, I_b, {at}", 4.43, minimum=0.0),
+        gain("k_p", "N/m", "Proportional gain with pid.direct, {at}", 2.7e6),
+        gain("k_d", "N.s/m", "Derivative gain with pid.direct, {at}", 5e3, minimum=0.0),
     ]
 
 
@@ -103,12 +87,14 @@ def _harmonic(number: int) -> list[Variable]:
     ]
 
 
+def _weight(sensor: str, where: str) -> list[Variable]:
+    description = f"Weight in W of the sensor, {where} (5.10)"
+    return [parameter(f"{sensor}.weight", "1", description, 1.0, minimum=0.0, maximum=1e6, field=".")]
+
+
 SYNCHRONOUS = (
-    *(v for k in range(N_HARMONICS) for v in _harmonic(k + 1)),
-    *(
-        parameter(f"{name}.weight", "1", f"Weight in W of the sensor, {where} (5.10)", 1.0, minimum=0.0, maximum=1e6)
-        for name, where in SENSORS
-    ),
+    *repeated("harmonics", [(k + 1,) for k in range(N_HARMONICS)], _harmonic),
+    *repeated("sensor_weights", SENSORS, _weight),
 )
 
 ADAPTATION = (
@@ -265,39 +251,36 @@ CHAIN = (
     _choice("chain.dac_bits", "Resolution of the DAC (2.4)", 14, 2, 32),
     parameter("chain.dac_range", "V", "Range of the DAC, either way (2.4)", 10.0, minimum=1e-6, maximum=1e6),
     parameter("chain.amplifier_gain", "A/V", "Gain of the amplifiers (Table 2.4)", 0.5, minimum=1e-9, maximum=1e9),
-    *(
-        parameter(
-            f"{name}.scale",
-            "1",
-            f"Sensitivity of the sensor over the nominal one, {where}",
-            1.0,
-            minimum=0.0,
-            maximum=1e3,
-        )
-        for name, where in SENSORS
-    ),
-    *(
-        parameter(f"plane{k + 1}.z", "m", f"Axial position of the inputs s{2 * k + 1}, s{2 * k + 2}, {PLANES[k]}", z)
-        for k, z in enumerate(PLANE_POSITIONS)
-    ),
-    *(
-        parameter(
-            f"plane{k + 1}.offset",
-            "m",
-            f"Axial offset of the sensors from there, {PLANES[k]}",
-            0.0,
-            minimum=-1.0,
-            maximum=1.0,
-        )
-        for k in range(N_PLANES)
-    ),
 )
 
-PARAMETERS = (
+
+def _scale(sensor: str, where: str) -> list[Variable]:
+    description = f"Sensitivity of the sensor over the nominal one, {where}"
+    return [parameter(f"{sensor}.scale", "1", description, 1.0, minimum=0.0, maximum=1e3, field=".")]
+
+
+def _plane_position(k: int) -> list[Variable]:
+    description = f"Axial position of the inputs s{2 * k + 1}, s{2 * k + 2}, {PLANES[k]}"
+    return [parameter(f"plane{k + 1}.z", "m", description, PLANE_POSITIONS[k], field=".")]
+
+
+def _plane_offset(k: int) -> list[Variable]:
+    description = f"Axial offset of the sensors from there, {PLANES[k]}"
+    return [parameter(f"plane{k + 1}.offset", "m", description, 0.0, minimum=-1.0, maximum=1.0, field=".")]
+
+
+SENSOR_PLACEMENT = (
+    *repeated("sensor_scales", SENSORS, _scale),
+    *repeated("plane_positions", [(k,) for k in range(N_PLANES)], _plane_position),
+    *repeated("plane_offsets", [(k,) for k in range(N_PLANES)], _plane_offset),
+)
+
+PARAMETER_VARIABLES = (
     *GENERAL,
-    *(v for bearing, axis, _ in AXES for v in _axis(bearing, axis)),
+    *repeated("axes", [(bearing, axis) for bearing, axis, _ in AXES], _axis),
     *SYNCHRONOUS,
     *ADAPTATION,
     *IDENTIFICATION,
     *CHAIN,
+    *SENSOR_PLACEMENT,
 )

@@ -9,109 +9,115 @@ K_s cancels the bearing's negative stiffness: the closed bearing has net stiffne
 
 from __future__ import annotations
 
-import math
+from typing import NamedTuple
+
+import numpy as np
 
 from fmi_export.jit import kernel
-from fmi_export.model import Array
-from rolac_controller.interface import C_B, K_B, K_D, K_I, K_INTEGRAL, K_P, K_S
+from fmi_export.records import record
+from rolac_controller.complex_numbers import phasor, quotient, scaled, squared_magnitude
 
-N_MEMORY = 3
-INTEGRAL, POSITION, DERIVATIVE = range(N_MEMORY)
+PID_MEMORY = record(
+    ("integral", "f8"),  # K_I integral(x - x_set) (N), so that a change of K_I while running makes no bump
+    ("displacement", "f8"),  # m
+    ("derivative", "f8"),  # m/s
+)
+
+
+class CurrentLimits(NamedTuple):
+    """Least and largest current (A)."""
+
+    low: float
+    high: float
 
 
 @kernel
-def stiffness(gains: Array, direct: bool) -> float:
-    """Force against a displacement (N/m): k_p, or K_b + K_s."""
-    k: float = gains[K_P] if direct else gains[K_B] + gains[K_S]
+def stiffness(gains: np.record, direct: float) -> float:
+    """Return the force against a displacement (N/m): k_p, or K_b + K_s."""
+    k: float = gains.k_p if direct else gains.k_b + gains.k_s
     return k
 
 
 @kernel
-def setpoint_stiffness(gains: Array, direct: bool) -> float:
-    """Force towards a setpoint (N/m): k_p, or K_b."""
-    k: float = gains[K_P] if direct else gains[K_B]
+def setpoint_stiffness(gains: np.record, direct: float) -> float:
+    """Return the force towards a setpoint (N/m): k_p, or K_b."""
+    k: float = gains.k_p if direct else gains.k_b
     return k
 
 
 @kernel
-def damping(gains: Array, direct: bool) -> float:
-    """Force against a velocity (N s/m): k_d, or C_b."""
-    c: float = gains[K_D] if direct else gains[C_B]
+def damping(gains: np.record, direct: float) -> float:
+    """Return the force against a velocity (N s/m): k_d, or C_b."""
+    c: float = gains.k_d if direct else gains.c_b
     return c
 
 
 @kernel
-def differentiate(memory: Array, x: float, filter_time: float, sample_time: float) -> None:
-    """Derivative of the displacement, first-order filtered, by backward differences; stored in `memory`.
+def differentiate(memory: np.record, x: float, filter_time: float, sample_time: float) -> None:
+    """Update the first-order filtered derivative of the displacement by a backward difference.
 
     d_n = (tau d_(n-1) + x_n - x_(n-1)) / (tau + h), the plain backward difference for tau = 0.
 
     Parameters
     ----------
     memory
-        Memory of the axis, shape (N_MEMORY,).
+        Record PID_MEMORY of the axis; changed.
     x
         Displacement (m).
     filter_time, sample_time
         tau and h (s).
     """
-    change = x - memory[POSITION]
-    memory[DERIVATIVE] = (filter_time * memory[DERIVATIVE] + change) / (filter_time + sample_time)
-    memory[POSITION] = x
+    change = x - memory.displacement
+    memory.derivative = (filter_time * memory.derivative + change) / (filter_time + sample_time)
+    memory.displacement = x
 
 
 @kernel
-def pid_current(gains: Array, direct: bool, memory: Array, setpoint: float) -> float:
-    """Demanded current I_pid (A), without limits, for what `memory` holds (5.1 to 5.4).
+def pid_current(gains: np.record, direct: float, memory: np.record, setpoint: float) -> float:
+    """Return the demanded current I_pid (A), without limits (5.1 to 5.4).
 
     Parameters
     ----------
     gains
-        Gains of the axis, shape (N_GAINS,): N/m, N.s/m, N/(m.s), N/m, N/A, A, A, N/m, N.s/m.
+        Record GAINS of the axis.
     direct
-        Whether k_p and k_d count in place of K_b + K_s and C_b.
+        The parameter `pid.direct`: whether k_p and k_d are used in place of K_b + K_s and C_b.
     memory
-        Memory of the axis, shape (N_MEMORY,): integral (N), displacement (m), derivative (m/s).
+        Record PID_MEMORY of the axis.
     setpoint
         x_set (m).
     """
-    proportional = stiffness(gains, direct) * memory[POSITION] - setpoint_stiffness(gains, direct) * setpoint
-    force = proportional + damping(gains, direct) * memory[DERIVATIVE] + memory[INTEGRAL]
-    current: float = -force / gains[K_I]
+    proportional = stiffness(gains, direct) * memory.displacement - setpoint_stiffness(gains, direct) * setpoint
+    force = proportional + damping(gains, direct) * memory.derivative + memory.integral
+    current: float = -force / gains.k_i
     return current
 
 
 @kernel
 def limit_and_integrate(
-    gains: Array, memory: Array, setpoint: float, demand: float, low: float, high: float, sample_time: float
+    gains: np.record, memory: np.record, setpoint: float, demand: float, limits: CurrentLimits, sample_time: float
 ) -> float:
-    """Demand cut to [low, high] (A); the integral advances by a sample unless that would push further out.
-
-    The integral is held as K_I integral(x - x_set) in newtons, so that a change of K_I while running makes no bump.
-    """
-    error = memory[POSITION] - setpoint
-    winds_up = (demand > high and error < 0.0) or (demand < low and error > 0.0)
+    """Return the demanded current within its limits (A); integrate over a sample unless that would push further out."""
+    error = memory.displacement - setpoint
+    winds_up = (demand > limits.high and error < 0.0) or (demand < limits.low and error > 0.0)
     if not winds_up:
-        memory[INTEGRAL] += sample_time * gains[K_INTEGRAL] * error
-    current: float = min(max(demand, low), high)
+        memory.integral += sample_time * gains.k_integral * error
+    current: float = min(max(demand, limits.low), limits.high)
     return current
 
 
 @kernel
-def response(gains: Array, direct: bool, filter_time: float, sample_time: float, omega: float) -> tuple[float, float]:
-    """Real and imaginary part of C in K_i I_pid = -C x for a vibration at omega (rad/s), as it is sampled (N/m).
+def response(gains: np.record, direct: float, filter_time: float, sample_time: float, omega: float) -> complex:
+    """Return C in K_i I_pid = -C x for a vibration at omega (rad/s), as it is sampled (N/m).
 
     C = k + c D + K_I J with z = exp(j omega h), D = (1 - 1/z) / (tau + h - tau/z), J = h / (z - 1).
     """
-    cos, sin = math.cos(omega * sample_time), math.sin(omega * sample_time)
-    above_re, above_im = 1.0 - cos, sin
-    below_re, below_im = sample_time + filter_time * above_re, filter_time * above_im
-    size = below_re * below_re + below_im * below_im
-    c = damping(gains, direct) / size
-    re = stiffness(gains, direct) + c * (above_re * below_re + above_im * below_im)
-    im = c * (above_im * below_re - above_re * below_im)
-    if gains[K_INTEGRAL] != 0.0:
-        scale = gains[K_INTEGRAL] * sample_time / (above_re * above_re + sin * sin)
-        re -= scale * above_re
-        im -= scale * sin
-    return re, im
+    z = phasor(omega * sample_time)
+    one_minus_inverse = complex(1.0 - z.real, z.imag)  # 1 - 1/z, and |z| = 1
+    below = sample_time + scaled(one_minus_inverse, filter_time)
+    C = stiffness(gains, direct) + scaled(
+        one_minus_inverse * below.conjugate(), damping(gains, direct) / squared_magnitude(below)
+    )
+    if gains.k_integral != 0.0:
+        C += quotient(complex(gains.k_integral * sample_time, 0.0), z - 1.0)
+    return C

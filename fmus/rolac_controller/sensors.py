@@ -7,97 +7,91 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.flat import copy
+import numpy as np
+
 from fmi_export.jit import kernel
 from fmi_export.model import Array
+from fmi_export.records import record
 from rolac_controller.chain import is_on
-from rolac_controller.converters import converted
-from rolac_controller.faults import faulty
-from rolac_controller.interface import (
-    ADC,
-    ADC_BITS,
-    ADC_RANGE,
-    BURST,
-    CUTOFF,
-    FAULT,
-    FAULT_INPUTS,
-    FILTER,
-    NOISE,
-    NOISE_RMS,
-    PLANE_OFFSET,
-    PLANE_Z,
-    SAMPLE_TIME,
-    SCALE,
-    SEED,
-    SENSITIVITY,
-    SENSOR,
-)
-from rolac_controller.lowpass import N_FILTER, coefficients, filtered, settle
-from rolac_controller.names import N_PLANES, N_SENSORS
-from rolac_controller.noise import N_STREAM, normal_pair, seed
+from rolac_controller.converters import quantised
+from rolac_controller.faults import with_faults
+from rolac_controller.lowpass import FILTER, coefficients, filter_sample, start_at_rest
+from rolac_controller.noise import STREAM, normal_pair, start_stream
+from rolac_controller.rig_layout import N_PLANES, N_SENSORS
 
-# Layout of the memory: random numbers, what each sensor last showed, filters.
-STREAM = 0
-SHOWN = STREAM + N_STREAM
-FILTERS = SHOWN + N_SENSORS
-N_MEMORY = FILTERS + N_SENSORS * N_FILTER
+SENSOR_MEMORY = record(
+    ("random", STREAM),
+    ("shown", "f8", (N_SENSORS,)),  # by each sensor at the last sample (m)
+    ("filters", FILTER, (N_SENSORS,)),
+)
 
 
 @kernel
-def share_of_plane(parameters: Array, plane: int, other: int) -> float:
-    """Share of the displacement of plane `other` in that of the sensors of `plane`, which may sit beside it.
+def plane_weight(parameters: np.record, plane: int, other: int) -> float:
+    """Return the weight of the displacement of plane `other` in that of the sensors of `plane`.
 
-    Lagrange's cubic through the four planes: the sensors are where the bent shaft is, to third order.
+    Sensors may sit beside their plane: Lagrange's cubic through the four planes interpolates the bent shaft there.
     """
-    z = parameters[PLANE_Z + plane] + parameters[PLANE_OFFSET + plane]
-    share = 1.0
+    z = parameters.plane_positions[plane] + parameters.plane_offsets[plane]
+    z_other = parameters.plane_positions[other]
+    weight = 1.0
     for k in range(N_PLANES):
         if k != other:
-            z_k = parameters[PLANE_Z + k]
-            share *= (z - z_k) / (parameters[PLANE_Z + other] - z_k)
-    return share
+            z_k = parameters.plane_positions[k]
+            weight *= (z - z_k) / (z_other - z_k)
+    return weight
 
 
 @kernel
-def displacement(parameters: Array, inputs: Array, sensor: int) -> float:
-    """Displacement of the rotor at a sensor (m)."""
+def displacement_at(parameters: np.record, inputs: np.record, sensor: int) -> float:
+    """Return the displacement of the rotor at a sensor (m)."""
     plane, axis = sensor // 2, sensor % 2
-    if parameters[PLANE_OFFSET + plane] == 0.0:
-        at_plane: float = inputs[SENSOR + sensor]
+    if parameters.plane_offsets[plane] == 0.0:
+        at_plane: float = inputs.displacements[sensor]
         return at_plane
     total = 0.0
     for other in range(N_PLANES):
-        total += share_of_plane(parameters, plane, other) * inputs[SENSOR + 2 * other + axis]
+        total += plane_weight(parameters, plane, other) * inputs.displacements[2 * other + axis]
     return total
 
 
 @kernel
-def show(parameters: Array, inputs: Array, memory: Array, started: bool, sampling: bool) -> None:
-    """Signals of the sensors themselves, faults included, into `memory`; arguments as of `measure`."""
-    deviation = parameters[NOISE_RMS] if is_on(parameters, NOISE) else 0.0
-    for pair in range(N_SENSORS // 2):
-        noise_x = noise_y = 0.0
-        fault_x = FAULT + 2 * pair * FAULT_INPUTS
-        fault_y = fault_x + FAULT_INPUTS
-        x, y = SHOWN + 2 * pair, SHOWN + 2 * pair + 1
-        deviation_x = math.sqrt(deviation**2 + inputs[fault_x + BURST] ** 2)
-        deviation_y = math.sqrt(deviation**2 + inputs[fault_y + BURST] ** 2)
-        if sampling and deviation_x + deviation_y > 0.0:
-            noise_x, noise_y = normal_pair(memory[STREAM : STREAM + N_STREAM])
-        at_x = parameters[SCALE + 2 * pair] * displacement(parameters, inputs, 2 * pair) + deviation_x * noise_x
-        at_y = parameters[SCALE + 2 * pair + 1] * displacement(parameters, inputs, 2 * pair + 1) + deviation_y * noise_y
-        memory[x] = faulty(inputs[fault_x:fault_y], at_x, memory[x] if started else at_x)
-        memory[y] = faulty(inputs[fault_y : fault_y + FAULT_INPUTS], at_y, memory[y] if started else at_y)
+def shown_signal(
+    parameters: np.record, inputs: np.record, memory: np.record, sensor: int, noise: float, started: bool
+) -> float:
+    """Return what a sensor shows, faults and noise (m) included; `started` as in `measure`."""
+    sound = parameters.sensor_scales[sensor] * displacement_at(parameters, inputs, sensor) + noise
+    return with_faults(inputs.faults[sensor], sound, memory.shown[sensor] if started else sound)
 
 
 @kernel
-def measure(parameters: Array, inputs: Array, memory: Array, started: bool, sampling: bool, measured: Array) -> None:
-    """What the controller reads of the eight sensors at this sample.
+def update_shown(parameters: np.record, inputs: np.record, memory: np.record, started: bool, sampling: bool) -> None:
+    """Update what the sensors show; arguments as in `measure`. Random numbers come in pairs, for x and for y."""
+    chain = parameters.chain
+    deviation = chain.noise_rms if is_on(chain.preset, chain.noise) else 0.0
+    for x in range(0, N_SENSORS, 2):
+        y = x + 1
+        deviation_x = math.sqrt(deviation**2 + inputs.faults[x].noise ** 2)
+        deviation_y = math.sqrt(deviation**2 + inputs.faults[y].noise ** 2)
+        normal_x = normal_y = 0.0
+        if sampling and deviation_x + deviation_y > 0.0:
+            normal_x, normal_y = normal_pair(memory.random)
+        memory.shown[x] = shown_signal(parameters, inputs, memory, x, deviation_x * normal_x, started)
+        memory.shown[y] = shown_signal(parameters, inputs, memory, y, deviation_y * normal_y, started)
+
+
+@kernel
+def measure(
+    parameters: np.record, inputs: np.record, memory: np.record, started: bool, sampling: bool, measured: Array
+) -> None:
+    """Compute what the controller reads of the eight sensors at this sample.
 
     Parameters
     ----------
+    parameters, inputs
+        Records PARAMETERS and INPUTS.
     memory
-        Memory of the chain, shape (N_MEMORY,).
+        Record SENSOR_MEMORY; changed.
     started
         Whether there was a sample before; filters begin at rest at the first one.
     sampling
@@ -105,22 +99,19 @@ def measure(parameters: Array, inputs: Array, memory: Array, started: bool, samp
     measured
         Receives the displacements, shape (N_SENSORS,) (m).
     """
+    chain = parameters.chain
     if not started:
-        seed(memory[STREAM : STREAM + N_STREAM], parameters[SEED])
-    show(parameters, inputs, memory, started, sampling)
-    if is_on(parameters, FILTER):
-        decay, new = coefficients(parameters[CUTOFF], parameters[SAMPLE_TIME])
+        start_stream(memory.random, chain.seed)
+    update_shown(parameters, inputs, memory, started, sampling)
+    filtering = is_on(chain.preset, chain.filter)
+    E, P = coefficients(chain.cutoff, parameters.sample_time) if filtering else (0.0, 0.0)
+    for s in range(N_SENSORS):
+        measured[s] = memory.shown[s]
+        if filtering and started:
+            measured[s] = filter_sample(memory.filters[s], memory.shown[s], E, P)
+        elif filtering:
+            start_at_rest(memory.filters[s], memory.shown[s])
+    if is_on(chain.preset, chain.adc):
         for s in range(N_SENSORS):
-            of_sensor = memory[FILTERS + s * N_FILTER : FILTERS + (s + 1) * N_FILTER]
-            if started:
-                measured[s] = filtered(of_sensor, memory[SHOWN + s], decay, new)
-            else:
-                settle(of_sensor, memory[SHOWN + s])
-                measured[s] = memory[SHOWN + s]
-    else:
-        copy(memory[SHOWN:FILTERS], measured)
-    if is_on(parameters, ADC):
-        volts_per_metre = parameters[SENSITIVITY]
-        for s in range(N_SENSORS):
-            volts = converted(volts_per_metre * measured[s], parameters[ADC_BITS], parameters[ADC_RANGE])
-            measured[s] = volts / volts_per_metre
+            volts = quantised(chain.sensitivity * measured[s], chain.adc_bits, chain.adc_range)
+            measured[s] = volts / chain.sensitivity

@@ -1,115 +1,123 @@
-"""Synchronous control: what it may do now, and the forces of all harmonics by the law that is chosen."""
+"""Synchronous control: whether it may adapt now, and the forces of all harmonics by the law of `rolac.mode`."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from fmi_export.jit import kernel
-from fmi_export.model import Array
-from rolac_controller import stored
-from rolac_controller.adaptation import N_U, limit, step_of
-from rolac_controller.arrays import Scratch, State
-from rolac_controller.contact import turn_step
-from rolac_controller.fourier import N_Q
-from rolac_controller.interface import (
-    ALPHA,
-    CONTACT_AWARE,
-    CONTACT_LEAD,
-    ENABLE,
-    EXTRAPOLATE,
-    FORCE_LIMIT,
-    MIN_SPEED,
-    MODE,
-    OMEGA,
-    SAMPLE_TIME,
-)
-from rolac_controller.names import (
+from rolac_controller.adaptation import integral_step, limit_forces
+from rolac_controller.contact import turn_against_displacement
+from rolac_controller.enumerations import (
     ADAPTING,
     FORCE_FREE,
-    HELD,
-    N_BEARINGS,
-    N_HARMONICS,
+    IDENTIFYING,
     NO_H,
     NO_WINDOW,
     NOTCH,
     OFF,
-    SUSPECT,
+    OLAC,
+    ROLAC,
+    SENSOR_SUSPECT,
     TOO_SLOW,
 )
-from rolac_controller.names import OLAC as OLAC_MODE
-from rolac_controller.names import ROLAC as ROLAC_MODE
-from rolac_controller.notch import reject
-from rolac_controller.olac import due
+from rolac_controller.identification import is_running
+from rolac_controller.notch import reject_synchronous
+from rolac_controller.olac import update_is_due
+from rolac_controller.receptance_table import BEYOND, MISSING, Bracket, ReceptanceTable, find_bracket, interpolate
+from rolac_controller.rig_layout import N_AXES, N_BEARINGS, N_HARMONICS
 
 
 @kernel
-def permitted(parameters: Array, inputs: Array, valid: bool, suspect: bool, identifying: bool) -> int:
-    """Status of the synchronous control before the table is asked."""
-    if inputs[ENABLE] == 0.0:
+def permitted_status(parameters: np.record, inputs: np.record, state: np.record, work: np.record) -> int:
+    """Return the status of the synchronous control as far as it does not depend on the table."""
+    if not inputs.rolac_enable:
         return OFF
-    if inputs[OMEGA] < parameters[MIN_SPEED]:
+    if inputs.Omega < parameters.rolac.min_speed:
         return TOO_SLOW
-    if not valid:
+    if not work.window_valid:
         return NO_WINDOW
-    if suspect:
-        return SUSPECT
-    return HELD if identifying else ADAPTING
+    if parameters.rolac.check_sensors and work.suspect_sensor > 0:
+        return SENSOR_SUSPECT
+    return IDENTIFYING if is_running(state.identification) else ADAPTING
 
 
 @kernel
-def update(parameters: Array, inputs: Array, status: int, turn: float, s: State, x: Scratch) -> tuple[int, bool, bool]:
-    """Bring the synchronous forces one sample further.
+def update_forces(
+    parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: ReceptanceTable
+) -> None:
+    """Advance the synchronous forces U by one sample.
+
+    They change under ADAPTING alone, stay under IDENTIFYING, and are zero under any other status.
 
     Parameters
     ----------
-    status
-        As `permitted` found it. Forces stay under HELD and vanish under everything but ADAPTING.
-    turn
-        Angle since the sample before (rad).
-
-    Returns
-    -------
-    status, extrapolated, limited
-        The status, NO_H where H is missing for a harmonic; whether H is that of the nearest speed; whether a force
-        is at its limit.
+    parameters, inputs
+        Records PARAMETERS and INPUTS.
+    state
+        Record STATE; `U` and `olac` are changed.
+    work
+        Record WORK. `status` is that of `permitted_status`; it becomes NO_H where H is missing for a harmonic.
+        Receives `extrapolated`, whether H is that of the nearest speed, and `force_limited`.
+    table
+        Table in use.
     """
-    if status == HELD:
-        return status, False, limit(s.forces, parameters[FORCE_LIMIT])
-    extrapolated = False
-    if status == ADAPTING:
-        now = parameters[MODE] != OLAC_MODE or due(parameters, turn, x.q, s.olac)
-        for k in range(N_HARMONICS):
-            if x.orders[k] == 0.0:
-                break
-            found = step_harmonic(parameters, inputs, k, now, s, x)
-            extrapolated = extrapolated or found == stored.BEYOND
-            if found == stored.MISSING or (found == stored.BEYOND and parameters[EXTRAPOLATE] == 0.0):
-                status = NO_H
-    if status != ADAPTING:
-        s.forces[:] = 0.0
-        s.olac[:] = 0.0
-        return status, False, False
-    return status, extrapolated, limit(s.forces, parameters[FORCE_LIMIT])
+    work.extrapolated = 0.0
+    work.force_limited = 0.0
+    if work.status == ADAPTING:
+        adapt(parameters, inputs, state, work, table)
+    if work.status in (ADAPTING, IDENTIFYING):
+        work.force_limited = limit_forces(state.U, parameters.rolac.force_limit)
+    else:
+        work.extrapolated = 0.0
+        state.U[:] = 0.0
+        state.olac.angle = 0.0
+        state.olac.n_revolutions = 0.0
+        state.olac.n_updates = 0.0
+        state.olac.previous_Q[:] = 0.0
 
 
 @kernel
-def step_harmonic(parameters: Array, inputs: Array, number: int, now: bool, s: State, x: Scratch) -> int:
-    """Advance the forces of one harmonic, if `now`; what the table had for it."""
-    omega = x.orders[number] * inputs[OMEGA]
-    low, high, share, found = stored.bracket(s.table, x.orders[number], inputs[OMEGA])
-    if found == stored.MISSING or not now:
-        return found
-    mode = parameters[MODE]
-    gain = parameters[ALPHA] * parameters[SAMPLE_TIME]
-    q = x.q[number * N_Q : (number + 1) * N_Q]
-    force = s.forces[number * N_U : (number + 1) * N_U]
+def adapt(parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: ReceptanceTable) -> None:
+    """Change the forces of all harmonics by one step of the law; arguments as in `update_forces`."""
+    mode = parameters.rolac.mode
+    due = mode != OLAC or update_is_due(parameters.olac, work.delta_theta, work.Q, state.olac)
+    for k in range(N_HARMONICS):
+        order = parameters.harmonics[k].order
+        if order == 0.0:
+            break
+        bracket = find_bracket(table, order, inputs.Omega)
+        if bracket.coverage == BEYOND:
+            work.extrapolated = 1.0
+        if bracket.coverage == MISSING or (bracket.coverage == BEYOND and not parameters.rolac.extrapolate):
+            work.status = NO_H
+        elif due:
+            interpolate_matrix(table, bracket, mode, work)
+            step_harmonic(parameters, order * inputs.Omega, state, work, k)
+
+
+@kernel
+def interpolate_matrix(table: ReceptanceTable, bracket: Bracket, mode: float, work: np.record) -> None:
+    """Interpolate the matrix that the law of this mode needs, R or H, between the rows of the table."""
+    lower, upper = table.rows[bracket.lower], table.rows[bracket.upper]
     if mode in (NOTCH, FORCE_FREE):
-        stored.interpolate(s.table, stored.R, low, high, share, x.matrix)
-        reject(parameters, x.matrix, omega, gain, mode == FORCE_FREE, q, force, x.rest)
-        return found
-    stored.interpolate(s.table, stored.H, low, high, share, x.matrix)
-    step_of(x.matrix, gain if mode == ROLAC_MODE else 1.0, q, x.change)
-    if mode == ROLAC_MODE and parameters[CONTACT_AWARE] != 0.0:
+        interpolate(lower.R, upper.R, bracket.weight, work.R)
+    else:
+        interpolate(lower.H, upper.H, bracket.weight, work.H)
+
+
+@kernel
+def step_harmonic(parameters: np.record, omega: float, state: np.record, work: np.record, number: int) -> None:
+    """Change the forces of one harmonic, at the frequency omega (rad/s), by one step of the law."""
+    mode = parameters.rolac.mode
+    Q, U = work.Q[number], state.U[number]
+    if mode in (NOTCH, FORCE_FREE):
+        reject_synchronous(parameters, omega, Q, U, work)
+        return
+    gain = parameters.rolac.alpha * parameters.sample_time if mode == ROLAC else 1.0
+    integral_step(work.H, gain, Q, work.delta_U)
+    if mode == ROLAC and parameters.contact.aware:
         for bearing in range(N_BEARINGS):
-            turn_step(s.contact[bearing], parameters[CONTACT_LEAD], q, x.change, bearing)
-    for i in range(N_U):
-        force[i] += x.change[i]
-    return found
+            share = state.contact_shares[bearing]
+            turn_against_displacement(share, parameters.contact.lead, Q, work.delta_U, bearing)
+    for axis in range(N_AXES):
+        U[axis] += work.delta_U[axis]

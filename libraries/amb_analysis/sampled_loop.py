@@ -17,29 +17,18 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from rolac_controller.chain import is_on
-from rolac_controller.interface import (
-    CUTOFF,
-    DELAY,
-    DERIVATIVE_TIME,
-    DIRECT,
-    FILTER,
-    GAINS,
-    INTERFACE,
-    N_GAINS,
-    SAMPLE_TIME,
-    SCALE,
-)
+from rolac_controller.interface import INTERFACE, PARAMETERS
 from rolac_controller.lowpass import coefficients
-from rolac_controller.names import N_AXES, N_PLANES, N_SENSORS, SENSOR_OF_AXIS
 from rolac_controller.pid import response
-from rolac_controller.sensors import share_of_plane
+from rolac_controller.rig_layout import N_AXES, N_PLANES, N_SENSORS, SENSOR_OF_AXIS
+from rolac_controller.sensors import plane_weight
 
 Complex = NDArray[np.complex128]
 Array = NDArray[np.float64]
 
 
-def parameter_array(parameters: Mapping[str, float]) -> Array:
-    """The parameter array of the kernels: start values, and what is given by name.
+def parameter_record(parameters: Mapping[str, float]) -> np.record:
+    """Return the parameters as kernels see them, record PARAMETERS: start values, and what is given by name.
 
     Raises
     ------
@@ -49,7 +38,8 @@ def parameter_array(parameters: Mapping[str, float]) -> Array:
     values: Array = INTERFACE.start[: INTERFACE.n_parameters].copy()
     for name, value in parameters.items():
         values[INTERFACE.parameter_index(name)] = value
-    return values
+    record: np.record = values.view(PARAMETERS)[0]
+    return record
 
 
 def held_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_time: float) -> Complex:
@@ -85,23 +75,22 @@ def filter_response(cutoff: float, omega: float, sample_time: float) -> complex:
     return complex((1.0 - decay - new + new * z) / (z - decay))
 
 
-def sensor_response(parameters: Array, omega: float) -> Complex:
+def sensor_response(parameters: np.record, omega: float) -> Complex:
     """F: what the controller measures of a vibration at omega (rad/s), shape (8, 8)."""
-    shares = np.array([[share_of_plane(parameters, p, q) for q in range(N_PLANES)] for p in range(N_PLANES)])
-    mixed = parameters[SCALE : SCALE + N_SENSORS, np.newaxis] * np.kron(shares, np.eye(2))
+    weights = np.array([[plane_weight(parameters, p, q) for q in range(N_PLANES)] for p in range(N_PLANES)])
+    mixed = parameters.sensor_scales[:, np.newaxis] * np.kron(weights, np.eye(2))
     passed = 1.0 + 0j
-    if is_on(parameters, FILTER):
-        passed = filter_response(parameters[CUTOFF], omega, parameters[SAMPLE_TIME])
+    if is_on(parameters.chain.preset, parameters.chain.filter):
+        passed = filter_response(parameters.chain.cutoff, omega, parameters.sample_time)
     return np.asarray(mixed * passed, dtype=np.complex128)
 
 
-def controller_response(parameters: Array, omega: float) -> Complex:
+def controller_response(parameters: np.record, omega: float) -> Complex:
     """C S: force -C S q that the PID answers a measured vibration at omega (rad/s) with, shape (4, 8) (N/m)."""
     force = np.zeros((N_AXES, N_SENSORS), dtype=np.complex128)
-    direct, tau, h = parameters[DIRECT] != 0.0, parameters[DERIVATIVE_TIME], parameters[SAMPLE_TIME]
+    direct, tau, h = parameters.pid.direct, parameters.derivative_time, parameters.sample_time
     for axis in range(N_AXES):
-        gains = parameters[GAINS + axis * N_GAINS : GAINS + (axis + 1) * N_GAINS]
-        force[axis, SENSOR_OF_AXIS[axis]] = complex(*response(gains, direct, tau, h, omega))
+        force[axis, SENSOR_OF_AXIS[axis]] = response(parameters.axes[axis], direct, tau, h, omega)
     return force
 
 
@@ -130,9 +119,9 @@ def identified_receptance(plant: ArrayLike, omega: float, parameters: Mapping[st
     p: Complex = np.asarray(plant, dtype=np.complex128)
     if p.shape != (N_SENSORS, N_AXES):
         raise ValueError(f"plant of shape {p.shape} is not allowed; it must be ({N_SENSORS}, {N_AXES})")
-    values = parameter_array(parameters or {})
-    if is_on(values, DELAY):
-        p = p * np.exp(-1j * omega * values[SAMPLE_TIME])
+    values = parameter_record(parameters or {})
+    if is_on(values.chain.preset, values.chain.delay):
+        p = p * np.exp(-1j * omega * values.sample_time)
     F = sensor_response(values, omega)
     loop = np.eye(N_SENSORS) + p @ controller_response(values, omega) @ F
     return np.asarray(F @ np.linalg.solve(loop, p), dtype=np.complex128)

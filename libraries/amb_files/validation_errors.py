@@ -113,9 +113,9 @@ def _allowed(details: ErrorDetails, metadata: Sequence[Any]) -> str:
     limits = [f"{sign} {getattr(m, _name(type(m))):g}" for m in metadata for t, sign in _BOUNDS.items() if type(m) is t]
     limits = list(dict.fromkeys(limits))  # a union repeats those of its members
     if limits and kind in ("float_type", "greater_than", "greater_than_equal", "less_than", "less_than_equal"):
-        return " and ".join(limits) + _unit(metadata)
+        return " and ".join(dict.fromkeys(limits)) + _unit(metadata)
     if limits and kind == "finite_number":
-        return "finite and " + " and ".join(limits) + _unit(metadata)
+        return "finite and " + " and ".join(dict.fromkeys(limits)) + _unit(metadata)
     if kind in _KINDS:
         return _KINDS[kind]
     message = str(details["msg"])

@@ -38,7 +38,7 @@ class Matrices:
         return int(self.M.shape[0])
 
     def rows(self, nodes: tuple[int, ...]) -> list[int]:
-        """Rows of the translations at `nodes`: x and y of the first, x and y of the next, ..."""
+        """Return the rows of the translations at `nodes`: x and y of the first, x and y of the next, ..."""
         return [row for node in nodes for row in self.translations[node]]
 
     def with_bearing(self, node: int, stiffness: Array, damping: Array) -> Matrices:
@@ -53,7 +53,7 @@ class Matrices:
 
 
 def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
-    """Free rotor, without its bearings (3.1 to 3.6).
+    """Assemble the free rotor, without its bearings (3.1 to 3.6).
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
 
 
 def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:
-    """`model` of `rotor` with the stiffness and damping of its bearings added."""
+    """Return `model` of `rotor` with the stiffness and damping of its bearings added."""
     for bearing in rotor.bearings:
         model = model.with_bearing(bearing.node, np.array(bearing.stiffness), np.array(bearing.damping))
     return model

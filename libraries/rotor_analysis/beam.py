@@ -16,7 +16,7 @@ from rotor_analysis.rotor import Element
 
 
 def shear_parameter(element: Element) -> float:
-    """Phi = 12 E I / (kappa G A L^2), the flexibility in shear over that in bending; 0 in Rayleigh's theory."""
+    """Return Phi = 12 E I / (kappa G A L^2), the flexibility in shear over that in bending; 0 in Rayleigh's theory."""
     if element.theory == "rayleigh":
         return 0.0
     shear = element.shear_coefficient * element.shear_modulus * element.area
@@ -24,7 +24,7 @@ def shear_parameter(element: Element) -> float:
 
 
 def stiffness(element: Element) -> Array:
-    """Bending stiffness, with shear deformation in Timoshenko's theory.
+    """Return the bending stiffness, with shear deformation in Timoshenko's theory.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def stiffness(element: Element) -> Array:
 
 
 def consistent_translational_mass(element: Element) -> Array:
-    """Translational mass from the element's static deflection, shape (4, 4), kg and kg m.
+    """Return the translational mass from the element's static deflection, shape (4, 4), kg and kg m.
 
     Cubic Hermite functions when Phi = 0 (Nelson and McVaugh 1976); with shear those of Nelson 1980.
     """
@@ -56,7 +56,7 @@ def consistent_translational_mass(element: Element) -> Array:
 
 
 def consistent_rotary_inertia(element: Element) -> Array:
-    """Rotary inertia from the same deflection, shape (4, 4); G_1 is twice this."""
+    """Return the rotary inertia from the same deflection, shape (4, 4); G_1 is twice this."""
     n, p = element.length, shear_parameter(element)
     a, b = 36.0, (3.0 - 15.0 * p) * n
     c, d = (4.0 + 5.0 * p + 10.0 * p**2) * n**2, (1.0 + 5.0 * p - 5.0 * p**2) * n**2
@@ -65,7 +65,7 @@ def consistent_rotary_inertia(element: Element) -> Array:
 
 
 def diagonal_mass(element: Element) -> tuple[Array, Array]:
-    """Mass and polar inertia shared equally by the two nodes, without an m L^2 term.
+    """Return mass and polar inertia, half at each of the two nodes, without an m L^2 term.
 
     Returns
     -------

@@ -11,12 +11,12 @@ from scipy.optimize import brentq
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import Mode, Whirl
-from rotor_analysis.tracking import follow, step
+from rotor_analysis.tracking import continue_modes, track_modes
 
 
 @dataclass(frozen=True)
 class CriticalSpeed:
-    """Where the damped frequency of a mode equals the spin speed.
+    """A spin speed that equals the damped frequency of a mode.
 
     Omega
         Spin speed (rad/s).
@@ -39,7 +39,7 @@ class Campbell:
     speeds
         Spin speeds (rad/s), shape (n,).
     tracks
-        For each mode, what it is at each speed; None from where it no longer oscillates.
+        For each mode its values at each speed; None from where it no longer oscillates.
     critical_speeds
         Intersections with the synchronous line, ascending.
     """
@@ -60,12 +60,12 @@ class Campbell:
 
 
 def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
-    """Follow `count` modes over `speeds` and find where they meet the synchronous line.
+    """Track `count` modes over `speeds` and find their intersections with the synchronous line.
 
     |Im lambda_k(Omega)| = Omega,  (lambda^2 M + lambda (C + Omega G) + K) phi = 0
 
     A crossing between two of the speeds is refined by root finding on the eigenproblem (Brent's method), with the mode
-    recognised by its shape. A mode that crosses twice between two neighbouring speeds is not seen to cross.
+    recognised by its shape. Two crossings of a mode between two neighbouring speeds are not found.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
         If the speeds are not finite and ascending, or `count` is below 1.
     """
     speeds = np.atleast_1d(np.asarray(speeds, dtype=np.float64))
-    tracks = follow(model, speeds, count)
+    tracks = track_modes(model, speeds, count)
     crossings: list[CriticalSpeed] = []
     for number, track in enumerate(tracks, start=1):
         for (low, mode), (high, after) in pairwise(zip(speeds.tolist(), track, strict=True)):
@@ -94,14 +94,14 @@ def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
 
 
 def _crossing(model: Matrices, number: int, mode: Mode, low: float, high: float) -> CriticalSpeed:
-    def at(Omega: float) -> Mode | None:
-        return step(model, [mode], low, Omega)[0] if Omega > low else mode
+    def mode_at(Omega: float) -> Mode | None:
+        return continue_modes(model, [mode], low, Omega)[0] if Omega > low else mode
 
-    def ahead(Omega: float) -> float:
+    def frequency_excess(Omega: float) -> float:
         """Damped frequency less spin speed; a mode that does not oscillate has no frequency."""
-        found = at(Omega)
+        found = mode_at(Omega)
         return (found.frequency if found else 0.0) - Omega
 
-    Omega = float(brentq(ahead, low, high, xtol=1e-9, rtol=1e-12))
-    found = at(Omega) or mode
+    Omega = float(brentq(frequency_excess, low, high, xtol=1e-9, rtol=1e-12))
+    found = mode_at(Omega) or mode
     return CriticalSpeed(Omega, number, found.damping_ratio, found.whirl)

@@ -8,8 +8,8 @@ from itertools import pairwise
 from rotor_analysis.rotor import Planes, Rotor, require
 
 
-def refined(rotor: Rotor, count: int) -> Rotor:
-    """`rotor` with `count` nodes: the longest element is halved (the first of equals) until there are as many.
+def refine(rotor: Rotor, count: int) -> Rotor:
+    """Return `rotor` with `count` nodes: the longest element (the first of equals) is halved until there are as many.
 
     Parameters
     ----------
@@ -32,15 +32,15 @@ def refined(rotor: Rotor, count: int) -> Rotor:
     return _with_nodes(rotor, tuple(z))
 
 
-def coarsened(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
-    """`rotor` with the given nodes alone.
+def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
+    """Return `rotor` with only the given nodes.
 
     Parameters
     ----------
     rotor
         Its description.
     nodes
-        Node numbers to keep: both ends, and all that carry a body, a bearing or a plane.
+        Node numbers to keep: both ends, and those of bodies, bearings and planes.
 
     Raises
     ------
@@ -51,27 +51,32 @@ def coarsened(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
     needed = {1, len(z), *rotor.bearing_nodes, *(body.node for body in rotor.bodies)}
     needed.update(node for field in fields(Planes) for node in getattr(rotor.planes, field.name))
     require(set(nodes) <= set(range(1, len(z) + 1)), "nodes", list(nodes), f"node numbers from 1 to {len(z)}")
-    require(needed <= set(nodes), "nodes", list(nodes), f"a list that includes {sorted(needed)}, which carry something")
+    require(
+        needed <= set(nodes),
+        "nodes",
+        list(nodes),
+        f"a list that includes {sorted(needed)}, with parts or planes",
+    )
     return _with_nodes(rotor, tuple(z[node - 1] for node in sorted(set(nodes))))
 
 
-def family(rotor: Rotor) -> dict[int, Rotor]:
-    """`rotor` with ten and six nodes more, as it is, and with its master planes alone, by number of nodes.
+def mesh_family(rotor: Rotor) -> dict[int, Rotor]:
+    """Return `rotor` by number of nodes: with ten and six more, unchanged, and with only its master planes.
 
     For the rig these are the 23, 19, 13 and 6 nodes of the thesis. The last is left out where the master planes do not
     make a mesh.
     """
     count = len(rotor.shaft.nodes)
-    meshes = {count + more: refined(rotor, count + more) for more in (10, 6)} | {count: rotor}
+    meshes = {count + more: refine(rotor, count + more) for more in (10, 6)} | {count: rotor}
     try:
-        coarse = coarsened(rotor, rotor.planes.master)
+        coarse = coarsen(rotor, rotor.planes.master)
     except ValueError:
         return meshes
     return meshes | {len(coarse.shaft.nodes): coarse}
 
 
 def _with_nodes(rotor: Rotor, z: tuple[float, ...]) -> Rotor:
-    """`rotor` on the nodes at `z` (m), each thing where it was."""
+    """Return `rotor` on the nodes at `z` (m), with bodies, bearings and planes at their positions."""
     shaft = rotor.shaft
     number = {node: z.index(place) + 1 for node, place in enumerate(shaft.nodes, start=1) if place in z}
     sections = [_section(rotor, a, b) for a, b in pairwise(z)]

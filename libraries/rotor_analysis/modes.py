@@ -16,9 +16,9 @@ from rotor_analysis.rotor import require
 Complex = NDArray[np.complex128]
 Whirl = Literal["forward", "backward", "mixed"]
 
-AT_REST = 1e-3  # rad/s; what does not move at all, such as a rotor that nothing holds, comes out at up to 1e-4 rad/s
-_SAME = 1e-8  # eigenvalues closer than this, relatively, are one
-_FREQUENCY_UNIT = 1e3  # rad/s; velocities are counted in it so that both halves of the eigenproblem weigh the same
+AT_REST = 1e-3  # rad/s; rounding gives an unsupported rotor, which does not oscillate, up to 1e-4 rad/s
+SAME_EIGENVALUE = 1e-8  # eigenvalues closer than this, relatively, are one
+FREQUENCY_SCALE = 1e3  # rad/s; scales velocities, so that both halves of the eigenproblem are of the same size
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,14 +29,14 @@ class Mode:
         lambda (rad/s), the one with Im >= 0 of a conjugate pair.
     shape
         phi over the model's rows; the largest translation is 1 (no unit), or the largest slope if no node translates.
-    turning
+    whirl_sense
         Per node of the model, 1 for a forward circle, -1 for a backward one, 0 for a straight line, between for an
         ellipse: 2 Im(x conj(y)) / (|x|^2 + |y|^2). Forward is from x to y, as positive spin. 0 where a node rests.
     """
 
     eigenvalue: complex
     shape: Complex
-    turning: dict[int, float]
+    whirl_sense: dict[int, float]
 
     @property
     def frequency(self) -> float:
@@ -45,7 +45,7 @@ class Mode:
 
     @property
     def damping_ratio(self) -> float:
-        """zeta = -Re lambda / |lambda|: positive if the motion dies out, negative if it grows (unstable).
+        """zeta = -Re lambda / |lambda|: positive if the motion decays, negative if it grows (unstable).
 
         1 or -1 for a real eigenvalue, 0 for motion that neither grows, decays nor oscillates.
         """
@@ -54,8 +54,8 @@ class Mode:
 
     @property
     def whirl(self) -> Whirl:
-        """`forward` or `backward` if all nodes that move go round this way; `mixed` if not, or if on lines."""
-        senses = [sense for sense in self.turning.values() if sense != 0.0]
+        """`forward` or `backward` if all nodes that move whirl this way; `mixed` otherwise, and for straight lines."""
+        senses = [sense for sense in self.whirl_sense.values() if sense != 0.0]
         if senses and min(senses) > 1e-6:
             return "forward"
         if senses and max(senses) < -1e-6:
@@ -64,12 +64,12 @@ class Mode:
 
 
 def modes(model: Matrices, Omega: float, count: int | None = None) -> list[Mode]:
-    """Oscillating modes at spin speed Omega, one of each conjugate pair, by ascending damped natural frequency.
+    """Return the oscillating modes at spin speed Omega, one of each conjugate pair, by ascending damped frequency.
 
     (lambda^2 M + lambda (C + Omega G) + K) phi = 0,  Im lambda > 0
 
-    Where eigenvalues coincide, as for an isotropic rotor at rest, the shapes are chosen to turn as far backward and
-    forward as they can. Overdamped motion does not oscillate: see `overdamped`.
+    Where eigenvalues coincide, as for an isotropic rotor at rest, the shapes are combined into the most
+    backward and the most forward whirl. Overdamped motion does not oscillate: see `overdamped_modes`.
 
     Parameters
     ----------
@@ -89,30 +89,30 @@ def modes(model: Matrices, Omega: float, count: int | None = None) -> list[Mode]
     values, shapes = _eigenpairs(model, Omega)
     found = np.flatnonzero(_oscillating(values) & (values.imag > 0.0))
     found = found[np.argsort(values[found].imag, kind="stable")]
-    shapes = _split(model, values[found], shapes[:, found])
-    return _described(model, values[found], shapes)[:count]
+    shapes = _separate_whirl(model, values[found], shapes[:, found])
+    return _to_modes(model, values[found], shapes)[:count]
 
 
-def overdamped(model: Matrices, Omega: float) -> list[Mode]:
-    """Modes that creep, drift or diverge without oscillating: real eigenvalues, the slowest first.
+def overdamped_modes(model: Matrices, Omega: float) -> list[Mode]:
+    """Return the modes that decay, drift or diverge without oscillating: real eigenvalues, the slowest first.
 
-    Their damping ratio is 1 if they die out and -1 if they grow; a rotor that nothing holds drifts, with eigenvalue 0.
+    Their damping ratio is 1 if they decay and -1 if they grow; an unsupported rotor drifts, with eigenvalue 0.
     """
     values, shapes = _eigenpairs(model, Omega)
     found = np.flatnonzero(np.isfinite(values) & ~_oscillating(values))
     found = found[np.argsort(np.abs(values[found]), kind="stable")]
     real = values[found].real.astype(np.complex128)
     real[np.abs(real) <= AT_REST] = 0.0
-    return _described(model, real, shapes[:, found])
+    return _to_modes(model, real, shapes[:, found])
 
 
 def eigenvalues(model: Matrices, Omega: float) -> Complex:
-    """All eigenvalues of M q'' + (C + Omega G) q' + K q = 0 at spin speed Omega (rad/s), in rad/s, shape (2 size,)."""
+    """Return all eigenvalues of M q'' + (C + Omega G) q' + K q = 0 at Omega (rad/s), in rad/s, shape (2 size,)."""
     return _in_rad_per_s(eigvals(*_first_order(model, Omega)))
 
 
 def damped_frequencies(model: Matrices, Omega: float, count: int | None = None) -> Array:
-    """Damped natural frequencies |Im lambda| (rad/s) of the oscillating modes, ascending, one for each mode.
+    """Return the damped natural frequencies |Im lambda| (rad/s) of the oscillating modes, ascending.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def damped_frequencies(model: Matrices, Omega: float, count: int | None = None) 
 
 
 def translations(model: Matrices, shape: Complex) -> Complex:
-    """x and y of each node of `model` in `shape`, shape (nodes, 2), nodes ascending."""
+    """Return x and y of each node of `model` in `shape`, shape (nodes, 2), nodes ascending."""
     return shape[[row for node in sorted(model.translations) for row in model.translations[node]]].reshape(-1, 2)
 
 
@@ -140,7 +140,7 @@ def _oscillating(values: Complex) -> NDArray[np.bool_]:
 def _first_order(model: Matrices, Omega: float) -> tuple[Array, Array]:
     """A z = lambda / w B z for z = (q, q' / w), w the unit of frequency; forces count in the norm of K."""
     require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
-    w, force = _FREQUENCY_UNIT, float(np.linalg.norm(model.K, 1)) or 1.0
+    w, force = FREQUENCY_SCALE, float(np.linalg.norm(model.K, 1)) or 1.0
     identity, zero = np.eye(model.size), np.zeros((model.size, model.size))
     A = np.block([[zero, identity], [-model.K / force, -(model.C + Omega * model.G) * (w / force)]])
     B = np.block([[identity, zero], [zero, model.M * (w**2 / force)]])
@@ -154,18 +154,18 @@ def _eigenpairs(model: Matrices, Omega: float) -> tuple[Complex, Complex]:
 
 def _in_rad_per_s(values: Complex) -> Complex:
     # Part by part: a mass matrix that is nearly singular has infinite eigenvalues, and inf times 0 would be NaN.
-    return np.asarray((np.ascontiguousarray(values).view(np.float64) * _FREQUENCY_UNIT).view(np.complex128))
+    return np.asarray((np.ascontiguousarray(values).view(np.float64) * FREQUENCY_SCALE).view(np.complex128))
 
 
-def _described(model: Matrices, values: Complex, shapes: Complex) -> list[Mode]:
+def _to_modes(model: Matrices, values: Complex, shapes: Complex) -> list[Mode]:
     return [_mode(model, value, shape) for value, shape in zip(values, shapes.T, strict=True)]
 
 
-def _split(model: Matrices, values: Complex, shapes: Complex) -> Complex:
+def _separate_whirl(model: Matrices, values: Complex, shapes: Complex) -> Complex:
     """Replace shapes that share an eigenvalue by combinations, from the most backward to the most forward."""
     shapes, begin = shapes.copy(), 0
     for end in range(1, len(values) + 1):
-        if end < len(values) and abs(values[end] - values[begin]) <= _SAME * abs(values[begin]):
+        if end < len(values) and abs(values[end] - values[begin]) <= SAME_EIGENVALUE * abs(values[begin]):
             continue
         if end - begin > 1:
             place = np.stack([translations(model, shape) for shape in shapes[:, begin:end].T], axis=-1)
@@ -180,7 +180,7 @@ def _split(model: Matrices, values: Complex, shapes: Complex) -> Complex:
 
 def _mode(model: Matrices, value: complex, shape: Complex) -> Mode:
     place = translations(model, shape)
-    if np.max(np.abs(place)) < 1e-6 * np.max(np.abs(shape)):  # rounding: the nodes turn in place
+    if np.max(np.abs(place)) < 1e-6 * np.max(np.abs(shape)):  # rounding: only the slopes oscillate
         place = np.zeros_like(place)
     among = place if place.any() else shape
     largest = among.flat[np.argmax(np.abs(among))]

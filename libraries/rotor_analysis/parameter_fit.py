@@ -1,4 +1,4 @@
-"""Where the rig's description comes from: a fit of what the thesis does not state to the frequencies it prints.
+"""Identification of the rig: what the thesis does not state is fitted to the frequencies that it prints.
 
 The thesis gives no axial positions of the inner discs and no masses of the magnetic bearings' cores. They are found
 here from the damped natural frequencies of the 13-node model in Table 3.1, of which `thesis_tables.toml` holds 32 of
@@ -9,13 +9,13 @@ shaft ends, four discs of 10 kg and radius 0.12 m, net stiffness k_p - K_s = 0.7
 7850 kg/m3 and Poisson's ratio 0.3. The discs' width follows from mass, radius and density. Nodes 2 and 12 halve their
 spans, nodes 5 to 9 divide theirs in six.
 
-What is fitted, p, minimises
+The fitted parameters p minimise
 
     sum ((f_i(p) / f_i - 1) / 0.3 %)^2 + sum ((p_k - prior_k) / deviation_k)^2
 
 The frequencies alone do not determine all of p: a heavier core at one bearing and a lighter one at the other fit as
-well, and so does softer steel with all the rest shifted. The priors decide there; `PARAMETERS` states them with the
-bounds and reasons, and their widths are a choice: see the README for what other widths give.
+well, and so does softer steel with the other parameters shifted. The priors decide there; `PARAMETERS` has them with
+bounds and reasons. Their widths are a choice; the README says what other widths give.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ from scipy.optimize import least_squares
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import MassModel
+from rotor_analysis.frequency_tables import MASSES, thesis_frequencies
 from rotor_analysis.modes import damped_frequencies
-from rotor_analysis.rotor import Bearing, Body, Rotor, Shaft, require
+from rotor_analysis.rotor import Bearing, Disc, Rotor, Shaft, require
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.supported import supported
-from rotor_analysis.tables import MASSES, printed_tables
+from rotor_analysis.supported_rotor import supported_rotor
 
 LENGTH, DIAMETER, DENSITY, POISSON = 1.948, 0.05, 7850.0, 0.3
 MB1, MB2 = 0.624, 1.321  # m
 DISC_MASS, DISC_RADIUS = 10.0, 0.12
 NET_STIFFNESS = (0.756e6, 0.544e6)  # N/m
-MODEL_ERROR = 0.3  # percent; what is left of the deviations at the best fit
+MODEL_ERROR = 0.3  # percent; the deviations that remain at the best fit
 
 
 @dataclass(frozen=True)
@@ -75,23 +75,23 @@ PARAMETERS = (
 START_D2 = (0.25 * MB1, 0.75 * MB1)  # m
 START_D3 = (0.75 * MB1 + 0.25 * MB2, 0.25 * MB1 + 0.75 * MB2)
 NAMES = tuple(parameter.name for parameter in PARAMETERS)
-PRINTED: dict[MassModel, dict[str, Array]] = {
-    mass: {speed: np.array(row) for speed, row in printed_tables()["13_node"][mass].items()} for mass in MASSES
+THESIS_FREQUENCIES: dict[MassModel, dict[str, Array]] = {
+    mass: {speed: np.array(row) for speed, row in thesis_frequencies()["13_node"][mass].items()} for mass in MASSES
 }
 
 
 @dataclass(frozen=True)
-class Identified:
+class FitResult:
     """Result of the fit.
 
     values
         Of the parameters, in the order of `PARAMETERS`.
     deviations
-        Computed over printed frequency less one (percent), shape (32,).
+        Of the computed from the printed frequencies (percent), shape (32,).
     sensitivity
         Change of the deviations (percent) for a relative change of each parameter by one, shape (32, parameters).
-    spread
-        Standard deviation of each value given the frequencies, to 0.3 %, and the priors.
+    standard_deviation
+        Of each value, given the frequencies, to 0.3 %, and the priors.
     cost
         Half the sum of squares.
     """
@@ -99,29 +99,29 @@ class Identified:
     values: Array
     deviations: Array
     sensitivity: Array
-    spread: Array
+    standard_deviation: Array
     cost: float
 
     @property
     def singular_values(self) -> Array:
-        """Of the sensitivity, descending; what the frequencies say about combinations of parameters."""
+        """Singular values of the sensitivity, descending: how well combinations are determined."""
         return np.asarray(np.linalg.svd(self.sensitivity, compute_uv=False))
 
 
-def identify(use_priors: bool = True) -> list[Identified]:
-    """Fit `PARAMETERS` to the 32 frequencies from every start, the best first.
+def fit_from_all_starts(use_priors: bool = True) -> list[FitResult]:
+    """Fit `PARAMETERS` to the 32 frequencies from every start; the best fit first.
 
     Parameters
     ----------
     use_priors
-        Without the priors the frequencies alone decide, and what they do not determine may end at a bound.
+        Without priors, parameters that the frequencies do not determine may end at a bound.
     """
     found = [fit(z_d2, z_d3, use_priors) for z_d2 in START_D2 for z_d3 in START_D3]
     return sorted(found, key=lambda result: result.cost)
 
 
-def fit(z_d2: float, z_d3: float, use_priors: bool = True) -> Identified:
-    """Bounded least squares (trust region) from one start: these positions (m), the rest as in `PARAMETERS`.
+def fit(z_d2: float, z_d3: float, use_priors: bool = True) -> FitResult:
+    """Fit by bounded least squares (trust region) from one start: these positions (m), the rest as in `PARAMETERS`.
 
     Raises
     ------
@@ -129,43 +129,43 @@ def fit(z_d2: float, z_d3: float, use_priors: bool = True) -> Identified:
         If the search does not converge, or the start is out of bounds.
     """
     scale = np.array([np.mean(p.bounds) for p in PARAMETERS])
-    begin = np.array([z_d2, z_d3, *(p.start for p in PARAMETERS[2:])])
+    start = np.array([z_d2, z_d3, *(p.start for p in PARAMETERS[2:])])
     low, high = np.array([p.bounds for p in PARAMETERS]).T
-    require(bool(np.all((low < begin) & (begin < high))), "start", begin.tolist(), f"within {low} .. {high}")
-    held = [k for k, p in enumerate(PARAMETERS) if p.prior and use_priors]
-    priors = np.array([PARAMETERS[k].prior for k in held]).reshape(-1, 2)
+    require(bool(np.all((low < start) & (start < high))), "start", start.tolist(), f"within {low} .. {high}")
+    with_prior = [k for k, p in enumerate(PARAMETERS) if p.prior and use_priors]
+    priors = np.array([PARAMETERS[k].prior for k in with_prior]).reshape(-1, 2)
 
     def residuals(relative: Array) -> Array:
         values = relative * scale
-        return np.concatenate([deviations(values) / MODEL_ERROR, (values[held] - priors[:, 0]) / priors[:, 1]])
+        return np.concatenate([deviations(values) / MODEL_ERROR, (values[with_prior] - priors[:, 0]) / priors[:, 1]])
 
     # The step of the differences is well above the rounding of an eigenvalue.
     bounds = (low / scale, high / scale)
-    found = least_squares(residuals, begin / scale, bounds=bounds, x_scale="jac", diff_step=1e-6, max_nfev=200)
+    found = least_squares(residuals, start / scale, bounds=bounds, x_scale="jac", diff_step=1e-6, max_nfev=200)
     if not found.success:
         raise ValueError(f"the fit did not converge: {found.message}")
-    count = len(found.fun) - len(held)
-    return Identified(
+    count = len(found.fun) - len(with_prior)
+    return FitResult(
         values=found.x * scale,
         deviations=found.fun[:count] * MODEL_ERROR,
         sensitivity=found.jac[:count] * MODEL_ERROR * found.x,
-        spread=scale * np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac))),
+        standard_deviation=scale * np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac))),
         cost=float(found.cost),
     )
 
 
 def deviations(values: Array) -> Array:
-    """Computed over printed frequencies less one (percent) of the rotor with the given parameters, shape (32,)."""
+    """Return the deviations of the computed from the printed frequencies (percent), shape (32,)."""
     rotor = rotor_of(values)
     found: list[Array] = []
-    for mass, rows in PRINTED.items():
-        model = supported(rotor, mass).model
+    for mass, rows in THESIS_FREQUENCIES.items():
+        model = supported_rotor(rotor, mass).model
         found += [damped_frequencies(model, float(speed), len(row)) / row - 1.0 for speed, row in rows.items()]
     return 100.0 * np.concatenate(found)
 
 
 def rotor_of(values: Array) -> Rotor:
-    """The 13-node rotor with the given parameters."""
+    """Return the 13-node rotor with the given parameters."""
     p = dict(zip(NAMES, np.asarray(values, dtype=np.float64).tolist(), strict=True))
     inner = np.linspace(MB1, p["z_d3"], 7)[1:].tolist()  # nodes 5 to 10, the last one at D3
     nodes = (0.0, p["z_d2"] / 2.0, p["z_d2"], MB1, *inner, MB2, (MB2 + LENGTH) / 2.0, LENGTH)
@@ -177,8 +177,8 @@ def rotor_of(values: Array) -> Rotor:
         "identified",
         shaft,
         (
-            *(Body.disc(f"d{k}", node, DISC_MASS, DISC_RADIUS, width) for k, node in enumerate((1, 3, 10, 13), 1)),
-            *(Body.disc(f"core{k}", *core, p["core_radius"], p["core_width"]) for k, core in enumerate(cores, 1)),
+            *(Disc(f"d{k}", node, DISC_MASS, DISC_RADIUS, width) for k, node in enumerate((1, 3, 10, 13), 1)),
+            *(Disc(f"core{k}", *core, p["core_radius"], p["core_width"]) for k, core in enumerate(cores, 1)),
         ),
         tuple(
             Bearing(f"mb{k}", node, ((stiffness, 0.0), (0.0, stiffness)), damping)
@@ -188,7 +188,7 @@ def rotor_of(values: Array) -> Rotor:
 
 
 def values_of(rotor: Rotor) -> Array:
-    """The parameters that `rotor`, laid out as the rig, has."""
+    """Return the parameters of `rotor`, which must have the layout of the rig."""
     z, bodies = rotor.shaft.nodes, {body.node: body for body in rotor.bodies}
     core = bodies[4]
     radius = math.sqrt(2.0 * core.polar_inertia / core.mass)
@@ -198,15 +198,15 @@ def values_of(rotor: Rotor) -> Array:
 
 
 def main() -> None:
-    """Run the fit and print what comes of it."""
+    """Run the fit and print its results."""
     rig = values_of(load_rotor())
-    minima, free = identify(), identify(use_priors=False)[0]
+    minima, free = fit_from_all_starts(), fit_from_all_starts(use_priors=False)[0]
     found, console = minima[0], Console()
     if not console.is_terminal:  # a file has no width to cut the table to
         console = Console(width=180)
     console.print(_table(found, rig, free))
     for name, left in (
-        ("identified", found.deviations),
+        ("fitted", found.deviations),
         ("rig.toml", deviations(rig)),
         ("without priors", free.deviations),
     ):
@@ -223,15 +223,15 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _table(found: Identified, rig: Array, free: Identified) -> Table:
-    table = Table(title="The rig, identified from 32 frequencies of Table 3.1", title_justify="left", box=None)
+def _table(found: FitResult, rig: Array, free: FitResult) -> Table:
+    table = Table(title="The rig, fitted to 32 frequencies of Table 3.1", title_justify="left", box=None)
     table.add_column("parameter", no_wrap=True)
-    for column in ("bounds", "prior", "identified", "spread", "rig.toml", "without priors"):
+    for column in ("bounds", "prior", "fitted", "std. deviation", "rig.toml", "without priors"):
         table.add_column(column, justify="right", no_wrap=True)
     table.add_column("reason")
     for k, p in enumerate(PARAMETERS):
         prior = f"{p.prior[0]:.4g} ± {p.prior[1]:.2g}" if p.prior else "-"
-        numbers = (found.values[k], found.spread[k], rig[k], free.values[k])
+        numbers = (found.values[k], found.standard_deviation[k], rig[k], free.values[k])
         bounds = f"{p.bounds[0]:.4g} .. {p.bounds[1]:.4g}"
         table.add_row(f"{p.name} ({p.unit})", bounds, prior, *(f"{number:.4g}" for number in numbers), p.reason)
     return table

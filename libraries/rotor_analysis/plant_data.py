@@ -1,4 +1,4 @@
-"""What the plant's kernels need of a rotor, computed once and stored in the FMU as one flat array."""
+"""Constants of the plant: matrices of the reduced rotor, stored in the FMU as one flat array."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rotor_contact.structure import Structure
 
 
 def plant_constants(rotor: Rotor | None = None) -> Array:
-    """Flat constants of the plant: n, then the fields of `Structure` in order, row by row.
+    """Return the flat constants of the plant: n, then the fields of `Structure` in order, row by row.
 
     The diagonal-mass finite-element model of the free rotor is condensed to its master planes (`reduction.msdc`).
 
@@ -26,7 +26,7 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
     Raises
     ------
     ValueError
-        If the rotor does not have what the plant's interface shows, or its master planes cannot hold it.
+        If the numbers of bearings and planes are not those of the plant, or the master planes do not hold the rotor.
     """
     rotor = rotor or load_rotor()
     planes = rotor.planes
@@ -47,9 +47,9 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
     reduced = reduction.model
     Minv: Array = np.linalg.inv(reduced.M).astype(np.float64)
 
-    shaken = np.zeros((full.size, 2))
+    base_motion = np.zeros((full.size, 2))
     for rows in full.translations.values():
-        shaken[rows, (0, 1)] = 1.0
+        base_motion[rows, (0, 1)] = 1.0
 
     def first_rows(nodes: tuple[int, ...]) -> Array:
         return np.array([reduced.translations[node][0] for node in nodes], dtype=np.float64)
@@ -61,7 +61,7 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
         MinvK=Minv @ reduced.K,
         MinvG=Minv @ reduced.G,
         B_disc=reduction.left[:, full.rows(planes.discs)],
-        B_base=-reduction.left @ full.M @ shaken,
+        B_base=-reduction.left @ full.M @ base_motion,
         sensors=reduction.right[full.rows(planes.sensors)],
         bearings=first_rows(rotor.bearing_nodes),
         sites=first_rows(planes.retainers),

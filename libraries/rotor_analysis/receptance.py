@@ -1,4 +1,4 @@
-"""Synchronous receptance of the levitated rotor: what ROLAC inverts."""
+"""Synchronous receptance of the levitated rotor, from which H of the controller is computed."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from rotor_analysis.modes import Complex
 from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.supported import supported
+from rotor_analysis.supported_rotor import supported_rotor
 
 
 def receptance(speeds: Array, k_b: float = 1e6, c_b: float = 5000.0, rotor: Rotor | None = None) -> Complex:
-    """Complex receptance R of the reduced rotor at synchronous frequency: Q = Q_0 + R U (5.6).
+    """Return the complex receptance R of the reduced rotor at synchronous frequency: Q = Q_0 + R U (5.6).
 
     R = S [-Omega^2 M + j Omega (C + Omega G) + K]^-1 B, with q = Re[Q exp(j theta)], u = Re[U exp(j theta)]
 
@@ -32,7 +32,7 @@ def receptance(speeds: Array, k_b: float = 1e6, c_b: float = 5000.0, rotor: Roto
         m/N; sensors s1 .. s8 by forces mb1.x, mb1.y, mb2.x, mb2.y.
     """
     rotor = (rotor or load_rotor()).on_equal_bearings(k_b, c_b)
-    support = supported(rotor, "diagonal", rotor.planes.master)
-    sensors = support.displacement_of(rotor.planes.sensors)
-    B = support.force_at(rotor.bearing_nodes)
-    return np.array([sensors @ np.linalg.solve(dynamic_stiffness(support.model, Omega), B) for Omega in speeds])
+    rotor_model = supported_rotor(rotor, "diagonal", rotor.planes.master)
+    sensors = rotor_model.displacement_of(rotor.planes.sensors)
+    B = rotor_model.force_at(rotor.bearing_nodes)
+    return np.array([sensors @ np.linalg.solve(dynamic_stiffness(rotor_model.model, Omega), B) for Omega in speeds])

@@ -1,4 +1,4 @@
-"""Multiple static-dynamic condensation: the rotor seen from a few planes (thesis 3.8 to 3.13)."""
+"""Multiple static-dynamic condensation (MSDC) of the rotor to a few planes (thesis 3.8 to 3.13)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rotor_analysis.assembly import Matrices
 
 @dataclass(frozen=True)
 class Reduction:
-    """A reduced model and how it relates to the full one.
+    """A reduced model and its relation to the full model.
 
     model
         Matrices on the masters: x and y of each master plane in order.

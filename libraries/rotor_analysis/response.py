@@ -10,31 +10,31 @@ from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import Complex
 from rotor_analysis.rotor import require
-from rotor_analysis.supported import Supported
+from rotor_analysis.supported_rotor import SupportedRotor
 
 
 def dynamic_stiffness(model: Matrices, Omega: float) -> Complex:
-    """Stiffness against a synchronous force, -Omega^2 M + i Omega (C + Omega G) + K (N/m), shape (size, size)."""
+    """Return the stiffness to a synchronous force, -Omega^2 M + i Omega (C + Omega G) + K (N/m), shape (size, size)."""
     return np.asarray(-(Omega**2) * model.M + 1j * Omega * (model.C + Omega * model.G) + model.K)
 
 
 def unbalance_response(
-    support: Supported, unbalance: Mapping[int, complex], speeds: Array, nodes: tuple[int, ...]
+    rotor_model: SupportedRotor, unbalance: Mapping[int, complex], speeds: Array, nodes: tuple[int, ...]
 ) -> Complex:
-    """Complex amplitudes of the synchronous motion.
+    """Return the complex amplitudes of the synchronous motion.
 
     [-Omega^2 M + i Omega (C + Omega G) + K] Q = Omega^2 (u, -i u)
 
     Parameters
     ----------
-    support
-        The rotor on its bearings, in full or condensed. Unbalance at a node that is no master acts through (3.13).
+    rotor_model
+        The rotor on its bearings, full or condensed. Unbalance at a node that is not a master acts through (3.13).
     unbalance
         Node number to complex unbalance u exp(i phi) (kg m); at theta + phi = 0 it pulls along x.
     speeds
         Spin speeds (rad/s), shape (n,).
     nodes
-        Node numbers to look at.
+        Node numbers whose motion is returned.
 
     Returns
     -------
@@ -46,34 +46,34 @@ def unbalance_response(
     ValueError
         If a node does not exist, a value is not finite, or an undamped rotor is run at its critical speed.
     """
-    out = support.displacement_of(nodes)
-    force = unit_force(support, unbalance)
+    out = rotor_model.displacement_of(nodes)
+    excitation = unbalance_vector(rotor_model, unbalance)
     amplitudes = np.empty((len(speeds), len(nodes), 2), dtype=np.complex128)
     for k, Omega in enumerate(speeds):
         require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
-        amplitudes[k] = (out @ steady_state(support.model, float(Omega), force)).reshape(-1, 2)
+        amplitudes[k] = (out @ steady_state(rotor_model.model, float(Omega), excitation)).reshape(-1, 2)
     return amplitudes
 
 
-def unit_force(support: Supported, unbalance: Mapping[int, complex]) -> Complex:
-    """Synchronous force of an unbalance on the model's coordinates, divided by Omega^2 (kg m), shape (model.size,)."""
+def unbalance_vector(rotor_model: SupportedRotor, unbalance: Mapping[int, complex]) -> Complex:
+    """Return the unbalance in the model's coordinates (kg m), shape (size,): the synchronous force over Omega^2."""
     for node, u in unbalance.items():
         require(bool(np.isfinite(u)), f"unbalance at node {node}", f"{u} kg m", "finite")
-    pull = np.array([component for u in unbalance.values() for component in (u, -1j * u)], dtype=np.complex128)
-    return np.asarray(support.force_at(tuple(unbalance)) @ pull)
+    components = np.array([component for u in unbalance.values() for component in (u, -1j * u)], dtype=np.complex128)
+    return np.asarray(rotor_model.force_at(tuple(unbalance)) @ components)
 
 
-def steady_state(model: Matrices, Omega: float, unit: Complex) -> Complex:
-    """Complex amplitude (m) of the model's coordinates under the force Omega^2 `unit` exp(i theta)."""
+def steady_state(model: Matrices, Omega: float, unbalance: Complex) -> Complex:
+    """Return the complex amplitude (m) of the model's coordinates under the force Omega^2 `unbalance` exp(i theta)."""
     stiffness = dynamic_stiffness(model, Omega)
     try:
-        return np.asarray(np.linalg.solve(stiffness, Omega**2 * unit))
+        return np.asarray(np.linalg.solve(stiffness, Omega**2 * unbalance))
     except np.linalg.LinAlgError as error:
         raise ValueError(f"Omega = {Omega} rad/s is a critical speed of an undamped rotor: no steady state") from error
 
 
 def orbit(amplitudes: Complex) -> tuple[Array, Array, Array]:
-    """Size and place of the ellipses that complex amplitudes X, Y describe.
+    """Return semi-axes and phase of the elliptic orbits of complex amplitudes X, Y.
 
     x + i y = r_f exp(i theta) + r_b exp(-i theta),  r_f = (X + i Y) / 2,  r_b = conj(X - i Y) / 2
 

@@ -1,25 +1,62 @@
-"""Description of a rotor: shaft, rigid bodies, bearings and planes. SI units."""
+"""Description of a rotor: shaft, rigid bodies, bearings and planes. SI units.
+
+The classes declare the form of a rotor file, with limits and units; `rotor_file.load_rotor` reads one. Made in Python,
+they check their values in the same way.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from typing import Literal, get_args
+from typing import Annotated, Any, Literal
+
+from annotated_types import Ge, Gt, Lt
+from pydantic import BeforeValidator, Discriminator, StrictFloat, StrictInt, StrictStr, Tag
+
+from amb_files.toml import table
+from amb_files.validation_errors import Unit
 
 Theory = Literal["timoshenko", "rayleigh"]
 Tensor = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy))
 
 
+def _as_tuple(value: object) -> object:
+    """One number for all elements."""
+    return value if isinstance(value, list | tuple) else (value,)
+
+
+def _as_tensor(value: object) -> object:
+    """A 2 x 2 tensor, or one number for both axes of an isotropic bearing."""
+    rows: Any = value if isinstance(value, list | tuple) else ((value, 0.0), (0.0, value))
+    whole = len(rows) == 2 and all(isinstance(row, list | tuple) and len(row) == 2 for row in rows)
+    if not whole or not all(_is_finite(number) for row in rows for number in row):
+        raise ValueError("it must be a finite number or [[xx, xy], [yx, yy]] of finite numbers")
+    return tuple(tuple(float(number) for number in row) for row in rows)
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+Node = Annotated[StrictInt, Ge(1)]
+Mass = Annotated[StrictFloat, Gt(0.0), Unit("kg")]
+Inertia = Annotated[StrictFloat, Ge(0.0), Unit("kg m2")]
+Diameters = Annotated[tuple[Annotated[StrictFloat, Gt(0.0), Unit("m")], ...], BeforeValidator(_as_tuple)]
+InnerDiameters = Annotated[tuple[Annotated[StrictFloat, Ge(0.0), Unit("m")], ...], BeforeValidator(_as_tuple)]
+TensorOrNumber = Annotated[Tensor, BeforeValidator(_as_tensor)]
+
+
 def require(condition: bool, what: str, value: object, allowed: str) -> None:
-    """Raise a ValueError that says what `what` must be, unless `condition` holds."""
+    """Raise a ValueError with the name `what`, its value and what is allowed, unless `condition` holds."""
     if not condition:
         raise ValueError(f"{what} = {value} is not allowed; it must be {allowed}")
 
 
 @dataclass(frozen=True)
 class Element:
-    """A piece of shaft with constant ring section: length, diameters (m), E (Pa), density (kg/m^3), Poisson's ratio."""
+    """A shaft element with constant ring section: length, diameters (m), E (Pa), density (kg/m^3), Poisson's ratio."""
 
     length: float
     diameter: float
@@ -51,7 +88,7 @@ class Element:
         return 6.0 * (1.0 + nu) * (1.0 + m2) ** 2 / ((7.0 + 6.0 * nu) * (1.0 + m2) ** 2 + (20.0 + 12.0 * nu) * m2)
 
 
-@dataclass(frozen=True)
+@table
 class Shaft:
     """A stepped circular shaft of one material.
 
@@ -59,126 +96,139 @@ class Shaft:
     hold one value for each element, or one for all. `theory` is `timoshenko`, or `rayleigh` without shear deformation.
     """
 
-    nodes: tuple[float, ...]
-    diameter: tuple[float, ...]
-    youngs_modulus: float
-    density: float
-    poissons_ratio: float
-    inner_diameter: tuple[float, ...] = (0.0,)
+    nodes: tuple[Annotated[StrictFloat, Unit("m")], ...]
+    diameter: Diameters
+    youngs_modulus: Annotated[StrictFloat, Gt(0.0), Unit("Pa")]
+    density: Annotated[StrictFloat, Gt(0.0), Unit("kg/m3")]
+    poissons_ratio: Annotated[StrictFloat, Gt(-1.0), Lt(0.5)]
+    inner_diameter: InnerDiameters = (0.0,)
     theory: Theory = "timoshenko"
 
     def __post_init__(self) -> None:
-        ascending = all(b > a for a, b in pairwise(self.nodes)) and all(map(math.isfinite, self.nodes))
-        require(len(self.nodes) >= 2 and ascending, "shaft.nodes", f"{list(self.nodes)} m", "ascending, two or more")
+        ascending = all(b > a for a, b in pairwise(self.nodes))
+        require(len(self.nodes) >= 2 and ascending, "nodes", f"{list(self.nodes)} m", "ascending, two or more")
         count = len(self.nodes) - 1
         for name in ("diameter", "inner_diameter"):
             given = getattr(self, name)
-            require(
-                len(given) in (1, count), f"shaft.{name}", f"{list(given)} m", f"one value, or one for each of {count}"
-            )
+            require(len(given) in (1, count), name, f"{list(given)} m", f"one value, or one for each of {count}")
             object.__setattr__(self, name, given * count if len(given) == 1 else given)
         for outer, inner in zip(self.diameter, self.inner_diameter, strict=True):
-            require(0.0 < outer < math.inf, "shaft.diameter", f"{outer} m", "> 0 m")
-            require(0.0 <= inner < outer, "shaft.inner_diameter", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
-        require(0.0 < self.youngs_modulus < math.inf, "shaft.youngs_modulus", f"{self.youngs_modulus} Pa", "> 0 Pa")
-        require(0.0 < self.density < math.inf, "shaft.density", f"{self.density} kg/m3", "> 0 kg/m3")
-        require(-1.0 < self.poissons_ratio < 0.5, "shaft.poissons_ratio", self.poissons_ratio, "in (-1, 0.5)")
-        require(self.theory in get_args(Theory), "shaft.theory", repr(self.theory), f"one of {get_args(Theory)}")
+            require(inner < outer, "inner_diameter", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
 
     @property
     def elements(self) -> tuple[Element, ...]:
-        """The pieces between the nodes."""
+        """The elements between the nodes."""
         return tuple(
             Element(b - a, outer, inner, self.youngs_modulus, self.density, self.poissons_ratio, self.theory)
             for (a, b), outer, inner in zip(pairwise(self.nodes), self.diameter, self.inner_diameter, strict=True)
         )
 
 
-@dataclass(frozen=True)
+@table
 class Body:
-    """A rigid disc, ring or core on the shaft at `node` (counted from 1): mass (kg), inertias (kg m^2)."""
+    """A rigid body on the shaft at `node` (counted from 1): mass (kg), inertias (kg m^2)."""
 
-    name: str
-    node: int
-    mass: float
-    diametral_inertia: float = 0.0
-    polar_inertia: float = 0.0
-
-    def __post_init__(self) -> None:
-        require(0.0 < self.mass < math.inf, f"{self.name}.mass", f"{self.mass} kg", "> 0 kg")
-        for name in ("diametral_inertia", "polar_inertia"):
-            value = getattr(self, name)
-            require(0.0 <= value < math.inf, f"{self.name}.{name}", f"{value} kg m2", ">= 0 kg m2")
-
-    @classmethod
-    def disc(cls, name: str, node: int, mass: float, radius: float, width: float) -> Body:
-        """A homogeneous disc: I_d = m r^2/4 + m w^2/12, I_p = m r^2/2, of mass (kg), radius and width (m)."""
-        require(0.0 <= radius < math.inf, f"{name}.radius", f"{radius} m", ">= 0 m")
-        require(0.0 <= width < math.inf, f"{name}.width", f"{width} m", ">= 0 m")
-        return cls(name, node, mass, mass * (radius**2 / 4.0 + width**2 / 12.0), mass * radius**2 / 2.0)
+    name: StrictStr
+    node: Node
+    mass: Mass
+    diametral_inertia: Inertia
+    polar_inertia: Inertia
 
 
-@dataclass(frozen=True)
+@table
+class Disc:
+    """A homogeneous rigid disc or core on the shaft at `node` (counted from 1): mass (kg), radius and width (m)."""
+
+    name: StrictStr
+    node: Node
+    mass: Mass
+    radius: Annotated[StrictFloat, Ge(0.0), Unit("m")]
+    width: Annotated[StrictFloat, Ge(0.0), Unit("m")]
+
+    @property
+    def diametral_inertia(self) -> float:
+        """I_d = m r^2/4 + m w^2/12 (kg m^2)."""
+        return self.mass * (self.radius**2 / 4.0 + self.width**2 / 12.0)
+
+    @property
+    def polar_inertia(self) -> float:
+        """I_p = m r^2/2 (kg m^2)."""
+        return self.mass * self.radius**2 / 2.0
+
+
+def _kind_of_body(value: object) -> str:
+    """A body with a radius or a width is a disc."""
+    if isinstance(value, dict):
+        return "disc" if {"radius", "width"} & set(value) else "body"
+    return "disc" if isinstance(value, Disc) else "body"
+
+
+BodyOrDisc = Annotated[
+    Annotated[Body, Tag("body")] | Annotated[Disc, Tag("disc")],
+    Discriminator(_kind_of_body),
+]
+
+
+@table
 class Bearing:
-    """A linear bearing at `node`: 2 x 2 stiffness (N/m) and damping (N s/m), cross-coupled where they are not diagonal.
+    """A linear bearing at `node`: 2 x 2 stiffness (N/m) and damping (N s/m), or one number for both axes.
 
-    The analyses stand the rotor on it. In co-simulation the forces of the bearings come from elsewhere, and only the
-    node counts.
+    The tensors are cross-coupled where they are not diagonal. The analyses place the rotor on this bearing. In
+    co-simulation the forces of the bearings come from another component, and only the node counts.
     """
 
-    name: str
-    node: int
-    stiffness: Tensor = ((0.0, 0.0), (0.0, 0.0))
-    damping: Tensor = ((0.0, 0.0), (0.0, 0.0))
-
-    def __post_init__(self) -> None:
-        for name, unit in (("stiffness", "N/m"), ("damping", "N s/m")):
-            tensor = getattr(self, name)
-            finite = all(math.isfinite(value) for row in tensor for value in row)
-            require(finite, f"{self.name}.{name}", f"{tensor} {unit}", "finite")
+    name: StrictStr
+    node: Node
+    stiffness: TensorOrNumber = ((0.0, 0.0), (0.0, 0.0))
+    damping: TensorOrNumber = ((0.0, 0.0), (0.0, 0.0))
 
 
-@dataclass(frozen=True)
+@table
 class Planes:
     """Node numbers (from 1): masters of the reduction, discs, sensor planes and retainer bearings."""
 
-    master: tuple[int, ...] = ()
-    discs: tuple[int, ...] = ()
-    sensors: tuple[int, ...] = ()
-    retainers: tuple[int, ...] = ()
+    master: tuple[Node, ...] = ()
+    discs: tuple[Node, ...] = ()
+    sensors: tuple[Node, ...] = ()
+    retainers: tuple[Node, ...] = ()
 
 
-@dataclass(frozen=True)
+@table
 class Rotor:
-    """A rotor and where it is held, loaded and seen.
+    """A rotor: its shaft with bodies and bearings, and the planes where forces act and displacements are measured.
 
     Raises
     ------
     ValueError
-        If a value is out of range or a plane names no node; the message says which and what is allowed.
+        If a value is out of range or a plane is at a node that does not exist; one line for each mistake.
     """
 
-    name: str
+    name: StrictStr
     shaft: Shaft
-    bodies: tuple[Body, ...] = ()
+    bodies: tuple[BodyOrDisc, ...] = ()
     bearings: tuple[Bearing, ...] = ()
     planes: Planes = Planes()
 
     def __post_init__(self) -> None:
-        count = len(self.shaft.nodes)
-        placed: tuple[Body | Bearing, ...] = (*self.bodies, *self.bearings)
-        named = [(f"{part.name}.node", (part.node,)) for part in placed]
-        named += [(f"planes.{field.name}", getattr(self.planes, field.name)) for field in fields(Planes)]
-        for what, nodes in named:
-            for node in nodes:
-                whole = isinstance(node, int) and 1 <= node <= count
-                require(whole, what, node, f"a node number from 1 to {count}")
-        master = list(self.planes.master)
+        count, master = len(self.shaft.nodes), list(self.planes.master)
+        wrong = [f"{what} = {node} is not allowed; it must be a node number from 1 to {count}"
+                 for what, node in self._placed() if node > count]  # fmt: skip
+        if wrong:
+            raise ValueError("\n".join(wrong))
         require(len(set(master)) == len(master), "planes.master", master, "a list without repetition")
         missing = sorted({*self.bearing_nodes, *self.planes.retainers} - set(master))
         require(
             not master or not missing, "planes.master", master, f"a list that includes bearings and retainers {missing}"
         )
+
+    def _placed(self) -> Iterator[tuple[str, int]]:
+        """Every node number and its key."""
+        for key, parts in (("bodies", self.bodies), ("bearings", self.bearings)):
+            for k, part in enumerate(parts):
+                yield f"{key}[{k}].node ({part.name})", part.node
+        for field in fields(Planes):
+            for k, node in enumerate(getattr(self.planes, field.name)):
+                yield f"planes.{field.name}[{k}]", node
 
     @property
     def bearing_nodes(self) -> tuple[int, ...]:
@@ -186,7 +236,7 @@ class Rotor:
         return tuple(bearing.node for bearing in self.bearings)
 
     def on_equal_bearings(self, stiffness: float, damping: float) -> Rotor:
-        """The same rotor on isotropic bearings of the given stiffness (N/m) and damping (N s/m)."""
+        """Return the same rotor on isotropic bearings of the given stiffness (N/m) and damping (N s/m)."""
         k, c = ((stiffness, 0.0), (0.0, stiffness)), ((damping, 0.0), (0.0, damping))
         return replace(self, bearings=tuple(replace(b, stiffness=k, damping=c) for b in self.bearings))
 

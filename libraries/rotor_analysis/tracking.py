@@ -1,4 +1,4 @@
-"""Following modes from one spin speed, mesh or model to another by their shapes."""
+"""Mode tracking: modes at one spin speed, mesh or model are paired with those of another by their shapes."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import Complex, Mode, modes
 from rotor_analysis.rotor import require
 
-SURE = 0.9  # assurance below which a step in speed is halved
-LOST = 0.5  # assurance below which a mode has no continuation
-_HALVINGS = 10
+HALVING_ASSURANCE = 0.9  # below it a step in speed is halved
+LOWEST_ASSURANCE = 0.5  # below it a mode has no continuation
+MAX_HALVINGS = 10
 
 
-def assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex]) -> Array:
-    """Modal assurance criterion of every shape with every other, weighted with the mass matrix.
+def modal_assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex]) -> Array:
+    """Return the modal assurance criterion (MAC) of every shape with every other, weighted with the mass matrix.
 
     MAC_ij = |a_i^H M b_j|^2 / ((a_i^H M a_i) (b_j^H M b_j))
 
-    1 for the same motion whatever its size and phase; 0 for a forward and a backward circle.
+    It is 1 for the same motion, independent of size and phase, and 0 for a forward and a backward circle.
 
     Parameters
     ----------
@@ -41,24 +41,24 @@ def assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex]) -> 
     return np.asarray(np.abs(a.conj().T @ M @ b) ** 2 / np.outer(size_a, size_b))
 
 
-def paired(M: Array, known: Sequence[Complex], found: Sequence[Complex]) -> list[tuple[int | None, float]]:
-    """For each known shape the index of the found one that continues it, one to one, and the assurance of the pair.
+def pair_modes(M: Array, known: Sequence[Complex], found: Sequence[Complex]) -> list[tuple[int | None, float]]:
+    """Return, for each known shape, the index of the found shape that continues it, and the MAC of the pair.
 
-    The index is None where no found shape is left or the assurance is below 0.5.
+    Each found shape is used once. The index is None where none is left or the MAC is below 0.5.
     """
-    criterion = assurance(M, known, found)
+    criterion = modal_assurance(M, known, found)
     pairs: list[tuple[int | None, float]] = [(None, 0.0)] * len(known)
     for row, column in zip(*linear_sum_assignment(criterion, maximize=True), strict=True):
         value = float(criterion[row, column])
-        pairs[row] = (int(column) if value >= LOST else None, value)
+        pairs[row] = (int(column) if value >= LOWEST_ASSURANCE else None, value)
     return pairs
 
 
-def follow(model: Matrices, speeds: Array, count: int) -> list[list[Mode | None]]:
-    """The first `count` modes at the lowest speed, followed to the highest.
+def track_modes(model: Matrices, speeds: Array, count: int) -> list[list[Mode | None]]:
+    """Track the first `count` modes from the lowest speed to the highest.
 
-    A step over which the assurance of some mode falls below 0.9 is taken in halves, so that modes keep their identity
-    where their frequencies cross.
+    A step over which the MAC of a mode falls below 0.9 is halved, so that modes keep their identity where their
+    frequencies cross.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def follow(model: Matrices, speeds: Array, count: int) -> list[list[Mode | None]
     Returns
     -------
     list
-        For each mode, what it is at each speed; None from where it no longer oscillates.
+        For each mode its values at each speed; None from where it no longer oscillates.
 
     Raises
     ------
@@ -85,23 +85,25 @@ def follow(model: Matrices, speeds: Array, count: int) -> list[list[Mode | None]
     current: list[Mode | None] = list(modes(model, float(speeds[0]), count))
     tracks = [[mode] for mode in current]
     for before, after in pairwise(speeds.tolist()):
-        current = step(model, current, before, after)
+        current = continue_modes(model, current, before, after)
         for track, mode in zip(tracks, current, strict=True):
             track.append(mode)
     return tracks
 
 
-def step(
-    model: Matrices, current: list[Mode | None], before: float, after: float, halvings: int = _HALVINGS
+def continue_modes(
+    model: Matrices, current: list[Mode | None], before: float, after: float, halvings: int = MAX_HALVINGS
 ) -> list[Mode | None]:
-    """The modes `current` at speed `before` (rad/s), continued to `after`; None stays None."""
-    alive = [k for k, mode in enumerate(current) if mode is not None]
+    """Continue the modes `current` at speed `before` (rad/s) to the speed `after`; None stays None."""
+    oscillating = [k for k, mode in enumerate(current) if mode is not None]
     found = modes(model, after)
-    pairs = paired(model.M, [m.shape for m in current if m is not None], [m.shape for m in found])
-    if halvings and any(value < SURE for _, value in pairs):
+    pairs = pair_modes(model.M, [m.shape for m in current if m is not None], [m.shape for m in found])
+    if halvings and any(value < HALVING_ASSURANCE for _, value in pairs):
         middle = 0.5 * (before + after)
-        return step(model, step(model, current, before, middle, halvings - 1), middle, after, halvings - 1)
+        return continue_modes(
+            model, continue_modes(model, current, before, middle, halvings - 1), middle, after, halvings - 1
+        )
     continued: list[Mode | None] = [None] * len(current)
-    for k, (index, _) in zip(alive, pairs, strict=True):
+    for k, (index, _) in zip(oscillating, pairs, strict=True):
         continued[k] = None if index is None else found[index]
     return continued

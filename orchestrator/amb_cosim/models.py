@@ -39,8 +39,8 @@ def rolac_controller(rotor: Path | None = None, receptances: Path | None = None,
 
     In the model the rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
     """
-    from amb_analysis.receptance_table import pack
-    from amb_analysis.table_file import read_table
+    from amb_analysis.controller_data import pack
+    from amb_analysis.receptance_file import read_table
     from rolac_controller.controller import MODEL
     from rotor_analysis.receptance import receptance
     from rotor_analysis.rotor_file import load_rotor
@@ -90,6 +90,7 @@ def build(
 
 def check_loop(receptances: Path, parameters: Mapping[str, float | None]) -> None:
     """Raise a ValueError if a table was identified in another loop than that of a controller with these parameters."""
-    from amb_analysis.table_file import loop_of, read_table
+    from amb_analysis.receptance_file import loop_parameters, read_table
 
-    read_table(receptances, loop=loop_of({name: value for name, value in parameters.items() if value is not None}))
+    known = {name: value for name, value in parameters.items() if value is not None}
+    read_table(receptances, loop=loop_parameters(known))

@@ -19,7 +19,7 @@ ONLY_BUILDS = ("code/fmi_export/slave.py", "fmi_export.building.description")
 
 def models() -> dict:
     from amb_actuator.actuator import MODEL as actuator
-    from amb_analysis.receptance_table import NO_TABLE
+    from amb_analysis.controller_data import NO_TABLE
     from rolac_controller.controller import MODEL as controller
     from rotor_analysis.plant_data import plant_constants
     from rotor_contact.plant import MODEL as plant

@@ -23,7 +23,7 @@ from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.rotor_file import RIG, load_rotor
-from rotor_analysis.supported import supported
+from rotor_analysis.supported_rotor import supported_rotor
 
 UNSTABLE = """
 name = "pump"
@@ -70,7 +70,7 @@ def test_modes_of_the_rig_are_printed_as_json_and_as_text(runner):
     assert (data["rotor"], data["mass"]) == ("bath_rig", "diagonal")
     assert list(data["speeds"]) == ["90", "120", "145"]
     found = data["speeds"]["90"]
-    expected = damped_frequencies(supported(load_rotor()).model, 90.0, 8)
+    expected = damped_frequencies(supported_rotor(load_rotor()).model, 90.0, 8)
     np.testing.assert_allclose(found["frequencies_rad_s"], expected, rtol=1e-9)
     assert len(found["damping_ratios"]) == len(found["whirl"]) == 8
     assert found["whirl"][:2] == ["backward", "forward"]
@@ -114,7 +114,7 @@ def test_campbell_data_hold_the_critical_speeds_on_the_synchronous_line(runner, 
     data = json.loads((tmp_path / "out" / "campbell.json").read_text())
     assert data["speeds_rad_s"][-1] == pytest.approx(100.0 * np.pi)
     assert len(data["modes"]) == 6
-    model = supported(load_rotor()).model
+    model = supported_rotor(load_rotor()).model
     for critical in data["critical_speeds"]:
         frequencies = damped_frequencies(model, critical["speed_rad_s"])
         assert np.min(np.abs(frequencies - critical["speed_rad_s"])) < 1e-6

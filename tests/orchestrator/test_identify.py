@@ -15,14 +15,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from amb_analysis.table_file import ReceptanceTable, loop_of, read_table
+from amb_analysis.receptance_file import ReceptanceTable, loop_parameters, read_table
 from amb_cosim.cosim.simulation import Outcome
 from amb_cosim.models import check_loop
 from amb_cosim.result import Result
 from amb_cosim.scenario import load_scenario
 from amb_cosim.simulation import prepare
 from amb_cosim.studies import receptance_measurement
-from rolac_controller.names import AXES, CONTACT, DONE, FAILED, NO_ERROR, SENSOR_NAMES, WAITING
+from rolac_controller.enumerations import CONTACT_OCCURRED, DONE, FAILED, NO_ERROR, WAITING
+from rolac_controller.rig_layout import AXES, SENSOR_NAMES
 from rotor_analysis.rotor_file import RIG
 
 LOOP = {f"{b}.{name}_{a}": value for b, a, _ in AXES for name, value in (("k_s", 2e6), ("k_i", 563.0))}
@@ -36,7 +37,7 @@ def receptance(seed: int = 3) -> np.ndarray:
 @pytest.fixture
 def table():
     """A table of the rig in the loop of the levitated system."""
-    empty = ReceptanceTable("bath_rig", loop_of(LOOP))
+    empty = ReceptanceTable("bath_rig", loop_parameters(LOOP))
     return empty.updated(60.0, receptance(3)).updated(100.0, receptance(4))
 
 
@@ -68,7 +69,7 @@ def runs(monkeypatch):
 def test_each_speed_is_kept_and_a_failing_one_does_not_take_the_others_along(runner, runs, tmp_path):
     ends = [
         completed(outputs(receptance(1))),
-        completed(outputs(receptance(2), FAILED, CONTACT)),
+        completed(outputs(receptance(2), FAILED, CONTACT_OCCURRED)),
         completed(outputs(receptance(2), WAITING)),
         completed(outputs(np.zeros((8, 4)))),
         Result(xr.Dataset(), Outcome("failed", 1.0, "amb_actuator")),
@@ -89,7 +90,7 @@ def test_each_speed_is_kept_and_a_failing_one_does_not_take_the_others_along(run
     )
     for line, word in zip(lines[2:], words, strict=True):
         assert word in line
-    kept = read_table(tmp_path / "t.toml", "bath_rig", loop_of(LOOP))
+    kept = read_table(tmp_path / "t.toml", "bath_rig", loop_parameters(LOOP))
     assert [entry.speed for entry in kept.entries] == [2.0 * math.pi * 10.0, 100.0]
     np.testing.assert_array_equal(kept.entries[0].receptance, receptance(1))
     np.testing.assert_array_equal(kept.entries[1].receptance, receptance(6))
@@ -167,7 +168,7 @@ WRONG = {
     "no table": (lambda t: t, 0, "format = None is not allowed"),
 }
 OTHER_LOOP = (
-    lambda t: replace(t, loop=loop_of(LOOP | {"mb1.c_b_x": 3e3})),
+    lambda t: replace(t, loop=loop_parameters(LOOP | {"mb1.c_b_x": 3e3})),
     "mb1.c_b_x = 3000, not 5000; identify again",
 )
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from amb_analysis.receptance_table import NO_TABLE
+from amb_analysis.controller_data import NO_TABLE
 from fmi_export.model import Array, Instance
 from rolac_controller.controller import MODEL
-from rolac_controller.names import AXES, SENSOR_NAMES
+from rolac_controller.rig_layout import AXES, SENSOR_NAMES
 
 Signal = Callable[[float], NDArray[np.float64]]
 Complex = NDArray[np.complex128]

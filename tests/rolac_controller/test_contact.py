@@ -1,4 +1,4 @@
-"""Contact: who tells, how much of it, and the adaptation that counts with it."""
+"""Contact: its sources, its share of a revolution, and the adaptation that takes it into account."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from amb_analysis.receptance_table import NO_TABLE, inverse_receptance, pack
-from rolac_controller.names import GIVEN, NO_SOURCE, OWN_SENSORS
+from amb_analysis.controller_data import NO_TABLE, inverse_receptance, pack
+from rolac_controller.enumerations import GIVEN, NO_SOURCE, OWN_SENSORS
 
 CLEARANCE = 0.75e-3
 SAMPLES = 40
 
 
 @pytest.mark.parametrize(("state", "expected"), [(0, (0, 0)), (1, (1, 0)), (2, (0, 1)), (3, (1, 1))])
-def test_input_tells_which_journal_is_in_contact(bench, speed_of, state, expected):
+def test_input_gives_which_journal_is_in_contact(bench, speed_of, state, expected):
     b = bench(Omega=speed_of(SAMPLES), contact__source=GIVEN)
     b["contact_state"] = state
     for _ in range(20 * SAMPLES):
@@ -40,7 +40,7 @@ def test_orbit_below_the_threshold_is_no_contact(bench, speed_of):
 
 
 @pytest.mark.parametrize("duty", [0.1, 0.5])
-def test_share_of_a_journal_that_touches_now_and_then_is_its_share_of_the_revolution(bench, speed_of, duty):
+def test_share_of_an_intermittent_contact_is_its_share_of_the_revolution(bench, speed_of, duty):
     b = bench(Omega=speed_of(SAMPLES), contact__source=GIVEN)
     shares = []
     for n in range(30 * SAMPLES):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import platform
 
 import numpy as np
 import pytest
@@ -11,12 +12,12 @@ from hypothesis import strategies as st
 
 from amb_actuator.actuator import INTERFACE as ACTUATOR
 from amb_actuator.force import current_stiffness, limited_current, negative_stiffness
+from amb_analysis.controller_data import NO_TABLE, pack
 from amb_analysis.design import axis_parameters
-from amb_analysis.receptance_table import NO_TABLE, pack
 from fmi_export.model import Fault, Instance
 from rolac_controller.controller import FAULT_NO_TABLE, MODEL
+from rolac_controller.enumerations import ERRORS, MODES, STAGES, STATUSES
 from rolac_controller.interface import INTERFACE
-from rolac_controller.names import ERRORS, MODES, STAGES, STATUSES
 
 AXES = [(b, a) for b in ("mb1", "mb2") for a in "xy"]
 
@@ -189,7 +190,7 @@ def test_scratch_array_carries_nothing_from_sample_to_sample(bench, receptance):
 
 @pytest.mark.parametrize("mode", range(len(MODES)))
 def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python):
-    """To rounding: compiled and plain Python differ at most in the last digits of library functions."""
+    """To the last bit where both call the same C library for sine, exponential and so on."""
 
     def run(mode, plain):
         import json
@@ -199,7 +200,7 @@ def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python
             sys.modules["numba"] = None
         import numpy as np
 
-        from amb_analysis.receptance_table import pack
+        from amb_analysis.controller_data import pack
         from fmi_export.jit import COMPILED
         from fmi_export.model import Instance
         from rolac_controller.controller import MODEL
@@ -235,7 +236,8 @@ def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python
     assert compiled
     fast, slow = np.array(fast), np.array(slow)
     scale = np.abs(fast).max(axis=0) + 1e-300
-    assert np.abs((fast - slow) / scale).max() < 1e-9
+    largest = np.abs((fast - slow) / scale).max()
+    assert largest == 0.0 if platform.system() == "Linux" else largest < 1e-9
     assert fast[-1][INTERFACE.output_index("rolac_active")] == 1.0
 
 

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from rolac_controller.excitation import amplitude_at, component, periods, schroeder_phase, share
+from rolac_controller.excitation import amplitude_at, force_component, periods, power_share, schroeder_phase
+from rolac_controller.interface import HARMONIC
 
 
 @pytest.mark.parametrize(
@@ -18,7 +19,7 @@ def test_test_force_is_that_of_the_thesis(frequency, expected):
     assert amplitude_at(frequency) == pytest.approx(expected, rel=1e-3)
 
 
-def test_test_force_is_continuous_at_10_hz_and_jumps_from_440_to_550_n_at_30():
+def test_force_is_continuous_at_10_hz_and_jumps_from_440_to_550_n_at_30():
     assert amplitude_at(10.0 + 1e-9) == pytest.approx(amplitude_at(10.0), rel=1e-8)
     assert amplitude_at(30.0 - 1e-9) == pytest.approx(440.0, rel=1e-7)
 
@@ -35,47 +36,54 @@ def test_rounding_of_a_frequency_costs_no_period():
 FOUR = np.array([1.0, 2.0, 3.0, 4.0])
 
 
-def test_phases_follow_the_formula_of_the_thesis_for_consecutive_harmonics():
+def harmonics_of(powers, orders=FOUR):
+    """Four harmonics for the kernels."""
+    harmonics = np.zeros(4, dtype=HARMONIC)
+    harmonics["order"], harmonics["power"] = orders, powers
+    return harmonics
+
+
+def test_phases_of_consecutive_harmonics_follow_the_formula_of_the_thesis():
     """phase_i = -2 pi sum_{m < i} (i - m) P_m."""
     powers = np.array([1.0, 2.0, 3.0, 4.0])
     relative = powers / powers.sum()
     for i in range(4):
         expected = -2.0 * math.pi * sum((i - m) * relative[m] for m in range(i))
-        assert schroeder_phase(FOUR, powers, i) == pytest.approx(expected, abs=1e-12)
+        assert schroeder_phase(harmonics_of(powers), i) == pytest.approx(expected, abs=1e-12)
 
 
 def test_equal_powers_give_the_quadratic_phases_of_schroeder():
     """phase_i = -pi i (i - 1)/N, i from 1."""
     for i in range(1, 5):
-        assert schroeder_phase(FOUR, np.ones(4), i - 1) == pytest.approx(-math.pi * i * (i - 1) / 4.0, abs=1e-12)
+        assert schroeder_phase(harmonics_of(1.0), i - 1) == pytest.approx(-math.pi * i * (i - 1) / 4.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("powers", [np.ones(4), np.array([1.0, 0.5, 0.5, 0.2])])
 def test_phases_lower_the_peak_of_the_sum(powers):
     turn = np.exp(1j * np.outer(np.linspace(0.0, 2.0 * math.pi, 4001), FOUR))
-    forces = np.array([complex(*component(FOUR, powers, k, True, 1.0, 40.0)) for k in range(4)])
+    forces = np.array([force_component(harmonics_of(powers), k, True, 1.0, 40.0) for k in range(4)])
     peak, in_phase = (np.abs((turn * f).real.sum(axis=1)).max() for f in (forces, np.abs(forces)))
     assert peak < 0.75 * in_phase
 
 
-def test_power_of_the_sum_is_that_of_a_single_harmonic_however_it_is_shared():
+def test_power_of_the_sum_is_that_of_a_single_harmonic():
     """Above 30 Hz A is the same for all harmonics."""
     for powers in (np.ones(4), np.array([5.0, 1.0, 0.0, 2.0])):
-        forces = [complex(*component(FOUR, powers, k, True, 1.0, 40.0)) for k in range(4)]
+        forces = [force_component(harmonics_of(powers), k, True, 1.0, 40.0) for k in range(4)]
         assert sum(abs(f) ** 2 for f in forces) == pytest.approx(amplitude_at(40.0) ** 2, rel=1e-12)
 
 
 def test_each_harmonic_is_as_strong_as_its_own_frequency_needs():
-    forces = [abs(complex(*component(FOUR, np.ones(4), k, True, 1.0, 8.0))) for k in range(4)]
+    forces = [abs(force_component(harmonics_of(1.0), k, True, 1.0, 8.0)) for k in range(4)]
     np.testing.assert_allclose(forces, [amplitude_at(8.0 * n) / 2.0 for n in FOUR], rtol=1e-12)
 
 
 def test_single_harmonic_has_the_whole_amplitude_and_no_phase():
-    assert component(FOUR, np.ones(4), 0, False, 1.5, 16.0) == (1.5 * amplitude_at(16.0), 0.0)
-    assert component(FOUR, np.ones(4), 1, False, 1.5, 16.0) == (0.0, 0.0)
+    assert force_component(harmonics_of(1.0), 0, False, 1.5, 16.0) == 1.5 * amplitude_at(16.0)
+    assert force_component(harmonics_of(1.0), 1, False, 1.5, 16.0) == 0.0
 
 
 def test_harmonics_after_the_last_get_nothing():
-    orders = np.array([1.0, 3.0, 0.0, 0.0])
-    assert share(orders, np.ones(4), 1) == 0.5
-    assert component(orders, np.ones(4), 2, True, 1.0, 16.0) == (0.0, 0.0)
+    harmonics = harmonics_of(1.0, [1.0, 3.0, 0.0, 0.0])
+    assert power_share(harmonics, 1) == 0.5
+    assert force_component(harmonics, 2, True, 1.0, 16.0) == 0.0

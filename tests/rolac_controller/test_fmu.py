@@ -12,12 +12,12 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2True
 from fmpy.validation import validate_fmu
 
-from amb_analysis.receptance_table import pack
+from amb_analysis.controller_data import pack
 from fmi_export.building.python_fmu import guid_of
 from fmi_export.model import Instance
 from rolac_controller.controller import MODEL
+from rolac_controller.enumerations import ADAPTING, IDENTIFYING, NO_WINDOW, NOT_STARTED, SENSOR_SUSPECT, SLOT_BEFORE
 from rolac_controller.interface import INTERFACE
-from rolac_controller.names import ADAPTING, BEFORE, HELD, NO_WINDOW, NONE, SUSPECT
 
 H = 250e-6
 SPEED = 2.0 * math.pi * 30.3
@@ -126,7 +126,7 @@ class Both:
 
 
 @pytest.mark.parametrize("mode", [0, 1, 2, 3])
-def test_fmu_of_the_rig_gives_what_the_core_gives_while_it_identifies_and_adapts(fmu, table, mode):
+def test_fmu_of_the_rig_equals_the_core_while_it_identifies_and_adapts(fmu, table, mode):
     """With noise, filter, converters, delay, a fault and contact; every output, bit for bit."""
     both = Both(fmu, Instance(MODEL, table))
     core = both.core
@@ -149,7 +149,12 @@ def test_fmu_of_the_rig_gives_what_the_core_gives_while_it_identifies_and_adapts
         numbers = fmu.getInteger(references(NUMBERS))
         assert numbers == [core[name] for name in NUMBERS]
         stages.add((core["rolac_status"], core["identification_state"]))
-    assert stages == {(NO_WINDOW, NONE), (ADAPTING, NONE), (HELD, BEFORE), (SUSPECT, BEFORE)}
+    assert stages == {
+        (NO_WINDOW, NOT_STARTED),
+        (ADAPTING, NOT_STARTED),
+        (IDENTIFYING, SLOT_BEFORE),
+        (SENSOR_SUSPECT, SLOT_BEFORE),
+    }
     assert core["mb1.contact_share"] > 0.0
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from fmi_export.jit import kernel
-from rolac_controller.fourier import CAPACITY, N_Q, N_WINDOW, components, record, revolution
-from rolac_controller.names import N_HARMONICS, N_SENSORS
+from rolac_controller.fourier import CAPACITY, WINDOW, add_sample, samples_of_revolution, transform
+from rolac_controller.interface import HARMONIC
+from rolac_controller.rig_layout import N_HARMONICS, N_SENSORS
 
 AMPLITUDES = 1e-4 * np.arange(1, 9)
 PHASES = np.linspace(-3.0, 3.0, 8)
@@ -19,17 +20,24 @@ def tone(theta):
     return AMPLITUDES * np.cos(theta + PHASES)
 
 
-def transform(signal, delta, samples, start=0.0, orders=(1,)):
+def harmonics_of(orders):
+    """Harmonics of these orders, for the kernels."""
+    harmonics = np.zeros(N_HARMONICS, dtype=HARMONIC)
+    harmonics["order"][: len(orders)] = orders
+    return harmonics
+
+
+def first_sensor(signal, delta, samples, start=0.0, orders=(1,)):
     """Q of the first sensor in each harmonic after driving it with `signal` of the angle."""
-    window, q, sensors = np.zeros(N_WINDOW), np.zeros(N_HARMONICS * N_Q), np.zeros(N_SENSORS)
-    wanted = np.array([*orders, *[0] * (N_HARMONICS - len(orders))], dtype=float)
+    window, sensors = np.zeros(1, dtype=WINDOW)[0], np.zeros(N_SENSORS)
+    Q, harmonics = np.zeros((N_HARMONICS, N_SENSORS), dtype=complex), harmonics_of(orders)
     for n in range(samples):
         theta = start + n * delta
         sensors[0] = signal(theta)
-        record(window, wanted, theta, sensors)
-    assert revolution(window) == pytest.approx(2.0 * math.pi / delta, abs=1e-6)
-    components(window, wanted, q)
-    return [complex(*q[k * N_Q : k * N_Q + 2]) for k in range(len(orders))]
+        add_sample(window, harmonics, theta, sensors)
+    assert samples_of_revolution(window) == pytest.approx(2.0 * math.pi / delta, abs=1e-6)
+    transform(window, harmonics, Q)
+    return Q[: len(orders), 0]
 
 
 @pytest.mark.parametrize("samples", [12, 40, 250, 800])
@@ -73,7 +81,7 @@ def test_leakage_stays_within_its_bound_and_the_bound_is_tight(harmonic, order):
         delta = 2.0 * math.pi / samples
         bound = (harmonic**2 + order**2) * delta**3 * math.sqrt(3.0) / (216.0 * math.pi)
         for phase in (0.3, 1.9):
-            (found,) = transform(
+            (found,) = first_sensor(
                 lambda theta, phase=phase: math.cos(harmonic * theta + phase),
                 delta,
                 int(samples) + 3,
@@ -89,33 +97,33 @@ def test_leakage_stays_within_its_bound_and_the_bound_is_tight(harmonic, order):
 def test_leakage_vanishes_with_the_third_power_of_the_step():
     def worst(samples):
         fractions = np.linspace(0.05, 0.95, 19)
-        return max(abs(transform(math.cos, 2.0 * math.pi / (samples + f), samples + 4)[0] - 1.0) for f in fractions)
+        return max(abs(first_sensor(math.cos, 2.0 * math.pi / (samples + f), samples + 4)[0] - 1.0) for f in fractions)
 
     order = math.log(worst(60) / worst(240)) / math.log(4.0)
     assert order == pytest.approx(3.0, abs=0.1)
 
 
-def test_harmonics_side_by_side_are_told_apart_exactly_over_whole_revolutions():
+def test_harmonics_are_separated_exactly_over_whole_revolutions():
     amplitudes = {1: 1e-4, 2: -3e-5j, 5: 2e-5 + 1e-5j, 7: 4e-6}
 
     def signal(theta):
         others = 1e-3 + 5e-5 * math.cos(3 * theta)
         return others + sum((q * np.exp(1j * n * theta)).real for n, q in amplitudes.items())
 
-    found = transform(signal, 2.0 * math.pi / 64.0, 200, orders=tuple(amplitudes))
+    found = first_sensor(signal, 2.0 * math.pi / 64.0, 200, orders=tuple(amplitudes))
     np.testing.assert_allclose(found, list(amplitudes.values()), atol=1e-18, rtol=1e-12)
 
 
-def test_a_harmonic_is_the_same_alone_and_in_company():
+def test_a_harmonic_is_the_same_alone_and_with_others():
     def signal(theta):
         return math.cos(2 * theta + 0.4) + 0.3 * math.cos(theta)
 
     delta = 2.0 * math.pi / 77.3
-    assert transform(signal, delta, 300, orders=(2,))[0] == transform(signal, delta, 300, orders=(1, 2, 6))[1]
+    assert first_sensor(signal, delta, 300, orders=(2,))[0] == first_sensor(signal, delta, 300, orders=(1, 2, 6))[1]
 
 
 def test_harmonic_with_fewer_than_four_samples_in_a_period_is_left_out():
-    found = transform(lambda theta: math.cos(9 * theta), 2.0 * math.pi / 40.0, 100, orders=(9, 11))
+    found = first_sensor(lambda theta: math.cos(9 * theta), 2.0 * math.pi / 40.0, 100, orders=(9, 11))
     assert abs(found[0]) == pytest.approx(1.0, abs=1e-12)
     assert found[1] == 0.0
 
@@ -178,29 +186,28 @@ def test_growing_amplitude_is_shown_as_its_mean_over_the_revolution(bench, speed
 
 
 @kernel
-def run_long(window, orders, q, sensors, delta, samples, large):
+def run_long(window, harmonics, Q, sensors, delta, samples):
     """A large signal for all but the last revolutions, then a small tone; whole run in one call."""
     theta = 0.0
     for n in range(samples):
-        size = large if n < samples - 500 else 1e-6
+        size = 0.05 if n < samples - 500 else 1e-6
         for s in range(N_SENSORS):
             sensors[s] = size * math.cos(theta + 0.1 * s)
-        record(window, orders, theta, sensors)
+        add_sample(window, harmonics, theta, sensors)
         theta = (theta + delta) % (2.0 * math.pi)
-    components(window, orders, q)
-    return revolution(window)
+    transform(window, harmonics, Q)
+    return samples_of_revolution(window)
 
 
 @pytest.mark.parametrize("samples", [1_000_000, pytest.param(10_000_000, marks=pytest.mark.slow)])
 def test_millions_of_samples_leave_no_drift(samples):
-    window, q = np.zeros(N_WINDOW), np.zeros(N_HARMONICS * N_Q)
-    orders = np.array([1.0, 3.0, 0.0, 0.0])
-    turn = run_long(window, orders, q, np.zeros(N_SENSORS), 2.0 * math.pi / 125.0, samples, 0.05)
-    assert turn == pytest.approx(125.0, abs=1e-9)
+    window, Q = np.zeros(1, dtype=WINDOW)[0], np.zeros((N_HARMONICS, N_SENSORS), dtype=complex)
+    revolution = run_long(window, harmonics_of((1, 3)), Q, np.zeros(N_SENSORS), 2.0 * math.pi / 125.0, samples)
+    assert revolution == pytest.approx(125.0, abs=1e-9)
     expected = 1e-6 * np.exp(0.1j * np.arange(N_SENSORS))
     # Sums of the large signal rounded to 1e-17 m would show here; a refreshed sum does not know it any more.
-    np.testing.assert_allclose(q[:N_Q:2] + 1j * q[1:N_Q:2], expected, atol=1e-19, rtol=1e-12)
-    assert np.abs(q[N_Q : 2 * N_Q]).max() < 1e-19
+    np.testing.assert_allclose(Q[0], expected, atol=1e-19, rtol=1e-12)
+    assert np.abs(Q[1]).max() < 1e-19
 
 
 def test_window_is_valid_after_one_revolution_and_not_before(bench, speed_of):

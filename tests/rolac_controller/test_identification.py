@@ -8,27 +8,27 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from amb_analysis.receptance_table import NO_TABLE, SPEEDS, pack
+from amb_analysis.controller_data import NO_TABLE, SPEEDS, pack
 from amb_analysis.sampled_loop import held_response, identified_receptance
-from rolac_controller.excitation import amplitude_at
-from rolac_controller.names import (
-    ABORTED,
+from rolac_controller.enumerations import (
     ADAPTING,
-    AFTER,
-    BEFORE,
-    CONTACT,
+    CONTACT_OCCURRED,
+    CURRENT_LIMITED,
     DONE,
-    DRIFTED,
     FAILED,
-    HELD,
+    IDENTIFYING,
     ILL_CONDITIONED,
-    LIMITED,
     NO_ERROR,
-    NONE,
+    NOT_STARTED,
+    SLOT_AFTER,
+    SLOT_BEFORE,
     SPEED_CHANGED,
+    SWITCHED_OFF,
+    VIBRATION_CHANGED,
     WAITING,
     WINDOW_LOST,
 )
+from rolac_controller.excitation import amplitude_at
 
 SAMPLES, FREQUENCY = 20, 15.0
 FAST = 1.0 / (SAMPLES * FREQUENCY)  # s, so few samples that a slot of 45 periods takes 900
@@ -62,7 +62,7 @@ def test_receptance_of_a_discrete_plant_is_found(tested):
 
 
 @pytest.mark.parametrize("frequency", [16.0, 16.7, 23.123])
-def test_receptance_is_found_where_a_revolution_is_no_whole_number_of_samples(tested, frequency):
+def test_receptance_is_found_with_a_fraction_of_a_sample_per_revolution(tested, frequency):
     b, plant = tested(frequency=frequency, sample_time=1.0 / 2000.0)
     b["identify"] = 1.0
     plant.run(b, int(6 * math.ceil(3 * frequency + 1) / frequency * 2000))
@@ -82,7 +82,7 @@ def test_it_takes_six_slots_of_three_seconds_or_45_periods(tested, frequency, sl
         plant.run(b, 1)
         stages.append(b["identification_state"])
         progress.append(b["identification_progress"])
-    lengths = [stages.count(stage) for stage in range(BEFORE, AFTER + 1)]
+    lengths = [stages.count(stage) for stage in range(SLOT_BEFORE, SLOT_AFTER + 1)]
     assert np.array(lengths) * h == pytest.approx(np.full(6, slots), abs=1.01 * h)
     assert (len(stages) - 1) * h == pytest.approx(6.0 * slots, abs=1.01 * h)
     np.testing.assert_allclose(progress, np.arange(len(stages)) / (len(stages) - 1), atol=2.0 / len(stages))
@@ -216,7 +216,7 @@ def test_identified_table_is_what_rolac_then_uses(tested):
     np.testing.assert_allclose(b.forces(), expected, rtol=1e-5)
 
 
-def test_forces_of_rolac_are_held_meanwhile_and_do_not_enter_the_receptance(tested, discrete_plant):
+def test_forces_of_rolac_are_constant_and_do_not_enter_the_receptance(tested, discrete_plant):
     plant = discrete_plant()
     speed = 2.0 * math.pi * FREQUENCY
     z = np.exp(1j * speed * FAST)
@@ -230,7 +230,7 @@ def test_forces_of_rolac_are_held_meanwhile_and_do_not_enter_the_receptance(test
     assert np.abs(held).min() > 0.1
     for _ in range(6):
         plant.run(b, SLOT - 2)
-        assert b["rolac_status"] == HELD
+        assert b["rolac_status"] == IDENTIFYING
         assert b["rolac_active"] == 0.0
         np.testing.assert_array_equal(b.forces(), held)
         plant.run(b, 2)
@@ -263,7 +263,7 @@ def test_it_waits_for_a_valid_window(bench, discrete_plant, without_pid):
     plant.run(b, SAMPLES)
     assert b["identification_state"] == WAITING
     plant.run(b, 1)
-    assert b["identification_state"] == BEFORE
+    assert b["identification_state"] == SLOT_BEFORE
 
 
 def test_waiting_ends_with_the_request(bench):
@@ -273,7 +273,7 @@ def test_waiting_ends_with_the_request(bench):
     assert b["identification_state"] == WAITING
     b["identify"] = 0.0
     b.sample()
-    assert b["identification_state"] == NONE
+    assert b["identification_state"] == NOT_STARTED
 
 
 def test_one_request_is_one_identification(tested):
@@ -286,7 +286,7 @@ def test_one_request_is_one_identification(tested):
     assert b["identification_state"] == DONE
     b["identify"] = 1.0
     plant.run(b, 1)
-    assert b["identification_state"] == BEFORE
+    assert b["identification_state"] == SLOT_BEFORE
 
 
 def fails(b, plant, expected, before=2 * SLOT):
@@ -318,7 +318,7 @@ def under_way(tested):
 def test_switching_the_request_off_aborts(under_way):
     b, plant = under_way()
     b["identify"] = 0.0
-    assert fails(b, plant, ABORTED)
+    assert fails(b, plant, SWITCHED_OFF)
 
 
 def test_change_of_speed_by_more_than_a_percent_fails(under_way):
@@ -339,19 +339,19 @@ def test_angle_that_jumps_fails(under_way):
 def test_current_at_its_limit_fails(under_way):
     b, plant = under_way()
     b["mb2.i_max_x"] = 0.01
-    assert fails(b, plant, LIMITED)
+    assert fails(b, plant, CURRENT_LIMITED)
 
 
 def test_contact_fails_where_it_is_known(under_way):
     b, plant = under_way(contact__source=2)
     b["contact_state"] = 2.0
-    assert fails(b, plant, CONTACT)
+    assert fails(b, plant, CONTACT_OCCURRED)
 
 
 def test_unbalance_that_changes_meanwhile_fails(under_way):
     b, plant = under_way()
     plant.disturbance = lambda theta: 1e-4 * np.cos(theta + np.arange(8.0))
-    assert fails(b, plant, DRIFTED)
+    assert fails(b, plant, VIBRATION_CHANGED)
 
 
 def test_forces_that_do_the_same_fail_and_the_condition_number_says_so(tested, discrete_plant):
@@ -369,7 +369,7 @@ def test_plant_that_does_not_answer_fails(tested, discrete_plant):
     plant.b[:] = 0.0
     b, plant = tested(plant=plant)
     b["identify"] = 1.0
-    assert fails(b, plant, DRIFTED, before=0)
+    assert fails(b, plant, VIBRATION_CHANGED, before=0)
 
 
 def test_failure_is_forgotten_at_the_next_request(under_way):

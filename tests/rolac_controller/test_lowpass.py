@@ -9,20 +9,20 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from amb_analysis.sampled_loop import filter_response
-from rolac_controller.lowpass import N_FILTER, coefficients, filtered, settle
+from rolac_controller.lowpass import FILTER, coefficients, filter_sample, start_at_rest
 
 H = 250e-6
 
 
 def passed(signal, cutoff, h=H):
-    memory = np.zeros(N_FILTER)
+    memory = np.zeros(1, dtype=FILTER)[0]
     step = coefficients(cutoff, h)
-    settle(memory, signal[0])
-    return np.array([signal[0], *(filtered(memory, x, *step) for x in signal[1:])])
+    start_at_rest(memory, signal[0])
+    return np.array([signal[0], *(filter_sample(memory, x, *step) for x in signal[1:])])
 
 
 @pytest.mark.parametrize("cutoff", [0.5, 300.0, 2000.0, 1e5])
-def test_samples_are_those_of_the_continuous_filter_under_the_polygon_through_the_input(cutoff):
+def test_samples_are_those_of_the_continuous_filter_for_a_polygon_input(cutoff):
     rng = np.random.default_rng(1)
     signal = rng.normal(size=12)
     times = H * np.arange(12)

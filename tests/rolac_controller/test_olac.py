@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from amb_analysis.receptance_table import inverse_receptance, pack
-from rolac_controller.names import OLAC
+from amb_analysis.controller_data import inverse_receptance, pack
+from rolac_controller.enumerations import OLAC
 
 SAMPLES = 40
 
@@ -45,7 +45,7 @@ def test_update_follows_a_later_change_of_unbalance(run_up_to, optimum):
     np.testing.assert_allclose(run(10, lambda n: 2.5), 2.5 * optimum, rtol=1e-9)
 
 
-def test_allowed_number_of_updates_is_kept_to_until_it_is_switched_on_again(run_up_to, optimum):
+def test_number_of_updates_is_limited_until_olac_is_switched_on_again(run_up_to, optimum):
     b, run = run_up_to(olac__updates=1)
     run(6)
     np.testing.assert_allclose(run(10, lambda n: 2.5), optimum, rtol=1e-9)
@@ -63,7 +63,7 @@ def test_nothing_happens_while_the_vibration_grows(run_up_to):
     assert run(30, lambda n: 1.005**n).any()
 
 
-def test_vibration_that_does_not_answer_gets_an_update_every_second_revolution(
+def test_vibration_that_does_not_respond_is_updated_every_two_revolutions(
     bench, receptance, speed_of, unbalance_response
 ):
     """Both revolutions that are compared lie after the last update."""

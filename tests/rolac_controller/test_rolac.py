@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from amb_analysis.receptance_table import NO_TABLE, inverse_receptance, pack
-from rolac_controller.adaptation import step_of
-from rolac_controller.names import ADAPTING, NO_H, NO_WINDOW, OFF, TOO_SLOW
+from amb_analysis.controller_data import NO_TABLE, inverse_receptance, pack
+from rolac_controller.adaptation import integral_step
+from rolac_controller.enumerations import ADAPTING, NO_H, NO_WINDOW, OFF, TOO_SLOW
 from rolac_controller.parameters import BEARING_K_I
 
 SAMPLES = 40  # per revolution, 100 Hz
@@ -35,9 +35,7 @@ def plant(bench, receptance, speed_of, unbalance_response):
 
 
 @pytest.mark.parametrize("frequency", [10, 16, 35])
-def test_vibration_comes_down_to_the_least_squares_optimum_at_the_speeds_of_the_thesis(
-    plant, receptance, optimum, frequency, unbalance_response
-):
+def test_vibration_falls_to_the_least_squares_optimum(plant, receptance, optimum, frequency, unbalance_response):
     samples = 4000 / frequency
     b, run = plant(receptance, samples)
     run(math.ceil(samples) + 5)
@@ -68,16 +66,14 @@ def test_optimum_is_the_weighted_one(plant, receptance, unbalance_response):
 
 
 def test_law_converges_at_exactly_alpha_when_q_follows_at_once(receptance, optimum, unbalance_response):
-    h, sample_time, alpha = inverse_receptance(receptance).view(float).ravel(), 250e-6, 7.0
-    force, change, q = np.zeros(8), np.zeros(8), np.zeros(16)
+    H, sample_time, alpha = inverse_receptance(receptance), 250e-6, 7.0
+    U, delta_U = np.zeros((2, 4), dtype=complex)
     for n in range(1, 2001):
-        response = unbalance_response + receptance @ force.view(complex)
-        q[::2], q[1::2] = response.real, response.imag
-        step_of(h, alpha * sample_time, q, change)
-        force += change
+        integral_step(H, alpha * sample_time, unbalance_response + receptance @ U, delta_U)
+        U += delta_U
         if n % 500 == 0:
             expected = optimum * (1.0 - (1.0 - alpha * sample_time) ** n)
-            np.testing.assert_allclose(force.view(complex), expected, rtol=1e-9)
+            np.testing.assert_allclose(U, expected, rtol=1e-9)
 
 
 def test_rate_over_the_last_revolution_solves_its_characteristic_equation(plant, receptance, optimum):
@@ -108,9 +104,7 @@ def settling_time(alpha, period):
 
 
 @pytest.mark.parametrize(("frequency", "of_alpha"), [(100, 0.97), (35, 0.90), (20, 0.83), (16, 0.79), (10, 0.72)])
-def test_error_falls_to_1_over_e_in_1_over_alpha_less_what_the_mean_over_a_revolution_hides(
-    plant, receptance, optimum, frequency, of_alpha
-):
+def test_error_falls_to_1_over_e_as_its_delay_equation_predicts(plant, receptance, optimum, frequency, of_alpha):
     """Within 20 % of 1/alpha where alpha T < 0.4; slower rotors settle faster, nearly to 1/alpha - T/2."""
     samples, alpha = 4000 / frequency, 7.0
     b, run = plant(receptance, samples)
@@ -170,7 +164,7 @@ def test_no_force_before_the_first_full_revolution(plant, receptance):
 
 
 @pytest.mark.parametrize("frequency", [-16.0, 0.0, 4.9])
-def test_below_5_hz_standing_or_turning_backward_the_pid_works_alone_and_says_so(bench, receptance, frequency):
+def test_pid_works_alone_below_5_hz_at_standstill_and_backward(bench, receptance, frequency):
     with_rolac = bench(pack([1.0], [receptance]), Omega=2.0 * math.pi * frequency)
     alone = bench(Omega=2.0 * math.pi * frequency)
     with_rolac["rolac_enable"] = 1.0
@@ -288,7 +282,7 @@ def test_harmonic_without_h_leaves_the_pid_alone_and_says_so(bench, receptance, 
 
 
 @pytest.mark.parametrize("speed", [40.0, 400.0])
-def test_beyond_the_table_h_is_that_of_its_end_with_a_flag_or_there_is_none(bench, receptance, speed):
+def test_h_beyond_the_table_is_that_of_its_end_or_missing(bench, receptance, speed):
     def status(extrapolate):
         b = bench(pack([50.0, 300.0], [receptance, receptance]), Omega=speed, rolac__extrapolate=extrapolate)
         b["rolac_enable"] = 1.0

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from rolac_controller.interface import INTERFACE
-from rolac_controller.names import N_SENSORS, SENSOR_NAMES
-from rolac_controller.sensors import N_MEMORY, measure
+from rolac_controller.interface import INPUTS, INTERFACE, PARAMETERS
+from rolac_controller.rig_layout import N_SENSORS, SENSOR_NAMES
+from rolac_controller.sensors import SENSOR_MEMORY, measure
 
 LSB = 20.0 / 65536.0 / 8000.0  # m
 POSITIONS = np.array([1.948, 1.321, 0.624, 0.0])
@@ -20,9 +20,10 @@ class Chain:
 
     def __init__(self, **values):
         self.values = INTERFACE.start.copy()
-        self.parameters = self.values[: INTERFACE.n_parameters]
-        self.inputs = self.values[INTERFACE.n_parameters :]
-        self.memory = np.zeros(N_MEMORY)
+        given = INTERFACE.n_parameters + INTERFACE.n_inputs
+        self.parameters = self.values[: INTERFACE.n_parameters].view(PARAMETERS)[0]
+        self.inputs = self.values[INTERFACE.n_parameters : given].view(INPUTS)[0]
+        self.memory = np.zeros(1, dtype=SENSOR_MEMORY)[0]
         self.started = False
         self.set(**values)
 

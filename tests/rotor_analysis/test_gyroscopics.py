@@ -7,7 +7,7 @@ from scipy.linalg import eig
 
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.modes import damped_frequencies, eigenvalues
-from rotor_analysis.rotor import Body, Rotor, Shaft
+from rotor_analysis.rotor import Disc, Rotor, Shaft
 from rotor_analysis.rotor_file import load_rotor
 
 
@@ -73,7 +73,7 @@ def test_forward_whirl_rises_and_backward_whirl_falls_with_speed():
 def test_free_rigid_disc_precesses_forward_at_the_ratio_of_its_inertias(radius, width):
     """Torque-free motion: I_d r'' = i Omega I_p r', a precession at Omega I_p / I_d."""
     shaft = Shaft((0.0, 0.01, 0.02), (0.1,), 2e15, 1e-9, 0.3)
-    body = Body.disc("disc", 2, 30.0, radius, width)
+    body = Disc("disc", 2, 30.0, radius, width)
     rotor = Rotor("disc", shaft, (body,), bearings(1, 3), planes((1, 2, 3), (1, 3)))
     Omega = 100.0
     model = OnePlane.of(Rotor("disc", shaft, (body,), bearings(1, 3), planes((1, 3), (1, 3))))
@@ -92,7 +92,7 @@ def test_free_rigid_disc_precesses_forward_at_the_ratio_of_its_inertias(radius, 
 
 def test_overhung_disc_on_a_massless_shaft_whirls_as_its_two_degree_of_freedom_closed_form_says():
     L, d, E, nu = 0.6, 0.04, 2.07e11, 0.3
-    body = Body.disc("disc", 2, 12.0, 0.2, 0.02)
+    body = Disc("disc", 2, 12.0, 0.2, 0.02)
     rotor = Rotor("overhung", Shaft((0.0, L), (d,), E, 1e-9, nu), (body,))
     full = assemble(rotor)
     Omega = 300.0

@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from rotor_analysis.meshes import coarsened, family, refined
+from rotor_analysis.meshes import coarsen, mesh_family, refine
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.rotor import Planes, Rotor, Shaft
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.supported import supported
+from rotor_analysis.supported_rotor import supported_rotor
 
 RIG = load_rotor()
 STEPPED = Rotor("stepped", Shaft((0.0, 0.2, 0.5, 0.6), (0.05, 0.08, 0.06), 2e11, 7800.0, 0.3, (0.0, 0.02, 0.0)))
@@ -27,7 +27,7 @@ def places(rotor):
 
 
 def test_family_of_the_rig_has_the_meshes_of_the_thesis():
-    meshes = family(RIG)
+    meshes = mesh_family(RIG)
     assert list(meshes) == [23, 19, 13, 6]
     for count, mesh in meshes.items():
         assert len(mesh.shaft.nodes) == count
@@ -38,7 +38,7 @@ def test_family_of_the_rig_has_the_meshes_of_the_thesis():
 
 
 def test_refinement_halves_the_longest_elements_and_keeps_the_nodes():
-    mesh = refined(RIG, 19)
+    mesh = refine(RIG, 19)
     new = sorted(set(mesh.shaft.nodes) - set(RIG.shaft.nodes))
     halves = [(a + b) / 2 for a, b in pairwise(RIG.shaft.nodes)]
     assert len(new) == 6
@@ -47,11 +47,11 @@ def test_refinement_halves_the_longest_elements_and_keeps_the_nodes():
 
 
 def test_sections_stay_where_they_are():
-    fine = refined(STEPPED, 9)
+    fine = refine(STEPPED, 9)
     for z, diameter, inner in zip(fine.shaft.nodes, fine.shaft.diameter, fine.shaft.inner_diameter, strict=False):
         assert (diameter, inner) == ((0.05, 0.0) if z < 0.2 else (0.08, 0.02) if z < 0.5 else (0.06, 0.0))
     assert fine.mass == pytest.approx(STEPPED.mass, rel=1e-12)
-    assert coarsened(fine, tuple(fine.shaft.nodes.index(z) + 1 for z in STEPPED.shaft.nodes)) == STEPPED
+    assert coarsen(fine, tuple(fine.shaft.nodes.index(z) + 1 for z in STEPPED.shaft.nodes)) == STEPPED
 
 
 def test_frequencies_of_nested_consistent_meshes_fall_to_their_limit():
@@ -59,8 +59,8 @@ def test_frequencies_of_nested_consistent_meshes_fall_to_their_limit():
     undamped = replace(RIG, bearings=tuple(replace(b, damping=((0.0, 0.0), (0.0, 0.0))) for b in RIG.bearings))
     undamped = replace(undamped, shaft=replace(undamped.shaft, theory="rayleigh"))
     rows = [
-        damped_frequencies(supported(mesh, "consistent").model, 0.0, 12)
-        for mesh in (family(undamped)[6], undamped, refined(undamped, 19), refined(undamped, 23))
+        damped_frequencies(supported_rotor(mesh, "consistent").model, 0.0, 12)
+        for mesh in (mesh_family(undamped)[6], undamped, refine(undamped, 19), refine(undamped, 23))
     ]
     for coarse, fine in pairwise(rows):
         assert np.all(fine <= coarse * (1.0 + 1e-9))
@@ -70,29 +70,29 @@ def test_frequencies_of_nested_consistent_meshes_fall_to_their_limit():
 def test_both_mass_matrices_have_the_same_limit():
     differences = []
     for count in (13, 25, 49):
-        mesh = refined(RIG, count)
+        mesh = refine(RIG, count)
         consistent, diagonal = (
-            damped_frequencies(supported(mesh, mass).model, 90.0, 8) for mass in ("consistent", "diagonal")
+            damped_frequencies(supported_rotor(mesh, mass).model, 90.0, 8) for mass in ("consistent", "diagonal")
         )
         differences.append(np.max(np.abs(diagonal / consistent - 1.0)))
     assert differences[0] > 2.5 * differences[1] > 2.5**2 * differences[2]
 
 
 def test_a_rotor_whose_master_planes_make_no_mesh_has_no_coarse_one():
-    assert list(family(replace(RIG, planes=Planes()))) == [23, 19, 13]
-    assert list(family(STEPPED)) == [14, 10, 4]
+    assert list(mesh_family(replace(RIG, planes=Planes()))) == [23, 19, 13]
+    assert list(mesh_family(STEPPED)) == [14, 10, 4]
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: refined(RIG, 12), "number of nodes = 12 is not allowed; it must be 13 or more"),
+        (lambda: refine(RIG, 12), "number of nodes = 12 is not allowed; it must be 13 or more"),
         (
-            lambda: coarsened(RIG, (1, 4, 11, 13)),
-            r"a list that includes \[1, 3, 4, 10, 11, 13\], which carry something",
+            lambda: coarsen(RIG, (1, 4, 11, 13)),
+            r"a list that includes \[1, 3, 4, 10, 11, 13\], with parts or planes",
         ),
-        (lambda: coarsened(STEPPED, (1, 4)), r"element from 0 m to 0.6 m = \[\(0.05, 0.0\)"),
-        (lambda: coarsened(RIG, (0, 99)), "it must be node numbers from 1 to 13"),
+        (lambda: coarsen(STEPPED, (1, 4)), r"element from 0 m to 0.6 m = \[\(0.05, 0.0\)"),
+        (lambda: coarsen(RIG, (0, 99)), "it must be node numbers from 1 to 13"),
     ],
 )
 def test_meshes_that_cannot_be_are_refused(call, message):

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rotor_analysis.assembly import assemble, on_bearings
-from rotor_analysis.modes import damped_frequencies, modes, overdamped, translations
-from rotor_analysis.rotor import Bearing, Body, Rotor, Shaft
+from rotor_analysis.modes import damped_frequencies, modes, overdamped_modes, translations
+from rotor_analysis.rotor import Bearing, Disc, Rotor, Shaft
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.supported import supported
+from rotor_analysis.supported_rotor import supported_rotor
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
 
@@ -83,7 +83,7 @@ def test_ellipses_on_anisotropic_bearings_have_the_axes_of_the_closed_form(Omega
         )
         beta = (k_x * lever - I_D * w**2) / (w * Omega * I_P)
         expected = -2.0 * beta / (1.0 + beta**2)
-        assert mode.turning == pytest.approx({1: expected, 3: expected}, rel=1e-6)
+        assert mode.whirl_sense == pytest.approx({1: expected, 3: expected}, rel=1e-6)
         assert mode.whirl == whirl
 
 
@@ -91,17 +91,17 @@ def test_turning_has_the_sign_of_the_area_that_an_orbit_encloses():
     """On strongly cross-coupled, unequal bearings some nodes of a mode go round one way and some the other."""
     oil = ((1.3e7, 1.6e7), (-2.5e7, 8.8e6)), ((2.3e5, -8.2e4), (-8.2e4, 2.9e5))
     shaft = Shaft(tuple(np.linspace(0.0, 1.5, 7)), (0.05,), **STEEL)
-    discs = (Body.disc("left", 3, 32.6, 0.14, 0.07), Body.disc("right", 5, 51.5, 0.175, 0.07))
-    model = supported(Rotor("oil", shaft, discs, (Bearing("a", 1, *oil), Bearing("b", 7, *oil)))).model
+    discs = (Disc("left", 3, 32.6, 0.14, 0.07), Disc("right", 5, 51.5, 0.175, 0.07))
+    model = supported_rotor(Rotor("oil", shaft, discs, (Bearing("a", 1, *oil), Bearing("b", 7, *oil)))).model
     angle = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 721))
     kinds = set()
     for mode in modes(model, 157.0, 12):
         place = translations(model, mode.shape)
         x, y = np.outer(place[:, 0], angle).real, np.outer(place[:, 1], angle).real
         area = 0.5 * np.sum(x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1], axis=1)
-        seen = np.array([sense != 0.0 for sense in mode.turning.values()])
+        seen = np.array([sense != 0.0 for sense in mode.whirl_sense.values()])
         size = np.pi / 2.0 * np.sum(np.abs(place) ** 2, axis=1)
-        np.testing.assert_allclose(area[seen] / size[seen], np.array(list(mode.turning.values()))[seen], atol=1e-4)
+        np.testing.assert_allclose(area[seen] / size[seen], np.array(list(mode.whirl_sense.values()))[seen], atol=1e-4)
         signs = set(np.sign(area[seen]))
         assert mode.whirl == {(1.0,): "forward", (-1.0,): "backward"}.get(tuple(signs), "mixed")
         kinds.add(mode.whirl)
@@ -115,14 +115,14 @@ def test_motion_along_straight_lines_is_neither_forward_nor_backward():
 
 def test_coinciding_modes_at_rest_are_told_apart_as_circles():
     rotor = load_rotor()
-    for mode in modes(supported(rotor).model, 0.0, 8):
+    for mode in modes(supported_rotor(rotor).model, 0.0, 8):
         sense = {"forward": 1.0, "backward": -1.0}[mode.whirl]
-        np.testing.assert_allclose(list(mode.turning.values()), sense, atol=1e-6)
-    assert [mode.whirl for mode in modes(supported(rotor).model, 0.0, 8)] == ["backward", "forward"] * 4
+        np.testing.assert_allclose(list(mode.whirl_sense.values()), sense, atol=1e-6)
+    assert [mode.whirl for mode in modes(supported_rotor(rotor).model, 0.0, 8)] == ["backward", "forward"] * 4
 
 
 def test_reversed_spin_exchanges_forward_and_backward():
-    model = supported(load_rotor()).model
+    model = supported_rotor(load_rotor()).model
     one, other = modes(model, 145.0, 8), modes(model, -145.0, 8)
     np.testing.assert_allclose([m.eigenvalue for m in one], [m.eigenvalue for m in other], rtol=1e-8)
     exchanged = {"forward": "backward", "backward": "forward"}
@@ -132,7 +132,7 @@ def test_reversed_spin_exchanges_forward_and_backward():
 def test_overdamped_motion_creeps_with_real_eigenvalues_and_has_no_frequency():
     k, c = 1e6, 8e3
     model = rigid(tensor(k), tensor(c)).model
-    creeping = overdamped(model, 0.0)
+    creeping = overdamped_modes(model, 0.0)
     translation, tilt = np.roots([MASS, 2 * c, 2 * k]), np.roots([I_D, c * L**2 / 2, k * L**2 / 2])
     expected = np.sort(np.repeat([*translation, *tilt], 2))  # in both planes
     np.testing.assert_allclose(np.sort([mode.eigenvalue.real for mode in creeping]), expected, rtol=1e-7)
@@ -142,7 +142,7 @@ def test_overdamped_motion_creeps_with_real_eigenvalues_and_has_no_frequency():
 
 def test_rotor_on_negative_stiffness_falls_away_without_oscillating():
     k = 2e6  # of a magnet without control
-    falling = [mode for mode in overdamped(rigid(tensor(-k)).model, 0.0) if mode.damping_ratio < 0.0]
+    falling = [mode for mode in overdamped_modes(rigid(tensor(-k)).model, 0.0) if mode.damping_ratio < 0.0]
     rates = sorted(mode.eigenvalue.real for mode in falling)
     translation, tilt = np.sqrt(2 * k / MASS), np.sqrt(k * L**2 / 2 / I_D)
     np.testing.assert_allclose(rates, [translation] * 2 + [tilt] * 2, rtol=1e-7)
@@ -151,7 +151,7 @@ def test_rotor_on_negative_stiffness_falls_away_without_oscillating():
 
 def test_rotor_that_nothing_holds_drifts_with_eigenvalue_zero():
     free = assemble(load_rotor())
-    drifting = overdamped(free, 0.0)
+    drifting = overdamped_modes(free, 0.0)
     assert len(drifting) == 8  # two translations and two rotations, each with a constant velocity
     assert all(mode.eigenvalue == 0.0 and mode.damping_ratio == 0.0 for mode in drifting)
     assert modes(free, 0.0, 1)[0].frequency > 100.0
@@ -185,7 +185,7 @@ def test_simply_supported_timoshenko_beam_has_its_frequencies_at_second_order_wi
     for count in (8, 16, 32):
         shaft = Shaft(tuple(np.linspace(0.0, length, count + 1)), (0.15,), **STEEL)
         ends = tuple(Bearing(f"b{node}", node, tensor(1e15)) for node in (1, count + 1))
-        found = damped_frequencies(supported(Rotor("beam", shaft, (), ends)).model, 0.0, 6)[::2]
+        found = damped_frequencies(supported_rotor(Rotor("beam", shaft, (), ends)).model, 0.0, 6)[::2]
         e, b = shaft.elements[0], np.arange(1, 4) * np.pi / length
         EI, shear = e.youngs_modulus * e.second_moment, e.shear_coefficient * e.shear_modulus
         rotary = e.density * e.second_moment * (1.0 + e.youngs_modulus / shear)
@@ -211,7 +211,7 @@ def test_every_mode_solves_the_eigenproblem_on_any_bearings(k, cross, c, Omega):
         Bearing("right", 3, tensor(k[1]), tensor(c)),
     )
     rotor = replace(rotor, shaft=replace(rotor.shaft, density=7800.0))
-    model = supported(rotor).model
+    model = supported_rotor(rotor).model
     for mode in modes(model, Omega, 6):
         s, shape = mode.eigenvalue, mode.shape
         terms = [s**2 * (model.M @ shape), s * ((model.C + Omega * model.G) @ shape), model.K @ shape]

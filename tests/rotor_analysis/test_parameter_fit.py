@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rotor_analysis.parameter_fit import NAMES, PARAMETERS, deviations, fit, identify, rotor_of, values_of
+from rotor_analysis.frequency_tables import thesis_frequencies
+from rotor_analysis.parameter_fit import NAMES, PARAMETERS, deviations, fit, fit_from_all_starts, rotor_of, values_of
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.tables import printed_tables
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 RIG = values_of(load_rotor())
 
 
 def test_package_and_reference_hold_the_same_printed_numbers():
-    printed = printed_tables()
+    printed = thesis_frequencies()
     for mesh in ("13_node", "23_node"):
         assert printed[mesh] == THESIS["table_3_1"][mesh]
     assert printed["condensed"]["diagonal"]["90"] == THESIS["table_3_4"]["condensed"]
@@ -49,7 +49,7 @@ def test_start_outside_the_bounds_is_refused():
 
 @pytest.mark.slow
 def test_identification_lands_on_the_rig_from_starts_elsewhere():
-    best, *others = identify()
+    best, *others = fit_from_all_starts()
     found, rig = dict(zip(NAMES, best.values, strict=True)), dict(zip(NAMES, RIG, strict=True))
     tolerance = {
         "z_d2": 0.005, "z_d3": 0.005, "core1_mass": 0.6, "core2_mass": 0.6, "core_radius": 0.004, "core_width": 0.005,

@@ -48,7 +48,7 @@ def rotor_of(name, theory=None):
     return replace(rotor, shaft=replace(rotor.shaft, theory=theory)) if theory else rotor
 
 
-def supported(rotor):
+def supported_rotor(rotor):
     return on_bearings(assemble(rotor, "consistent"), rotor)
 
 
@@ -72,21 +72,21 @@ def difference(found, expected):
 @pytest.mark.parametrize(("name", "speed"), CASES)
 def test_eigenvalues_are_those_of_ross(ross, name, speed, theory):
     expected = complex_numbers(ross["eigenvalues"][name][theory][speed])
-    found = eigenvalues(supported(rotor_of(name, theory)), float(speed) * RPM)
+    found = eigenvalues(supported_rotor(rotor_of(name, theory)), float(speed) * RPM)
     assert np.max(difference(found, expected)) < ROUNDING.get(name, 2e-9)
 
 
 @pytest.mark.parametrize("name", STORED["ross"]["eigenvalues"])
 def test_shear_deformation_is_seen_in_every_rotor(name):
     """Or the comparison of the two theories would say nothing."""
-    found, rigid = (eigenvalues(supported(rotor_of(name, theory)), 0.0) for theory in ("timoshenko", "rayleigh"))
+    found, rigid = (eigenvalues(supported_rotor(rotor_of(name, theory)), 0.0) for theory in ("timoshenko", "rayleigh"))
     lowest = np.argsort(np.abs(found.imag))[:20]
     assert np.max(difference(rigid, found[lowest])) > 1e-3
 
 
 @pytest.mark.parametrize("case", STORED["printed"], ids=lambda case: f"{case['rotor']}-{case['speed']}")
 def test_frequencies_are_the_printed_ones_to_one_unit_of_the_last_digit(case):
-    found = eigenvalues(supported(rotor_of(case["rotor"])), case["speed"] * RPM)
+    found = eigenvalues(supported_rotor(rotor_of(case["rotor"])), case["speed"] * RPM)
     upper = sorted(found[found.imag > 1.0], key=lambda value: value.imag)
     for quantity, numbers in (("damped_frequencies", np.imag(upper)), ("sizes", np.abs(upper))):
         for number, printed in zip(numbers / (2.0 * np.pi), case.get(quantity, []), strict=False):
@@ -97,7 +97,7 @@ def test_stepped_shaft_approaches_the_hollow_cone_with_the_square_of_the_step(ro
     cone = ross["cone"]
     expected = complex_numbers(cone["eigenvalues"])
     errors = np.array(
-        [difference(eigenvalues(supported(steps(cone, n)), cone["speed"] * RPM), expected) for n in (12, 24, 48)]
+        [difference(eigenvalues(supported_rotor(steps(cone, n)), cone["speed"] * RPM), expected) for n in (12, 24, 48)]
     )
     np.testing.assert_allclose(errors[:-1] / errors[1:], 4.0, rtol=0.15)
     assert np.max(errors[-1]) < 3e-4
@@ -127,7 +127,7 @@ def steps(cone, count):
 @pytest.mark.parametrize("name", STORED["ross"]["unbalance_response"]["x_y"])
 def test_unbalance_response_has_the_amplitude_and_phase_of_ross(ross, name, theory):
     case = ross["unbalance_response"]
-    model = supported(rotor_of(name, theory))
+    model = supported_rotor(rotor_of(name, theory))
     for speed, pairs in case["x_y"][name][theory].items():
         expected = complex_numbers(pairs)
         found = response(model, float(speed) * RPM, case["unbalances"])[model.rows(tuple(case["nodes"]))]

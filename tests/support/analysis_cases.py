@@ -6,7 +6,7 @@ import numpy as np
 
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.rotor import Bearing, Body, Rotor, Shaft
-from rotor_analysis.supported import supported
+from rotor_analysis.supported_rotor import supported_rotor
 
 L, D, E = 0.8, 0.03, 2.1e11
 MASS, I_D, I_P = 12.0, 0.05, 0.09
@@ -32,13 +32,13 @@ def rigid(stiffness, damping=NOTHING, **inertia):
     Translation: MASS r'' + 2 c r' + 2 k r = 0; tilt: I_D a'' - i Omega I_P a' + (c a' + k a) L^2 / 2 = 0.
     """
     bearings = [Bearing(name, node, stiffness, damping) for name, node in (("left", 1), ("right", 3))]
-    return supported(disc_between(*bearings, **inertia), planes=(1, 3))
+    return supported_rotor(disc_between(*bearings, **inertia), planes=(1, 3))
 
 
 def jeffcott(k_bearing=1e7, damping=0.0):
     """A disc on an elastic shaft in equal bearings, damped at the disc: two degrees of freedom, MASS, c, `spring`."""
     held = [Bearing(name, node, tensor(k_bearing)) for name, node in (("left", 1), ("right", 3))]
-    return supported(disc_between(*held, Bearing("damper", 2, NOTHING, tensor(damping))), planes=(2,))
+    return supported_rotor(disc_between(*held, Bearing("damper", 2, NOTHING, tensor(damping))), planes=(2,))
 
 
 def spring(k_bearing=1e7):

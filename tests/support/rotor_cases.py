@@ -13,7 +13,7 @@ import numpy as np
 
 from fmi_export.model import Instance
 from rotor_analysis.plant_data import plant_constants
-from rotor_analysis.rotor import Bearing, Body, Planes, Rotor, Shaft
+from rotor_analysis.rotor import Bearing, Body, Disc, Planes, Rotor, Shaft
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.arrays import ENERGY_AT_START, HEAD, SITE_STATE
 from rotor_contact.plant import MODEL
@@ -45,14 +45,14 @@ def planes(master, bearings, discs=(), sensors=()):
 def rigid_rotor(mass=20.0, length=0.5):
     """Two equal masses on a stiff, nearly massless shaft; two master planes leave it no way to bend."""
     shaft = Shaft(diameter=(0.05,), youngs_modulus=2e11, density=1e-6, poissons_ratio=0.3, nodes=(0.0, length))
-    bodies = tuple(Body(f"b{node}", node, mass / 2.0) for node in (1, 2))
+    bodies = tuple(Body(f"b{node}", node, mass / 2.0, 0.0, 0.0) for node in (1, 2))
     return Rotor("rigid", shaft, bodies, bearings(1, 2), planes((1, 2), (1, 2), (1, 1, 2, 2), (2, 2, 1, 1)))
 
 
 def symmetric_rotor():
     """A flexible rotor that looks the same from both ends."""
     shaft = Shaft(diameter=(0.05,), nodes=(0.0, 0.25, 0.5, 1.0, 1.5, 1.75, 2.0), **STEEL)
-    bodies = tuple(Body.disc(f"b{node}", node, 10.0, 0.12, 0.03) for node in (1, 3, 5, 7))
+    bodies = tuple(Disc(f"b{node}", node, 10.0, 0.12, 0.03) for node in (1, 3, 5, 7))
     where = planes((1, 2, 3, 5, 6, 7), (2, 6), (1, 3, 5, 7), (7, 6, 2, 1))
     return Rotor("symmetric", shaft, bodies, bearings(2, 6), where)
 

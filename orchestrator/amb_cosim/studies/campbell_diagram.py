@@ -14,7 +14,7 @@ from fmi_export.model import Array
 from rotor_analysis.assembly import MassModel
 from rotor_analysis.campbell import campbell as follow_modes
 from rotor_analysis.modes import Whirl
-from rotor_analysis.supported import supported
+from rotor_analysis.supported_rotor import supported_rotor
 
 POINTS = 161  # speeds of the diagram
 
@@ -101,7 +101,7 @@ def campbell(
         If the rotor file cannot be read or an argument is out of range.
     """
     description = rotor_of(rotor)
-    diagram = follow_modes(supported(description, mass).model, speed_range(up_to, POINTS), count)
+    diagram = follow_modes(supported_rotor(description, mass).model, speed_range(up_to, POINTS), count)
     modes = tuple(
         ModeOverSpeed(frequencies, ratios, tuple(mode.whirl if mode else None for mode in track))
         for frequencies, ratios, track in zip(diagram.frequencies, diagram.damping_ratios, diagram.tracks, strict=True)

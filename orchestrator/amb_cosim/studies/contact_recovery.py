@@ -28,7 +28,7 @@ from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table
-from rolac_controller.names import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
+from rolac_controller.enumerations import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
 from rotor_analysis.rotor import require
 
 SCENARIO = "fig5_6"

@@ -15,10 +15,10 @@ from amb_cosim.studies.inputs import Number, RotorSource, node_numbers, rotor_of
 from amb_cosim.studies.result import DrawnResult, StudyResult
 from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
-from rotor_analysis.condensation import condensation_error
+from rotor_analysis.condensation_error import condensation_error
+from rotor_analysis.frequency_tables import SPEEDS, deviations, frequency_tables
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.tables import SPEEDS, deviations, frequency_tables
 
 POINTS = 161  # speeds of the error of condensation
 

@@ -8,16 +8,15 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_analysis.receptance_table import SPEEDS, condition_number, inverse_receptance, pack
+from amb_analysis.controller_data import SPEEDS, condition_number, inverse_receptance, pack
 from amb_cosim.json_data import Key
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.studies.sensor_receptance import FORCES, HERTZ, POINTS, levitated_receptance, sensor_planes
 from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
-from rolac_controller import stored
-from rolac_controller.inverse import N_MATRIX
-from rolac_controller.names import N_AXES, N_SENSORS
+from rolac_controller.receptance_table import find_bracket, interpolate, table_of
+from rolac_controller.rig_layout import N_AXES, N_SENSORS
 from rotor_analysis.modes import Complex
 
 
@@ -160,12 +159,11 @@ def interpolated(table_speeds: Array, receptances: Complex, speeds: Array) -> Co
     ValueError
         If an R cannot be inverted.
     """
-    table = pack(table_speeds, receptances)
-    H, matrix = np.empty((len(speeds), N_AXES, N_SENSORS), dtype=np.complex128), np.empty(N_MATRIX)
+    table = table_of(pack(table_speeds, receptances))
+    H = np.empty((len(speeds), N_AXES, N_SENSORS), dtype=np.complex128)
     for n, speed in enumerate(speeds):
-        low, high, share, _ = stored.bracket(table, 1.0, float(speed))
-        stored.interpolate(table, stored.H, low, high, share, matrix)
-        H[n] = matrix.view(np.complex128).reshape(N_AXES, N_SENSORS)
+        lower, upper, weight, _ = find_bracket(table, 1.0, float(speed))
+        interpolate(table.rows[lower].H, table.rows[upper].H, weight, H[n])
     return H
 
 

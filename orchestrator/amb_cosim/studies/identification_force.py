@@ -9,14 +9,14 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_analysis.receptance_table import SPEEDS
+from amb_analysis.controller_data import SPEEDS
 from amb_cosim.json_data import Layout
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
+from rolac_controller.enumerations import N_SLOTS
 from rolac_controller.excitation import FORCE, amplitude_at, periods
-from rolac_controller.names import N_SLOTS
 from rotor_analysis.rotor import require
 
 LOWEST = 5.0  # Hz, below which there is no synchronous signal

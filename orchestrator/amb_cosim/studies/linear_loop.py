@@ -21,11 +21,10 @@ import numpy as np
 
 from amb_actuator.interface import AXES, DYNAMIC, MEASURED, N_AXES
 from amb_analysis.design import AXIS, axis_parameters, linear_constants
-from amb_analysis.sampled_loop import parameter_array
+from amb_analysis.sampled_loop import parameter_record
 from amb_cosim.simulation import Prepared
 from fmi_export.model import Array
 from rolac_controller.chain import is_on
-from rolac_controller.interface import CUTOFF, DELAY, DERIVATIVE_TIME, FILTER
 from rolac_controller.lowpass import coefficients
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduction import msdc
@@ -71,7 +70,8 @@ def linear_loop(prepared: Prepared) -> LinearLoop:
         for component, values in prepared.plan.all_parameters(prepared.interfaces).items()
     }
     controller = parameters["rolac_controller"]
-    delay = int(is_on(parameter_array(controller), DELAY))
+    chain = parameter_record(controller).chain
+    delay = int(is_on(chain.preset, chain.delay))
     description = load_rotor(Path(prepared.scenario.rotor or RIG))
     return LinearLoop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)
 
@@ -126,12 +126,12 @@ def controller_system(loop: LinearLoop) -> control.StateSpace:
     PID(z) = 1/K_i [ K_b + K_s + C_b (z - 1)/((tau + T) z - tau) + K_I T/(z - 1) ], F the filter before it, if any
     """
     time = loop.sample_time
-    parameters = parameter_array(loop.parameters["rolac_controller"])
-    tau = parameters[DERIVATIVE_TIME]
-    chain = control.tf([1.0], [1.0] + [0.0] * loop.delay, time)
-    if is_on(parameters, FILTER):
-        decay, new = coefficients(parameters[CUTOFF], time)
-        chain *= control.tf([new, 1.0 - decay - new], [1.0, -decay], time)
+    parameters = parameter_record(loop.parameters["rolac_controller"])
+    tau, chain = parameters.derivative_time, parameters.chain
+    delay_and_filter = control.tf([1.0], [1.0] + [0.0] * loop.delay, time)
+    if is_on(chain.preset, chain.filter):
+        decay, new = coefficients(chain.cutoff, time)
+        delay_and_filter *= control.tf([new, 1.0 - decay - new], [1.0, -decay], time)
     laws = []
     for axis in range(N_AXES):
         k_b, k_s, c_b, k_integral, k_i = (
@@ -140,7 +140,7 @@ def controller_system(loop: LinearLoop) -> control.StateSpace:
         law = (k_b + k_s) + control.tf([c_b, -c_b], [tau + time, -tau], time)
         if k_integral != 0.0:
             law += control.tf([k_integral * time], [1.0, -1.0], time)
-        laws.append(control.ss(law * chain / k_i))
+        laws.append(control.ss(law * delay_and_filter / k_i))
     return control.append(*laws)
 
 

@@ -12,10 +12,10 @@ from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, spin_speed, 
 from amb_cosim.studies.result import DrawnResult, StudyResult
 from amb_cosim.text_tables import TextPart, text_table
 from rotor_analysis.assembly import MassModel, Matrices
-from rotor_analysis.modes import Complex, Mode, Whirl, overdamped, translations
+from rotor_analysis.modes import Complex, Mode, Whirl, overdamped_modes, translations
 from rotor_analysis.modes import modes as modes_of
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.supported import supported
+from rotor_analysis.supported_rotor import supported_rotor
 
 ROUNDING = 1e-9  # a damping ratio above minus this is that of an undamped mode, not of a growing one
 
@@ -142,7 +142,7 @@ def natural_frequencies(
         If the rotor file cannot be read or an argument is out of range.
     """
     description = rotor_of(rotor)
-    model = supported(description, mass).model
+    model = supported_rotor(description, mass).model
     at_speeds = {Omega: _at_speed(model, Omega, modes_of(model, Omega, count)) for Omega in spin_speeds(speeds)}
     return NaturalFrequencies(description.name, mass, at_speeds)
 
@@ -169,7 +169,7 @@ def modes(
         If the rotor file cannot be read or an argument is out of range.
     """
     description, Omega = rotor_of(rotor), spin_speed(speed)
-    model = supported(description, mass).model
+    model = supported_rotor(description, mass).model
     found = tuple(modes_of(model, Omega, count))
     frequencies = NaturalFrequencies(description.name, mass, {Omega: _at_speed(model, Omega, found)})
     shapes = tuple(ModeShape(*translations(model, mode.shape).T) for mode in found)
@@ -181,5 +181,5 @@ def _at_speed(model: Matrices, Omega: float, found: Sequence[Mode]) -> ModesAtSp
         tuple(mode.frequency for mode in found),
         tuple(mode.damping_ratio for mode in found),
         tuple(mode.whirl for mode in found),
-        tuple(mode.eigenvalue.real for mode in overdamped(model, Omega)),
+        tuple(mode.eigenvalue.real for mode in overdamped_modes(model, Omega)),
     )

@@ -12,8 +12,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from rich.console import Console
 
-from amb_analysis.receptance_table import SPEEDS, condition_number
-from amb_analysis.table_file import ReceptanceTable
+from amb_analysis.controller_data import SPEEDS, condition_number
+from amb_analysis.receptance_file import ReceptanceTable
 from amb_cosim.cosim.fmus import Flavour
 from amb_cosim.cosim.values import Raw
 from amb_cosim.json_data import Layout

@@ -15,9 +15,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from amb_analysis.receptance_table import MAX_CONDITION, condition_number
-from amb_analysis.table_file import ReceptanceTable, read_table
-from amb_analysis.table_file import loop_of as loop_parameters
+from amb_analysis.controller_data import MAX_CONDITION, condition_number
+from amb_analysis.receptance_file import ReceptanceTable, loop_parameters, read_table
+from amb_analysis.sampled_loop import parameter_record
 from amb_cosim.cosim.fmus import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
@@ -25,8 +25,9 @@ from amb_cosim.scenario import make_scenario
 from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from amb_cosim.studies.sampled_receptance import sampled_receptance
-from rolac_controller.excitation import component, periods
-from rolac_controller.names import AXES, DONE, ERRORS, FAILED, GIVEN, ILL_CONDITIONED, N_HARMONICS, SENSOR_NAMES, STAGES
+from rolac_controller.enumerations import DONE, ERRORS, FAILED, GIVEN, ILL_CONDITIONED, STAGES
+from rolac_controller.excitation import force_component, periods
+from rolac_controller.rig_layout import AXES, SENSOR_NAMES
 
 Complex = NDArray[np.complex128]
 
@@ -161,12 +162,9 @@ def run_identification(prepared: Prepared, progress: Progress | None = None) -> 
 
 def force_amplitude(loop: LinearLoop) -> float:
     """Return the amplitude of the test force in the first harmonic (N)."""
-    parameters = loop.parameters["rolac_controller"]
-    orders, powers = (
-        np.array([parameters[f"harmonic{k}.{name}"] for k in range(1, N_HARMONICS + 1)]) for name in ("order", "power")
-    )
-    multi, scale = parameters["identification.multi"] != 0.0, parameters["identification.force_scale"]
-    return abs(complex(*component(orders, powers, 0, multi, scale, loop.Omega / (2.0 * math.pi))))
+    parameters = parameter_record(loop.parameters["rolac_controller"])
+    multi, scale = parameters.identification.multi != 0.0, parameters.identification.force_scale
+    return abs(force_component(parameters.harmonics, 0, multi, scale, loop.Omega / (2.0 * math.pi)))
 
 
 def _result(outputs: xr.Dataset) -> tuple[Complex | None, str]:

@@ -47,11 +47,11 @@ class DrawnResult(StudyResult):
     """A result with a figure, which a notebook shows."""
 
     name: ClassVar[str]
-    """Name of the study, of its files, and of the module in `amb_cosim.plots.studies` that draws it."""
+    """Name of the study, of its files, and of the module in `amb_cosim.studies.figures` that draws it."""
 
     def figure(self) -> Figure:
         """Return the figure of the study, a new one with every call."""
-        from amb_cosim.plots.studies import figure
+        from amb_cosim.studies.figures import figure
 
         return figure(self)
 

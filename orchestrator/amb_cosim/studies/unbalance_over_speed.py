@@ -16,7 +16,7 @@ from rotor_analysis.assembly import MassModel
 from rotor_analysis.response import orbit
 from rotor_analysis.response import unbalance_response as steady_response
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.supported import supported
+from rotor_analysis.supported_rotor import supported_rotor
 
 POINTS = 644  # speeds of the curves, with the standstill, which is left out
 
@@ -114,7 +114,7 @@ def unbalance_response(
     loaded = _first_disc(description) if node is None else node
     places = _places(description)
     speeds = speed_range(up_to, POINTS)[1:]
-    response = steady_response(supported(description, mass), {loaded: u}, speeds, tuple(places.values()))
+    response = steady_response(supported_rotor(description, mass), {loaded: u}, speeds, tuple(places.values()))
     amplitude, _, phase = orbit(response)
     continuous = np.unwrap(phase, axis=0)
     found = {

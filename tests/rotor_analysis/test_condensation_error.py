@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotor_analysis.condensation import condensation_error
+from rotor_analysis.condensation_error import condensation_error
 from rotor_analysis.modes import damped_frequencies, modes
 from rotor_analysis.rotor import Planes
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.supported import supported
+from rotor_analysis.supported_rotor import supported_rotor
 
 RIG = load_rotor()
 SPEEDS = np.array([90.0, 120.0, 145.0])
@@ -23,8 +23,8 @@ def test_error_of_the_rig_is_that_of_the_frequencies_in_ascending_order():
     error = condensation_error(RIG, SPEEDS)
     assert error.planes == RIG.planes.master
     for row, Omega in zip(error.frequency, SPEEDS, strict=True):
-        full = damped_frequencies(supported(RIG).model, Omega, 8)
-        condensed = damped_frequencies(supported(RIG, planes=RIG.planes.master).model, Omega, 8)
+        full = damped_frequencies(supported_rotor(RIG).model, Omega, 8)
+        condensed = damped_frequencies(supported_rotor(RIG, planes=RIG.planes.master).model, Omega, 8)
         np.testing.assert_allclose(row, 100.0 * (condensed / full - 1.0), atol=1e-9)
     np.testing.assert_allclose(error.worst_frequency, [0.089, 0.100, 0.109], atol=6e-4)
     assert np.all(error.worst_frequency < 0.1127)
@@ -45,7 +45,7 @@ def test_more_planes_cost_less_accuracy(rotor):
 
 def test_condensation_of_cross_coupled_bearings_keeps_what_is_unstable_unstable():
     for planes in PLANES[1:]:
-        full, condensed = (modes(supported(ON_OIL, planes=p).model, 90.0, 8) for p in (None, planes))
+        full, condensed = (modes(supported_rotor(ON_OIL, planes=p).model, 90.0, 8) for p in (None, planes))
         ratios = [[mode.damping_ratio for mode in found] for found in (full, condensed)]
         assert min(ratios[0]) < 0.0
         np.testing.assert_allclose(ratios[1], ratios[0], atol=1e-3)

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from scipy.interpolate import CubicHermiteSpline
 
-from amb_cosim.plots.studies.whirl import WHIRL_STYLES
 from amb_cosim.plots.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.studies.figures.whirl import WHIRL_STYLES
 from amb_cosim.studies.natural_modes import ModeShapes
 from rotor_analysis.modes import Mode
 from rotor_analysis.rotor import Rotor

@@ -1,16 +1,8 @@
-"""Sizes, names and enumerations that tables and kernels share."""
+"""Values of parameters and outputs that are one of a list, and the sentences that describe them."""
 
 from __future__ import annotations
 
-N_SENSORS, N_AXES, N_PLANES, N_BEARINGS = 8, 4, 4, 2
-N_HARMONICS = 4  # that can be controlled side by side
-
-# Each axis is controlled by the sensor at its bearing; the other four only serve the synchronous control.
-AXES = (("mb1", "x", "s5"), ("mb1", "y", "s6"), ("mb2", "x", "s3"), ("mb2", "y", "s4"))
-PLANES = ("motor end", "MB2", "MB1", "non-driven end")
-SENSORS = tuple((f"s{k + 1}", f"{PLANES[k // 2]}, {'xy'[k % 2]} axis") for k in range(N_SENSORS))
-SENSOR_NAMES = tuple(name for name, _ in SENSORS)
-SENSOR_OF_AXIS = tuple(SENSOR_NAMES.index(sensor) for _, _, sensor in AXES)
+from rolac_controller.rig_layout import N_AXES
 
 # Values of rolac.mode.
 MODES = ("rolac", "olac", "notch", "force_free")
@@ -33,9 +25,9 @@ STATUSES = (
     "PID alone: the table has no H for the speed (several harmonics: for one of them)",
     "PID alone: suspect_sensor does not move",
 )
-OFF, ADAPTING, HELD, TOO_SLOW, NO_WINDOW, NO_H, SUSPECT = range(len(STATUSES))
+OFF, ADAPTING, IDENTIFYING, TOO_SLOW, NO_WINDOW, NO_H, SENSOR_SUSPECT = range(len(STATUSES))
 
-# Values of identification_state. From BEFORE to AFTER they are the six slots.
+# Values of identification_state. From SLOT_BEFORE to SLOT_AFTER they are the six slots.
 STAGES = (
     "none yet",
     "waiting for a valid window",
@@ -48,9 +40,9 @@ STAGES = (
     "done",
     "failed",
 )
-NONE, WAITING, BEFORE = range(3)
-AFTER, DONE, FAILED = range(BEFORE + 1 + N_AXES, len(STAGES))
-N_SLOTS = AFTER - BEFORE + 1
+NOT_STARTED, WAITING, SLOT_BEFORE = range(3)
+SLOT_AFTER, DONE, FAILED = range(SLOT_BEFORE + 1 + N_AXES, len(STAGES))
+N_SLOTS = SLOT_AFTER - SLOT_BEFORE + 1
 
 # Values of identification_error.
 ERRORS = (
@@ -64,6 +56,14 @@ ERRORS = (
     "the receptance is ill-conditioned",
     "the table is full",
 )
-NO_ERROR, ABORTED, WINDOW_LOST, SPEED_CHANGED, LIMITED, CONTACT, DRIFTED, ILL_CONDITIONED, TABLE_FULL = range(
-    len(ERRORS)
-)
+(
+    NO_ERROR,
+    SWITCHED_OFF,
+    WINDOW_LOST,
+    SPEED_CHANGED,
+    CURRENT_LIMITED,
+    CONTACT_OCCURRED,
+    VIBRATION_CHANGED,
+    ILL_CONDITIONED,
+    TABLE_FULL,
+) = range(len(ERRORS))

@@ -1,12 +1,12 @@
-"""Sensors that stand still: found, named, and ROLAC out of their reach."""
+"""Sensors that do not change: found, named, and ROLAC switched off."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from amb_analysis.receptance_table import pack
-from rolac_controller.names import ADAPTING, SUSPECT
+from amb_analysis.controller_data import pack
+from rolac_controller.enumerations import ADAPTING, SENSOR_SUSPECT
 
 SAMPLES = 40
 
@@ -37,7 +37,7 @@ def test_sensor_that_stands_still_for_a_revolution_leaves_the_pid_alone(running,
     b.follow(signal, SAMPLES - 1)
     assert b["rolac_status"] == ADAPTING
     b.follow(signal, 3)
-    assert (b["rolac_status"], b["suspect_sensor"], b["rolac_active"]) == (SUSPECT, sensor, 0.0)
+    assert (b["rolac_status"], b["suspect_sensor"], b["rolac_active"]) == (SENSOR_SUSPECT, sensor, 0.0)
     assert not b.forces().any()
     b[f"s{sensor}.{fault}"] = 0.0
     b.follow(signal, 2)
@@ -52,7 +52,7 @@ def test_first_of_several_is_named(running):
     assert b["suspect_sensor"] == 3
 
 
-def test_check_can_be_switched_off_and_still_tells(running):
+def test_check_can_be_switched_off_and_still_names_the_sensor(running):
     b = running(rolac__check_sensors=0)
     b["s2.fault_dead"] = 1.0
     b.follow(signal, SAMPLES + 2)

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from rotor_analysis.assembly import MassModel
-from rotor_analysis.meshes import family
+from rotor_analysis.meshes import mesh_family
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.supported import Supported, supported
+from rotor_analysis.supported_rotor import SupportedRotor, supported_rotor
 
 SPEEDS = (90.0, 120.0, 145.0)  # rad/s
 MASSES: tuple[MassModel, ...] = ("consistent", "diagonal")
@@ -19,7 +19,7 @@ COUNT = 8
 
 
 def frequency_tables(rotor: Rotor | None = None) -> dict[str, Any]:
-    """First eight damped natural frequencies (rad/s), ascending, at three speeds.
+    """Return the first eight damped natural frequencies (rad/s), ascending, at three speeds.
 
     Returns
     -------
@@ -29,12 +29,12 @@ def frequency_tables(rotor: Rotor | None = None) -> dict[str, Any]:
     """
     rotor = rotor or load_rotor()
     nodes = len(rotor.shaft.nodes)
-    full, planes = supported(rotor), rotor.planes.master
-    condensed = supported(rotor, planes=planes) if planes else None
+    full, planes = supported_rotor(rotor), rotor.planes.master
+    condensed = supported_rotor(rotor, planes=planes) if planes else None
     return {
         "table_3_1": {
-            f"{count}_node": {mass: _by_speed(supported(mesh, mass)) for mass in MASSES}
-            for count, mesh in sorted(family(rotor).items(), reverse=True)
+            f"{count}_node": {mass: _by_speed(supported_rotor(mesh, mass)) for mass in MASSES}
+            for count, mesh in sorted(mesh_family(rotor).items(), reverse=True)
         },
         "table_3_4": {
             f"{speed:g}": {f"fem_{nodes}": _row(full, speed), "condensed": _row(condensed, speed)}
@@ -44,14 +44,14 @@ def frequency_tables(rotor: Rotor | None = None) -> dict[str, Any]:
     }
 
 
-def printed_tables() -> dict[str, Any]:
-    """The thesis's own numbers (rad/s) by model, mass matrix and speed, as `thesis_tables.toml` holds them."""
+def thesis_frequencies() -> dict[str, Any]:
+    """Return the frequencies of the thesis (rad/s) in `thesis_tables.toml`, by model, mass matrix and speed."""
     text = (Path(__file__).parent / "thesis_tables.toml").read_text(encoding="utf-8")
     return {name: rows for name, rows in tomllib.loads(text).items() if name != "source"}
 
 
 def deviations(tables: dict[str, Any]) -> dict[str, Any]:
-    """What `frequency_tables` of the rig returned, over the numbers of the thesis less one (percent)."""
+    """Return the deviations of `frequency_tables` of the rig from the numbers of the thesis (percent)."""
     computed = dict(tables["table_3_1"])
     computed["condensed"] = {"diagonal": {speed: row["condensed"] for speed, row in tables["table_3_4"].items()}}
     return {
@@ -64,13 +64,13 @@ def deviations(tables: dict[str, Any]) -> dict[str, Any]:
             }
             for mass, rows in masses.items()
         }
-        for model, masses in printed_tables().items()
+        for model, masses in thesis_frequencies().items()
     }
 
 
-def _by_speed(support: Supported) -> dict[str, list[float]]:
-    return {f"{speed:g}": _row(support, speed) for speed in SPEEDS}
+def _by_speed(rotor_model: SupportedRotor) -> dict[str, list[float]]:
+    return {f"{speed:g}": _row(rotor_model, speed) for speed in SPEEDS}
 
 
-def _row(support: Supported, speed: float) -> list[float]:
-    return [float(frequency) for frequency in damped_frequencies(support.model, speed, COUNT)]
+def _row(rotor_model: SupportedRotor, speed: float) -> list[float]:
+    return [float(frequency) for frequency in damped_frequencies(rotor_model.model, speed, COUNT)]

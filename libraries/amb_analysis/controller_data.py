@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rolac_controller.names import N_AXES, N_SENSORS
 from rolac_controller.parameters import LARGEST_ORDER
+from rolac_controller.receptance_table import ROW
+from rolac_controller.rig_layout import N_AXES, N_SENSORS
 
 Complex = NDArray[np.complex128]
 
@@ -103,18 +104,16 @@ def pack(speeds: ArrayLike, receptances: ArrayLike, orders: Sequence[int] = (1,)
 def pack_rows(rows: Iterable[tuple[int, float, Complex]]) -> NDArray[np.float64]:
     """Constants of the controller from (order, speed, R), ascending in order and speed; see `pack`.
 
-    They are laid out as `rolac_controller.stored` reads them.
+    They are laid out as `rolac_controller.receptance_table` reads them.
     """
-    parts: list[ArrayLike] = []
-    count = 0
+    packed = []
     for order, speed, receptance in rows:
         try:
             h = inverse_receptance(receptance)
         except ValueError as error:
             raise ValueError(f"at {speed:g} rad/s: {error}") from error
-        parts += [[float(order), speed], _flat(receptance), _flat(h)]
-        count += 1
-    return np.concatenate([[float(count)], *parts])
+        packed.append((order, speed, receptance, h))
+    return np.concatenate([[float(len(packed))], np.array(packed, dtype=ROW).view(np.float64)])
 
 
 def _weighted(receptance: ArrayLike, weights: ArrayLike | None) -> tuple[Complex, NDArray[np.float64]]:
@@ -129,7 +128,3 @@ def _weighted(receptance: ArrayLike, weights: ArrayLike | None) -> tuple[Complex
         raise ValueError(f"weights = {w} is not allowed; they must be {N_SENSORS} finite numbers >= 0")
     root = np.sqrt(w)
     return root[:, None] * r, root
-
-
-def _flat(matrix: Complex) -> NDArray[np.float64]:
-    return np.ascontiguousarray(matrix).view(np.float64).ravel()

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from rotor_analysis.assembly import assemble
+from rotor_analysis.frequency_tables import deviations, frequency_tables
 from rotor_analysis.rotor import Planes
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.tables import deviations, frequency_tables
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 

@@ -1,4 +1,4 @@
-"""Identified receptances in a text file: read, renewed and written without ever losing the old ones."""
+"""Identified receptances in a TOML file: read, updated, and written whole or not at all."""
 
 from __future__ import annotations
 
@@ -6,23 +6,27 @@ import fnmatch
 import json
 import math
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal, get_args
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
 from numpy.typing import ArrayLike, NDArray
+from pydantic import PlainValidator, StrictFloat, StrictInt, StrictStr
 
-from amb_analysis.receptance_table import Complex, condition_number, inverse_receptance, pack_rows
+from amb_analysis.controller_data import Complex, condition_number, inverse_receptance, pack_rows
 from amb_files.atomic import write_atomically
+from amb_files.toml import read_toml, table, validate
+from amb_files.validation_errors import Unit
 from rolac_controller.interface import INTERFACE
-from rolac_controller.names import N_AXES, N_SENSORS
 from rolac_controller.parameters import LARGEST_ORDER
-from rolac_controller.stored import SAME_SPEED
+from rolac_controller.receptance_table import SAME_SPEED
+from rolac_controller.rig_layout import N_AXES, N_SENSORS
 
-FORMAT = "amb-cosim receptances 1"
+Format = Literal["amb-cosim receptances 1"]
+(FORMAT,) = get_args(Format)
 
 # Parameters of the controller that a synchronous receptance depends on.
 _LOOP = (
@@ -35,8 +39,8 @@ LOOP_PARAMETERS = tuple(
 )
 
 
-def loop_of(parameters: Mapping[str, float] | None = None) -> dict[str, float]:
-    """The parameters that a receptance depends on: those given, and the start values of the others."""
+def loop_parameters(parameters: Mapping[str, float] | None = None) -> dict[str, float]:
+    """Return the parameters that a receptance depends on: those given, and the start values of the others."""
     given = parameters or {}
     return {name: float(given.get(name, INTERFACE[name].start)) for name in LOOP_PARAMETERS}
 
@@ -57,9 +61,9 @@ class ReceptanceTable:
     Parameters
     ----------
     rotor
-        What the rotor is called; a table is refused for another.
+        Name of the rotor; a table cannot be used for another one.
     loop
-        The controller's parameters that they hold for, as of `loop_of`.
+        The controller's parameters that they were identified with, as `loop_parameters` returns them.
     entries
         Ascending in order and speed.
     """
@@ -69,7 +73,7 @@ class ReceptanceTable:
     entries: tuple[Entry, ...] = ()
 
     def updated(self, speed: float, receptance: ArrayLike, order: int = 1) -> ReceptanceTable:
-        """The table with a receptance in place of the one at that speed (within 0.5 %), or in addition.
+        """Return the table with a new receptance, which replaces one at that speed (within 0.5 %) if there is one.
 
         Raises
         ------
@@ -86,7 +90,7 @@ class ReceptanceTable:
         return replace(self, entries=tuple(sorted([*kept, new], key=lambda e: (e.order, e.speed))))
 
     def h_at(self, speed: float, order: int = 1, weights: ArrayLike | None = None) -> tuple[Complex, bool]:
-        """H at a speed, linear between the speeds of the table, and whether the speed is beyond them.
+        """Return H at a speed, linear between the speeds of the table, and whether the speed is beyond them.
 
         Beyond them H is that of the nearest speed, as in the controller.
 
@@ -105,7 +109,7 @@ class ReceptanceTable:
         return np.array(h).reshape(N_AXES, N_SENSORS), not speeds[0] <= speed <= speeds[-1]
 
     def constants(self) -> NDArray[np.float64]:
-        """Constants of a controller FMU with this table.
+        """Return the constants of a controller FMU with this table.
 
         Raises
         ------
@@ -117,7 +121,7 @@ class ReceptanceTable:
         return pack_rows((e.order, e.speed, e.receptance) for e in self.entries)
 
     def write(self, path: Path) -> None:
-        """Write the table; the file is the old one or the new one, whole, whatever happens meanwhile."""
+        """Write the table; a failure or an interruption leaves the old file as it was."""
 
         def to_disk(temporary: Path) -> None:
             with temporary.open("w", encoding="utf-8") as file:
@@ -149,25 +153,22 @@ def read_table(path: Path, rotor: str | None = None, loop: Mapping[str, float] |
     path
         A file that `ReceptanceTable.write` wrote.
     rotor
-        The rotor it is wanted for, if that matters.
+        Name of the rotor that the table must belong to; any by default.
     loop
-        The parameters it is wanted for, as of `loop_of`, if they matter.
+        Parameters that the table must have been identified with, as `loop_parameters` returns them; any by default.
 
     Raises
     ------
     ValueError
-        If the file cannot be read, is no such table or not a whole one, or belongs to another rotor or loop.
+        If the file cannot be read, is not a complete table, or belongs to another rotor or loop; one line for each
+        mistake.
     """
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ValueError(f"table of receptances {path} cannot be read: {error}") from error
-    try:
-        table = _table(data)
-        _belongs(table, rotor, loop)
-    except ValueError as error:
-        raise ValueError(f"table of receptances {path}: {error}") from error
-    return table
+    name = f"table of receptances {path}"
+    file = validate(read_toml(path, name), _File, name)
+    entries = tuple(Entry(entry.order, entry.speed, entry.receptance) for entry in file.receptance)
+    found = ReceptanceTable(file.rotor, file.loop, entries)
+    _check_origin(found, rotor, loop, name)
+    return found
 
 
 def _lines(entry: Entry) -> list[str]:
@@ -194,52 +195,64 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def _table(data: Mapping[str, Any]) -> ReceptanceTable:
-    if data.get("format") != FORMAT:
-        raise ValueError(f"format = {data.get('format')!r} is not allowed; it must be {FORMAT!r}")
-    rotor, count, loop, found = (data.get(key) for key in ("rotor", "entries", "loop", "receptance"))
-    if not isinstance(rotor, str) or not isinstance(loop, dict) or not isinstance(count, int):
-        raise ValueError("rotor, entries or [loop] is missing or no name, number or table")
-    if not all(isinstance(value, int | float) for value in loop.values()):
-        raise ValueError("[loop] must hold numbers")
-    tables = found if isinstance(found, list) else []
-    if len(tables) != count:
-        raise ValueError(f"it has {len(tables)} receptances where entries = {count}; it is not whole")
-    entries = tuple(_entry(table, number) for number, table in enumerate(tables, 1))
-    keys = [(e.order, e.speed) for e in entries]
-    if keys != sorted(set(keys)):
-        raise ValueError("its receptances must ascend in order and speed")
-    return ReceptanceTable(rotor, {name: float(value) for name, value in loop.items()}, entries)
+def _as_matrix(value: object) -> NDArray[np.float64]:
+    rows = value if isinstance(value, list) else []
+    numbers = [number for row in rows if isinstance(row, list) and len(row) == N_AXES for number in row]
+    finite = all(type(number) in (int, float) and math.isfinite(number) for number in numbers)
+    if len(rows) != N_SENSORS or len(numbers) != N_SENSORS * N_AXES or not finite:
+        raise ValueError(f"it must be {N_SENSORS} rows of {N_AXES} numbers, all finite")
+    return np.array(value, dtype=np.float64)
 
 
-def _entry(table: Any, number: int) -> Entry:
-    where = f"receptance {number}"
-    if not isinstance(table, dict):
-        raise ValueError(f"{where} must be a table [[receptance]]")
-    order, speed = table.get("order"), table.get("speed")
-    if not isinstance(order, int) or not 1 <= order <= LARGEST_ORDER:
-        raise ValueError(f"{where}: order = {order!r} is not allowed; it must be from 1 to {LARGEST_ORDER}")
-    if isinstance(speed, bool) or not isinstance(speed, int | float) or not 0.0 < speed < math.inf:
-        raise ValueError(f"{where}: speed = {speed!r} rad/s is not allowed; it must be > 0 rad/s and finite")
-    try:
-        real, imaginary = (np.asarray(table.get(part), dtype=np.float64) for part in ("real", "imaginary"))
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{where}: real and imaginary must be 8 rows of 4 numbers") from error
-    if real.shape != (N_SENSORS, N_AXES) or imaginary.shape != real.shape:
-        raise ValueError(f"{where}: real and imaginary must be 8 rows of 4 numbers")
-    receptance = real + 1j * imaginary
-    try:
-        inverse_receptance(receptance)
-    except ValueError as error:
-        raise ValueError(f"{where}, at {speed:g} rad/s: {error}") from error
-    return Entry(order, float(speed), receptance)
+Matrix = Annotated[NDArray[np.float64], PlainValidator(_as_matrix)]
 
 
-def _belongs(table: ReceptanceTable, rotor: str | None, loop: Mapping[str, float] | None) -> None:
+@table
+class _Receptance:
+    """The form of a table `[[receptance]]`."""
+
+    order: Annotated[StrictInt, Ge(1), Le(LARGEST_ORDER)]
+    speed: Annotated[StrictFloat, Gt(0.0), Unit("rad/s")]
+    real: Matrix
+    imaginary: Matrix
+
+    def __post_init__(self) -> None:
+        try:
+            inverse_receptance(self.receptance)
+        except ValueError as error:
+            raise ValueError(f"at {self.speed:g} rad/s: {error}") from error
+
+    @property
+    def receptance(self) -> Complex:
+        """R = real + j imaginary, shape (8, 4)."""
+        return self.real + 1j * self.imaginary
+
+
+@table
+class _File:
+    """The form of the file."""
+
+    format: Format
+    rotor: StrictStr
+    entries: Annotated[StrictInt, Ge(0)]
+    loop: dict[str, StrictFloat]
+    receptance: tuple[_Receptance, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.receptance) != self.entries:
+            raise ValueError(
+                f"it has {len(self.receptance)} receptances but entries = {self.entries}; the file is incomplete"
+            )
+        keys = [(entry.order, entry.speed) for entry in self.receptance]
+        if keys != sorted(set(keys)):
+            raise ValueError("receptance must ascend in order and speed")
+
+
+def _check_origin(table: ReceptanceTable, rotor: str | None, loop: Mapping[str, float] | None, file: str) -> None:
     if rotor is not None and table.rotor != rotor:
-        raise ValueError(f"it is of rotor {table.rotor!r}, not of {rotor!r}")
+        raise ValueError(f"{file}: it is of rotor {table.rotor!r}, not of {rotor!r}")
     for name, wanted in (loop or {}).items():
         found = table.loop.get(name)
         if found is None or not math.isclose(found, wanted, rel_tol=1e-9, abs_tol=1e-300):
             shown = "unknown" if found is None else f"{found:g}"
-            raise ValueError(f"it was identified with {name} = {shown}, not {wanted:g}; identify again")
+            raise ValueError(f"{file}: it was identified with {name} = {shown}, not {wanted:g}; identify again")

@@ -10,16 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from amb_analysis.receptance_table import inverse_receptance, pack
-from amb_analysis.table_file import LOOP_PARAMETERS, ReceptanceTable, loop_of, read_table
+from amb_analysis.controller_data import inverse_receptance, pack
+from amb_analysis.receptance_file import LOOP_PARAMETERS, ReceptanceTable, loop_parameters, read_table
+from amb_analysis.sampled_loop import parameter_record
 from rolac_controller.interface import INTERFACE
-from rolac_controller.stored import bracket, interpolate, load, size_of
+from rolac_controller.pseudo_inverse import SVD_WORK
+from rolac_controller.receptance_table import find_bracket, interpolate, load, table_of, table_size
 
 
 @pytest.fixture
 def table(receptance):
     """Three speeds, the middle one with a second harmonic."""
-    made = ReceptanceTable("rig", loop_of())
+    made = ReceptanceTable("rig", loop_parameters())
     for speed, factor in [(62.83, 1.0), (31.4, 1j), (157.0, 0.5 - 0.5j)]:
         made = made.updated(speed, factor * receptance)
     return made.updated(62.83, 3.0 * receptance, order=2)
@@ -27,7 +29,7 @@ def table(receptance):
 
 def test_what_is_written_is_read_to_the_last_bit(table, tmp_path):
     table.write(tmp_path / "new" / "table.toml")
-    found = read_table(tmp_path / "new" / "table.toml", "rig", loop_of())
+    found = read_table(tmp_path / "new" / "table.toml", "rig", loop_parameters())
     assert (found.rotor, found.loop) == (table.rotor, table.loop)
     assert [(e.order, e.speed) for e in found.entries] == [(1, 31.4), (1, 62.83), (1, 157.0), (2, 62.83)]
     for a, b in zip(found.entries, table.entries, strict=True):
@@ -39,7 +41,7 @@ def test_what_is_written_is_read_to_the_last_bit(table, tmp_path):
 @given(name=st.text(st.characters(exclude_categories=["Cs"])))
 def test_any_name_of_a_rotor_survives(name, tmp_path_factory):
     path = tmp_path_factory.mktemp("named") / "table.toml"
-    ReceptanceTable(name, loop_of()).write(path)
+    ReceptanceTable(name, loop_parameters()).write(path)
     assert read_table(path, name).rotor == name
 
 
@@ -66,18 +68,18 @@ def test_h_is_linear_between_speeds_and_constant_beyond(table, receptance):
 
 def test_controller_built_with_the_table_finds_the_same_h(table):
     constants = table.constants()
-    inside = np.zeros(size_of(constants))
-    assert load(constants, np.ones(8), 1e4, inside, np.zeros(200))
+    inside = table_of(np.zeros(table_size(constants)))
+    assert load(table_of(constants), parameter_record({}), inside, np.zeros(1, dtype=SVD_WORK)[0])
     for speed in (20.0, 31.4, 40.0, 100.0, 200.0):
-        low, high, share, _ = bracket(inside, 1.0, speed)
-        matrix = np.zeros(64)
-        interpolate(inside, 66, low, high, share, matrix)
-        np.testing.assert_allclose(matrix.view(complex).reshape(4, 8), table.h_at(speed)[0], rtol=1e-12)
+        lower, upper, weight, _ = find_bracket(inside, 1.0, speed)
+        H = np.zeros((4, 8), dtype=complex)
+        interpolate(inside.rows[lower].H, inside.rows[upper].H, weight, H)
+        np.testing.assert_allclose(H, table.h_at(speed)[0], rtol=1e-12)
 
 
 def test_constants_of_one_harmonic_are_those_of_pack(receptance):
     speeds, receptances = [50.0, 100.0], [receptance, 1j * receptance]
-    table = ReceptanceTable("rig", loop_of())
+    table = ReceptanceTable("rig", loop_parameters())
     for speed, r in zip(speeds, receptances, strict=True):
         table = table.updated(speed, r)
     np.testing.assert_array_equal(table.constants(), pack(speeds, receptances))
@@ -85,7 +87,7 @@ def test_constants_of_one_harmonic_are_those_of_pack(receptance):
 
 def test_empty_table_makes_no_controller():
     with pytest.raises(ValueError, match="rig has no entry"):
-        ReceptanceTable("rig", loop_of()).constants()
+        ReceptanceTable("rig", loop_parameters()).constants()
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
@@ -132,7 +134,7 @@ def test_truncation_between_two_entries_is_named(table, tmp_path):
     path = tmp_path / "table.toml"
     table.write(path)
     path.write_text(path.read_text().rpartition("\n[[receptance]]")[0])
-    with pytest.raises(ValueError, match="3 receptances where entries = 4; it is not whole"):
+    with pytest.raises(ValueError, match="it has 3 receptances but entries = 4; the file is incomplete"):
         read_table(path)
 
 
@@ -148,7 +150,7 @@ def test_table_of_another_loop_is_refused_with_what_differs(table, tmp_path, nam
     with pytest.raises(
         ValueError, match=rf"identified with {name} = .*, not {re.escape(f'{value:g}')}; identify again"
     ):
-        read_table(tmp_path / "table.toml", loop=loop_of({name: value}))
+        read_table(tmp_path / "table.toml", loop=loop_parameters({name: value}))
 
 
 def test_loop_holds_what_a_receptance_depends_on_and_no_more():
@@ -164,8 +166,8 @@ def test_loop_holds_what_a_receptance_depends_on_and_no_more():
         "s1.weight",
         "identification.average",
     } < others
-    assert loop_of({"mb1.k_b_x": 3.0, "rolac.alpha": 9.0})["mb1.k_b_x"] == 3.0
-    assert "rolac.alpha" not in loop_of({"rolac.alpha": 9.0})
+    assert loop_parameters({"mb1.k_b_x": 3.0, "rolac.alpha": 9.0})["mb1.k_b_x"] == 3.0
+    assert "rolac.alpha" not in loop_parameters({"rolac.alpha": 9.0})
 
 
 def edit(old, new):
@@ -175,18 +177,27 @@ def edit(old, new):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda text: "no table at all", "cannot be read"),
+        (lambda text: "no table at all", "is not valid TOML"),
         (edit("receptances 1", "receptances 2"), "format = 'amb-cosim receptances 2' is not allowed"),
-        (edit('rotor = "rig"', "rotor = 3"), "rotor, entries or"),
-        (edit("sample_time = 0.00025", "sample_time = 'fast'"), "must hold numbers"),
-        (edit("speed = 31.4", "speed = -31.4"), r"receptance 1: speed = -31\.4 rad/s"),
-        (edit("speed = 31.4", "speed = nan"), "receptance 1: speed = nan"),
+        (edit('rotor = "rig"', "rotor = 3"), "rotor = 3 is not allowed; it must be a string"),
+        (
+            edit("sample_time = 0.00025", "sample_time = 'fast'"),
+            r"loop\.sample_time = 'fast' is not allowed; it must be a number",
+        ),
+        (
+            edit("speed = 31.4", "speed = -31.4"),
+            r"receptance\[0\]\.speed = -31\.4 rad/s is not allowed; it must be > 0 rad/s",
+        ),
+        (edit("speed = 31.4", "speed = nan"), r"receptance\[0\]\.speed = nan rad/s is not allowed"),
         (edit("speed = 31.4", "speed = 70.0"), "must ascend"),
-        (edit("order = 1", "order = 0"), "receptance 1: order = 0"),
+        (edit("order = 1", "order = 0"), r"receptance\[0\]\.order = 0 is not allowed; it must be >= 1 and <= "),
         (edit("real = [\n  [", "real = [\n  [1.0, "), "8 rows of 4 numbers"),
         (edit("real = [\n  [", "real = [\n  ['x', "), "8 rows of 4 numbers"),
-        (edit("imaginary", "imag"), "8 rows of 4 numbers"),
-        (edit("real = [\n  [", "real = [\n  [inf, 1.0, 1.0, 1.0], #"), r"receptance 1, at 31\.4 rad/s: .*not finite"),
+        (edit("imaginary", "imag"), r"receptance\[0\]\.imaginary is missing"),
+        (
+            edit("real = [\n  [", "real = [\n  [inf, 1.0, 1.0, 1.0], #"),
+            r"receptance\[0\]\.real = .* is not allowed; it must be 8 rows of 4 numbers, all finite",
+        ),
     ],
 )
 def test_file_that_is_no_table_is_refused_with_its_place(table, tmp_path, change, sentence):
@@ -205,7 +216,7 @@ def test_singular_receptance_in_a_file_is_refused_with_its_speed(table, tmp_path
     for k in numbers[:16]:
         lines[k] = "  [1.0, 1.0, 0.0, 2.0],"
     path.write_text("\n".join(lines))
-    with pytest.raises(ValueError, match=r"receptance 1, at 31\.4 rad/s: .*condition number"):
+    with pytest.raises(ValueError, match=r"receptance\[0\]: at 31\.4 rad/s: .*condition number"):
         read_table(path)
 
 

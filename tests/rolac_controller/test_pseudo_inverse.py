@@ -7,17 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from amb_analysis.receptance_table import condition_number, inverse_receptance
-from rolac_controller.inverse import N_MATRIX, N_SCRATCH, invert
+from amb_analysis.controller_data import condition_number, inverse_receptance
+from rolac_controller.pseudo_inverse import SVD_WORK, negative_pseudo_inverse
 from rolac_controller.signals import LARGEST_CONDITION
 
 
 def inverted(r, weights=None):
     """H and the condition number that the kernel finds."""
-    h, scratch = np.full(N_MATRIX, np.nan), np.full(N_SCRATCH, np.nan)
-    flat = np.ascontiguousarray(r, dtype=complex).view(float).ravel()
-    condition = invert(flat, np.ones(8) if weights is None else np.asarray(weights, dtype=float), h, scratch)
-    return h.view(complex).reshape(4, 8), condition
+    H, svd = np.full((4, 8), np.nan, dtype=complex), np.zeros(1, dtype=SVD_WORK)
+    svd.view(float)[:] = np.nan
+    w = np.ones(8) if weights is None else np.asarray(weights, dtype=float)
+    condition = negative_pseudo_inverse(np.ascontiguousarray(r, dtype=complex), w, H, svd[0])
+    return H, condition
 
 
 @settings(deadline=None)

@@ -6,43 +6,45 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from amb_analysis.receptance_table import NO_TABLE, SPEEDS, inverse_receptance, pack
-from rolac_controller.inverse import N_MATRIX, N_SCRATCH
-from rolac_controller.names import N_HARMONICS
-from rolac_controller.stored import (
+from amb_analysis.controller_data import NO_TABLE, SPEEDS, inverse_receptance, pack
+from amb_analysis.sampled_loop import parameter_record
+from rolac_controller.pseudo_inverse import SVD_WORK
+from rolac_controller.receptance_table import (
     BEYOND,
     MISSING,
-    N_ROW,
-    ORDER,
     SPARE_ROWS,
-    SPEED,
     WITHIN,
-    H,
-    R,
-    bracket,
+    find_bracket,
     interpolate,
     load,
-    row,
-    size_of,
     store,
+    table_of,
+    table_size,
 )
+from rolac_controller.rig_layout import N_HARMONICS
 
 
-def loaded(constants, weights=None, max_condition=1e4):
-    table = np.zeros(size_of(constants))
-    ok = load(constants, np.ones(8) if weights is None else weights, max_condition, table, np.zeros(N_SCRATCH))
+def loaded(constants, weights=None):
+    table = table_of(np.zeros(table_size(constants)))
+    parameters = parameter_record({f"s{k}.weight": w for k, w in enumerate([] if weights is None else weights, 1)})
+    ok = load(table_of(constants), parameters, table, np.zeros(1, dtype=SVD_WORK)[0])
     return table if ok else None
 
 
-def matrix_at(table, speed, what=H, order=1.0):
-    low, high, share, found = bracket(table, order, speed)
-    matrix = np.zeros(N_MATRIX)
-    interpolate(table, what, low, high, share, matrix)
-    return matrix.view(complex).reshape((4, 8) if what == H else (8, 4)), found
+def matrix_at(table, speed, name="H", order=1.0):
+    lower, upper, weight, coverage = find_bracket(table, order, speed)
+    matrix = np.zeros((4, 8) if name == "H" else (8, 4), dtype=complex)
+    interpolate(table.rows[name][lower], table.rows[name][upper], weight, matrix)
+    return matrix, coverage
 
 
 def rows(table):
-    return [(table[row(k) + ORDER], table[row(k) + SPEED]) for k in range(int(table[0]))]
+    return [(row.order, row.speed) for row in table.rows[: int(table.n_rows[0])]]
+
+
+def put(table, order, speed, r=1.0, h=1.0):
+    """Store matrices of equal elements."""
+    return store(table, order, speed, np.full((8, 4), r, dtype=complex), np.full((4, 8), h, dtype=complex))
 
 
 def test_table_gives_h_and_r_at_its_speeds_exactly_and_linearly_between(receptance):
@@ -52,11 +54,11 @@ def test_table_gives_h_and_r_at_its_speeds_exactly_and_linearly_between(receptan
     h = [inverse_receptance(r) for r in receptances]
     for k in range(3):
         np.testing.assert_array_equal(matrix_at(table, speeds[k])[0], h[k])
-        np.testing.assert_array_equal(matrix_at(table, speeds[k], R)[0], receptances[k])
+        np.testing.assert_array_equal(matrix_at(table, speeds[k], "R")[0], receptances[k])
     between = 62.8 + 0.25 * 94.2
     np.testing.assert_allclose(matrix_at(table, between)[0], 0.75 * h[1] + 0.25 * h[2], rtol=1e-12)
     expected = 0.75 * receptances[1] + 0.25 * receptances[2]
-    np.testing.assert_allclose(matrix_at(table, between, R)[0], expected, rtol=1e-12)
+    np.testing.assert_allclose(matrix_at(table, between, "R")[0], expected, rtol=1e-12)
 
 
 def test_table_is_constant_beyond_its_ends_and_says_so(receptance):
@@ -71,13 +73,13 @@ def test_table_is_constant_beyond_its_ends_and_says_so(receptance):
 
 def test_each_harmonic_has_its_own_speeds(receptance):
     table = loaded(pack([50.0, 100.0], [[receptance, 2 * receptance], [3 * receptance, 4 * receptance]], orders=(1, 3)))
-    np.testing.assert_array_equal(matrix_at(table, 100.0, R)[0], 2 * receptance)
-    np.testing.assert_array_equal(matrix_at(table, 100.0, R, order=3.0)[0], 4 * receptance)
+    np.testing.assert_array_equal(matrix_at(table, 100.0, "R")[0], 2 * receptance)
+    np.testing.assert_array_equal(matrix_at(table, 100.0, "R", order=3.0)[0], 4 * receptance)
     assert matrix_at(table, 100.0, order=2.0)[1] == MISSING
 
 
 def test_empty_table_has_nothing():
-    assert bracket(loaded(NO_TABLE), 1.0, 100.0)[3] == MISSING
+    assert find_bracket(loaded(NO_TABLE), 1.0, 100.0).coverage == MISSING
 
 
 def test_weights_that_are_not_one_change_h(receptance):
@@ -96,32 +98,33 @@ def test_new_receptances_find_their_place_whatever_the_order_they_come_in(entrie
     """The last one within 0.5 % of a speed counts; rows stay ascending and keep what belongs to them."""
     table = loaded(NO_TABLE)
     for number, (order, speed) in enumerate(entries):
-        assert store(table, float(order), speed, np.full(N_MATRIX, number + 0.5), np.full(N_MATRIX, -number))
+        assert put(table, float(order), speed, number + 0.5, -number)
     found = rows(table)
     assert found == sorted(set(found))
     for k, (order, speed) in enumerate(found):
-        number = int(table[row(k) + R])
+        number = int(table.rows[k].R[0, 0].real)
         assert entries[number] == (order, speed)
-        np.testing.assert_array_equal(table[row(k) + R : row(k) + H], number + 0.5)
-        np.testing.assert_array_equal(table[row(k) + H : row(k) + N_ROW], -number)
+        np.testing.assert_array_equal(table.rows[k].R, number + 0.5)
+        np.testing.assert_array_equal(table.rows[k].H, -number)
     for order, speed in entries:
         assert any(o == order and abs(s - speed) <= 0.011 * speed for o, s in found)
 
 
 def test_receptance_at_a_speed_of_the_table_replaces_its_nearest(receptance):
     table = loaded(pack([100.0, 100.3, 200.0], [receptance] * 3))
-    store(table, 1.0, 100.4, np.ones(N_MATRIX), np.ones(N_MATRIX))
+    put(table, 1.0, 100.4)
     assert rows(table) == [(1.0, 100.0), (1.0, 100.4), (1.0, 200.0)]
 
 
 def test_full_table_takes_replacements_only():
     table = loaded(NO_TABLE)
     for k in range(SPARE_ROWS):
-        assert store(table, 1.0, 10.0 * (k + 1), np.ones(N_MATRIX), np.ones(N_MATRIX))
-    before = table.copy()
-    assert not store(table, 1.0, 5.0, np.ones(N_MATRIX), np.ones(N_MATRIX))
-    np.testing.assert_array_equal(table, before)
-    assert store(table, 1.0, 10.0, np.ones(N_MATRIX), np.ones(N_MATRIX))
+        assert put(table, 1.0, 10.0 * (k + 1))
+    before = table.rows.copy()
+    assert not put(table, 1.0, 5.0)
+    np.testing.assert_array_equal(table.rows, before)
+    assert table.n_rows[0] == SPARE_ROWS
+    assert put(table, 1.0, 10.0)
 
 
 def test_spare_rows_hold_the_twelve_speeds_for_four_harmonics():

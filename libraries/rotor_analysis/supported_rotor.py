@@ -1,4 +1,4 @@
-"""A rotor on its bearings, in full or condensed, and the way in and out: forces at nodes, displacements of nodes."""
+"""A rotor on its bearings, full or condensed to some planes, with forces and displacements at its nodes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rotor_analysis.rotor import Rotor, require
 
 
 @dataclass(frozen=True)
-class Supported:
+class SupportedRotor:
     """The model of a rotor on its bearings.
 
     rotor
@@ -21,7 +21,7 @@ class Supported:
     full
         The finite-element model with the bearings.
     reduction
-        What the analyses work on: `full` condensed to some planes, or `full` itself with `right` = `left` = 1.
+        The model that is analysed: `full` condensed to some planes, or `full` itself with `right` = `left` = 1.
     """
 
     rotor: Rotor
@@ -30,7 +30,7 @@ class Supported:
 
     @property
     def model(self) -> Matrices:
-        """The matrices to analyse."""
+        """The matrices that are analysed."""
         return self.reduction.model
 
     @property
@@ -39,11 +39,11 @@ class Supported:
         return tuple(range(1, len(self.rotor.shaft.nodes) + 1))
 
     def displacement_of(self, nodes: tuple[int, ...]) -> Array:
-        """Rows that give x and y of `nodes` from the model's coordinates, shape (2 len(nodes), model.size)."""
+        """Return the matrix from the model's coordinates to x and y of `nodes`, shape (2 len(nodes), model.size)."""
         return np.asarray(self.reduction.right[self._rows(nodes)])
 
     def force_at(self, nodes: tuple[int, ...]) -> Array:
-        """Columns that bring forces in x and y at `nodes` into the model, shape (model.size, 2 len(nodes))."""
+        """Return the matrix from forces in x and y at `nodes` to the coordinates, shape (size, 2 len(nodes))."""
         return np.asarray(self.reduction.left[:, self._rows(nodes)])
 
     def _rows(self, nodes: tuple[int, ...]) -> list[int]:
@@ -52,8 +52,10 @@ class Supported:
         return self.full.rows(nodes)
 
 
-def supported(rotor: Rotor, mass: MassModel = "diagonal", planes: tuple[int, ...] | None = None) -> Supported:
-    """Model of `rotor` on its bearings (3.1 to 3.6), condensed to `planes` if given (MSDC, 3.8 to 3.13).
+def supported_rotor(
+    rotor: Rotor, mass: MassModel = "diagonal", planes: tuple[int, ...] | None = None
+) -> SupportedRotor:
+    """Return the model of `rotor` on its bearings (3.1 to 3.6), condensed to `planes` if given (MSDC, 3.8 to 3.13).
 
     Parameters
     ----------
@@ -72,5 +74,5 @@ def supported(rotor: Rotor, mass: MassModel = "diagonal", planes: tuple[int, ...
     full = on_bearings(assemble(rotor, mass), rotor)
     if planes is None:
         identity = np.eye(full.size)
-        return Supported(rotor, full, Reduction(full, identity, identity))
-    return Supported(rotor, full, msdc(full, planes))
+        return SupportedRotor(rotor, full, Reduction(full, identity, identity))
+    return SupportedRotor(rotor, full, msdc(full, planes))

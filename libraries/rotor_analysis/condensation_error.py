@@ -1,4 +1,4 @@
-"""What the condensation to a few planes costs: eigenvalues of the condensed model against those of the full one."""
+"""Error of a condensation to a few planes: eigenvalues of the condensed model against those of the full one."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from fmi_export.model import Array
 from rotor_analysis.assembly import MassModel
 from rotor_analysis.modes import modes
 from rotor_analysis.rotor import Rotor, require
-from rotor_analysis.supported import supported
-from rotor_analysis.tracking import paired
+from rotor_analysis.supported_rotor import supported_rotor
+from rotor_analysis.tracking import pair_modes
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class CondensationError:
     frequency
         Damped natural frequency, condensed over full less one, shape (n, count), by ascending frequency of the full.
     eigenvalue
-        Distance of the eigenvalues over the size of the full one, shape (n, count): it counts damping too.
+        |lambda - lambda_full| / |lambda_full|, shape (n, count); it includes the error of damping.
     """
 
     planes: tuple[int, ...]
@@ -68,14 +68,14 @@ def condensation_error(
     """
     chosen = rotor.planes.master if planes is None else planes
     require(len(chosen) > 0, "planes", list(chosen), "a list of node numbers to condense to")
-    full, condensed = supported(rotor, mass), supported(rotor, mass, chosen)
+    full, condensed = supported_rotor(rotor, mass), supported_rotor(rotor, mass, chosen)
     frequency, eigenvalue = np.full((2, len(speeds), count), np.nan)
     for row, Omega in enumerate(speeds):
         exact, found = modes(full.model, float(Omega), count), modes(condensed.model, float(Omega))
-        seen = [condensed.reduction.right @ mode.shape for mode in found]
-        for column, (index, _) in enumerate(paired(full.model.M, [mode.shape for mode in exact], seen)):
+        shapes = [condensed.reduction.right @ mode.shape for mode in found]
+        for column, (index, _) in enumerate(pair_modes(full.model.M, [mode.shape for mode in exact], shapes)):
             if index is not None:
-                mode, twin = exact[column], found[index]
-                frequency[row, column] = 100.0 * (twin.frequency / mode.frequency - 1.0)
-                eigenvalue[row, column] = 100.0 * abs(twin.eigenvalue - mode.eigenvalue) / abs(mode.eigenvalue)
+                mode, approximation = exact[column], found[index]
+                frequency[row, column] = 100.0 * (approximation.frequency / mode.frequency - 1.0)
+                eigenvalue[row, column] = 100.0 * abs(approximation.eigenvalue - mode.eigenvalue) / abs(mode.eigenvalue)
     return CondensationError(chosen, np.asarray(speeds, dtype=np.float64), frequency, eigenvalue)

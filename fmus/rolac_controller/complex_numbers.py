@@ -1,0 +1,53 @@
+"""Complex arithmetic whose bits are the same compiled and in plain Python.
+
+Products and sums already are. Division is not: numba, C and Python each divide complex numbers in their own way.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmi_export.jit import kernel
+
+Complex = NDArray[np.complex128]
+
+
+@kernel
+def phasor(angle: float) -> complex:
+    """Return exp(j angle) for an angle in rad."""
+    return complex(math.cos(angle), math.sin(angle))
+
+
+@kernel
+def squared_magnitude(z: complex) -> float:
+    """Return |z|^2."""
+    return z.real * z.real + z.imag * z.imag
+
+
+@kernel
+def scaled(z: complex, factor: float) -> complex:
+    """Return z times a real factor, with two products where z * factor takes four."""
+    return complex(z.real * factor, z.imag * factor)
+
+
+@kernel
+def divided(z: complex, divisor: float) -> complex:
+    """Return z over a real divisor."""
+    return complex(z.real / divisor, z.imag / divisor)
+
+
+@kernel
+def quotient(a: complex, b: complex) -> complex:
+    """Return a/b as a conj(b)/|b|^2."""
+    return divided(a * b.conjugate(), squared_magnitude(b))
+
+
+@kernel
+def copy_matrix(source: Complex, target: Complex) -> None:
+    """Write a matrix into another one of the same shape; the two must not overlap."""
+    for i in range(source.shape[0]):
+        for j in range(source.shape[1]):
+            target[i, j] = source[i, j]

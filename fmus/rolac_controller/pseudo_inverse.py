@@ -1,0 +1,106 @@
+"""Receptance to the matrix H of the adaptive law, by a singular value decomposition.
+
+    H = -(R^H W R)^-1 R^H W = -(W^(1/2) R)^+ W^(1/2)                                    (5.10)
+
+One-sided Jacobi rotations make the columns of A = W^(1/2) R orthogonal; then A V = B, B^H B = Sigma^2 and
+A^+ = V Sigma^-2 B^H. Rotations do not lose what a product A^H A would: small singular values stay accurate.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from fmi_export.records import record
+from rolac_controller.complex_numbers import Complex, divided, squared_magnitude
+from rolac_controller.rig_layout import N_AXES, N_SENSORS
+from rolac_controller.signals import LARGEST_CONDITION
+
+SVD_WORK = record(
+    ("B", "c16", (N_SENSORS, N_AXES)),
+    ("V", "c16", (N_AXES, N_AXES)),
+    ("sigma_squared", "f8", (N_AXES,)),
+)
+MAX_SWEEPS = 30
+ORTHOGONAL = 1e-15
+
+
+@kernel
+def rotate(columns: Complex, p: int, q: int, cos: float, sin: float, direction: complex) -> None:
+    """Replace the columns a_p, a_q of a matrix by cos a_p - sin b, sin a_p + cos b with b = a_q conj(direction)."""
+    for i in range(columns.shape[0]):
+        a, b = columns[i, p], direction.conjugate() * columns[i, q]
+        columns[i, p] = cos * a - sin * b
+        columns[i, q] = sin * a + cos * b
+
+
+@kernel
+def orthogonalise(B: Complex, V: Complex) -> None:
+    """Make the columns of B orthogonal by rotations, and apply the same rotations to V (Hestenes)."""
+    for _ in range(MAX_SWEEPS):
+        largest = 0.0
+        for p in range(N_AXES - 1):
+            for q in range(p + 1, N_AXES):
+                product, size_p, size_q = 0j, 0.0, 0.0
+                for i in range(N_SENSORS):
+                    size_p += squared_magnitude(B[i, p])
+                    size_q += squared_magnitude(B[i, q])
+                    product += B[i, p].conjugate() * B[i, q]
+                size = abs(product)
+                if size <= ORTHOGONAL * math.sqrt(size_p * size_q):
+                    continue
+                largest = max(largest, size / math.sqrt(size_p * size_q))
+                zeta = (size_q - size_p) / (2.0 * size)
+                tan = math.copysign(1.0, zeta) / (abs(zeta) + math.sqrt(1.0 + zeta * zeta))
+                cos = 1.0 / math.sqrt(1.0 + tan * tan)
+                direction = divided(product, size)
+                rotate(B, p, q, cos, cos * tan, direction)
+                rotate(V, p, q, cos, cos * tan, direction)
+        if largest == 0.0:
+            return
+
+
+@kernel
+def negative_pseudo_inverse(R: Complex, weights: Array, H: Complex, svd: np.record) -> float:
+    """Compute the matrix H of a receptance; return the condition number of the weighted receptance.
+
+    The condition number is the largest singular value over the smallest, at most LARGEST_CONDITION.
+
+    Parameters
+    ----------
+    R
+        Receptance, shape (N_SENSORS, N_AXES) (m/N).
+    weights
+        Diagonal of W, shape (N_SENSORS,), non-negative.
+    H
+        Receives H, shape (N_AXES, N_SENSORS) (N/m); zeros if R is singular.
+    svd
+        Record SVD_WORK; overwritten.
+    """
+    B, V, sigma_squared = svd.B, svd.V, svd.sigma_squared
+    for s in range(N_SENSORS):
+        for j in range(N_AXES):
+            B[s, j] = math.sqrt(weights[s]) * R[s, j]
+    for i in range(N_AXES):
+        for j in range(N_AXES):
+            V[i, j] = 1.0 if i == j else 0.0
+    orthogonalise(B, V)
+    largest, smallest = 0.0, math.inf
+    for j in range(N_AXES):
+        sigma_squared[j] = 0.0
+        for s in range(N_SENSORS):
+            sigma_squared[j] += squared_magnitude(B[s, j])
+        largest, smallest = max(largest, sigma_squared[j]), min(smallest, sigma_squared[j])
+    H[:] = 0.0
+    if smallest <= 0.0 or largest > smallest * LARGEST_CONDITION * LARGEST_CONDITION:
+        return LARGEST_CONDITION
+    for axis in range(N_AXES):
+        for s in range(N_SENSORS):
+            total = 0j
+            for j in range(N_AXES):
+                total += divided(V[axis, j] * B[s, j].conjugate(), sigma_squared[j])
+            H[axis, s] = -math.sqrt(weights[s]) * total
+    return math.sqrt(largest / smallest)

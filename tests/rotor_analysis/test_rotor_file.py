@@ -1,0 +1,145 @@
+"""Rotor files: what is wrong in them is named with file, key, value and what is allowed."""
+
+from __future__ import annotations
+
+import pytest
+
+from rotor_analysis.rotor import Bearing, Body, Disc, Planes, Rotor, Shaft
+from rotor_analysis.rotor_file import RIG, load_rotor
+
+STEEL = {"youngs_modulus": 2e11, "density": 7800.0, "poissons_ratio": 0.3}
+SHAFT = "[shaft]\nnodes = [0, 0.5, 1]\ndiameter = 0.05\nyoungs_modulus = 2e11\ndensity = 7800\npoissons_ratio = 0.3\n"
+
+
+def loaded(tmp_path, text):
+    path = tmp_path / "pump.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_rotor(path)
+
+
+def refused(tmp_path, text):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the callers compare messages
+        loaded(tmp_path, text)
+    lines = str(caught.value).splitlines()
+    assert all(line.startswith(f"rotor file {tmp_path / 'pump.toml'}: ") for line in lines)
+    return [line.split(".toml: ", 1)[1] for line in lines]
+
+
+def test_file_gives_the_rotor_that_it_describes(tmp_path):
+    text = f"""
+        name = "pump"
+        {SHAFT}
+        [[bodies]]
+        name = "impeller"
+        node = 2
+        mass = 3
+        radius = 0.1
+        width = 0.02
+        [[bodies]]
+        name = "coupling"
+        node = 3
+        mass = 1.0
+        diametral_inertia = 0.01
+        polar_inertia = 0.02
+        [[bearings]]
+        name = "oil"
+        node = 1
+        stiffness = [[1e6, -2e5], [3e5, 1e6]]
+        damping = 100
+        [planes]
+        master = [1, 2]
+    """
+    assert loaded(tmp_path, text) == Rotor(
+        "pump",
+        Shaft((0.0, 0.5, 1.0), (0.05,), **STEEL),
+        (Disc("impeller", 2, 3.0, 0.1, 0.02), Body("coupling", 3, 1.0, 0.01, 0.02)),
+        (Bearing("oil", 1, ((1e6, -2e5), (3e5, 1e6)), ((100.0, 0.0), (0.0, 100.0))),),
+        Planes((1, 2)),
+    )
+
+
+TENSOR = "a finite number or [[xx, xy], [yx, yy]] of finite numbers"
+RING = '[[bodies]]\nname = "ring"\n'
+OIL = '[[bearings]]\nname = "oil"\nnode = 1\n'
+
+
+def ring(node, mass, radius):
+    return RING + f"node = {node}\nmass = {mass}\nradius = {radius}\nwidth = 1"
+
+
+def in_full(sentence):
+    """`value! limits` as the messages write it."""
+    return sentence.replace("! ", " is not allowed; it must be ")
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        (ring(9, 1, 1), "bodies[0].node (ring) = 9! a node number from 1 to 3"),
+        (ring(0, 1, 1), "bodies[0].node (ring) = 0! >= 1"),
+        (ring(1, 0, 1), "bodies[0].mass (ring) = 0 kg! > 0 kg"),
+        (ring(1, 1, -1.0), "bodies[0].radius (ring) = -1.0 m! >= 0 m"),
+        (RING + "node = 1\nmass = 1\nradius = 1", "bodies[0].width (ring) is missing"),
+        (RING + "node = 1\nmass = 1\npolar_inertia = 1", "bodies[0].diametral_inertia (ring) is missing"),
+        (OIL + "stiffness = [1e6, 1e6]", "bearings[0].stiffness (oil) = [1000000.0, 1000000.0]! " + TENSOR),
+        (OIL + "damping = 'much'", "bearings[0].damping (oil) = 'much'! " + TENSOR),
+        (OIL + "stifness = 1e6", "unknown key bearings[0].stifness (oil); did you mean stiffness?"),
+        ("[planes]\nretainers = 4", "planes.retainers = 4! a list"),
+        ("[planes]\nsensors = [1, 7]", "planes.sensors[1] = 7! a node number from 1 to 3"),
+        ("[planes]\nmaster = [1, 1]", "planes.master = [1, 1]! a list without repetition"),
+        (OIL + "[planes]\nmaster = [2]", "planes.master = [2]! a list that includes bearings and retainers [1]"),
+    ],
+)
+def test_mistake_in_a_part_is_named_with_its_key(tmp_path, more, sentence):
+    assert refused(tmp_path, f'name = "pump"\n{SHAFT}{more}') == [in_full(sentence)]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("0.5, 1]", "0.5]\ndensty = 1", "unknown key shaft.densty; did you mean density?"),
+        ("[0, 0.5, 1]", "[0, 1, 0.5]", "shaft.nodes = [0.0, 1.0, 0.5] m! ascending, two or more"),
+        ("diameter = 0.05", "diameter = [0.05, 0.0]", "shaft.diameter[1] = 0.0 m! > 0 m"),
+        (
+            "diameter = 0.05",
+            "diameter = [1, 1, 1]",
+            "shaft.diameter = [1.0, 1.0, 1.0] m! one value, or one for each of 2",
+        ),
+        (
+            "diameter = 0.05",
+            "diameter = 0.05\ninner_diameter = 0.06",
+            "shaft.inner_diameter = 0.06 m! >= 0 m and < 0.05 m, the diameter",
+        ),
+        ("density = 7800", "density = inf", "shaft.density = inf kg/m3! finite and > 0 kg/m3"),
+        ("poissons_ratio = 0.3", "poissons_ratio = 0.5", "shaft.poissons_ratio = 0.5! > -1 and < 0.5"),
+        (
+            "poissons_ratio = 0.3",
+            "poissons_ratio = 0.3\ntheory = 'euler'",
+            "shaft.theory = 'euler'! 'timoshenko' or 'rayleigh'",
+        ),
+    ],
+)
+def test_mistake_in_the_shaft_is_named_with_its_key(tmp_path, old, new, sentence):
+    assert refused(tmp_path, 'name = "pump"\n' + SHAFT.replace(old, new)) == [in_full(sentence)]
+
+
+def test_all_mistakes_of_a_file_are_named_at_once(tmp_path):
+    text = SHAFT.replace("density = 7800", "density = -1").replace("diameter = 0.05", "")
+    assert sorted(refused(tmp_path, text + ring(1, -1, 1))) == [
+        "bodies[0].mass (ring) = -1 kg is not allowed; it must be > 0 kg",
+        "name is missing",
+        "shaft.density = -1 kg/m3 is not allowed; it must be > 0 kg/m3",
+        "shaft.diameter is missing",
+    ]
+
+
+def test_rig_without_its_title_is_refused(tmp_path):
+    text = RIG.read_text(encoding="utf-8").replace('name = "bath_rig"', "")
+    assert refused(tmp_path, text) == ["name is missing"]
+
+
+def test_rotor_made_in_python_is_checked_alike():
+    with pytest.raises(ValueError, match=r"^mass = -1\.0 kg is not allowed; it must be > 0 kg$"):
+        Disc("ring", 1, -1.0, 0.1, 0.1)
+    with pytest.raises(ValueError, match=r"^bearings\[0\]\.node \(oil\) = 3 is not allowed; .* from 1 to 2$"):
+        Rotor("pump", Shaft((0.0, 1.0), (0.05,), **STEEL), (), (Bearing("oil", 3),))
