@@ -109,7 +109,7 @@ def test_study_writes_its_figure_and_its_data(runner, tmp_path, name, rotor):
     assert 0.01 < ink < 0.8
 
 
-def test_campbell_data_hold_the_critical_speeds_on_the_synchronous_line(runner, tmp_path):
+def test_critical_speeds_are_on_the_synchronous_line(runner, tmp_path):
     runner("study", "campbell", "--up-to", "50 Hz", "-o", "out", "--count", "6")
     data = json.loads((tmp_path / "out" / "campbell.json").read_text())
     assert data["speeds_rad_s"][-1] == pytest.approx(100.0 * np.pi)
@@ -120,7 +120,7 @@ def test_campbell_data_hold_the_critical_speeds_on_the_synchronous_line(runner, 
         assert np.min(np.abs(frequencies - critical["speed_rad_s"])) < 1e-6
 
 
-def test_condensation_report_is_for_the_planes_asked_for(runner, tmp_path):
+def test_more_planes_condense_with_smaller_errors(runner, tmp_path):
     for planes in ("1,4,11,13", "1,3,4,6,8,10,11,12,13"):
         assert runner("study", "tables", "--planes", planes, "-o", planes, "--up-to", "145").exit_code == 0
     few, many = (

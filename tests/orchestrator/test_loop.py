@@ -148,7 +148,7 @@ def test_anti_aliasing_filter_is_a_lag() -> None:
     np.testing.assert_allclose(filtered / sharp, lag, rtol=1e-4)
 
 
-def test_unstable_loop_is_refused_with_what_grows() -> None:
+def test_unstable_loop_is_refused_with_its_growing_vibration() -> None:
     with pytest.raises(ValueError, match=r"the loop is not stable: a vibration of 35\d\.\d Hz grows by 0\.01"):
         sensitivity_system(loop(sample_time=1e-3))
     with pytest.raises(ValueError, match=r"the loop is not stable: a vibration of 0\.0 Hz"):

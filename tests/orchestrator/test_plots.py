@@ -75,7 +75,7 @@ def test_a_run_that_failed_while_settling_can_be_drawn(synthetic, tmp_path):
     plots.draw_all(dataset.assign_coords(cycle=dataset["cycle"] - 8.0), tmp_path)
 
 
-def test_phases_share_their_ends_so_that_lines_join(synthetic):
+def test_parts_of_a_run_share_a_sample_so_that_lines_join(synthetic):
     parts = motion.run_parts(synthetic())
     assert [name for name, _, _ in parts] == ["before the step", "with the added unbalance", "after its removal"]
     covered = sum(within.astype(int) for _, _, within in parts)
@@ -83,7 +83,7 @@ def test_phases_share_their_ends_so_that_lines_join(synthetic):
     assert np.flatnonzero(covered == 2).tolist() == [500, 1000]
 
 
-def test_an_unbalance_from_the_start_has_no_phase_before_it(synthetic, without):
+def test_unbalance_from_the_start_has_no_part_before_it(synthetic, without):
     parts = motion.run_parts(without(synthetic(), "step_cycle"))
     assert [name for name, _, _ in parts] == ["with the unbalance", "after its removal"]
     assert sum(within.astype(int) for _, _, within in parts).min() == 1
@@ -110,7 +110,7 @@ def test_rolac_that_is_switched_on_within_the_run_is_marked(synthetic):
     assert names_of_marks(motion.displacement(synthetic())) == ["step", "removal"]
 
 
-def test_orbits_without_and_with_rolac_are_apart_where_nothing_else_changes(synthetic, without):
+def test_orbits_before_and_with_rolac_are_drawn_apart(synthetic, without):
     dataset = acting(without(synthetic(), "step_cycle", "removal_cycle"), 8.0)
     parts = motion.run_parts(dataset)
     assert [name for name, _, _ in parts] == ["before ROLAC", "with ROLAC"]

@@ -152,8 +152,10 @@ def sensitivity_system(loop: LinearLoop) -> control.StateSpace:
     ValueError
         If the closed loop is not stable; the sensitivity of an unstable loop cannot be measured.
     """
-    held = control.sample_system(rotor_system(loop) * amplifier_system(loop), loop.sample_time, "zoh")
-    closed = control.feedback(control.ss([], [], [], np.eye(N_AXES), loop.sample_time), controller_system(loop) * held)
+    sampled_plant = control.sample_system(rotor_system(loop) * amplifier_system(loop), loop.sample_time, "zoh")
+    closed = control.feedback(
+        control.ss([], [], [], np.eye(N_AXES), loop.sample_time), controller_system(loop) * sampled_plant
+    )
     worst = max(closed.poles(), key=abs)
     if abs(worst) >= 1.0:
         raise ValueError(
