@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 from amb_cosim import studies
 from amb_cosim.scenario import load_scenario
-from amb_cosim.studies import contact_recovery
+from amb_cosim.studies import contact_recovery, recovery_trials
 from amb_cosim.studies.h_interpolation import InverseReceptance, interpolated
 from amb_cosim.studies.identification_force import IdentificationForce
 from rotor_analysis.receptance import receptance
@@ -209,8 +209,8 @@ def test_last_unit_of_a_list_of_unbalances_holds_for_all():
 
 
 def test_runs_are_those_of_the_scenario_but_for_the_step():
-    trial = contact_recovery.Trial("PID + ROLAC", 32e-3, 5.4, 7.0)
-    scenario, base = contact_recovery.trial_scenario(trial), load_scenario("fig5_6")
+    trial = recovery_trials.Trial("PID + ROLAC", 32e-3, 5.4, 7.0)
+    scenario, base = recovery_trials.trial_scenario(trial), load_scenario("fig5_6")
     (step,) = scenario.event
     assert (step.label, step.cycle) == ("step", 5.4)
     assert step.set["rotor_contact"]["d1.u"] == pytest.approx(37e-3)
@@ -222,7 +222,7 @@ def test_runs_are_those_of_the_scenario_but_for_the_step():
 def test_statistics_count_runs_that_recover_with_or_without_contact(monkeypatch, runner, tmp_path):
     """Of four instants one run never touches, one is free after 3 cycles, one after 9, one never."""
     last = {5.0: (True, None), 5.25: (True, 8.25), 5.5: (True, 14.5), 5.75: (False, 60.0)}
-    result_of = contact_recovery.TrialResult
+    result_of = recovery_trials.TrialResult
     simulated = lambda trials, progress: [result_of(*last[trial.cycle]) for trial in trials]  # noqa: E731
     monkeypatch.setattr(contact_recovery, "simulate_all", simulated)
     result = runner("study", "recovery", "--steps", "8,16 g.m", "--instants", "4", "--alpha", "5", "-o", "out")
