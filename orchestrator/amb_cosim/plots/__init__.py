@@ -1,4 +1,4 @@
-"""Figures of a run, drawn from its data set alone, and of studies. matplotlib is imported when a figure is made."""
+"""Figures of a run, drawn from its data set alone. matplotlib is imported when a figure is made."""
 
 from __future__ import annotations
 
