@@ -22,7 +22,7 @@ from amb_cosim.commands.options import ROTOR, SETTINGS
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart
 from rotor_analysis.modes import damped_frequencies
-from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.rotor_file import RIG, load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
 
 UNSTABLE = """
@@ -109,7 +109,7 @@ def test_study_writes_its_figure_and_its_data(runner, tmp_path, name, rotor):
     assert 0.01 < ink < 0.8
 
 
-def test_campbell_data_hold_the_critical_speeds_on_the_synchronous_line(runner, tmp_path):
+def test_critical_speeds_are_on_the_synchronous_line(runner, tmp_path):
     runner("study", "campbell", "--up-to", "50 Hz", "-o", "out", "--count", "6")
     data = json.loads((tmp_path / "out" / "campbell.json").read_text())
     assert data["speeds_rad_s"][-1] == pytest.approx(100.0 * np.pi)
@@ -120,7 +120,7 @@ def test_campbell_data_hold_the_critical_speeds_on_the_synchronous_line(runner, 
         assert np.min(np.abs(frequencies - critical["speed_rad_s"])) < 1e-6
 
 
-def test_condensation_report_is_for_the_planes_asked_for(runner, tmp_path):
+def test_more_planes_condense_with_smaller_errors(runner, tmp_path):
     for planes in ("1,4,11,13", "1,3,4,6,8,10,11,12,13"):
         assert runner("study", "tables", "--planes", planes, "-o", planes, "--up-to", "145").exit_code == 0
     few, many = (
@@ -196,6 +196,37 @@ def test_defaults_are_those_of_the_python_function(name):
     options = {renamed.get(key, key): value or None for key, value in given.items()}
     parameters = inspect.signature(getattr(studies, name)).parameters.values()
     assert options == {p.name: p.default or None for p in parameters if p.name != "progress"}
+
+
+def test_result_of_a_study_shows_itself():
+    diagram = studies.campbell(up_to="50 Hz", count=4)
+    assert repr(diagram).startswith("CampbellDiagram(rotor='bath_rig', mass='diagonal', speeds=<array of shape (161,)>")
+    assert "Critical speeds" in str(diagram)
+    assert diagram._repr_png_().startswith(b"\x89PNG")
+    np.testing.assert_allclose(diagram.speeds[-1], 100.0 * np.pi)
+
+
+def test_studies_are_listed_and_loaded_when_they_are_used(run_python):
+    assert set(studies.STUDIES) <= set(dir(studies))
+    for name in studies.STUDIES:
+        assert callable(getattr(studies, name))
+    with pytest.raises(AttributeError, match="has no attribute 'cambell'; the studies are natural_frequencies, "):
+        studies.cambell  # noqa: B018
+    assert run_python(loaded_with_the_studies) == []
+
+
+def loaded_with_the_studies() -> list[str]:
+    """Heavy packages that the package of the studies imports by itself."""
+    import sys
+
+    return [name for name in ("control", "matplotlib", "numba", "numpy", "scipy", "xarray") if name in sys.modules]
+
+
+@pytest.mark.parametrize("rotor", [None, "pump.toml", Path("pump.toml")])
+def test_studies_take_rotors_and_their_files(runner, rotor):
+    expected = "bath_rig" if rotor is None else "pump"
+    assert studies.natural_frequencies(rotor, speeds=[90.0, "10 Hz"]).rotor == expected
+    assert studies.natural_frequencies(load_rotor(Path(rotor or RIG))).rotor == expected
 
 
 BAD = {

@@ -66,7 +66,7 @@ def runs(monkeypatch):
     return script
 
 
-def test_each_speed_is_kept_and_a_failing_one_does_not_take_the_others_along(runner, runs, tmp_path):
+def test_speeds_that_succeed_are_kept_when_others_fail(runner, runs, tmp_path):
     ends = [
         completed(outputs(receptance(1))),
         completed(outputs(receptance(2), FAILED, CONTACT_OCCURRED)),
@@ -138,7 +138,7 @@ BAD = {
         ["--speeds", "10 Hz,15"],
         "speeds = 15 rad/s is not allowed; it must be >= 31.4159 rad/s, rolac.min_speed",
     ),
-    "speed as a setting": (["--set", "Omega=90"], "Omega cannot be set here; --speeds sets it"),
+    "speed as a setting": (["--set", "Omega=90"], "Omega cannot be set here; speeds sets it"),
     "no such parameter": (["--set", "rolac_controller.alpha=1"], "rolac_controller has no variable 'alpha'"),
     "no rotor file": (["--rotor", "none.toml"], "rotor file none.toml cannot be read"),
     "no folder": (["-o", "no/t.toml"], "no/t.toml cannot be written to; there is no folder no"),
@@ -262,7 +262,7 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
         prepare(load_scenario(str(folder / "case.toml")))
 
 
-def test_unknown_parameters_of_a_controller_count_with_their_start_values(table, tmp_path):
+def test_unknown_parameters_count_with_their_start_values(table, tmp_path):
     table.write(tmp_path / "t.toml")
     check_loop(tmp_path / "t.toml", {**LOOP, "pid.direct": None})
     with pytest.raises(ValueError, match=r"pid\.direct = 0, not 1"):
@@ -285,7 +285,7 @@ def test_from_identification_to_a_run_with_what_it_found(cosim, tmp_path):
 
 
 @pytest.mark.slow
-def test_ctrl_c_leaves_a_whole_table_with_what_was_done(tmp_path):
+def test_ctrl_c_leaves_a_complete_table_of_the_speeds_before(tmp_path):
     code = "from amb_cosim.cli import main; main(prog_name='amb-cosim')"
     command = [sys.executable, "-c", code, "identify", "--speeds", "35 Hz,5 Hz,10 Hz", "-o", "t.toml"]
     path = tmp_path / "t.toml"

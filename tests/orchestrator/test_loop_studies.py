@@ -46,7 +46,7 @@ def test_more_bias_stiffens_the_bearing_and_speeds_it_up(runner, tmp_path):
     assert max(weak["slew_rate_N_per_s"]) < min(strong["slew_rate_N_per_s"])
 
 
-def test_load_takes_from_the_force_against_it_until_nothing_is_left(runner, tmp_path):
+def test_control_force_against_a_load_shrinks_to_zero(runner, tmp_path):
     runner("study", "linearisation", "-o", "out")
     load = json.loads((tmp_path / "out" / "linearisation.json").read_text())["load"]
     up, down = np.array(load["up_N"]), np.array(load["down_N"])
@@ -74,7 +74,7 @@ BAD = {
     ),
     "another sample time": (
         ["sensitivity", "--set", "rolac_controller.sample_time=500 us"],
-        "rolac_controller.sample_time cannot be set here; --sample-time sets it",
+        "rolac_controller.sample_time cannot be set here; sample-time sets it",
     ),
     "unbalance": (
         ["sensitivity", "--set", "rotor_contact.d1.u=1 g.m"],
@@ -104,7 +104,7 @@ def test_studies_of_the_rig_take_no_rotor_file(runner):
     ("name", "printed"),
     [("sensitivity", "zone D (ISO 14839-3: A below 3, B below 4, C below 5)"), ("coupling", "nonlinear law")],
 )
-def test_studies_of_the_whole_write_figure_and_data(cosim, tmp_path, name, printed):
+def test_studies_by_co_simulation_write_figure_and_data(cosim, tmp_path, name, printed):
     process = cosim("study", name)
     assert process.returncode == 0, process.stderr
     assert printed in process.stdout

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import json
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from amb_cosim import plots
 from amb_cosim.plots import axes, motion
@@ -73,7 +75,7 @@ def test_a_run_that_failed_while_settling_can_be_drawn(synthetic, tmp_path):
     plots.draw_all(dataset.assign_coords(cycle=dataset["cycle"] - 8.0), tmp_path)
 
 
-def test_phases_share_their_ends_so_that_lines_join(synthetic):
+def test_parts_of_a_run_share_a_sample_so_that_lines_join(synthetic):
     parts = motion.run_parts(synthetic())
     assert [name for name, _, _ in parts] == ["before the step", "with the added unbalance", "after its removal"]
     covered = sum(within.astype(int) for _, _, within in parts)
@@ -81,7 +83,7 @@ def test_phases_share_their_ends_so_that_lines_join(synthetic):
     assert np.flatnonzero(covered == 2).tolist() == [500, 1000]
 
 
-def test_an_unbalance_from_the_start_has_no_phase_before_it(synthetic, without):
+def test_unbalance_from_the_start_has_no_part_before_it(synthetic, without):
     parts = motion.run_parts(without(synthetic(), "step_cycle"))
     assert [name for name, _, _ in parts] == ["with the unbalance", "after its removal"]
     assert sum(within.astype(int) for _, _, within in parts).min() == 1
@@ -108,10 +110,53 @@ def test_rolac_that_is_switched_on_within_the_run_is_marked(synthetic):
     assert names_of_marks(motion.displacement(synthetic())) == ["step", "removal"]
 
 
-def test_orbits_without_and_with_rolac_are_apart_where_nothing_else_changes(synthetic, without):
+def test_orbits_before_and_with_rolac_are_drawn_apart(synthetic, without):
     dataset = acting(without(synthetic(), "step_cycle", "removal_cycle"), 8.0)
     parts = motion.run_parts(dataset)
     assert [name for name, _, _ in parts] == ["before ROLAC", "with ROLAC"]
     assert np.flatnonzero(parts[0][2] & parts[1][2]).tolist() == [800]
     assert next(name for name, _, _ in motion.run_parts(acting(synthetic(), 8.0))) == "before the step"
     assert [name for name, _, _ in motion.run_parts(acting(dataset, 0.0))] == ["run"]
+
+
+# Figures in Python and in a notebook
+
+
+@pytest.mark.parametrize("name", plots.MODULES)
+def test_every_figure_has_a_method_and_shows_itself(synthetic, name):
+    figure = getattr(plots.Plots(synthetic()), name)()
+    assert figure._repr_png_().startswith(b"\x89PNG")
+    assert figure.get_suptitle().startswith("synthetic, ")
+
+
+def test_figure_and_file_show_the_same_picture(synthetic, tmp_path):
+    (path,) = plots.Plots(synthetic(plot_figures=json.dumps(["contact"]))).save(tmp_path)
+    copy = io.BytesIO()
+    plots.figure(synthetic(), "contact").savefig(copy, dpi=200)
+    np.testing.assert_array_equal(imread(path), imread(io.BytesIO(copy.getvalue())))
+
+
+def test_figures_that_cannot_be_drawn_are_refused(synthetic):
+    dataset = synthetic()
+    with pytest.raises(ValueError, match="figure = 'orbit' is not allowed; it must be one of orbits, displacement"):
+        plots.figure(dataset, "orbit")
+    with pytest.raises(ValueError, match="contact cannot be drawn: the run recorded no sample"):
+        plots.figure(dataset.isel(time=slice(0, 0)), "contact")
+    with pytest.raises(ValueError, match="energy cannot be drawn: the run did not reach cycle 0"):
+        plots.Plots(dataset.drop_vars("rotor_contact.energy.work")).energy()
+
+
+def test_representation_lists_the_figures(synthetic):
+    listed = "orbits(), displacement(), contact(), whirl(), energy()"
+    assert repr(plots.Plots(synthetic())) == f"Plots of synthetic: {listed}"
+
+
+def test_matplotlib_is_loaded_when_a_figure_is_made(run_python):
+    assert run_python(imported) == [False, False]
+
+
+def imported() -> list[bool]:
+    """Whether plots and studies load matplotlib by themselves."""
+    import sys
+
+    return ["matplotlib" in sys.modules, "control" in sys.modules]

@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 from amb_cosim import studies
 from amb_cosim.scenario import load_scenario
-from amb_cosim.studies import contact_recovery
+from amb_cosim.studies import contact_recovery, recovery_trials
 from amb_cosim.studies.h_interpolation import InverseReceptance, interpolated
 from amb_cosim.studies.identification_force import IdentificationForce
 from rotor_analysis.receptance import receptance
@@ -81,7 +81,7 @@ def R() -> np.ndarray:
 
 
 @pytest.mark.parametrize("k_b", [1e6, 2e6])
-def test_slow_force_at_a_bearing_moves_that_bearing_alone_by_its_stiffness(k_b):
+def test_slow_force_at_a_bearing_deflects_that_bearing_alone(k_b):
     """Two bearings carry the rotor statically determinately, and the force at one is its own reaction."""
     slow = responses(k_b=f"{k_b} N/m")[0]
     assert slow[[S5, S3], [MB1, MB2]].real == pytest.approx(1.0 / k_b, rel=0.04)
@@ -92,7 +92,7 @@ def test_vibration_lags_the_force_that_moves_it(R):
     assert np.all(R[:, [S5, S3], [MB1, MB2]].imag < 0.0)
 
 
-def test_receptance_between_the_bearings_is_reciprocal_and_the_same_in_all_directions(R):
+def test_receptance_is_reciprocal_and_the_same_in_all_directions(R):
     np.testing.assert_allclose(R[:, S5, MB2], R[:, S3, MB1], rtol=1e-9)
     np.testing.assert_allclose(R[:, 1::2, 1::2], R[:, ::2, ::2], rtol=1e-9)
     np.testing.assert_allclose(R[:, 1::2, ::2], -R[:, ::2, 1::2], rtol=1e-6, atol=1e-18)
@@ -145,7 +145,7 @@ def test_slots_are_whole_periods_that_last_three_seconds_or_longer(force):
     assert np.all(slots / f < np.maximum(3.0, 45.0 / f) + 1.0 / f)
 
 
-def test_range_below_the_jump_has_none():
+def test_frequencies_below_30_hz_have_no_jump():
     force = studies.test_force("25 Hz")
     assert len(force.at_the_jump.frequencies) == 0
     assert force.columns.frequencies[-1] == pytest.approx(25.0)
@@ -187,7 +187,7 @@ def test_h_beyond_the_table_is_that_of_its_last_speed(inverse):
     np.testing.assert_allclose(beyond, np.broadcast_to(last, beyond.shape), rtol=1e-12)
 
 
-def test_error_of_linear_interpolation_falls_with_the_square_of_the_spacing():
+def test_interpolation_error_falls_with_the_square_of_the_spacing():
     speeds = 2.0 * np.pi * np.linspace(12.0, 20.0, 101)
     exact = interpolated(speeds, receptance(speeds), speeds)
     errors = []
@@ -200,7 +200,7 @@ def test_error_of_linear_interpolation_falls_with_the_square_of_the_spacing():
 # Recovery
 
 
-def test_unit_of_a_list_of_unbalances_may_be_said_once():
+def test_last_unit_of_a_list_of_unbalances_holds_for_all():
     assert contact_recovery.unbalances("24, 8,16 g.m") == pytest.approx([8e-3, 16e-3, 24e-3])
     assert contact_recovery.unbalances("1e1,2E+1g.m") == pytest.approx([10e-3, 20e-3])
     assert contact_recovery.unbalances("8 g.m,0.01 kg.m") == pytest.approx([8e-3, 10e-3])
@@ -209,8 +209,8 @@ def test_unit_of_a_list_of_unbalances_may_be_said_once():
 
 
 def test_runs_are_those_of_the_scenario_but_for_the_step():
-    trial = contact_recovery.Trial("PID + ROLAC", 32e-3, 5.4, 7.0)
-    scenario, base = contact_recovery.trial_scenario(trial), load_scenario("fig5_6")
+    trial = recovery_trials.Trial("PID + ROLAC", 32e-3, 5.4, 7.0)
+    scenario, base = recovery_trials.trial_scenario(trial), load_scenario("fig5_6")
     (step,) = scenario.event
     assert (step.label, step.cycle) == ("step", 5.4)
     assert step.set["rotor_contact"]["d1.u"] == pytest.approx(37e-3)
@@ -219,10 +219,10 @@ def test_runs_are_those_of_the_scenario_but_for_the_step():
     assert scenario.record.every == 1
 
 
-def test_share_counts_the_runs_recovered_and_the_time_those_that_touched_or_not(monkeypatch, runner, tmp_path):
+def test_statistics_count_runs_that_recover_with_or_without_contact(monkeypatch, runner, tmp_path):
     """Of four instants one run never touches, one is free after 3 cycles, one after 9, one never."""
     last = {5.0: (True, None), 5.25: (True, 8.25), 5.5: (True, 14.5), 5.75: (False, 60.0)}
-    result_of = contact_recovery.TrialResult
+    result_of = recovery_trials.TrialResult
     simulated = lambda trials, progress: [result_of(*last[trial.cycle]) for trial in trials]  # noqa: E731
     monkeypatch.setattr(contact_recovery, "simulate_all", simulated)
     result = runner("study", "recovery", "--steps", "8,16 g.m", "--instants", "4", "--alpha", "5", "-o", "out")

@@ -28,7 +28,7 @@ def against_undelayed() -> list[float]:
     """Error of a Jacobi co-simulation against the system without the sample of delay, at two communication steps."""
     import numpy as np
 
-    from amb_cosim.studies.coupling_convergence import Scheme, cosimulated
+    from amb_cosim.studies.coupled_orbit import Scheme, cosimulated
     from amb_cosim.studies.monolithic import Levitation, free_orbit
 
     case = Levitation(Omega=120.0, disc="d3", unbalance=0.02)

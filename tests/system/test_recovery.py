@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from amb_cosim import studies
-from amb_cosim.studies.contact_recovery import CONTROLS
+from amb_cosim.studies.recovery_trials import CONTROLS
 
 pytestmark = pytest.mark.slow
 
@@ -43,7 +43,7 @@ def compared() -> dict[str, Any]:
     from amb_cosim.contact_history import contact_cycles
     from amb_cosim.scenario import load_scenario
     from amb_cosim.simulation import prepare, run_prepared
-    from amb_cosim.studies.contact_recovery import Trial, simulate_trial
+    from amb_cosim.studies.recovery_trials import Trial, simulate_trial
 
     def last(added: float, cycle: float) -> float | None:
         return simulate_trial(Trial("PID + ROLAC", added, cycle, 7.0)).last_contact_cycle

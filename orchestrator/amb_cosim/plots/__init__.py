@@ -1,4 +1,4 @@
-"""Figures of a run, drawn from its data set alone, and of studies. matplotlib is imported when a figure is made."""
+"""Figures of a run, drawn from its data set alone. matplotlib is imported when a figure is made."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Plots:
         """Draw the energy of the lateral motion, the work done on the rotor and the heat it became."""
         return figure(self._dataset, "energy")
 
-    def write(self, folder: Path | str) -> list[Path]:
+    def save(self, folder: Path | str) -> list[Path]:
         """Write the figures that suit the run to a folder, and return their paths."""
         return draw_all(self._dataset, Path(folder))
 

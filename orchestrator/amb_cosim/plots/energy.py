@@ -17,7 +17,7 @@ from amb_cosim.plots.axes import (
 from amb_cosim.plots.style import BLUE, GREEN, ORANGE, PURPLE, StyledFigure
 
 # Colours of the energies.
-STORED = {"kinetic": BLUE, "strain": ORANGE}
+LATERAL = {"kinetic": BLUE, "strain": ORANGE}
 TRANSFERRED = {"work": "black", "damping": BLUE, "friction": ORANGE, "impact": GREEN, "balance": PURPLE}
 LABELS = {
     "work": "work of all inputs",
@@ -30,18 +30,18 @@ LABELS = {
 def energy(dataset: xr.Dataset) -> Figure:
     """Draw the energy of the lateral motion; below it, since cycle 0, work, heat and the error of the balance."""
     figure = StyledFigure(figsize=(7.0, 4.6), layout="constrained")
-    stored, transferred = figure.subplots(2, 1, sharex=True)
-    for name, colour in STORED.items():
-        stored.plot(time_values(dataset), plant_signal(dataset, f"energy.{name}"), color=colour, label=name)
-    stored.set_title("Stored in the lateral motion", loc="left", pad=title_padding(dataset, True))
+    lateral, transferred = figure.subplots(2, 1, sharex=True)
+    for name, colour in LATERAL.items():
+        lateral.plot(time_values(dataset), plant_signal(dataset, f"energy.{name}"), color=colour, label=name)
+    lateral.set_title("Stored in the lateral motion", loc="left", pad=title_padding(dataset, True))
     for name, values in (energies(dataset) or {}).items():
         if name in TRANSFERRED:
             transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], label=LABELS.get(name, name))
     transferred.set_title("Since cycle 0", loc="left")
-    for panel in (stored, transferred):
+    for panel in (lateral, transferred):
         panel.set_ylabel("energy (J)")
         panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        mark_events(panel, dataset, named=panel is stored)
+        mark_events(panel, dataset, named=panel is lateral)
     label_time_axis(transferred, dataset)
     add_title(figure, dataset)
     return figure

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from amb_files.atomic import write_atomically
 
-# A palette that colour-blind readers can tell apart (Okabe and Ito).
+# Colours that colour-blind readers can distinguish (Okabe and Ito).
 GREY, ORANGE, BLUE, GREEN, PURPLE = "#999999", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
 YELLOW, SKY_BLUE = "#E69F00", "#56B4E9"
 

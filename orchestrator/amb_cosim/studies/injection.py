@@ -87,9 +87,11 @@ def prepare_measurement(
     prepared = prepare(scenario, settings)
     changed = [name for name, value in prepared.plan.inputs.items() if name != SPEED and value != 0.0]
     if changed:
-        raise ValueError(f"{changed[0]} cannot be set here; only parameters can, so that currents alone move the rotor")
+        raise ValueError(
+            f"{changed[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
+        )
     if prepared.plan.system.component("rolac_controller").every != steps:
-        raise ValueError("rolac_controller.sample_time cannot be set here; --sample-time sets it for the whole loop")
+        raise ValueError("rolac_controller.sample_time cannot be set here; sample-time sets it for the whole loop")
     return prepared
 
 
@@ -132,8 +134,8 @@ def settling_samples(decay: float, sample_time: float) -> int:
     samples = math.ceil(math.log(REMAINDER) / math.log(decay))
     if samples * sample_time > LONGEST:
         raise ValueError(
-            f"transients keep {decay:.6f} of themselves from sample to sample, and would take "
-            f"{samples * sample_time:.0f} s to die out; a measurement waits no longer than {LONGEST:g} s"
+            f"transients shrink by the factor {decay:.6f} with each sample, and would take "
+            f"{samples * sample_time:.0f} s to die out; it must be <= {LONGEST:g} s"
         )
     return samples
 
@@ -160,7 +162,9 @@ def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
     injected, lines = multi_sines(samples, loop.sample_time)
     gains = [loop.of_axis("amb_actuator", axis, "amplifier_gain") for axis in range(N_AXES)]
     if not all(gains):
-        raise ValueError("amplifier_gain = 0 A/V is not allowed; it must not be 0, since currents are injected by it")
+        raise ValueError(
+            "amplifier_gain = 0 A/V is not allowed; it must not be 0, since currents are injected as command voltages"
+        )
     last = settling + samples
     volts = injected / np.array(gains)[:, None]
     events = tuple(

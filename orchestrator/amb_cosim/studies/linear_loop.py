@@ -94,10 +94,10 @@ def rotor_system(loop: LinearLoop, nodes: tuple[int, ...] = ()) -> control.State
     description = loop.rotor
     full = assemble(description)
     reduction = msdc(full, description.planes.master)
-    model, seen = reduction.model, reduction.right[full.rows(nodes or description.bearing_nodes)]
+    model, outputs = reduction.model, reduction.right[full.rows(nodes or description.bearing_nodes)]
     for bearing, node in zip(("mb1", "mb2"), description.bearing_nodes, strict=True):
-        own = loop.parameters["rotor_contact"]
-        model = model.with_bearing(node, own[f"{bearing}.k_b"] * np.eye(2), own[f"{bearing}.c_b"] * np.eye(2))
+        plant = loop.parameters["rotor_contact"]
+        model = model.with_bearing(node, plant[f"{bearing}.k_b"] * np.eye(2), plant[f"{bearing}.c_b"] * np.eye(2))
     n, B = model.size, np.eye(model.size)[:, model.rows(description.bearing_nodes)]
     k_s, k_i = (np.diag(values) for values in zip(*(bearing_constants(loop, k) for k in range(N_AXES)), strict=True))
     Minv = np.linalg.inv(model.M)
@@ -108,7 +108,7 @@ def rotor_system(loop: LinearLoop, nodes: tuple[int, ...] = ()) -> control.State
         ]
     )
     force = np.vstack([np.zeros((n, N_AXES)), Minv @ B @ k_i])
-    return control.ss(A, force, np.hstack([seen, np.zeros((len(seen), n))]), np.zeros((len(seen), N_AXES)))
+    return control.ss(A, force, np.hstack([outputs, np.zeros((len(outputs), n))]), np.zeros((len(outputs), N_AXES)))
 
 
 def amplifier_system(loop: LinearLoop) -> control.StateSpace:
@@ -128,10 +128,10 @@ def controller_system(loop: LinearLoop) -> control.StateSpace:
     time = loop.sample_time
     parameters = parameter_record(loop.parameters["rolac_controller"])
     tau, chain = parameters.derivative_time, parameters.chain
-    delay = control.tf([1.0], [1.0] + [0.0] * loop.delay, time)
+    delay_and_filter = control.tf([1.0], [1.0] + [0.0] * loop.delay, time)
     if is_on(chain.preset, chain.filter):
         decay, new = coefficients(chain.cutoff, time)
-        delay *= control.tf([new, 1.0 - decay - new], [1.0, -decay], time)
+        delay_and_filter *= control.tf([new, 1.0 - decay - new], [1.0, -decay], time)
     laws = []
     for axis in range(N_AXES):
         k_b, k_s, c_b, k_integral, k_i = (
@@ -140,7 +140,7 @@ def controller_system(loop: LinearLoop) -> control.StateSpace:
         law = (k_b + k_s) + control.tf([c_b, -c_b], [tau + time, -tau], time)
         if k_integral != 0.0:
             law += control.tf([k_integral * time], [1.0, -1.0], time)
-        laws.append(control.ss(law * delay / k_i))
+        laws.append(control.ss(law * delay_and_filter / k_i))
     return control.append(*laws)
 
 
@@ -152,13 +152,15 @@ def sensitivity_system(loop: LinearLoop) -> control.StateSpace:
     ValueError
         If the closed loop is not stable; the sensitivity of an unstable loop cannot be measured.
     """
-    held = control.sample_system(rotor_system(loop) * amplifier_system(loop), loop.sample_time, "zoh")
-    closed = control.feedback(control.ss([], [], [], np.eye(N_AXES), loop.sample_time), controller_system(loop) * held)
+    sampled_plant = control.sample_system(rotor_system(loop) * amplifier_system(loop), loop.sample_time, "zoh")
+    closed = control.feedback(
+        control.ss([], [], [], np.eye(N_AXES), loop.sample_time), controller_system(loop) * sampled_plant
+    )
     worst = max(closed.poles(), key=abs)
     if abs(worst) >= 1.0:
         raise ValueError(
             f"the loop is not stable: a vibration of {pole_frequency(worst, loop.sample_time):.1f} Hz grows by "
-            f"{abs(worst) - 1.0:.2g} of itself with every sample; the sensitivity is that of a stable loop"
+            f"{abs(worst) - 1.0:.2g} of itself with every sample; only a stable loop has a sensitivity"
         )
     return closed
 

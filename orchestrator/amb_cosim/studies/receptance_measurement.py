@@ -115,7 +115,7 @@ def prepare_identification(
     )
     prepared = prepare(scenario, settings, flavour=flavour)
     if prepared.plan.speed != Omega:
-        raise ValueError("Omega cannot be set here; --speeds sets it")
+        raise ValueError("Omega cannot be set here; speeds sets it")
     lowest = linear_loop(prepared).parameters["rolac_controller"]["rolac.min_speed"]
     if Omega < lowest and not math.isclose(Omega, lowest):
         raise ValueError(f"speeds = {Omega:g} rad/s is not allowed; it must be >= {lowest:g} rad/s, rolac.min_speed")

@@ -55,10 +55,10 @@ class DrawnResult(StudyResult):
 
         return figure(self)
 
-    def write(self, folder: Path) -> None:
-        """Write the data as `NAME.json` and the figure as `NAME.png` to a folder, which is created if it is missing.
+    def save(self, folder: Path | str) -> Path:
+        """Write the data as `NAME.json` and the figure as `NAME.png`, and return the folder.
 
-        A file appears complete or not at all.
+        The folder is created if it is missing. A file appears complete or not at all.
 
         Raises
         ------
@@ -68,9 +68,11 @@ class DrawnResult(StudyResult):
         from amb_cosim.plots.style import write_png
 
         text = self.to_json(indent=1)
+        folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / f"{self.name}.json", lambda path: path.write_text(text, encoding="utf-8"))
         write_png(self.figure(), folder / f"{self.name}.png")
+        return folder
 
     def _repr_png_(self) -> bytes:
         from amb_cosim.plots.style import png

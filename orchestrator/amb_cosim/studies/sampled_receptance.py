@@ -23,5 +23,5 @@ def sampled_receptance(loop: LinearLoop, order: int = 1) -> NDArray[np.complex12
     plant = rotor_system(loop, loop.rotor.planes.sensors) * amplifier_system(loop)
     k_i = np.array([loop.of_axis("rolac_controller", axis, "k_i") for axis in range(N_AXES)])
     omega = order * loop.Omega
-    held = zoh_response(plant.A, plant.B, plant.C, omega, loop.sample_time)
-    return identified_receptance(held / k_i, omega, loop.parameters["rolac_controller"])
+    plant_response = zoh_response(plant.A, plant.B, plant.C, omega, loop.sample_time)
+    return identified_receptance(plant_response / k_i, omega, loop.parameters["rolac_controller"])

@@ -1,0 +1,91 @@
+"""Co-simulation of the three FMUs whose orbit is compared with that of the monolithic system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
+from amb_cosim.cosim.master import Coupling
+from amb_cosim.scenario import Scenario, make_scenario
+from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.studies.monolithic import Complex, Levitation
+
+SUBSTEP = 15.625e-6  # s, of the plant's own integration; the shortest communication step
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """How FMUs are coupled: order of the master, force with its gradient or held, force of a step's mean current."""
+
+    coupling: Coupling = "gauss_seidel"
+    gradient: bool = True
+    mean_current: bool = False
+
+
+def cosimulated(levitation: Levitation, scheme: Scheme, step: float, samples: int, substep: float = SUBSTEP) -> Complex:
+    """Return the complex displacement at MB1 and MB2 (m) at each sample from a co-simulation of the three FMUs.
+
+    Parameters
+    ----------
+    levitation
+        Rotor, bearings and controller.
+    scheme, step
+        How the FMUs are coupled, and the communication step (s), which divides the sample time.
+    samples
+        How many samples the controller takes.
+    substep
+        Longest step of the plant's own integration (s).
+
+    Raises
+    ------
+    ValueError
+        If the co-simulation does not reach its end.
+    """
+    result = run_prepared(prepare(scenario(levitation, scheme, step, samples, substep)))
+    if result.outcome.failure is not None:
+        raise ValueError(result.outcome.failure)
+    bearings = [
+        result.dataset[f"rotor_contact.{at}.x"].values + 1j * result.dataset[f"rotor_contact.{at}.y"].values
+        for at in ("mb1", "mb2")
+    ]
+    return np.array(bearings).T
+
+
+def scenario(levitation: Levitation, scheme: Scheme, step: float, samples: int, substep: float) -> Scenario:
+    """Return the scenario of a co-simulation: an unbalanced rotor from rest."""
+    actuator: dict[str, float] = {
+        "force_law": NONLINEAR if levitation.nonlinear else MEASURED,
+        "amplifier": IDEAL if levitation.bandwidth is None else DYNAMIC,
+        "mean_current": scheme.mean_current,
+        "*.k_s_measured_?": levitation.k_s,
+        "*.k_i_measured_?": levitation.k_i,
+    }
+    if levitation.bandwidth is not None:
+        actuator["*.bandwidth_?"] = levitation.bandwidth
+    return make_scenario(
+        {
+            "description": "An unbalanced rotor from rest",
+            "Omega": levitation.Omega,
+            "settle_cycles": 0,
+            "end_time": samples * levitation.sample_time,
+            "gradient": scheme.gradient,
+            "coupling": scheme.coupling,
+            "communication_step": step,
+            "inputs": {"rotor_contact": {f"{levitation.disc}.u": levitation.unbalance}},
+            "parameters": {
+                "rotor_contact": {"solver.max_substep": substep},
+                "amb_actuator": actuator,
+                "rolac_controller": {
+                    "sample_time": levitation.sample_time,
+                    "*.k_s_?": levitation.k_s,
+                    "*.k_i_?": levitation.k_i,
+                    "*.k_b_?": levitation.k_b,
+                    "*.c_b_?": levitation.c_b,
+                },
+            },
+            "record": {"variables": ["rotor_contact.mb?.?"], "every": round(levitation.sample_time / step)},
+        },
+        "coupling",
+    )

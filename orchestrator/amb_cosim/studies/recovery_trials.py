@@ -1,0 +1,107 @@
+"""Runs of the study of recovery: the scenario of Fig. 5.6 with other controls and other steps of unbalance."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+
+from amb_cosim.contact_history import contact_cycles, recovered
+from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.simulation import Progress
+from amb_cosim.cosim.system_file import Record
+from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.scenario import Event, Scenario, load_scenario
+from amb_cosim.simulation import Prepared, prepare, run_prepared
+from rolac_controller.enumerations import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
+
+SCENARIO = "fig5_6"
+DISC = "d1.u"
+END = 60.0  # cycle
+CONTROLS: dict[str, dict[str, Raw]] = {
+    "PID": {"rolac_enable": False},
+    "PID + OLAC": {"rolac.mode": OLAC},
+    "PID + generalised notch": {"rolac.mode": NOTCH},
+    "PID + synchronous force rejection": {"rolac.mode": FORCE_FREE},
+    "PID + ROLAC": {"rolac.mode": ROLAC},
+    "PID + contact-aware ROLAC": {"rolac.mode": ROLAC, "contact.aware": True, "contact.source": OWN_SENSORS},
+}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run: control, unbalance added on D1 (kg m, before the scenario's factor), cycle of the step, alpha (1/s)."""
+
+    control: str
+    added: float
+    cycle: float
+    alpha: float
+    flavour: Flavour = "python"
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """Whether the rotor is free at the end, and the cycle of its last contact, if it touched at all."""
+
+    recovered: bool
+    last_contact_cycle: float | None
+
+
+def simulate_all(trials: Sequence[Trial], progress: Progress) -> list[TrialResult]:
+    """Simulate trials in as many processes as there are processors, and return their results.
+
+    FMUs of flavour `python` hold the interpreter's lock, so that threads would run one after the other.
+
+    Raises
+    ------
+    ValueError
+        If a trial cannot be run, or does not reach its end.
+    """
+    for trial in {trial.control: trial for trial in trials}.values():  # one of each, with the largest unbalance
+        prepare_trial(trial)  # checks the input and builds the FMUs before processes are started
+    with ProcessPoolExecutor(
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_IGN),  # Ctrl-C stops this process, and this process stops the others
+    ) as pool:
+        try:
+            futures = [pool.submit(simulate_trial, trial) for trial in trials]
+            for done, future in enumerate(as_completed(futures), start=1):
+                future.result()
+                progress(done, len(trials))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return [future.result() for future in futures]
+
+
+def simulate_trial(trial: Trial) -> TrialResult:
+    """Simulate one trial and return its result.
+
+    Raises
+    ------
+    ValueError
+        If it does not reach its end.
+    """
+    result = run_prepared(prepare_trial(trial))
+    if result.outcome.failure is not None:
+        raise ValueError(f"{trial.control}, {trial.added:g} kg m added: {result.outcome.failure}")
+    return TrialResult(bool(recovered(result.dataset)), contact_cycles(result.dataset)[1])
+
+
+def prepare_trial(trial: Trial) -> Prepared:
+    """Return a trial that is ready to run."""
+    settings = {"rolac.alpha": trial.alpha, **CONTROLS[trial.control]}
+    named = {f"rolac_controller.{name}": value for name, value in settings.items()}
+    return prepare(trial_scenario(trial), named, flavour=trial.flavour)
+
+
+def trial_scenario(trial: Trial) -> Scenario:
+    """Return the scenario of Fig. 5.6 with another step, which records every sample of the contact state."""
+    base = load_scenario(SCENARIO)
+    before = quantity(base.inputs["rotor_contact"][DISC], "kg.m", DISC)
+    step = Event(label="step", cycle=trial.cycle, set={"rotor_contact": {DISC: before + trial.added}})
+    record = Record(variables=("rotor_contact.contact_state",))
+    return base.model_copy(update={"event": (step,), "end_cycle": END, "record": record})

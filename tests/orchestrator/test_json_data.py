@@ -1,0 +1,85 @@
+"""JSON of typed results: keys with units, arrays, complex numbers, and what is left out."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+import pytest
+
+from amb_cosim.json_data import Key, Layout, json_data
+
+
+@dataclass(frozen=True)
+class Part:
+    speed: Annotated[float, "rad/s"]
+    stiffness: Annotated[np.ndarray, "N/m"]
+
+
+@dataclass(frozen=True)
+class Whole:
+    name: str
+    parts: tuple[Part, ...]
+    by_speed: dict[float, Part]
+    planes: Annotated[list[float], Key("planes_z_m")]
+    absent: Annotated[float | None, "Hz"]
+    left_out: Annotated[object, Layout.OMITTED]
+    optional: Annotated[float | None, "s", Layout.OMITTED_IF_NONE] = None
+
+
+@dataclass(frozen=True)
+class Flat:
+    part: Annotated[Part, Layout.MERGED]
+    count: int
+
+
+@dataclass(frozen=True)
+class Shape:
+    response: Annotated[np.ndarray, "m/N"]
+    pairs: Annotated[np.ndarray, Layout.PAIRS]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    pressure: Annotated[float, "Pa"]
+
+
+def test_keys_are_names_with_units():
+    part = Part(1.5, np.array([[1.0, np.nan]]))
+    whole = Whole("a", (part,), {90.0: part, 104.71975: part}, [0.1], None, object())
+    expected = {"speed_rad_s": 1.5, "stiffness_N_per_m": [[1.0, None]]}
+    assert json_data(whole) == {
+        "name": "a",
+        "parts": [expected],
+        "by_speed": {"90": expected, "104.72": expected},
+        "planes_z_m": [0.1],
+        "absent_hz": None,
+    }
+    json.dumps(json_data(whole), allow_nan=False)
+
+
+def test_merged_field_stands_among_the_others():
+    assert json_data(Flat(Part(2.0, np.zeros(0)), 3)) == {"speed_rad_s": 2.0, "stiffness_N_per_m": [], "count": 3}
+
+
+def test_complex_numbers_are_real_and_imaginary_parts():
+    values = np.array([1.0 + 2.0j, 3.0 - 4.0j])
+    assert json_data(Shape(values, values)) == {
+        "response_m_per_N": {"real": [1.0, 3.0], "imaginary": [2.0, -4.0]},
+        "pairs": [[1.0, 2.0], [3.0, -4.0]],
+    }
+
+
+def test_numbers_of_numpy_become_numbers():
+    data = json_data({"a": np.float64(0.1), "b": np.int32(3), "c": np.bool_(True), "d": np.float64("nan")})
+    assert data == {"a": 0.1, "b": 3, "c": True, "d": None}
+    assert [type(value) for value in data.values()] == [float, int, bool, type(None)]
+
+
+def test_unknown_units_and_types_are_refused():
+    with pytest.raises(ValueError, match=r"pressure has the unit 'Pa', which is not allowed; it must be one of"):
+        json_data(Unknown(1.0))
+    with pytest.raises(TypeError, match="object has no form in JSON"):
+        json_data([object()])
