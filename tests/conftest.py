@@ -146,7 +146,6 @@ def build_fmu(create_once: Callable[..., Path]) -> Callable[..., Path]:
     import numpy as np
 
     from fmi_export.building.python_fmu import build_python_fmu, guid_of
-
     from fmi_export.model import Model
 
     def build(model: Model, constants: Any = None) -> Path:

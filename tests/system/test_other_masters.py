@@ -30,7 +30,7 @@ import peers
 import pytest
 
 from benchmarks import peers as masters
-from benchmarks.process import call
+from benchmarks.process import run_function
 
 SCENARIO = """
 description = "An unbalanced rotor from rest"
@@ -112,7 +112,7 @@ def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -
     """With steps of 125 us the controller steps at every second point only, in both masters."""
     ours = reference(case, "jacobi", step, nanoseconds=True)
     assert ours["system"]["every"]["rolac_controller"] == 250 // step
-    theirs = call(sys.executable, masters.__file__, "with_libcosim", **ours["system"])["series"]
+    theirs = run_function(sys.executable, masters.__file__, "with_libcosim", **ours["system"])["series"]
     assert deviations(theirs, ours["series"], first=1) == {}
     rounded = deviations(theirs, reference(case, "jacobi", step)["series"], first=1)
     rounded.pop("rotor_contact.energy.balance", None)  # it consists of rounding alone
@@ -123,7 +123,7 @@ def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -
 @pytest.mark.parametrize("case", CASES)
 def test_ecos_gives_the_same(case: str, reference: Reference) -> None:
     ours = reference(case, "jacobi")
-    theirs = call(sys.executable, masters.__file__, "with_ecos", **ours["system"])["series"]
+    theirs = run_function(sys.executable, masters.__file__, "with_ecos", **ours["system"])["series"]
     assert deviations(theirs, ours["series"]) == {}
 
 
