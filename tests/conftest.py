@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 import json
 import os
@@ -37,7 +38,9 @@ sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(HERE / "native" / "supp
 
 MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
 # Folders of tests that run the compiled kernels of a model.
-RUNS_KERNELS_OF = {name: (name, "cosim", "native", "orchestrator", "referees", "system") for name in MODELS}
+RUNS_KERNELS_OF = {
+    name: (name, "benchmarks", "cosim", "native", "orchestrator", "referees", "system") for name in MODELS
+}
 
 
 @pytest.fixture(scope="session")
@@ -138,6 +141,56 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
         return json.loads(answer.read_text(encoding="utf-8"))
 
     return run
+
+
+@pytest.fixture(scope="session")
+def run_once(run_python: Callable[..., Any], create_once: Callable[..., Path]) -> Callable[..., Any]:
+    """The same as `run_python` with a function, computed once per test run: the same call returns the same result."""
+
+    def run(function: Callable[..., Any], timeout: float = 60.0, **arguments: Any) -> Any:
+        facts = inspect.getsource(function) + json.dumps(arguments, sort_keys=True, default=str)
+        name = f"{function.__name__}-{hashlib.sha256(facts.encode()).hexdigest()[:32]}"
+
+        def fill(folder: Path) -> None:
+            result = run_python(function, timeout, **arguments)
+            (folder / "result.json").write_text(json.dumps(result), encoding="utf-8")
+
+        return json.loads((create_once(name, fill) / "result.json").read_text(encoding="utf-8"))
+
+    return run
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--regenerate", action="store_true", help="write the regression data in tests/regression anew")
+
+
+@pytest.fixture
+def regression(request: pytest.FixtureRequest) -> Callable[..., None]:
+    """`regression(name, found, rel=None, abs=None)`: compare a number, list or dict with the regression data.
+
+    Regression data are numbers that this project itself computed, in `tests/regression/<test module>.json` by test and
+    name. With the option `--regenerate` what is found is written there instead.
+    """
+    file = HERE / "regression" / f"{request.path.stem.removeprefix('test_')}.json"
+
+    def check(name: str, found: Any, rel: float | None = None, abs: float | None = None) -> None:
+        if request.config.getoption("--regenerate"):
+            with FileLock(f"{file}.lock"):
+                data = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+                data.setdefault(request.node.name, {})[name] = rounded(found)
+                file.write_text(json.dumps(data, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+            return
+        expected = json.loads(file.read_text(encoding="utf-8"))[request.node.name][name]
+        assert found == pytest.approx(expected, rel=rel, abs=abs), name
+
+    return check
+
+
+def rounded(value: Any) -> Any:
+    """The same number, list or dict with six significant digits."""
+    if isinstance(value, dict):
+        return {key: rounded(entry) for key, entry in value.items()}
+    return [rounded(entry) for entry in value] if isinstance(value, list | tuple) else float(f"{value:.6g}")
 
 
 @pytest.fixture(scope="session")
