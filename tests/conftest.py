@@ -165,7 +165,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.fixture
-def regression(request: pytest.FixtureRequest) -> Callable[..., None]:
+def regression(request: pytest.FixtureRequest, shared_folder: Path) -> Callable[..., None]:
     """`regression(name, found, rel=None, abs=None)`: compare a number, list or dict with the regression data.
 
     Regression data are numbers that this project itself computed, in `tests/regression/<test module>.json` by test and
@@ -175,7 +175,7 @@ def regression(request: pytest.FixtureRequest) -> Callable[..., None]:
 
     def check(name: str, found: Any, rel: float | None = None, abs: float | None = None) -> None:
         if request.config.getoption("--regenerate"):
-            with FileLock(f"{file}.lock"):
+            with FileLock(shared_folder / f"{file.name}.lock"):
                 data = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
                 data.setdefault(request.node.name, {})[name] = rounded(found)
                 file.write_text(json.dumps(data, indent=1, sort_keys=True) + "\n", encoding="utf-8")
