@@ -1,5 +1,5 @@
-"""What co-simulation costs, as ratios within one run: against a loop without FMI, other masters, other contact codes.
+"""Measure the cost of co-simulation, as ratios to a loop without FMI, other masters and other contact codes.
 
-`cases` says what is run, `contestants` by whom and what is inside a timing, `measure` collects it, `report` prints it.
-Absolute times hold on one machine at one moment; they show what the ratios are made of.
+All are measured in one run. `cases` defines the runs, `candidates` the programs that are timed, `measure` collects the
+times, `report` prints them. Absolute times depend on the machine and its load.
 """

@@ -1,8 +1,8 @@
-"""The floor: the kernels of the three native FMUs in one compiled loop, with the wiring and the events of a run.
+"""Run the kernels of the three native FMUs in one compiled loop without FMI, with the wiring and the events of a run.
 
-There is no FMI in between: what a kernel reads and writes are the arrays of the loop, no value passes through a
-function or is checked. The kernels are the very machine code of the native FMUs, so that the two differ by FMI alone.
-What the loop computes and records equals the co-simulation in Gauss-Seidel order to the last bit.
+A kernel reads and writes the arrays of the loop directly: no FMI function is called and no value is checked. The
+kernels are the machine code of the native FMUs, so the difference in time to a co-simulation is the cost of FMI. Values
+and records equal those of the co-simulation in Gauss-Seidel order to the last bit.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ from benchmarks.kernels import step_kernel
 from fmi_export.model import Array, Instance
 
 
-class Stage(NamedTuple):
-    """A model in the loop: its inputs `to` take the values `source`, then its kernel is called with `arguments`.
+class KernelCall(NamedTuple):
+    """One call of a model's kernel: its inputs `to` take the values `source`, then the kernel steps.
 
-    `arguments` are address and size of its six arrays, after the addresses of the fault and of the exception.
+    `kernel` is the address of its machine code, `every` the number of communication steps that its step spans.
+    `arguments` are the addresses of the fault code and of the exception, then address and size of the six arrays.
     """
 
     inputs: Array
@@ -41,10 +42,10 @@ class Stage(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Run:
-    """Values recorded from point 0 on, shape (points, variables), and how long (s) its steps took, with recording.
+class BaselineRun:
+    """Values recorded from point 0 on, shape (points, variables), and time (s) of the steps, with recording.
 
-    `parts` holds what of that time went into each model's kernel and into recording, if it was asked for.
+    `parts` holds the time (s) of each model's kernel and of recording, if the run was profiled.
     """
 
     table: Array
@@ -52,25 +53,27 @@ class Run:
     parts: dict[str, float]
 
 
-class Floor:
-    """A run of the levitated rotor in one loop; it can be run once.
+class Baseline:
+    """A run of the levitated rotor in one loop without FMI; it can be run once.
 
     Parameters
     ----------
     prepared
-        What is run: this project's models in Gauss-Seidel order, at constant speed.
+        A run of this project's three models in Gauss-Seidel order, at constant speed.
 
     Raises
     ------
     ValueError
-        If it is another run, or native FMUs cannot be built here.
+        If the run is of another kind, or the C compiler of native FMUs is missing.
     """
 
     def __init__(self, prepared: Prepared) -> None:
         plan, system = prepared.plan, prepared.plan.system
         order = prepared.scenario.coupling or system.coupling
         if order != "gauss_seidel" or plan.profile or prepared.scenario.fmu or len(system.components) != 3:
-            raise ValueError(f"{prepared.name} has no floor; it must run this project's models in Gauss-Seidel order")
+            raise ValueError(
+                f"{prepared.name} has no baseline; it must run this project's models in Gauss-Seidel order"
+            )
         outputs = [f"{c}.{port.name}" for c, i in prepared.interfaces.items() for port in i.of("output")]
         wiring, inputs, _ = system.wiring(prepared.interfaces, list(plan.inputs), outputs)
         names = [*plan.inputs, *outputs]  # each model's outputs in the order in which its kernel writes them
@@ -82,18 +85,20 @@ class Floor:
         self._recorded = np.array([names.index(name) for name in plan.recorded], np.intp)
         events = [(n, names.index(name), value) for n, name, value in plan.events]
         self._changes = PiecewiseConstant(events).changes(0, plan.last + 1)
-        self._instances: list[tuple[Instance, Array]] = []
-        self._stages: list[Stage] = []
+        self._instances: list[tuple[Instance, Array]] = []  # with their outputs
+        self._calls: list[KernelCall] = []
         first = wiring.n_exogenous
         for component, source in zip(system.components, wiring.sources, strict=True):
             instance = Instance(*model_source(component.fmu))
             for name, value in plan.parameters[component.name].items():
                 instance[name] = value
-            table, own = instance.model.interface, self._values[first : first + len(instance.outputs)]
+            table, written = instance.model.interface, self._values[first : first + len(instance.outputs)]
             to = np.array([table.position[name] - table.n_parameters for name in inputs[component.name]], np.intp)
-            self._instances.append((instance, own))
-            self._stages.append(_stage(instance, own, to, place[source], step_kernel(component.fmu), component.every))
-            first += len(own)
+            self._instances.append((instance, written))
+            self._calls.append(
+                _kernel_call(instance, written, to, place[source], step_kernel(component.fmu), component.every)
+            )
+            first += len(written)
         self._initialise()
 
     def _initialise(self) -> None:
@@ -101,13 +106,13 @@ class Floor:
         before = np.full_like(self._values, np.nan)
         while not np.array_equal(before, self._values):
             before[:] = self._values
-            for (instance, own), stage in zip(self._instances, self._stages, strict=True):
-                stage.inputs[stage.to] = self._values[stage.source]
+            for (instance, outputs), call in zip(self._instances, self._calls, strict=True):
+                call.inputs[call.to] = self._values[call.source]
                 instance.initialise()
-                own[:] = instance.outputs
+                outputs[:] = instance.outputs
 
-    def run(self, profile: bool = False) -> Run:
-        """Settle, then step to the end and record; with `profile`, find out which part takes how long.
+    def run(self, profile: bool = False) -> BaselineRun:
+        """Settle, then step to the end and record; with `profile`, also measure the time of each part.
 
         Raises
         ------
@@ -116,12 +121,12 @@ class Floor:
         """
         plan, parts = self._plan, (*self._names, "recording")
         table, ticks = np.zeros((plan.last + 1, len(self._recorded))), np.zeros(len(parts), np.int64)
-        stages = tuple(self._stages)
+        calls = tuple(self._calls)
 
         def advance(begin: int, end: int) -> int:
             counted = ticks if profile else None
             arrays = (self._values, self._changes, self._recorded, table)
-            return _advance(stages, *arrays, counted, begin, end, plan.step_size)
+            return _advance(calls, *arrays, counted, begin, end, plan.step_size)
 
         fault = advance(plan.first, 0)
         ticks[:] = 0
@@ -130,11 +135,13 @@ class Floor:
         seconds, all_ticks = time.perf_counter() - begin, _now() - first_tick
         if fault:
             raise RuntimeError(f"a kernel ended the loop with fault {fault}")
-        shares = (ticks * (seconds / all_ticks)).tolist() if profile else []
-        return Run(table, seconds, dict(zip(parts, shares, strict=False)))
+        part_seconds = (ticks * (seconds / all_ticks)).tolist() if profile else []
+        return BaselineRun(table, seconds, dict(zip(parts, part_seconds, strict=False)))
 
 
-def _stage(instance: Instance, outputs: Array, to: IntArray, source: IntArray, kernel: int, every: int) -> Stage:
+def _kernel_call(
+    instance: Instance, outputs: Array, to: IntArray, source: IntArray, kernel: int, every: int
+) -> KernelCall:
     fault = np.zeros(2, np.intp)  # and the exception
     addresses = [fault.ctypes.data, fault.ctypes.data + fault.itemsize]
     for array in (
@@ -146,10 +153,10 @@ def _stage(instance: Instance, outputs: Array, to: IntArray, source: IntArray, k
         outputs,
     ):
         addresses += [array.ctypes.data, len(array)]
-    return Stage(instance.inputs, to, source, kernel, np.array(addresses, np.intp), fault, every)
+    return KernelCall(instance.inputs, to, source, kernel, np.array(addresses, np.intp), fault, every)
 
 
-# From here on: machine code.
+# The functions below are compiled to machine code.
 
 _OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
 _N_ARGUMENTS = 14
@@ -170,7 +177,7 @@ def _emit_cycles(_: Any) -> Any:
 
 
 def _emit_call(_: Any, function: Any, arguments: Any, time: Any, step_size: Any) -> Any:
-    """Signature and body of a call of the kernel at an address, whose arguments stand at another."""
+    """Return signature and body of a call of the kernel at an address; its arguments are at another address."""
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         word, real = ir.IntType(64), ir.DoubleType()
@@ -192,13 +199,13 @@ def _now() -> int:
 
 
 @_compiled
-def _step(stage: Stage, values: Array, n: int, h: float) -> int:
-    """One step of a model from point n; its fault, or 0."""
-    for k in range(len(stage.to)):
-        stage.inputs[stage.to[k]] = values[stage.source[k]]
-    if _call(stage.kernel, stage.arguments.ctypes.data, n * h, stage.every * h) != 0:
+def _step(call: KernelCall, values: Array, n: int, h: float) -> int:
+    """Step a model from point n; return its fault code, or 0."""
+    for k in range(len(call.to)):
+        call.inputs[call.to[k]] = values[call.source[k]]
+    if _call(call.kernel, call.arguments.ctypes.data, n * h, call.every * h) != 0:
         return -1
-    return stage.fault[0]
+    return call.fault[0]
 
 
 @_compiled
@@ -209,7 +216,7 @@ def _record(values: Array, recorded: IntArray, row: Array) -> None:
 
 @_compiled
 def _advance(
-    stages: tuple[Stage, ...],
+    calls: tuple[KernelCall, ...],
     values: Array,
     changes: Changes,
     recorded: IntArray,
@@ -219,9 +226,9 @@ def _advance(
     end: int,
     h: float,
 ) -> int:
-    """Steps from point `begin` to point `end`, recording points from 0 on; the fault that ended it, or 0.
+    """Step from point `begin` to point `end`, recording points from 0 on; return the fault that ended it, or 0.
 
-    `ticks` collects processor cycles of the models and of recording, unless it is None.
+    `ticks` collects processor cycles of each model and of recording, unless it is None.
     """
     change, before, now = 0, 0, 0
     for n in range(begin, end + 1):
@@ -237,9 +244,9 @@ def _advance(
             ticks[3] += now - before
         if n == end:
             break
-        for k, stage in enumerate(stages):
-            if n % stage.every == 0:
-                fault = _step(stage, values, n, h)
+        for k, call in enumerate(calls):
+            if n % call.every == 0:
+                fault = _step(call, values, n, h)
                 if fault != 0:
                     return fault
             if ticks is not None:

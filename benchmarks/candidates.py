@@ -1,7 +1,7 @@
-"""Who is timed: each is a function that makes a run and says how long (s) one of its steps took.
+"""The candidates: functions that make a run and return the time (s) of one of its steps.
 
-Inside a timing are steps, the exchange of values between the models, and recording, from the end of settling to the end
-of the run. Outside are start and initialisation, settling, the labelled data set and files.
+Timed are the steps, the exchange of values between the models, and recording, from the end of settling to the end
+of the run. Not timed are start and initialisation, settling, the labelled data set and files.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from amb_cosim.cosim.fmus import Flavour
 from amb_cosim.cosim.master import Loop
 from amb_cosim.simulation import Prepared, run_prepared
 from benchmarks import cases, peers
-from benchmarks.baseline import Floor
-from benchmarks.process import Unfinished, call, python_with
+from benchmarks.baseline import Baseline
+from benchmarks.process import CandidateFailed, find_python_with, run_function
 from benchmarks.system import plain_system
 from benchmarks.timing import Candidate
 
@@ -28,32 +28,35 @@ Missing = dict[str, str]
 
 
 def native_possible() -> bool:
-    """Whether there is the compiler of native FMUs."""
+    """Return whether native FMUs can be built here."""
     return importlib.util.find_spec("ziglang") is not None
 
 
-def ours(prepared: Prepared, loop: Loop) -> Candidate:
-    """This project's master."""
+def master_candidate(prepared: Prepared, loop: Loop) -> Candidate:
+    """Run with this project's master."""
 
     def step_time() -> float:
         result = run_prepared(prepared, loop=loop)
         if result.outcome.failure is not None:
-            raise Unfinished(result.outcome.failure)
+            raise CandidateFailed(result.outcome.failure)
         return float(result.dataset.attrs["wall_s"]) / prepared.plan.last
 
     return step_time
 
 
-def floor(prepared: Prepared) -> Candidate:
-    """The loop without FMI."""
-    return lambda: Floor(prepared).run().seconds / prepared.plan.last
+def baseline_candidate(prepared: Prepared) -> Candidate:
+    """Run in one loop without FMI."""
+    return lambda: Baseline(prepared).run().seconds / prepared.plan.last
 
 
-def parts_of_floor(prepared: Prepared, parts: dict[str, list[float]]) -> Candidate:
-    """The same, which adds to `parts` how long (s) each part of a step took. Looking at the clock costs some."""
+def profiled_baseline_candidate(prepared: Prepared, parts: dict[str, list[float]]) -> Candidate:
+    """Run in one loop without FMI and append the time (s) of each part of a step to `parts`.
+
+    Reading the clock takes time too, so this run is slower than that of `baseline_candidate`.
+    """
 
     def step_time() -> float:
-        found = Floor(prepared).run(profile=True)
+        found = Baseline(prepared).run(profile=True)
         for part, seconds in found.parts.items():
             parts.setdefault(part, []).append(seconds / prepared.plan.last)
         return found.seconds / prepared.plan.last
@@ -61,54 +64,66 @@ def parts_of_floor(prepared: Prepared, parts: dict[str, list[float]]) -> Candida
     return step_time
 
 
-def on_fig4_9(flavour: Flavour, parts: dict[str, list[float]]) -> dict[str, Candidate]:
-    """FIG4_9 with both loops, and for native FMUs the floor, as it is and by `parts`."""
+def fig4_9_candidates(flavour: Flavour, parts: dict[str, list[float]]) -> dict[str, Candidate]:
+    """Return candidates for `fig4_9`: both loops and, for native FMUs, the baseline with and without `parts`.
+
+    What is compared with each other runs one after the other.
+    """
     prepared = cases.fig4_9(flavour)
-    found: dict[str, Candidate] = {flavour: ours(prepared, "compiled")}  # what is compared comes one after the other
+    found: dict[str, Candidate] = {flavour: master_candidate(prepared, "compiled")}
     if flavour == "native":
-        found |= {"floor": floor(prepared), "floor_by_parts": parts_of_floor(prepared, parts)}
-    return found | {f"{flavour}_plain": ours(prepared, "plain")}
+        found |= {"floor": baseline_candidate(prepared), "floor_by_parts": profiled_baseline_candidate(prepared, parts)}
+    return found | {f"{flavour}_plain": master_candidate(prepared, "plain")}
 
 
-def on_rub(seconds: float, missing: Missing) -> dict[str, Candidate]:
-    """RUB with native FMUs: this master, ecos, libcosim."""
-    prepared = cases.rub("native", seconds)
+def rubbing_candidates(seconds: float, missing: Missing) -> dict[str, Candidate]:
+    """Return candidates for the rubbing case with native FMUs: this master, ecos, libcosim."""
+    prepared = cases.rubbing_case("native", seconds)
     system = plain_system(prepared, recorded=[])
-    found = {"rub_native": ours(prepared, "compiled")}
+    found = {"rub_native": master_candidate(prepared, "compiled")}
     for package, function in (("ecospy", "with_ecos"), ("libcosimpy", "with_libcosim")):
         if importlib.util.find_spec(package) is None:
             missing[package] = "not installed (extra: peers)"
         else:
-            _add(found, missing, package, sys.executable, peers.__file__, function, system)
+            _add_process(found, missing, package, sys.executable, peers.__file__, function, system)
     return found
 
 
-def on_ring(seconds: float, missing: Missing) -> dict[str, Candidate]:
-    """RING: the native plant under this master, ROSS, Siconos."""
-    prepared = cases.ring("native", seconds)
-    found = {"ring_native": ours(prepared, "compiled")}
+def retainer_candidates(seconds: float, missing: Missing) -> dict[str, Candidate]:
+    """Return candidates for the retainer case: the native plant under this master, ROSS, Siconos."""
+    prepared = cases.retainer_case("native", seconds)
+    found = {"ring_native": master_candidate(prepared, "compiled")}
     steps = prepared.plan.last
     others: list[tuple[str, str, str, Callable[[], dict[str, Any]]]] = [
-        ("ross", "ross", "ross_rotor.py", lambda: cases.ring_for_ross() | {"step": cases.STEP, "steps": steps}),
+        (
+            "ross",
+            "ross",
+            "ross_rotor.py",
+            lambda: cases.retainer_case_for_ross() | {"step": cases.STEP, "steps": steps},
+        ),
         *(
             (name, "siconos.kernel", "siconos_rotor.py", partial(_for_siconos, reduced, steps))
             for name, reduced in (("siconos", False), ("siconos_reduced", True))
         ),
     ]
     for name, module, file, given in others:
-        python = python_with(module)
+        python = find_python_with(module)
         if python is None:
-            missing[name] = "neither this Python nor a python3 on the PATH has it"
+            missing[name] = "not installed for this Python, nor for a python3 on the PATH"
         else:
-            _add(found, missing, name, python, str(HERE / file), "seconds_per_step", given())
+            _add_process(found, missing, name, python, str(HERE / file), "seconds_per_step", given())
     return found
 
 
+def _for_ross(steps: int) -> dict[str, Any]:
+    return cases.retainer_case_for_ross() | {"step": cases.STEP, "steps": steps}
+
+
 def _for_siconos(reduced: bool, steps: int) -> dict[str, Any]:
-    return cases.ring_for_siconos(reduced) | {"h": cases.STEP, "steps": steps}
+    return cases.retainer_case_for_siconos(reduced) | {"h": cases.STEP, "steps": steps}
 
 
-def _add(
+def _add_process(
     found: dict[str, Candidate],
     missing: Missing,
     name: str,
@@ -117,14 +132,14 @@ def _add(
     function: str,
     given: dict[str, Any],
 ) -> None:
-    """Add one that runs in a process of its own, if it can."""
+    """Add a candidate that runs in a process of its own; if it fails, note in `missing` why."""
 
     def step_time() -> float:
-        return float(call(python, file, function, **given)["seconds"])
+        return float(run_function(python, file, function, **given)["seconds"])
 
     try:
         step_time()
-    except Unfinished as error:
+    except CandidateFailed as error:
         missing[name] = str(error)
     else:
         found[name] = step_time

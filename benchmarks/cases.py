@@ -1,17 +1,17 @@
 """The runs that are timed.
 
-FIG4_9
+`fig4_9`
     The scenario `fig4_9` as it stands: 80 turns of settling, then 20 turns with impacts and rubbing in the middle.
     Timed from the end of settling on. All that the system records is recorded.
-RUB
-    What every co-simulation master can run: the levitated rotor from rest under 25.5 g m, no events, Jacobi order. The
-    force is followed with its gradient, friction is 0.1. It rubs about half of the time. The plant chooses its substeps
-    as it does by default, for a thousandth of the force.
-RING
-    What every contact code can run: the rotor alone on springs and dampers of 1e6 N/m and 5000 N s/m, from rest under
-    25.5 g m, no friction. One integration step for each communication step, as the other codes have it. Here and in
+`rubbing_case`
+    A run that every co-simulation master can do: the levitated rotor from rest under 25.5 g m, no events, Jacobi order.
+    The force is followed with its gradient, friction is 0.1. The rotor rubs about half of the time. The plant chooses
+    its substeps by its default tolerance.
+`retainer_case`
+    A run that every contact code can do: the rotor alone on springs and dampers of 1e6 N/m and 5000 N s/m, from rest
+    under 25.5 g m, no friction. One integration step for each communication step, as in the other codes. Here and in
     Siconos it can touch two rigid retainers, in ROSS one with a stiffness. ROSS and Siconos have the rotor of 13 nodes
-    as it is (78 and 52 degrees of freedom), Siconos also ours, which is reduced to 12.
+    unreduced (78 and 52 degrees of freedom), Siconos also this project's, reduced to 12.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SPEED = 260.0  # rad/s
 UNBALANCE = 25.5e-3  # kg m, of D1
 BEARING_K, BEARING_C = 1e6, 5e3  # N/m, N s/m, of the passive bearings
 CLEARANCE = 0.75e-3  # m
-TOLERANCE = 5e-6  # m/s, of the plant's substeps: what the FMU starts with
+TOLERANCE = 5e-6  # m/s, of the plant's substeps: the default of the FMU
 RETAINER_K = 1e8  # N/m, of a retainer that yields
 
 _FROM_REST: dict[str, Any] = {
@@ -46,16 +46,16 @@ _FROM_REST: dict[str, Any] = {
 
 
 def fig4_9(flavour: Flavour) -> Prepared:
-    """FIG4_9, at 4 kHz."""
+    """Prepare the scenario `fig4_9`, controlled at 4 kHz."""
     return prepare(load_scenario("fig4_9"), flavour=flavour)
 
 
-def rub(flavour: Flavour, seconds: float, **changes: Any) -> Prepared:
-    """RUB for a time (s); `changes` replace what the scenario says."""
-    return prepare(make_scenario(_rub(seconds) | changes, "rub"), flavour=flavour)
+def rubbing_case(flavour: Flavour, seconds: float, **changes: Any) -> Prepared:
+    """Prepare the rubbing case for a time (s); `changes` replace keys of its scenario."""
+    return prepare(make_scenario(_rubbing_scenario(seconds) | changes, "rubbing"), flavour=flavour)
 
 
-def _rub(seconds: float) -> dict[str, Any]:
+def _rubbing_scenario(seconds: float) -> dict[str, Any]:
     return {
         **_FROM_REST,
         "end_time": seconds,
@@ -66,13 +66,13 @@ def _rub(seconds: float) -> dict[str, Any]:
     }
 
 
-def ring(flavour: Flavour, seconds: float) -> Prepared:
-    """RING for a time (s)."""
-    return prepare(ring_scenario(seconds), flavour=flavour)
+def retainer_case(flavour: Flavour, seconds: float) -> Prepared:
+    """Prepare the retainer case for a time (s)."""
+    return prepare(retainer_scenario(seconds), flavour=flavour)
 
 
-def ring_scenario(seconds: float) -> Scenario:
-    """The scenario of RING."""
+def retainer_scenario(seconds: float) -> Scenario:
+    """Return the scenario of the retainer case for a time (s)."""
     return make_scenario(
         {
             **_FROM_REST,
@@ -84,12 +84,12 @@ def ring_scenario(seconds: float) -> Scenario:
             },
             "record": {"variables": ["rotor_contact.contact_state"]},
         },
-        "ring",
+        "retainer",
     )
 
 
-def ring_for_siconos(reduced: bool) -> dict[str, Any]:
-    """RING as a second-order system with sites, as `siconos_rotor` takes it, for JSON."""
+def retainer_case_for_siconos(reduced: bool) -> dict[str, Any]:
+    """Return the retainer case as a second-order system with sites, as arguments of `siconos_rotor` for JSON."""
     rotor = load_rotor()
     model = assemble(rotor, "diagonal")
     if reduced:
@@ -109,9 +109,9 @@ def ring_for_siconos(reduced: bool) -> dict[str, Any]:
 
 
 def with_unbalance(model: Matrices, Omega: float, node: int, unbalance: float) -> tuple[Array, Array, Array]:
-    """M, C + Omega G and K of a rotor under an unbalance (kg m) at a node, which has two coordinates of its own.
+    """Return M, C + Omega G and K of a rotor with an unbalance u (kg m) at a node, as an autonomous system.
 
-    The force is u Omega^2 times a unit vector e that spins, e'' = -Omega^2 e.
+    Two more coordinates are a spinning unit vector e, e'' = -Omega^2 e; the force is u Omega^2 e.
     """
     n, spin = model.size, Omega**2
     M, C, K = np.eye(n + 2), np.zeros((n + 2, n + 2)), spin * np.eye(n + 2)
@@ -120,8 +120,8 @@ def with_unbalance(model: Matrices, Omega: float, node: int, unbalance: float) -
     return M, C, K
 
 
-def ring_for_ross() -> dict[str, Any]:
-    """RING with one yielding retainer, as `ross_rotor` takes it."""
+def retainer_case_for_ross() -> dict[str, Any]:
+    """Return the retainer case with one yielding retainer, as arguments of `ross_rotor`."""
     rotor: Rotor = load_rotor()
     shaft = rotor.shaft
     return {

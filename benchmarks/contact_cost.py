@@ -1,10 +1,10 @@
-"""What contact costs: the constraint against the classical force laws, at equal accuracy.
+"""Compare the cost of contact as a constraint with that of the classical force laws, at equal accuracy.
 
 The case is that of Fig. 4.9 on continuous bearings: 260 rad/s, 25 g m added on D1, five turns of impacts and rubbing at
 both retainers. Two comparisons, both with located events and the plant's own shorter substeps for stiff contacts:
 
-* each law against its own solution with very short substeps: what its stiffness alone costs;
-* Kelvin-Voigt contacts of rising stiffness against the constraint: what it costs to stand for a rigid retainer.
+* each law against its own solution with very short substeps: the cost of its stiffness;
+* Kelvin-Voigt contacts of rising stiffness against the constraint: the cost of approximating a rigid retainer.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from rotor_contact.structure import structure_of
 SPEED, STEP, TURNS = 260.0, 250e-6, 5.0
 CLEARANCE = 0.75e-3
 STIFFNESS = 1e8  # N/m, of the classical laws
-STIFFER = (1e8, 1e9, 1e10)  # N/m, on the way to a rigid retainer
+RISING_STIFFNESS = (1e8, 1e9, 1e10)  # N/m, to approximate a rigid retainer
 DAMPING_RATIO = 2.0  # of the retainer as a spring and damper under the journal's mass: it does not rebound
 REFERENCE_SUBSTEP = 2e-6
 SUBSTEPS = (250e-6, 125e-6, 62.5e-6, 31.25e-6, 15.625e-6)
@@ -58,7 +58,7 @@ class Formulation:
         return self.law if stiffness is None else f"{self.law}, k_c = {stiffness:.0e} N/m"
 
     def plant(self, substep: float) -> Instance:
-        """The rig in its orbit with 0.5 g m, about to receive 25 g m more."""
+        """Return the rig in its orbit with 0.5 g m, just after 25 g m were added."""
         rotor = Instance(MODEL, plant_constants())
         given = {"law": float(LAWS.index(self.law)), **self.values}
         settings = {f"rb{k}.{name}": value for name, value in given.items() for k in (1, 2)}
@@ -73,8 +73,18 @@ class Formulation:
 
 
 @dataclass(frozen=True)
-class Measurement:
-    """One run: error of the orbit over the clearance, of the force over its peak, depth over the clearance, CPU s/s."""
+class ContactCost:
+    """Errors and cost of one run.
+
+    Attributes
+    ----------
+    substep
+        Longest substep (s).
+    orbit_error, force_error, penetration
+        Error of the orbit over the clearance, of the force over its peak, and penetration over the clearance.
+    cost
+        CPU time for a simulated second (s/s).
+    """
 
     formulation: Formulation
     substep: float
@@ -85,7 +95,7 @@ class Measurement:
 
 
 def classical_laws() -> list[Formulation]:
-    """Every law of 4.2 at the same stiffness, with damping where it has some."""
+    """Return every law of section 4.2 of the thesis at the same stiffness, with damping where the law has it."""
     damping: dict[str, dict[str, float]] = {
         "kelvin_voigt": {"c_c": 1e4},
         "kirk": {"c_c": 1e4},
@@ -96,17 +106,21 @@ def classical_laws() -> list[Formulation]:
     return [Formulation(law, {"k_c": STIFFNESS} | damping.get(law, {})) for law in LAWS[1:]]
 
 
-def nearly_rigid() -> list[Formulation]:
-    """Kelvin-Voigt contacts of rising stiffness that do not rebound."""
+def stiff_contacts() -> list[Formulation]:
+    """Return Kelvin-Voigt contacts of rising stiffness that do not rebound."""
     s = structure_of(plant_constants())
     mass = 1.0 / s.Minv[int(s.sites[0]), int(s.sites[0])]
     return [
-        Formulation("kelvin_voigt", {"k_c": k_c, "c_c": 2.0 * DAMPING_RATIO * math.sqrt(k_c * mass)}) for k_c in STIFFER
+        Formulation("kelvin_voigt", {"k_c": k_c, "c_c": 2.0 * DAMPING_RATIO * math.sqrt(k_c * mass)})
+        for k_c in RISING_STIFFNESS
     ]
 
 
 def simulate(rotor: Instance, record: bool) -> tuple[Array, float]:
-    """Signals after each step, shape (steps, signals), if `record` says so, and CPU time for a simulated second."""
+    """Return the signals after each step, shape (steps, signals), and CPU time per simulated second.
+
+    Without `record` the signals are zeros.
+    """
     steps = round(TURNS * 2.0 * math.pi / SPEED / STEP)
     columns = [MODEL.interface.position[name] for name in SIGNALS]
     table = np.zeros((steps, len(columns)))
@@ -118,15 +132,15 @@ def simulate(rotor: Instance, record: bool) -> tuple[Array, float]:
     return table, (time.process_time() - begin) / (steps * STEP)
 
 
-def measure(
+def costs_over_substeps(
     formulation: Formulation, reference: Array, substeps: Sequence[float], repeats: int
-) -> Iterator[Measurement]:
-    """Errors against `reference` and the median cost of `repeats` runs, for each length of substep (s)."""
+) -> Iterator[ContactCost]:
+    """Yield errors against `reference` and the median cost of `repeats` runs, for each longest substep (s)."""
     for substep in substeps:
         table, _ = simulate(formulation.plant(substep), record=True)
         error = np.max(np.abs(table - reference), axis=0)
         depth = max(float(np.max(np.hypot(table[:, i], table[:, i + 1]))) for i in (0, 2)) - CLEARANCE
-        yield Measurement(
+        yield ContactCost(
             formulation,
             substep,
             float(np.max(error[:4])) / CLEARANCE,
@@ -136,17 +150,17 @@ def measure(
         )
 
 
-def cheapest(measurements: Sequence[Measurement], error: str, tolerance: float) -> Measurement | None:
-    """The least costly of those whose `error` is within `tolerance`, if there is one."""
-    good = [m for m in measurements if getattr(m, error) <= tolerance]
+def cheapest(costs: Sequence[ContactCost], error: str, tolerance: float) -> ContactCost | None:
+    """Return the least costly run whose `error` is within `tolerance`, if there is one."""
+    good = [m for m in costs if getattr(m, error) <= tolerance]
     return min(good, key=lambda m: m.cost, default=None)
 
 
 def compare(repeats: int = 5) -> dict[str, Any]:
-    """Both comparisons, ready for JSON; costs are ratios to that of the constraint at the same tolerance."""
+    """Return both comparisons, for JSON; costs are ratios to that of the constraint at the same tolerance."""
     constraint = Formulation("constraint")
     rigid, _ = simulate(constraint.plant(REFERENCE_SUBSTEP), record=True)
-    own = list(measure(constraint, rigid, SUBSTEPS, repeats))
+    own = list(costs_over_substeps(constraint, rigid, SUBSTEPS, repeats))
     by_force = cheapest(own, "force_error", FORCE_TOLERANCE)
     by_orbit = cheapest(own, "orbit_error", ORBIT_TOLERANCE)
     assert by_force is not None
@@ -154,10 +168,10 @@ def compare(repeats: int = 5) -> dict[str, Any]:
     laws = []
     for law in classical_laws():
         reference, _ = simulate(law.plant(REFERENCE_SUBSTEP), record=True)
-        best = cheapest(list(measure(law, reference, SUBSTEPS, repeats)), "force_error", FORCE_TOLERANCE)
+        best = cheapest(list(costs_over_substeps(law, reference, SUBSTEPS, repeats)), "force_error", FORCE_TOLERANCE)
         laws.append(_row(law, best, by_force))
-    rising = [m for f in nearly_rigid() for m in measure(f, rigid, SUBSTEPS[:1], repeats)]
-    stand_in = cheapest(rising, "orbit_error", ORBIT_TOLERANCE)
+    rising = [m for f in stiff_contacts() for m in costs_over_substeps(f, rigid, SUBSTEPS[:1], repeats)]
+    equivalent = cheapest(rising, "orbit_error", ORBIT_TOLERANCE)
     return {
         "case": f"{SPEED:g} rad/s, 25 g m added on D1, {TURNS:g} turns, communication step {STEP * 1e6:g} us",
         "force_tolerance": FORCE_TOLERANCE,
@@ -165,11 +179,11 @@ def compare(repeats: int = 5) -> dict[str, Any]:
         "constraint": [_row(constraint, m, by_orbit) for m in own],
         "own_accuracy": laws,
         "rigid_retainer": [_row(m.formulation, m, by_orbit) for m in rising],
-        "cost_ratio_at_equal_accuracy": None if stand_in is None else stand_in.cost / by_orbit.cost,
+        "cost_ratio_at_equal_accuracy": None if equivalent is None else equivalent.cost / by_orbit.cost,
     }
 
 
-def _row(formulation: Formulation, m: Measurement | None, base: Measurement) -> dict[str, Any]:
+def _row(formulation: Formulation, m: ContactCost | None, base: ContactCost) -> dict[str, Any]:
     row: dict[str, Any] = {"formulation": formulation.label}
     if m is not None:
         row |= {
@@ -183,10 +197,10 @@ def _row(formulation: Formulation, m: Measurement | None, base: Measurement) -> 
 
 
 def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
-    """What `compare` returns, to print."""
+    """Return what `compare` returns as tables and lines of text."""
     ratio = data["cost_ratio_at_equal_accuracy"]
     headline = (
-        f"no stiffness tried stands for a rigid retainer within {data['orbit_tolerance']:.0%} of the clearance"
+        f"no stiffness tried approximates a rigid retainer within {data['orbit_tolerance']:.0%} of the clearance"
         if ratio is None
         else f"within {data['orbit_tolerance']:.0%} of the clearance of a rigid retainer, the stiff law costs "
         f"{ratio:.1f} times what the constraint costs"
@@ -194,9 +208,9 @@ def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
     tolerance = f"{data['force_tolerance']:g} of the peak force"
     return [
         data["case"],
-        _table(f"Each law against its own limit of short substeps; cost at {tolerance}", data["own_accuracy"]),
+        _table(f"Each law against its own solution with short substeps; cost at {tolerance}", data["own_accuracy"]),
         _table("Against a rigid retainer: the constraint", data["constraint"]),
-        _table("Against a rigid retainer: Kelvin-Voigt, substeps as short as it takes", data["rigid_retainer"]),
+        _table("Against a rigid retainer: Kelvin-Voigt of rising stiffness", data["rigid_retainer"]),
         headline,
     ]
 
@@ -216,12 +230,12 @@ def _table(title: str, rows: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def draw(data: Mapping[str, Any], path: Path) -> None:
-    """Deviation from a rigid retainer over cost, for the constraint and for ever stiffer contacts."""
+    """Draw deviation from a rigid retainer over cost, for the constraint and for contacts of rising stiffness."""
     figure = Figure(figsize=(6.0, 3.8), layout="constrained")
     FigureCanvasAgg(figure)
     axis = figure.subplots()
-    kinds = (("constraint", "constraint, ever shorter substeps", "o", "#0072B2"),)
-    for key, label, marker, colour in (*kinds, ("rigid_retainer", "Kelvin-Voigt, ever stiffer", "s", "#D55E00")):
+    kinds = (("constraint", "constraint, shorter substeps", "o", "#0072B2"),)
+    for key, label, marker, colour in (*kinds, ("rigid_retainer", "Kelvin-Voigt, rising stiffness", "s", "#D55E00")):
         rows = data[key]
         axis.loglog(
             [r["cost_ratio"] for r in rows], [r["orbit_error"] for r in rows], marker, color=colour, label=label

@@ -1,4 +1,4 @@
-"""The step kernels of the native FMUs, callable by their addresses."""
+"""Compile the step kernels of the native FMUs into libraries that give their addresses."""
 
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ from amb_cosim.cosim.fmus import model_source
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 from fmi_export.building.native.package import native_sources
 
-SHOWN = """
+EXPORT_SOURCE = """
 #ifdef _WIN32
-#define SHOWN __declspec(dllexport)
+#define EXPORTED __declspec(dllexport)
 #else
-#define SHOWN __attribute__((visibility("default")))
+#define EXPORTED __attribute__((visibility("default")))
 #endif
 int kernel_step(void);
-SHOWN void *address_of_the_step(void) { return (void *)kernel_step; }
+EXPORTED void *kernel_step_address(void) { return (void *)kernel_step; }
 """
 
 
 @cache
 def step_kernel(name: str) -> int:
-    """Address of the machine code that the native FMU of a model runs in a step, `kernel_step` in `lowering`.
+    """Return the address of the machine code that the native FMU of a model runs in a step, `kernel_step`.
 
-    The library is compiled as the FMU's is, but tells where this function is. It stays loaded.
+    The library is compiled like the FMU's, with one more function that returns this address. It stays loaded.
 
     Raises
     ------
     ValueError
-        If there is no compiler.
+        If the C compiler is missing.
     """
-    sources = native_sources(*model_source(name)) | {"shown.c": SHOWN}
+    sources = native_sources(*model_source(name)) | {"export.c": EXPORT_SOURCE}
     platform = host_platform()
     library = compile_library(name, sources, platform)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         path = Path(folder) / f"{name}{PLATFORMS[platform][0]}"
         path.write_bytes(library)
-        address = ctypes.CDLL(str(path)).address_of_the_step
+        address = ctypes.CDLL(str(path)).kernel_step_address
     address.restype = ctypes.c_void_p
     return int(address())

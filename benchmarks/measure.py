@@ -1,4 +1,4 @@
-"""All of the benchmark, in one run."""
+"""Measure everything in one run."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 
 from amb_cosim.cosim.fmus import Flavour
 from benchmarks import cases, contact_cost, scaling
-from benchmarks.candidates import Missing, native_possible, on_fig4_9, on_ring, on_rub
-from benchmarks.timing import environment, ratio, ratios, take_turns
+from benchmarks.candidates import Missing, fig4_9_candidates, native_possible, retainer_candidates, rubbing_candidates
+from benchmarks.timing import environment, interleaved_times, ratio, ratios
 
-# Each ratio, the two that it is made of, and the aim: at most that for the first, at least for the others.
+# Of each ratio: numerator, denominator, and the aim, an upper limit for AT_MOST and a lower one for the others.
 RATIOS = {
     "native_over_floor": ("native", "floor", 1.3),
     "ecospy_over_native": ("ecospy", "rub_native", 3.0),
@@ -25,16 +25,16 @@ AT_MOST = "native_over_floor"
 REDUCED = ("siconos_reduced", "ring_native")  # Siconos with the reduced rotor: a ratio without an aim
 REAL_TIME_FACTOR = 100.0  # of native, at least
 
-Say = Callable[[str], None]
+ShowStatus = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is measured: rounds in which everyone has a turn, simulated times (s), repetitions."""
+    """How much is measured: rounds in which every candidate runs once, simulated times (s), repetitions."""
 
     rounds: int
-    rub_s: float
-    ring_s: float
+    rubbing_s: float
+    retainer_s: float
     durations_s: tuple[float, ...]
     memory_s: tuple[float, ...]
     scaling_rounds: int
@@ -45,28 +45,32 @@ FULL = Effort(11, 1.0, 0.5, (1.0, 2.0, 4.0, 8.0), (2.0, 6.0, 10.0), 9, 5)
 QUICK = Effort(1, 0.05, 0.05, (0.1, 0.2, 0.4), (1.0, 2.0, 4.0), 1, 1)
 
 
-def measure(effort: Effort = FULL, say: Say = lambda _: None) -> dict[str, Any]:
-    """Ratios, real-time factors and what they are made of, ready for JSON; what cannot be measured here is None."""
+def measure(effort: Effort = FULL, show_status: ShowStatus = lambda _: None) -> dict[str, Any]:
+    """Return ratios, real-time factors and the times behind them, for JSON; None for what cannot be measured here."""
     native, missing = native_possible(), Missing()
-    say("building the FMUs and looking for others (a first run compiles the models)")
+    show_status("building the FMUs and finding other codes (a first run compiles the models)")
     parts: dict[str, list[float]] = {}
-    groups = [on_fig4_9("python", parts)]
+    groups = [fig4_9_candidates("python", parts)]
     if native:
-        groups += [on_fig4_9("native", parts), on_rub(effort.rub_s, missing), on_ring(effort.ring_s, missing)]
+        groups += [
+            fig4_9_candidates("native", parts),
+            rubbing_candidates(effort.rubbing_s, missing),
+            retainer_candidates(effort.retainer_s, missing),
+        ]
     else:
         missing["native"] = "ziglang is not installed (extra: native)"
-    say("taking turns")
-    times = take_turns({name: one for group in groups for name, one in group.items()}, effort.rounds)
+    show_status("timing all candidates")
+    times = interleaved_times({name: candidate for group in groups for name, candidate in group.items()}, effort.rounds)
     flavour: Flavour = "native" if native else "python"
-    say("measuring how cost grows")
+    show_status("measuring cost over time, sites and variables")
     growth = {
-        "simulated_time": scaling.over_time(flavour, effort.durations_s, effort.scaling_rounds),
-        "sites": scaling.over_sites(flavour, effort.ring_s, effort.scaling_rounds),
-        "variables": scaling.over_variables(flavour, effort.rub_s, effort.scaling_rounds),
+        "simulated_time": scaling.cost_over_time(flavour, effort.durations_s, effort.scaling_rounds),
+        "sites": scaling.cost_over_sites(flavour, effort.retainer_s, effort.scaling_rounds),
+        "variables": scaling.cost_over_variables(flavour, effort.rubbing_s, effort.scaling_rounds),
     }
-    say("measuring memory")
-    memory = scaling.memory(flavour, effort.memory_s)
-    say("comparing contact laws")
+    show_status("measuring memory")
+    memory = scaling.memory_over_time(flavour, effort.memory_s)
+    show_status("comparing contact laws")
     contact = contact_cost.compare(effort.contact_repeats)
     return {
         "ratios": {name: ratio(times, above, below) for name, (above, below, _) in RATIOS.items()},
@@ -76,7 +80,7 @@ def measure(effort: Effort = FULL, say: Say = lambda _: None) -> dict[str, Any]:
         },
         "environment": environment(),
         "siconos_reduced_over_native": ratio(times, *REDUCED),
-        "spread": {name: _extremes(ratios(times, above, below)) for name, (above, below, _) in RATIOS.items()},
+        "spread": {name: _limits(ratios(times, above, below)) for name, (above, below, _) in RATIOS.items()},
         "step_us": {name: [1e6 * t for t in (median(each), min(each), max(each))] for name, each in times.items()},
         "floor_us": {part: 1e6 * min(each) for part, each in parts.items()} if native else None,
         "linearity": growth,
@@ -87,5 +91,6 @@ def measure(effort: Effort = FULL, say: Say = lambda _: None) -> dict[str, Any]:
     }
 
 
-def _extremes(values: Sequence[float]) -> list[float] | None:
+def _limits(values: Sequence[float]) -> list[float] | None:
+    """Return the lowest and the highest value."""
     return [min(values), max(values)] if values else None

@@ -1,4 +1,4 @@
-"""The same system under masters that others wrote. Each function is run in a process of its own.
+"""Run a system with the masters of other projects. Each function is run in a process of its own.
 
 They take the system as plain data:
 
@@ -8,9 +8,9 @@ They take the system as plain data:
 - `recorded`: outputs, `component.variable`;
 - `step_size` (s), `steps`, and how many of them a step of a component spans, `every`.
 
-and give back `series`, `{component.variable: values}` with a value for each communication point. With nothing to
-record they make all steps in one call, without Python in between, and give back how long a step took, `seconds`; the
-first one, in which a master may still initialise, does not count.
+and return `series`, `{component.variable: values}` with a value for each communication point. With nothing to
+record they make all steps in one call, without Python in between, and return the time of a step, `seconds`; the
+first step, in which a master may still initialise, is not timed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 
 
 def step_time(advance: Callable[[int], object], steps: int) -> float:
-    """How long (s) a step takes, where `advance` makes so many."""
+    """Return the time (s) of one of `steps` steps; `advance(n)` makes n of them."""
     advance(1)
     begin = time.perf_counter()
     advance(steps - 1)
@@ -37,7 +37,10 @@ def with_libcosim(
     steps: int,
     every: dict[str, int],
 ) -> dict[str, Any]:
-    """libcosim's fixed-step algorithm: Jacobi. It initialises in its first step, so the results begin at point 1."""
+    """Run with libcosim's fixed-step algorithm, in Jacobi order.
+
+    It initialises in its first step, so the results begin at point 1.
+    """
     from pathlib import Path
     from xml.etree.ElementTree import Element, ElementTree, SubElement
 
@@ -96,9 +99,9 @@ def with_ecos(
     steps: int,
     every: dict[str, int],
 ) -> dict[str, Any]:
-    """ecos's fixed-step algorithm: Jacobi, with one step for all.
+    """Run with ecos's fixed-step algorithm, in Jacobi order, with the same step for all components.
 
-    It has a longer step for single components too, but shows their outputs before that step has passed.
+    ecos also has longer steps for single components, but their outputs then appear before that step has passed.
     """
     import ctypes
     import sys

@@ -1,4 +1,4 @@
-"""Runs functions in Python processes of their own, also where another Python has the package that they need."""
+"""Run functions in separate Python processes, also of another Python that has the package they need."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-# One thread for each candidate: matrices of this size are no faster with more.
+REPOSITORY = Path(__file__).parents[1]
+
+# One thread for each candidate: more do not speed up matrices of this size.
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 _CALL = """
@@ -23,13 +25,13 @@ answer.write_text(json.dumps(found), encoding="utf-8")
 """
 
 
-class Unfinished(RuntimeError):
-    """A process did not come to its end; the message is what it said last."""
+class CandidateFailed(RuntimeError):
+    """A candidate failed or took too long; the message holds the last line of its output."""
 
 
 @cache
-def python_with(module: str) -> str | None:
-    """The first Python that has `module`: this one, then each `python3` on the PATH; None if none can."""
+def find_python_with(module: str) -> str | None:
+    """Return the first Python that has `module`: this one, then each `python3` on the PATH; None if none has it."""
     return next((python for python in _pythons() if _has(python, module)), None)
 
 
@@ -50,30 +52,31 @@ def _has(python: str, module: str) -> bool:
         return False
 
 
-def call(python: str, file: str, function: str, timeout: float = 600.0, **arguments: Any) -> Any:
-    """What a function of a file returns that is run by `python`, in an empty folder.
+def run_function(python: str, file: str, function: str, timeout: float = 600.0, **arguments: Any) -> Any:
+    """Run a function of a file with `python`, in an empty folder, and return its result.
 
-    Arguments and result are what JSON can hold. The file imports what that Python has, and need not know of this
-    project.
+    Arguments and result must fit into JSON. The file can import only what that Python has installed, which need not
+    include this project.
 
     Raises
     ------
-    Unfinished
+    CandidateFailed
         If it fails or takes longer than `timeout` (s).
     """
-    with tempfile.TemporaryDirectory(prefix="bench-") as temporary:
+    with tempfile.TemporaryDirectory(prefix="benchmark-") as temporary:
         folder = Path(temporary)
         given, answer = folder / "given.json", folder / "answer.json"
         given.write_text(json.dumps(arguments), encoding="utf-8")
         command = [python, "-c", _CALL, file, function, str(given), str(answer)]
-        environment = {**ENVIRONMENT, "TMPDIR": temporary}
+        paths = [str(REPOSITORY), *filter(None, [os.environ.get("PYTHONPATH")])]
+        environment = {**ENVIRONMENT, "TMPDIR": temporary, "PYTHONPATH": os.pathsep.join(paths)}
         try:
             process = subprocess.run(
                 command, cwd=folder, env=environment, capture_output=True, text=True, timeout=timeout, check=False
             )
         except subprocess.TimeoutExpired as error:
-            raise Unfinished(f"{function} took longer than {timeout:g} s") from error
+            raise CandidateFailed(f"{function} took longer than {timeout:g} s") from error
         if process.returncode != 0 or not answer.is_file():
             last = (process.stderr.strip() or process.stdout.strip()).splitlines()[-1:]
-            raise Unfinished(f"{function} ended with {process.returncode}: {' '.join(last)}")
+            raise CandidateFailed(f"{function} ended with {process.returncode}: {' '.join(last)}")
         return json.loads(answer.read_text(encoding="utf-8"))

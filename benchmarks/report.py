@@ -1,4 +1,4 @@
-"""The benchmark as tables."""
+"""Print the benchmark as tables."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rich.table import Table
 from amb_cosim.text_tables import labelled_table
 from benchmarks.measure import AT_MOST, RATIOS, REAL_TIME_FACTOR
 
-MEANING = {
+RATIO_LABELS = {
     "native_over_floor": "native FMUs over one loop without FMI, fig4_9",
     "ecospy_over_native": "ecos over this master, native FMUs, rotor that rubs",
     "libcosimpy_over_native": "libcosim over this master, native FMUs, rotor that rubs",
@@ -18,14 +18,14 @@ MEANING = {
     "siconos_over_native": "Siconos, Moreau-Jean, two sites, over the native plant",
     "plain_over_compiled_python": "plain FMPy loop over compiled loop, FMUs of flavour python, fig4_9",
 }
-CANDIDATES = {
+CANDIDATE_LABELS = {
     "native": "native FMUs, compiled loop",
     "native_plain": "native FMUs, plain loop",
     "python": "FMUs of flavour python, compiled loop",
     "python_plain": "FMUs of flavour python, plain loop",
-    "floor": "kernels in one loop, no FMI",
+    "floor": "baseline: kernels in one loop, no FMI",
 }
-GROWTH = {
+GROWTH_LABELS = {
     "simulated_time": ("simulated_s", "seconds", "rotor that rubs: time (s) over simulated time (s)"),
     "sites": ("sites_in_contact", "step_s", "step of the plant (s) over sites in contact"),
     "variables": ("variables", "step_s", "step (s) over recorded variables"),
@@ -33,7 +33,7 @@ GROWTH = {
 
 
 def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
-    """What `measure` returns, to print."""
+    """Return what `measure` returns as tables and lines of text."""
     parts = [_ratios(data), _factors(data), _steps(data), _growth(data)]
     where = data["environment"]
     machine = f"{where['processor']}, {where['cores']} cores, {where['system']}, Python {where['python']}"
@@ -53,7 +53,7 @@ def _ratios(data: Mapping[str, Any]) -> Table:
     for name, (_, _, aim) in RATIOS.items():
         value, spread = data["ratios"][name], data["spread"][name]
         numbers = ["not measured", "", ""] if value is None else [f"{v:.2f}" for v in (value, *spread)]
-        table.add_row(MEANING[name], *numbers, f"{'<=' if name == AT_MOST else '>='} {aim:g}")
+        table.add_row(RATIO_LABELS[name], *numbers, f"{'<=' if name == AT_MOST else '>='} {aim:g}")
     if data["siconos_reduced_over_native"] is not None:
         table.add_row(
             "the same, Siconos with the reduced rotor", f"{data['siconos_reduced_over_native']:.2f}", "", "", ""
@@ -66,24 +66,24 @@ def _factors(data: Mapping[str, Any]) -> Table:
     for name, factor in data["real_time_factor"].items():
         if factor is not None:
             aim = f">= {REAL_TIME_FACTOR:g}" if name == "native" else ""
-            table.add_row(CANDIDATES[name], f"{factor:.1f}", f"{data['step_us'][name][0]:.2f}", aim)
+            table.add_row(CANDIDATE_LABELS[name], f"{factor:.1f}", f"{data['step_us'][name][0]:.2f}", aim)
     return table
 
 
 def _steps(data: Mapping[str, Any]) -> Table:
-    table = labelled_table("Where the time of a step goes, lowest of all rounds", "part", "us", "share of native")
+    table = labelled_table("Parts of the time of a step, lowest of all rounds", "part", "us", "share of native")
     if data["floor_us"] is None:
         return table
-    native, floor, parts = data["step_us"]["native"][1], data["step_us"]["floor"][1], data["floor_us"]
-    rest = {"rest of the floor": floor - sum(parts.values()), "FMI, beyond the floor": native - floor}
+    native, baseline, parts = data["step_us"]["native"][1], data["step_us"]["floor"][1], data["floor_us"]
+    rest = {"rest of the baseline": baseline - sum(parts.values()), "FMI": native - baseline}
     for part, us in (parts | rest).items():
         table.add_row(part, f"{us:.2f}", f"{us / native:.0%}")
     return table
 
 
 def _growth(data: Mapping[str, Any]) -> Table:
-    table = labelled_table("Growth", "cost", "slope", "off a straight line")
-    for name, (_, _, title) in GROWTH.items():
+    table = labelled_table("Growth", "cost", "slope", "deviation from a line")
+    for name, (_, _, title) in GROWTH_LABELS.items():
         line = data["linearity"][name]
         table.add_row(title, f"{line['slope']:.3g}", f"{line['largest_deviation']:.1%}")
     memory = data["memory"]

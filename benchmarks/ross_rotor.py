@@ -1,6 +1,6 @@
-"""Rubbing by ROSS: its full rotor touches one yielding retainer. Needs ROSS and nothing of this project.
+"""Rubbing of an unreduced rotor on one yielding retainer, computed by ROSS. Imports ROSS and nothing of this project.
 
-Newmark's method with a contact force that is evaluated at the beginning of a step.
+ROSS uses Newmark's method and evaluates the contact force at the beginning of a step.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def seconds_per_step(
     step: float,
     steps: int,
 ) -> dict[str, float]:
-    """How long (s) a step of `run_rubbing` takes, from the difference of a long and a short run; share in contact.
+    """Return the time (s) of a step of `run_rubbing`, from the difference of a long and a short run; share in contact.
 
     `bodies` are node (from 1), mass, diametral and polar inertia, `bearings` node, stiffness and damping, `retainer`
     node, clearance and stiffness, `unbalance` node and kg m; all SI.
@@ -54,7 +54,7 @@ def seconds_per_step(
         return result, time.perf_counter() - begin
 
     short = 10
-    run(short)  # the first one also loads what it needs
+    run(short)  # the first run also loads modules
     _, before = run(short)
     result, after = run(short + steps)
     x, y = (result.yout[:, 6 * (int(node) - 1) + axis] for axis in (0, 1))

@@ -1,16 +1,15 @@
-"""A rotor in rigid circular clearances, integrated by Siconos. Runs under the system's Python: numpy and siconos alone.
+"""A rotor in rigid circular clearances, integrated by Siconos. Runs under the system's Python: numpy and siconos only.
 
     /usr/bin/python3 siconos_rotor.py given.npz answer.npz
 
 Siconos (Inria; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008) is given a second-order
-system and unilateral constraints. Which of them act, by which impulse or force, and whether friction sticks or slides
-is its own finding:
+system and unilateral constraints, and finds which of them act, their impulses and forces, and whether friction sticks:
 
     M q'' + C q' + K q = f + J^T lambda,    g_k = c_k - |r_k| >= 0,    r_k = (q_row, q_row+1)
 
 `given` holds `scheme`, which is `time_stepping`, `single_steps` or `from_event_to_event`, the arrays M, C, K (n, n), f,
 q, v (n) and, of each site, `rows` (row of x), `clearance`, `restitution`, `mu` and `surface` (velocity Omega R_s of the
-journal's surface), and what the function asks for. `answer` holds q and v at each point, and what the function says.
+journal's surface), and what the function documents. `answer` holds q and v at each point, and what the function adds.
 """
 
 from __future__ import annotations
@@ -24,27 +23,27 @@ import siconos.kernel as sk
 import siconos.numerics as sn
 
 SITE = ("rows", "clearance", "restitution", "mu", "surface")
-ACTIVE = 1e-15  # m, gap that counts as none: a journal on its ring is off it by rounding
+ACTIVE = 1e-15  # m, a smaller gap counts as contact; rounding leaves some
 SOLVER_TOLERANCE = 1e-12  # of the friction problem; short steps have small impulses
 LSODAR_TOLERANCE = 1e-11  # relative and absolute
 
 
 def polar(q: Any, row: Any) -> Any:
-    """Distance of the journal from the centre of its ring, and outward normal."""
+    """Return the distance of the journal from the centre of its retainer, and the outward normal."""
     x, y = float(q[row]), float(q[row + 1])
     r = np.hypot(x, y)
     return (r, x / r, y / r) if r > 0.0 else (1.0, 1.0, 0.0)
 
 
 def lasting_jacobian(relation: Any, lines: Any, size: Any) -> Any:
-    """A matrix for C() to give back: Siconos keeps a bare reference to it, and numpy's would be a passing copy."""
+    """Return a matrix for C() to return: Siconos keeps a pointer to it, and a numpy array would be a temporary copy."""
     jacobian = sk.SimpleMatrix(lines, size)
     jacobian.zero()
     relation.setJachqPtr(jacobian)
     return jacobian
 
 
-class RubbingRing(sk.LagrangianRheonomousR):
+class FrictionRetainer(sk.LagrangianRheonomousR):
     """Gap and, with friction, slip: g' = -n . v, v_slip = Omega R_s + t . v with t = (-y, x)/|r|.
 
     Omega R_s is the partial derivative of the tangential coordinate with respect to time.
@@ -80,7 +79,7 @@ class RubbingRing(sk.LagrangianRheonomousR):
         pass
 
 
-class SmoothRing(sk.LagrangianScleronomousR):
+class FrictionlessRetainer(sk.LagrangianScleronomousR):
     """Gap, with what its second derivative needs: g'' = -n . a - n' . v."""
 
     def __init__(self, row: Any, size: Any, clearance: Any, refresh: Any) -> None:
@@ -111,7 +110,7 @@ class SmoothRing(sk.LagrangianScleronomousR):
 
 
 def rotor(given: Any, end: Any) -> Any:
-    """The dynamical system, and the model it is in until time `end`."""
+    """Return the dynamical system, and a model with it until time `end`."""
     system = sk.LagrangianLinearTIDS(given["q"], given["v"], given["M"], given["K"], given["C"])
     system.setFExtPtr(given["f"])
     model = sk.NonSmoothDynamicalSystem(0.0, end)
@@ -119,18 +118,18 @@ def rotor(given: Any, end: Any) -> Any:
     return system, model
 
 
-def connect(law: Any, ring: Any, system: Any, model: Any) -> Any:
-    contact = sk.Interaction(law, ring)
-    contact.parts = law, ring  # Siconos holds their C++ halves alone
+def connect(law: Any, retainer: Any, system: Any, model: Any) -> Any:
+    contact = sk.Interaction(law, retainer)
+    contact.parts = law, retainer  # Siconos keeps their C++ objects only
     model.link(contact, system)
     return contact
 
 
 def time_stepping(given: Any) -> Any:
-    """Moreau-Jean's scheme with theta = 1/2 and no events, `every` steps of `h` (s) for each of `points`.
+    """Integrate by Moreau-Jean's scheme, theta = 1/2, without events, `every` steps of `h` (s) for each of `points`.
 
-    Also gives `impulse` (N s) so far, in columns normal (inward) and tangential (forward) of each site in turn, and the
-    `seconds` that stepping took.
+    Adds `impulse` (N s) so far, in columns normal (inward) and tangential (forward) of each site in turn, and the time
+    of stepping, `seconds`.
     """
     h, every, points = float(given["h"]), int(given["every"]), int(given["points"])
     size, friction = len(given["M"]), bool(np.any(given["mu"] > 0.0))
@@ -138,12 +137,12 @@ def time_stepping(given: Any) -> Any:
     contacts = []
     for row, clearance, e, mu, surface in zip(*(given[name] for name in SITE), strict=True):
         law = sk.NewtonImpactFrictionNSL(e, 0.0, mu, 2) if friction else sk.NewtonImpactNSL(e)
-        ring = RubbingRing(int(row), size, clearance, surface, friction)
-        contacts.append(connect(law, ring, system, model))
+        retainer = FrictionRetainer(int(row), size, clearance, surface, friction)
+        contacts.append(connect(law, retainer, system, model))
     integrator = sk.MoreauJeanOSI(0.5)
     integrator.setConstraintActivationThreshold(ACTIVE)
     if friction:
-        # by enumeration: that of Lemke reports success without checking
+        # by enumeration: Lemke's solver reports success without checking
         problem = sk.FrictionContact(2, sn.SICONOS_FRICTION_2D_ENUM)
         problem.numericsSolverOptions().dparam[sn.SICONOS_DPARAM_TOL] = SOLVER_TOLERANCE
     else:
@@ -166,7 +165,7 @@ def time_stepping(given: Any) -> Any:
 
 
 def single_steps(given: Any) -> Any:
-    """What one such step of `h` gives, for each row of f, q, v, restitution, mu and surface."""
+    """Make one such step of `h` for each row of f, q, v, restitution, mu and surface."""
     answer: dict[str, Any] = {"q": [], "v": [], "impulse": []}
     for k in range(len(given["q"])):
         case = given | {name: given[name][k] for name in ("f", "q", "v", "restitution", "mu", "surface")}
@@ -177,22 +176,24 @@ def single_steps(given: Any) -> Any:
 
 
 def from_event_to_event(given: Any) -> Any:
-    """LSODAR from event to event, for a frictionless rotor; `points` every `h` (s), `tolerance` (m, m/s, m/s2, N).
+    """Integrate by LSODAR from event to event, without friction; `points` every `h` (s), `tolerance` (m, m/s, m/s2, N).
 
-    Also gives the normal `force` (N) and the `impulse` (N s) of impacts so far, of each site.
+    Adds the normal `force` (N) and the `impulse` (N s) of impacts so far, of each site.
     """
     h, points, size = float(given["h"]), int(given["points"]), len(given["M"])
     system, model = rotor(given, (points + 1) * h)
     integrator = sk.LsodarOSI()
     integrator.setTol(1, LSODAR_TOLERANCE, LSODAR_TOLERANCE)
 
-    def refresh(ring: Any) -> None:
+    def refresh(retainer: Any) -> None:
         integrator.computeRhs(0.0)  # no force depends on time
-        ring.computeDotJachq(system.q(), None, system.velocity())
+        retainer.computeDotJachq(system.q(), None, system.velocity())
 
     contacts = []
     for row, clearance, e, _, _ in zip(*(given[name] for name in SITE), strict=True):
-        contacts.append(connect(sk.NewtonImpactNSL(e), SmoothRing(int(row), size, clearance, refresh), system, model))
+        contacts.append(
+            connect(sk.NewtonImpactNSL(e), FrictionlessRetainer(int(row), size, clearance, refresh), system, model)
+        )
     simulation = sk.EventDriven(model, sk.TimeDiscretisation(0.0, h))
     simulation.insertIntegrator(integrator)
     impacts, accelerations = sk.LCP(), sk.LCP()
@@ -214,7 +215,7 @@ def from_event_to_event(given: Any) -> Any:
 
 
 def seconds_per_step(steps: int, **given: Any) -> Any:
-    """How long (s) a step of time stepping takes, and the share of steps in contact; arguments may be lists."""
+    """Return the time (s) of a step of time stepping, and the share of steps in contact; arguments may be lists."""
     arrays = {name: np.asarray(value) for name, value in given.items()}
     answer = time_stepping(arrays | {"points": steps, "every": 1})
     pushed = np.diff(np.array(answer["impulse"])[:, ::2], axis=0, prepend=0.0)

@@ -1,4 +1,4 @@
-"""A prepared run as plain data: what another master needs to run the same FMUs."""
+"""Write a prepared run as plain data, for other masters to run the same FMUs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _KINDS: dict[str, type] = {"Real": float, "Integer": int, "Boolean": bool}
 
 
 def plain_system(prepared: Prepared, recorded: Sequence[str]) -> dict[str, Any]:
-    """The arguments of the functions in `peers`, for a run from point 0 without events."""
+    """Return the arguments of the functions in `peers`, for a run from point 0 without events."""
     plan, system = prepared.plan, prepared.plan.system
     targets = {s.name: s.targets for s in system.signals}
     given = {f"{c}.{v}": value for c, values in plan.parameters.items() for v, value in values.items()}

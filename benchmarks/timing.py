@@ -1,4 +1,4 @@
-"""Times of several candidates that take turns, their ratios, and the machine that they ran on."""
+"""Time several candidates in turn, form ratios, and describe the machine."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ Times = Mapping[str, list[float]]
 _PACKAGES = ("numba", "numpy", "fmpy", "pythonfmu", "ziglang", "ecospy", "libcosimpy")
 
 
-def take_turns(candidates: Mapping[str, Candidate], rounds: int) -> dict[str, list[float]]:
-    """What each candidate answers in each round, in which every one has its turn: A B C A B C ...
+def interleaved_times(candidates: Mapping[str, Candidate], rounds: int) -> dict[str, list[float]]:
+    """Run the candidates in turn, A B C A B C ..., and return the times (s) of each.
 
-    What slows the machine down for a while then slows all of them down. A round before them, in which code is loaded
-    and compiled, does not count.
+    So a disturbance of the machine affects all of them. A first round, in which code is loaded and compiled, is not
+    counted.
     """
     times: dict[str, list[float]] = {name: [] for name in candidates}
     for count in range(rounds + 1):
@@ -36,18 +36,18 @@ def take_turns(candidates: Mapping[str, Candidate], rounds: int) -> dict[str, li
 
 
 def ratio(times: Times, above: str, below: str) -> float | None:
-    """Median of the ratios within a round; None where one of the two is missing."""
+    """Return the median of the ratios within a round; None where one of the two is missing."""
     both = ratios(times, above, below)
     return median(both) if both else None
 
 
 def ratios(times: Times, above: str, below: str) -> list[float]:
-    """The ratio in each round."""
+    """Return the ratio in each round."""
     return [a / b for a, b in zip(times.get(above, ()), times.get(below, ()), strict=False)]
 
 
 def environment() -> dict[str, Any]:
-    """Where and when this runs."""
+    """Return date, machine and versions."""
     return {
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "system": platform.platform(),

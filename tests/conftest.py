@@ -1,19 +1,27 @@
-"""What all tests share: subprocesses, and FMUs built once."""
+"""What all tests share: subprocesses, and what is built once per test run and shared by the workers of pytest-xdist."""
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 import json
 import os
 import subprocess
 import sys
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+# Before numpy is loaded, here and in workers and subprocesses: the matrices are small, and threads would only wait.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import hypothesis
+import platformdirs
 import pytest
+from filelock import FileLock
+
+from amb_files.atomic import create_atomically
 
 # The search for counterexamples is random at a developer's desk and the same every time where a build depends on it.
 # No deadlines: a first example may compile a kernel.
@@ -26,6 +34,70 @@ if os.environ.get("CI"):
 SUPPORT = Path(__file__).parent / "fmi_export" / "support"  # modules that subprocesses can import
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(HERE / "native" / "support")]  # cases, probes, tools
+
+
+MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
+# Folders of tests that run the compiled kernels of a model.
+RUNS_KERNELS_OF = {
+    name: (name, "benchmarks", "cosim", "native", "orchestrator", "referees", "system") for name in MODELS
+}
+
+
+@pytest.fixture(scope="session")
+def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of this test run that all workers share."""
+    own = tmp_path_factory.getbasetemp()
+    return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+
+@pytest.fixture(scope="session")
+def create_once(shared_folder: Path) -> Callable[..., Path]:
+    """`create_once(name, fill)`: folder of that name, filled by the first worker that asks; the others wait for it."""
+
+    def create(name: str, fill: Callable[[Path], object]) -> Path:
+        folder = shared_folder / "once" / name
+        folder.parent.mkdir(exist_ok=True)
+        with FileLock(f"{folder}.lock"):
+            create_atomically(folder, fill)
+        return folder
+
+    return create
+
+
+@pytest.fixture(scope="session", autouse=True)
+def cache(shared_folder: Path) -> Iterator[Path]:
+    """FMUs are built into a cache of this test run, not the user's; the C compiler's own cache stays where it is."""
+    patch = pytest.MonkeyPatch()
+    folder = shared_folder / "cache"
+    folder.mkdir(exist_ok=True)
+    patch.setenv("ZIG_GLOBAL_CACHE_DIR", os.environ.get("ZIG_GLOBAL_CACHE_DIR", platformdirs.user_cache_dir("zig")))
+    patch.setenv("XDG_CACHE_HOME", str(folder))
+    patch.setattr("platformdirs.user_cache_path", lambda name, *_, **__: folder / name)
+    yield folder
+    patch.undo()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled_kernels(request: pytest.FixtureRequest, cache: Path, create_once: Callable[..., Path]) -> None:
+    """Let one worker compile each model's kernels into numba's cache on disk, instead of each worker on its own."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "")
+    if not worker:
+        return
+    folders = {item.path.relative_to(HERE).parts[0] for item in request.session.items}
+    wanted = [name for name in MODELS if folders.intersection(RUNS_KERNELS_OF[name])]
+    first = int(worker.removeprefix("gw")) % max(len(wanted), 1)
+    for name in wanted[first:] + wanted[:first]:
+        create_once(f"kernels-{name}", lambda _, name=name: compile_kernels(name))
+
+
+def compile_kernels(name: str) -> None:
+    """Step a model once; numba keeps what it compiles for that on disk."""
+    from amb_cosim.cosim.fmus import model_source
+    from fmi_export.model import Instance
+
+    instance = Instance(*model_source(name))
+    instance.initialise()
+    instance.step(0.0, 250e-6)
 
 
 @pytest.fixture(scope="session")
@@ -72,20 +144,68 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
 
 
 @pytest.fixture(scope="session")
-def build_fmu(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
-    """`build_fmu(model, constants=None)`: path of the FMU, built once per session and xdist worker."""
+def run_once(run_python: Callable[..., Any], create_once: Callable[..., Path]) -> Callable[..., Any]:
+    """The same as `run_python` with a function, computed once per test run: the same call returns the same result."""
+
+    def run(function: Callable[..., Any], timeout: float = 60.0, **arguments: Any) -> Any:
+        facts = inspect.getsource(function) + json.dumps(arguments, sort_keys=True, default=str)
+        name = f"{function.__name__}-{hashlib.sha256(facts.encode()).hexdigest()[:32]}"
+
+        def fill(folder: Path) -> None:
+            result = run_python(function, timeout, **arguments)
+            (folder / "result.json").write_text(json.dumps(result), encoding="utf-8")
+
+        return json.loads((create_once(name, fill) / "result.json").read_text(encoding="utf-8"))
+
+    return run
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--regenerate", action="store_true", help="write the regression data in tests/regression anew")
+
+
+@pytest.fixture
+def regression(request: pytest.FixtureRequest, shared_folder: Path) -> Callable[..., None]:
+    """`regression(name, found, rel=None, abs=None)`: compare a number, list or dict with the regression data.
+
+    Regression data are numbers that this project itself computed, in `tests/regression/<test module>.json` by test and
+    name. With the option `--regenerate` what is found is written there instead.
+    """
+    file = HERE / "regression" / f"{request.path.stem.removeprefix('test_')}.json"
+
+    def check(name: str, found: Any, rel: float | None = None, abs: float | None = None) -> None:
+        if request.config.getoption("--regenerate"):
+            with FileLock(shared_folder / f"{file.name}.lock"):
+                data = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+                data.setdefault(request.node.name, {})[name] = rounded(found)
+                file.write_text(json.dumps(data, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+            return
+        expected = json.loads(file.read_text(encoding="utf-8"))[request.node.name][name]
+        assert found == pytest.approx(expected, rel=rel, abs=abs), name
+
+    return check
+
+
+def rounded(value: Any) -> Any:
+    """The same number, list or dict with six significant digits."""
+    if isinstance(value, dict):
+        return {key: rounded(entry) for key, entry in value.items()}
+    return [rounded(entry) for entry in value] if isinstance(value, list | tuple) else float(f"{value:.6g}")
+
+
+@pytest.fixture(scope="session")
+def build_fmu(create_once: Callable[..., Path]) -> Callable[..., Path]:
+    """`build_fmu(model, constants=None)`: path of the FMU, built once per test run."""
     import numpy as np
 
     from fmi_export.building.python_fmu import build_python_fmu, guid_of
     from fmi_export.model import Model
 
-    built: dict[str, Path] = {}
-
     def build(model: Model, constants: Any = None) -> Path:
         numbers = np.zeros(1) if constants is None else constants
-        guid = guid_of(model, numbers)
-        if guid not in built:
-            built[guid] = build_python_fmu(model, numbers, tmp_path_factory.mktemp(model.name))
-        return built[guid]
+        home = create_once(
+            f"{model.name}-{guid_of(model, numbers)}", lambda folder: build_python_fmu(model, numbers, folder)
+        )
+        return home / f"{model.name}.fmu"
 
     return build

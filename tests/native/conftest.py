@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import shutil
 import subprocess
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmi_export.building.native.package import build_native_fmu
+from fmi_export.building.native.package import build_native_fmu, native_guid
 from fmi_export.model import Model
 
 
@@ -46,32 +47,31 @@ def compiler() -> None:
 
 
 @pytest.fixture(scope="session")
-def native(compiler: None, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
-    """`native(model, constants=None, platforms=None)`: path of the FMU, built once per session and xdist worker."""
-    built: dict[Any, Path] = {}
+def native(compiler: None, create_once: Callable[..., Path]) -> Callable[..., Path]:
+    """`native(model, constants=None, platforms=None)`: path of the FMU, built once per test run."""
 
     def build(model: Model, constants: Any = None, platforms: Sequence[str] | None = None) -> Path:
         numbers = np.zeros(1) if constants is None else constants
-        key = (model.name, numbers.tobytes(), tuple(platforms or ()))
-        if key not in built:
-            built[key] = build_native_fmu(model, numbers, tmp_path_factory.mktemp(model.name), platforms)
-        return built[key]
+        facts = [native_guid(model, numbers), model.step.__qualname__, model.initialise.__qualname__, platforms]
+        name = f"{model.name}-{hashlib.sha256(repr(facts).encode()).hexdigest()[:32]}"
+        home = create_once(name, lambda folder: build_native_fmu(model, numbers, folder, platforms))
+        return home / f"{model.name}.fmu"
 
     return build
 
 
 @pytest.fixture(scope="session")
-def unpacked(native: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+def unpacked(native: Callable[..., Path], create_once: Callable[..., Path]) -> Callable[..., Path]:
     """The same arguments as `native`; folder of the extracted FMU."""
-    folders: dict[Path, Path] = {}
 
     def extract(*arguments: Any) -> Path:
         fmu = native(*arguments)
-        if fmu not in folders:
-            folders[fmu] = tmp_path_factory.mktemp("extracted")
+
+        def fill(folder: Path) -> None:
             with zipfile.ZipFile(fmu) as archive:
-                archive.extractall(folders[fmu])
-        return folders[fmu]
+                archive.extractall(folder)
+
+        return create_once(f"{fmu.parent.name}-extracted", fill)
 
     return extract
 

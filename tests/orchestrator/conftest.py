@@ -20,17 +20,6 @@ SAMPLES = 100  # per cycle
 CLEARANCE, JOURNAL = 0.75e-3, 0.025
 
 
-@pytest.fixture(scope="session", autouse=True)
-def cache(tmp_path_factory: pytest.TempPathFactory):
-    """FMUs are built into a cache of this test session, not the user's."""
-    patch = pytest.MonkeyPatch()
-    folder = tmp_path_factory.mktemp("cache")
-    patch.setenv("XDG_CACHE_HOME", str(folder))
-    patch.setattr("amb_cosim.cosim.fmus.platformdirs.user_cache_path", lambda *_, **__: folder / "amb-cosim")
-    yield folder
-    patch.undo()
-
-
 @pytest.fixture
 def cosim(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
     """Runs `amb-cosim` in a process of its own, in an empty folder: FMUs with Python inside stay apart."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.process import ENVIRONMENT, python_with
+from benchmarks.process import ENVIRONMENT, find_python_with
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
@@ -21,7 +21,7 @@ sys.path.insert(0, str(HERE))
 def siconos(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., dict[str, np.ndarray]]:
     """`siconos(scheme, timeout=60, **given)`: a scheme of `siconos_rotor` in a process of its own."""
     siconos_rotor = str(files("benchmarks") / "siconos_rotor.py")
-    python = python_with("siconos.kernel")  # Debian's package is for the system's Python alone
+    python = find_python_with("siconos.kernel")  # Debian's package is for the system's Python alone
     if python is None:
         pytest.skip("no python3 on the PATH has Siconos (Debian: apt install python3-siconos)")
 

@@ -129,8 +129,8 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
 @pytest.mark.slow
 @pytest.mark.parametrize("flavour", FLAVOURS)
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_both_loops_record_the_same(name: str, flavour: str, run_python: Callable[..., Any]) -> None:
-    found = run_python(with_both_loops, scenario=SCENARIOS[name], flavour=flavour, timeout=600)
+def test_both_loops_record_the_same(name: str, flavour: str, run_once: Callable[..., Any]) -> None:
+    found = run_once(with_both_loops, scenario=SCENARIOS[name], flavour=flavour, timeout=600)
     assert found["variables"] >= sum(found["outputs"])
     assert found["differing"] == []
     assert found["attributes"] == []
@@ -142,8 +142,8 @@ def test_both_loops_record_the_same(name: str, flavour: str, run_python: Callabl
 
 @pytest.mark.slow
 @pytest.mark.parametrize("flavour", FLAVOURS)
-def test_a_refused_step_ends_both_loops_alike(flavour: str, run_python: Callable[..., Any]) -> None:
-    found = run_python(with_both_loops, scenario=FAILING, flavour=flavour, timeout=600)
+def test_a_refused_step_ends_both_loops_alike(flavour: str, run_once: Callable[..., Any]) -> None:
+    found = run_once(with_both_loops, scenario=FAILING, flavour=flavour, timeout=600)
     plain, fast = found["failures"]
     assert fast == plain
     assert fast.startswith("rolac_controller failed at t = ")
@@ -156,9 +156,9 @@ def test_a_refused_step_ends_both_loops_alike(flavour: str, run_python: Callable
 
 @pytest.mark.slow
 @pytest.mark.parametrize("flavour", FLAVOURS)
-def test_both_loops_stop_at_the_first_contact(flavour: str, run_python: Callable[..., Any]) -> None:
-    whole = run_python(with_both_loops, scenario=UNBALANCE, flavour=flavour, timeout=600)
-    found = run_python(with_both_loops, scenario=STOPPING, flavour=flavour, timeout=600)
+def test_both_loops_stop_at_the_first_contact(flavour: str, run_once: Callable[..., Any]) -> None:
+    whole = run_once(with_both_loops, scenario=UNBALANCE, flavour=flavour, timeout=600)
+    found = run_once(with_both_loops, scenario=STOPPING, flavour=flavour, timeout=600)
     assert found["differing"] == []
     assert found["attributes"] == []
     assert found["failures"] == [None, None]

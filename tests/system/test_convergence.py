@@ -38,9 +38,9 @@ def against_undelayed() -> list[float]:
 
 
 @pytest.fixture(scope="module")
-def schemes(run_python: Callable[..., Any]) -> Callable[[str, str], dict[str, Any]]:
+def schemes(run_once: Callable[..., Any]) -> Callable[[str, str], dict[str, Any]]:
     """Errors and order of a scheme in the comparison whose title begins so."""
-    found = run_python(studied, timeout=300)
+    found = run_once(studied, timeout=300)
 
     def of(title: str, name: str) -> dict[str, Any]:
         (comparison,) = (c for c in found if c["title"].startswith(title))
@@ -69,7 +69,7 @@ def test_gradient_makes_the_nonlinear_law_second_order(schemes: Any) -> None:
     assert followed["errors"][0] < 2e-3 * held["errors"][0]
 
 
-def test_dynamic_amplifier_is_second_order_with_the_mean_current_and_the_gradient_only(schemes: Any) -> None:
+def test_dynamic_amplifier_needs_mean_current_and_gradient_for_order_two(schemes: Any) -> None:
     orders = {
         (current, force): schemes(AMPLIFIERS, f"{current}, {force}")["order"]
         for current in ("current at the end", "mean current")
@@ -79,7 +79,7 @@ def test_dynamic_amplifier_is_second_order_with_the_mean_current_and_the_gradien
     assert list(orders.values()) == pytest.approx([1.0, 1.0, 1.0], abs=0.15)
 
 
-def test_jacobi_order_converges_to_a_system_whose_controller_is_a_sample_late(run_python: Callable[..., Any]) -> None:
+def test_jacobi_order_converges_to_a_controller_that_is_a_sample_late(run_python: Callable[..., Any]) -> None:
     coarse, fine = run_python(against_undelayed, timeout=300)
     assert fine == pytest.approx(coarse, rel=0.2)
     assert fine > 0.05

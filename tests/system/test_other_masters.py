@@ -21,7 +21,6 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
-from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -30,7 +29,7 @@ import peers
 import pytest
 
 from benchmarks import peers as masters
-from benchmarks.process import call
+from benchmarks.process import run_function
 
 SCENARIO = """
 description = "An unbalanced rotor from rest"
@@ -64,13 +63,12 @@ def needs(package: str) -> pytest.MarkDecorator:
 
 
 @pytest.fixture(scope="module")
-def reference(run_python: Callable[..., Any]) -> Reference:
+def reference(run_once: Callable[..., Any]) -> Reference:
     """Results of this project's master for a case, and its system as the others take it."""
 
-    @cache
     def run(case: str, coupling: str, step: float = 250, nanoseconds: bool = False) -> dict[str, Any]:
         text = SCENARIO.format(**CASES[case], coupling=coupling, step=step)
-        return run_python(peers.with_this_project, scenario=text, nanoseconds=nanoseconds, timeout=300)
+        return run_once(peers.with_this_project, scenario=text, nanoseconds=nanoseconds, timeout=300)
 
     return run
 
@@ -100,7 +98,7 @@ def test_the_cases_reach_what_they_are_for(reference: Reference) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_the_two_orders_are_told_apart(case: str, reference: Reference) -> None:
+def test_jacobi_and_gauss_seidel_order_differ(case: str, reference: Reference) -> None:
     jacobi, gauss_seidel = (reference(case, coupling)["series"] for coupling in ("jacobi", "gauss_seidel"))
     assert deviations(jacobi, gauss_seidel)["rotor_contact.mb1.x"] > 0.01
 
@@ -112,7 +110,7 @@ def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -
     """With steps of 125 us the controller steps at every second point only, in both masters."""
     ours = reference(case, "jacobi", step, nanoseconds=True)
     assert ours["system"]["every"]["rolac_controller"] == 250 // step
-    theirs = call(sys.executable, masters.__file__, "with_libcosim", **ours["system"])["series"]
+    theirs = run_function(sys.executable, masters.__file__, "with_libcosim", **ours["system"])["series"]
     assert deviations(theirs, ours["series"], first=1) == {}
     rounded = deviations(theirs, reference(case, "jacobi", step)["series"], first=1)
     rounded.pop("rotor_contact.energy.balance", None)  # it consists of rounding alone
@@ -123,7 +121,7 @@ def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -
 @pytest.mark.parametrize("case", CASES)
 def test_ecos_gives_the_same(case: str, reference: Reference) -> None:
     ours = reference(case, "jacobi")
-    theirs = call(sys.executable, masters.__file__, "with_ecos", **ours["system"])["series"]
+    theirs = run_function(sys.executable, masters.__file__, "with_ecos", **ours["system"])["series"]
     assert deviations(theirs, ours["series"]) == {}
 
 

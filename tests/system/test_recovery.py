@@ -56,8 +56,8 @@ def compared() -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def comparison(run_python: Callable[..., Any]) -> dict[str, Any]:
-    return run_python(compared, timeout=300)
+def comparison(run_once: Callable[..., Any]) -> dict[str, Any]:
+    return run_once(compared, timeout=300)
 
 
 def test_study_finds_what_the_scenario_finds(comparison: dict[str, Any]) -> None:

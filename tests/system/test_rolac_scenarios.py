@@ -16,7 +16,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -34,7 +33,7 @@ PID = {"rolac_controller.rolac_enable": False}
 
 
 def figures_of(name: str, settings: dict[str, Any], factor: float | None) -> dict[str, Any]:
-    """Summary of a scenario, and what its controller knows; runs in a process of its own."""
+    """Summary of a scenario, and outputs of its controller; runs in a process of its own."""
     import numpy as np
 
     from amb_cosim.scenario import load_scenario
@@ -67,43 +66,40 @@ def figures_of(name: str, settings: dict[str, Any], factor: float | None) -> dic
     }
 
 
-@pytest.fixture(scope="module")
-def figures(run_python: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
-    """`figures(name, settings={}, factor=None)`: what a scenario gave, run once; both replace what is in its file."""
-
-    @cache
-    def run(name: str, settings: str, factor: float | None) -> dict[str, Any]:
-        return run_python(figures_of, name=name, settings=json.loads(settings), factor=factor, timeout=600)
-
-    return lambda name, settings=None, factor=None: run(name, json.dumps(settings or {}), factor)
+@pytest.fixture(scope="session")
+def figures(run_once: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
+    """`figures(name, settings={}, factor=None)`: results of a scenario, run once; both replace values of its file."""
+    return lambda name, settings=None, factor=None: run_once(
+        figures_of, name=name, settings=settings or {}, factor=factor, timeout=600
+    )
 
 
-def times(bearing: str, f: dict[str, Any], when: str) -> float:
+def over_thesis(bearing: str, f: dict[str, Any], when: str) -> float:
     """Synchronous amplitude under PID over that which the thesis states for Fig. 5.5."""
     return f["settled_amplitude_mm"][when][bearing] / THESIS["fig_5_5"]["amplitude_mm"]["pid"][bearing]
 
 
-def test_rolac_prevents_contact_that_traps_the_rotor_under_pid(figures: Any) -> None:
+def test_rolac_prevents_contact_that_traps_the_rotor_under_pid(figures: Any, regression: Any) -> None:
     """Fig. 5.5 with both unbalances times 1.44."""
     pid, rolac = figures("fig5_5_pid"), figures("fig5_5")
     assert (pid["recovery"], rolac["recovery"]) == ("trapped", "prevented")
-    assert pid["first_contact_cycle"] == pytest.approx(5.81, abs=0.03)
+    regression("first contact under PID (cycle)", pid["first_contact_cycle"], abs=0.03)
     assert rolac["orbit_largest_mm"]["mb1"] < CLEARANCE_MM
     for mb in ("mb1", "mb2"):
         assert rolac["settled_amplitude_mm"]["before"][mb] < 0.75 * pid["settled_amplitude_mm"]["before"][mb]
         assert rolac["settled_amplitude_mm"]["end"][mb] < 0.6 * CLEARANCE_MM
         # The amplitudes that the thesis states, 0.220 and 0.250 mm, are a third larger.
-        assert times(mb, pid, "before") == pytest.approx(1.44 / 1.9, abs=0.03)
+        assert over_thesis(mb, pid, "before") == pytest.approx(1.44 / 1.9, abs=0.03)
 
 
 @pytest.mark.slow
-def test_to_the_letter_the_added_unbalance_of_fig_5_5_reaches_no_retainer(figures: Any) -> None:
+def test_unbalance_of_fig_5_5_as_stated_reaches_no_retainer(figures: Any, regression: Any) -> None:
     """5 and 18.5 g m under PID: half the stated amplitude before the step, two thirds of the clearance after it."""
     f = figures("fig5_5_pid", factor=1.0)
     assert f["recovery"] == "prevented"
-    assert times("mb1", f, "before") == pytest.approx(0.52, abs=0.01)
-    assert times("mb2", f, "before") == pytest.approx(0.54, abs=0.01)
-    assert f["settled_amplitude_mm"]["end"]["mb2"] / CLEARANCE_MM == pytest.approx(0.66, abs=0.01)
+    over = [over_thesis(mb, f, "before") for mb in ("mb1", "mb2")]
+    regression("amplitude before the step over that of the thesis", over, abs=0.01)
+    regression("amplitude at MB2 over the clearance", f["settled_amplitude_mm"]["end"]["mb2"] / CLEARANCE_MM, abs=0.01)
 
 
 @pytest.mark.slow
@@ -128,8 +124,8 @@ def test_with_the_amplitudes_of_fig_5_5_rolac_must_know_of_contact(figures: Any)
     Adaptation that counts with contact does, whether it sees contact by its sensors or is told by the plant.
     """
     pid = figures("fig5_5_matched", PID)
-    assert times("mb1", pid, "before") == pytest.approx(1.0, abs=0.025)
-    assert times("mb2", pid, "before") == pytest.approx(1.0, abs=0.025)
+    assert over_thesis("mb1", pid, "before") == pytest.approx(1.0, abs=0.025)
+    assert over_thesis("mb2", pid, "before") == pytest.approx(1.0, abs=0.025)
     assert pid["recovery"] == figures("fig5_5_matched")["recovery"] == "trapped"
     for aware in (OWN_SENSORS, GIVEN):
         f = figures("fig5_5_matched", aware)
@@ -137,19 +133,19 @@ def test_with_the_amplitudes_of_fig_5_5_rolac_must_know_of_contact(figures: Any)
         assert f["last_contact_cycle"] < 10.0
 
 
-def test_pid_alone_stays_trapped(figures: Any) -> None:
+def test_pid_alone_stays_trapped(figures: Any, regression: Any) -> None:
     """Fig. 5.6 with both unbalances times 1.25: under PID the rotor rubs to the end."""
     f = figures("fig5_6_pid")
-    assert f["first_contact_cycle"] == pytest.approx(5.5, abs=0.1)
+    regression("first contact (cycle)", f["first_contact_cycle"], abs=0.1)
     assert f["last_contact_cycle"] == pytest.approx(40.0, abs=0.01)
     assert f["contact_share"]["3"] > 0.9
     assert f["recovery"] == "trapped"
 
 
-def test_rolac_recovers_the_rotor(figures: Any) -> None:
+def test_rolac_recovers_the_rotor(figures: Any, regression: Any) -> None:
     """Fig. 5.6: with ROLAC the same unbalance touches on and off for about ten cycles at most, then never again."""
     f = figures("fig5_6")
-    assert f["first_contact_cycle"] == pytest.approx(5.8, abs=0.1)
+    regression("first contact (cycle)", f["first_contact_cycle"], abs=0.1)
     assert f["last_contact_cycle"] < 16.0
     assert f["recovery"] == "recovered"
     assert f["orbit_before_mm"]["mb1"] < figures("fig5_6_pid")["orbit_before_mm"]["mb1"]
@@ -187,57 +183,54 @@ def receptance(at: dict[str, float]) -> np.ndarray:
     return np.array([[at[f"r.s{k}.{a}.re"] + 1j * at[f"r.s{k}.{a}.im"] for a in axes] for k in range(1, 9)])
 
 
-SWITCHED_ON = {"fig6_6": (10.0, 0.104), "fig6_8": (16.0, 0.158), "fig6_10": (35.0, 0.615)}
+SWITCHED_ON = {"fig6_6": 10.0, "fig6_8": 16.0, "fig6_10": 35.0}  # Hz
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SWITCHED_ON)
-def test_rolac_brings_the_rig_to_the_least_squares_optimum_of_the_identified_receptance(
-    figures: Any, name: str
-) -> None:
-    """Figs 6.6, 6.8, 6.10: what is left of the eight synchronous amplitudes is min |Q_0 + R U|, and no more.
+def test_rolac_reaches_the_optimum_of_the_identified_receptance(figures: Any, regression: Any, name: str) -> None:
+    """Figs 6.6, 6.8, 6.10: the eight synchronous amplitudes fall to the least-squares optimum min |Q_0 + R U|.
 
     With 5 g m on D1 the root of their sum of squares falls to 10, 16 and 62 % at 10, 16 and 35 Hz.
     """
     f = figures(name)
-    hertz, left = SWITCHED_ON[name]
     assert f["recovery"] is None
     assert f["first_contact_cycle"] is None
     assert (f["at_0"]["identification_state"], f["at_0"]["identification_error"]) == (DONE, 0.0)
-    assert f["at_0"]["identification_speed"] == pytest.approx(2.0 * math.pi * hertz, rel=1e-9)
+    assert f["at_0"]["identification_speed"] == pytest.approx(2.0 * math.pi * SWITCHED_ON[name], rel=1e-9)
     q_0, q = components(f["at_5"], "displacement"), components(f["at_end"], "displacement")
     R, u = receptance(f["at_end"]), components(f["at_end"], "force")
     optimum = q_0 - R @ np.linalg.lstsq(R, q_0, rcond=None)[0]
     assert np.linalg.norm(components(f["at_5"], "force")) == 0.0
     assert np.linalg.norm(q) == pytest.approx(np.linalg.norm(optimum), rel=0.03)
-    assert np.linalg.norm(q) / np.linalg.norm(q_0) == pytest.approx(left, abs=0.01)
+    regression("amplitudes over those before", float(np.linalg.norm(q) / np.linalg.norm(q_0)), abs=0.01)
     assert np.linalg.norm(q_0 + R @ u - q) < 0.03 * np.linalg.norm(q_0)
 
 
 @pytest.mark.slow
-def test_at_35_hz_rolac_halves_the_vibration_at_mb2_and_lets_that_at_mb1_grow(figures: Any) -> None:
+def test_at_35_hz_rolac_halves_the_vibration_at_mb2_not_at_mb1(figures: Any, regression: Any) -> None:
     """Fig. 6.10: it is the sum over all sensors that falls. At 10 and 16 Hz both bearings gain."""
     amplitude = {name: figures(name)["settled_amplitude_mm"] for name in SWITCHED_ON}
     for name in ("fig6_6", "fig6_8"):
         assert all(amplitude[name]["end"][mb] < 0.8 * amplitude[name]["before"][mb] for mb in ("mb1", "mb2"))
     before, end = amplitude["fig6_10"]["before"], amplitude["fig6_10"]["end"]
-    assert end["mb2"] / before["mb2"] == pytest.approx(0.58, abs=0.03)
-    assert end["mb1"] / before["mb1"] == pytest.approx(1.26, abs=0.03)
+    assert end["mb2"] < 0.65 * before["mb2"]
+    assert end["mb1"] > before["mb1"]
+    regression("amplitude over that before", {mb: end[mb] / before[mb] for mb in ("mb1", "mb2")}, abs=0.03)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "first", "last"), [("fig6_13", 5.98, 8.03), ("fig6_15", 5.12, 5.84), ("fig6_18", 5.6, 9.1)]
-)
-def test_rolac_frees_the_rig_where_pid_leaves_it_trapped(figures: Any, name: str, first: float, last: float) -> None:
+@pytest.mark.parametrize("name", ["fig6_13", "fig6_15", "fig6_18"])
+def test_rolac_frees_the_rig_where_pid_leaves_it_trapped(figures: Any, regression: Any, name: str) -> None:
     """Figs 6.13, 6.15, 6.18. With forces in phase Fig. 6.15 takes 0.7 cycles where the thesis has about two."""
     pid, rolac = figures(f"{name}_pid"), figures(name)
     assert (pid["recovery"], rolac["recovery"]) == ("trapped", "recovered")
     assert pid["first_contact_cycle"] < 5.8
     assert pid["contact_share"]["0"] < 0.1
     assert rolac["at_0"]["identification_state"] == DONE
-    assert rolac["first_contact_cycle"] == pytest.approx(first, abs=0.1)
-    assert rolac["last_contact_cycle"] == pytest.approx(last, abs=0.5)
+    assert rolac["last_contact_cycle"] < 10.0
+    regression("first contact (cycle)", rolac["first_contact_cycle"], abs=0.1)
+    regression("last contact (cycle)", rolac["last_contact_cycle"], abs=0.5)
     before, end = (rolac["settled_amplitude_mm"][when] for when in ("before", "end"))
     for mb in ("mb1", "mb2"):
         assert end[mb] < 0.12 * CLEARANCE_MM
@@ -255,19 +248,19 @@ def test_force_at_the_non_driven_bearing_rubs_there_alone(figures: Any) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "angle", "last"),
-    [("fig6_13", 90, 11.0), ("fig6_15", 90, 7.5), ("fig6_15", 180, 9.0)],
+    ("name", "angle"),
+    [("fig6_13", 90), ("fig6_15", 90), ("fig6_15", 180)],
 )
 def test_other_angles_between_the_forces_are_recovered_from_too(
-    figures: Any, name: str, angle: float, last: float
+    figures: Any, regression: Any, name: str, angle: float
 ) -> None:
     f = figures(name, {"rotor_contact.mb2.phi": math.radians(angle)})
     assert f["recovery"] == "recovered"
-    assert f["last_contact_cycle"] < last + 2.0
+    regression("last contact (cycle)", f["last_contact_cycle"], abs=2.0)
 
 
 @pytest.mark.slow
-def test_at_16_hz_opposed_forces_trap_the_rig_unless_rolac_knows_of_contact(figures: Any) -> None:
+def test_opposed_forces_at_16_hz_trap_the_rig_without_contact_aware_rolac(figures: Any) -> None:
     """Fig. 6.13 in opposition, which is not as the thesis reports it."""
     assert figures("fig6_13_opposed")["recovery"] == "trapped"
     assert figures("fig6_13_opposed", PID)["recovery"] == "trapped"
@@ -296,7 +289,7 @@ def test_unbalances_at_the_bearings_are_the_forces_of_the_thesis(name: str) -> N
 
 
 @pytest.mark.slow
-def test_run_up_with_rolac_passes_both_critical_speeds_without_contact(figures: Any) -> None:
+def test_run_up_with_rolac_passes_both_critical_speeds_without_contact(figures: Any, regression: Any) -> None:
     """Sensors at the ends weigh 0.3, and stay within the bushes there; with equal weights MB1 touches at 26 Hz."""
     pid, rolac = figures("run_up"), figures("run_up_rolac")
 
@@ -305,13 +298,14 @@ def test_run_up_with_rolac_passes_both_critical_speeds_without_contact(figures: 
         crossing = next(i for i, (a, b) in enumerate(pairwise(speeds)) if (a - hertz) * (b - hertz) <= 0.0)
         return 1e3 * radii[crossing] / CLEARANCE_MM
 
-    assert pid["contact_speed_Hz"] == pytest.approx([19.5, 30.0], abs=0.1)
+    assert pid["contact_speed_Hz"]
+    regression("speed of contact under PID (Hz)", pid["contact_speed_Hz"], abs=0.1)
     assert rolac["contact_speed_Hz"] == []
     assert at(pid, 12.5) > 0.65
     assert at(rolac, 12.5) < 0.2
-    assert rolac["orbit_largest_mm"]["mb1"] / CLEARANCE_MM == pytest.approx(0.93, abs=0.03)
-    assert rolac["ends_mm"] == pytest.approx([0.71, 0.75], abs=0.03)
+    regression("largest orbit over the clearance", rolac["orbit_largest_mm"]["mb1"] / CLEARANCE_MM, abs=0.03)
+    regression("largest displacement of the ends (mm)", rolac["ends_mm"], abs=0.03)
     assert max(rolac["ends_mm"]) < BUSH_MM
     equal = figures("run_up_rolac", {"rolac_controller.s?.weight": 1.0})
-    assert equal["contact_speed_Hz"][0] == pytest.approx(26.15, abs=0.1)
+    regression("speed of contact with equal weights (Hz)", equal["contact_speed_Hz"][0], abs=0.1)
     assert not equal["recovered"]

@@ -23,8 +23,8 @@ def studied(**options: Any) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def study(run_python: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
-    return lambda **options: run_python(studied, timeout=300, **options)
+def study(run_once: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
+    return lambda **options: run_once(studied, timeout=300, **options)
 
 
 # Sampling alone is represented exactly; amplifiers are coupled with second order.

@@ -1,4 +1,4 @@
-"""The benchmark: the floor computes what the co-simulation computes, every key is there. No time is asserted."""
+"""The baseline computes what the co-simulation computes, and every result is printed. No time is asserted."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from typing import Any
 import pytest
 
 from benchmarks import process
-from benchmarks.scaling import Line
-from benchmarks.timing import ratio, ratios, take_turns
+from benchmarks.scaling import LinearFit
+from benchmarks.timing import interleaved_times, ratio, ratios
 
 needs_compiler = pytest.mark.skipif(find_spec("ziglang") is None, reason="a native FMU is compiled by ziglang")
 
 
-def test_candidates_take_turns_and_the_first_round_does_not_count() -> None:
+def test_candidates_run_in_turn_and_the_first_round_is_not_counted() -> None:
     turns: list[str] = []
 
     def candidate(name: str) -> Callable[[], float]:
@@ -31,7 +31,7 @@ def test_candidates_take_turns_and_the_first_round_does_not_count() -> None:
 
         return run
 
-    times = take_turns({name: candidate(name) for name in "ab"}, rounds=2)
+    times = interleaved_times({name: candidate(name) for name in "ab"}, rounds=2)
     assert turns == ["a", "b"] * 3
     assert times == {"a": [3.0, 5.0], "b": [4.0, 6.0]}
 
@@ -44,10 +44,10 @@ def test_ratios_are_taken_within_a_round() -> None:
     assert ratio(times, "a", "absent") is None
 
 
-def test_a_line_is_told_from_a_curve() -> None:
-    assert Line([1.0, 2.0, 4.0], [5.0, 7.0, 11.0]).deviation < 1e-12
-    assert Line([1.0, 2.0, 4.0], [5.0, 7.0, 11.0]).coefficients == pytest.approx((2.0, 3.0))
-    assert Line([1.0, 2.0, 4.0], [1.0, 4.0, 16.0]).deviation > 0.05
+def test_a_curve_deviates_from_its_linear_fit() -> None:
+    assert LinearFit([1.0, 2.0, 4.0], [5.0, 7.0, 11.0]).deviation < 1e-12
+    assert LinearFit([1.0, 2.0, 4.0], [5.0, 7.0, 11.0]).coefficients == pytest.approx((2.0, 3.0))
+    assert LinearFit([1.0, 2.0, 4.0], [1.0, 4.0, 16.0]).deviation > 0.05
 
 
 def test_the_first_python_that_has_the_package_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,21 +58,21 @@ def test_the_first_python_that_has_the_package_is_taken(tmp_path: Path, monkeypa
         python.write_text(f"#!/bin/sh\nexit {int(folder.name == 'without')}\n", encoding="utf-8")
         python.chmod(0o755)
     monkeypatch.setenv("PATH", ":".join(map(str, folders)))
-    process.python_with.cache_clear()
-    assert process.python_with("json") == sys.executable
-    assert process.python_with("nobody_has_this") == str(folders[1] / "python3")
+    process.find_python_with.cache_clear()
+    assert process.find_python_with("json") == sys.executable
+    assert process.find_python_with("nobody_has_this") == str(folders[1] / "python3")
     monkeypatch.setenv("PATH", str(folders[0]))
-    process.python_with.cache_clear()
-    assert process.python_with("nobody_has_this") is None
-    process.python_with.cache_clear()
+    process.find_python_with.cache_clear()
+    assert process.find_python_with("nobody_has_this") is None
+    process.find_python_with.cache_clear()
 
 
 def test_a_process_that_fails_says_why(tmp_path: Path) -> None:
     file = tmp_path / "case.py"
     file.write_text("def half(x):\n    return 1 / x\n", encoding="utf-8")
-    assert process.call(sys.executable, str(file), "half", x=3) == 1 / 3
-    with pytest.raises(process.Unfinished, match="half ended with 1: ZeroDivisionError: division by zero"):
-        process.call(sys.executable, str(file), "half", x=0)
+    assert process.run_function(sys.executable, str(file), "half", x=3) == 1 / 3
+    with pytest.raises(process.CandidateFailed, match="half ended with 1: ZeroDivisionError: division by zero"):
+        process.run_function(sys.executable, str(file), "half", x=0)
 
 
 SCENARIO = """
@@ -95,15 +95,15 @@ set.rotor_contact."d1.u" = "0.5 g.m"
 """
 
 
-def beside_the_floor(scenario: str) -> dict[str, Any]:
-    """What differs between the co-simulation and the floor, and how much the run is worth as a test."""
+def compared_with_baseline(scenario: str) -> dict[str, Any]:
+    """Return what differs between the co-simulation and the baseline, and what the run contains."""
     from amb_cosim.scenario import parse_scenario
     from amb_cosim.simulation import prepare, run_prepared
-    from benchmarks.baseline import Floor
+    from benchmarks.baseline import Baseline
 
     prepared = prepare(parse_scenario(scenario, "case"), flavour="native")
-    dataset, found = run_prepared(prepared).dataset, Floor(prepared).run()
-    profiled = Floor(prepared).run(profile=True)
+    dataset, found = run_prepared(prepared).dataset, Baseline(prepared).run()
+    profiled = Baseline(prepared).run(profile=True)
     expected = {name: dataset[name].values.astype(float) for name in prepared.plan.recorded}
     return {
         "shape": list(found.table.shape),
@@ -120,9 +120,9 @@ def beside_the_floor(scenario: str) -> dict[str, Any]:
 @pytest.mark.slow
 @needs_compiler
 @pytest.mark.parametrize("step", [250, 125])
-def test_the_floor_equals_the_co_simulation_to_the_last_bit(step: int, run_python: Callable[..., Any]) -> None:
+def test_the_baseline_equals_the_co_simulation_to_the_last_bit(step: int, run_python: Callable[..., Any]) -> None:
     """With steps of 125 us the controller steps at every second point only."""
-    found = run_python(beside_the_floor, scenario=SCENARIO.format(step=step), timeout=600)
+    found = run_python(compared_with_baseline, scenario=SCENARIO.format(step=step), timeout=600)
     assert found["differing"] == []
     assert found["profiled"]
     assert found["shape"] == [found["points"], found["variables"]]
@@ -135,10 +135,10 @@ def test_the_floor_equals_the_co_simulation_to_the_last_bit(step: int, run_pytho
 def refused(text: str, flavour: str = "native") -> str:
     from amb_cosim.scenario import parse_scenario
     from amb_cosim.simulation import prepare
-    from benchmarks.baseline import Floor
+    from benchmarks.baseline import Baseline
 
     try:
-        Floor(prepare(parse_scenario(text, "case"), flavour=flavour))
+        Baseline(prepare(parse_scenario(text, "case"), flavour=flavour))
     except ValueError as error:
         return str(error)
     return ""
@@ -146,25 +146,25 @@ def refused(text: str, flavour: str = "native") -> str:
 
 @pytest.mark.slow
 @needs_compiler
-def test_a_run_in_another_order_has_no_floor(run_python: Callable[..., Any]) -> None:
+def test_a_run_in_jacobi_order_has_no_baseline(run_python: Callable[..., Any]) -> None:
     text = 'coupling = "jacobi"\n' + SCENARIO.format(step=250)
-    assert "case has no floor; it must run" in run_python(refused, text=text, timeout=600)
+    assert "case has no baseline; it must run" in run_python(refused, text=text, timeout=600)
 
 
 @pytest.mark.slow
 @needs_compiler
-def test_bench_prints_every_ratio_and_null_for_who_is_not_there(tmp_path: Path) -> None:
-    """ROSS and Siconos are not there unless this very Python has them; ecos wants to find `unzip`."""
+def test_every_ratio_is_printed_and_null_for_missing_codes(tmp_path: Path) -> None:
+    """ROSS and Siconos are missing unless this Python has them; ecos needs `unzip`."""
     tools, here = tmp_path / "tools", tmp_path / "here"
     for folder in (tools, here):
         folder.mkdir()
     if (unzip := shutil.which("unzip")) is not None:
         (tools / "unzip").symlink_to(unzip)
-    code = "from amb_cosim.cli import main; main(prog_name='amb-cosim')"
+    paths = [str(process.REPOSITORY), *filter(None, [os.environ.get("PYTHONPATH")])]
     answer = subprocess.run(
-        [sys.executable, "-c", code, "bench", "--quick", "--json"],
+        [sys.executable, "-m", "benchmarks", "--quick", "--json"],
         cwd=here,
-        env={**os.environ, "PATH": str(tools)},
+        env={**os.environ, "PATH": str(tools), "PYTHONPATH": os.pathsep.join(paths)},
         capture_output=True,
         text=True,
         timeout=900,

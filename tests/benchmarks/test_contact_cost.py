@@ -1,4 +1,4 @@
-"""The comparison of contact laws: what it measures is there, errors behave as they must. Costs are not asserted."""
+"""Comparison of contact laws: errors behave as theory says, results are printed and drawn. No cost is asserted."""
 
 import json
 
@@ -15,7 +15,7 @@ def data():
     return compare(repeats=1)
 
 
-def test_constraint_converges_to_the_rigid_retainer_without_penetration(data):
+def test_constraint_converges_to_a_rigid_retainer(data):
     errors = [row["orbit_error"] for row in data["constraint"]]
     assert errors[0] < data["orbit_tolerance"]
     assert errors == sorted(errors, reverse=True)
@@ -37,22 +37,22 @@ def test_every_classical_law_reaches_the_tolerance_of_its_own_limit(data):
         assert row["penetration"] > 0.01
 
 
-def test_nothing_good_enough_is_said_so():
+def test_no_run_is_the_cheapest_if_none_is_accurate():
     assert cheapest([], "orbit_error", 1e-2) is None
 
 
 def test_command_prints_json_or_tables_and_draws(tmp_path, monkeypatch, data):
-    from amb_cosim.cli import main
     from benchmarks import contact_cost
+    from benchmarks.__main__ import main
 
     monkeypatch.setattr(contact_cost, "compare", lambda: data)
-    run = CliRunner().invoke(main, ["bench", "contact", "--json", "-o", str(tmp_path / "figures")])
+    run = CliRunner().invoke(main, ["contact", "--json", "-o", str(tmp_path / "figures")])
     assert run.exit_code == 0
     assert json.loads(run.stdout)["constraint"] == data["constraint"]
     assert (tmp_path / "figures" / "contact_cost.png").stat().st_size > 10_000
-    run = CliRunner().invoke(main, ["bench", "contact"])
+    run = CliRunner().invoke(main, ["contact"])
     assert "times what the constraint costs" in run.stdout.replace("\n", " ")
     blocked = tmp_path / "file"
     blocked.touch()
-    run = CliRunner().invoke(main, ["bench", "contact", "-o", str(blocked)])
+    run = CliRunner().invoke(main, ["contact", "-o", str(blocked)])
     assert run.exit_code == 2
