@@ -22,7 +22,7 @@ from rolac_controller.fourier import add_sample, last_delta_theta, samples_of_re
 from rolac_controller.interface import INPUTS, INTERFACE, OUTPUTS, PARAMETERS
 from rolac_controller.outputs import write_identification, write_synchronous
 from rolac_controller.pid import CurrentLimits, differentiate, limit_and_integrate, pid_current
-from rolac_controller.receptance_table import ReceptanceTable, load, table_of
+from rolac_controller.receptance_table import TableViews, load, table_of
 from rolac_controller.rig_layout import N_AXES, N_HARMONICS, N_PLANES, SENSOR_NAMES, SENSOR_OF_AXIS
 from rolac_controller.sensor_check import suspect_sensor
 from rolac_controller.state import STATE, STATE_SIZE, WORK, WORK_SIZE, n_state
@@ -58,7 +58,7 @@ def planes_differ(positions: Array) -> bool:
 
 
 @kernel
-def lacks_table(inputs: np.record, state: np.record, table: ReceptanceTable) -> bool:
+def lacks_table(inputs: np.record, state: np.record, table: TableViews) -> bool:
     """Return whether ROLAC is on without any H, and no identification that could find one was made or requested."""
     never_identified = state.identification.stage == NOT_STARTED and not inputs.identify
     return bool(inputs.rolac_enable != 0.0 and table.n_rows[0] == 0.0 and never_identified)
@@ -140,7 +140,7 @@ def start(
     inputs: np.record,
     state: np.record,
     work: np.record,
-    table: ReceptanceTable,
+    table: TableViews,
     outputs: np.record,
 ) -> int:
     """Compute the currents for the first inputs, proportional terms alone; return a fault code. It is no sample."""
@@ -160,7 +160,7 @@ def take_sample(
     inputs: np.record,
     state: np.record,
     work: np.record,
-    table: ReceptanceTable,
+    table: TableViews,
     outputs: np.record,
 ) -> int:
     """Compute one sample: measured signals, synchronous components and forces, currents; return a fault code."""

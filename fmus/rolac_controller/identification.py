@@ -37,7 +37,7 @@ from rolac_controller.enumerations import (
 from rolac_controller.excitation import periods
 from rolac_controller.fourier import ANGLE_TOLERANCE
 from rolac_controller.identified_receptance import evaluate, excitation_component
-from rolac_controller.receptance_table import ReceptanceTable
+from rolac_controller.receptance_table import TableViews
 from rolac_controller.rig_layout import N_AXES, N_HARMONICS, N_SENSORS
 
 SPEED_TOLERANCE = 0.01  # relative
@@ -80,9 +80,7 @@ def add_test_force(parameters: np.record, memory: np.record, theta: float, u: Ar
 
 
 @kernel
-def advance(
-    parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: ReceptanceTable
-) -> None:
+def advance(parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: TableViews) -> None:
     """Advance the identification by one sample: start, average, change slots, finish or fail.
 
     Parameters

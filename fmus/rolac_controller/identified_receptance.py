@@ -17,7 +17,7 @@ from rolac_controller.complex_numbers import Complex, quotient
 from rolac_controller.enumerations import ILL_CONDITIONED, N_SLOTS, NO_ERROR, TABLE_FULL, VIBRATION_CHANGED
 from rolac_controller.excitation import force_component
 from rolac_controller.pseudo_inverse import negative_pseudo_inverse
-from rolac_controller.receptance_table import ReceptanceTable, store
+from rolac_controller.receptance_table import TableViews, store
 from rolac_controller.rig_layout import N_AXES, N_HARMONICS, N_SENSORS
 
 IDENTIFICATION_MEMORY = record(
@@ -45,7 +45,7 @@ def excitation_component(parameters: np.record, memory: np.record, number: int) 
 
 
 @kernel
-def evaluate(parameters: np.record, memory: np.record, work: np.record, table: ReceptanceTable) -> int:
+def evaluate(parameters: np.record, memory: np.record, work: np.record, table: TableViews) -> int:
     """Compute the receptances of all harmonics and store them in the table if all of them can be inverted.
 
     Parameters

@@ -10,7 +10,7 @@ from fmi_export.jit import kernel
 from rolac_controller.complex_numbers import copy_matrix, squared_magnitude
 from rolac_controller.enumerations import ADAPTING
 from rolac_controller.identification import progress
-from rolac_controller.receptance_table import ReceptanceTable
+from rolac_controller.receptance_table import TableViews
 from rolac_controller.rig_layout import N_AXES, N_BEARINGS, N_HARMONICS, N_SENSORS
 
 
@@ -24,7 +24,7 @@ def polar(z: complex) -> tuple[float, float]:
 
 @kernel
 def write_synchronous(
-    inputs: np.record, state: np.record, work: np.record, table: ReceptanceTable, outputs: np.record
+    inputs: np.record, state: np.record, work: np.record, table: TableViews, outputs: np.record
 ) -> None:
     """Write components, forces and status of the synchronous control."""
     shown = int(inputs.shown_harmonic) - 1

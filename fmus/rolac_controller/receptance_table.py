@@ -30,7 +30,7 @@ SAME_SPEED = 0.005  # relative; an identification this close to a speed of the t
 MISSING, WITHIN, BEYOND = range(3)  # how the speeds of the table cover a speed
 
 
-class ReceptanceTable(NamedTuple):
+class TableViews(NamedTuple):
     """Views of a table: the number of rows in use, shape (1,), and all the rows there is room for."""
 
     n_rows: Array
@@ -47,9 +47,9 @@ class Bracket(NamedTuple):
 
 
 @views
-def table_of(array: Array) -> ReceptanceTable:
+def table_of(array: Array) -> TableViews:
     """Return the table whose array this is."""
-    return ReceptanceTable(array[:1], array[1:].view(ROW))
+    return TableViews(array[:1], array[1:].view(ROW))
 
 
 def table_size(constants: Array) -> int:
@@ -58,7 +58,7 @@ def table_size(constants: Array) -> int:
 
 
 @kernel
-def load(built: ReceptanceTable, parameters: np.record, table: ReceptanceTable, svd: np.record) -> bool:
+def load(built: TableViews, parameters: np.record, table: TableViews, svd: np.record) -> bool:
     """Copy the built table into use; return False if the sensor weights leave one of its receptances ill-conditioned.
 
     With weights that are not one, H is computed anew.
@@ -88,7 +88,7 @@ def load(built: ReceptanceTable, parameters: np.record, table: ReceptanceTable, 
 
 
 @kernel
-def find_bracket(table: ReceptanceTable, order: float, speed: float) -> Bracket:
+def find_bracket(table: TableViews, order: float, speed: float) -> Bracket:
     """Return the rows of a harmonic on both sides of a speed (rad/s).
 
     Beyond the first and the last speed both rows are the nearest one.
@@ -123,7 +123,7 @@ def interpolate(lower: Complex, upper: Complex, weight: float, matrix: Complex) 
 
 
 @kernel
-def store(table: ReceptanceTable, order: float, speed: float, R: Complex, H: Complex) -> bool:
+def store(table: TableViews, order: float, speed: float, R: Complex, H: Complex) -> bool:
     """Replace the row of that order and speed, or insert one; return False if the table is full.
 
     Parameters

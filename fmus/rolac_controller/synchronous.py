@@ -23,7 +23,7 @@ from rolac_controller.enumerations import (
 from rolac_controller.identification import is_running
 from rolac_controller.notch import reject_synchronous
 from rolac_controller.olac import update_is_due
-from rolac_controller.receptance_table import BEYOND, MISSING, Bracket, ReceptanceTable, find_bracket, interpolate
+from rolac_controller.receptance_table import BEYOND, MISSING, Bracket, TableViews, find_bracket, interpolate
 from rolac_controller.rig_layout import N_AXES, N_BEARINGS, N_HARMONICS
 
 
@@ -43,7 +43,7 @@ def permitted_status(parameters: np.record, inputs: np.record, state: np.record,
 
 @kernel
 def update_forces(
-    parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: ReceptanceTable
+    parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: TableViews
 ) -> None:
     """Advance the synchronous forces U by one sample.
 
@@ -77,7 +77,7 @@ def update_forces(
 
 
 @kernel
-def adapt(parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: ReceptanceTable) -> None:
+def adapt(parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: TableViews) -> None:
     """Change the forces of all harmonics by one step of the law; arguments as in `update_forces`."""
     mode = parameters.rolac.mode
     due = mode != OLAC or update_is_due(parameters.olac, work.delta_theta, work.Q, state.olac)
@@ -96,7 +96,7 @@ def adapt(parameters: np.record, inputs: np.record, state: np.record, work: np.r
 
 
 @kernel
-def interpolate_matrix(table: ReceptanceTable, bracket: Bracket, mode: float, work: np.record) -> None:
+def interpolate_matrix(table: TableViews, bracket: Bracket, mode: float, work: np.record) -> None:
     """Interpolate the matrix that the law of this mode needs, R or H, between the rows of the table."""
     lower, upper = table.rows[bracket.lower], table.rows[bracket.upper]
     if mode in (NOTCH, FORCE_FREE):
