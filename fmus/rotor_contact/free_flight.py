@@ -64,11 +64,12 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float)
     size = 2 * n + (N_GAUSS * N_AXES if damped else 0)
     for i in range(size):
         end[i] = 0.0
-    for j in range(5 * n):
-        x_j, row = start[j], propagator.P[j]
-        if x_j != 0.0:
+    for j in range(0, 5 * n, 2):  # x and y of a plane at once, which halves the traffic to memory
+        x, y = start[j], start[j + 1]
+        P_x, P_y = propagator.P[j], propagator.P[j + 1]
+        if x != 0.0 or y != 0.0:
             for i in range(size):
-                end[i] += x_j * row[i]
+                end[i] = (end[i] + x * P_x[i]) + y * P_y[i]
     for site in w.sites:
         if site.enabled != 0.0 and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
             return False

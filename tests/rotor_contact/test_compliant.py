@@ -77,7 +77,7 @@ def test_hertz_contact_has_the_depth_and_duration_of_hertz():
 
 
 @pytest.mark.parametrize("zeta", [0.05, 0.3])
-def test_kelvin_voigt_restitution_is_the_closed_form_for_a_contact_that_cannot_pull(zeta):
+def test_kelvin_voigt_restitution_is_the_closed_form_without_tension(zeta):
     """The mass leaves when N = 0: e = exp(-zeta (pi - 2 asin zeta)/sqrt(1 - zeta^2))."""
     c_c = 2 * zeta * math.sqrt(K * MASS)
     expected = math.exp(-zeta * (math.pi - 2 * math.asin(zeta)) / math.sqrt(1 - zeta**2))
@@ -88,7 +88,7 @@ def test_kelvin_voigt_restitution_is_the_closed_form_for_a_contact_that_cannot_p
     assert record[first, 1] == pytest.approx(c_c * SPEED, rel=0.1)  # it hits the damper first
 
 
-def test_hunt_crossley_restitution_falls_with_the_speed_of_approach_to_first_order():
+def test_hunt_crossley_restitution_falls_linearly_with_approach_speed():
     """e = 1 - alpha_c delta'(0), to first order in it."""
     errors = [restitution("hunt_crossley", speed, alpha_c=0.5) - (1 - 0.5 * speed) for speed in (0.1, 0.2, 0.4)]
     assert errors[-1] < 0.05

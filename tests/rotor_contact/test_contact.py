@@ -61,7 +61,7 @@ def test_retainer_centre_moves_the_whole_orbit():
     np.testing.assert_allclose(bearing_positions(x), offset + RING * np.exp(1j * omega * 200 * H), rtol=1e-6)
 
 
-def test_rotor_leaves_the_ring_where_gravity_makes_the_normal_force_vanish():
+def test_rotor_leaves_the_ring_where_the_normal_force_vanishes():
     """From the bottom with v0^2 = 3.5 g c: N = m (v^2/c + g cos phi) = 0 at cos phi = -1/2, 120 degrees."""
     g = 9.81
     v0 = math.sqrt(3.5 * g * RING)
@@ -225,7 +225,7 @@ class Reference:
         return times, forces, positions, events
 
 
-def test_contact_forces_of_the_fig4_9_case_are_those_of_the_kkt_system_integrated_independently():
+def test_contact_forces_of_fig4_9_are_those_of_an_independent_kkt_system():
     """260 rad/s, D1 0.5 -> 25.5 g m from the settled orbit, nodal impacts, continuous bearings."""
     Omega, sample, duration = 260.0, 1e-4, 0.08
     reference = Reference(Omega, 25.5e-3)

@@ -109,7 +109,7 @@ def test_a_step_of_another_length_ends_it_for_some_steps():
     assert not flies(x)
 
 
-def test_held_forces_and_unbalance_may_change_in_flight():
+def test_constant_forces_and_unbalance_may_change_in_flight():
     x = in_flight(WIDE | BEARINGS | {"Omega": 150.0})
     for name, value in (("mb1.f_x", 50.0), ("d1.u", 1e-3), ("mb1.x_ref", 1e-5), ("base.a_x", 1.0)):
         x[name] = value

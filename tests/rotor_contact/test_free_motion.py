@@ -53,9 +53,9 @@ def test_force_with_gradient_is_a_spring_about_its_reference():
         for axis, reference in (("x", 2e-5), ("y", -1e-5)):
             values |= {f"mb{k}.k_{axis}{axis}": -1e6, f"mb{k}.{axis}_ref": reference}
             values |= {f"mb{k}.f_{axis}": -1e6 * reference}
-    held = place(plant(values), START, START_VELOCITY)
-    run(held, 200)
-    np.testing.assert_allclose(masters(held)[0], masters(spring)[0], rtol=1e-9, atol=1e-16)
+    sprung = place(plant(values), START, START_VELOCITY)
+    run(sprung, 200)
+    np.testing.assert_allclose(masters(sprung)[0], masters(spring)[0], rtol=1e-9, atol=1e-16)
 
 
 @pytest.mark.parametrize(("name", "site", "direction"), [
@@ -70,7 +70,7 @@ def test_force_input_accelerates_its_own_point_along_its_own_axis(name, site, di
     assert abs(r[1 - site]) < 1e-6 * abs(r[site])
 
 
-def test_base_acceleration_moves_a_free_rotor_the_other_way_as_a_rigid_body():
+def test_base_acceleration_moves_a_free_rotor_rigidly_the_other_way():
     x = plant(WIDE | {"base.a_x": 2.0, "base.a_y": -3.0})
     run(x, 200)
     np.testing.assert_allclose(masters(x)[0], -0.5 * (2.0 - 3.0j) * 0.05**2, rtol=1e-6)

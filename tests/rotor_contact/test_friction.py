@@ -31,7 +31,7 @@ SLIPS = ["rb1.slip_velocity", "rb2.slip_velocity"]
 
 
 @pytest.mark.parametrize(("Omega", "whirl"), [(100.0, 20.0), (-100.0, 20.0), (100.0, -20.0), (100.0, -60.0)])
-def test_sliding_friction_is_mu_n_against_the_slip_and_changes_the_whirl_accordingly(Omega, whirl):
+def test_sliding_friction_is_mu_n_against_the_slip_and_changes_the_whirl(Omega, whirl):
     """dv/dt = T/m = -sign(slip) mu v^2/c, so v(t) = v0/(1 + sign(slip) mu v0 t/c)."""
     mu, steps = 0.2, 40
     x = plant(both("rb.clearance", RING) | both("rb.mu", mu) | {"Omega": Omega}, rigid_rotor(20.0))
@@ -60,7 +60,7 @@ def test_journal_without_friction_is_not_slowed_by_the_spin():
 
 
 @pytest.mark.parametrize("Omega", [80.0, -80.0])
-def test_friction_drives_a_rigid_rotor_into_rolling_at_the_ratio_of_journal_to_clearance(Omega):
+def test_friction_drives_a_rigid_rotor_into_rolling_at_journal_over_gap(Omega):
     """Then whirl = -(R_s/c) Omega, N = m c whirl^2 with nothing left for friction to do."""
     mu = 0.5
     x = plant(both("rb.clearance", RING) | both("rb.mu", mu) | {"Omega": Omega}, rigid_rotor(20.0))
@@ -83,7 +83,7 @@ def test_friction_drives_a_rigid_rotor_into_rolling_at_the_ratio_of_journal_to_c
     assert rolling[-1, 6] == pytest.approx(rolling[0, 6], rel=1e-12)
 
 
-def held_to(value, mu, static=0.0):
+def stuck_under_load(value, mu, static=0.0):
     """Rolling at rest of the spin with a tangential load on the journal; the ring carries N = 900 N in steady state."""
     friction = both("rb.mu", mu) | both("rb.mu_static", static)
     x = plant(both("rb.clearance", RING) | friction | {"mb1.f_y": value, "mb2.f_y": value}, rigid_rotor(20.0))
@@ -92,29 +92,29 @@ def held_to(value, mu, static=0.0):
     return place(x, np.full(2, RING + 0j), np.zeros(2), modes=(2, 2))
 
 
-def test_sticking_friction_carries_the_load_up_to_coulombs_limit_and_then_slips():
+def test_sticking_friction_carries_the_load_up_to_coulombs_limit():
     mu = 0.2
-    x = held_to(100.0, mu)
+    x = stuck_under_load(100.0, mu)
     record = run(x, 20, [*FORCES, "rb1.mode"])
     np.testing.assert_allclose(record[:, [0, 2]], 900.0, rtol=1e-9)
     np.testing.assert_allclose(record[:, [1, 3]], -100.0, rtol=1e-9)
     assert np.all(record[:, 4] == 2)
-    x = held_to(181.0, mu)
+    x = stuck_under_load(181.0, mu)
     record = run(x, 20, [*FORCES, *SLIPS, "rb1.mode"])
     assert np.all(record[:, 6] == 1)
     np.testing.assert_allclose(record[:, 1], -mu * record[:, 0], rtol=1e-9)
     assert np.all(np.diff(record[:, 4]) > 0.0)
     assert record[0, 4] == pytest.approx(H * (181.0 - 180.0) / 10.0, rel=1e-2)
-    x = held_to(-181.0, mu)
+    x = stuck_under_load(-181.0, mu)
     assert np.all(run(x, 20, SLIPS)[:, 0] < 0.0)
 
 
 def test_stuck_journal_holds_up_to_static_friction_and_slides_with_less():
-    x = held_to(160.0, 0.1, static=0.2)
+    x = stuck_under_load(160.0, 0.1, static=0.2)
     record = run(x, 20, ["rb1.f_t", "rb1.mode"])
     np.testing.assert_allclose(record[:, 0], -160.0, rtol=1e-9)
     assert np.all(record[:, 1] == 2)
-    x = held_to(181.0, 0.1, static=0.2)
+    x = stuck_under_load(181.0, 0.1, static=0.2)
     record = run(x, 20, ["rb1.f_n", "rb1.f_t", "rb1.mode", "rb1.slip_velocity"])
     assert np.all(record[:, 2] == 1)
     np.testing.assert_allclose(record[:, 1], -0.1 * record[:, 0], rtol=1e-9)
@@ -122,7 +122,7 @@ def test_stuck_journal_holds_up_to_static_friction_and_slides_with_less():
 
 
 def test_static_friction_below_that_of_sliding_changes_nothing():
-    assert np.all(run(held_to(160.0, 0.2, static=0.05), 20, ["rb1.mode"]) == 2)
+    assert np.all(run(stuck_under_load(160.0, 0.2, static=0.05), 20, ["rb1.mode"]) == 2)
 
 
 def rig(law, turn=0.0, mirrored=False, mu=0.3, **values):
@@ -183,7 +183,7 @@ def test_swapping_the_ends_of_a_symmetric_rotor_swaps_the_answers():
 
 
 @pytest.mark.parametrize("law", [NODAL, NEWTON])
-def test_rig_with_mu_2_rolls_backward_at_3000_rad_per_s_under_forces_of_the_order_of_100_kn(law):
+def test_rig_with_mu_2_rolls_backward_at_3000_rad_per_s_and_100_kn(law):
     """90 rad/s, D1 94 g m, held against RB1 in +y at first, on springs along its orbit."""
     Omega, h = 90.0, 2e-5
     cycle = 2 * math.pi / Omega

@@ -145,7 +145,7 @@ def test_energy_stays_bounded_by_what_the_inputs_put_in(law):
     assert record[-1, 2] > 0.05 * balance[0]
 
 
-def test_nothing_but_parameters_inputs_and_state_carries_over_between_steps():
+def test_only_parameters_inputs_and_state_carry_over_between_steps():
     values = BEARINGS | both("rb.mu", 0.3) | {"Omega": 180.0, "d1.u": 0.06}
     x = plant(values)
     run(x, 300)

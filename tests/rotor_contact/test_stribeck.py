@@ -135,7 +135,7 @@ def test_stick_slip_oscillation_is_that_of_an_independent_model():
 
 
 @pytest.mark.parametrize("law", ["constraint", "kelvin_voigt"])
-def test_balance_closes_through_impacts_and_rubbing_with_stribeck_friction(law):
+def test_balance_closes_through_impacts_with_stribeck_friction(law):
     tight = {"solver.tolerance": 5e-8, "Omega": 260.0, "d1.u": 5e-4, "initial.orbit": 1.0}
     curve = STRIBECK | both("rb.stribeck_velocity", 3.0) | both("rb.restitution", 0.3)
     x = plant(BEARINGS | tight | curve | both("rb.law", LAWS.index(law)) | both("rb.c_c", 1e4))

@@ -157,16 +157,16 @@ class OnePlane:
         T[kept, range(len(kept))] = 1.0
         T[rest] = -np.linalg.lstsq(K[np.ix_(rest, rest)], K[np.ix_(rest, kept)], rcond=None)[0]
         bearings = [rotor.planes.master.index(node) for node in rotor.bearing_nodes]
-        held = np.zeros(len(kept))
-        held[bearings] = 1.0
+        supported = np.zeros(len(kept))
+        supported[bearings] = 1.0
         full_stiffness = K.copy()
         for node in rotor.bearing_nodes:
             full_stiffness[2 * (node - 1), 2 * (node - 1)] += k_b
         return cls(
             M=T.T @ M @ T,
             G=T.T @ G @ T,
-            K=T.T @ K @ T + k_b * np.diag(held),
-            C=c_b * np.diag(held),
+            K=T.T @ K @ T + k_b * np.diag(supported),
+            C=c_b * np.diag(supported),
             T=T,
             bearings=bearings,
             discs=[2 * (node - 1) for node in rotor.planes.discs],

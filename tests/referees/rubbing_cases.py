@@ -1,4 +1,4 @@
-"""One description of a rub for both sides: the plant's, and the second-order system that another code integrates."""
+"""One description of a rubbing case for both sides: the plant, and the second-order system of another code."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def at_rest() -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Rub:
+class RubbingCase:
     """The rig on passive bearings from a given state of its masters, all SI; complex numbers are x + i y."""
 
     Omega: float = 120.0
@@ -94,11 +94,11 @@ class Trace:
     impulse: np.ndarray  # normal impulse of impacts and lasting contact so far (N s)
 
 
-def follow(rub: Rub, points: int, h: float, inner: int = 1, max_substep: float = 2e-6) -> Trace:
+def follow(case: RubbingCase, points: int, h: float, inner: int = 1, max_substep: float = 2e-6) -> Trace:
     """The plant from point to point in `inner` steps, by whose trapezium the force is summed."""
-    rotor = rub.plant(max_substep)
-    read = [f"{site}.{name}" for name in ("f_n", "impulse", "mode") for site in rub.sites]
-    rows, (force, impacts, pushed) = [], np.zeros((3, len(rub.sites)))
+    rotor = case.plant(max_substep)
+    read = [f"{site}.{name}" for name in ("f_n", "impulse", "mode") for site in case.sites]
+    rows, (force, impacts, pushed) = [], np.zeros((3, len(case.sites)))
     for n in range(points * inner):
         rotor.step(n * h / inner, h / inner)
         before, (force, blow, mode) = force, np.reshape([rotor[name] for name in read], (3, -1))
