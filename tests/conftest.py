@@ -102,7 +102,7 @@ def compile_kernels(name: str) -> None:
 
 @pytest.fixture(scope="session")
 def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
-    """`run_python(what, timeout=60, cwd=None, **arguments)` in a Python process of its own.
+    """`run_python(what, timeout=180, cwd=None, **arguments)` in a Python process of its own.
 
     `what` is a function, which must import what it needs in its body and is called with `arguments`, or the text
     of a program. The function's return value, or what the program assigns to `result`, comes back through JSON
@@ -110,7 +110,7 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
     A process that fails, crashes on exit, or takes longer than `timeout` seconds fails the test with its output.
     """
 
-    def run(what: Callable[..., Any] | str, timeout: float = 60.0, cwd: Path | None = None, **arguments: Any) -> Any:
+    def run(what: Callable[..., Any] | str, timeout: float = 180.0, cwd: Path | None = None, **arguments: Any) -> Any:
         folder = tmp_path_factory.mktemp("process")
         answer = folder / "answer.json"
         if callable(what):
@@ -147,7 +147,7 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
 def run_once(run_python: Callable[..., Any], create_once: Callable[..., Path]) -> Callable[..., Any]:
     """The same as `run_python` with a function, computed once per test run: the same call returns the same result."""
 
-    def run(function: Callable[..., Any], timeout: float = 60.0, **arguments: Any) -> Any:
+    def run(function: Callable[..., Any], timeout: float = 180.0, **arguments: Any) -> Any:
         facts = inspect.getsource(function) + json.dumps(arguments, sort_keys=True, default=str)
         name = f"{function.__name__}-{hashlib.sha256(facts.encode()).hexdigest()[:32]}"
 

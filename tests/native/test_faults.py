@@ -106,7 +106,7 @@ def test_the_python_flavour_says_the_same(library, build_fmu, lag, run_python):
             assert [status, *fmu.get("fault_code", "y"), f"probe_lag: {said}"] == theirs
 
 
-def test_a_fault_in_initialization_mode_can_be_put_right_and_ends_it_otherwise(library, lag):
+def test_a_fault_in_initialization_mode_can_be_corrected(library, lag):
     from raw import ERROR, OK, WARNING
 
     def message(**values):

@@ -63,7 +63,7 @@ def test_recovered_means_free_for_the_last_five_cycles(synthetic, end, expected)
     assert contact_history.recovered(synthetic(end)) is expected
 
 
-def test_a_run_that_ends_within_five_cycles_of_the_last_contact_is_not_recovered(synthetic):
+def test_a_run_that_ends_soon_after_the_last_contact_is_not_recovered(synthetic):
     _, last = contact_history.contact_cycles(synthetic())
     assert contact_history.recovered(synthetic(last + 4.9)) is False
     assert contact_history.recovered(synthetic(last + 5.1)) is True
