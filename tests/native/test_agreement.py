@@ -45,9 +45,9 @@ def both(folder, model, constants, start):
 
 
 def largest_difference(native, core, steps, change, moving=0.5):
-    """Of all outputs over so many steps, relative to their largest values; `change(n)` gives the inputs of step n.
+    """Return the largest difference of any output, over its largest value; `change(n)` returns the inputs of step n.
 
-    At least the share `moving` of the outputs must not be zero all along, or the comparison would mean little.
+    At least the share `moving` of the outputs must not be zero all along, so that the comparison covers them.
     """
     outputs = [v.name for v in core.model.interface.of("output")]
     ours, theirs = np.empty((2, steps, len(outputs)))

@@ -1,4 +1,4 @@
-"""Faults and their sentences: those of the core and of the Python flavour, word for word."""
+"""Fault messages of a native FMU equal those of the core and of the Python flavour."""
 
 import math
 
@@ -73,7 +73,7 @@ def doubles(*values):
 
 
 def printf(sentence):
-    """A sentence as a logger gets it: it is a format."""
+    """Return a message as a logger receives it: escaped, since it is a printf format."""
     return str(sentence).replace("%", "%%")
 
 

@@ -1,4 +1,4 @@
-"""From numba's kernels to code that needs no Python: what comes out, and what is refused."""
+"""Lowering numba's kernels to code that needs no Python: the result, and kernels that are refused."""
 
 import importlib
 import re

@@ -1,4 +1,4 @@
-"""The FMU adapter with the real actuator FMU, in a process of its own; the cache that FMUs are kept in."""
+"""The FMU adapter with the actuator FMU, in a process of its own; the cache of FMUs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a scenario to numbers: values, rates, and the points at which something happens."""
+"""From a scenario to numbers: values, rates, and the communication points of events."""
 
 from __future__ import annotations
 
