@@ -260,7 +260,7 @@ def test_bushes_appear_once_they_were_touched(synthetic):
 
 
 def ledger(dataset):
-    """200 J of work before cycle 0; then 30 J: 5, 10 and 12 J become heat, 2 J remain, 1 J is the error of the balance."""
+    """200 J of work before cycle 0; then 30 J: 5, 10, 12 J become heat, 2 J remain, 1 J is the error of the balance."""
     k = np.arange(dataset.sizes["time"]) / (dataset.sizes["time"] - 1)
     for name, begin, gain in (
         ("work", 200.0, 30.0),
