@@ -46,7 +46,7 @@ def dataset_of(environment: dict[str, str], folder: Path, scenario: str, *option
 
 
 def test_sensors_without_lag_change_no_bit(installed, tmp_path):
-    """With exp(-h/tau) = 0 the sensors show what is there, and Gauss-Seidel order adds no delay."""
+    """With exp(-h/tau) = 0 the sensors pass on their inputs, and Gauss-Seidel order adds no delay."""
     scenario = str(EXAMPLE / "fig4_9_with_sensors.toml")
     found = dataset_of(installed, tmp_path / "with", scenario, "--set", "sensors.time_constant=1e-9")
     base = dataset_of(installed, tmp_path / "without", "fig4_9")

@@ -1,4 +1,4 @@
-"""Native FMUs and hosts, built once; what needs the C compiler is skipped where it is not installed."""
+"""Native FMUs and hosts, built once; tests that need the C compiler are skipped where it is not installed."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def plant_constants() -> Any:
 
 @pytest.fixture(scope="session")
 def compiler() -> None:
-    """Skips what needs `ziglang`."""
+    """Skip tests that need `ziglang`."""
     pytest.importorskip("numba")
     pytest.importorskip("ziglang", reason="a native FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
 
@@ -89,6 +89,6 @@ def cc(compiler: None) -> Callable[..., None]:
 
 
 def needs(*programs: str) -> pytest.MarkDecorator:
-    """Skips a test where a program is missing."""
+    """Skip a test where a program is missing."""
     missing = [program for program in programs if not shutil.which(program)]
     return pytest.mark.skipif(bool(missing), reason=f"needs {', '.join(missing)}")

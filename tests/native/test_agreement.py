@@ -45,9 +45,9 @@ def both(folder, model, constants, start):
 
 
 def largest_difference(native, core, steps, change, moving=0.5):
-    """Of all outputs over so many steps, relative to their largest values; `change(n)` gives the inputs of step n.
+    """Return the largest difference of any output, over its largest value; `change(n)` returns the inputs of step n.
 
-    At least the share `moving` of the outputs must not be zero all along, or the comparison would mean little.
+    At least the share `moving` of the outputs must not be zero all along, so that the comparison covers them.
     """
     outputs = [v.name for v in core.model.interface.of("output")]
     ours, theirs = np.empty((2, steps, len(outputs)))
@@ -103,6 +103,7 @@ def test_each_model_agrees_with_its_core(unpacked, name):
         values = {key: value for key, value in values.items() if model.interface[key].type == "Real"}
         return values | ({"theta": (n * H * 400.0) % (2.0 * np.pi)} if turns else {})
 
-    moving = 0.2 if name == "rolac_controller" else 0.5  # most of the controller's outputs tell of identifications
+    # most outputs of the controller are results of identifications, and stay zero here
+    moving = 0.2 if name == "rolac_controller" else 0.5
     difference, _ = largest_difference(native, core, 400, change, moving)
     assert difference == 0.0 if platform.system() == "Linux" else difference < 1e-12

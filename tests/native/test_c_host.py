@@ -46,7 +46,7 @@ def host(cc, tmp_path_factory):
 
 
 def run(command, library, guid, program, **options):
-    """Statuses and values of a program's lines, and what the logger heard."""
+    """Run a program in the host; return status and values of each line, and the messages of the logger."""
     process = subprocess.run(
         [*map(str, command), str(library), guid],
         input="".join(f"{line}\n" for line in program),
@@ -67,7 +67,7 @@ def binary_of(folder):
 
 
 class Program:
-    """Lines for the host that run a model, and what the core makes of the same."""
+    """Lines for the host that run a model, and the results of the core for the same."""
 
     def __init__(self, model, constants, start, blocks, every, restart=False):
         self.table = model.interface

@@ -1,4 +1,4 @@
-"""Platforms, the compiler that has to be there, and macOS's universal libraries."""
+"""Platforms, the required compiler, and macOS's universal libraries."""
 
 import importlib.util
 import struct

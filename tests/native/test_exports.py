@@ -1,4 +1,4 @@
-"""The binaries of every platform: what they export and need, and that they do not tell where they were made."""
+"""The binaries of every platform: their exports and imports, and that they contain no path of the build machine."""
 
 import re
 import zipfile

@@ -1,4 +1,4 @@
-"""Faults and their sentences: those of the core and of the Python flavour, word for word."""
+"""Fault messages of a native FMU equal those of the core and of the Python flavour."""
 
 import math
 
@@ -73,7 +73,7 @@ def doubles(*values):
 
 
 def printf(sentence):
-    """A sentence as a logger gets it: it is a format."""
+    """Return a message as a logger receives it: escaped, since it is a printf format."""
     return str(sentence).replace("%", "%%")
 
 
@@ -106,7 +106,7 @@ def test_the_python_flavour_says_the_same(library, build_fmu, lag, run_python):
             assert [status, *fmu.get("fault_code", "y"), f"probe_lag: {said}"] == theirs
 
 
-def test_a_fault_in_initialization_mode_can_be_put_right_and_ends_it_otherwise(library, lag):
+def test_a_fault_in_initialization_mode_can_be_corrected(library, lag):
     from raw import ERROR, OK, WARNING
 
     def message(**values):

@@ -1,4 +1,4 @@
-"""From numba's kernels to code that needs no Python: what comes out, and what is refused."""
+"""Lowering numba's kernels to code that needs no Python: the result, and kernels that are refused."""
 
 import importlib
 import re
@@ -44,7 +44,7 @@ def test_lowering_again_gives_the_same_code(lag, assembly):
 
 
 @pytest.mark.parametrize("kernel", ["allocate", "assign_overlapping", "raise_with_value"])
-def test_a_kernel_that_needs_the_runtime_of_numba_is_refused_with_its_place(kernel):
+def test_a_kernel_that_needs_the_runtime_of_numba_is_refused(kernel):
     with pytest.raises(ValueError, match=r"probe_python .*: a kernel must not allocate, .*kernels.py \(\d+\)"):
         lower(model_of(kernel))
 

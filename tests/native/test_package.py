@@ -55,7 +55,7 @@ def test_the_tool_names_all_versions_that_made_the_binary(native, lag):
         assert f"{name} {importlib.metadata.version(name)}" in tool
 
 
-def test_the_guid_changes_with_constants_and_is_not_that_of_the_python_flavour(lag):
+def test_the_guid_changes_with_constants_and_flavour(lag):
     guids = {native_guid(lag, np.zeros(1)), native_guid(lag, np.ones(1)), guid_of(lag, np.zeros(1))}
     assert len(guids) == 3
 

@@ -22,19 +22,19 @@ CLEARANCE, JOURNAL = 0.75e-3, 0.025
 
 @pytest.fixture
 def cosim(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
-    """Runs `amb-cosim` in a process of its own, in an empty folder: FMUs with Python inside stay apart."""
+    """Run `amb-cosim` in a process of its own, in an empty folder, so that Python FMUs of two runs do not meet."""
 
     def call(*arguments: str) -> subprocess.CompletedProcess[str]:
         code = "from amb_cosim.cli import main; main(prog_name='amb-cosim')"
         return subprocess.run(
-            [sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=300
+            [sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=600
         )
 
     return call
 
 
 def make_run(end: float = 20, **attributes) -> xr.Dataset:
-    """A run with known answers.
+    """Return a run whose figures are known.
 
     Orbits of 0.1 and 0.2 mm, 0.5 and 0.6 mm from the step at cycle 5 to its removal at 10, 0.3 and 0.4 mm after.
     Contact: RB1 in cycles 6 to 7, both in 7 to 7.5, RB2 in 11 to 12.
@@ -91,7 +91,7 @@ _SITE = {"clearance": CLEARANCE, "journal_radius": JOURNAL}
 
 @pytest.fixture
 def synthetic() -> Callable[..., xr.Dataset]:
-    """`synthetic(end=20, **attributes)`: a run of `end` cycles with known answers, see `make_run`."""
+    """`synthetic(end=20, **attributes)`: a run of `end` cycles whose figures are known, see `make_run`."""
     return make_run
 
 
@@ -109,7 +109,7 @@ def without() -> Callable[..., xr.Dataset]:
 
 @pytest.fixture
 def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """`runner(*arguments)`: what the command line answers, in a folder of its own."""
+    """`runner(*arguments)`: result of the command line, in a folder of its own."""
     monkeypatch.chdir(tmp_path)
 
     def call(*arguments: str) -> Result:

@@ -7,6 +7,7 @@ import threading
 import time
 from ctypes import CDLL, CFUNCTYPE, POINTER, c_double, c_int, c_size_t, c_uint, c_void_p, cast
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -132,14 +133,28 @@ def schedules():
     return [PiecewiseConstant(events), PiecewiseLinear([(0, 10.0), (33, 10.1), (130, 7.0)], H, 0, 1)]
 
 
+class Run(NamedTuple):
+    """Recorded points and values by name, calls of the components, last values, what was raised, last point."""
+
+    points: list
+    series: dict
+    calls: list
+    values: list
+    error: tuple | None
+    reached: int
+
+
+RECORDED = ("speed", "slope", "count", "a.0", "a.1", "a.2", "a.3", "c.3", "b.1")
+
+
 def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, keep=0, decimation=1, stops=()):
-    """What is recorded, the trace of calls, the last values and what was raised, of either loop."""
+    """The run of the plain loop and of the compiled one."""
     results = []
     for run in ("plain", "compiled"):
         trace, components = machines(every, answers)
         wiring = Wiring(NAMES, 4, tuple(np.array(s) for s in SOURCES), ((),) * 16)
         master = Master(components, wiring, H, coupling, start_time=0.1)
-        recorder = Recorder([0, 1, 3, 4, 5, 6, 7, 15, 9], keep, decimation)
+        recorder = Recorder([NAMES.index(name) for name in RECORDED], keep, decimation)
         error = None
         try:
             if run == "plain":
@@ -151,7 +166,8 @@ def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, ke
         except StepFailed as failed:
             error = (str(failed), failed.component, failed.time, str(failed.__cause__))
         values = master.values.tolist()
-        results.append((recorder.points.tolist(), recorder.table.tolist(), trace, values, error, recorder.reached))
+        series = dict(zip(RECORDED, recorder.table.T.tolist(), strict=True))
+        results.append(Run(recorder.points.tolist(), series, trace, values, error, recorder.reached))
     return results
 
 
@@ -159,19 +175,18 @@ def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, ke
 @pytest.mark.parametrize("every", [(1, 1, 1), (4, 1, 2), (1, 3, 6)])
 def test_calls_and_values_are_those_of_the_plain_loop(coupling, every):
     plain, fast = both(-12, 260, coupling, every, keep=-12)
-    points, table, trace, _, error, _ = fast
     assert fast == plain
-    assert error is None
-    assert points == list(range(-12, 261))
-    assert [call[0] for call in trace if call[1] == "step"].count("b") == -(-272 // every[1])
-    assert all(len(set(column)) > 2 for column in zip(*[row[:5] for row in table], strict=True))
+    assert fast.error is None
+    assert fast.points == list(range(-12, 261))
+    assert [call[0] for call in fast.calls if call[1] == "step"].count("b") == -(-272 // every[1])
+    assert all(len(set(fast.series[name])) > 2 for name in ("speed", "slope", "count", "a.0", "a.1"))
 
 
 @pytest.mark.parametrize(("keep", "decimation"), [(0, 1), (-9, 4), (7, 5), (500, 1), (0, 1000)])
 def test_recording_is_decimated_like_in_the_plain_loop(keep, decimation):
     plain, fast = both(-12, 260, keep=keep, decimation=decimation)
-    assert fast[:2] == plain[:2]
-    assert fast[0] == [n for n in range(-12, 261) if n >= keep and n % decimation == 0]
+    assert (fast.points, fast.series) == (plain.points, plain.series)
+    assert fast.points == [n for n in range(-12, 261) if n >= keep and n % decimation == 0]
 
 
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
@@ -180,23 +195,23 @@ def test_recording_is_decimated_like_in_the_plain_loop(keep, decimation):
 def test_a_refusal_ends_the_run_where_the_plain_loop_ends_it(coupling, call, component):
     plain, fast = both(0, 260, coupling, (2, 1, 2), {component: {(call, 0.1 + 90 * H): 3}})
     assert fast == plain
-    assert fast[4][1] == component
-    assert fast[4][3] == f"{call} answered 3"
-    assert 90 <= fast[0][-1] <= 92
+    assert fast.error[1] == component
+    assert fast.error[3] == f"{call} answered 3"
+    assert 90 <= fast.points[-1] <= 92
 
 
 @pytest.mark.parametrize("status", [2, 3, 4, 5])
 def test_every_status_worse_than_a_warning_ends_the_run(status):
     plain, fast = both(0, 260, answers={"b": {("fmi2DoStep", 0.1 + 90 * H): status}})
     assert fast == plain
-    assert fast[4][0] == f"b failed at t = 0.19 s: fmi2DoStep answered {status}"
-    assert fast[0] == list(range(91))
+    assert fast.error[0] == f"b failed at t = 0.19 s: fmi2DoStep answered {status}"
+    assert fast.points == list(range(91))
 
 
 def test_a_warning_does_not_end_the_run():
     plain, fast = both(0, 120, answers={"b": {("fmi2DoStep", 0.1 + 90 * H): 1}})
     assert fast == plain
-    assert fast[4] is None
+    assert fast.error is None
 
 
 @pytest.mark.parametrize("block_time", [0.0, 1e9])
@@ -211,11 +226,11 @@ def test_blocks_do_not_show_in_the_results(block_time, monkeypatch):
 @pytest.mark.parametrize(("keep", "decimation"), [(0, 1), (-9, 4), (7, 5), (0, 1000)])
 def test_what_is_only_recorded_is_fetched_where_it_is_recorded(coupling, every, keep, decimation):
     plain, fast = both(-12, 260, coupling, every, keep=keep, decimation=decimation)
-    assert fast[:2] == plain[:2], "the same is recorded"
-    assert [call for call in fast[2] if call[1] != "get"] == [call for call in plain[2] if call[1] != "get"]
+    assert (fast.points, fast.series) == (plain.points, plain.series), "the same is recorded"
+    assert [call for call in fast.calls if call[1] != "get"] == [call for call in plain.calls if call[1] != "get"]
     read = {"a": {107, 108, 110}, "b": {107, 109}, "c": {108, 109, 110}}  # by SOURCES
     for name, m in zip("abc", every, strict=True):
-        fetched = fetches(fast[2], name)
+        fetched = fetches(fast.calls, name)
         assert len(fetched) == -(-272 // m)
         for k, references in enumerate(fetched):
             seen = range(-12 + m * k + 1, -12 + m * k + m + 1)  # points at which its values are the present ones
@@ -262,21 +277,21 @@ def condition(signal, side, limit, first=0, hold=0):
 )
 def test_a_condition_ends_both_loops_at_the_same_point(coupling, decimation, stops, point):
     plain, fast = both(-12, 260, coupling, (4, 1, 2), decimation=decimation, stops=stops)
-    assert fast[:2] == plain[:2]
-    assert fast[4:] == plain[4:]
-    assert fast[4] == (None if point is None else (0, point))
+    assert (fast.points, fast.series) == (plain.points, plain.series)
+    assert (fast.error, fast.reached) == (plain.error, plain.reached)
+    assert fast.error == (None if point is None else (0, point))
     reached = 260 if point is None else point
-    assert fast[5] == reached
-    assert fast[0] == list(range(0, reached + 1, decimation))
+    assert fast.reached == reached
+    assert fast.points == list(range(0, reached + 1, decimation))
 
 
 def test_a_condition_sees_outputs_that_are_neither_read_nor_recorded():
-    (points, table, *_), _ = both(0, 260)
-    first = next(n for n, row in zip(points, table, strict=True) if row[5] < -100.0)  # column 5 is a.2
+    whole, _ = both(0, 260)
+    first = next(n for n, value in zip(whole.points, whole.series["a.2"], strict=True) if value < -100.0)
     plain, fast = both(0, 260, keep=500, stops=condition("a.2", "below", -100.0))
     assert 1 < first < 260
-    assert fast[0] == plain[0] == []
-    assert fast[4] == plain[4] == (0, first)
+    assert fast.points == plain.points == []
+    assert fast.error == plain.error == (0, first)
 
 
 def ticking(**options):

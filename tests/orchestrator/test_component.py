@@ -1,4 +1,4 @@
-"""The FMU adapter with the real actuator FMU, in a process of its own; the cache that FMUs are kept in."""
+"""The FMU adapter with the actuator FMU, in a process of its own; the cache of FMUs."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def test_a_cache_folder_appears_whole_when_several_make_it_at_once(tmp_path):
 
     def fill(stage):
         (stage / "a").write_text("a")
-        barrier.wait(timeout=10)
+        barrier.wait(timeout=60)
         (stage / "b").write_text("b")
 
     def make():

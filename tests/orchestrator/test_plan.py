@@ -1,4 +1,4 @@
-"""From a scenario to numbers: values, rates, and the points at which something happens."""
+"""From a scenario to numbers: values, rates, and the communication points of events."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_the_factor_scales_what_the_scenario_sets_and_nothing_else():
     assert plan({"rotor.d1.u": "5 g.m"}).inputs["rotor.d1.u"] == pytest.approx(5e-3)
 
 
-def test_parameters_of_the_system_hold_until_the_scenario_or_a_setting_says_otherwise():
+def test_scenario_and_settings_override_parameters_of_the_system():
     system = replace(SYSTEM, parameters={"sampler": {"k_?": 5.0}})
     scenario = parse_scenario(SCENARIO + "[parameters.sampler]\nk_y = 6\n", "mine")
     p = plan_scenario(scenario, Assembly(system, {}, INTERFACES))

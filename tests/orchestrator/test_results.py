@@ -1,4 +1,4 @@
-"""Figures of a synthetic run with known answers, and its file."""
+"""Figures of a synthetic run for which they are known, and its file."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_recovered_means_free_for_the_last_five_cycles(synthetic, end, expected)
     assert contact_history.recovered(synthetic(end)) is expected
 
 
-def test_a_run_that_ends_within_five_cycles_of_the_last_contact_is_not_recovered(synthetic):
+def test_a_run_that_ends_soon_after_the_last_contact_is_not_recovered(synthetic):
     _, last = contact_history.contact_cycles(synthetic())
     assert contact_history.recovered(synthetic(last + 4.9)) is False
     assert contact_history.recovered(synthetic(last + 5.1)) is True
@@ -260,7 +260,7 @@ def test_bushes_appear_once_they_were_touched(synthetic):
 
 
 def ledger(dataset):
-    """200 J of work before cycle 0; then 30 J, of which 5, 10 and 12 J become heat, 2 J stay, 1 J is lost track of."""
+    """200 J of work before cycle 0; then 30 J: 5, 10, 12 J become heat, 2 J remain, 1 J is the error of the balance."""
     k = np.arange(dataset.sizes["time"]) / (dataset.sizes["time"] - 1)
     for name, begin, gain in (
         ("work", 200.0, 30.0),

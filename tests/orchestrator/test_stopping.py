@@ -1,4 +1,4 @@
-"""When a condition on a signal is met, and how a scenario states it."""
+"""The point at which a condition on a signal is met, and its form in a scenario."""
 
 from __future__ import annotations
 

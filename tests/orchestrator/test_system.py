@@ -1,4 +1,4 @@
-"""Wiring as data: what is wrong with it is said with both ends."""
+"""Wiring as data: an error names both ends of the connection."""
 
 from __future__ import annotations
 

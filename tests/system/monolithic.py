@@ -1,4 +1,4 @@
-"""The levitated rotor with contact, integrated as a whole: the reference that the co-simulation is held against.
+"""The levitated rotor with contact, integrated as a whole: the reference for the co-simulation.
 
 Between samples the system is that of `amb_cosim.studies.monolithic`, and
 

@@ -1,4 +1,4 @@
-"""This project's master, and one FMU made of all three, beside the masters of `benchmarks.peers`.
+"""Run this project's master, and one FMU made of all three, to compare with the masters of `benchmarks.peers`.
 
 Each function is run in a process of its own.
 """
@@ -9,9 +9,9 @@ from typing import Any
 
 
 def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, Any]:
-    """Results of a scenario, and its system as the others take it.
+    """Return results of a scenario, and its system as the functions of `benchmarks.peers` take it.
 
-    With `nanoseconds`, the FMUs get the times that libcosim gives: a point is a whole number of nanoseconds, and a
+    With `nanoseconds`, the FMUs get the times that libcosim passes: a point is a whole number of nanoseconds, and a
     step the difference of two points, which deviates from a constant in the last bits.
     """
     from amb_cosim.cosim.component import FmuComponent

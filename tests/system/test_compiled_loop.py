@@ -90,7 +90,7 @@ every = 3
 
 
 def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
-    """What differs between the loops, and what the compiled one recorded."""
+    """Return the differences between the loops, and what the compiled one recorded."""
     import numpy as np
 
     from amb_cosim.scenario import Record, parse_scenario

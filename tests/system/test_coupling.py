@@ -1,4 +1,4 @@
-"""The co-simulation of the three FMUs against the system integrated as a whole.
+"""The co-simulation of the three FMUs, compared with the system integrated as a whole.
 
 The master is explicit: a held force reaches the rotor late by a step, an error of first order in the step. With its
 gradient the linear law is followed exactly, and what remains is the rotor's own fourth-order integration.

@@ -1,4 +1,4 @@
-"""Native FMUs in the place of those that PythonFMU runs: the same scenarios, and a host without any Python."""
+"""Native FMUs give the results of those that PythonFMU runs, also in a host without Python."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytest.importorskip("ziglang", reason="a native FMU is compiled by ziglang: pip 
 
 
 def largest_difference(name: str) -> dict[str, Any]:
-    """Of all that a scenario records, over the largest value of the variable; and what was run."""
+    """Return the largest difference of any recorded variable, over its largest value, and facts of the runs."""
     import numpy as np
 
     from amb_cosim.scenario import load_scenario
@@ -49,8 +49,8 @@ def test_both_flavours_give_the_same(name: str, run_python: Callable[..., Any]) 
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the host is built and run on Linux")
-def test_a_c_program_runs_fig4_9_and_gets_the_numbers_of_the_orchestrator(tmp_path: Path) -> None:
-    """No Python but in what writes its instructions: libraries, parameters, connections, events."""
+def test_a_c_program_gets_the_numbers_of_the_orchestrator_for_fig4_9(tmp_path: Path) -> None:
+    """Python only writes the program's input: libraries, parameters, connections, events."""
     import numpy as np
 
     from amb_cosim.scenario import load_scenario
@@ -73,7 +73,7 @@ def test_a_c_program_runs_fig4_9_and_gets_the_numbers_of_the_orchestrator(tmp_pa
 
 
 def instructions(prepared: Any) -> tuple[str, list[str]]:
-    """What the program reads, and the name of each position in what it prints."""
+    """Return the program's input, and the names of the columns that it prints."""
     plan, interfaces = prepared.plan, prepared.interfaces
     wiring, inputs, outputs = plan.system.wiring(interfaces, list(plan.inputs), plan.recorded)
     head = f"components {len(plan.system.components)} first {plan.first} last {plan.last} step {plan.step_size!r}"

@@ -1,4 +1,4 @@
-"""The receptance that the controller FMU identifies on the plant FMU, held against models of the loop; and its use."""
+"""The receptance that the controller FMU identifies on the plant FMU, compared with models of the loop; and its use."""
 
 from __future__ import annotations
 

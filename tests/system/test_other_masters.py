@@ -1,4 +1,4 @@
-"""The FMUs under masters that nobody here wrote give what they give under this project's master, to the last bit.
+"""The FMUs give the same under the masters of other projects as under this project's, to the last bit.
 
 Two runs from rest at 4 kHz, in steps of 250 us. The extra step that Jacobi order puts between sensor and current, and
 between current and force, leaves both stable.
@@ -11,8 +11,8 @@ Every output of all three FMUs is compared at every point: displacements, forces
 in, as start values of `rolac_enable`, `force_law` and `contact.impact_law`; `contact_state` connects two FMUs as an
 Integer.
 
-Measured with libcosimpy 0.0.6, ecospy 0.7.2 and fmu_manipulation_toolbox 2.0: all 88 outputs are equal. libcosim
-needs a proviso: its steps are differences of two rounded times. Given constant steps, this project's master deviates
+Measured with libcosimpy 0.0.6, ecospy 0.7.2 and fmu_manipulation_toolbox 2.0: all 88 outputs are equal. libcosim's
+steps are differences of two rounded times. Given constant steps, this project's master deviates
 from it by up to 1.2e-12 of an output's largest value (an impulse of the rubbing case).
 """
 
@@ -64,7 +64,7 @@ def needs(package: str) -> pytest.MarkDecorator:
 
 @pytest.fixture(scope="module")
 def reference(run_once: Callable[..., Any]) -> Reference:
-    """Results of this project's master for a case, and its system as the others take it."""
+    """Results of this project's master for a case, and its system as the other masters take it."""
 
     def run(case: str, coupling: str, step: float = 250, nanoseconds: bool = False) -> dict[str, Any]:
         text = SCENARIO.format(**CASES[case], coupling=coupling, step=step)
@@ -74,7 +74,7 @@ def reference(run_once: Callable[..., Any]) -> Reference:
 
 
 def deviations(theirs: dict[str, list[Any]], ours: dict[str, list[Any]], first: int = 0) -> dict[str, float]:
-    """Of each output that differs anywhere from point `first` on, how much, relative to its largest value."""
+    """Return the deviation of each output that differs from point `first` on, relative to its largest value."""
     assert theirs.keys() == ours.keys()
     found = {}
     for name, values in theirs.items():
@@ -86,7 +86,7 @@ def deviations(theirs: dict[str, list[Any]], ours: dict[str, list[Any]], first: 
     return found
 
 
-def test_the_cases_reach_what_they_are_for(reference: Reference) -> None:
+def test_the_cases_rub_and_use_rolac(reference: Reference) -> None:
     for coupling in ("jacobi", "gauss_seidel"):
         rubbing, rolac = (reference(case, coupling)["series"] for case in ("rubbing", "rolac"))
         assert {1, 2} < set(rubbing["rotor_contact.contact_state"])

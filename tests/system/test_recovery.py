@@ -1,4 +1,4 @@
-"""What frees the rotor of Fig. 5.6, and how much unbalance each control stands."""
+"""Recovery of the rotor of Fig. 5.6: which control frees it, and up to which unbalance."""
 
 from __future__ import annotations
 

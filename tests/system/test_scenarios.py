@@ -108,7 +108,7 @@ def test_unbalance_scaled_touches_mb1_first_and_traps_the_rotor(figures: Any, re
 
 
 def test_unbalance_as_stated_keeps_the_rotor_in_contact_from_start(figures: Any) -> None:
-    """Fig. 4.5 to the letter: no contact before the step is not possible with 50 g m on D1."""
+    """Fig. 4.5 as stated: no contact before the step is not possible with 50 g m on D1."""
     f = figures("fig4_5_stated")
     assert f["first_contact_cycle"] == 0.0
     assert f["contact_share"]["3"] == 1.0
@@ -198,7 +198,7 @@ def check_rolling(f: dict[str, Any], regression: Any) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "law"), ROLLING)
 def test_strong_friction_ends_in_rolling(figures: Any, regression: Any, name: str, law: int) -> None:
-    """Figs 4.18, 4.20 with mu = 2: whirl of -(R_s/C_r) Omega at both bearings, and no way out of it.
+    """Figs 4.18, 4.20 with mu = 2: whirl of -(R_s/C_r) Omega at both bearings, for good.
 
     The thesis rolls at 5.26 in Fig. 4.18 and within 3 ms of contact in Fig. 4.20 (5.5). Here the rotor bounces for
     longer under either impact law; the cycle stays the same to these digits from substeps of 25 us to 2.5 us.

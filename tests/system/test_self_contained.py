@@ -1,4 +1,4 @@
-"""Each FMU carries what it needs: numpy is all that it asks of the Python that loads it."""
+"""Each FMU contains the code it needs: the Python that loads it needs numpy only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a shared library exports and imports, read from its own tables: ELF, PE and Mach-O of 64 bits."""
+"""Read exports and imports of a shared library from its tables: ELF, PE and Mach-O of 64 bits."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Binary:
 
 
 def read(content: bytes) -> list[Binary]:
-    """One for a plain library, one per processor for a universal one."""
+    """Return one entry for a plain library, one per processor for a universal one."""
     if content[:4] == b"\x7fELF":
         return [_elf(content)]
     if content[:2] == b"MZ":
@@ -123,7 +123,7 @@ def _mach(content: bytes) -> Binary:
 
 
 def _tree(content: bytes, at: int, prefix: str) -> set[str]:
-    """Names in a tree of exports: each node says whether it ends a name, and how names go on."""
+    """Return the names in a trie of exports: a node can end a name, and lists the continuations of longer ones."""
     terminal, at = _number(content, at)
     names = {prefix} if terminal else set()
     at += terminal
@@ -136,7 +136,7 @@ def _tree(content: bytes, at: int, prefix: str) -> set[str]:
 
 
 def _number(content: bytes, at: int) -> tuple[int, int]:
-    """A number in groups of seven bits, lowest first, and where it ends."""
+    """Return a number in ULEB128 (groups of seven bits, lowest first) and the position after it."""
     value = shift = 0
     while True:
         byte, at = content[at], at + 1

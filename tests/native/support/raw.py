@@ -1,4 +1,4 @@
-"""The functions of a native FMU called as a C host calls them: statuses come back, nothing is checked on the way."""
+"""Call the functions of a native FMU as a C host does: they return statuses, and nothing is checked before."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Slave:
         return self.call("SetupExperiment", 0, c_double(0.0), c_double(start), int(stop is not None), stop_time)
 
     def begin(self, **values: float) -> Slave:
-        """Up to the first step, with start values by name (`__` for the dot)."""
+        """Initialise with start values by name (`__` for the dot)."""
         statuses = [self.set(**values), self.setup(), self.call("EnterInitializationMode")]
         assert statuses == [OK] * 3, self.log
         assert self.call("ExitInitializationMode") == OK, self.log
