@@ -34,7 +34,6 @@ IDENTIFICATION_MEMORY = record(
     ("Q", "c16", (N_SLOTS, N_HARMONICS, N_SENSORS)),  # mean of each slot, while it runs the sum (m)
     ("R", "c16", (N_HARMONICS, N_SENSORS, N_AXES)),  # last result (m/N)
 )
-BEFORE, AFTER = 0, N_SLOTS - 1  # slots without a test force; slot 1 + k has it on axis k
 
 
 @kernel
@@ -90,21 +89,27 @@ def evaluate(parameters: np.record, memory: np.record, work: np.record, table: T
 
 @kernel
 def divide_by_force(Q: Complex, number: int, force: complex, R: Complex) -> None:
-    """Compute R of one harmonic from the means of all slots, shape (N_SLOTS, N_HARMONICS, N_SENSORS) (6.7)."""
+    """Compute R of one harmonic from the means of all slots, shape (N_SLOTS, N_HARMONICS, N_SENSORS) (6.7).
+
+    The first slot and the last are without a test force; slot 1 + k has it on axis k.
+    """
     if force == 0.0:
         return
+    idle = Q[0, number]
     for axis in range(N_AXES):
+        loaded = Q[1 + axis, number]
         for s in range(N_SENSORS):
-            R[s, axis] = quotient(Q[1 + axis, number, s] - Q[BEFORE, number, s], force)
+            R[s, axis] = quotient(loaded[s] - idle[s], force)
 
 
 @kernel
 def vibration_changed(Q: Complex, limit: float) -> bool:
     """Return whether the vibration without force changed by more than a share of the largest response."""
     drift = response = 0.0
+    before, after = Q[0], Q[N_SLOTS - 1]
     for k in range(N_HARMONICS):
         for s in range(N_SENSORS):
-            drift = max(drift, abs(Q[AFTER, k, s] - Q[BEFORE, k, s]))
+            drift = max(drift, abs(after[k, s] - before[k, s]))
             for axis in range(N_AXES):
-                response = max(response, abs(Q[1 + axis, k, s] - Q[BEFORE, k, s]))
+                response = max(response, abs(Q[1 + axis, k, s] - before[k, s]))
     return drift > limit * response

@@ -22,7 +22,6 @@ from rolac_controller.enumerations import FORCE_FREE
 from rolac_controller.pid import response
 from rolac_controller.rig_layout import N_AXES, SENSOR_OF_AXIS
 
-RIGHT_SIDE = N_AXES  # last column of the equations [S^-1 | E]
 SINGULAR = 1e-9  # pivot below which there is no solution; the matrix is of order one
 
 
@@ -41,48 +40,53 @@ def reject_synchronous(parameters: np.record, omega: float, Q: Complex, U: Compl
     U
         Forces of the harmonic, shape (N_AXES,) (N); changed.
     work
-        Record WORK with the receptance R at this speed (m/N); its `equations` are overwritten.
+        Record WORK with the receptance R at this speed (m/N); its `inverse_S` and `E` are overwritten.
     """
     direct, tau, h = parameters.pid.direct, parameters.derivative_time, parameters.sample_time
-    R, equations = work.R, work.equations
+    R, inverse_S, E = work.R, work.inverse_S, work.E
     for i in range(N_AXES):
         gains, s = parameters.axes[i], SENSOR_OF_AXIS[i]
         C = response(gains, direct, tau, h, omega)
         if parameters.rolac.mode == FORCE_FREE:
             C -= gains.k_s
         for j in range(N_AXES):
-            equations[i, j] = (1.0 if i == j else 0.0) - C * R[s, j]
-        equations[i, RIGHT_SIDE] = U[i] - C * Q[s]
-    if solve_in_place(equations):
+            inverse_S[i, j] = (1.0 if i == j else 0.0) - C * R[s, j]
+        E[i] = U[i] - C * Q[s]
+    if solve_in_place(inverse_S, E):
         for i in range(N_AXES):
-            U[i] -= parameters.rolac.alpha * parameters.sample_time * equations[i, RIGHT_SIDE]
+            U[i] -= parameters.rolac.alpha * parameters.sample_time * E[i]
 
 
 @kernel
-def solve_in_place(equations: Complex) -> bool:
-    """Solve the equations by elimination with pivoting; return whether there is a solution.
+def solve_in_place(A: Complex, b: Complex) -> bool:
+    """Solve A x = b by elimination with pivoting; return whether there is a solution.
 
     Parameters
     ----------
-    equations
-        Matrix and right-hand side, shape (N_AXES, N_AXES + 1); the last column receives the solution.
+    A
+        Matrix, shape (N_AXES, N_AXES); overwritten.
+    b
+        Right-hand side, shape (N_AXES,); receives the solution.
     """
     for p in range(N_AXES):
         pivot_row, largest = p, 0.0
         for i in range(p, N_AXES):
-            size = abs(equations[i, p])
+            size = abs(A[i, p])
             if size > largest:
                 pivot_row, largest = i, size
         if largest < SINGULAR:
             return False
-        for k in range(N_AXES + 1):
-            equations[p, k], equations[pivot_row, k] = equations[pivot_row, k], equations[p, k]
-        inverse = divided(equations[p, p].conjugate(), largest * largest)
-        for k in range(N_AXES + 1):
-            equations[p, k] *= inverse
+        for k in range(N_AXES):
+            A[p, k], A[pivot_row, k] = A[pivot_row, k], A[p, k]
+        b[p], b[pivot_row] = b[pivot_row], b[p]
+        scale = divided(A[p, p].conjugate(), largest * largest)
+        for k in range(N_AXES):
+            A[p, k] *= scale
+        b[p] *= scale
         for i in range(N_AXES):
             if i != p:
-                factor = equations[i, p]
-                for k in range(N_AXES + 1):
-                    equations[i, k] -= factor * equations[p, k]
+                factor = A[i, p]
+                for k in range(N_AXES):
+                    A[i, k] -= factor * A[p, k]
+                b[i] -= factor * b[p]
     return True

@@ -46,7 +46,8 @@ WORK = record(
     ("R", "c16", (N_SENSORS, N_AXES)),
     ("H", "c16", (N_AXES, N_SENSORS)),
     ("svd", SVD_WORK),
-    ("equations", "c16", (N_AXES, N_AXES + 1)),  # of the notch
+    ("inverse_S", "c16", (N_AXES, N_AXES)),  # of the notch
+    ("E", "c16", (N_AXES,)),
 )
 
 STATE_SIZE, WORK_SIZE = size_of(STATE), size_of(WORK)

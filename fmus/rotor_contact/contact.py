@@ -18,7 +18,7 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.friction import friction_ratio
 from rotor_contact.interface import N_SITES, ROLLING
-from rotor_contact.linear_solver import solve
+from rotor_contact.linear_solver import Equations, solve
 from rotor_contact.site import (
     Site,
     Sites,
@@ -31,7 +31,7 @@ from rotor_contact.site import (
 )
 from rotor_contact.workspace import Workspace
 
-RHS = 2 * N_SITES  # the right-hand side is the last column of the equations
+N_UNKNOWNS = 2 * N_SITES  # at most
 
 
 @kernel
@@ -46,7 +46,7 @@ def number_unknowns(sites: Sites) -> int:
 
 
 @kernel
-def write_equations(Minv: Array, sites: Sites, equations: Array, friction: float) -> int:
+def write_equations(Minv: Array, sites: Sites, equations: Equations, friction: float) -> int:
     """Write the left-hand sides for the constrained sites in their modes; return the number of equations.
 
     Right-hand sides are set to zero. Row and column `site.unknown` belong to N_k, the next to T_k if the site rolls; a
@@ -54,15 +54,16 @@ def write_equations(Minv: Array, sites: Sites, equations: Array, friction: float
     M^-1 (-n - mu sign t). `friction` is 1, or 0 to leave sliding friction out.
     """
     size = number_unknowns(sites)
+    A, b = equations
     for site in sites:
         if not is_constrained(site):
             continue
         i, row = site.row, site.unknown
         k_x, k_y = site.n_x, site.n_y
         rolling = site.mode == ROLLING
-        equations[row, RHS] = 0.0
+        b[row] = 0.0
         if rolling:
-            equations[row + 1, RHS] = 0.0
+            b[row + 1] = 0.0
         for other in sites:
             if not is_constrained(other):
                 continue
@@ -74,22 +75,22 @@ def write_equations(Minv: Array, sites: Sites, equations: Array, friction: float
             xt = Minv[i, j + 1] * n_x - Minv[i, j] * n_y
             yt = Minv[i + 1, j + 1] * n_x - Minv[i + 1, j] * n_y
             ratio = friction_ratio(other, friction)
-            equations[row, column] = -(k_x * xn + k_y * yn) + ratio * (k_x * xt + k_y * yt)
+            A[row, column] = -(k_x * xn + k_y * yn) + ratio * (k_x * xt + k_y * yt)
             if rolling:
-                equations[row + 1, column] = -(k_x * yn - k_y * xn) + ratio * (k_x * yt - k_y * xt)
+                A[row + 1, column] = -(k_x * yn - k_y * xn) + ratio * (k_x * yt - k_y * xt)
             if other.mode == ROLLING:
-                equations[row, column + 1] = k_x * xt + k_y * yt
+                A[row, column + 1] = k_x * xt + k_y * yt
                 if rolling:
-                    equations[row + 1, column + 1] = k_x * yt - k_y * xt
+                    A[row + 1, column + 1] = k_x * yt - k_y * xt
     return size
 
 
 @kernel
-def multipliers(site: Site, equations: Array, friction: float) -> tuple[float, float]:
+def multipliers(site: Site, equations: Equations, friction: float) -> tuple[float, float]:
     """Return N_k and T_k of a constrained site from the solved equations; `friction` as for `write_equations`."""
-    normal = equations[site.unknown, RHS]
+    normal = equations.right_side[site.unknown]
     if site.mode == ROLLING:
-        return normal, equations[site.unknown + 1, RHS]
+        return normal, equations.right_side[site.unknown + 1]
     return normal, friction_ratio(site, friction) * normal
 
 
@@ -110,11 +111,11 @@ def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> b
         if is_constrained(site):
             i, row = site.row, site.unknown
             curvature = (v[i] * v[i] + v[i + 1] * v[i + 1]) / site.radius
-            w.equations[row, RHS] = -curvature - radial_component(site, a)
+            w.equations.right_side[row] = -curvature - radial_component(site, a)
             if site.mode == ROLLING:
                 surface_acceleration = site.journal_radius * w.motion.Omega_dot
-                w.equations[row + 1, RHS] = -surface_acceleration - tangential_component(site, a)
-    if not solve(w.equations, size, RHS):
+                w.equations.right_side[row + 1] = -surface_acceleration - tangential_component(site, a)
+    if not solve(w.equations, size):
         return False
     for site in w.sites:
         if is_constrained(site):
@@ -141,12 +142,12 @@ def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
             if is_constrained(site):
                 row = site.unknown
                 if target == 0:
-                    w.equations[row, RHS] = site.clearance - site.radius
+                    w.equations.right_side[row] = site.clearance - site.radius
                 else:
-                    w.equations[row, RHS] = -radial_component(site, v)
+                    w.equations.right_side[row] = -radial_component(site, v)
                     if site.mode == ROLLING:
-                        w.equations[row + 1, RHS] = -slip_velocity(site, v, Omega)
-        if not solve(w.equations, size, RHS):
+                        w.equations.right_side[row + 1] = -slip_velocity(site, v, Omega)
+        if not solve(w.equations, size):
             return False
         for site in w.sites:
             if is_constrained(site):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.contact import RHS, multipliers, write_equations
+from rotor_contact.contact import multipliers, write_equations
 from rotor_contact.dynamics import quadratic_form
 from rotor_contact.friction import (
     close_in_sliding,
@@ -135,10 +135,10 @@ def _find_impulses(w: Workspace, v: Array, before: Array, Omega: float, friction
         for site in w.sites:
             if is_constrained(site):
                 rebound = site.rebound if site.touching and friction != 0.0 else 0.0
-                w.equations[site.unknown, RHS] = -(1.0 + rebound) * radial_component(site, before)
+                w.equations.right_side[site.unknown] = -(1.0 + rebound) * radial_component(site, before)
                 if site.mode == ROLLING:
-                    w.equations[site.unknown + 1, RHS] = -slip_velocity(site, before, Omega)
-        if not solve(w.equations, size, RHS):
+                    w.equations.right_side[site.unknown + 1] = -slip_velocity(site, before, Omega)
+        if not solve(w.equations, size):
             return False
         copy(before, v)
         weakest = 0

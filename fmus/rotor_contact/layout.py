@@ -10,9 +10,10 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.records import record, size_of
-from rotor_contact.contact import RHS
+from rotor_contact.contact import N_UNKNOWNS
 from rotor_contact.dynamics import BEARING, Excitation, Motion, MotionArrays
 from rotor_contact.interface import INTERFACE, N_BEARINGS, N_SITES, SITES
+from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.propagator import HISTORY, Propagator, propagator_of, propagator_size
 from rotor_contact.site import SITE, SITE_PARAMETERS, Sites
 from rotor_contact.structure import Structure
@@ -58,10 +59,10 @@ class Scratch(NamedTuple):
 
     site_rows: Array
     sites: Sites
-    equations: Array
+    equations: Equations
     stages: Stages
     motion: MotionArrays
-    orbit: Array
+    orbit: Equations
     propagator: Propagator
 
 
@@ -75,7 +76,7 @@ def n_work(constants: Array) -> int:
     n = int(constants[0])
     return (
         N_SITES * N_SITE
-        + RHS * (RHS + 1)
+        + N_UNKNOWNS * (N_UNKNOWNS + 1)
         + N_STAGES * (2 * n + N_INTEGRALS)
         + (2 * n + 6) * n
         + N_BEARINGS * N_BEARING
@@ -95,8 +96,7 @@ def scratch_of(work: Array, n: int) -> Scratch:
     """Return views into the scratch array of a rotor with n degrees of freedom."""
     size, rest = N_SITES * N_SITE, work
     site_rows, sites, rest = rest[:size].reshape(N_SITES, N_SITE), rest[:size].view(SITE), rest[size:]
-    size = RHS * (RHS + 1)
-    equations, rest = rest[:size].reshape(RHS, RHS + 1), rest[size:]
+    equations, rest = equations_of(rest, N_UNKNOWNS), rest[N_UNKNOWNS * (N_UNKNOWNS + 1) :]
     size = N_STAGES * (2 * n + N_INTEGRALS)
     r, rest = rest[:size].reshape(N_STAGES, 2 * n + N_INTEGRALS), rest[size:]
     stages = Stages(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
@@ -106,8 +106,7 @@ def scratch_of(work: Array, n: int) -> Scratch:
     accelerations, forces = Excitation(r[0], r[1], r[2]), Excitation(r[3], r[4], r[5])
     bearings, rest = rest[: N_BEARINGS * N_BEARING].view(BEARING), rest[N_BEARINGS * N_BEARING :]
     motion = MotionArrays(K_columns, C_columns, accelerations, forces, bearings)
-    size = 2 * n * (2 * n + 1)
-    orbit, rest = rest[:size].reshape(2 * n, 2 * n + 1), rest[size:]
+    orbit, rest = equations_of(rest, 2 * n), rest[2 * n * (2 * n + 1) :]
     return Scratch(site_rows, sites, equations, stages, motion, orbit, propagator_of(rest, n))
 
 

@@ -2,37 +2,50 @@
 
 from __future__ import annotations
 
-from fmi_export.jit import kernel
+from typing import NamedTuple
+
+from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 
 SMALLEST_PIVOT = 1e-300
 
 
-@kernel
-def solve(equations: Array, n: int, rhs: int) -> bool:
-    """Solve the first `n` equations by Gaussian elimination with partial pivoting; return False if they are singular.
+class Equations(NamedTuple):
+    """Room for A x = b: `matrix` A, shape (n, n), and `right_side` b, shape (n,), which the solution replaces."""
 
-    The right-hand side is column `rhs` of `equations`; the solution replaces it.
-    """
+    matrix: Array
+    right_side: Array
+
+
+@views
+def equations_of(work: Array, n: int) -> Equations:
+    """Return room for n equations in the first n (n + 1) numbers of an array."""
+    return Equations(work[: n * n].reshape(n, n), work[n * n : n * (n + 1)])
+
+
+@kernel
+def solve(equations: Equations, n: int) -> bool:
+    """Solve the first `n` equations by Gaussian elimination with pivoting; return False if they are singular."""
+    A, b = equations
     for i in range(n):
         best = i
         for r in range(i + 1, n):
-            if abs(equations[r, i]) > abs(equations[best, i]):
+            if abs(A[r, i]) > abs(A[best, i]):
                 best = r
-        if not abs(equations[best, i]) > SMALLEST_PIVOT:
+        if not abs(A[best, i]) > SMALLEST_PIVOT:
             return False
         if best != i:
             for c in range(i, n):
-                equations[i, c], equations[best, c] = equations[best, c], equations[i, c]
-            equations[i, rhs], equations[best, rhs] = equations[best, rhs], equations[i, rhs]
+                A[i, c], A[best, c] = A[best, c], A[i, c]
+            b[i], b[best] = b[best], b[i]
         for r in range(i + 1, n):
-            ratio = equations[r, i] / equations[i, i]
+            ratio = A[r, i] / A[i, i]
             if ratio != 0.0:
                 for c in range(i + 1, n):
-                    equations[r, c] -= ratio * equations[i, c]
-                equations[r, rhs] -= ratio * equations[i, rhs]
+                    A[r, c] -= ratio * A[i, c]
+                b[r] -= ratio * b[i]
     for i in range(n - 1, -1, -1):
         for c in range(i + 1, n):
-            equations[i, rhs] -= equations[i, c] * equations[c, rhs]
-        equations[i, rhs] /= equations[i, i]
+            b[i] -= A[i, c] * b[c]
+        b[i] /= A[i, i]
     return True

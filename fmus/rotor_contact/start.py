@@ -6,14 +6,14 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
 from rotor_contact.friction import close_in_sliding
-from rotor_contact.linear_solver import solve
+from rotor_contact.linear_solver import Equations, solve
 from rotor_contact.site import Sites, can_touch, locate_journal, put_on_circle, remove_radial_velocity
 
 MAX_DEFLECTION = 1.0  # m; an equilibrium further away is that of a rotor without support
 
 
 @kernel
-def start_on_orbit(motion: Motion, equations: Array, q: Array, v: Array) -> bool:
+def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> bool:
     """Compute the steady motion q = q_s + Re(Q exp(i theta)) at theta = 0; return False if there is none.
 
     K q_s = steady,  (K - Omega^2 + i Omega C) Q = Omega^2 (cosine - i sine)        (coefficients of `Motion`)
@@ -23,38 +23,39 @@ def start_on_orbit(motion: Motion, equations: Array, q: Array, v: Array) -> bool
     motion
         The motion; its angle is taken as zero and its spin speed as constant.
     equations
-        Room for the equations, shape (2 n, 2 n + 1).
+        Room for 2 n equations.
     q, v
         Displacement (m) and velocity (m/s), written here, shape (n,).
     """
     n = q.shape[0]
+    A, b = equations
     K_columns, C_columns = motion.K_columns, motion.C_columns
     square = motion.Omega * motion.Omega
     for i in range(n):
         for j in range(n):
-            equations[i, j] = K_columns[j, i]
-        equations[i, 2 * n] = motion.accelerations.steady[i]
-    if not solve(equations, n, 2 * n):
+            A[i, j] = K_columns[j, i]
+        b[i] = motion.accelerations.steady[i]
+    if not solve(equations, n):
         return False
     for i in range(n):
-        q[i] = equations[i, 2 * n]
+        q[i] = b[i]
         if not abs(q[i]) < MAX_DEFLECTION:
             return False
     for i in range(n):
         for j in range(n):
             elastic = K_columns[j, i] - (square if i == j else 0.0)
             viscous = motion.Omega * C_columns[j, i]
-            equations[i, j] = elastic
-            equations[n + i, n + j] = elastic
-            equations[i, n + j] = -viscous
-            equations[n + i, j] = viscous
-        equations[i, 2 * n] = square * motion.accelerations.cosine[i]
-        equations[n + i, 2 * n] = -square * motion.accelerations.sine[i]
-    if not solve(equations, 2 * n, 2 * n):
+            A[i, j] = elastic
+            A[n + i, n + j] = elastic
+            A[i, n + j] = -viscous
+            A[n + i, j] = viscous
+        b[i] = square * motion.accelerations.cosine[i]
+        b[n + i] = -square * motion.accelerations.sine[i]
+    if not solve(equations, 2 * n):
         return False
     for i in range(n):
-        q[i] += equations[i, 2 * n]
-        v[i] = -motion.Omega * equations[n + i, 2 * n]
+        q[i] += b[i]
+        v[i] = -motion.Omega * b[n + i]
         if not abs(q[i]) < MAX_DEFLECTION:
             return False
     return True

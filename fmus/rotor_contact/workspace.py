@@ -10,6 +10,7 @@ from fmi_export.jit import views
 from fmi_export.model import Array
 from fmi_export.records import record, size_of
 from rotor_contact.dynamics import Motion
+from rotor_contact.linear_solver import Equations
 from rotor_contact.site import Sites
 
 # Integrals over time at the end of every state z: heat of passive bearings, of sliding, of impacts and compliant
@@ -55,7 +56,7 @@ class Workspace(NamedTuple):
     sites
         Records of type `site.SITE`.
     equations
-        Room for the contact equations, shape (2 N_SITES, 2 N_SITES + 1).
+        Room for the contact equations, two for each site.
     stages
         States and derivatives of the integration.
     """
@@ -64,7 +65,7 @@ class Workspace(NamedTuple):
     Minv: Array
     motion: Motion
     sites: Sites
-    equations: Array
+    equations: Equations
     stages: Stages
 
 

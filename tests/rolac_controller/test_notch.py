@@ -82,14 +82,14 @@ def test_rate_is_alpha(bench, make_plant, rotor):
 @pytest.mark.parametrize("seed", range(5))
 def test_equations_are_solved_as_numpy_solves_them(seed):
     rng = np.random.default_rng(seed)
-    a = rng.normal(size=(4, 5)) + 1j * rng.normal(size=(4, 5))
-    a[0, 0] = 0.0  # needs a pivot
-    equations = a.copy()
-    assert solve_in_place(equations)
-    np.testing.assert_allclose(equations[:, 4], np.linalg.solve(a[:, :4], a[:, 4]), rtol=1e-9)
+    A, b = rng.normal(size=(4, 4)) + 1j * rng.normal(size=(4, 4)), rng.normal(size=4) + 1j * rng.normal(size=4)
+    A[0, 0] = 0.0  # needs a pivot
+    solution = b.copy()
+    assert solve_in_place(A.copy(), solution)
+    np.testing.assert_allclose(solution, np.linalg.solve(A, b), rtol=1e-9)
 
 
 def test_equations_without_a_solution_change_nothing(bench):
-    a = np.zeros((4, 5), dtype=complex)
-    a[:, 0] = 1.0
-    assert not solve_in_place(a)
+    A = np.zeros((4, 4), dtype=complex)
+    A[:, 0] = 1.0
+    assert not solve_in_place(A, np.ones(4, dtype=complex))
