@@ -89,7 +89,7 @@ def close_in_sliding(site: Site, v: Array, Omega: float) -> None:
 
 @kernel
 def start_sliding(site: Site, friction: float) -> None:
-    """Let a rolling site slide; the friction that held it, `friction` (forward positive), keeps its direction."""
+    """Let a rolling site slide; its friction so far, `friction` (forward positive), keeps its direction."""
     site.mode = SLIDING
     site.slip_sign = -1.0 if friction > 0.0 else 1.0
 
