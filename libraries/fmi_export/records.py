@@ -1,7 +1,7 @@
 """Record types of flat float64 arrays, from the places of their numbers: `Omega`, `energy.kinetic`, `sites[2].gap`.
 
-A kernel looks at an array through a record, `p = parameters.view(PARAMETERS)[0]`, and reads `p.sites[2].gap` where the
-number lies: nothing is copied, and nothing is looked up when it runs. A dot opens a record within a record, brackets an
+A kernel views an array as a record, `p = parameters.view(PARAMETERS)[0]`, and reads `p.sites[2].gap` where the number
+is: nothing is copied, and nothing is looked up when it runs. A dot opens a record within a record, brackets an
 array; two numbers `re` and `im` side by side are one complex number.
 """
 
@@ -22,17 +22,17 @@ COMPLEX = ("re", "im")
 
 
 def record(*fields: tuple[str, object] | tuple[str, object, Index | int]) -> np.dtype[np.record]:
-    """Record type with these fields (name, type, shape), for memory that kernels lay out themselves."""
+    """Return a record type with these fields (name, type, shape), for state and scratch memory of kernels."""
     return cast(np.dtype[np.record], np.dtype((np.record, list(fields))))
 
 
 def size_of(dtype: np.dtype[np.record]) -> int:
-    """How many float64 a record takes."""
+    """Return the size of a record in float64 numbers."""
     return dtype.itemsize // 8
 
 
 def record_of(places: Iterable[str]) -> np.dtype[np.record]:
-    """Record type of consecutive numbers with these places.
+    """Return the record type of consecutive numbers with these places.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def _field(name: str, paths: list[Path]) -> tuple[str, object] | tuple[str, obje
 
 
 def _offset(dtype: Dtype, path: Path) -> int:
-    """Where a number lies in a record, in bytes."""
+    """Return the offset of a number in a record, in bytes."""
     offset = 0
     for name, index in path:
         if dtype == np.complex128:

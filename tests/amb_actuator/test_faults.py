@@ -17,7 +17,7 @@ laws = pytest.mark.parametrize("law", range(len(LAWS)), ids=LAWS)
 amplifiers = pytest.mark.parametrize("amplifier", [0, DYNAMIC], ids=["ideal", "dynamic"])
 
 
-def settle(actuator, steps=40, **inputs):
+def step_until_settled(actuator, steps=40, **inputs):
     for name, value in inputs.items():
         actuator[name.replace("__", ".")] = value
     for n in range(steps):
@@ -47,7 +47,7 @@ def test_bearing_without_current_drops_its_static_load(bearing, law, amplifier):
     scale = 544.0 / K_I if law == MEASURED else 1.0
     for x in (0.0, 3e-4):
         actuator = bearing(force_law=law, amplifier=amplifier, mb1__x=x)
-        settle(actuator, steps=1, mb1__amplifier_off_x=1.0)
+        step_until_settled(actuator, steps=1, mb1__amplifier_off_x=1.0)
         actuator.step(H, 20.0)
         assert actuator["mb1.f_x"] == pytest.approx(-F_0 * scale, rel=1e-9)
         assert actuator["mb1.k_xx"] == pytest.approx(0.0, abs=1e-6)
@@ -62,35 +62,35 @@ def test_amplifier_that_is_off_from_the_beginning_has_no_current(bearing):
 def test_ideal_amplifier_recovers_at_once_a_dynamic_one_at_its_slew_rate(bearing):
     for amplifier in (0, DYNAMIC):
         actuator = bearing(amplifier=amplifier, mb1__amplifier_off_x=1.0)
-        settle(actuator, steps=1, mb1__amplifier_off_x=0.0)
+        step_until_settled(actuator, steps=1, mb1__amplifier_off_x=0.0)
         expected = 5.57 if amplifier == 0 else 150.0 / R * (1 - math.exp(-R / L * H))
         assert actuator["mb1.i_upper_x"] == pytest.approx(expected, rel=1e-12)
-        settle(actuator, steps=100)
+        step_until_settled(actuator, steps=100)
         assert actuator["mb1.f_x"] == pytest.approx(0.0, abs=1e-9)
 
 
 @amplifiers
 def test_stuck_currents_stay_and_return_when_freed(bearing, amplifier):
-    actuator = settle(bearing(amplifier=amplifier), mb1__i_x=1.0)
-    settle(actuator, mb1__stuck_x=1.0, mb1__i_x=-2.0)
+    actuator = step_until_settled(bearing(amplifier=amplifier), mb1__i_x=1.0)
+    step_until_settled(actuator, mb1__stuck_x=1.0, mb1__i_x=-2.0)
     assert actuator["mb1.i_upper_x"] == pytest.approx(6.57, rel=1e-12)
     assert actuator["mb1.i_lower_x"] == pytest.approx(3.43, rel=1e-12)
     assert actuator["mb1.f_x"] == pytest.approx(K_I, rel=1e-9)
     assert actuator["mb1.v_upper_x"] == pytest.approx(R * 6.57)
-    settle(actuator, mb1__stuck_x=0.0)
+    step_until_settled(actuator, mb1__stuck_x=0.0)
     assert actuator["mb1.f_x"] == pytest.approx(-2 * K_I, rel=1e-9)
 
 
 def test_current_sticks_in_the_middle_of_a_slew(bearing):
-    actuator = settle(bearing(amplifier=DYNAMIC), steps=3, mb1__i_x=4.0)
+    actuator = step_until_settled(bearing(amplifier=DYNAMIC), steps=3, mb1__i_x=4.0)
     held = actuator["mb1.i_upper_x"]
     assert 5.57 < held < 9.0
-    settle(actuator, mb1__stuck_x=1.0)
+    step_until_settled(actuator, mb1__stuck_x=1.0)
     assert actuator["mb1.i_upper_x"] == held
 
 
 def test_amplifier_that_is_off_cannot_hold_a_stuck_current(bearing):
-    actuator = settle(bearing(), steps=10, mb1__stuck_x=1.0, mb1__amplifier_off_x=1.0)
+    actuator = step_until_settled(bearing(), steps=10, mb1__stuck_x=1.0, mb1__amplifier_off_x=1.0)
     assert actuator["mb1.i_upper_x"] == pytest.approx(5.57 * math.exp(-R / L * 10 * H), rel=1e-12)
 
 
@@ -129,9 +129,9 @@ def test_cured_faults_leave_no_trace(bearing, law, amplifier):
     before = actuator.outputs.copy()
     faults = {"amplifier_off_x": 1.0, "stuck_x": 1.0, "coil_loss_upper_x": 0.7, "coil_loss_lower_x": 0.2}
     for fault, value in faults.items():
-        settle(actuator, **{f"mb1__{fault}": value})
+        step_until_settled(actuator, **{f"mb1__{fault}": value})
         assert not np.array_equal(actuator.outputs, before) or fault == "stuck_x"
-        settle(actuator, steps=400, **{f"mb1__{fault}": 0.0})
+        step_until_settled(actuator, steps=400, **{f"mb1__{fault}": 0.0})
     np.testing.assert_allclose(actuator.outputs, before, rtol=1e-12, atol=1e-9)
 
 
@@ -140,5 +140,5 @@ def test_a_fault_stays_in_its_axis(bearing, faulty, sound):
     (b, a), (c, e) = faulty, sound
     faults = ("amplifier_off", "stuck", "coil_loss_upper", "coil_loss_lower")
     actuator = bearing({f"{b}.{fault}_{a}": 1.0 for fault in faults})
-    assert settle(actuator)[f"{b}.f_{a}"] < -100.0
+    assert step_until_settled(actuator)[f"{b}.f_{a}"] < -100.0
     assert (actuator[f"{c}.f_{e}"], actuator[f"{c}.i_upper_{e}"]) == (0.0, pytest.approx(5.57))

@@ -133,12 +133,12 @@ def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
     (tmp_path / "lame.toml").write_text(rig.replace("discs = [1, 3, 10, 13]", "discs = [1, 3]"), encoding="utf-8")
     assert runner("build", "--rotor", "heavy.toml", "-o", "heavy").exit_code == 0
 
-    def stored(name):
+    def constants_of(name):
         with zipfile.ZipFile(tmp_path / "heavy" / f"{name}.fmu") as archive:
             return np.load(io.BytesIO(archive.read("resources/constants.npy")))
 
-    np.testing.assert_array_equal(stored("rotor_contact"), plant_constants(load_rotor(tmp_path / "heavy.toml")))
-    assert not np.array_equal(stored("rolac_controller"), model_source("rolac_controller")[1])
+    np.testing.assert_array_equal(constants_of("rotor_contact"), plant_constants(load_rotor(tmp_path / "heavy.toml")))
+    assert not np.array_equal(constants_of("rolac_controller"), model_source("rolac_controller")[1])
     refused = runner("build", "--rotor", "lame.toml", "-o", "lame")
     assert refused.exit_code == 2
     assert "planes.discs = [1, 3] of rotor 'bath_rig' is not allowed in a plant; it must be 4 nodes" in refused.output

@@ -233,7 +233,7 @@ def test_a_table_without_a_controller_to_use_it_is_refused(runner, table, tmp_pa
     assert_refused(result, "receptances t.toml have no use: no component of the run is the model rolac_controller")
 
 
-def stored(fmu):
+def constants_of(fmu):
     with zipfile.ZipFile(fmu) as archive:
         return np.load(io.BytesIO(archive.read("resources/constants.npy")))
 
@@ -241,9 +241,9 @@ def stored(fmu):
 def test_the_controller_is_built_with_the_table(runner, table, tmp_path):
     table.write(tmp_path / "t.toml")
     assert runner("build", "-o", "fmus", "--receptances", "t.toml").exit_code == 0
-    np.testing.assert_array_equal(stored(tmp_path / "fmus" / "rolac_controller.fmu"), table.constants())
+    np.testing.assert_array_equal(constants_of(tmp_path / "fmus" / "rolac_controller.fmu"), table.constants())
     assert runner("build", "-o", "plain").exit_code == 0
-    assert stored(tmp_path / "plain" / "rolac_controller.fmu").size > table.constants().size
+    assert constants_of(tmp_path / "plain" / "rolac_controller.fmu").size > table.constants().size
     assert (tmp_path / "fmus" / "rotor_contact.fmu").stat().st_size == (
         tmp_path / "plain" / "rotor_contact.fmu"
     ).stat().st_size
@@ -260,7 +260,7 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
     (tmp_path / "derived.toml").write_text('base = "cases/case.toml"\nsettle_cycles = 3\n')
     for path in (folder / "case.toml", tmp_path / "derived.toml"):
         prepared = prepare(load_scenario(str(path)))
-        np.testing.assert_array_equal(stored(prepared.fmus["rolac_controller"].path), table.constants())
+        np.testing.assert_array_equal(constants_of(prepared.fmus["rolac_controller"].path), table.constants())
     (folder / "case.toml").write_text('base = "fig5_6"\nreceptances = "t.toml"\n')
     with pytest.raises(ValueError, match="it is of rotor 'mine', not of 'bath_rig'"):
         prepare(load_scenario(str(folder / "case.toml")))

@@ -15,13 +15,13 @@ SCENARIO = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n[[stop]]\nva
 
 def met(values, *conditions, start=0):
     """Index and point at which the first of the conditions (side, limit, first, hold) is met by the values, or None."""
-    watch = StopObserver(
+    observer = StopObserver(
         [Condition("x", side == "above", limit, first, hold, "") for side, limit, first, hold in conditions],
         [0] * len(conditions),
     )
     try:
         for n, value in enumerate(values, start):
-            watch(n, np.array([value]))
+            observer(n, np.array([value]))
     except Stopped as stopped:
         return stopped.index, stopped.point
     return None

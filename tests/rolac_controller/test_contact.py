@@ -136,7 +136,7 @@ class Rubbing:
         return (total / (self.d + normal / CLEARANCE), normal) if self.rubs else (free, 0.0)
 
 
-def rub(bench, speed_of, aware):
+def rubbing_case(bench, speed_of, aware):
     """Force on MB1 x, whether it rubs, after two seconds of adaptation that begin in a rub of all four axes."""
     speed = speed_of(SAMPLES)
     r = np.zeros((8, 4), dtype=complex)
@@ -165,14 +165,14 @@ def rub(bench, speed_of, aware):
 
 def test_rolac_pumps_its_force_while_a_supercritical_journal_rubs(bench, speed_of):
     """Its force grows far beyond the unbalance force, 4 kN, that it should cancel, and the rub goes on."""
-    rotor, trace = rub(bench, speed_of, 0.0)
+    rotor, trace = rubbing_case(bench, speed_of, 0.0)
     assert rotor.rubs
     assert trace[-1, 0] > 5.0 * 4000.0
     assert trace[-1, 1] > trace[0, 1]
 
 
 def test_contact_aware_adaptation_ends_that_rub_and_finds_the_optimum(bench, speed_of):
-    rotor, trace = rub(bench, speed_of, 1.0)
+    rotor, trace = rubbing_case(bench, speed_of, 1.0)
     assert trace[0, 1] > 1000.0
     assert not rotor.rubs
     assert trace[:, 0].max() < 2.0 * 4000.0

@@ -15,11 +15,11 @@ RIG = values_of(load_rotor())
 
 
 def test_package_and_reference_hold_the_same_printed_numbers():
-    printed = thesis_frequencies()
+    tabulated = thesis_frequencies()
     for mesh in ("13_node", "23_node"):
-        assert printed[mesh] == THESIS["table_3_1"][mesh]
-    assert printed["condensed"]["diagonal"]["90"] == THESIS["table_3_4"]["condensed"]
-    assert sum(len(row) for rows in printed["13_node"].values() for row in rows.values()) == 32
+        assert tabulated[mesh] == THESIS["table_3_1"][mesh]
+    assert tabulated["condensed"]["diagonal"]["90"] == THESIS["table_3_4"]["condensed"]
+    assert sum(len(row) for rows in tabulated["13_node"].values() for row in rows.values()) == 32
 
 
 def test_rig_deviates_by_less_than_the_stated_0_58_percent():

@@ -63,7 +63,7 @@ RING = '[[bodies]]\nname = "ring"\n'
 OIL = '[[bearings]]\nname = "oil"\nnode = 1\n'
 
 
-def ring(node, mass, radius):
+def with_ring(node, mass, radius):
     return RING + f"node = {node}\nmass = {mass}\nradius = {radius}\nwidth = 1"
 
 
@@ -75,10 +75,10 @@ def in_full(sentence):
 @pytest.mark.parametrize(
     ("more", "sentence"),
     [
-        (ring(9, 1, 1), "bodies[0].node (ring) = 9! a node number from 1 to 3"),
-        (ring(0, 1, 1), "bodies[0].node (ring) = 0! >= 1"),
-        (ring(1, 0, 1), "bodies[0].mass (ring) = 0 kg! > 0 kg"),
-        (ring(1, 1, -1.0), "bodies[0].radius (ring) = -1.0 m! >= 0 m"),
+        (with_ring(9, 1, 1), "bodies[0].node (ring) = 9! a node number from 1 to 3"),
+        (with_ring(0, 1, 1), "bodies[0].node (ring) = 0! >= 1"),
+        (with_ring(1, 0, 1), "bodies[0].mass (ring) = 0 kg! > 0 kg"),
+        (with_ring(1, 1, -1.0), "bodies[0].radius (ring) = -1.0 m! >= 0 m"),
         (RING + "node = 1\nmass = 1\nradius = 1", "bodies[0].width (ring) is missing"),
         (RING + "node = 1\nmass = 1\npolar_inertia = 1", "bodies[0].diametral_inertia (ring) is missing"),
         (OIL + "stiffness = [1e6, 1e6]", "bearings[0].stiffness (oil) = [1000000.0, 1000000.0]! " + TENSOR),
@@ -125,7 +125,7 @@ def test_mistake_in_the_shaft_is_named_with_its_key(tmp_path, old, new, sentence
 
 def test_all_mistakes_of_a_file_are_named_at_once(tmp_path):
     text = SHAFT.replace("density = 7800", "density = -1").replace("diameter = 0.05", "")
-    assert sorted(refused(tmp_path, text + ring(1, -1, 1))) == [
+    assert sorted(refused(tmp_path, text + with_ring(1, -1, 1))) == [
         "bodies[0].mass (ring) = -1 kg is not allowed; it must be > 0 kg",
         "name is missing",
         "shaft.density = -1 kg/m3 is not allowed; it must be > 0 kg/m3",
