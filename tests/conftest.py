@@ -127,7 +127,7 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
             f"{body}\nimport json, pathlib\n{call}\npathlib.Path({str(answer)!r}).write_text(json.dumps(result))\n",
             encoding="utf-8",
         )
-        paths = [str(SUPPORT), *filter(None, [os.environ.get("PYTHONPATH")])]
+        paths = [str(SUPPORT), str(HERE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]  # and the benchmarks
         process = subprocess.run(
             [sys.executable, str(script)],
             cwd=cwd or folder,

@@ -117,6 +117,7 @@ def test_build_refuses_platforms_that_it_cannot_serve(runner, tmp_path, argument
     assert not list(tmp_path.rglob("*.fmu"))
 
 
+@pytest.mark.slow
 def test_build_writes_native_fmus_for_this_machine(runner, tmp_path):
     pytest.importorskip("ziglang")
     assert runner("build", "--flavour", "native", "-o", "fmus").exit_code == 0

@@ -14,6 +14,8 @@ TESTS = Path(__file__).parents[1]
 SOURCES = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native"
 KEEPS = {"Real": "r", "Integer": "i", "Boolean": "b"}
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("ziglang", reason="a native FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
 
 
