@@ -62,14 +62,7 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float)
     _set_start(motion, tau, z, start)
     damped = motion.bearings[0].c_b != 0.0 or motion.bearings[1].c_b != 0.0
     size = 2 * n + (N_GAUSS * N_AXES if damped else 0)
-    for i in range(size):
-        end[i] = 0.0
-    for j in range(0, 5 * n, 2):  # x and y of a plane at once, which halves the traffic to memory
-        x, y = start[j], start[j + 1]
-        P_x, P_y = propagator.P[j], propagator.P[j + 1]
-        if x != 0.0 or y != 0.0:
-            for i in range(size):
-                end[i] = (end[i] + x * P_x[i]) + y * P_y[i]
+    _apply_propagator(propagator.P, start, end, size)
     for site in w.sites:
         if site.enabled != 0.0 and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
             return False
@@ -78,6 +71,24 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float)
     integrals.damping_heat += h * (_damping_heat(motion, end, n) if damped else 0.0)
     copy(end[: 2 * n], z)
     return True
+
+
+@kernel
+def _apply_propagator(P: Array, start: Array, end: Array, size: int) -> None:
+    """Write the first `size` numbers, a multiple of four, of P start into `end`.
+
+    Four sums at once stay in registers; most of `start` is zero where forces do not act.
+    """
+    for i in range(0, size, 4):
+        a = b = c = d = 0.0
+        for j in range(start.shape[0]):
+            x = start[j]
+            if x != 0.0:
+                a += x * P[j, i]
+                b += x * P[j, i + 1]
+                c += x * P[j, i + 2]
+                d += x * P[j, i + 3]
+        end[i], end[i + 1], end[i + 2], end[i + 3] = a, b, c, d
 
 
 @kernel
