@@ -45,7 +45,8 @@ class Model:
     faults
         Sentence for each fault code the kernels return; `{name}` in it is replaced by that variable's value.
     packages
-        Names of the packages that the kernels need; they are shipped inside the FMU.
+        Names of the packages that the kernels need; they are shipped inside the FMU. The first one contains the script
+        that PythonFMU loads, `<name>_fmu.py`.
     step_size, variable_step
         Usual communication step (s), and whether it may change from step to step.
 

@@ -7,7 +7,7 @@ import click
 from amb_cosim.commands import analysis, build, identify, run
 
 
-@click.group()
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="amb-cosim")
 def main() -> None:
     """Co-simulation of a flexible rotor in magnetic bearings that can touch its retainer bearings."""

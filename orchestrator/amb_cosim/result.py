@@ -61,14 +61,14 @@ class Result:
 
     @cached_property
     def summary(self) -> Summary:
-        """Figures of the run, with units in the documentation of `Summary`."""
+        """Key values of the run, with units in the documentation of `Summary`."""
         from amb_cosim.summary import summarise
 
         return summarise(self.dataset)
 
     @property
     def plot(self) -> Plots:
-        """Figures: `plot.orbits()`, `plot.displacement()`, `plot.contact()`, `plot.whirl()`, `plot.energy()`."""
+        """Figures of the run: `plot.orbits()`, and `displacement`, `contact`, `whirl`, `energy`."""
         from amb_cosim.plots import Plots
 
         return Plots(self.dataset)
@@ -92,7 +92,7 @@ class Result:
     def _repr_html_(self) -> str:
         from rich.console import Console
 
-        console = Console(record=True, file=io.StringIO(), width=100)
+        console = Console(record=True, file=io.StringIO(), width=100, force_jupyter=False)
         console.print(self.summary.table())
         console.print(str(self.outcome))
         return console.export_html(inline_styles=True, code_format="<pre>{code}</pre>")

@@ -1,12 +1,12 @@
-"""The summary of a run: figures of its data set, one function each."""
+"""The summary of a run: key values of its data set, one function each."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import xarray as xr
-from pydantic import BaseModel, ConfigDict, Field
 from rich.table import Table
 
 from amb_cosim import contact_history, energies
@@ -15,10 +15,12 @@ from amb_cosim.series import BEARINGS
 from amb_cosim.text_tables import number
 
 AtPlaces = dict[str, float | None]
+KEY = "key"  # of a field's metadata: its name in JSON, with the unit
 
 
-class Summary(BaseModel):
-    """Figures of a run from cycle 0 on; None where the data set does not hold what a figure takes.
+@dataclass(frozen=True)
+class Summary:
+    """Key values of a run from cycle 0 on; None where the data set does not hold what a value takes.
 
     Attributes
     ----------
@@ -53,47 +55,46 @@ class Summary(BaseModel):
     settled_amplitude
         Synchronous amplitude at each bearing `before` the change and at the `end` (mm).
     energy
-        Heat of damping, friction and impacts, work of all inputs, and the largest error of the balance (J).
+        Heat of damping, friction and impacts, work of all inputs, and the largest error of the balance (J). The heat of
+        impacts is negative where the nodal impact rule of the thesis, `contact.impact_law` 0, creates energy.
     energy_balance
         That error over the largest of all energies.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     scenario: str
     flavour: str
     completed: bool
     stopped: str | None
-    settling: float = Field(serialization_alias="settling_s")
-    simulated: float = Field(serialization_alias="simulated_s")
-    wall: float = Field(serialization_alias="wall_s")
+    settling: float = field(metadata={KEY: "settling_s"})
+    simulated: float = field(metadata={KEY: "simulated_s"})
+    wall: float = field(metadata={KEY: "wall_s"})
     real_time_factor: float | None
-    peak_contact_force: AtPlaces = Field(serialization_alias="peak_contact_force_N")
-    peak_impulse: AtPlaces = Field(serialization_alias="peak_impulse_Ns")
+    peak_contact_force: AtPlaces = field(metadata={KEY: "peak_contact_force_N"})
+    peak_impulse: AtPlaces = field(metadata={KEY: "peak_impulse_Ns"})
     contact_share: AtPlaces
-    first_contact: float | None = Field(serialization_alias="first_contact_cycle")
-    last_contact: float | None = Field(serialization_alias="last_contact_cycle")
+    first_contact: float | None = field(metadata={KEY: "first_contact_cycle"})
+    last_contact: float | None = field(metadata={KEY: "last_contact_cycle"})
     recovered: bool | None
     recovery: contact_history.Recovery | None
-    rolling_from: float | None = Field(serialization_alias="rolling_from_cycle")
-    whirl_speed: AtPlaces = Field(serialization_alias="whirl_speed_rad_s")
-    orbit_before: AtPlaces = Field(serialization_alias="orbit_before_mm")
-    orbit_after: AtPlaces = Field(serialization_alias="orbit_after_mm")
-    orbit_largest: AtPlaces = Field(serialization_alias="orbit_largest_mm")
-    settled_amplitude: dict[str, AtPlaces] = Field(serialization_alias="settled_amplitude_mm")
-    energy: dict[str, float] | None = Field(serialization_alias="energy_J")
-    energy_balance: float | None = Field(serialization_alias="energy_balance_relative")
+    rolling_from: float | None = field(metadata={KEY: "rolling_from_cycle"})
+    whirl_speed: AtPlaces = field(metadata={KEY: "whirl_speed_rad_s"})
+    orbit_before: AtPlaces = field(metadata={KEY: "orbit_before_mm"})
+    orbit_after: AtPlaces = field(metadata={KEY: "orbit_after_mm"})
+    orbit_largest: AtPlaces = field(metadata={KEY: "orbit_largest_mm"})
+    settled_amplitude: dict[str, AtPlaces] = field(metadata={KEY: "settled_amplitude_mm"})
+    energy: dict[str, float] | None = field(metadata={KEY: "energy_J"})
+    energy_balance: float | None = field(metadata={KEY: "energy_balance_relative"})
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the figures under names that hold their units, ready for JSON."""
-        return self.model_dump(by_alias=True)
+        """Return the values under names that hold their units, ready for JSON."""
+        return {f.metadata.get(KEY, f.name): getattr(self, f.name) for f in fields(self)}
 
     def to_json(self) -> str:
         """Return `as_dict` as JSON text."""
         return json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
 
     def table(self) -> Table:
-        """Return a table of the main figures, to print."""
+        """Return a table of the main values, to print."""
         table = Table(title=self.scenario, show_header=False, title_justify="left")
         for label, values, unit in (
             ("peak contact force", self.peak_contact_force, "N"),

@@ -5,12 +5,15 @@ import json
 import shutil
 import sys
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from amb_actuator.actuator import MODEL as ACTUATOR
 from fmi_export import amb_cosim_bootstrap as bootstrap
+from fmi_export.building.python_fmu import build_python_fmu
 
 # What an FMU may import besides its own packages; slave.py imports the description only when the FMU is built.
 RUNTIME = {"numpy", "numba", "pythonfmu", "amb_cosim_bootstrap", *sys.stdlib_module_names}
@@ -180,3 +183,10 @@ def test_an_fmu_runs_again_after_the_folder_of_its_first_run_was_deleted(build_f
     first, second = run_python(host, path=build_fmu(lag))
     assert first == second
     assert first[-1] > 0.99
+
+
+def test_a_model_without_a_script_says_where_it_must_be(tmp_path):
+    model = replace(ACTUATOR, name="unknown_model")
+    with pytest.raises(ValueError, match=r"model unknown_model has no script .*unknown_model_fmu\.py"):
+        build_python_fmu(model, np.zeros(1), tmp_path)
+    assert list(tmp_path.iterdir()) == []

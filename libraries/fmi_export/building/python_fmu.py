@@ -53,7 +53,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
         unneeded = shutil.ignore_patterns("__pycache__", bootstrap.BUILD_ONLY)
         for name in model.packages:
             shutil.copytree(_folder(name), stage / "code" / name, ignore=unneeded)
-        script = shutil.copy2(_folder(model.packages[0]) / f"{model.name}_fmu.py", stage)
+        script = shutil.copy2(_script(model), stage)
         shutil.copy2(bootstrap.__file__, stage)
         np.save(stage / "constants.npy", np.ascontiguousarray(constants, dtype=np.float64))
         (stage / "build.json").write_text(json.dumps(_build_facts(model, constants), indent=1), encoding="utf-8")
@@ -65,6 +65,17 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
         target = folder / f"{model.name}.fmu"
         write_atomically(target, partial(shutil.copyfile, built))
     return target
+
+
+def _script(model: Model) -> Path:
+    """Return the script that PythonFMU loads; raises ValueError if the model's package has none."""
+    script = _folder(model.packages[0]) / f"{model.name}_fmu.py"
+    if not script.is_file():
+        raise ValueError(
+            f"model {model.name} has no script {script}; the first of its packages must contain one that names the "
+            "model to PythonFMU, such as examples/lag_sensor/lag_sensor/lag_sensor_fmu.py"
+        )
+    return script
 
 
 def _build_facts(model: Model, constants: Array) -> dict[str, object]:

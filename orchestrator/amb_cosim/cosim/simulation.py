@@ -114,7 +114,7 @@ def assemble(system: System, flavour: Flavour = "python", **options: Any) -> Ass
         If an FMU cannot be had, or the system does not fit the interfaces.
     """
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
-    interfaces = {c: read_interface(fmu.folder, c) for c, fmu in fmus.items()}
+    interfaces = {c: read_interface(fmu.path, c) for c, fmu in fmus.items()}
     system.check(interfaces)
     return Assembly(system, fmus, interfaces)
 
