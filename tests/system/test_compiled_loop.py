@@ -111,7 +111,7 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
             if plain.dataset[name].values.tobytes() != fast.dataset[name].values.tobytes()
         ],
         "attributes": [k for k, v in plain.dataset.attrs.items() if k not in own and fast.dataset.attrs[k] != v],
-        "failures": [plain.failure, fast.failure],
+        "failures": [plain.outcome.failure, fast.outcome.failure],
         "points": np.rint(fast.dataset.time.values / prepared.plan.step_size).astype(int).tolist(),
         "every": [c.every for c in prepared.plan.system.components],
         "outputs": [len(i.of("output")) for i in prepared.interfaces.values()],
