@@ -41,23 +41,23 @@ class Propagator(NamedTuple):
 
     key
         Record of type `KEY`, in an array of one.
-    n_pieces
-        Number of pieces of a step, in an array of one; 0 where there are too many.
     P, V
         Shapes (5 n, 2 n + N_GAUSS N_AXES) and (5 n, 2 n); row j is the effect of unit j of x.
     start, end
         What P maps from and to.
     series
         Terms of the series, shape (N_SERIES, n).
+    n_pieces
+        Number of pieces of a step, in an array of one; 0 where there are too many.
     """
 
     key: np.ndarray[tuple[int], np.dtype[np.record]]
-    n_pieces: Array
     P: Array
     V: Array
     start: Array
     end: Array
     series: Array
+    n_pieces: Array
 
 
 def propagator_size(n: int) -> int:
@@ -71,12 +71,12 @@ def propagator_of(work: Array, n: int) -> Propagator:
     """Return a `Propagator` in the beginning of an array."""
     rows, columns = 5 * n, 2 * n + N_GAUSS * N_AXES
     key, rest = work[:N_KEY].view(KEY), work[N_KEY:]
-    n_pieces, rest = rest[:1], rest[1:]
     P, rest = rest[: rows * columns].reshape(rows, columns), rest[rows * columns :]
     V, rest = rest[: rows * 2 * n].reshape(rows, 2 * n), rest[rows * 2 * n :]
     start, rest = rest[:rows], rest[rows:]
     end, rest = rest[:columns], rest[columns:]
-    return Propagator(key, n_pieces, P, V, start, end, rest[: N_SERIES * n].reshape(N_SERIES, n))
+    series, rest = rest[: N_SERIES * n].reshape(N_SERIES, n), rest[N_SERIES * n :]
+    return Propagator(key, P, V, start, end, series, rest[:1])
 
 
 @kernel

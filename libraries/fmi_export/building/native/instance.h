@@ -14,15 +14,16 @@ enum { FAULT_INTERNAL = 998, FAULT_STEP_SIZE = 999, FAULT_RANGE = 1000, FAULT_NO
    all there is to save: what kernels leave in the scratch array saves time, and no call needs it. */
 typedef struct {
     double values[N_VALUES];
-    double state[N_STATE];
+    _Alignas(16) double state[N_STATE];
     int64_t checked; /* whether the parameters are within their ranges, as far as is known */
     int64_t fault;
     char reason[TEXT_SIZE];
 } Run;
 
+/* Kernels use vectors of two numbers, which are slower where they cross a cache line. */
 typedef struct {
     double next_outputs[N_OUTPUTS];
-    double work[N_WORK];
+    _Alignas(16) double work[N_WORK];
 } Scratch;
 
 #pragma GCC visibility push(hidden)
