@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.fmus import Flavour, build_model, model_source
+from amb_cosim.cosim.fmus import Flavour, build_models
 from fmi_export.model import Model
 
 CONTROLLER = "rolac_controller"
@@ -83,9 +83,7 @@ def build(
         "rotor": None if rotor is None else Path(rotor),
         "receptances": None if receptances is None else Path(receptances),
     }
-    for name in MODELS:  # all of them, before anything is written
-        model_source(name, **options)
-    return [build_model(name, Path(folder), flavour, platforms, **options) for name in MODELS]
+    return build_models(MODELS, Path(folder), flavour, platforms, **options)
 
 
 def check_loop(receptances: Path, parameters: Mapping[str, float | None]) -> None:

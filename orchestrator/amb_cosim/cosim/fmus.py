@@ -68,20 +68,25 @@ def model_source(name: str, **options: Any) -> tuple[Model, Constants]:
     return models()[name](**options)
 
 
-def build_model(
-    name: str, folder: Path, flavour: Flavour = "python", platforms: Iterable[str] | None = None, **options: Any
-) -> Path:
-    """Write the FMU of a model into `folder` and return its path.
+def build_models(
+    names: Iterable[str],
+    folder: Path,
+    flavour: Flavour = "python",
+    platforms: Iterable[str] | None = None,
+    **options: Any,
+) -> list[Path]:
+    """Write the FMUs of models into `folder` and return their paths; nothing is written unless all can be made.
 
     Parameters
     ----------
-    name, options
-        The model and what it is made for, as for `model_source`.
+    names, options
+        The models and what they are made for, as for `model_source`.
     flavour, platforms
         Which flavour, and what a native FMU runs on; see `build_native_fmu`.
     """
+    made = [model_source(name, **options) for name in names]
     build, _ = _flavoured(flavour, platforms)
-    return build(*model_source(name, **options), folder)
+    return [build(model, constants, folder) for model, constants in made]
 
 
 def provide(fmu: str, flavour: Flavour = "python", **options: Any) -> Fmu:
