@@ -44,20 +44,16 @@ def record_of(places: Iterable[str]) -> np.dtype[np.record]:
     for position, path in enumerate(paths):
         if _offset(dtype, path) != 8 * position:
             raise ValueError(f"{_text(path)} does not lie beside the numbers that it belongs to")
-    if not isinstance(dtype, np.dtype) or dtype.itemsize != 8 * len(paths):
+    if dtype.itemsize != 8 * len(paths):
         raise ValueError(f"{len(paths)} numbers do not fill their record; one has no place of its own")
     return dtype
 
 
 def _parse(place: str) -> Path:
-    steps = [_STEP.fullmatch(step) for step in place.split(".")] if "[" not in place else _steps(place)
+    steps = [_STEP.fullmatch(step) for step in place.split(".")]
     if not all(steps):
         raise ValueError(f"{place!r} is no place in a record; write name, name.name or name[0,1].name")
     return tuple((s[1], tuple(int(i) for i in s[2].split(",")) if s[2] else None) for s in steps if s)
-
-
-def _steps(place: str) -> list[re.Match[str] | None]:
-    return [_STEP.fullmatch(step) for step in re.split(r"\.(?![^\[]*\])", place)]
 
 
 def _dtype(paths: list[Path]) -> np.dtype[np.record]:
