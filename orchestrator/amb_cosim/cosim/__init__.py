@@ -5,7 +5,7 @@ system_file     a system, and what is done with it, from a TOML file
 fmus            FMUs of models and files, built and extracted once
 experiment      Experiment: times, events, profiles, stop conditions, recording; in seconds
 assignments     values of parameters and inputs, with units
-simulation      assemble, simulate: from a system and an experiment to a recording
+simulation      assemble, run_plan: from a system and a plan to a recording
 run             simulate a system file: all of the above in one call
 master          the algorithm, in plain Python; compiled: the same in machine code
 component       one FMU instance; fmu_interface: what its modelDescription says

@@ -70,7 +70,7 @@ class Assignments:
 
     def read(self, name: str, raw: Raw, only: str | None = None) -> tuple[str, float]:
         """Return the name under which a value is kept (the signal's, where one feeds the input) and the number."""
-        signal = next((s for s in self.system.signals if s.name == name), self.system.signal_of(name))
+        signal = self.system.signal(name) or self.system.signal_of(name)
         value = 0.0
         for end in signal.targets if signal is not None else (name,):
             port = self._settable(end, ("parameter", "input") if only is None else (only,))
@@ -79,8 +79,7 @@ class Assignments:
 
     def port(self, name: str) -> Port:
         """Return the variable of a name; of a shared signal, the first input that it feeds."""
-        signal = next((s for s in self.system.signals if s.name == name), None)
-        component, variable = self._split(signal.targets[0] if signal is not None else name)
+        component, variable = self._split(self.system.first_end(name))
         return self.interfaces[component].port(variable, component)
 
     def start_value(self, name: str) -> float:

@@ -174,8 +174,7 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
 
 def port_of(signal: str, system: System, interfaces: Mapping[str, FmuInterface]) -> tuple[str, Port]:
     """Return component and variable of a recorded name; of a shared signal, those of the first input it feeds."""
-    shared = next((s for s in system.signals if s.name == signal), None)
-    component, variable = system.split(shared.targets[0] if shared is not None else signal)
+    component, variable = system.split(system.first_end(signal))
     return component, interfaces[component].ports[variable]
 
 
@@ -224,7 +223,7 @@ def _rated(component: Component, values: Assignments, h: float) -> Component:
 def _condition(stop: StopCondition, available: Sequence[str], values: Assignments, h: float) -> Condition:
     if stop.variable not in available:
         raise ValueError(f"stop: there is no signal {stop.variable!r}; {suggest(stop.variable, available)}")
-    return stop.on_grid(port_of(stop.variable, values.system, values.interfaces)[1], h)
+    return stop.on_grid(values.port(stop.variable), h)
 
 
 def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequence[str]) -> tuple[str, ...]:

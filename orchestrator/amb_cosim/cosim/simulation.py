@@ -12,7 +12,7 @@ from typing import Any, Literal
 from amb_cosim.cosim import compiled
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.component import FmuComponent
-from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
+from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
 from amb_cosim.cosim.fmus import Flavour, Fmu, provide
 from amb_cosim.cosim.master import Coupling, Loop, Master, Observer, StepFailed
@@ -117,23 +117,6 @@ def assemble(system: System, flavour: Flavour = "python", **options: Any) -> Ass
     interfaces = {c: read_interface(fmu.path, c) for c, fmu in fmus.items()}
     system.check(interfaces)
     return Assembly(system, fmus, interfaces)
-
-
-def simulate(
-    assembly: Assembly,
-    experiment: Experiment,
-    values: Assignments | None = None,
-    progress: Progress | None = None,
-    loop: Loop = "compiled",
-) -> Recording:
-    """Run an experiment with a system; see `run_plan`.
-
-    Parameters
-    ----------
-    values
-        Parameters and inputs; those of the system by default (`Assembly.assignments`).
-    """
-    return run_plan(assembly, plan_experiment(experiment, values or assembly.assignments()), progress, loop)
 
 
 def run_plan(

@@ -93,6 +93,15 @@ class System:
             raise ValueError(f"{end!r} is no component.variable")
         return self.component(component).name, variable
 
+    def signal(self, name: str) -> Signal | None:
+        """Return the shared signal of that name, if there is one."""
+        return next((signal for signal in self.signals if signal.name == name), None)
+
+    def first_end(self, name: str) -> str:
+        """Return the first input that a shared signal feeds; any other name as it is."""
+        signal = self.signal(name)
+        return name if signal is None else signal.targets[0]
+
     def signal_of(self, target: str) -> Signal | None:
         """Return the shared signal that feeds an input, if one does."""
         return next((signal for signal in self.signals if target in signal.targets), None)
