@@ -17,7 +17,7 @@ from __future__ import annotations
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.friction import friction_ratio
-from rotor_contact.interface import N_SITES, ROLLING
+from rotor_contact.interface import ROLLING
 from rotor_contact.linear_solver import Equations, solve
 from rotor_contact.site import (
     Site,
@@ -31,7 +31,7 @@ from rotor_contact.site import (
 )
 from rotor_contact.workspace import Workspace
 
-N_UNKNOWNS = 2 * N_SITES  # at most
+MAX_UNKNOWNS = 2  # of a site
 
 
 @kernel

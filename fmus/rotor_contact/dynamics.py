@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.records import record
-from rotor_contact.interface import N_BEARINGS, N_DISCS
+from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.structure import Structure
 
 # A magnetic bearing during a step: row of its x, passive stiffness (N/m) and damping (N s/m), and the gradients (N/m)
@@ -31,24 +31,12 @@ class Excitation(NamedTuple):
     sine: Array
 
 
-class MotionArrays(NamedTuple):
-    """Memory for the arrays of `Motion`."""
-
-    K_columns: Array
-    C_columns: Array
-    accelerations: Excitation
-    forces: Excitation
-    bearings: Bearings
-
-
 class Motion(NamedTuple):
     """Coefficients of q'' = steady + A cosine + B sine - K q - C q' during one step (see `Excitation`).
 
-    K_columns, C_columns
-        The columns of K = M^-1 (K - force gradients + passive bearings) and of C = M^-1 (C + Omega G) at the beginning
-        of the step, shape (n, n): row j is column j, so that a product runs along the memory.
-    accelerations, forces
-        The excitation, and the forces behind it.
+    rows
+        Shape (2 n + 6, n); what they are say `K_columns`, `C_columns`, `accelerations` and `forces`. All kernels of a
+        step hand this tuple on, which costs as much as it has arrays.
     bearings
         Records of type `BEARING`.
     MinvG
@@ -57,10 +45,7 @@ class Motion(NamedTuple):
         Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, spin acceleration (rad/s^2).
     """
 
-    K_columns: Array
-    C_columns: Array
-    accelerations: Excitation
-    forces: Excitation
+    rows: Array
     bearings: Bearings
     MinvG: Array
     theta: float
@@ -68,25 +53,58 @@ class Motion(NamedTuple):
     Omega_dot: float
 
 
+@views
+def K_columns(motion: Motion) -> Array:
+    """Return the columns of K = M^-1 (K - force gradients + passive bearings), shape (n, n).
+
+    Row j is column j, so that a product runs along the memory.
+    """
+    return motion.rows[: motion.rows.shape[1]]
+
+
+@views
+def C_columns(motion: Motion) -> Array:
+    """Return the columns of C = M^-1 (C + Omega G) at the beginning of the step, shape (n, n)."""
+    n = motion.rows.shape[1]
+    return motion.rows[n : 2 * n]
+
+
+@views
+def accelerations(motion: Motion) -> Excitation:
+    """Return the accelerations by all forces given."""
+    n = motion.rows.shape[1]
+    return Excitation(motion.rows[2 * n], motion.rows[2 * n + 1], motion.rows[2 * n + 2])
+
+
+@views
+def forces(motion: Motion) -> Excitation:
+    """Return the forces behind these accelerations."""
+    n = motion.rows.shape[1]
+    return Excitation(motion.rows[2 * n + 3], motion.rows[2 * n + 4], motion.rows[2 * n + 5])
+
+
 @kernel
 def collect_forces(
-    structure: Structure, parameters: np.record, inputs: np.record, theta: float, arrays: MotionArrays
+    structure: Structure, parameters: Parameters, inputs: Inputs, theta: float, rows: Array, bearings: Bearings
 ) -> Motion:
-    """Collect the forces of a step (3.1 to 3.6); the coefficients K, C and the accelerations are not written yet.
+    """Collect the forces of a step (3.1 to 3.6) in `rows` and `bearings`, the memory of the motion that is returned.
+
+    The coefficients K, C and the accelerations are not written yet.
 
     Bearing force on the rotor, for each axis: F + k_xx (x - x_ref) - k_b x - c_b x'.
     Unbalance: f_x + i f_y = u exp(i (theta + phi)) (Omega^2 - i Omega').
     Gravity g acts like an acceleration g / sqrt(2) of the base along both axes.
     """
     n = structure.M.shape[0]
-    steady, cosine, sine = arrays.forces
-    gravity_xy = parameters.gravity * math.sqrt(0.5)
-    a_x, a_y = inputs.base_acceleration[0] + gravity_xy, inputs.base_acceleration[1] + gravity_xy
+    motion = Motion(rows, bearings, structure.MinvG, theta, inputs.own.Omega, inputs.own.Omega_dot)
+    steady, cosine, sine = forces(motion)
+    gravity_xy = parameters.own.gravity * math.sqrt(0.5)
+    a_x, a_y = inputs.own.base.a_x + gravity_xy, inputs.own.base.a_y + gravity_xy
     for i in range(n):
         steady[i] = structure.B_base[i, 0] * a_x + structure.B_base[i, 1] * a_y
         cosine[i] = 0.0
         sine[i] = 0.0
-    for d in range(N_DISCS):
+    for d in range(inputs.discs.shape[0]):
         disc = inputs.discs[d]
         u_x, u_y = unbalance_xy(disc.u, disc.phi)
         for i in range(n):
@@ -95,8 +113,8 @@ def collect_forces(
             steady[i] += f_x * disc.f_x + f_y * disc.f_y
             cosine[i] += f_x * u_x + f_y * u_y
             sine[i] += f_y * u_x - f_x * u_y
-    for k in range(N_BEARINGS):
-        bearing = arrays.bearings[k]
+    for k in range(bearings.shape[0]):
+        bearing = bearings[k]
         row = int(structure.bearings[k])
         bearing.row = row
         bearing.k_b = parameters.bearings[k].k_b
@@ -107,20 +125,10 @@ def collect_forces(
         sine[row] -= u_y
         sine[row + 1] += u_x
         for i in range(2):
-            axis = inputs.axes[k, i]
+            axis = inputs.axes[2 * k + i]
             bearing.gradient[i] = axis.gradient
             steady[row + i] += axis.force - axis.gradient * axis.reference
-    return Motion(
-        arrays.K_columns,
-        arrays.C_columns,
-        arrays.accelerations,
-        arrays.forces,
-        arrays.bearings,
-        structure.MinvG,
-        theta,
-        inputs.Omega,
-        inputs.Omega_dot,
-    )
+    return motion
 
 
 @kernel
@@ -135,21 +143,22 @@ def unbalance_xy(unbalance: float, phase: float) -> tuple[float, float]:
 def collect_coefficients(structure: Structure, motion: Motion) -> None:
     """Write the coefficients and accelerations of a step from its forces (3.13)."""
     n = structure.M.shape[0]
+    K, C = K_columns(motion), C_columns(motion)
     for i in range(n):
         for j in range(n):
-            motion.K_columns[j, i] = structure.MinvK[i, j]
-            motion.C_columns[j, i] = motion.Omega * structure.MinvG[i, j]
+            K[j, i] = structure.MinvK[i, j]
+            C[j, i] = motion.Omega * structure.MinvG[i, j]
     for bearing in motion.bearings:
         for axis in range(2):
             row = bearing.row + axis
             for i in range(n):
                 effect = structure.Minv[i, row]
-                motion.K_columns[row, i] += effect * (bearing.k_b - bearing.gradient[axis])
-                motion.C_columns[row, i] += effect * bearing.c_b
-    forces, accelerations = motion.forces, motion.accelerations
-    _divide_by_mass(structure.Minv, forces.steady, accelerations.steady)
-    _divide_by_mass(structure.Minv, forces.cosine, accelerations.cosine)
-    _divide_by_mass(structure.Minv, forces.sine, accelerations.sine)
+                K[row, i] += effect * (bearing.k_b - bearing.gradient[axis])
+                C[row, i] += effect * bearing.c_b
+    given, caused = forces(motion), accelerations(motion)
+    _divide_by_mass(structure.Minv, given.steady, caused.steady)
+    _divide_by_mass(structure.Minv, given.cosine, caused.cosine)
+    _divide_by_mass(structure.Minv, given.sine, caused.sine)
 
 
 @kernel
@@ -189,11 +198,12 @@ def free_acceleration(motion: Motion, tau: float, unbalance: complex, q: Array, 
     """
     n = q.shape[0]
     A, B = unbalance.real, unbalance.imag
-    steady, cosine, sine = motion.accelerations
+    steady, cosine, sine = accelerations(motion)
+    K, C = K_columns(motion), C_columns(motion)
     for i in range(n):
         a[i] = steady[i] + A * cosine[i] + B * sine[i]
     for j in range(n):
-        K_j, C_j, q_j, v_j = motion.K_columns[j], motion.C_columns[j], q[j], v[j]
+        K_j, C_j, q_j, v_j = K[j], C[j], q[j], v[j]
         for i in range(n):
             a[i] -= K_j[i] * q_j + C_j[i] * v_j
     if motion.Omega_dot != 0.0:
@@ -208,7 +218,7 @@ def input_power(motion: Motion, unbalance: complex, q: Array, v: Array) -> float
     """Return the power (W) of all forces given as inputs, without passive bearings; `unbalance` is its direction."""
     power = 0.0
     A, B = unbalance.real, unbalance.imag
-    steady, cosine, sine = motion.forces
+    steady, cosine, sine = forces(motion)
     for i in range(q.shape[0]):
         power += v[i] * (steady[i] + A * cosine[i] + B * sine[i])
     for bearing in motion.bearings:

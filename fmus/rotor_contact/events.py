@@ -23,7 +23,7 @@ from rotor_contact.dynamics import spin_speed
 from rotor_contact.friction import friction_excess, has_friction, reversed_slip
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
 from rotor_contact.integration import substep, substep_limit, velocity_error
-from rotor_contact.interface import FREE, N_SITES, NODAL, ROLLING
+from rotor_contact.interface import FREE, NODAL, ROLLING
 from rotor_contact.modes import resolve_modes
 from rotor_contact.path import stays_within, touch_time
 from rotor_contact.site import (
@@ -35,7 +35,7 @@ from rotor_contact.site import (
     radial_component,
     slip_velocity,
 )
-from rotor_contact.workspace import Workspace
+from rotor_contact.workspace import Workspace, stages_of
 
 FAULT_TOO_MANY_EVENTS, FAULT_SINGULAR = 1, 2
 
@@ -87,10 +87,11 @@ def locate_touch(w: Workspace, tau: float, dt: float) -> float:
     Cubic estimate, refined by Newton's method on the radius; z_new is left at the touch.
     """
     n = w.Minv.shape[0]
-    z, z_new = w.stages.z, w.stages.z_new
+    stages = stages_of(w.stages)
+    z, z_new = stages.z, stages.z_new
     first = -1
     trial = dt
-    for k in range(N_SITES):
+    for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if can_touch(site) and locate_journal(site, z_new[:n]) > site.clearance:
             when = touch_time(site, z, z_new, dt, n)
@@ -122,10 +123,11 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
     while the left end lies on the event itself (a site that has just opened starts on the circle).
     """
     n = w.Minv.shape[0]
+    z_new = stages_of(w.stages).z_new
     low = 0.0
     high = dt
     f_low = -EVENT_OFFSET
-    f_high = indicator(w.sites, w.stages.z_new, n, spin_speed(w.motion, tau + dt)) - EVENT_OFFSET
+    f_high = indicator(w.sites, z_new, n, spin_speed(w.motion, tau + dt)) - EVENT_OFFSET
     side = 0
     located = locate_touch(w, tau, dt)
     if located > 0.0:
@@ -137,7 +139,7 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
         if f_low < -1e-6 * f_high:
             trial = low + (high - low) * f_low / (f_low - f_high)
         substep(w, tau, trial)
-        f = indicator(w.sites, w.stages.z_new, n, spin_speed(w.motion, tau + trial)) - EVENT_OFFSET
+        f = indicator(w.sites, z_new, n, spin_speed(w.motion, tau + trial)) - EVENT_OFFSET
         if abs(f) < EVENT_OFFSET - TOLERANCE:
             return trial
         if f > 0.0:
@@ -160,8 +162,9 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
 def may_touch_between(w: Workspace, dt: float) -> bool:
     """Return whether the path of a free site from z to z_new may pass its retainer."""
     n = w.Minv.shape[0]
+    stages = stages_of(w.stages)
     for site in w.sites:
-        if can_touch(site) and not stays_within(site, w.stages.z, w.stages.z_new, dt, n, 0.0):
+        if can_touch(site) and not stays_within(site, stages.z, stages.z_new, dt, n, 0.0):
             return True
     return False
 
@@ -170,8 +173,9 @@ def may_touch_between(w: Workspace, dt: float) -> bool:
 def apply_impacts(w: Workspace, Omega: float, law: int, rebounds: bool) -> bool:
     """Apply the impact law where free sites have reached their retainers; return False if no impulse was found."""
     n = w.M.shape[0]
-    q = w.stages.z[:n]
-    v = w.stages.z[n : 2 * n]
+    z = stages_of(w.stages).z
+    q = z[:n]
+    v = z[n : 2 * n]
     if not mark_touching(w.sites, q, v):
         return True
     if law == NODAL:
@@ -192,6 +196,7 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
     how often for the next step.
     """
     n = w.M.shape[0]
+    stages = stages_of(w.stages)
     substeps = int(step_size / solver.max_substep + 1.0 - 1e-9)
     longest = step_size / substeps
     shortest = SHORTEST_FLIGHT * longest
@@ -205,8 +210,8 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
             dt = min(step_size - tau, limit, longest * 0.5**memory.n_halvings)
             if not substep(w, tau, dt):
                 return FAULT_SINGULAR
-            event = indicator(w.sites, w.stages.z_new, n, spin_speed(w.motion, tau + dt)) > TOLERANCE
-            error = velocity_error(w.stages, n, dt)
+            event = indicator(w.sites, stages.z_new, n, spin_speed(w.motion, tau + dt)) > TOLERANCE
+            error = velocity_error(w, dt)
             accurate = error <= solver.tolerance and (event or not may_touch_between(w, dt))
             if memory.n_halvings >= MAX_HALVINGS or accurate:
                 break
@@ -220,11 +225,11 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
             if beyond_limit and dt < MIN_EVENT_DISTANCE * step_size:
                 dt = min(MIN_EVENT_DISTANCE * step_size, step_size - tau)
                 substep(w, tau, dt)
-                if largest_penetration(w.sites, w.stages.z_new[:n]) > MAX_PENETRATION:
+                if largest_penetration(w.sites, stages.z_new[:n]) > MAX_PENETRATION:
                     return FAULT_TOO_MANY_EVENTS
         tau += dt
-        copy(w.stages.z_new, w.stages.z)
-        copy(w.stages.k_new, w.stages.k_1)
+        copy(stages.z_new, stages.z)
+        copy(stages.k_new, stages.k_1)
         if event:
             events += 1
             if not apply_impacts(w, spin_speed(w.motion, tau), law, not beyond_limit):

@@ -22,11 +22,11 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.dynamics import Motion
+from rotor_contact.dynamics import Motion, forces
 from rotor_contact.path import stays_within
-from rotor_contact.propagator import N_AXES, N_GAUSS, Propagator, row_of_axis
+from rotor_contact.propagator import N_GAUSS, Propagator, n_axes, row_of_axis
 from rotor_contact.site import can_touch
-from rotor_contact.workspace import Workspace, energy_integrals
+from rotor_contact.workspace import Workspace, energy_integrals, stages_of
 
 TOUCH_MARGIN = 1e-4  # of the clearance, within which the path is not trusted
 GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
@@ -44,12 +44,13 @@ def propagate(w: Workspace, propagator: Propagator, step_size: float) -> bool:
             return False
     if pieces == 0:
         return False
-    copy(w.stages.z, w.stages.z_new)
+    stages = stages_of(w.stages)
+    copy(stages.z, stages.z_new)
     h = step_size / pieces
     for piece in range(pieces):
         if not _propagate_piece(w, propagator, piece * h, h):
             return False
-    copy(w.stages.z_new, w.stages.z)
+    copy(stages.z_new, stages.z)
     return True
 
 
@@ -57,11 +58,13 @@ def propagate(w: Workspace, propagator: Propagator, step_size: float) -> bool:
 def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float) -> bool:
     """Advance z_new by one piece of length h (s) that begins at `tau` (s); return False if it may touch."""
     n = w.Minv.shape[0]
-    z, motion = w.stages.z_new, w.motion
+    z, motion = stages_of(w.stages).z_new, w.motion
     start, end = propagator.start, propagator.end
     _set_start(motion, tau, z, start)
-    damped = motion.bearings[0].c_b != 0.0 or motion.bearings[1].c_b != 0.0
-    size = 2 * n + (N_GAUSS * N_AXES if damped else 0)
+    damped = False
+    for bearing in motion.bearings:
+        damped = damped or bearing.c_b != 0.0
+    size = 2 * n + (N_GAUSS * n_axes(motion) if damped else 0)
     _apply_propagator(propagator.P, start, end, size)
     for site in w.sites:
         if site.enabled != 0.0 and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
@@ -75,7 +78,7 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float)
 
 @kernel
 def _apply_propagator(P: Array, start: Array, end: Array, size: int) -> None:
-    """Write the first `size` numbers, a multiple of four, of P start into `end`.
+    """Write the first `size` numbers of P start into `end`.
 
     Eight sums at once, then four, stay in registers. Much of `start` is zero: forces act at few planes.
     """
@@ -96,7 +99,7 @@ def _apply_propagator(P: Array, start: Array, end: Array, size: int) -> None:
         end[i], end[i + 1], end[i + 2], end[i + 3] = a, b, c, d
         end[i + 4], end[i + 5], end[i + 6], end[i + 7] = e, f, g, h
         i += 8
-    if i < size:
+    while i + 4 <= size:
         a = b = c = d = 0.0
         for j in range(start.shape[0]):
             x = start[j]
@@ -106,12 +109,19 @@ def _apply_propagator(P: Array, start: Array, end: Array, size: int) -> None:
                 c += x * P[j, i + 2]
                 d += x * P[j, i + 3]
         end[i], end[i + 1], end[i + 2], end[i + 3] = a, b, c, d
+        i += 4
+    while i < size:
+        a = 0.0
+        for j in range(start.shape[0]):
+            a += start[j] * P[j, i]
+        end[i] = a
+        i += 1
 
 
 @kernel
 def _set_start(motion: Motion, tau: float, z: Array, start: Array) -> None:
     """Write x, what P is applied to, for a piece that begins at `tau` (s) in state z."""
-    steady, cosine, sine = motion.forces
+    steady, cosine, sine = forces(motion)
     n = steady.shape[0]
     square = motion.Omega * motion.Omega
     A = square * math.cos(motion.theta + motion.Omega * tau)
@@ -137,7 +147,7 @@ def _work(motion: Motion, propagator: Propagator, n: int) -> float:
                     v_c += start[j] * propagator.V[j, i]
                     v_s += start[j] * propagator.V[j, n + i]
             work += start[3 * n + i] * v_c + start[4 * n + i] * v_s
-    for b in range(N_AXES):
+    for b in range(n_axes(motion)):
         i = row_of_axis(motion, b)
         work += 0.5 * motion.bearings[b // 2].gradient[b % 2] * (end[i] * end[i] - start[i] * start[i])
     return work
@@ -148,7 +158,7 @@ def _damping_heat(motion: Motion, end: Array, n: int) -> float:
     """Return the mean heat per second (W) of the passive bearings during a piece, by Gauss's quadrature."""
     heat = 0.0
     for k in range(N_GAUSS):
-        for b in range(N_AXES):
-            velocity = end[2 * n + k * N_AXES + b]
+        for b in range(n_axes(motion)):
+            velocity = end[2 * n + k * n_axes(motion) + b]
             heat += GAUSS_WEIGHTS[k] * motion.bearings[b // 2].c_b * velocity * velocity
     return heat

@@ -14,7 +14,7 @@ from rotor_contact.friction import (
     reversed_slip,
     start_sliding,
 )
-from rotor_contact.interface import FREE, N_SITES, ROLLING, SLIDING
+from rotor_contact.interface import FREE, ROLLING, SLIDING
 from rotor_contact.linear_solver import solve
 from rotor_contact.site import (
     Site,
@@ -28,7 +28,7 @@ from rotor_contact.site import (
     remove_radial_velocity,
     slip_velocity,
 )
-from rotor_contact.workspace import Workspace
+from rotor_contact.workspace import Workspace, stages_of
 
 
 @kernel
@@ -88,7 +88,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
     A combination of restitution and friction that would create energy (possible with several coupled sites) is
     repeated without either. The energy is that of the whole contact: what friction takes from the spin counts.
     """
-    before = w.stages.before[: v.shape[0]]
+    before = stages_of(w.stages).before[: v.shape[0]]
     copy(v, before)
     for site in w.sites:
         if site.touching:
@@ -130,7 +130,7 @@ def _find_impulses(w: Workspace, v: Array, before: Array, Omega: float, friction
 
     `friction` is 1, or 0 to leave restitution and sliding friction out.
     """
-    for _ in range(4 * N_SITES + 2):
+    for _ in range(4 * w.sites.shape[0] + 2):
         size = write_equations(w.Minv, w.sites, w.equations, friction)
         for site in w.sites:
             if is_constrained(site):
@@ -142,7 +142,7 @@ def _find_impulses(w: Workspace, v: Array, before: Array, Omega: float, friction
             return False
         copy(before, v)
         weakest = 0
-        for k in range(N_SITES):
+        for k in range(w.sites.shape[0]):
             site = w.sites[k]
             site.p_n = 0.0
             site.p_t = 0.0

@@ -12,7 +12,7 @@ from rotor_contact.contact import apply_contact, project
 from rotor_contact.dynamics import damping_power, free_acceleration, input_power, spin_speed, unbalance_direction
 from rotor_contact.interface import FREE, SLIDING
 from rotor_contact.site import is_constrained, slip_velocity, tangential_component
-from rotor_contact.workspace import Stages, Workspace, energy_integrals
+from rotor_contact.workspace import Workspace, energy_integrals, stages_of
 
 MAX_WHIRL_ANGLE = 0.035  # rad that a closed site may whirl in a substep: rolling is fast, the constraint turns with it
 MIN_SUBSTEP = 0.01  # of the longest substep; none is shorter however fast the whirl, so that a step always ends
@@ -53,8 +53,9 @@ def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
 def substep(w: Workspace, tau: float, dt: float) -> bool:
     """Advance z to z_new by `dt` (s) from `tau`, projected onto the constraints; leave its derivative in k_new."""
     n = w.Minv.shape[0]
-    z, z_new, trial = w.stages.z, w.stages.z_new, w.stages.trial
-    k_1, k_2, k_3, k_4 = w.stages.k_1, w.stages.k_2, w.stages.k_3, w.stages.k_4
+    stages = stages_of(w.stages)
+    z, z_new, trial = stages.z, stages.z_new, stages.trial
+    k_1, k_2, k_3, k_4 = stages.k_1, stages.k_2, stages.k_3, stages.k_4
     size = z.shape[0]
     for i in range(size):
         trial[i] = z[i] + 0.5 * dt * k_1[i]
@@ -68,18 +69,20 @@ def substep(w: Workspace, tau: float, dt: float) -> bool:
     for i in range(size):
         z_new[i] = z[i] + dt / 6.0 * (k_1[i] + 2.0 * (k_2[i] + k_3[i]) + k_4[i])
     solved = project(w, z_new[:n], z_new[n : 2 * n], spin_speed(w.motion, tau + dt)) and solved
-    return derivative(w, tau + dt, z_new, w.stages.k_new) and solved
+    return derivative(w, tau + dt, z_new, stages.k_new) and solved
 
 
 @kernel
-def velocity_error(stages: Stages, n: int, dt: float) -> float:
+def velocity_error(w: Workspace, dt: float) -> float:
     """Estimate the error of the velocities (m/s) of the last substep, the largest of all master planes.
 
     A third-order formula is embedded that takes the derivative at the end in place of the last stage; the estimate is
     the difference, dt/6 (k_4 - k_new).
     """
+    n = w.Minv.shape[0]
+    stages = stages_of(w.stages)
     largest = 0.0
-    for i in range(n, 2 * n, 2):
+    for i in range(n, n + w.n_translations, 2):
         e_x, e_y = stages.k_4[i] - stages.k_new[i], stages.k_4[i + 1] - stages.k_new[i + 1]
         largest = max(largest, e_x * e_x + e_y * e_y)
     return dt / 6.0 * math.sqrt(largest)
@@ -92,7 +95,7 @@ def substep_limit(w: Workspace, Omega: float, longest: float) -> float:
     No constrained site whirls by more than `MAX_WHIRL_ANGLE` in it; for compliant contacts see `compliant_limit`.
     """
     n = w.Minv.shape[0]
-    v = w.stages.z[n : 2 * n]
+    v = stages_of(w.stages).z[n : 2 * n]
     limit = longest
     for site in w.sites:
         if is_constrained(site):

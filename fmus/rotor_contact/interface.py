@@ -1,16 +1,11 @@
-"""Variable table of the plant, and the records through which its kernels read it."""
+"""Variable table of the plant, which follows from the planes of its rotor."""
 
 from __future__ import annotations
 
 import math
 
-from fmi_export.variables import Variable, input_, interface, output, parameter, repeated
-
-BEARINGS = ("mb1", "mb2")
-RETAINERS = ("rb1", "rb2")  # in the magnetic bearings; contact_state tells of these two
-SITES = (*RETAINERS, "eb1", "eb2")  # and the bushes at the non-driven and at the motor end
-DISCS = ("d1", "d2", "d3", "d4")
-N_SENSORS = 8
+from fmi_export.variables import Interface, Variable, input_, interface, output, parameter, repeated
+from rotor_contact.planes import ContactSite, Planes, SensorPlane
 
 NODAL, NEWTON = 0, 1  # values of contact.impact_law
 FREE, SLIDING, ROLLING = 0, 1, 2  # values of a site's mode
@@ -20,8 +15,8 @@ LAWS = ("constraint", "linear", "hertz", "kelvin_voigt", "kirk", "hunt_crossley"
 CONSTRAINT, LINEAR, HERTZ, KELVIN_VOIGT, KIRK, HUNT_CROSSLEY, ULBRICH, SWITCHED_KELVIN_VOIGT = range(len(LAWS))
 
 
-def _site_parameters(site: str) -> list[Variable]:
-    clearance = 0.75e-3 if site in RETAINERS else 0.9e-3
+def _site_parameters(contact: ContactSite) -> list[Variable]:
+    site = contact.name
     at = f"at {site.upper()}"
     laws = ", ".join(f"{number} {name}" for number, name in enumerate(LAWS))
     return [
@@ -35,7 +30,7 @@ def _site_parameters(site: str) -> list[Variable]:
             minimum=0,
             maximum=len(LAWS) - 1,
         ),
-        parameter(f"{site}.clearance", "m", f"Radial clearance {at} (2.1)", clearance, minimum=1e-6, maximum=0.1),
+        parameter(f"{site}.clearance", "m", f"Radial clearance {at}", contact.clearance, minimum=1e-6, maximum=0.1),
         parameter(f"{site}.mu", "1", f"Coefficient of friction {at}", 0.0, minimum=0.0, maximum=10.0),
         parameter(
             f"{site}.mu_static",
@@ -61,7 +56,9 @@ def _site_parameters(site: str) -> list[Variable]:
             minimum=0.0,
             maximum=1.0,
         ),
-        parameter(f"{site}.journal_radius", "m", f"Journal radius {at} (4.5.1)", 0.025, minimum=0.0, maximum=10.0),
+        parameter(
+            f"{site}.journal_radius", "m", f"Journal radius {at}", contact.journal_radius, minimum=0.0, maximum=10.0
+        ),
         parameter(f"{site}.offset_x", "m", f"Centre of the clearance in x {at}", 0.0),
         parameter(f"{site}.offset_y", "m", f"Centre of the clearance in y {at}", 0.0),
         parameter(
@@ -136,22 +133,52 @@ def _disc_inputs(disc: str) -> list[Variable]:
     ]
 
 
-def _base_input(axis: str) -> list[Variable]:
-    return [input_(f"base.a_{axis}", "m/s2", f"Acceleration of the base in {axis}", field=".")]
-
-
 def _displacement_output(bearing: str, axis: str) -> list[Variable]:
     return [output(f"{bearing}.{axis}", "m", f"Displacement at {bearing.upper()} in {axis}", field=".")]
 
 
-def _sensor_output(i: int) -> list[Variable]:
-    return [output(f"s{i + 1}", "m", f"Sensor S{i + 1} (Fig. 2.1), {'xy'[i % 2]} direction", field=".")]
+def _sensor_output(name: str, plane: str, axis: str) -> list[Variable]:
+    return [output(name, "m", f"Sensor displacement, {plane}, in {axis}", field=".")]
 
 
-AXES = tuple((bearing, axis) for bearing in BEARINGS for axis in "xy")
+def interface_of(planes: Planes) -> Interface:
+    """Return the variables of a plant whose rotor has these planes."""
+    sites, bearings = planes.sites, planes.bearings
+    axes = [(bearing, axis) for bearing in bearings for axis in "xy"]
+    sensors = [sensor for p in planes.sensors for sensor in ((p.x, p.name, "x"), (p.y, p.name, "y"))]
+    return interface(
+        *_MODEL_PARAMETERS,
+        repeated("sites", [(site,) for site in sites], _site_parameters),
+        repeated("bearings", [(bearing,) for bearing in bearings], _bearing_parameters),
+        input_("Omega", "rad/s", "Spin speed at the beginning of a step", minimum=-1e4, maximum=1e4),
+        input_("Omega_dot", "rad/s2", "Spin acceleration during a step"),
+        input_("base.a_x", "m/s2", "Acceleration of the base in x"),
+        input_("base.a_y", "m/s2", "Acceleration of the base in y"),
+        repeated("axes", axes, _axis_inputs),
+        repeated("discs", [(disc,) for disc in planes.discs], _disc_inputs),
+        repeated("cores", [(bearing, f"the rotor at {bearing.upper()}") for bearing in bearings], _unbalance_inputs),
+        output("theta", "rad", "Rotor angle, within one turn", minimum=0.0, maximum=2.0 * math.pi),
+        repeated("displacements", axes, _displacement_output),
+        repeated("sensors", sensors, _sensor_output),
+        repeated("sites", [(site.name,) for site in sites], _site_outputs),
+        _contact_state(planes),
+        *_ENERGIES,
+        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
+    )
 
 
-INTERFACE = interface(
+def _contact_state(planes: Planes) -> Variable:
+    """Which bearings' retainers the rotor touches, as a sum of 1, 2, 4, ... in the order of the bearings."""
+    parts = [
+        f"{2**k} {' or '.join(site.name.upper() for site in planes.sites if site.bearing == bearing) or bearing}"
+        for k, bearing in enumerate(planes.bearings)
+    ]
+    largest = 2 ** len(planes.bearings) - 1
+    description = f"Contact in the bearings: 0 none, else the sum of {', '.join(parts)}"
+    return output("contact_state", "1", description, type="Integer", minimum=0, maximum=largest)
+
+
+_MODEL_PARAMETERS = (
     parameter(
         "contact.impact_law",
         "1",
@@ -186,19 +213,9 @@ INTERFACE = interface(
         0.0,
         type="Boolean",
     ),
-    repeated("sites", [(site,) for site in SITES], _site_parameters),
-    repeated("bearings", [(bearing,) for bearing in BEARINGS], _bearing_parameters),
-    input_("Omega", "rad/s", "Spin speed at the beginning of a step", minimum=-1e4, maximum=1e4),
-    input_("Omega_dot", "rad/s2", "Spin acceleration during a step"),
-    repeated("axes", AXES, _axis_inputs, shape=(len(BEARINGS), 2)),
-    repeated("discs", [(disc,) for disc in DISCS], _disc_inputs),
-    repeated("cores", [(bearing, f"the rotor at {bearing.upper()}") for bearing in BEARINGS], _unbalance_inputs),
-    repeated("base_acceleration", [("x",), ("y",)], _base_input),
-    output("theta", "rad", "Rotor angle, within one turn", minimum=0.0, maximum=2.0 * math.pi),
-    repeated("displacements", AXES, _displacement_output, shape=(len(BEARINGS), 2)),
-    repeated("sensors", [(i,) for i in range(N_SENSORS)], _sensor_output),
-    repeated("sites", [(site,) for site in SITES], _site_outputs),
-    output("contact_state", "1", "0 none, 1 RB1 only, 2 RB2 only, 3 both", type="Integer", minimum=0, maximum=3),
+)
+
+_ENERGIES = (
     output("energy.kinetic", "J", "Kinetic energy of the lateral motion"),
     output("energy.strain", "J", "Strain energy of shaft, passive bearings and yielding contacts"),
     output("energy.damping", "J", "Heat so far of passive bearing damping"),
@@ -207,8 +224,9 @@ INTERFACE = interface(
     output("energy.dissipated", "J", "Heat so far, the sum of the three"),
     output("energy.work", "J", "Work so far of all inputs, the drive's against friction included"),
     output("energy.balance", "J", "Gain of kinetic + strain + dissipated beyond the work; ideally zero"),
-    output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
 )
 
-N_SITES, N_BEARINGS, N_DISCS = len(SITES), len(BEARINGS), len(DISCS)
-PARAMETERS, INPUTS, OUTPUTS = INTERFACE.records
+# One of each, for the record types of the parts.
+SMALLEST = interface_of(
+    Planes(("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (SensorPlane("p", "p.x", "p.y"),)),
+)

@@ -15,7 +15,7 @@ from rotor_contact.friction import (
     start_sliding,
 )
 from rotor_contact.integration import derivative
-from rotor_contact.interface import CONSTRAINT, FREE, N_SITES, ROLLING, SLIDING
+from rotor_contact.interface import CONSTRAINT, FREE, ROLLING, SLIDING
 from rotor_contact.site import (
     Sites,
     can_impact,
@@ -25,7 +25,7 @@ from rotor_contact.site import (
     slip_velocity,
     tangential_component,
 )
-from rotor_contact.workspace import Workspace
+from rotor_contact.workspace import Workspace, stages_of
 
 MAX_TENSION = 1e-9  # N, below which a normal force counts as none
 
@@ -38,7 +38,8 @@ def resolve_modes(w: Workspace, tau: float, shortest: float) -> bool:
     accumulates there. Returns False if the contact equations are singular.
     """
     n = w.Minv.shape[0]
-    z, k_1 = w.stages.z, w.stages.k_1
+    stages = stages_of(w.stages)
+    z, k_1 = stages.z, stages.k_1
     q = z[:n]
     v = z[n : 2 * n]
     Omega = spin_speed(w.motion, tau)
@@ -46,7 +47,7 @@ def resolve_modes(w: Workspace, tau: float, shortest: float) -> bool:
         site.mode_fixed = 0
         if site.enabled != 0.0 and site.law != CONSTRAINT:
             site.mode = SLIDING if locate_journal(site, q) > site.clearance else FREE
-    for _ in range(6 * N_SITES + 1):
+    for _ in range(6 * w.sites.shape[0] + 1):
         project(w, q, v, Omega)
         if not derivative(w, tau, z, k_1):
             return False
@@ -64,7 +65,7 @@ def _open_one(sites: Sites) -> bool:
     """Open the closed site with the largest tension; return whether there is one."""
     force = -MAX_TENSION
     opened = -1
-    for k in range(N_SITES):
+    for k in range(sites.shape[0]):
         if is_constrained(sites[k]) and sites[k].f_n < force:
             opened = k
             force = sites[k].f_n
@@ -101,7 +102,7 @@ def _change_friction(sites: Sites, v: Array, Omega: float) -> bool:
     """
     excess = 0.0
     loosest = -1
-    for k in range(N_SITES):
+    for k in range(sites.shape[0]):
         if is_constrained(sites[k]) and sites[k].mode == ROLLING:
             beyond = friction_excess(sites[k])
             if beyond > excess:

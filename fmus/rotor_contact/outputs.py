@@ -9,42 +9,51 @@ from fmi_export.model import Array
 from rotor_contact.compliant import is_compliant, stored_energy
 from rotor_contact.dynamics import quadratic_form
 from rotor_contact.friction import creeps
-from rotor_contact.interface import FREE, N_BEARINGS, N_SENSORS, N_SITES, RETAINERS, ROLLING
+from rotor_contact.interface import FREE, ROLLING
 from rotor_contact.layout import State
+from rotor_contact.signals import Outputs, Parameters
 from rotor_contact.site import Site, Sites, locate_journal, slip_velocity, tangential_component
 from rotor_contact.structure import Structure
 from rotor_contact.workspace import energy_integrals
 
-N_RETAINERS = len(RETAINERS)
-
 
 @kernel
 def write_outputs(
-    structure: Structure, parameters: np.record, x: State, sites: Sites, Omega: float, outputs: np.record
+    structure: Structure, parameters: Parameters, x: State, sites: Sites, Omega: float, outputs: Outputs
 ) -> None:
     """Write all outputs from the state `x`; `Omega` (rad/s) is the present spin speed."""
     n = structure.M.shape[0]
     q = x.z[:n]
     v = x.z[n : 2 * n]
-    outputs.theta = x.head[0].theta
-    for k in range(N_BEARINGS):
+    own = outputs.own
+    own.theta = x.head[0].theta
+    for k in range(structure.bearings.shape[0]):
         row = int(structure.bearings[k])
-        outputs.displacements[k, 0] = q[row]
-        outputs.displacements[k, 1] = q[row + 1]
-    for i in range(N_SENSORS):
+        outputs.displacements[2 * k] = q[row]
+        outputs.displacements[2 * k + 1] = q[row + 1]
+    for i in range(outputs.sensors.shape[0]):
         outputs.sensors[i] = 0.0
     for j in range(n):
-        for i in range(N_SENSORS):
+        for i in range(outputs.sensors.shape[0]):
             outputs.sensors[i] += structure.sensors[i, j] * q[j]
-    contact_state = 0.0
-    for k in range(N_SITES):
+    for k in range(sites.shape[0]):
         locate_journal(sites[k], q)
         _write_site(sites[k], v, Omega, outputs.sites[k])
-        if k < N_RETAINERS and sites[k].mode != FREE:
-            contact_state += 2.0**k
-    outputs.contact_state = contact_state
-    mechanical = write_mechanical_energy(structure, parameters, sites, x.z, outputs.energy)
-    _write_heat_and_work(energy_integrals(x.z, n), mechanical - x.head[0].initial_energy, outputs.energy)
+    own.contact_state = _contact_state(structure, sites)
+    mechanical = write_mechanical_energy(structure, parameters, sites, x.z, own.energy)
+    _write_heat_and_work(energy_integrals(x.z, n), mechanical - x.head[0].initial_energy, own.energy)
+
+
+@kernel
+def _contact_state(structure: Structure, sites: Sites) -> float:
+    """Return the sum of 1, 2, 4, ... for each bearing that the rotor touches."""
+    state = 0.0
+    for bearing in range(structure.bearings.shape[0]):
+        for k in range(sites.shape[0]):
+            if structure.site_bearings[k] == bearing and sites[k].mode != FREE:
+                state += 2.0**bearing
+                break
+    return state
 
 
 @kernel
@@ -68,14 +77,14 @@ def _write_site(site: Site, v: Array, Omega: float, y: np.record) -> None:
 
 @kernel
 def write_mechanical_energy(
-    structure: Structure, parameters: np.record, sites: Sites, z: Array, energy: np.record
+    structure: Structure, parameters: Parameters, sites: Sites, z: Array, energy: np.record
 ) -> float:
     """Write kinetic and strain energy (J) at z to the outputs `energy`; return their sum."""
     n = structure.M.shape[0]
     q = z[:n]
     energy.kinetic = 0.5 * quadratic_form(structure.M, z[n : 2 * n])
     strain = 0.5 * quadratic_form(structure.K, q)
-    for k in range(N_BEARINGS):
+    for k in range(parameters.bearings.shape[0]):
         row = int(structure.bearings[k])
         strain += 0.5 * parameters.bearings[k].k_b * (q[row] * q[row] + q[row + 1] * q[row + 1])
     for site in sites:

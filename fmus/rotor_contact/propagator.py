@@ -13,15 +13,12 @@ import numpy as np
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.records import record, size_of
-from rotor_contact.dynamics import Motion
-from rotor_contact.interface import N_BEARINGS
+from rotor_contact.dynamics import C_columns, K_columns, Motion
 
-# What P and V depend on: step size (s), speed (rad/s), stiffness, damping and force gradients of each bearing.
+# What P and V depend on: step size (s) and speed (rad/s); stiffness, damping and force gradients of each bearing.
+KEY = record(("step_size", np.float64), ("Omega", np.float64))
 BEARING_KEY = record(("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
-KEY = record(("step_size", np.float64), ("Omega", np.float64), ("bearings", BEARING_KEY, (N_BEARINGS,)))
-N_KEY = size_of(KEY)
-# The latest key, and for how many steps it has not changed.
-HISTORY = record(("key", KEY), ("n_steps", np.float64))
+N_KEY, N_BEARING_KEY = size_of(KEY), size_of(BEARING_KEY)
 
 STEPS_BEFORE_BUILD = 64  # to build P costs as much as some fifty steps
 STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
@@ -30,19 +27,25 @@ MAX_PIECES = 32
 
 N_GAUSS = 4
 GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)  # in [0, 1]
-N_AXES = 2 * N_BEARINGS
 
 # Terms of the series of q, v, and the real and imaginary part of the integral, then the acceleration.
 N_SERIES = 5
 
 
+class Key(NamedTuple):
+    """What a propagator is for: a record of type `KEY`, in an array of one, and records of type `BEARING_KEY`."""
+
+    own: np.ndarray[tuple[int], np.dtype[np.record]]
+    bearings: np.ndarray[tuple[int], np.dtype[np.record]]
+
+
 class Propagator(NamedTuple):
     """P and V with what they were built for, and room to use and to build them.
 
-    key
-        Record of type `KEY`, in an array of one.
     P, V
-        Shapes (5 n, 2 n + N_GAUSS N_AXES) and (5 n, 2 n); row j is the effect of unit j of x.
+        Shapes (5 n, 2 n + N_GAUSS n_axes) and (5 n, 2 n); row j is the effect of unit j of x.
+    key
+        What they were built for.
     start, end
         What P maps from and to.
     series
@@ -51,47 +54,61 @@ class Propagator(NamedTuple):
         Number of pieces of a step, in an array of one; 0 where there are too many.
     """
 
-    key: np.ndarray[tuple[int], np.dtype[np.record]]
     P: Array
     V: Array
+    key: Key
     start: Array
     end: Array
     series: Array
     n_pieces: Array
 
 
-def propagator_size(n: int) -> int:
-    """Return how many float64 a `Propagator` of a rotor with n degrees of freedom takes."""
-    start, end = 5 * n, 2 * n + N_GAUSS * N_AXES
-    return N_KEY + 1 + start * (end + 2 * n) + start + end + N_SERIES * n
+@views
+def key_size(n_bearings: int) -> int:
+    """Return how many float64 a `Key` takes."""
+    return N_KEY + n_bearings * N_BEARING_KEY
 
 
 @views
-def propagator_of(work: Array, n: int) -> Propagator:
+def key_of(array: Array, n_bearings: int) -> Key:
+    """Return a `Key` in the beginning of an array."""
+    return Key(array[:N_KEY].view(KEY), array[N_KEY : key_size(n_bearings)].view(BEARING_KEY))
+
+
+@views
+def propagator_size(n: int, n_bearings: int) -> int:
+    """Return how many float64 a `Propagator` of a rotor with n degrees of freedom takes."""
+    start, end = 5 * n, 2 * n + N_GAUSS * 2 * n_bearings
+    return start * (end + 2 * n) + key_size(n_bearings) + start + end + N_SERIES * n + 1
+
+
+@views
+def propagator_of(work: Array, n: int, n_bearings: int) -> Propagator:
     """Return a `Propagator` in the beginning of an array."""
-    rows, columns = 5 * n, 2 * n + N_GAUSS * N_AXES
-    key, rest = work[:N_KEY].view(KEY), work[N_KEY:]
-    P, rest = rest[: rows * columns].reshape(rows, columns), rest[rows * columns :]
+    rows, columns = 5 * n, 2 * n + N_GAUSS * 2 * n_bearings
+    P, rest = work[: rows * columns].reshape(rows, columns), work[rows * columns :]
     V, rest = rest[: rows * 2 * n].reshape(rows, 2 * n), rest[rows * 2 * n :]
+    key, rest = key_of(rest, n_bearings), rest[key_size(n_bearings) :]
     start, rest = rest[:rows], rest[rows:]
     end, rest = rest[:columns], rest[columns:]
     series, rest = rest[: N_SERIES * n].reshape(N_SERIES, n), rest[N_SERIES * n :]
-    return Propagator(key, P, V, start, end, series, rest[:1])
+    return Propagator(P, V, key, start, end, series, rest[:1])
 
 
 @kernel
-def is_time_invariant(motion: Motion, step_size: float, history: np.record) -> bool:
-    """Return whether P has been the same for some time, so that it is worth building; update `history`.
+def is_time_invariant(motion: Motion, step_size: float, key: Key, memory: np.record) -> bool:
+    """Return whether P has been the same for some time, so that it is worth building.
 
-    The step size that counts is the first of those that differ by rounding alone.
+    `key` is updated, and `memory.n_steps`, for how many steps it has not changed. The step size that counts is the first
+    of those that differ by rounding alone.
     """
-    key = history.key
-    same = motion.Omega_dot == 0.0 and motion.Omega == key.Omega
-    key.Omega = motion.Omega
-    if not abs(step_size - key.step_size) <= STEP_TOLERANCE * step_size:
+    own = key.own[0]
+    same = motion.Omega_dot == 0.0 and motion.Omega == own.Omega
+    own.Omega = motion.Omega
+    if not abs(step_size - own.step_size) <= STEP_TOLERANCE * step_size:
         same = False
-        key.step_size = step_size
-    for k in range(N_BEARINGS):
+        own.step_size = step_size
+    for k in range(motion.bearings.shape[0]):
         bearing, known = motion.bearings[k], key.bearings[k]
         same = same and known.k_b == bearing.k_b and known.c_b == bearing.c_b
         known.k_b = bearing.k_b
@@ -99,28 +116,28 @@ def is_time_invariant(motion: Motion, step_size: float, history: np.record) -> b
         for axis in range(2):
             same = same and known.gradient[axis] == bearing.gradient[axis]
             known.gradient[axis] = bearing.gradient[axis]
-    history.n_steps = min(history.n_steps + 1.0, float(STEPS_BEFORE_BUILD)) if same else 0.0
-    return bool(history.n_steps >= STEPS_BEFORE_BUILD)
+    memory.n_steps = min(memory.n_steps + 1.0, float(STEPS_BEFORE_BUILD)) if same else 0.0
+    return bool(memory.n_steps >= STEPS_BEFORE_BUILD)
 
 
 @kernel
-def is_built(propagator: Propagator, key: np.record) -> bool:
+def is_built(propagator: Propagator, key: Key) -> bool:
     """Return whether P was built for this key."""
-    built = propagator.key[0]
-    same = built.step_size == key.step_size and built.Omega == key.Omega
-    for k in range(N_BEARINGS):
-        a, b = built.bearings[k], key.bearings[k]
+    built, own = propagator.key.own[0], key.own[0]
+    same = built.step_size == own.step_size and built.Omega == own.Omega
+    for k in range(key.bearings.shape[0]):
+        a, b = propagator.key.bearings[k], key.bearings[k]
         same = same and a.k_b == b.k_b and a.c_b == b.c_b
         same = same and a.gradient[0] == b.gradient[0] and a.gradient[1] == b.gradient[1]
     return same
 
 
 @kernel
-def _set_key(key: np.record, source: np.record) -> None:
+def _set_key(key: Key, source: Key) -> None:
     """Write the key `source` into `key`."""
-    key.step_size = source.step_size
-    key.Omega = source.Omega
-    for k in range(N_BEARINGS):
+    key.own[0].step_size = source.own[0].step_size
+    key.own[0].Omega = source.own[0].Omega
+    for k in range(key.bearings.shape[0]):
         a, b = key.bearings[k], source.bearings[k]
         a.k_b = b.k_b
         a.c_b = b.c_b
@@ -129,30 +146,33 @@ def _set_key(key: np.record, source: np.record) -> None:
 
 
 @kernel
-def build_propagator(Minv: Array, motion: Motion, key: np.record, propagator: Propagator) -> None:
+def build_propagator(Minv: Array, motion: Motion, key: Key, propagator: Propagator) -> None:
     """Build P and V for this key, from the coefficients of the motion."""
     n = Minv.shape[0]
+    K, C = K_columns(motion), C_columns(motion)
     elastic = viscous = 0.0  # the largest row sums bound how fast anything can change
     for i in range(n):
         row_of_K = row_of_C = 0.0
         for j in range(n):
-            row_of_K += abs(motion.K_columns[j, i])
-            row_of_C += abs(motion.C_columns[j, i])
+            row_of_K += abs(K[j, i])
+            row_of_C += abs(C[j, i])
         elastic, viscous = max(elastic, row_of_K), max(viscous, row_of_C)
     rate = math.sqrt(elastic) + viscous + abs(motion.Omega)
-    _set_key(propagator.key[0], key)
+    _set_key(propagator.key, key)
+    step_size = key.own[0].step_size
     propagator.n_pieces[0] = 0.0
-    if key.step_size * rate <= MAX_PIECES:
-        pieces = max(math.ceil(key.step_size * rate), 1)
+    if step_size * rate <= MAX_PIECES:
+        pieces = max(math.ceil(step_size * rate), 1)
         propagator.n_pieces[0] = pieces
         for unit in range(5 * n):
-            _integrate_unit(Minv, motion, propagator, unit, key.step_size / pieces)
+            _integrate_unit(Minv, motion, propagator, unit, step_size / pieces)
 
 
 @kernel
 def _integrate_unit(Minv: Array, motion: Motion, propagator: Propagator, unit: int, h: float) -> None:
     """Taylor-integrate one unit initial condition or force over h (s), term by term in t/h."""
     n = Minv.shape[0]
+    K, C = K_columns(motion), C_columns(motion)
     row, integral, series = propagator.P[unit], propagator.V[unit], propagator.series
     row[:] = 0.0
     integral[:] = 0.0
@@ -163,8 +183,8 @@ def _integrate_unit(Minv: Array, motion: Motion, propagator: Propagator, unit: i
         series[kind + 2, column] = 1.0
         row[unit] = 1.0
     for k in range(N_GAUSS):
-        for b in range(N_AXES):
-            row[2 * n + k * N_AXES + b] = v[row_of_axis(motion, b)]
+        for b in range(n_axes(motion)):
+            row[2 * n + k * n_axes(motion) + b] = v[row_of_axis(motion, b)]
     cosine, sine = 1.0, 0.0
     for term in range(1, TERMS + 1):
         dt, delta_theta = h / term, 0.0 if kind == 0 else motion.Omega * h / term
@@ -173,7 +193,7 @@ def _integrate_unit(Minv: Array, motion: Motion, propagator: Propagator, unit: i
         for i in range(n):
             a[i] = force * Minv[i, column]
         for j in range(n):
-            K_j, C_j, q_j, v_j = motion.K_columns[j], motion.C_columns[j], q[j], v[j]
+            K_j, C_j, q_j, v_j = K[j], C[j], q[j], v[j]
             for i in range(n):
                 a[i] -= K_j[i] * q_j + C_j[i] * v_j
         for i in range(n):
@@ -188,8 +208,8 @@ def _integrate_unit(Minv: Array, motion: Motion, propagator: Propagator, unit: i
             integral[n + i] += im[i]
         for k in range(N_GAUSS):
             power = GAUSS_POINTS[k] ** term
-            for b in range(N_AXES):
-                row[2 * n + k * N_AXES + b] += power * v[row_of_axis(motion, b)]
+            for b in range(n_axes(motion)):
+                row[2 * n + k * n_axes(motion) + b] += power * v[row_of_axis(motion, b)]
     cosine, sine = math.cos(motion.Omega * h), math.sin(motion.Omega * h)
     for i in range(n):  # from int v exp(i Omega (h - t)) dt to V_c and V_s
         real, imaginary = integral[i], integral[n + i]
@@ -198,7 +218,13 @@ def _integrate_unit(Minv: Array, motion: Motion, propagator: Propagator, unit: i
 
 
 @kernel
+def n_axes(motion: Motion) -> int:
+    """Return the number of the bearings' axes."""
+    return 2 * motion.bearings.shape[0]
+
+
+@kernel
 def row_of_axis(motion: Motion, b: int) -> int:
-    """Return the degree of freedom of axis b of the bearings: x and y of the first, then of the second."""
+    """Return the degree of freedom of axis b of the bearings: x and y of the first, then of the next."""
     row: int = motion.bearings[b // 2].row + b % 2
     return row

@@ -5,10 +5,13 @@ import amb_cosim_bootstrap
 amb_cosim_bootstrap.choose_code(globals())
 
 from fmi_export.slave import ModelSlave
-from rotor_contact.plant import MODEL
+from rotor_contact.planes import planes_from
+from rotor_contact.plant import model_for
 
 
 class RotorContact(ModelSlave):
     """The plant as an FMI slave."""
 
-    model = MODEL
+    @classmethod
+    def model_of(cls, layout):
+        return model_for(planes_from(layout))

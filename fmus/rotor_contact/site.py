@@ -10,16 +10,14 @@
 from __future__ import annotations
 
 import math
-from typing import cast
 
 import numpy as np
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from fmi_export.records import record
-from rotor_contact.interface import CONSTRAINT, FREE, PARAMETERS
-
-SITE_PARAMETERS = cast(np.dtype[np.record], PARAMETERS["sites"].base)
+from rotor_contact.interface import CONSTRAINT, FREE
+from rotor_contact.signals import SITE_PARAMETERS
 
 # A site during a step: its parameters, in the order of the interface, and what changes.
 SITE = record(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.dynamics import Motion
+from rotor_contact.dynamics import C_columns, K_columns, Motion, accelerations
 from rotor_contact.friction import close_in_sliding
 from rotor_contact.linear_solver import Equations, solve
 from rotor_contact.site import Sites, can_touch, locate_journal, put_on_circle, remove_radial_velocity
@@ -29,12 +29,13 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
     """
     n = q.shape[0]
     A, b = equations
-    K_columns, C_columns = motion.K_columns, motion.C_columns
+    K, C = K_columns(motion), C_columns(motion)
+    steady, cosine, sine = accelerations(motion)
     square = motion.Omega * motion.Omega
     for i in range(n):
         for j in range(n):
-            A[i, j] = K_columns[j, i]
-        b[i] = motion.accelerations.steady[i]
+            A[i, j] = K[j, i]
+        b[i] = steady[i]
     if not solve(equations, n):
         return False
     for i in range(n):
@@ -43,14 +44,14 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
             return False
     for i in range(n):
         for j in range(n):
-            elastic = K_columns[j, i] - (square if i == j else 0.0)
-            viscous = motion.Omega * C_columns[j, i]
+            elastic = K[j, i] - (square if i == j else 0.0)
+            viscous = motion.Omega * C[j, i]
             A[i, j] = elastic
             A[n + i, n + j] = elastic
             A[i, n + j] = -viscous
             A[n + i, j] = viscous
-        b[i] = square * motion.accelerations.cosine[i]
-        b[n + i] = -square * motion.accelerations.sine[i]
+        b[i] = square * cosine[i]
+        b[n + i] = -square * sine[i]
     if not solve(equations, 2 * n):
         return False
     for i in range(n):

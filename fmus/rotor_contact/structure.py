@@ -4,28 +4,46 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from fmi_export.jit import views
 from fmi_export.model import Array
-from rotor_contact.interface import N_BEARINGS, N_DISCS, N_SENSORS, N_SITES
+from fmi_export.records import record, size_of
+
+# The constants begin with this record, and go on with the arrays of `Structure`.
+SIZES = record(
+    ("n", np.float64),  # degrees of freedom
+    ("n_translations", np.float64),  # of these; see `Structure`
+    ("n_discs", np.float64),
+    ("n_bearings", np.float64),
+    ("n_sites", np.float64),
+    ("n_sensors", np.float64),  # signals, two for each plane
+)
+N_SIZES = size_of(SIZES)
 
 
 class Structure(NamedTuple):
     """The reduced rotor, n degrees of freedom. A product with M^-1 is an acceleration.
+
+    The first `n_translations` degrees of freedom are x and y of planes in turn; the rest are rotations or modes.
 
     M, K
         Mass (kg) and stiffness (N/m), shape (n, n).
     Minv, MinvK, MinvG
         M^-1 and its products with K and with the gyroscopic matrix, shape (n, n).
     B_disc
-        Forces on the masters for unit forces x, y on each disc, shape (n, 2 n_discs).
+        Forces on the degrees of freedom for unit forces x, y on each disc, shape (n, 2 n_discs).
     B_base
-        Forces on the masters for unit acceleration of the base in x, y, shape (n, 2); motion is relative to the base.
+        Forces on them for unit acceleration of the base in x, y, shape (n, 2); motion is relative to the base.
     sensors
-        Sensor displacements from the masters, shape (n_sensors, n).
+        Sensor displacements from the degrees of freedom, shape (n_sensors, n).
     bearings, sites
         Row of x of each magnetic bearing and of each contact site; y is the next.
+    site_bearings
+        Number of the bearing whose retainer a site is, or -1.
     """
 
+    n_translations: int
     M: Array
     K: Array
     Minv: Array
@@ -36,26 +54,33 @@ class Structure(NamedTuple):
     sensors: Array
     bearings: Array
     sites: Array
+    site_bearings: Array
 
 
 @views
 def structure_of(constants: Array) -> Structure:
     """Return views into the flat constants."""
-    n = int(constants[0])
+    sizes, rest = constants[:N_SIZES].view(SIZES)[0], constants[N_SIZES:]
+    n, n_discs, n_bearings = int(sizes.n), int(sizes.n_discs), int(sizes.n_bearings)
+    n_sites, n_sensors = int(sizes.n_sites), int(sizes.n_sensors)
     nn = n * n
-    start = 1
-    M = constants[start : start + nn].reshape(n, n)
-    K = constants[start + nn : start + 2 * nn].reshape(n, n)
-    Minv = constants[start + 2 * nn : start + 3 * nn].reshape(n, n)
-    MinvK = constants[start + 3 * nn : start + 4 * nn].reshape(n, n)
-    MinvG = constants[start + 4 * nn : start + 5 * nn].reshape(n, n)
-    start += 5 * nn
-    B_disc = constants[start : start + 2 * N_DISCS * n].reshape(n, 2 * N_DISCS)
-    start += 2 * N_DISCS * n
-    B_base = constants[start : start + 2 * n].reshape(n, 2)
-    start += 2 * n
-    sensors = constants[start : start + N_SENSORS * n].reshape(N_SENSORS, n)
-    start += N_SENSORS * n
-    bearings = constants[start : start + N_BEARINGS]
-    sites = constants[start + N_BEARINGS : start + N_BEARINGS + N_SITES]
-    return Structure(M, K, Minv, MinvK, MinvG, B_disc, B_base, sensors, bearings, sites)
+    M, K, Minv = rest[:nn].reshape(n, n), rest[nn : 2 * nn].reshape(n, n), rest[2 * nn : 3 * nn].reshape(n, n)
+    MinvK, MinvG, rest = rest[3 * nn : 4 * nn].reshape(n, n), rest[4 * nn : 5 * nn].reshape(n, n), rest[5 * nn :]
+    B_disc, rest = rest[: 2 * n_discs * n].reshape(n, 2 * n_discs), rest[2 * n_discs * n :]
+    B_base, rest = rest[: 2 * n].reshape(n, 2), rest[2 * n :]
+    sensors, rest = rest[: n_sensors * n].reshape(n_sensors, n), rest[n_sensors * n :]
+    bearings, rest = rest[:n_bearings], rest[n_bearings:]
+    return Structure(
+        int(sizes.n_translations),
+        M,
+        K,
+        Minv,
+        MinvK,
+        MinvG,
+        B_disc,
+        B_base,
+        sensors,
+        bearings,
+        rest[:n_sites],
+        rest[n_sites : 2 * n_sites],
+    )

@@ -25,6 +25,8 @@ N_STAGES = 9
 class Stages(NamedTuple):
     """States z = (q, v, energy integrals) and derivatives of one substep, each of shape (2 n + N_INTEGRALS,).
 
+    They are the rows of `Workspace.stages`.
+
     z, z_new
         At the beginning and at the end of the substep.
     k_1, k_new
@@ -58,7 +60,9 @@ class Workspace(NamedTuple):
     equations
         Room for the contact equations, two for each site.
     stages
-        States and derivatives of the integration.
+        States and derivatives of the integration, for `stages_of`, shape (N_STAGES, 2 n + N_INTEGRALS).
+    n_translations
+        Number of degrees of freedom that are x and y of planes; they come first.
     """
 
     M: Array
@@ -66,7 +70,14 @@ class Workspace(NamedTuple):
     motion: Motion
     sites: Sites
     equations: Equations
-    stages: Stages
+    stages: Array
+    n_translations: int
+
+
+@views
+def stages_of(r: Array) -> Stages:
+    """Return the rows of `Workspace.stages` by name."""
+    return Stages(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
 
 
 @views

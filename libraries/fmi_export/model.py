@@ -8,12 +8,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmi_export.jit import kernel
-from fmi_export.variables import Interface
+from fmi_export.variables import FAULT_CODE, Interface
 
 Array = NDArray[np.float64]
 InitialiseKernel = Callable[[Array, Array, Array, Array, Array, Array], int]
@@ -49,6 +50,9 @@ class Model:
         that PythonFMU loads, `<name>_fmu.py`.
     step_size, variable_step
         Usual communication step (s), and whether it may change from step to step.
+    layout
+        What the model's package makes its interface from, in types of JSON; empty where that is always the same. The
+        kernels do not depend on it: sizes that do are among the constants.
 
     Matrices and tables, which any library may compute, are passed to the kernels as `constants`, a flat array that is
     computed when the FMU is built and stored in it. A kernel writes every output on every call that returns 0. A saved
@@ -66,10 +70,11 @@ class Model:
     faults: Mapping[int, str] = field(default_factory=dict)
     step_size: float = 250e-6
     variable_step: bool = True
+    layout: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.interface.variables[-1].name != "fault_code":
-            raise ValueError(f"{self.name}: the last output must be fault_code")
+        if self.interface.variables[-1].name != FAULT_CODE:
+            raise ValueError(f"{self.name}: the last output must be {FAULT_CODE}")
 
 
 @kernel

@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import json
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -27,9 +27,9 @@ REMEMBERED = 1000  # lists of value references; hosts use the same few in every 
 
 
 class ModelSlave(Fmi2Slave):  # type: ignore[misc]
-    """Base of the three FMUs' entry points; a subclass names its `model`."""
+    """Base of the FMUs' entry points; a subclass names its `model`, or makes it from a layout by `model_of`."""
 
-    model: ClassVar[Model]
+    model: Model
     log_categories = LOG_CATEGORIES
 
     def __init__(self, **kwargs: Any) -> None:
@@ -37,9 +37,10 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         import amb_cosim_bootstrap  # lies beside the script that runs this
 
         resources = Path(self.resources)
-        release_before_static_destructors(resources.parent / "binaries" / "linux64" / f"{self.model.name}.so")
         self.build = amb_cosim_bootstrap.build_facts(resources)
+        release_before_static_destructors(resources.parent / "binaries" / "linux64" / f"{self.build['model']}.so")
         amb_cosim_bootstrap.refuse_other_code(self.build)
+        self.model = self.model_of(self.build["layout"])
         self.modelName = self.model.name
         self.guid = self.build["guid"]
         self.instance = Instance(self.model, np.load(resources / "constants.npy"))
@@ -47,6 +48,11 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         self._settable: dict[tuple[int, ...], NDArray[np.intp]] = {}
         self._initialising = True
         self._stale = True
+
+    @classmethod
+    def model_of(cls, layout: dict[str, Any]) -> Model:
+        """Return the model with the interface that `layout`, see `Model`, says."""
+        return cls.model
 
     def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
         from fmi_export.building.description import model_description  # called by the build alone; an FMU lacks it

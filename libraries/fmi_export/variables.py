@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fmi_export.records import record_of
 
 LARGEST = sys.float_info.max
+FAULT_CODE = "fault_code"  # name of the last output of every model
 
 Causality = Literal["parameter", "input", "output"]
 Type = Literal["Real", "Integer", "Boolean"]
@@ -157,9 +158,19 @@ class Interface:
 
     @cached_property
     def records(self) -> tuple[np.dtype[np.record], np.dtype[np.record], np.dtype[np.record]]:
-        """Record types of the parameter, input and output arrays."""
+        """Record types of the parameter, input and output arrays, for a model whose interface is always the same."""
         parameters, inputs, outputs = (record_of((v.field or v.name) for v in self.of(kind)) for kind in ORDER)
         return parameters, inputs, outputs
+
+    def own_record(self, causality: Causality) -> np.dtype[np.record]:
+        """Return the record type of the variables that are not repeated; they come first in their array."""
+        own = [v.field or v.name for v in self.of(causality) if not _is_repeated(v)]
+        return record_of(place for place in own if place != FAULT_CODE)
+
+    def element_record(self, causality: Causality, field: str) -> np.dtype[np.record]:
+        """Return the record type of one of the equal parts that `repeated` declared as `field`."""
+        prefix = f"{field}[0]."
+        return record_of(v.field.removeprefix(prefix) for v in self.of(causality) if v.field.startswith(prefix))
 
     @cached_property
     def start(self) -> NDArray[np.float64]:
@@ -179,11 +190,23 @@ class Interface:
 
 
 def interface(*groups: Variable | Iterable[Variable]) -> Interface:
-    """Return the interface of variables and groups of them, sorted into parameters, inputs and outputs."""
+    """Return the interface of variables and groups of them.
+
+    They are sorted into parameters, inputs and outputs, of each kind first those that stand alone, then the repeated
+    ones, so that the former have the same places however many of the latter there are; `fault_code` is the last output.
+    """
     flat: list[Variable] = []
     for group in groups:
         flat.extend([group] if isinstance(group, Variable) else group)
-    return Interface(tuple(sorted(flat, key=lambda v: ORDER.index(v.causality))))
+    return Interface(tuple(sorted(flat, key=_place)))
+
+
+def _place(v: Variable) -> tuple[int, bool, bool]:
+    return ORDER.index(v.causality), v.name == FAULT_CODE, _is_repeated(v)
+
+
+def _is_repeated(v: Variable) -> bool:
+    return "[" in v.field
 
 
 def repeated(

@@ -86,6 +86,7 @@ def _build_facts(model: Model, constants: Array) -> dict[str, object]:
         "version": versions["amb-cosim"],
         "tool": f"amb-cosim {versions['amb-cosim']} with PythonFMU {versions['pythonfmu']}",
         "packages": digests(model),
+        "layout": dict(model.layout),
     }
 
 

@@ -1,0 +1,61 @@
+"""The planes of a rotor that the plant has variables for: discs, bearings, contact sites and sensors, with their names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class ContactSite:
+    """A place where the rotor can touch: start values of its clearance and journal radius (m).
+
+    `bearing` is the bearing whose retainer it is, if it is one.
+    """
+
+    name: str
+    clearance: float
+    journal_radius: float
+    bearing: str = ""
+
+
+@dataclass(frozen=True)
+class SensorPlane:
+    """A plane where displacements are measured; `x` and `y` are the names of the two variables."""
+
+    name: str
+    x: str
+    y: str
+
+
+@dataclass(frozen=True)
+class Planes:
+    """Names of all planes, each kind in the order of its variables.
+
+    discs
+        Where unbalance sits and external forces act.
+    bearings
+        Magnetic bearings: names.
+    sites, sensors
+        Where the rotor can touch, and where it is measured.
+    """
+
+    discs: tuple[str, ...]
+    bearings: tuple[str, ...]
+    sites: tuple[ContactSite, ...]
+    sensors: tuple[SensorPlane, ...]
+
+    def layout(self) -> dict[str, Any]:
+        """Return the same in types of JSON, for `planes_from`."""
+        return asdict(self)
+
+
+def planes_from(layout: Mapping[str, Any]) -> Planes:
+    """Return the planes that `Planes.layout` wrote."""
+    return Planes(
+        tuple(layout["discs"]),
+        tuple(layout["bearings"]),
+        tuple(ContactSite(**site) for site in layout["sites"]),
+        tuple(SensorPlane(**plane) for plane in layout["sensors"]),
+    )

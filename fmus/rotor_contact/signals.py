@@ -1,0 +1,85 @@
+"""How kernels see the parameters, inputs and outputs of a plant: a record of those that stand alone, arrays of the rest."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.records import size_of
+from rotor_contact.interface import SMALLEST
+from rotor_contact.structure import Structure
+
+Record = np.record
+Records = np.ndarray[tuple[int], np.dtype[np.record]]
+
+PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.own_record(kind) for kind in ("parameter", "input", "output"))
+SITE_PARAMETERS = SMALLEST.element_record("parameter", "sites")
+BEARING_PARAMETERS = SMALLEST.element_record("parameter", "bearings")
+AXIS_INPUTS = SMALLEST.element_record("input", "axes")
+DISC_INPUTS = SMALLEST.element_record("input", "discs")
+CORE_INPUTS = SMALLEST.element_record("input", "cores")
+SITE_OUTPUTS = SMALLEST.element_record("output", "sites")
+
+N_PARAMETERS, N_INPUTS, N_OUTPUTS = size_of(PARAMETERS), size_of(INPUTS), size_of(OUTPUTS)
+N_SITE_PARAMETERS, N_BEARING_PARAMETERS = size_of(SITE_PARAMETERS), size_of(BEARING_PARAMETERS)
+N_AXIS, N_DISC, N_CORE, N_SITE_OUTPUTS = (size_of(r) for r in (AXIS_INPUTS, DISC_INPUTS, CORE_INPUTS, SITE_OUTPUTS))
+
+
+class Parameters(NamedTuple):
+    """Record of type `PARAMETERS`; parameters of the sites, shape (n_sites, N_SITE_PARAMETERS), and of the bearings."""
+
+    own: Record
+    sites: Array
+    bearings: Records
+
+
+class Inputs(NamedTuple):
+    """Record of type `INPUTS`; records of the bearings' axes, x and y of each in turn, of discs and bearing cores."""
+
+    own: Record
+    axes: Records
+    discs: Records
+    cores: Records
+
+
+class Outputs(NamedTuple):
+    """Record of type `OUTPUTS`; displacements at the bearings' axes and at the sensors (m), records of the sites."""
+
+    own: Record
+    displacements: Array
+    sensors: Array
+    sites: Records
+
+
+@views
+def parameters_of(parameters: Array, structure: Structure) -> Parameters:
+    """Return views into the parameters of a plant with this structure."""
+    n_sites, n_bearings = structure.sites.shape[0], structure.bearings.shape[0]
+    own, rest = parameters[:N_PARAMETERS].view(PARAMETERS)[0], parameters[N_PARAMETERS:]
+    size = n_sites * N_SITE_PARAMETERS
+    sites, rest = rest[:size].reshape(n_sites, N_SITE_PARAMETERS), rest[size:]
+    return Parameters(own, sites, rest[: n_bearings * N_BEARING_PARAMETERS].view(BEARING_PARAMETERS))
+
+
+@views
+def inputs_of(inputs: Array, structure: Structure) -> Inputs:
+    """Return views into the inputs of a plant with this structure."""
+    n_bearings = structure.bearings.shape[0]
+    own, rest = inputs[:N_INPUTS].view(INPUTS)[0], inputs[N_INPUTS:]
+    axes, rest = rest[: 2 * n_bearings * N_AXIS].view(AXIS_INPUTS), rest[2 * n_bearings * N_AXIS :]
+    size = structure.B_disc.shape[1] // 2 * N_DISC
+    discs, rest = rest[:size].view(DISC_INPUTS), rest[size:]
+    return Inputs(own, axes, discs, rest[: n_bearings * N_CORE].view(CORE_INPUTS))
+
+
+@views
+def outputs_of(outputs: Array, structure: Structure) -> Outputs:
+    """Return views into the outputs of a plant with this structure."""
+    n_axes, n_sensors = 2 * structure.bearings.shape[0], structure.sensors.shape[0]
+    own, rest = outputs[:N_OUTPUTS].view(OUTPUTS)[0], outputs[N_OUTPUTS:]
+    displacements, rest = rest[:n_axes], rest[n_axes:]
+    sensors, rest = rest[:n_sensors], rest[n_sensors:]
+    return Outputs(own, displacements, sensors, rest[: structure.sites.shape[0] * N_SITE_OUTPUTS].view(SITE_OUTPUTS))
