@@ -93,11 +93,11 @@ def retainer_case_for_siconos(reduced: bool) -> dict[str, Any]:
     rotor = load_rotor()
     model = assemble(rotor, "diagonal")
     if reduced:
-        model = msdc(model, rotor.planes.master).model
+        model = msdc(model, rotor.masters).model
     for node in rotor.bearing_nodes:
         model = model.with_bearing(node, BEARING_K * np.eye(2), BEARING_C * np.eye(2))
-    M, C, K = with_unbalance(model, SPEED, rotor.planes.discs[0], UNBALANCE)
-    n, sites = model.size, rotor.planes.retainers[:2]
+    M, C, K = with_unbalance(model, SPEED, rotor.disc_nodes[0], UNBALANCE)
+    n, sites = model.size, rotor.site_nodes[:2]
     f, q, v = np.zeros((3, len(M)))
     q[n], v[n + 1] = 1.0, SPEED
     given = {"M": M, "C": C, "K": K, "f": f, "q": q, "v": v} | {
@@ -130,7 +130,7 @@ def retainer_case_for_ross() -> dict[str, Any]:
         "material": [shaft.density, shaft.youngs_modulus, shaft.poissons_ratio],
         "bodies": [[b.node, b.mass, b.diametral_inertia, b.polar_inertia] for b in rotor.bodies],
         "bearings": [[node, BEARING_K, BEARING_C] for node in rotor.bearing_nodes],
-        "retainer": [rotor.planes.retainers[0], CLEARANCE, RETAINER_K],
-        "unbalance": [rotor.planes.discs[0], UNBALANCE],
+        "retainer": [rotor.site_nodes[0], CLEARANCE, RETAINER_K],
+        "unbalance": [rotor.disc_nodes[0], UNBALANCE],
         "speed": SPEED,
     }

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from fmi_export.model import Array
-from rotor_analysis.rotor import Element
+from rotor_analysis.shaft import Element
 
 
 def shear_parameter(element: Element) -> float:

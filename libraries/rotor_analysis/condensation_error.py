@@ -8,8 +8,9 @@ import numpy as np
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import MassModel
+from rotor_analysis.checks import require
 from rotor_analysis.modes import modes
-from rotor_analysis.rotor import Rotor, require
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.supported_rotor import supported_rotor
 from rotor_analysis.tracking import pair_modes
 
@@ -66,7 +67,7 @@ def condensation_error(
     ValueError
         If the rotor has no master planes and none are given, or they do not hold it.
     """
-    chosen = rotor.planes.master if planes is None else planes
+    chosen = rotor.masters if planes is None else planes
     require(len(chosen) > 0, "planes", list(chosen), "a list of node numbers to condense to")
     full, condensed = supported_rotor(rotor, mass), supported_rotor(rotor, mass, chosen)
     frequency, eigenvalue = np.full((2, len(speeds), count), np.nan)

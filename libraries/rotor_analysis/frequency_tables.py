@@ -29,7 +29,7 @@ def frequency_tables(rotor: Rotor | None = None) -> dict[str, Any]:
     """
     rotor = rotor or load_rotor()
     nodes = len(rotor.shaft.nodes)
-    full, planes = supported_rotor(rotor), rotor.planes.master
+    full, planes = supported_rotor(rotor), rotor.masters
     condensed = supported_rotor(rotor, planes=planes) if planes else None
     return {
         "table_3_1": {

@@ -11,7 +11,7 @@ from scipy.linalg import eig, eigh, eigvals
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.rotor import require
+from rotor_analysis.checks import require
 
 Complex = NDArray[np.complex128]
 Whirl = Literal["forward", "backward", "mixed"]

@@ -30,10 +30,13 @@ from scipy.optimize import least_squares
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import MassModel
+from rotor_analysis.checks import require
 from rotor_analysis.frequency_tables import MASSES, thesis_frequencies
 from rotor_analysis.modes import damped_frequencies
-from rotor_analysis.rotor import Bearing, Disc, Rotor, Shaft, require
+from rotor_analysis.parts import Bearing, Disc
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
 
 LENGTH, DIAMETER, DENSITY, POISSON = 1.948, 0.05, 7850.0, 0.3

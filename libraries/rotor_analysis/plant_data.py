@@ -26,24 +26,24 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
     Raises
     ------
     ValueError
-        If the numbers of bearings and planes are not those of the plant, or the master planes do not hold the rotor.
+        If the numbers of discs, bearings, sensors and sites are not those of the plant, or the master planes do not
+        hold the rotor.
     """
     rotor = rotor or load_rotor()
-    planes = rotor.planes
     for what, nodes, wanted in (
         ("bearings", rotor.bearing_nodes, N_BEARINGS),
-        ("planes.discs", planes.discs, N_DISCS),
-        ("planes.sensors", planes.sensors, N_SENSORS // 2),
-        ("planes.retainers", planes.retainers, N_SITES),
+        ("bodies with unbalance = true", rotor.disc_nodes, N_DISCS),
+        ("sensors", rotor.sensor_nodes, N_SENSORS // 2),
+        ("sites", rotor.site_nodes, N_SITES),
     ):
         if len(nodes) != wanted:
             raise ValueError(
                 f"{what} = {list(nodes)} of rotor {rotor.name!r} is not allowed in a plant; it must be {wanted} nodes"
             )
-    if not planes.master:
-        raise ValueError(f"planes.master of rotor {rotor.name!r} is empty; a plant needs its master planes")
+    if not rotor.masters:
+        raise ValueError(f"reduction.masters of rotor {rotor.name!r} is missing; a plant needs its master planes")
     full = assemble(rotor, "diagonal")
-    reduction = msdc(full, planes.master)
+    reduction = msdc(full, rotor.masters)
     reduced = reduction.model
     Minv: Array = np.linalg.inv(reduced.M).astype(np.float64)
 
@@ -60,10 +60,10 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
         Minv=Minv,
         MinvK=Minv @ reduced.K,
         MinvG=Minv @ reduced.G,
-        B_disc=reduction.left[:, full.rows(planes.discs)],
+        B_disc=reduction.left[:, full.rows(rotor.disc_nodes)],
         B_base=-reduction.left @ full.M @ base_motion,
-        sensors=reduction.right[full.rows(planes.sensors)],
+        sensors=reduction.right[full.rows(rotor.sensor_nodes)],
         bearings=first_rows(rotor.bearing_nodes),
-        sites=first_rows(planes.retainers),
+        sites=first_rows(rotor.site_nodes),
     )
     return np.concatenate([[float(reduced.size)], *(np.ravel(part) for part in structure)])

@@ -8,8 +8,8 @@ import numpy as np
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
+from rotor_analysis.checks import require
 from rotor_analysis.modes import Complex
-from rotor_analysis.rotor import require
 from rotor_analysis.supported_rotor import SupportedRotor
 
 

@@ -1,4 +1,4 @@
-"""Description of a rotor: shaft, rigid bodies, bearings and planes. SI units.
+"""Description of a rotor: its shaft, what sits on it, and how the plant's model is reduced. SI units.
 
 The classes declare the form of a rotor file, with limits and units; `rotor_file.load_rotor` reads one. Made in Python,
 they check their values in the same way.
@@ -6,234 +6,169 @@ they check their values in the same way.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
-from itertools import pairwise
-from typing import Annotated, Any, Literal
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Any, Literal
 
-from annotated_types import Ge, Gt, Lt
-from pydantic import BeforeValidator, Discriminator, StrictFloat, StrictInt, StrictStr, Tag
+from pydantic import StrictStr
 
+from amb_files.suggestions import suggest
 from amb_files.toml import table
-from amb_files.validation_errors import Unit
+from rotor_analysis.checks import Node, require
+from rotor_analysis.parts import Bearing, BodyOrDisc, Part, Sensor, Site
+from rotor_analysis.shaft import Shaft
 
-Theory = Literal["timoshenko", "rayleigh"]
-Tensor = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy))
+Method = Literal["msdc"]
 
-
-def _as_tuple(value: object) -> object:
-    """One number for all elements."""
-    return value if isinstance(value, list | tuple) else (value,)
-
-
-def _as_tensor(value: object) -> object:
-    """A 2 x 2 tensor, or one number for both axes of an isotropic bearing."""
-    rows: Any = value if isinstance(value, list | tuple) else ((value, 0.0), (0.0, value))
-    whole = len(rows) == 2 and all(isinstance(row, list | tuple) and len(row) == 2 for row in rows)
-    if not whole or not all(_is_finite(number) for row in rows for number in row):
-        raise ValueError("it must be a finite number or [[xx, xy], [yx, yy]] of finite numbers")
-    return tuple(tuple(float(number) for number in row) for row in rows)
-
-
-def _is_finite(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
-Node = Annotated[StrictInt, Ge(1)]
-Mass = Annotated[StrictFloat, Gt(0.0), Unit("kg")]
-Inertia = Annotated[StrictFloat, Ge(0.0), Unit("kg m2")]
-Diameters = Annotated[tuple[Annotated[StrictFloat, Gt(0.0), Unit("m")], ...], BeforeValidator(_as_tuple)]
-InnerDiameters = Annotated[tuple[Annotated[StrictFloat, Ge(0.0), Unit("m")], ...], BeforeValidator(_as_tuple)]
-TensorOrNumber = Annotated[Tensor, BeforeValidator(_as_tensor)]
-
-
-def require(condition: bool, what: str, value: object, allowed: str) -> None:
-    """Raise a ValueError with the name `what`, its value and what is allowed, unless `condition` holds."""
-    if not condition:
-        raise ValueError(f"{what} = {value} is not allowed; it must be {allowed}")
-
-
-@dataclass(frozen=True)
-class Element:
-    """A shaft element with constant ring section: length, diameters (m), E (Pa), density (kg/m^3), Poisson's ratio."""
-
-    length: float
-    diameter: float
-    inner_diameter: float
-    youngs_modulus: float
-    density: float
-    poissons_ratio: float
-    theory: Theory = "timoshenko"
-
-    @property
-    def area(self) -> float:
-        """Cross-section area A (m^2)."""
-        return math.pi * (self.diameter**2 - self.inner_diameter**2) / 4.0
-
-    @property
-    def second_moment(self) -> float:
-        """Second moment of area I (m^4)."""
-        return math.pi * (self.diameter**4 - self.inner_diameter**4) / 64.0
-
-    @property
-    def shear_modulus(self) -> float:
-        """G = E / (2 (1 + nu)) (Pa)."""
-        return self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio))
-
-    @property
-    def shear_coefficient(self) -> float:
-        """Cowper's kappa of a ring, 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2), m = d_i/d."""
-        nu, m2 = self.poissons_ratio, (self.inner_diameter / self.diameter) ** 2
-        return 6.0 * (1.0 + nu) * (1.0 + m2) ** 2 / ((7.0 + 6.0 * nu) * (1.0 + m2) ** 2 + (20.0 + 12.0 * nu) * m2)
+KINDS = ("bodies", "bearings", "sites", "sensors")
 
 
 @table
-class Shaft:
-    """A stepped circular shaft of one material.
+class ReductionOptions:
+    """How the plant's model is made: `msdc` condenses it to the translations at the nodes `masters`."""
 
-    `nodes` are the axial positions z (m) of the finite-element nodes, ascending. `diameter` and `inner_diameter` (m)
-    hold one value for each element, or one for all. `theory` is `timoshenko`, or `rayleigh` without shear deformation.
-    """
-
-    nodes: tuple[Annotated[StrictFloat, Unit("m")], ...]
-    diameter: Diameters
-    youngs_modulus: Annotated[StrictFloat, Gt(0.0), Unit("Pa")]
-    density: Annotated[StrictFloat, Gt(0.0), Unit("kg/m3")]
-    poissons_ratio: Annotated[StrictFloat, Gt(-1.0), Lt(0.5)]
-    inner_diameter: InnerDiameters = (0.0,)
-    theory: Theory = "timoshenko"
-
-    def __post_init__(self) -> None:
-        ascending = all(b > a for a, b in pairwise(self.nodes))
-        require(len(self.nodes) >= 2 and ascending, "nodes", f"{list(self.nodes)} m", "ascending, two or more")
-        count = len(self.nodes) - 1
-        for name in ("diameter", "inner_diameter"):
-            given = getattr(self, name)
-            require(len(given) in (1, count), name, f"{list(given)} m", f"one value, or one for each of {count}")
-            object.__setattr__(self, name, given * count if len(given) == 1 else given)
-        for outer, inner in zip(self.diameter, self.inner_diameter, strict=True):
-            require(inner < outer, "inner_diameter", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
-
-    @property
-    def elements(self) -> tuple[Element, ...]:
-        """The elements between the nodes."""
-        return tuple(
-            Element(b - a, outer, inner, self.youngs_modulus, self.density, self.poissons_ratio, self.theory)
-            for (a, b), outer, inner in zip(pairwise(self.nodes), self.diameter, self.inner_diameter, strict=True)
-        )
-
-
-@table
-class Body:
-    """A rigid body on the shaft at `node` (counted from 1): mass (kg), inertias (kg m^2)."""
-
-    name: StrictStr
-    node: Node
-    mass: Mass
-    diametral_inertia: Inertia
-    polar_inertia: Inertia
-
-
-@table
-class Disc:
-    """A homogeneous rigid disc or core on the shaft at `node` (counted from 1): mass (kg), radius and width (m)."""
-
-    name: StrictStr
-    node: Node
-    mass: Mass
-    radius: Annotated[StrictFloat, Ge(0.0), Unit("m")]
-    width: Annotated[StrictFloat, Ge(0.0), Unit("m")]
-
-    @property
-    def diametral_inertia(self) -> float:
-        """I_d = m r^2/4 + m w^2/12 (kg m^2)."""
-        return self.mass * (self.radius**2 / 4.0 + self.width**2 / 12.0)
-
-    @property
-    def polar_inertia(self) -> float:
-        """I_p = m r^2/2 (kg m^2)."""
-        return self.mass * self.radius**2 / 2.0
-
-
-def _kind_of_body(value: object) -> str:
-    """A body with a radius or a width is a disc."""
-    if isinstance(value, dict):
-        return "disc" if {"radius", "width"} & set(value) else "body"
-    return "disc" if isinstance(value, Disc) else "body"
-
-
-BodyOrDisc = Annotated[
-    Annotated[Body, Tag("body")] | Annotated[Disc, Tag("disc")],
-    Discriminator(_kind_of_body),
-]
-
-
-@table
-class Bearing:
-    """A linear bearing at `node`: 2 x 2 stiffness (N/m) and damping (N s/m), or one number for both axes.
-
-    The tensors are cross-coupled where they are not diagonal. The analyses place the rotor on this bearing. In
-    co-simulation the forces of the bearings come from another component, and only the node counts.
-    """
-
-    name: StrictStr
-    node: Node
-    stiffness: TensorOrNumber = ((0.0, 0.0), (0.0, 0.0))
-    damping: TensorOrNumber = ((0.0, 0.0), (0.0, 0.0))
-
-
-@table
-class Planes:
-    """Node numbers (from 1): masters of the reduction, discs, sensor planes and retainer bearings."""
-
-    master: tuple[Node, ...] = ()
-    discs: tuple[Node, ...] = ()
-    sensors: tuple[Node, ...] = ()
-    retainers: tuple[Node, ...] = ()
+    method: Method = "msdc"
+    masters: tuple[Node, ...] = ()
 
 
 @table
 class Rotor:
-    """A rotor: its shaft with bodies and bearings, and the planes where forces act and displacements are measured.
+    """A rotor: its shaft with bodies, bearings, contact sites and sensors.
+
+    Parts may be placed by `z`; the shaft then has a node there, and the parts and masters their numbers on this mesh.
 
     Raises
     ------
     ValueError
-        If a value is out of range or a plane is at a node that does not exist; one line for each mistake.
+        If a value is out of range, a part is at a place that does not exist, or two parts have the same name; one line
+        for each mistake.
     """
 
     name: StrictStr
     shaft: Shaft
     bodies: tuple[BodyOrDisc, ...] = ()
     bearings: tuple[Bearing, ...] = ()
-    planes: Planes = Planes()
+    sites: tuple[Site, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+    reduction: ReductionOptions = ReductionOptions()
 
     def __post_init__(self) -> None:
-        count, master = len(self.shaft.nodes), list(self.planes.master)
-        wrong = [f"{what} = {node} is not allowed; it must be a node number from 1 to {count}"
-                 for what, node in self._placed() if node > count]  # fmt: skip
+        wrong = [*self._misplaced(), *self._misnamed()]
         if wrong:
             raise ValueError("\n".join(wrong))
-        require(len(set(master)) == len(master), "planes.master", master, "a list without repetition")
-        missing = sorted({*self.bearing_nodes, *self.planes.retainers} - set(master))
+        places = [part.z for _, part in self._parts() if part.z is not None]
+        if places:
+            for name, value in self._on(self.shaft.with_nodes_at(places)).items():
+                object.__setattr__(self, name, value)
         require(
-            not master or not missing, "planes.master", master, f"a list that includes bearings and retainers {missing}"
+            len(set(self.masters)) == len(self.masters),
+            "reduction.masters",
+            list(self.masters),
+            "a list without repetition",
+        )
+        missing = sorted({*self.bearing_nodes, *self.site_nodes} - set(self.masters))
+        require(
+            not self.masters or not missing,
+            "reduction.masters",
+            list(self.masters),
+            f"a list that includes bearings and sites {missing}",
         )
 
-    def _placed(self) -> Iterator[tuple[str, int]]:
-        """Every node number and its key."""
-        for key, parts in (("bodies", self.bodies), ("bearings", self.bearings)):
-            for k, part in enumerate(parts):
-                yield f"{key}[{k}].node ({part.name})", part.node
-        for field in fields(Planes):
-            for k, node in enumerate(getattr(self.planes, field.name)):
-                yield f"planes.{field.name}[{k}]", node
+    def _parts(self) -> Iterator[tuple[str, Part]]:
+        """Every part with its key."""
+        for kind in KINDS:
+            for k, part in enumerate(getattr(self, kind)):
+                yield f"{kind}[{k}]", part
+
+    def _misplaced(self) -> Iterator[str]:
+        """One sentence for each part or master at a place that does not exist."""
+        nodes = self.shaft.nodes
+        for key, part in self._parts():
+            if part.z is not None and self.shaft.node_at(part.z) is None and not nodes[0] < part.z < nodes[-1]:
+                allowed = f"from {nodes[0]:g} m to {nodes[-1]:g} m, on the shaft"
+                yield f"{key}.z ({part.name}) = {part.z} m is not allowed; it must be {allowed}"
+        places = [(f"{key}.node ({part.name})", part.node) for key, part in self._parts()]
+        places += [(f"reduction.masters[{k}]", node) for k, node in enumerate(self.masters)]
+        for what, node in places:
+            if node > len(nodes):
+                yield f"{what} = {node} is not allowed; it must be a node number from 1 to {len(nodes)}"
+
+    def _misnamed(self) -> Iterator[str]:
+        """One sentence for each name that two parts or two sensed variables have, and for each that no bearing has."""
+        names = [(f"{key}.name", part.name) for key, part in self._parts()]
+        signals = [(f"sensors[{k}].{axis}", getattr(s, axis)) for k, s in enumerate(self.sensors) for axis in "xy"]
+        taken = Counter(name for _, name in (*names, *signals))
+        for key, name in (*names, *signals):
+            if taken[name] > 1:
+                yield f"{key} = {name!r} is not allowed; it must be a name that nothing else on the rotor has"
+        bearings = [bearing.name for bearing in self.bearings]
+        for k, site in enumerate(self.sites):
+            if site.bearing is not None and site.bearing not in bearings:
+                hint = suggest(site.bearing, bearings)
+                yield f"sites[{k}].bearing ({site.name}) = {site.bearing!r} is not the name of a bearing; {hint}"
+
+    def _on(self, shaft: Shaft) -> dict[str, Any]:
+        """The fields of this rotor on another mesh of its shaft, which must have nodes where it is needed."""
+
+        def number(node: int, z: float | None = None) -> int:
+            place = self.shaft.nodes[node - 1] if z is None else z
+            found = shaft.node_at(place)
+            if found is None:
+                raise ValueError(f"nodes = {list(shaft.nodes)} m is not allowed; it must be a list with {place:g} m")
+            return found
+
+        parts = {
+            kind: tuple(replace(part, node=number(part.node, part.z), z=None) for part in getattr(self, kind))
+            for kind in KINDS
+        }
+        masters = tuple(number(node) for node in self.masters)
+        return {"shaft": shaft, **parts, "reduction": replace(self.reduction, masters=masters)}
+
+    def on_mesh(self, shaft: Shaft) -> Rotor:
+        """Return the same rotor on another mesh of its shaft, with parts and masters at their positions.
+
+        Raises
+        ------
+        ValueError
+            If `shaft` has no node at one of these positions.
+        """
+        return replace(self, **self._on(shaft))
+
+    @property
+    def masters(self) -> tuple[int, ...]:
+        """Nodes whose translations the reduction keeps, as the rotor names them."""
+        return self.reduction.masters
+
+    @property
+    def discs(self) -> tuple[BodyOrDisc, ...]:
+        """The bodies that are planes of unbalance and external force."""
+        return tuple(body for body in self.bodies if body.unbalance)
+
+    @property
+    def part_nodes(self) -> tuple[int, ...]:
+        """Node numbers of all parts: bodies, bearings, sites and sensors."""
+        return _nodes(part for _, part in self._parts())
+
+    @property
+    def disc_nodes(self) -> tuple[int, ...]:
+        """Node numbers of the planes of unbalance and external force."""
+        return _nodes(self.discs)
 
     @property
     def bearing_nodes(self) -> tuple[int, ...]:
         """Node numbers of the bearings."""
-        return tuple(bearing.node for bearing in self.bearings)
+        return _nodes(self.bearings)
+
+    @property
+    def site_nodes(self) -> tuple[int, ...]:
+        """Node numbers of the contact sites."""
+        return _nodes(self.sites)
+
+    @property
+    def sensor_nodes(self) -> tuple[int, ...]:
+        """Node numbers of the sensor planes."""
+        return _nodes(self.sensors)
 
     def on_equal_bearings(self, stiffness: float, damping: float) -> Rotor:
         """Return the same rotor on isotropic bearings of the given stiffness (N/m) and damping (N s/m)."""
@@ -244,3 +179,7 @@ class Rotor:
     def mass(self) -> float:
         """Total mass (kg)."""
         return sum(e.density * e.area * e.length for e in self.shaft.elements) + sum(b.mass for b in self.bodies)
+
+
+def _nodes(parts: Iterable[Part]) -> tuple[int, ...]:
+    return tuple(part.node for part in parts)

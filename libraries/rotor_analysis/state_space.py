@@ -8,8 +8,8 @@ import control
 import numpy as np
 
 from fmi_export.model import Array
+from rotor_analysis.checks import require
 from rotor_analysis.response import steady_state, unbalance_vector
-from rotor_analysis.rotor import require
 from rotor_analysis.supported_rotor import SupportedRotor
 
 

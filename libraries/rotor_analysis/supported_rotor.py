@@ -8,8 +8,9 @@ import numpy as np
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import MassModel, Matrices, assemble, on_bearings
+from rotor_analysis.checks import require
 from rotor_analysis.reduction import Reduction, msdc
-from rotor_analysis.rotor import Rotor, require
+from rotor_analysis.rotor import Rotor
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from scipy.optimize import linear_sum_assignment
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
+from rotor_analysis.checks import require
 from rotor_analysis.modes import Complex, Mode, modes
-from rotor_analysis.rotor import require
 
 HALVING_ASSURANCE = 0.9  # below it a step in speed is halved
 LOWEST_ASSURANCE = 0.5  # below it a mode has no continuation

@@ -131,7 +131,7 @@ def test_build_writes_native_fmus_for_this_machine(runner, tmp_path):
 def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
     rig = RIG.read_text(encoding="utf-8")
     (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")
-    (tmp_path / "lame.toml").write_text(rig.replace("discs = [1, 3, 10, 13]", "discs = [1, 3]"), encoding="utf-8")
+    (tmp_path / "lame.toml").write_text(rig.replace("unbalance = true", "unbalance = false", 2), encoding="utf-8")
     assert runner("build", "--rotor", "heavy.toml", "-o", "heavy").exit_code == 0
 
     def constants_of(name):
@@ -142,7 +142,10 @@ def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
     assert not np.array_equal(constants_of("rolac_controller"), model_source("rolac_controller")[1])
     refused = runner("build", "--rotor", "lame.toml", "-o", "lame")
     assert refused.exit_code == 2
-    assert "planes.discs = [1, 3] of rotor 'bath_rig' is not allowed in a plant; it must be 4 nodes" in refused.output
+    assert (
+        "bodies with unbalance = true = [10, 13] of rotor 'bath_rig' is not allowed in a plant; it must be 4 nodes"
+        in refused.output
+    )
     assert not (tmp_path / "lame").exists()
 
 

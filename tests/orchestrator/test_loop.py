@@ -43,7 +43,7 @@ def loop(Omega: float = 90.0, sample_time: float = 250e-6, delay: int = 0, **cha
 def continuous(Omega: float, frequencies: np.ndarray, lag: float, bandwidth: float = math.inf) -> np.ndarray:
     """1/(1 + L) of each axis with the other loops closed, L with a continuous PD controller and a dead time (s)."""
     found = load_rotor()
-    model = msdc(assemble(found), found.planes.master).model
+    model = msdc(assemble(found), found.masters).model
     B = np.eye(model.size)[:, model.rows(found.bearing_nodes)]
     k_s, _ = bearing_constants(loop(), 0)
     rows = []

@@ -39,10 +39,10 @@ node = 1
 [[bearings]]
 name = "right"
 node = 4
-[planes]
-master = [1, 2, 4]
-sensors = [1, 1, 4, 4]
+[reduction]
+masters = [1, 2, 4]
 """
+SENSORS = "".join(f'[[sensors]]\nname = "plane{k}"\nnode = {node}\n' for k, node in enumerate((1, 1, 4, 4)))
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_damping_of_the_bearings_lowers_the_resonance(R):
 
 
 def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):
-    (tmp_path / "pump.toml").write_text(PUMP)
+    (tmp_path / "pump.toml").write_text(PUMP + SENSORS)
     assert runner("study", "receptance", "--rotor", "pump.toml", "-o", "out").exit_code == 0
     data = json.loads((tmp_path / "out" / "receptance.json").read_text())
     assert (data["rotor"], data["planes_z_m"]) == ("pump", [0.0, 0.0, 0.9, 0.9])
@@ -249,7 +249,6 @@ def test_recovery_writes_its_figure_and_its_data(cosim, tmp_path):
     assert (shares["PID"], shares["PID + contact-aware ROLAC"]) == (0.0, 1.0)
 
 
-NO_PLANES = PUMP[: PUMP.index("[planes]")]
 BAD = {
     "no range of the receptance": (
         ["receptance", "--up-to", "1 Hz"],
@@ -261,7 +260,7 @@ BAD = {
     "stiffness in metres": (["receptance", "--k-b", "3 m"], "'3 m' has unit m, which cannot be converted to N/m"),
     "rotor without sensors": (
         ["h_matrix", "--rotor", "bare.toml"],
-        "planes.sensors of rotor 'pump' = [] is not allowed; it must be 4 nodes",
+        "sensors of rotor 'pump' = [] is not allowed; it must be 4 nodes",
     ),
     "sensors that see one motion": (
         ["h_matrix", "--rotor", "blind.toml"],
@@ -279,6 +278,6 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_bad_input_ends_with_one_message_and_nothing_written(refuses, tmp_path, case):
     arguments, expected = BAD[case]
-    (tmp_path / "bare.toml").write_text(NO_PLANES)
-    (tmp_path / "blind.toml").write_text(PUMP.replace("sensors = [1, 1, 4, 4]", "sensors = [1, 1, 1, 1]"))
+    (tmp_path / "bare.toml").write_text(PUMP)
+    (tmp_path / "blind.toml").write_text(PUMP + SENSORS.replace("node = 4", "node = 1"))
     refuses(expected, "study", *arguments)

@@ -15,13 +15,13 @@ from rotor_analysis.rotor_file import load_rotor
 
 RIG = load_rotor()
 FULL = assemble(RIG, "diagonal")
-REDUCED = msdc(FULL, RIG.planes.master).model
+REDUCED = msdc(FULL, RIG.masters).model
 CLEARANCE = {"rb1": 0.75e-3, "rb2": 0.75e-3, "eb1": 0.9e-3, "eb2": 0.9e-3}
-AT = [RIG.planes.master.index(node) for node in RIG.planes.retainers]  # the sites among the masters
+AT = [RIG.masters.index(node) for node in RIG.site_nodes]  # the sites among the masters
 
 
 def at_rest() -> np.ndarray:
-    return np.zeros(len(RIG.planes.master), dtype=complex)
+    return np.zeros(len(RIG.masters), dtype=complex)
 
 
 @dataclass(frozen=True)
@@ -71,14 +71,14 @@ class RubbingCase:
         """
         for node in RIG.bearing_nodes:
             model = model.with_bearing(node, self.k_b * np.eye(2), self.c_b * np.eye(2))
-        M, C, K = with_unbalance(model, self.Omega, RIG.planes.discs[0], self.unbalance)
+        M, C, K = with_unbalance(model, self.Omega, RIG.disc_nodes[0], self.unbalance)
         n = model.size
         f, q, v = np.zeros((3, n + 2))
         f[model.rows(RIG.bearing_nodes)] = flat(np.array(self.load))
-        masters = model.rows(RIG.planes.master)
+        masters = model.rows(RIG.masters)
         q[masters], v[masters] = flat(self.r), flat(self.v)
         q[n], v[n + 1] = 1.0, self.Omega
-        rows = [model.translations[RIG.planes.retainers[list(CLEARANCE).index(site)]][0] for site in self.sites]
+        rows = [model.translations[RIG.site_nodes[list(CLEARANCE).index(site)]][0] for site in self.sites]
         return {"M": M, "C": C, "K": K, "f": f, "q": q, "v": v, "rows": np.array(rows)} | self.site_table()
 
 

@@ -18,7 +18,7 @@ from rubbing_cases import AT, CLEARANCE, REDUCED, RIG, RubbingCase, folded, foll
 Siconos = Callable[..., dict[str, np.ndarray]]
 
 ALL = tuple(CLEARANCE)
-PLACES = np.array([RIG.shaft.nodes[node - 1] for node in RIG.planes.master])
+PLACES = np.array([RIG.shaft.nodes[node - 1] for node in RIG.masters])
 ALONG = (PLACES - PLACES[AT[0]]) / (PLACES[AT[1]] - PLACES[AT[0]])  # 0 at rb1, 1 at rb2
 
 

@@ -11,8 +11,10 @@ from scipy.linalg import eigh
 from rotor_analysis.assembly import assemble
 from rotor_analysis.campbell import campbell
 from rotor_analysis.modes import modes
-from rotor_analysis.rotor import Body, Rotor, Shaft
+from rotor_analysis.parts import Body
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
 from rotor_analysis.tracking import modal_assurance, pair_modes, track_modes
 

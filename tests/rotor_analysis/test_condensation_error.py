@@ -7,7 +7,7 @@ import pytest
 
 from rotor_analysis.condensation_error import condensation_error
 from rotor_analysis.modes import damped_frequencies, modes
-from rotor_analysis.rotor import Planes
+from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
 
@@ -21,10 +21,10 @@ PLANES = [(1, 4, 11, 13), (1, 3, 4, 10, 11, 13), (1, 3, 4, 6, 8, 10, 11, 12, 13)
 def test_error_of_the_rig_is_that_of_the_frequencies_in_ascending_order():
     """0.1127 % is the largest of the thesis."""
     error = condensation_error(RIG, SPEEDS)
-    assert error.planes == RIG.planes.master
+    assert error.planes == RIG.masters
     for row, Omega in zip(error.frequency, SPEEDS, strict=True):
         full = damped_frequencies(supported_rotor(RIG).model, Omega, 8)
-        condensed = damped_frequencies(supported_rotor(RIG, planes=RIG.planes.master).model, Omega, 8)
+        condensed = damped_frequencies(supported_rotor(RIG, planes=RIG.masters).model, Omega, 8)
         np.testing.assert_allclose(row, 100.0 * (condensed / full - 1.0), atol=1e-9)
     np.testing.assert_allclose(error.worst_frequency, [0.089, 0.100, 0.109], atol=6e-4)
     assert np.all(error.worst_frequency < 0.1127)
@@ -65,6 +65,6 @@ def test_modes_that_the_condensed_model_does_not_have_are_marked():
 
 def test_planes_that_hold_nothing_are_refused():
     with pytest.raises(ValueError, match="a list of node numbers to condense to"):
-        condensation_error(replace(RIG, planes=Planes()), SPEEDS)
+        condensation_error(replace(RIG, reduction=ReductionOptions()), SPEEDS)
     with pytest.raises(ValueError, match=r"planes \[99\] are not in the model"):
         condensation_error(RIG, SPEEDS, (4, 99))

@@ -9,7 +9,7 @@ import pytest
 
 from rotor_analysis.assembly import assemble
 from rotor_analysis.frequency_tables import deviations, frequency_tables
-from rotor_analysis.rotor import Planes
+from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
@@ -66,7 +66,7 @@ def test_diagonal_mass_needs_more_nodes_than_consistent_mass(computed):
 
 def test_rotor_without_master_planes_has_no_condensed_table():
     rotor = load_rotor()
-    assert frequency_tables(replace(rotor, planes=Planes()))["table_3_4"] == {}
+    assert frequency_tables(replace(rotor, reduction=ReductionOptions()))["table_3_4"] == {}
 
 
 def test_mass_of_the_rig_is_96_kg_in_both_mass_matrices():

@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
-from rotor_cases import OnePlane, bearings, one_plane_matrices, planes
+from rotor_cases import OnePlane, one_plane_matrices, plant_rotor
 from scipy.linalg import eig
 
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.modes import damped_frequencies, eigenvalues
-from rotor_analysis.rotor import Disc, Rotor, Shaft
+from rotor_analysis.parts import Disc
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
 
 
 def complex_eigenvalues(M, D, K):
@@ -74,9 +76,9 @@ def test_free_rigid_disc_precesses_forward_at_the_ratio_of_its_inertias(radius, 
     """Torque-free motion: I_d r'' = i Omega I_p r', a precession at Omega I_p / I_d."""
     shaft = Shaft((0.0, 0.01, 0.02), (0.1,), 2e15, 1e-9, 0.3)
     body = Disc("disc", 2, 30.0, radius, width)
-    rotor = Rotor("disc", shaft, (body,), bearings(1, 3), planes((1, 2, 3), (1, 3)))
+    rotor = plant_rotor("disc", shaft, (body,), (1, 2, 3), (1, 3))
     Omega = 100.0
-    model = OnePlane.of(Rotor("disc", shaft, (body,), bearings(1, 3), planes((1, 3), (1, 3))))
+    model = OnePlane.of(plant_rotor("disc", shaft, (body,), (1, 3), (1, 3)))
     ratio = 6 * radius**2 / (3 * radius**2 + width**2)  # (m r^2 / 2) / (m (3 r^2 + w^2) / 12)
     whirl = complex_eigenvalues(model.M, -1j * Omega * model.G, model.K)
     assert np.max(whirl.imag) == pytest.approx(ratio * Omega, rel=1e-5)  # positive: forward

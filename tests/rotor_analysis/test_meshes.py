@@ -8,8 +8,9 @@ import pytest
 
 from rotor_analysis.meshes import coarsen, mesh_family, refine
 from rotor_analysis.modes import damped_frequencies
-from rotor_analysis.rotor import Planes, Rotor, Shaft
+from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
 
 RIG = load_rotor()
@@ -19,11 +20,8 @@ STEPPED = Rotor("stepped", Shaft((0.0, 0.2, 0.5, 0.6), (0.05, 0.08, 0.06), 2e11,
 def places(rotor):
     """What sits where (m)."""
     z = rotor.shaft.nodes
-    found = {part.name: z[part.node - 1] for part in (*rotor.bodies, *rotor.bearings)}
-    return found | {
-        "master": [z[n - 1] for n in rotor.planes.master],
-        "sensors": [z[n - 1] for n in rotor.planes.sensors],
-    }
+    parts = (*rotor.bodies, *rotor.bearings, *rotor.sites, *rotor.sensors)
+    return {part.name: z[part.node - 1] for part in parts} | {"masters": [z[n - 1] for n in rotor.masters]}
 
 
 def test_family_of_the_rig_has_the_meshes_of_the_thesis():
@@ -34,7 +32,7 @@ def test_family_of_the_rig_has_the_meshes_of_the_thesis():
         assert places(mesh) == places(RIG)
         assert mesh.mass == pytest.approx(RIG.mass, rel=1e-12)
     assert meshes[13] == RIG
-    assert meshes[6].planes.master == (1, 2, 3, 4, 5, 6)
+    assert meshes[6].masters == (1, 2, 3, 4, 5, 6)
 
 
 def test_refinement_halves_the_longest_elements_and_keeps_the_nodes():
@@ -79,7 +77,7 @@ def test_both_mass_matrices_have_the_same_limit():
 
 
 def test_a_rotor_whose_master_planes_make_no_mesh_has_no_coarse_one():
-    assert list(mesh_family(replace(RIG, planes=Planes()))) == [23, 19, 13]
+    assert list(mesh_family(replace(RIG, reduction=ReductionOptions()))) == [23, 19, 13]
     assert list(mesh_family(STEPPED)) == [14, 10, 4]
 
 
@@ -89,7 +87,7 @@ def test_a_rotor_whose_master_planes_make_no_mesh_has_no_coarse_one():
         (lambda: refine(RIG, 12), "number of nodes = 12 is not allowed; it must be 13 or more"),
         (
             lambda: coarsen(RIG, (1, 4, 11, 13)),
-            r"a list that includes \[1, 3, 4, 10, 11, 13\], with parts or planes",
+            r"a list that includes \[1, 3, 4, 10, 11, 13\], with parts or masters",
         ),
         (lambda: coarsen(STEPPED, (1, 4)), r"element from 0 m to 0.6 m = \[\(0.05, 0.0\)"),
         (lambda: coarsen(RIG, (0, 99)), "it must be node numbers from 1 to 13"),

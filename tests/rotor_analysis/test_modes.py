@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.modes import damped_frequencies, modes, overdamped_modes, translations
-from rotor_analysis.rotor import Bearing, Disc, Rotor, Shaft
+from rotor_analysis.parts import Bearing, Disc
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rotor_cases import BEARINGS, OnePlane, both, plant, run
+from rotor_cases import BEARINGS, OnePlane, both, discs_at, plant, run
 
 from rotor_analysis.receptance import receptance
 from rotor_analysis.rotor_file import load_rotor
@@ -40,7 +40,7 @@ def test_receptance_is_that_of_the_model_in_complex_coordinates(Omega):
     rotor = load_rotor()
     model = OnePlane.of(rotor, 1e6, 5000.0)
     R = receptance(np.array([Omega]))[0]
-    place = [rotor.planes.master.index(node) for node in rotor.planes.sensors]
+    place = [rotor.masters.index(node) for node in rotor.sensor_nodes]
     for sign in (1.0, -1.0):  # force e^(+-i Omega t) in the complex plane
         dynamic = -(Omega**2) * model.M + 1j * sign * Omega * (model.C - 1j * Omega * model.G) + model.K
         response = np.linalg.inv(dynamic)[np.ix_(place, model.bearings)]
@@ -76,7 +76,8 @@ def test_plant_driven_by_a_synchronous_force_settles_on_the_receptance(axis, col
 def test_unbalance_orbit_is_the_receptance_to_its_rotating_force():
     """Unbalance at the bearings makes exactly synchronous forces u Omega^2 (1, -j): no hold, so nearly exact."""
     rotor = load_rotor()
-    rotor = replace(rotor, planes=replace(rotor.planes, discs=(4, 4, 11, 11)))
+    masses = (replace(body, name=f"body_{body.name}", unbalance=False) for body in rotor.bodies)
+    rotor = replace(rotor, bodies=(*masses, *discs_at(4, 4, 11, 11)))
     Omega, steps, turns = 120.0, 200, 60
     h = 2.0 * np.pi / Omega / steps
     x = plant(BEARINGS | both("rb.clearance", 0.1) | {"Omega": Omega, "d1.u": 2e-3, "d3.u": 1e-3, "d3.phi": 1.1}, rotor)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rotor_cases import shaft_only
+from rotor_cases import discs_at, sensors_at, shaft_only
 
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.modes import damped_frequencies, eigenvalues
@@ -31,8 +31,8 @@ def on_cross_coupled_bearings(nodes):
 @given(seed=st.integers(0, 2**32 - 1))
 def test_static_deflection_is_exact_also_with_cross_coupling(bearings, seed):
     full = on_cross_coupled_bearings(bearings)
-    reduction = msdc(full, ROTOR.planes.master)
-    masters = [row for node in ROTOR.planes.master for row in full.translations[node]]
+    reduction = msdc(full, ROTOR.masters)
+    masters = [row for node in ROTOR.masters for row in full.translations[node]]
     force = np.zeros(full.size)
     force[masters] = np.random.default_rng(seed).normal(size=len(masters))
     exact = np.linalg.solve(full.K, force)
@@ -43,9 +43,9 @@ def test_static_deflection_is_exact_also_with_cross_coupling(bearings, seed):
 
 def test_forces_on_slaves_move_masters_exactly_with_cross_coupling():
     full = on_cross_coupled_bearings((6, 12))
-    reduction = msdc(full, ROTOR.planes.master)
+    reduction = msdc(full, ROTOR.masters)
     force = np.random.default_rng(1).normal(size=full.size)
-    masters = [row for node in ROTOR.planes.master for row in full.translations[node]]
+    masters = [row for node in ROTOR.masters for row in full.translations[node]]
     q = np.linalg.solve(reduction.model.K, reduction.left @ force)
     exact = np.linalg.solve(full.K, force)[masters]
     np.testing.assert_allclose(q, exact, rtol=1e-6, atol=1e-8 * np.max(np.abs(exact)))
@@ -54,7 +54,7 @@ def test_forces_on_slaves_move_masters_exactly_with_cross_coupling():
 def test_condensation_of_massless_slaves_changes_no_eigenvalue():
     """Slaves without inertia follow statically: the finite eigenvalues of the full model are those of the reduced."""
     full = on_bearings(assemble(ROTOR), ROTOR.on_equal_bearings(1e6, 5000.0))
-    masters = [row for node in ROTOR.planes.master for row in full.translations[node]]
+    masters = [row for node in ROTOR.masters for row in full.translations[node]]
     kept = np.zeros(full.size)
     kept[masters] = 1.0
     mask = np.outer(kept, kept)
@@ -64,7 +64,7 @@ def test_condensation_of_massless_slaves_changes_no_eigenvalue():
     Omega = 300.0
     values = eigenvalues(full, Omega)
     values = values[np.isfinite(values) & (np.abs(values) < 1e5)]
-    reduced = eigenvalues(msdc(full, ROTOR.planes.master).model, Omega)
+    reduced = eigenvalues(msdc(full, ROTOR.masters).model, Omega)
     assert len(reduced) == 24
     for value in reduced:
         assert np.min(np.abs(values - value)) < 1e-5 * abs(value)
@@ -74,17 +74,17 @@ def test_undamped_reduced_frequencies_bound_the_full_ones_from_above():
     undamped = replace(ROTOR, bearings=tuple(replace(b, damping=((0.0, 0.0), (0.0, 0.0))) for b in ROTOR.bearings))
     full = on_bearings(assemble(ROTOR), undamped)
     exact = damped_frequencies(full, 0.0, 12)
-    reduced = damped_frequencies(msdc(full, ROTOR.planes.master).model, 0.0)
+    reduced = damped_frequencies(msdc(full, ROTOR.masters).model, 0.0)
     assert np.all(reduced[:12] >= exact * (1.0 - 1e-9))
     np.testing.assert_allclose(reduced[:8], exact[:8], rtol=2e-3)
 
 
 def test_reduced_free_rotor_keeps_mass_centre_and_rigid_motion():
     full = assemble(ROTOR)
-    reduction = msdc(full, ROTOR.planes.master)
+    reduction = msdc(full, ROTOR.masters)
     along_y = np.zeros(full.size)
     along_y[1::4] = 1.0
-    unit = np.tile([0.0, 1.0], len(ROTOR.planes.master))
+    unit = np.tile([0.0, 1.0], len(ROTOR.masters))
     np.testing.assert_allclose(reduction.right @ unit, along_y, atol=1e-7)
     assert unit @ reduction.model.M @ unit == pytest.approx(ROTOR.mass, rel=1e-8)
     np.testing.assert_allclose(reduction.model.K @ unit, 0.0, atol=1e-8 * np.max(reduction.model.K))
@@ -103,7 +103,7 @@ def test_unknown_plane_is_refused_with_the_list_of_planes():
 
 def test_plant_constants_are_the_reduced_model():
     full = assemble(ROTOR)
-    reduction = msdc(full, ROTOR.planes.master)
+    reduction = msdc(full, ROTOR.masters)
     s = structure_of(plant_constants(ROTOR))
     np.testing.assert_array_equal(s.M, reduction.model.M)
     np.testing.assert_array_equal(s.K, reduction.model.K)
@@ -122,7 +122,7 @@ def test_plant_constants_are_the_reduced_model():
 
 def test_sensors_and_discs_may_sit_between_the_masters():
     """A slave plane is seen, and pushed, through the static deflection: reciprocally."""
-    rotor = replace(ROTOR, planes=replace(ROTOR.planes, discs=(2, 6, 8, 12), sensors=(12, 8, 6, 2)))
+    rotor = replace(ROTOR, bodies=discs_at(2, 6, 8, 12), sensors=sensors_at(12, 8, 6, 2))
     s = structure_of(plant_constants(rotor))
     for k in range(4):
         for axis in range(2):

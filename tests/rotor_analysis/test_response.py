@@ -9,8 +9,9 @@ from scipy.integrate import solve_ivp
 
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import eigenvalues
+from rotor_analysis.parts import Bearing
 from rotor_analysis.response import orbit, steady_state, unbalance_response
-from rotor_analysis.rotor import Bearing, Rotor
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.state_space import state_space, unbalance_step
 from rotor_analysis.supported_rotor import supported_rotor
@@ -73,9 +74,9 @@ def test_rig_responds_as_the_independent_one_plane_model(condensed):
     u = np.array([3e-3, 1e-3j, 0.0, -2e-3 + 1e-3j])
     on_equal = rotor.on_equal_bearings(1e6, 5000.0)
     one_plane = OnePlane.of(rotor, 1e6, 5000.0)
-    support = supported_rotor(on_equal, planes=rotor.planes.master if condensed else None)
-    unbalance = dict(zip(rotor.planes.discs, u, strict=True))
-    found = unbalance_response(support, unbalance, np.array([90.0, 180.0]), rotor.planes.master)
+    support = supported_rotor(on_equal, planes=rotor.masters if condensed else None)
+    unbalance = dict(zip(rotor.disc_nodes, u, strict=True))
+    found = unbalance_response(support, unbalance, np.array([90.0, 180.0]), rotor.masters)
     expected = np.array([one_plane.orbit(Omega, u) for Omega in (90.0, 180.0)])
     if condensed:
         np.testing.assert_allclose(found[:, :, 0], expected, rtol=1e-6)
@@ -98,7 +99,7 @@ def test_slow_unbalance_between_masters_acts_by_static_deflection():
 def test_transfer_function_at_the_spin_speed_is_the_unbalance_response():
     rotor = load_rotor()
     Omega = 130.0
-    support = supported_rotor(rotor, planes=rotor.planes.master)
+    support = supported_rotor(rotor, planes=rotor.masters)
     system = state_space(support, Omega, (1,), (4, 11))
     assert system.output_labels == ["x4", "y4", "x11", "y11"]
     response = control.evalfr(system, 1j * Omega) @ (1e-2 * Omega**2 * np.array([1.0, -1j]))
@@ -108,7 +109,7 @@ def test_transfer_function_at_the_spin_speed_is_the_unbalance_response():
 
 def test_poles_of_the_linear_system_are_the_eigenvalues_of_the_modes():
     rotor = load_rotor()
-    support = supported_rotor(rotor, planes=rotor.planes.master)
+    support = supported_rotor(rotor, planes=rotor.masters)
     poles = state_space(support, 90.0, (4,), (4,)).poles()
     found = eigenvalues(support.model, 90.0)
     for pole in poles:
@@ -129,8 +130,8 @@ def test_step_of_unbalance_is_the_solution_of_the_equations_of_motion():
 
     r = one_plane.orbit(Omega, before)
     exact = solve_ivp(motion, (0.0, 0.4), np.concatenate([r, 1j * Omega * r]), "DOP853", times, rtol=1e-9, atol=1e-12)
-    support = supported_rotor(rotor.on_equal_bearings(1e6, 5000.0), planes=rotor.planes.master)
-    found = unbalance_step(support, Omega, {1: 0.5e-3}, {1: 22.5e-3}, times, rotor.planes.master)
+    support = supported_rotor(rotor.on_equal_bearings(1e6, 5000.0), planes=rotor.masters)
+    found = unbalance_step(support, Omega, {1: 0.5e-3}, {1: 22.5e-3}, times, rotor.masters)
     expected = exact.y[:6]
     scale = np.max(np.abs(expected))
     np.testing.assert_allclose(found[:, 0] + 1j * found[:, 1], expected, atol=1e-6 * scale)
@@ -138,7 +139,7 @@ def test_step_of_unbalance_is_the_solution_of_the_equations_of_motion():
 
 def test_step_of_unbalance_begins_and_ends_steadily():
     rotor, Omega = load_rotor(), 145.0
-    support = supported_rotor(rotor, planes=rotor.planes.master)
+    support = supported_rotor(rotor, planes=rotor.masters)
     old, new = {1: 0.5e-3}, {1: 11.5e-3, 13: 1e-3j}
     times = np.linspace(0.0, 2.0, 4001)
     found = unbalance_step(support, Omega, old, new, times, (4, 11))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from rotor_analysis.rotor import Bearing, Body, Disc, Planes, Rotor, Shaft
+from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
+from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.shaft import Shaft
 
 STEEL = {"youngs_modulus": 2e11, "density": 7800.0, "poissons_ratio": 0.3}
 SHAFT = "[shaft]\nnodes = [0, 0.5, 1]\ndiameter = 0.05\nyoungs_modulus = 2e11\ndensity = 7800\npoissons_ratio = 0.3\n"
@@ -46,21 +48,37 @@ def test_file_gives_the_rotor_that_it_describes(tmp_path):
         node = 1
         stiffness = [[1e6, -2e5], [3e5, 1e6]]
         damping = 100
-        [planes]
-        master = [1, 2]
+        [[sites]]
+        name = "seal"
+        node = 2
+        [[sensors]]
+        name = "inlet"
+        node = 1
+        [[sensors]]
+        name = "outlet"
+        node = 3
+        x = "s3"
+        y = "s4"
+        [reduction]
+        masters = [1, 2]
     """
     assert loaded(tmp_path, text) == Rotor(
         "pump",
         Shaft((0.0, 0.5, 1.0), (0.05,), **STEEL),
         (Disc("impeller", 2, 3.0, 0.1, 0.02), Body("coupling", 3, 1.0, 0.01, 0.02)),
         (Bearing("oil", 1, ((1e6, -2e5), (3e5, 1e6)), ((100.0, 0.0), (0.0, 100.0))),),
-        Planes((1, 2)),
+        (Site("seal", 2),),
+        (Sensor("inlet", 1, "inlet.x", "inlet.y"), Sensor("outlet", 3, "s3", "s4")),
+        ReductionOptions("msdc", (1, 2)),
     )
 
 
 TENSOR = "a finite number or [[xx, xy], [yx, yy]] of finite numbers"
 RING = '[[bodies]]\nname = "ring"\n'
 OIL = '[[bearings]]\nname = "oil"\nnode = 1\n'
+SEAL = '[[sites]]\nname = "seal"\n'
+INLET = '[[sensors]]\nname = "inlet"\n'
+LETTERS = "letters, digits and underscores, not beginning with a digit"
 
 
 def with_ring(node, mass, radius):
@@ -77,17 +95,31 @@ def in_full(sentence):
     [
         (with_ring(9, 1, 1), "bodies[0].node (ring) = 9! a node number from 1 to 3"),
         (with_ring(0, 1, 1), "bodies[0].node (ring) = 0! >= 1"),
-        (with_ring(1, 0, 1), "bodies[0].mass (ring) = 0 kg! > 0 kg"),
+        (with_ring(1, -1, 1), "bodies[0].mass (ring) = -1 kg! >= 0 kg"),
         (with_ring(1, 1, -1.0), "bodies[0].radius (ring) = -1.0 m! >= 0 m"),
         (RING + "node = 1\nmass = 1\nradius = 1", "bodies[0].width (ring) is missing"),
         (RING + "node = 1\nmass = 1\npolar_inertia = 1", "bodies[0].diametral_inertia (ring) is missing"),
         (OIL + "stiffness = [1e6, 1e6]", "bearings[0].stiffness (oil) = [1000000.0, 1000000.0]! " + TENSOR),
         (OIL + "damping = 'much'", "bearings[0].damping (oil) = 'much'! " + TENSOR),
         (OIL + "stifness = 1e6", "unknown key bearings[0].stifness (oil); did you mean stiffness?"),
-        ("[planes]\nretainers = 4", "planes.retainers = 4! a list"),
-        ("[planes]\nsensors = [1, 7]", "planes.sensors[1] = 7! a node number from 1 to 3"),
-        ("[planes]\nmaster = [1, 1]", "planes.master = [1, 1]! a list without repetition"),
-        (OIL + "[planes]\nmaster = [2]", "planes.master = [2]! a list that includes bearings and retainers [1]"),
+        (RING + "mass = 1\nradius = 1\nwidth = 1", "bodies[0] (ring): neither node nor z is given; give one of them"),
+        (OIL + "z = 0.5", "bearings[0] (oil): both node and z are given; give one of them"),
+        (SEAL + "z = 1.5", "sites[0].z (seal) = 1.5 m! from 0 m to 1 m, on the shaft"),
+        (OIL.replace("oil", "2nd"), "bearings[0].name (2nd) = '2nd'! " + LETTERS),
+        (
+            OIL + SEAL + "node = 1\nbearing = 'oli'",
+            "sites[0].bearing (seal) = 'oli' is not the name of a bearing; did you mean oil?",
+        ),
+        (SEAL + "node = 1\nx = 's1'", "unknown key sites[0].x (seal); there are name, node, bearing, z"),
+        (INLET + "node = 7", "sensors[0].node (inlet) = 7! a node number from 1 to 3"),
+        (
+            INLET + "node = 1\nx = 's 1'",
+            "sensors[0].x (inlet) = 's 1'! the name of a variable, such as s1 or motor_end.x",
+        ),
+        ("[reduction]\nmasters = 4", "reduction.masters = 4! a list"),
+        ("[reduction]\nmasters = [1, 7]", "reduction.masters[1] = 7! a node number from 1 to 3"),
+        ("[reduction]\nmasters = [1, 1]", "reduction.masters = [1, 1]! a list without repetition"),
+        (OIL + "[reduction]\nmasters = [2]", "reduction.masters = [2]! a list that includes bearings and sites [1]"),
     ],
 )
 def test_mistake_in_a_part_is_named_with_its_key(tmp_path, more, sentence):
@@ -126,7 +158,7 @@ def test_mistake_in_the_shaft_is_named_with_its_key(tmp_path, old, new, sentence
 def test_all_mistakes_of_a_file_are_named_at_once(tmp_path):
     text = SHAFT.replace("density = 7800", "density = -1").replace("diameter = 0.05", "")
     assert sorted(refused(tmp_path, text + with_ring(1, -1, 1))) == [
-        "bodies[0].mass (ring) = -1 kg is not allowed; it must be > 0 kg",
+        "bodies[0].mass (ring) = -1 kg is not allowed; it must be >= 0 kg",
         "name is missing",
         "shaft.density = -1 kg/m3 is not allowed; it must be > 0 kg/m3",
         "shaft.diameter is missing",
@@ -139,7 +171,40 @@ def test_rig_without_its_title_is_refused(tmp_path):
 
 
 def test_rotor_made_in_python_is_checked_alike():
-    with pytest.raises(ValueError, match=r"^mass = -1\.0 kg is not allowed; it must be > 0 kg$"):
+    with pytest.raises(ValueError, match=r"^mass = -1\.0 kg is not allowed; it must be >= 0 kg$"):
         Disc("ring", 1, -1.0, 0.1, 0.1)
     with pytest.raises(ValueError, match=r"^bearings\[0\]\.node \(oil\) = 3 is not allowed; .* from 1 to 2$"):
         Rotor("pump", Shaft((0.0, 1.0), (0.05,), **STEEL), (), (Bearing("oil", 3),))
+
+
+TWICE = "a name that nothing else on the rotor has"
+
+
+@pytest.mark.parametrize(
+    ("more", "keys"),
+    [
+        (with_ring(1, 1, 1) + "\n" + OIL.replace("oil", "ring"), ["bodies[0].name", "bearings[0].name"]),
+        (INLET + 'node = 1\nx = "s1"\ny = "s1"', ["sensors[0].x", "sensors[0].y"]),
+    ],
+)
+def test_name_that_two_have_is_refused_at_both(tmp_path, more, keys):
+    lines = refused(tmp_path, f'name = "pump"\n{SHAFT}{more}')
+    assert [line.split(" ")[0] for line in lines] == keys
+    assert all(line.endswith(TWICE) for line in lines)
+
+
+def test_part_placed_by_z_gets_a_node_there(tmp_path):
+    """The numbers in the file count the nodes that the file states; the rotor has one more."""
+    parts = SEAL + "z = 0.3\n" + OIL + INLET + "z = 1.0\n" + with_ring(2, 1, 1) + "\n[reduction]\nmasters = [1, 3]"
+    with pytest.raises(ValueError, match=r"reduction\.masters = \[1, 4\] is not allowed; .* sites \[2\]"):
+        loaded(tmp_path, f'name = "pump"\n{SHAFT}{parts}')
+    rotor = loaded(tmp_path, f'name = "pump"\n{SHAFT}{parts.replace("[1, 3]", "[]")}')
+    assert rotor.shaft.nodes == (0.0, 0.3, 0.5, 1.0)
+    assert (rotor.site_nodes, rotor.bearing_nodes, rotor.sensor_nodes, rotor.bodies[0].node) == ((2,), (1,), (4,), 3)
+    assert all(part.z is None for part in (*rotor.sites, *rotor.sensors))
+
+
+def test_position_within_a_nanometre_is_the_node(tmp_path):
+    rotor = loaded(tmp_path, f'name = "pump"\n{SHAFT}{SEAL}z = 0.5000000001')
+    assert rotor.shaft.nodes == (0.0, 0.5, 1.0)
+    assert rotor.site_nodes == (2,)

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, run
 
 from fmi_export.model import Fault, Instance
+from rotor_analysis.parts import Disc
 from rotor_analysis.plant_data import plant_constants
-from rotor_analysis.rotor import Disc
+from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import RIG, load_rotor
 from rotor_contact.interface import CONSTRAINT, NEWTON, NODAL, SITES
 from rotor_contact.plant import MODEL
@@ -171,14 +172,14 @@ def test_events_do_not_depend_on_the_communication_step():
         assert coarse[name] == pytest.approx(fine[name], abs=1e-5 * CLEARANCE)
 
 
-@pytest.mark.parametrize(("planes", "message"), [
-    ({"discs": (1, 3, 10)}, r"planes\.discs = \[1, 3, 10\] of rotor 'bath_rig' .* it must be 4 nodes"),
-    ({"retainers": (4, 11)}, r"planes\.retainers = \[4, 11\] .* it must be 4 nodes"),
-    ({"master": ()}, r"planes\.master of rotor 'bath_rig' is empty"),
+@pytest.mark.parametrize(("parts", "message"), [
+    ({"bodies": ROTOR.bodies[1:]}, r"unbalance = true = \[3, 10, 13\] of rotor 'bath_rig' .* it must be 4 nodes"),
+    ({"sites": ROTOR.sites[:2]}, r"sites = \[4, 11\] .* it must be 4 nodes"),
+    ({"reduction": ReductionOptions()}, r"reduction\.masters of rotor 'bath_rig' is missing"),
 ])  # fmt: skip
-def test_rotor_without_the_planes_that_the_plant_shows_is_refused(planes, message):
+def test_rotor_without_the_planes_that_the_plant_shows_is_refused(parts, message):
     with pytest.raises(ValueError, match=message):
-        plant_constants(replace(ROTOR, planes=replace(ROTOR.planes, **planes)))
+        plant_constants(replace(ROTOR, **parts))
 
 
 def test_rotor_file_gives_the_rig_and_refuses_what_it_does_not_know(tmp_path):
@@ -186,7 +187,7 @@ def test_rotor_file_gives_the_rig_and_refuses_what_it_does_not_know(tmp_path):
     for old, new, message in (
         ("diameter = 0.050", "diameter = -0.05", r"shaft\.diameter = -0\.05 m is not allowed; it must be > 0 m"),
         ("poissons_ratio = 0.3", "poisson = 0.3", r"shaft\.poissons_ratio is missing"),
-        ("retainers = [4, 11", "retainers = [4, 12", r"a list that includes bearings and retainers \[12\]"),
+        ("node = 11\nbearing", "node = 12\nbearing", r"a list that includes bearings and sites \[12\]"),
         (
             "node = 13",
             "node = 14",

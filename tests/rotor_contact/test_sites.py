@@ -8,6 +8,7 @@ import pytest
 from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, masters, plant, run
 
 from fmi_export.model import Fault
+from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.interface import SITES
 
@@ -70,7 +71,7 @@ def test_more_master_planes_give_the_same_rubbing_rotor(master):
         record = run(x, 800, ["rb2.f_n", "rb2.impulse"])
         return np.mean(record[:, 0]) + np.sum(record[:, 1]) / (800 * H)
 
-    finer = replace(ROTOR, planes=replace(ROTOR.planes, master=master))
+    finer = replace(ROTOR, reduction=ReductionOptions(masters=master))
     assert mean_force(finer) == pytest.approx(mean_force(ROTOR), rel=0.06)
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.rotor import Bearing, Body, Rotor, Shaft
+from rotor_analysis.parts import Bearing, Body
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
 
 L, D, E = 0.8, 0.03, 2.1e11

@@ -12,9 +12,11 @@ from itertools import pairwise
 import numpy as np
 
 from fmi_export.model import Instance
+from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.plant_data import plant_constants
-from rotor_analysis.rotor import Bearing, Body, Disc, Planes, Rotor, Shaft
+from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
 from rotor_contact.layout import scratch_of, state_of
 from rotor_contact.plant import MODEL
 from rotor_contact.structure import structure_of
@@ -28,7 +30,7 @@ def shaft_only(nodes, diameter=0.05, **material):
     """A bare shaft; every node is a master."""
     count = len(nodes)
     shaft = Shaft(diameter=(diameter,), nodes=tuple(nodes), **(STEEL | material))
-    return Rotor("shaft", shaft, (), bearings(1, count), planes(range(1, count + 1), (1, count)))
+    return plant_rotor("shaft", shaft, (), range(1, count + 1), (1, count))
 
 
 def bearings(*nodes):
@@ -36,25 +38,46 @@ def bearings(*nodes):
     return tuple(Bearing(f"mb{k + 1}", node) for k, node in enumerate(nodes))
 
 
-def planes(master, bearings, discs=(), sensors=()):
-    """Planes of a rotor whose end bushes sit beside its retainer bearings."""
-    first = (bearings[0],) * 4
-    return Planes(tuple(master), tuple(discs or first), tuple(sensors or first), (*bearings, *bearings))
+def discs_at(*nodes):
+    """Planes of unbalance that weigh nothing, d1, d2, ..."""
+    return tuple(Disc(f"d{k}", node, 0.0, 0.0, 0.0, unbalance=True) for k, node in enumerate(nodes, 1))
+
+
+def sensors_at(*nodes):
+    """Sensor planes that show s1 and s2, s3 and s4, ..."""
+    return tuple(Sensor(f"plane{k}", node, f"s{2 * k - 1}", f"s{2 * k}") for k, node in enumerate(nodes, 1))
+
+
+def plant_rotor(name, shaft, bodies, masters, held, discs=(), sensors=()):
+    """A rotor for the plant: two bearings at the nodes `held`, where the end bushes sit beside the retainers.
+
+    Its four planes of unbalance and of sensors are all at the first bearing, unless they are given.
+    """
+    first = (held[0],) * 4
+    sites = (Site(site, node) for site, node in zip(("rb1", "rb2", "eb1", "eb2"), (*held, *held), strict=True))
+    return Rotor(
+        name,
+        shaft,
+        (*bodies, *discs_at(*(discs or first))),
+        bearings(*held),
+        tuple(sites),
+        sensors_at(*(sensors or first)),
+        ReductionOptions(masters=tuple(masters)),
+    )
 
 
 def rigid_rotor(mass=20.0, length=0.5):
     """Two equal masses on a stiff, nearly massless shaft; two master planes leave it no way to bend."""
     shaft = Shaft(diameter=(0.05,), youngs_modulus=2e11, density=1e-6, poissons_ratio=0.3, nodes=(0.0, length))
     bodies = tuple(Body(f"b{node}", node, mass / 2.0, 0.0, 0.0) for node in (1, 2))
-    return Rotor("rigid", shaft, bodies, bearings(1, 2), planes((1, 2), (1, 2), (1, 1, 2, 2), (2, 2, 1, 1)))
+    return plant_rotor("rigid", shaft, bodies, (1, 2), (1, 2), (1, 1, 2, 2), (2, 2, 1, 1))
 
 
 def symmetric_rotor():
     """A flexible rotor that looks the same from both ends."""
     shaft = Shaft(diameter=(0.05,), nodes=(0.0, 0.25, 0.5, 1.0, 1.5, 1.75, 2.0), **STEEL)
     bodies = tuple(Disc(f"b{node}", node, 10.0, 0.12, 0.03) for node in (1, 3, 5, 7))
-    where = planes((1, 2, 3, 5, 6, 7), (2, 6), (1, 3, 5, 7), (7, 6, 2, 1))
-    return Rotor("symmetric", shaft, bodies, bearings(2, 6), where)
+    return plant_rotor("symmetric", shaft, bodies, (1, 2, 3, 5, 6, 7), (2, 6), (1, 3, 5, 7), (7, 6, 2, 1))
 
 
 def plant(values=None, rotor=None):
@@ -151,12 +174,12 @@ class OnePlane:
     @classmethod
     def of(cls, rotor, k_b=0.0, c_b=0.0):
         M, G, K = one_plane_matrices(rotor)
-        kept = [2 * (node - 1) for node in rotor.planes.master]
+        kept = [2 * (node - 1) for node in rotor.masters]
         rest = [i for i in range(len(M)) if i not in kept]
         T = np.zeros((len(M), len(kept)))
         T[kept, range(len(kept))] = 1.0
         T[rest] = -np.linalg.lstsq(K[np.ix_(rest, rest)], K[np.ix_(rest, kept)], rcond=None)[0]
-        bearings = [rotor.planes.master.index(node) for node in rotor.bearing_nodes]
+        bearings = [rotor.masters.index(node) for node in rotor.bearing_nodes]
         supported = np.zeros(len(kept))
         supported[bearings] = 1.0
         full_stiffness = K.copy()
@@ -169,7 +192,7 @@ class OnePlane:
             C=c_b * np.diag(supported),
             T=T,
             bearings=bearings,
-            discs=[2 * (node - 1) for node in rotor.planes.discs],
+            discs=[2 * (node - 1) for node in rotor.disc_nodes],
             full=(M, G, full_stiffness),
         )
 

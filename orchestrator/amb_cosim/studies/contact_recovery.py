@@ -23,7 +23,7 @@ from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.recovery_trials import CONTROLS, END, SCENARIO, Trial, TrialResult, simulate_all
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table
-from rotor_analysis.rotor import require
+from rotor_analysis.checks import require
 
 FIRST_STEP = 5.0  # cycle
 UNIT = "kg.m"

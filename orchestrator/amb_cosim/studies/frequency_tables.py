@@ -154,7 +154,7 @@ def tables(
         If the rotor file cannot be read, or an argument is out of range.
     """
     description = rotor_of(rotor)
-    chosen = node_numbers(planes, "planes") if planes else description.planes.master
+    chosen = node_numbers(planes, "planes") if planes else description.masters
     condensation = None
     if chosen:
         error = condensation_error(description, speed_range(up_to, POINTS), chosen)
@@ -166,7 +166,7 @@ def _frequencies(rotor: Rotor) -> FrequencyTables:
     """Return all tables of a rotor."""
     found = frequency_tables(rotor)
     errors = None
-    if rotor.planes.master:
+    if rotor.masters:
         rows = condensation_error(rotor, np.array(SPEEDS)).frequency
         errors = dict(zip(SPEEDS, rows, strict=True))
     deviation = deviations(found) if rotor == load_rotor() else None

@@ -17,7 +17,7 @@ from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
 from rolac_controller.enumerations import N_SLOTS
 from rolac_controller.excitation import FORCE, amplitude_at, periods
-from rotor_analysis.rotor import require
+from rotor_analysis.checks import require
 
 LOWEST = 5.0  # Hz, below which there is no synchronous signal
 POINTS_PER_HZ = 20

@@ -9,7 +9,8 @@ import numpy as np
 
 from amb_cosim.cosim.values import quantity
 from fmi_export.model import Array
-from rotor_analysis.rotor import Rotor, require
+from rotor_analysis.checks import require
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RIG, load_rotor
 
 Number = float | str

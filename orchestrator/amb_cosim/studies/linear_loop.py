@@ -93,7 +93,7 @@ def rotor_system(loop: LinearLoop, nodes: tuple[int, ...] = ()) -> control.State
     """
     description = loop.rotor
     full = assemble(description)
-    reduction = msdc(full, description.planes.master)
+    reduction = msdc(full, description.masters)
     model, outputs = reduction.model, reduction.right[full.rows(nodes or description.bearing_nodes)]
     for bearing, node in zip(("mb1", "mb2"), description.bearing_nodes, strict=True):
         plant = loop.parameters["rotor_contact"]

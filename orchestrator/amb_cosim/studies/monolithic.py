@@ -66,7 +66,7 @@ class MonolithicSystem:
 
     def __init__(self, levitation: Levitation) -> None:
         rotor = load_rotor()
-        reduced = msdc(assemble(rotor, "diagonal"), rotor.planes.master).model
+        reduced = msdc(assemble(rotor, "diagonal"), rotor.masters).model
         M, K, G_1 = reduced.M[::2, ::2], reduced.K[::2, ::2], reduced.G[::2, 1::2]
         self.levitation, self.n = levitation, len(M)
         n = self.n

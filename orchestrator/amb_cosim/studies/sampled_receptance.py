@@ -20,7 +20,7 @@ def sampled_receptance(loop: LinearLoop, order: int = 1) -> NDArray[np.complex12
     ValueError
         If the rotor does not have the four sensor planes and two bearings of the loop.
     """
-    plant = rotor_system(loop, loop.rotor.planes.sensors) * amplifier_system(loop)
+    plant = rotor_system(loop, loop.rotor.sensor_nodes) * amplifier_system(loop)
     k_i = np.array([loop.of_axis("rolac_controller", axis, "k_i") for axis in range(N_AXES)])
     omega = order * loop.Omega
     plant_response = zoh_response(plant.A, plant.B, plant.C, omega, loop.sample_time)

@@ -13,9 +13,10 @@ from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
 from rolac_controller.rig_layout import AXES, N_AXES, N_BEARINGS, N_PLANES
+from rotor_analysis.checks import require
 from rotor_analysis.modes import Complex
 from rotor_analysis.receptance import receptance as receptance_of
-from rotor_analysis.rotor import Rotor, require
+from rotor_analysis.rotor import Rotor
 
 HERTZ = 2.0 * np.pi  # rad/s
 LOWEST = 1.0 * HERTZ
@@ -99,13 +100,12 @@ def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) 
     ValueError
         If the rotor lacks planes of sensors or bearings, or stiffness (N/m) or damping (N s/m) is not positive.
     """
-    planes = rotor.planes
     for place, nodes, wanted in (
         ("bearings", rotor.bearing_nodes, N_BEARINGS),
-        ("planes.sensors", planes.sensors, N_PLANES),
+        ("sensors", rotor.sensor_nodes, N_PLANES),
     ):
         require(len(nodes) == wanted, f"{place} of rotor {rotor.name!r}", list(nodes), f"{wanted} nodes")
-    require(bool(planes.master), f"planes.master of rotor {rotor.name!r}", "[]", "the planes of the reduced model")
+    require(bool(rotor.masters), f"reduction.masters of rotor {rotor.name!r}", "[]", "the planes of the reduced model")
     stiffness = positive(k_b, "N/m", "k-b")
     damping = positive(c_b, "N.s/m", "c-b", ", since nothing else damps the rotor")
     return receptance_of(speeds, stiffness, damping, rotor)
@@ -113,4 +113,4 @@ def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) 
 
 def sensor_planes(rotor: Rotor) -> tuple[float, ...]:
     """Return the axial positions (m) of the sensor planes."""
-    return tuple(rotor.shaft.nodes[node - 1] for node in rotor.planes.sensors)
+    return tuple(rotor.shaft.nodes[node - 1] for node in rotor.sensor_nodes)

@@ -21,7 +21,7 @@ from amb_cosim.studies.linear_loop import (
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
-from rotor_analysis.rotor import require
+from rotor_analysis.checks import require
 
 ZONES = {"A": 3.0, "B": 4.0, "C": 5.0, "D": np.inf}  # upper limit of |S| in each
 POINTS = 2000  # of the computed curve

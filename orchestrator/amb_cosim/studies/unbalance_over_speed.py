@@ -125,7 +125,7 @@ def unbalance_response(
 
 def _first_disc(rotor: Rotor) -> int:
     """Return the node of the first disc plane or, without one, of the first body."""
-    nodes = (*rotor.planes.discs, *(body.node for body in rotor.bodies))
+    nodes = (*rotor.disc_nodes, *(body.node for body in rotor.bodies))
     if not nodes:
         raise ValueError("node is missing: a rotor without disc planes and bodies does not say where its unbalance is")
     return nodes[0]

@@ -1,0 +1,41 @@
+"""Checks of values, and the numbers with limits and units that the forms of a rotor file share."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+from annotated_types import Ge, Gt
+from pydantic import AfterValidator, StrictFloat, StrictInt, StrictStr
+
+from amb_files.validation_errors import Unit
+
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+def require(condition: bool, what: str, value: object, allowed: str) -> None:
+    """Raise a ValueError with the name `what`, its value and what is allowed, unless `condition` holds."""
+    if not condition:
+        raise ValueError(f"{what} = {value} is not allowed; it must be {allowed}")
+
+
+def _identifier(name: str) -> str:
+    if not IDENTIFIER.fullmatch(name):
+        raise ValueError("it must be letters, digits and underscores, not beginning with a digit")
+    return name
+
+
+def _variable(name: str) -> str:
+    if not all(IDENTIFIER.fullmatch(part) for part in name.split(".")):
+        raise ValueError("it must be the name of a variable, such as s1 or motor_end.x")
+    return name
+
+
+Node = Annotated[StrictInt, Ge(1)]
+Position = Annotated[StrictFloat, Unit("m")]
+Length = Annotated[StrictFloat, Gt(0.0), Unit("m")]
+Size = Annotated[StrictFloat, Ge(0.0), Unit("m")]
+Mass = Annotated[StrictFloat, Ge(0.0), Unit("kg")]
+Inertia = Annotated[StrictFloat, Ge(0.0), Unit("kg m2")]
+Name = Annotated[StrictStr, AfterValidator(_identifier)]
+Variable = Annotated[StrictStr, AfterValidator(_variable)]

@@ -1,0 +1,147 @@
+"""What sits on the shaft: bodies, bearings, contact sites and sensors, each at a node or at a position z."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Discriminator, Field, StrictBool, Tag
+
+from amb_files.toml import table
+from rotor_analysis.checks import Inertia, Mass, Name, Node, Position, Size, Variable
+
+Tensor = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy))
+
+
+def _as_tensor(value: object) -> object:
+    """A 2 x 2 tensor, or one number for both axes of an isotropic bearing."""
+    rows: Any = value if isinstance(value, list | tuple) else ((value, 0.0), (0.0, value))
+    whole = len(rows) == 2 and all(isinstance(row, list | tuple) and len(row) == 2 for row in rows)
+    if not whole or not all(_is_finite(number) for row in rows for number in row):
+        raise ValueError("it must be a finite number or [[xx, xy], [yx, yy]] of finite numbers")
+    return tuple(tuple(float(number) for number in row) for row in rows)
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+TensorOrNumber = Annotated[Tensor, BeforeValidator(_as_tensor)]
+AT_Z = 0  # in place of the node of a part that is placed by z
+NodeUnlessZ = Annotated[Node, Field(default=AT_Z)]  # a default of the field itself would need one for all that follow
+
+
+class _Placed:
+    """A part at `node`, or at `z` until its rotor finds the node there."""
+
+    node: int
+    z: float | None
+
+    def __post_init__(self) -> None:
+        if (self.node == AT_Z) == (self.z is None):
+            raise ValueError(
+                f"{'both node and z are' if self.node else 'neither node nor z is'} given; give one of them"
+            )
+
+
+@table
+class Body(_Placed):
+    """A rigid body on the shaft at `node` (counted from 1) or `z` (m): mass (kg), inertias (kg m^2).
+
+    `unbalance` makes it a plane of unbalance and external force of the plant, with the inputs NAME.u, NAME.phi,
+    NAME.f_x and NAME.f_y; a plane that carries nothing else has mass 0.
+    """
+
+    name: Name
+    node: NodeUnlessZ
+    mass: Mass
+    diametral_inertia: Inertia
+    polar_inertia: Inertia
+    unbalance: StrictBool = False
+    z: Position | None = None
+
+
+@table
+class Disc(_Placed):
+    """A homogeneous rigid disc or core on the shaft at `node` or `z` (m): mass (kg), radius and width (m).
+
+    `unbalance` is that of a `Body`.
+    """
+
+    name: Name
+    node: NodeUnlessZ
+    mass: Mass
+    radius: Size
+    width: Size
+    unbalance: StrictBool = False
+    z: Position | None = None
+
+    @property
+    def diametral_inertia(self) -> float:
+        """I_d = m r^2/4 + m w^2/12 (kg m^2)."""
+        return self.mass * (self.radius**2 / 4.0 + self.width**2 / 12.0)
+
+    @property
+    def polar_inertia(self) -> float:
+        """I_p = m r^2/2 (kg m^2)."""
+        return self.mass * self.radius**2 / 2.0
+
+
+def _kind_of_body(value: object) -> str:
+    """A body with a radius or a width is a disc."""
+    if isinstance(value, dict):
+        return "disc" if {"radius", "width"} & set(value) else "body"
+    return "disc" if isinstance(value, Disc) else "body"
+
+
+BodyOrDisc = Annotated[
+    Annotated[Body, Tag("body")] | Annotated[Disc, Tag("disc")],
+    Discriminator(_kind_of_body),
+]
+
+
+@table
+class Bearing(_Placed):
+    """A linear bearing at `node` or `z` (m): 2 x 2 stiffness (N/m) and damping (N s/m), or one number for both axes.
+
+    The tensors are cross-coupled where they are not diagonal. The analyses place the rotor on this bearing. In
+    co-simulation the forces of the bearings come from another component, and only the place counts.
+    """
+
+    name: Name
+    node: NodeUnlessZ
+    stiffness: TensorOrNumber = ((0.0, 0.0), (0.0, 0.0))
+    damping: TensorOrNumber = ((0.0, 0.0), (0.0, 0.0))
+    z: Position | None = None
+
+
+@table
+class Site(_Placed):
+    """A place at `node` or `z` (m) where the rotor can touch; `bearing` names the bearing whose retainer it is."""
+
+    name: Name
+    node: NodeUnlessZ
+    bearing: Name | None = None
+    z: Position | None = None
+
+
+@table
+class Sensor(_Placed):
+    """A plane at `node` or `z` (m) where displacement is measured.
+
+    `x` and `y` name the plant's two variables, NAME.x and NAME.y by default.
+    """
+
+    name: Name
+    node: NodeUnlessZ
+    x: Variable = ""
+    y: Variable = ""
+    z: Position | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for axis in ("x", "y"):
+            object.__setattr__(self, axis, getattr(self, axis) or f"{self.name}.{axis}")
+
+
+Part = Body | Disc | Bearing | Site | Sensor
