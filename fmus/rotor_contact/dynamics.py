@@ -31,12 +31,23 @@ class Excitation(NamedTuple):
     sine: Array
 
 
+class Coefficients(NamedTuple):
+    """The columns of K = M^-1 (K - force gradients + passive bearings) and of C = M^-1 (C + Omega G).
+
+    Shape (n, n) each; row j is column j, so that a product runs along the memory. Omega is that at the beginning of the
+    step.
+    """
+
+    K_columns: Array
+    C_columns: Array
+
+
 class Motion(NamedTuple):
     """Coefficients of q'' = steady + A cosine + B sine - K q - C q' during one step (see `Excitation`).
 
     rows
-        Shape (2 n + 6, n); what they are say `K_columns`, `C_columns`, `accelerations` and `forces`. All kernels of a
-        step hand this tuple on, which costs as much as it has arrays.
+        Shape (2 n + 6, n); `coefficients`, `accelerations` and `forces` say what they are. All kernels of a step hand
+        this tuple on, which takes the longer the more arrays there are.
     bearings
         Records of type `BEARING`.
     MinvG
@@ -54,19 +65,10 @@ class Motion(NamedTuple):
 
 
 @views
-def K_columns(motion: Motion) -> Array:
-    """Return the columns of K = M^-1 (K - force gradients + passive bearings), shape (n, n).
-
-    Row j is column j, so that a product runs along the memory.
-    """
-    return motion.rows[: motion.rows.shape[1]]
-
-
-@views
-def C_columns(motion: Motion) -> Array:
-    """Return the columns of C = M^-1 (C + Omega G) at the beginning of the step, shape (n, n)."""
+def coefficients(motion: Motion) -> Coefficients:
+    """Return K and C of a motion."""
     n = motion.rows.shape[1]
-    return motion.rows[n : 2 * n]
+    return Coefficients(motion.rows[:n], motion.rows[n : 2 * n])
 
 
 @views
@@ -96,10 +98,11 @@ def collect_forces(
     Gravity g acts like an acceleration g / sqrt(2) of the base along both axes.
     """
     n = structure.M.shape[0]
-    motion = Motion(rows, bearings, structure.MinvG, theta, inputs.own.Omega, inputs.own.Omega_dot)
+    u = inputs.own[0]
+    motion = Motion(rows, bearings, structure.MinvG, theta, u.Omega, u.Omega_dot)
     steady, cosine, sine = forces(motion)
-    gravity_xy = parameters.own.gravity * math.sqrt(0.5)
-    a_x, a_y = inputs.own.base.a_x + gravity_xy, inputs.own.base.a_y + gravity_xy
+    gravity_xy = parameters.own[0].gravity * math.sqrt(0.5)
+    a_x, a_y = u.base.a_x + gravity_xy, u.base.a_y + gravity_xy
     for i in range(n):
         steady[i] = structure.B_base[i, 0] * a_x + structure.B_base[i, 1] * a_y
         cosine[i] = 0.0
@@ -143,7 +146,7 @@ def unbalance_xy(unbalance: float, phase: float) -> tuple[float, float]:
 def collect_coefficients(structure: Structure, motion: Motion) -> None:
     """Write the coefficients and accelerations of a step from its forces (3.13)."""
     n = structure.M.shape[0]
-    K, C = K_columns(motion), C_columns(motion)
+    K, C = coefficients(motion)
     for i in range(n):
         for j in range(n):
             K[j, i] = structure.MinvK[i, j]
@@ -199,7 +202,7 @@ def free_acceleration(motion: Motion, tau: float, unbalance: complex, q: Array, 
     n = q.shape[0]
     A, B = unbalance.real, unbalance.imag
     steady, cosine, sine = accelerations(motion)
-    K, C = K_columns(motion), C_columns(motion)
+    K, C = coefficients(motion)
     for i in range(n):
         a[i] = steady[i] + A * cosine[i] + B * sine[i]
     for j in range(n):

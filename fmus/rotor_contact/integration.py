@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
 from rotor_contact.compliant import apply_compliant, compliant_limit
 from rotor_contact.contact import apply_contact, project
@@ -18,7 +18,7 @@ MAX_WHIRL_ANGLE = 0.035  # rad that a closed site may whirl in a substep: rollin
 MIN_SUBSTEP = 0.01  # of the longest substep; none is shorter however fast the whirl, so that a step always ends
 
 
-@kernel
+@inlined_kernel
 def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
     """Write d/dt of z at `tau` (s) with contact into `dz`; return False if the contact equations are singular.
 
@@ -57,15 +57,11 @@ def substep(w: Workspace, tau: float, dt: float) -> bool:
     z, z_new, trial = stages.z, stages.z_new, stages.trial
     k_1, k_2, k_3, k_4 = stages.k_1, stages.k_2, stages.k_3, stages.k_4
     size = z.shape[0]
-    for i in range(size):
-        trial[i] = z[i] + 0.5 * dt * k_1[i]
-    solved = derivative(w, tau + 0.5 * dt, trial, k_2)
-    for i in range(size):
-        trial[i] = z[i] + 0.5 * dt * k_2[i]
-    solved = derivative(w, tau + 0.5 * dt, trial, k_3) and solved
-    for i in range(size):
-        trial[i] = z[i] + dt * k_3[i]
-    solved = derivative(w, tau + dt, trial, k_4) and solved
+    solved = True
+    for k, k_next, share in ((k_1, k_2, 0.5), (k_2, k_3, 0.5), (k_3, k_4, 1.0)):
+        for i in range(size):
+            trial[i] = z[i] + share * dt * k[i]
+        solved = derivative(w, tau + share * dt, trial, k_next) and solved
     for i in range(size):
         z_new[i] = z[i] + dt / 6.0 * (k_1[i] + 2.0 * (k_2[i] + k_3[i]) + k_4[i])
     solved = project(w, z_new[:n], z_new[n : 2 * n], spin_speed(w.motion, tau + dt)) and solved

@@ -35,7 +35,7 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
 
 class State(NamedTuple):
-    """The state: a record of type `HEAD`, in an array of one; the latest key; the sites; z = (q, v, energy integrals)."""
+    """The state: record `HEAD`, in an array of one; the latest key; the sites; z = (q, v, energy integrals)."""
 
     head: Records
     key: Key

@@ -25,7 +25,7 @@ def write_outputs(
     n = structure.M.shape[0]
     q = x.z[:n]
     v = x.z[n : 2 * n]
-    own = outputs.own
+    own = outputs.own[0]
     own.theta = x.head[0].theta
     for k in range(structure.bearings.shape[0]):
         row = int(structure.bearings[k])

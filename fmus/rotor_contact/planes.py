@@ -1,4 +1,4 @@
-"""The planes of a rotor that the plant has variables for: discs, bearings, contact sites and sensors, with their names."""
+"""The planes of a rotor that the plant has variables for: discs, bearings, contact sites and sensors."""
 
 from __future__ import annotations
 

@@ -44,20 +44,20 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         off_centre = math.hypot(sites[k].offset_x, sites[k].offset_y)
         if sites[k].enabled != 0.0 and off_centre >= sites[k].clearance:
             return FAULT_OFFSET + k
-    if p.own.initial.orbit != 0.0:
+    if p.own[0].initial.orbit != 0.0:
         motion = collect_forces(structure, p, u, 0.0, scratch.motion, scratch.bearings)
         collect_coefficients(structure, motion)
         if not start_on_orbit(motion, scratch.orbit, z[:n], z[n : 2 * n]):
             return FAULT_NO_ORBIT
-        clamp_to_clearance(sites, z[:n], z[n : 2 * n], u.own.Omega)
+        clamp_to_clearance(sites, z[:n], z[n : 2 * n], u.own[0].Omega)
         start = stages_of(scratch.stages).z
         copy(z, start)
         if not resolve_modes(workspace_of(structure, motion, scratch), 0.0, 0.0):
             return FAULT_SINGULAR
         copy(start, z)
         store_sites(sites, x.sites, z, n)
-    x.head[0].initial_energy = write_mechanical_energy(structure, p, sites, z, y.own.energy)
-    write_outputs(structure, p, x, sites, u.own.Omega, y)
+    x.head[0].initial_energy = write_mechanical_energy(structure, p, sites, z, y.own[0].energy)
+    write_outputs(structure, p, x, sites, u.own[0].Omega, y)
     return 0
 
 
@@ -78,7 +78,7 @@ def step(
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
-    if step_size > MAX_SUBSTEPS * p.own.solver.max_substep:
+    if step_size > MAX_SUBSTEPS * p.own[0].solver.max_substep:
         return FAULT_LONG_STEP
     x, scratch = state_of(state, structure), scratch_of(work, structure)
     head, z = x.head[0], stages_of(scratch.stages).z
@@ -87,20 +87,20 @@ def step(
     motion = collect_forces(structure, p, u, head.theta, scratch.motion, scratch.bearings)
     w = workspace_of(structure, motion, scratch)
     in_free_flight = False
-    if is_time_invariant(motion, step_size, x.key, head) and p.own.solver.exact_flight != 0.0:
+    if is_time_invariant(motion, step_size, x.key, head) and p.own[0].solver.exact_flight != 0.0:
         if not is_built(scratch.propagator, x.key):
             collect_coefficients(structure, motion)
             build_propagator(structure.Minv, motion, x.key, scratch.propagator)
         in_free_flight = propagate(w, scratch.propagator, step_size)
     if not in_free_flight:
         collect_coefficients(structure, motion)
-        fault = advance(w, p.own.solver, int(p.own.contact.impact_law), step_size, head)
+        fault = advance(w, p.own[0].solver, int(p.own[0].contact.impact_law), step_size, head)
         if fault != 0:
             return fault
     copy(z, x.z)
     store_sites(scratch.sites, x.sites, x.z, structure.M.shape[0])
-    Omega = u.own.Omega + u.own.Omega_dot * step_size
-    head.theta = (head.theta + 0.5 * (u.own.Omega + Omega) * step_size) % (2.0 * math.pi)
+    Omega = u.own[0].Omega + u.own[0].Omega_dot * step_size
+    head.theta = (head.theta + 0.5 * (u.own[0].Omega + Omega) * step_size) % (2.0 * math.pi)
     write_outputs(structure, p, x, scratch.sites, Omega, y)
     return 0
 

@@ -13,7 +13,7 @@ import numpy as np
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.records import record, size_of
-from rotor_contact.dynamics import C_columns, K_columns, Motion
+from rotor_contact.dynamics import Motion, coefficients
 
 # What P and V depend on: step size (s) and speed (rad/s); stiffness, damping and force gradients of each bearing.
 KEY = record(("step_size", np.float64), ("Omega", np.float64))
@@ -99,8 +99,8 @@ def propagator_of(work: Array, n: int, n_bearings: int) -> Propagator:
 def is_time_invariant(motion: Motion, step_size: float, key: Key, memory: np.record) -> bool:
     """Return whether P has been the same for some time, so that it is worth building.
 
-    `key` is updated, and `memory.n_steps`, for how many steps it has not changed. The step size that counts is the first
-    of those that differ by rounding alone.
+    `key` is updated, and `memory.n_steps`, for how many steps it has not changed. The step size that counts is the
+    first of those that differ by rounding alone.
     """
     own = key.own[0]
     same = motion.Omega_dot == 0.0 and motion.Omega == own.Omega
@@ -149,7 +149,7 @@ def _set_key(key: Key, source: Key) -> None:
 def build_propagator(Minv: Array, motion: Motion, key: Key, propagator: Propagator) -> None:
     """Build P and V for this key, from the coefficients of the motion."""
     n = Minv.shape[0]
-    K, C = K_columns(motion), C_columns(motion)
+    K, C = coefficients(motion)
     elastic = viscous = 0.0  # the largest row sums bound how fast anything can change
     for i in range(n):
         row_of_K = row_of_C = 0.0
@@ -172,7 +172,7 @@ def build_propagator(Minv: Array, motion: Motion, key: Key, propagator: Propagat
 def _integrate_unit(Minv: Array, motion: Motion, propagator: Propagator, unit: int, h: float) -> None:
     """Taylor-integrate one unit initial condition or force over h (s), term by term in t/h."""
     n = Minv.shape[0]
-    K, C = K_columns(motion), C_columns(motion)
+    K, C = coefficients(motion)
     row, integral, series = propagator.P[unit], propagator.V[unit], propagator.series
     row[:] = 0.0
     integral[:] = 0.0

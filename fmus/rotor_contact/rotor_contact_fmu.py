@@ -4,6 +4,9 @@ import amb_cosim_bootstrap
 
 amb_cosim_bootstrap.choose_code(globals())
 
+from typing import Any
+
+from fmi_export.model import Model
 from fmi_export.slave import ModelSlave
 from rotor_contact.planes import planes_from
 from rotor_contact.plant import model_for
@@ -13,5 +16,5 @@ class RotorContact(ModelSlave):
     """The plant as an FMI slave."""
 
     @classmethod
-    def model_of(cls, layout):
+    def model_of(cls, layout: dict[str, Any]) -> Model:
         return model_for(planes_from(layout))

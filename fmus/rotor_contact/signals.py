@@ -1,4 +1,4 @@
-"""How kernels see the parameters, inputs and outputs of a plant: a record of those that stand alone, arrays of the rest."""
+"""How kernels see parameters, inputs and outputs: a record of those that stand alone, and arrays of the rest."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from fmi_export.records import size_of
 from rotor_contact.interface import SMALLEST
 from rotor_contact.structure import Structure
 
-Record = np.record
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
 PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.own_record(kind) for kind in ("parameter", "input", "output"))
@@ -29,26 +28,32 @@ N_AXIS, N_DISC, N_CORE, N_SITE_OUTPUTS = (size_of(r) for r in (AXIS_INPUTS, DISC
 
 
 class Parameters(NamedTuple):
-    """Record of type `PARAMETERS`; parameters of the sites, shape (n_sites, N_SITE_PARAMETERS), and of the bearings."""
+    """Record of type `PARAMETERS`, in an array of one, and the parameters of the sites and of the bearings.
 
-    own: Record
+    Those of the sites are numbers, shape (n_sites, N_SITE_PARAMETERS).
+    """
+
+    own: Records
     sites: Array
     bearings: Records
 
 
 class Inputs(NamedTuple):
-    """Record of type `INPUTS`; records of the bearings' axes, x and y of each in turn, of discs and bearing cores."""
+    """Record of type `INPUTS`, in an array of one; records of the bearings' axes, of the discs, of the bearings' cores.
 
-    own: Record
+    Axes are x and y of each bearing in turn.
+    """
+
+    own: Records
     axes: Records
     discs: Records
     cores: Records
 
 
 class Outputs(NamedTuple):
-    """Record of type `OUTPUTS`; displacements at the bearings' axes and at the sensors (m), records of the sites."""
+    """Record of type `OUTPUTS`, in an array of one; displacements (m) at axes and sensors; records of the sites."""
 
-    own: Record
+    own: Records
     displacements: Array
     sensors: Array
     sites: Records
@@ -58,7 +63,7 @@ class Outputs(NamedTuple):
 def parameters_of(parameters: Array, structure: Structure) -> Parameters:
     """Return views into the parameters of a plant with this structure."""
     n_sites, n_bearings = structure.sites.shape[0], structure.bearings.shape[0]
-    own, rest = parameters[:N_PARAMETERS].view(PARAMETERS)[0], parameters[N_PARAMETERS:]
+    own, rest = parameters[:N_PARAMETERS].view(PARAMETERS), parameters[N_PARAMETERS:]
     size = n_sites * N_SITE_PARAMETERS
     sites, rest = rest[:size].reshape(n_sites, N_SITE_PARAMETERS), rest[size:]
     return Parameters(own, sites, rest[: n_bearings * N_BEARING_PARAMETERS].view(BEARING_PARAMETERS))
@@ -68,7 +73,7 @@ def parameters_of(parameters: Array, structure: Structure) -> Parameters:
 def inputs_of(inputs: Array, structure: Structure) -> Inputs:
     """Return views into the inputs of a plant with this structure."""
     n_bearings = structure.bearings.shape[0]
-    own, rest = inputs[:N_INPUTS].view(INPUTS)[0], inputs[N_INPUTS:]
+    own, rest = inputs[:N_INPUTS].view(INPUTS), inputs[N_INPUTS:]
     axes, rest = rest[: 2 * n_bearings * N_AXIS].view(AXIS_INPUTS), rest[2 * n_bearings * N_AXIS :]
     size = structure.B_disc.shape[1] // 2 * N_DISC
     discs, rest = rest[:size].view(DISC_INPUTS), rest[size:]
@@ -79,7 +84,7 @@ def inputs_of(inputs: Array, structure: Structure) -> Inputs:
 def outputs_of(outputs: Array, structure: Structure) -> Outputs:
     """Return views into the outputs of a plant with this structure."""
     n_axes, n_sensors = 2 * structure.bearings.shape[0], structure.sensors.shape[0]
-    own, rest = outputs[:N_OUTPUTS].view(OUTPUTS)[0], outputs[N_OUTPUTS:]
+    own, rest = outputs[:N_OUTPUTS].view(OUTPUTS), outputs[N_OUTPUTS:]
     displacements, rest = rest[:n_axes], rest[n_axes:]
     sensors, rest = rest[:n_sensors], rest[n_sensors:]
     return Outputs(own, displacements, sensors, rest[: structure.sites.shape[0] * N_SITE_OUTPUTS].view(SITE_OUTPUTS))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.dynamics import C_columns, K_columns, Motion, accelerations
+from rotor_contact.dynamics import Motion, accelerations, coefficients
 from rotor_contact.friction import close_in_sliding
 from rotor_contact.linear_solver import Equations, solve
 from rotor_contact.site import Sites, can_touch, locate_journal, put_on_circle, remove_radial_velocity
@@ -29,7 +29,7 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
     """
     n = q.shape[0]
     A, b = equations
-    K, C = K_columns(motion), C_columns(motion)
+    K, C = coefficients(motion)
     steady, cosine, sine = accelerations(motion)
     square = motion.Omega * motion.Omega
     for i in range(n):

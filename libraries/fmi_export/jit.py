@@ -29,19 +29,31 @@ def kernel(function: F) -> F:
     later compiled into FMUs that need no Python. It is compiled without numba's run-time system (`_nrt`): allocating
     is then an error of compilation, and no time goes into counting references to arrays, which is most of it otherwise.
     """
+    return _compiled(function)
+
+
+def inlined_kernel(function: F) -> F:
+    """Compile `function` as `kernel` does, into each place that calls it.
+
+    A call copies all the arrays of its arguments, seven or nine numbers each: more work than a short kernel has.
+    """
+    return _compiled(function, forceinline=True)
+
+
+def _compiled(function: F, **options: bool) -> F:
     if not COMPILED:
         return function
     with _cache_of(function.__module__.split(".")[0]):
-        options: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False}
-        return cast(F, numba.njit(**options)(function))
+        settings: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False} | options
+        return cast(F, numba.njit(**settings)(function))
 
 
 def views(function: F) -> F:
     """Let kernels call `function`, which hands out views into its arguments; called from Python it stays Python.
 
-    A kernel cannot give a view to Python: it does not own the memory.
+    It becomes part of its callers. A kernel cannot give a view to Python: it does not own the memory.
     """
-    return numba.extending.register_jitable(function) if COMPILED else function
+    return numba.extending.register_jitable(inline="always")(function) if COMPILED else function
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator, Field, StrictBool, Tag
 
 from amb_files.toml import table
-from rotor_analysis.checks import Inertia, Mass, Name, Node, Position, Size, Variable
+from rotor_analysis.checks import Inertia, Length, Mass, Name, Node, Position, Size, Variable
 
 Tensor = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy))
 
@@ -27,6 +27,7 @@ def _is_finite(value: object) -> bool:
 
 
 TensorOrNumber = Annotated[Tensor, BeforeValidator(_as_tensor)]
+DEFAULT_CLEARANCE = 0.5e-3  # m
 AT_Z = 0  # in place of the node of a part that is placed by z
 NodeUnlessZ = Annotated[Node, Field(default=AT_Z)]  # a default of the field itself would need one for all that follow
 
@@ -117,10 +118,15 @@ class Bearing(_Placed):
 
 @table
 class Site(_Placed):
-    """A place at `node` or `z` (m) where the rotor can touch; `bearing` names the bearing whose retainer it is."""
+    """A place at `node` or `z` (m) where the rotor can touch, with radial `clearance` (m).
+
+    `journal_radius` (m) is that of the shaft there by default. `bearing` names the bearing whose retainer it is.
+    """
 
     name: Name
     node: NodeUnlessZ
+    clearance: Length = DEFAULT_CLEARANCE
+    journal_radius: Size | None = None
     bearing: Name | None = None
     z: Position | None = None
 

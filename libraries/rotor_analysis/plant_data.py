@@ -1,20 +1,43 @@
-"""Constants of the plant: matrices of the reduced rotor, stored in the FMU as one flat array."""
+"""The plant of a rotor: its variables, and the matrices of the reduced rotor in one flat array."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fmi_export.model import Array
+from fmi_export.model import Array, Model
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.interface import N_BEARINGS, N_DISCS, N_SENSORS, N_SITES
-from rotor_contact.structure import Structure
+from rotor_contact.planes import ContactSite, Planes, SensorPlane
+from rotor_contact.plant import model_for
+from rotor_contact.structure import SIZES, Structure
+
+
+def plant(rotor: Rotor | None = None) -> tuple[Model, Array]:
+    """Return the plant of a rotor, the rig of the thesis by default, and its constants; errors of `plant_constants`."""
+    rotor = rotor or load_rotor()
+    return model_for(planes_of(rotor)), plant_constants(rotor)
+
+
+def planes_of(rotor: Rotor) -> Planes:
+    """Return the planes for which the plant has variables, with their names in the rotor file."""
+    elements = rotor.shaft.elements
+    radius = [max(e.diameter for e in elements[max(node - 2, 0) : node]) / 2.0 for node in rotor.site_nodes]
+    sites = (
+        ContactSite(s.name, s.clearance, r if s.journal_radius is None else s.journal_radius, s.bearing or "")
+        for s, r in zip(rotor.sites, radius, strict=True)
+    )
+    return Planes(
+        discs=tuple(body.name for body in rotor.discs),
+        bearings=tuple(bearing.name for bearing in rotor.bearings),
+        sites=tuple(sites),
+        sensors=tuple(SensorPlane(s.name, s.x, s.y) for s in rotor.sensors),
+    )
 
 
 def plant_constants(rotor: Rotor | None = None) -> Array:
-    """Return the flat constants of the plant: n, then the fields of `Structure` in order, row by row.
+    """Return the flat constants of the plant: a record `SIZES`, then the arrays of `Structure` in order, row by row.
 
     The diagonal-mass finite-element model of the free rotor is condensed to its master planes (`reduction.msdc`).
 
@@ -26,20 +49,11 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
     Raises
     ------
     ValueError
-        If the numbers of discs, bearings, sensors and sites are not those of the plant, or the master planes do not
-        hold the rotor.
+        If the rotor has no bearing, or the master planes do not hold it.
     """
     rotor = rotor or load_rotor()
-    for what, nodes, wanted in (
-        ("bearings", rotor.bearing_nodes, N_BEARINGS),
-        ("bodies with unbalance = true", rotor.disc_nodes, N_DISCS),
-        ("sensors", rotor.sensor_nodes, N_SENSORS // 2),
-        ("sites", rotor.site_nodes, N_SITES),
-    ):
-        if len(nodes) != wanted:
-            raise ValueError(
-                f"{what} = {list(nodes)} of rotor {rotor.name!r} is not allowed in a plant; it must be {wanted} nodes"
-            )
+    if not rotor.bearings:
+        raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
     if not rotor.masters:
         raise ValueError(f"reduction.masters of rotor {rotor.name!r} is missing; a plant needs its master planes")
     full = assemble(rotor, "diagonal")
@@ -54,7 +68,9 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
     def first_rows(nodes: tuple[int, ...]) -> Array:
         return np.array([reduced.translations[node][0] for node in nodes], dtype=np.float64)
 
+    number = {bearing.name: k for k, bearing in enumerate(rotor.bearings)}
     structure = Structure(
+        n_translations=2 * len(reduced.translations),
         M=reduced.M,
         K=reduced.K,
         Minv=Minv,
@@ -65,5 +81,25 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
         sensors=reduction.right[full.rows(rotor.sensor_nodes)],
         bearings=first_rows(rotor.bearing_nodes),
         sites=first_rows(rotor.site_nodes),
+        site_bearings=np.array([number.get(site.bearing or "", -1) for site in rotor.sites], dtype=np.float64),
     )
-    return np.concatenate([[float(reduced.size)], *(np.ravel(part) for part in structure)])
+    return flat_constants(structure)
+
+
+def flat_constants(structure: Structure) -> Array:
+    """Return a structure as `rotor_contact.structure.structure_of` reads it."""
+    n_translations, *arrays = structure
+    sizes = np.array(
+        [
+            (
+                len(structure.M),
+                n_translations,
+                structure.B_disc.shape[1] // 2,
+                len(structure.bearings),
+                len(structure.sites),
+                len(structure.sensors),
+            )
+        ],
+        dtype=SIZES,
+    )
+    return np.concatenate([sizes.view(np.float64), *(np.ravel(part) for part in arrays)])

@@ -20,11 +20,10 @@ Made = tuple[Model, NDArray[np.float64]]
 
 def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
     """Return the plant for the rotor in a file, or for the rig of the thesis."""
-    from rotor_analysis.plant_data import plant_constants
+    from rotor_analysis.plant_data import plant
     from rotor_analysis.rotor_file import load_rotor
-    from rotor_contact.plant import MODEL
 
-    return MODEL, plant_constants(load_rotor(rotor) if rotor is not None else None)
+    return plant(load_rotor(rotor) if rotor is not None else None)
 
 
 def amb_actuator(**_: Any) -> Made:
