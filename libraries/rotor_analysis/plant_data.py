@@ -16,7 +16,7 @@ from rotor_contact.structure import Structure
 def plant_constants(rotor: Rotor | None = None) -> Array:
     """Return the flat constants of the plant: n, then the fields of `Structure` in order, row by row.
 
-    The diagonal-mass finite-element model of the free rotor is condensed to its master planes (`reduction.msdc`).
+    The finite-element model of the free rotor is condensed to its master planes (`reduction.msdc`).
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
             )
     if not rotor.masters:
         raise ValueError(f"reduction.masters of rotor {rotor.name!r} is missing; a plant needs its master planes")
-    full = assemble(rotor, "diagonal")
+    full = assemble(rotor)
     reduction = msdc(full, rotor.masters)
     reduced = reduction.model
     Minv: Array = np.linalg.inv(reduced.M).astype(np.float64)
