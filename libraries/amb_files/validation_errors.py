@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Union, get_args, get_origin
 
 import annotated_types
-from pydantic import ValidationError
+from pydantic import Tag, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
@@ -102,7 +102,7 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
 
 def _at_place(sentence: str, keys: Location, data: object) -> str:
     """A form's own sentence with the place of the form: `diameter = ...` of a shaft is `shaft.diameter = ...`."""
-    named = re.match(r"(\w+)(?= = )", sentence)
+    named = re.match(r"(\w+)(?= (?:=|is missing|is given))", sentence)
     if named:
         return _place((*keys, named[1]), data) + sentence[named.end() :]
     return f"{_place(keys, data)}: {sentence}" if keys else sentence
@@ -184,8 +184,12 @@ def _declared(form: Any, location: Location) -> list[_Declared]:
     """How the place is declared; several where a union leaves it open."""
     here = list(_unwrapped(_Declared(form)))
     for part in location:
+        tagged = [d for d in here if any(isinstance(extra, Tag) and extra.tag == part for extra in d.metadata)]
+        if tagged:
+            here = tagged
+            continue
         inner = [d for outer in here for d in _member(outer.hint, part)]
-        if inner:  # the name of a union's member leads nowhere
+        if inner:  # the name of a union's member that has no tag leads nowhere
             here = inner
     return here
 

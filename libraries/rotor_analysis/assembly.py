@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from fmi_export.model import Array
 from rotor_analysis import beam
+from rotor_analysis.element import Element
 from rotor_analysis.rotor import Rotor
-
-MassModel = Literal["consistent", "diagonal"]
+from rotor_analysis.shaft import MassModel
 
 # Multiplication by -i on (x, y): the gyroscopic term of M r'' - i Omega G_1 r' + K r = f in real form.
 MINUS_I = np.array([[0.0, 1.0], [-1.0, 0.0]])
@@ -52,7 +51,7 @@ class Matrices:
         return Matrices(self.M, C, self.G, K, self.translations)
 
 
-def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
+def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     """Assemble the free rotor, without its bearings (3.1 to 3.6).
 
     Parameters
@@ -60,7 +59,8 @@ def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
     rotor
         Its description.
     mass
-        `consistent` (from the static deflection) or `diagonal` (half the element at each end node).
+        `consistent` (from the static deflection) or `diagonal` (half the element at each end node); as the rotor says
+        by default.
 
     Returns
     -------
@@ -72,22 +72,16 @@ def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
     ValueError
         If `mass` is neither.
     """
+    mass = mass or rotor.shaft.mass_matrix
     if mass not in ("consistent", "diagonal"):
         raise ValueError(f"mass = {mass!r} is not allowed; it must be 'consistent' or 'diagonal'")
     nodes = rotor.shaft.nodes
     size = 2 * len(nodes)
     M, G, K = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
-    for e, element in enumerate(rotor.shaft.elements):
+    for e, element in enumerate(rotor.elements):
         rows = slice(2 * e, 2 * e + 4)
-        K[rows, rows] += beam.stiffness(element)
-        if mass == "consistent":
-            rotary = beam.consistent_rotary_inertia(element)
-            M[rows, rows] += beam.consistent_translational_mass(element) + rotary
-            G[rows, rows] += 2.0 * rotary
-        else:
-            lumped, polar = beam.diagonal_mass(element)
-            M[rows, rows] += lumped
-            G[rows, rows] += polar
+        for matrix, part in zip((M, G, K), element_matrices(element, mass), strict=True):
+            matrix[rows, rows] += part
     for body in rotor.bodies:
         w = 2 * (body.node - 1)
         M[w, w] += body.mass
@@ -101,6 +95,14 @@ def assemble(rotor: Rotor, mass: MassModel = "diagonal") -> Matrices:
         K=np.kron(K, both).astype(np.float64),
         translations={k + 1: (4 * k, 4 * k + 1) for k in range(len(nodes))},
     )
+
+
+def element_matrices(element: Element, mass: MassModel) -> tuple[Array, Array, Array]:
+    """Return M, G_1 and K of an element in one plane, shape (4, 4) each (`beam`)."""
+    if mass == "consistent":
+        rotary = beam.consistent_rotary_inertia(element)
+        return beam.consistent_translational_mass(element) + rotary, 2.0 * rotary, beam.stiffness(element)
+    return *beam.diagonal_mass(element), beam.stiffness(element)
 
 
 def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:

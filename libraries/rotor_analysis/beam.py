@@ -1,4 +1,4 @@
-"""One-plane matrices of a beam element, Timoshenko or Rayleigh.
+"""One-plane matrices of a beam element, Timoshenko or Rayleigh, uniform or a cone (`tapered`).
 
 Degrees of freedom of an element of length L: (w_1, beta_1, w_2, beta_2) in one plane, with the rotation beta of the
 section (the slope dw/dz less the shear angle). Both planes of an axisymmetric rotor then have the same matrices, and
@@ -12,15 +12,16 @@ from __future__ import annotations
 import numpy as np
 
 from fmi_export.model import Array
-from rotor_analysis.shaft import Element
+from rotor_analysis import tapered
+from rotor_analysis.element import Element
 
 
 def shear_parameter(element: Element) -> float:
     """Return Phi = 12 E I / (kappa G A L^2), the flexibility in shear over that in bending; 0 in Rayleigh's theory."""
     if element.theory == "rayleigh":
         return 0.0
-    shear = element.shear_coefficient * element.shear_modulus * element.area
-    return 12.0 * element.youngs_modulus * element.second_moment / (shear * element.length**2)
+    shear = element.shear_coefficient * element.material.shear_modulus * element.area
+    return 12.0 * element.material.youngs_modulus * element.second_moment / (shear * element.length**2)
 
 
 def stiffness(element: Element) -> Array:
@@ -37,9 +38,11 @@ def stiffness(element: Element) -> Array:
         Stiffness in N/m, N/rad, N m/rad.
     """
     length, phi = element.length, shear_parameter(element)
+    if element.is_tapered:
+        return tapered.stiffness(element, phi)
     a, b, c, d = 12.0, 6.0 * length, (4.0 + phi) * length**2, (2.0 - phi) * length**2
     shape = np.array([[a, b, -a, b], [b, c, -b, d], [-a, -b, a, -b], [b, d, -b, c]])
-    return element.youngs_modulus * element.second_moment / ((1.0 + phi) * length**3) * shape
+    return element.material.youngs_modulus * element.second_moment / ((1.0 + phi) * length**3) * shape
 
 
 def consistent_translational_mass(element: Element) -> Array:
@@ -48,32 +51,40 @@ def consistent_translational_mass(element: Element) -> Array:
     Cubic Hermite functions when Phi = 0 (Nelson and McVaugh 1976); with shear those of Nelson 1980.
     """
     n, p = element.length, shear_parameter(element)
+    if element.is_tapered:
+        return tapered.translational_mass(element, p)
     a, b = 156.0 + 294.0 * p + 140.0 * p**2, (22.0 + 38.5 * p + 17.5 * p**2) * n
     c, d = 54.0 + 126.0 * p + 70.0 * p**2, (13.0 + 31.5 * p + 17.5 * p**2) * n
     e, f = (4.0 + 7.0 * p + 3.5 * p**2) * n**2, (3.0 + 7.0 * p + 3.5 * p**2) * n**2
     shape = np.array([[a, b, c, -d], [b, e, d, -f], [c, d, a, -b], [-d, -f, -b, e]])
-    return element.density * element.area * n / (420.0 * (1.0 + p) ** 2) * shape
+    return element.material.density * element.area * n / (420.0 * (1.0 + p) ** 2) * shape
 
 
 def consistent_rotary_inertia(element: Element) -> Array:
     """Return the rotary inertia from the same deflection, shape (4, 4); G_1 is twice this."""
     n, p = element.length, shear_parameter(element)
+    if element.is_tapered:
+        return tapered.rotary_inertia(element, p)
     a, b = 36.0, (3.0 - 15.0 * p) * n
     c, d = (4.0 + 5.0 * p + 10.0 * p**2) * n**2, (1.0 + 5.0 * p - 5.0 * p**2) * n**2
     shape = np.array([[a, b, -a, b], [b, c, -b, -d], [-a, -b, a, -b], [b, -d, -b, c]])
-    return element.density * element.second_moment / (30.0 * n * (1.0 + p) ** 2) * shape
+    return element.material.density * element.second_moment / (30.0 * n * (1.0 + p) ** 2) * shape
 
 
 def diagonal_mass(element: Element) -> tuple[Array, Array]:
-    """Return mass and polar inertia, half at each of the two nodes, without an m L^2 term.
+    """Return mass and polar inertia at the two nodes, half of a uniform element at each, without an m L^2 term.
 
     Returns
     -------
     mass, gyroscopic
         Shape (4, 4) each: rho A L / 2 on translations and rho I L / 2 on rotations; polar inertia rho I L on rotations.
     """
-    translation = element.density * element.area * element.length / 2.0
-    rotation = element.density * element.second_moment * element.length / 2.0
+    if element.is_tapered:
+        (mass_1, inertia_1), (mass_2, inertia_2) = tapered.lumped(element).tolist()
+        ends = np.diag([mass_1, inertia_1, mass_2, inertia_2])
+        return ends, np.diag([0.0, 2.0 * inertia_1, 0.0, 2.0 * inertia_2])
+    translation = element.material.density * element.area * element.length / 2.0
+    rotation = element.material.density * element.second_moment * element.length / 2.0
     mass = np.diag([translation, rotation, translation, rotation])
     gyroscopic = np.diag([0.0, 2.0 * rotation, 0.0, 2.0 * rotation])
     return mass, gyroscopic

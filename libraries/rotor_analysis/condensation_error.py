@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmi_export.model import Array
-from rotor_analysis.assembly import MassModel
 from rotor_analysis.checks import require
 from rotor_analysis.modes import modes
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 from rotor_analysis.tracking import pair_modes
 
@@ -45,7 +45,7 @@ def condensation_error(
     speeds: Array,
     planes: tuple[int, ...] | None = None,
     count: int = 8,
-    mass: MassModel = "diagonal",
+    mass: MassModel | None = None,
 ) -> CondensationError:
     """Condense a rotor and compare its lowest modes with those of the full model, paired by their shapes.
 
@@ -60,7 +60,7 @@ def condensation_error(
     count
         Number of modes to compare.
     mass
-        `consistent` or `diagonal`.
+        `consistent` or `diagonal`; as the rotor says by default.
 
     Raises
     ------

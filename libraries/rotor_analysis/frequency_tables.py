@@ -6,11 +6,11 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from rotor_analysis.assembly import MassModel
 from rotor_analysis.meshes import mesh_family
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import SupportedRotor, supported_rotor
 
 SPEEDS = (90.0, 120.0, 145.0)  # rad/s

@@ -29,14 +29,13 @@ from rich.table import Table
 from scipy.optimize import least_squares
 
 from fmi_export.model import Array
-from rotor_analysis.assembly import MassModel
 from rotor_analysis.checks import require
 from rotor_analysis.frequency_tables import MASSES, thesis_frequencies
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.parts import Bearing, Disc
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.shaft import Shaft
+from rotor_analysis.shaft import MassModel, Shaft
 from rotor_analysis.supported_rotor import supported_rotor
 
 LENGTH, DIAMETER, DENSITY, POISSON = 1.948, 0.05, 7850.0, 0.3
@@ -197,7 +196,9 @@ def values_of(rotor: Rotor) -> Array:
     radius = math.sqrt(2.0 * core.polar_inertia / core.mass)
     width = math.sqrt(12.0 * core.diametral_inertia / core.mass - 3.0 * radius**2)
     damping = rotor.bearings[0].damping[0][0]
-    return np.array([z[2], z[9], core.mass, bodies[11].mass, radius, width, rotor.shaft.youngs_modulus, damping])
+    return np.array(
+        [z[2], z[9], core.mass, bodies[11].mass, radius, width, rotor.elements[0].material.youngs_modulus, damping]
+    )
 
 
 def main() -> None:

@@ -39,7 +39,7 @@ def planes_of(rotor: Rotor) -> Planes:
 def plant_constants(rotor: Rotor | None = None) -> Array:
     """Return the flat constants of the plant: a record `SIZES`, then the arrays of `Structure` in order, row by row.
 
-    The diagonal-mass finite-element model of the free rotor is condensed to its master planes (`reduction.msdc`).
+    The finite-element model of the free rotor is condensed to its master planes (`reduction.msdc`).
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
         raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
     if not rotor.masters:
         raise ValueError(f"reduction.masters of rotor {rotor.name!r} is missing; a plant needs its master planes")
-    full = assemble(rotor, "diagonal")
+    full = assemble(rotor)
     reduction = msdc(full, rotor.masters)
     reduced = reduction.model
     Minv: Array = np.linalg.inv(reduced.M).astype(np.float64)

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
-from typing import Any, Literal
+from dataclasses import field, replace
+from typing import Annotated, Any, Literal
 
-from pydantic import StrictStr
+from annotated_types import Ge, Gt, Lt
+from pydantic import StrictFloat, StrictInt, StrictStr
 
 from amb_files.suggestions import suggest
 from amb_files.toml import table
-from rotor_analysis.checks import Node, require
+from rotor_analysis.checks import Name, Node, require
+from rotor_analysis.element import Element, Material
 from rotor_analysis.parts import Bearing, BodyOrDisc, Part, Sensor, Site
-from rotor_analysis.shaft import Shaft
+from rotor_analysis.shaft import Shaft, ShaftOrSections
 
 Method = Literal["msdc"]
 
@@ -33,8 +35,16 @@ class ReductionOptions:
 
 
 @table
+class Mesh:
+    """How fine the elements are: so that halving them moves none of the first `modes` by more than `accuracy`."""
+
+    modes: Annotated[StrictInt, Ge(1)] = 6
+    accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-4
+
+
+@table
 class Rotor:
-    """A rotor: its shaft with bodies, bearings, contact sites and sensors.
+    """A rotor: its shaft with bodies, bearings, contact sites and sensors, and the materials that the shaft names.
 
     Parts may be placed by `z`; the shaft then has a node there, and the parts and masters their numbers on this mesh.
 
@@ -46,12 +56,14 @@ class Rotor:
     """
 
     name: StrictStr
-    shaft: Shaft
+    shaft: ShaftOrSections
     bodies: tuple[BodyOrDisc, ...] = ()
     bearings: tuple[Bearing, ...] = ()
     sites: tuple[Site, ...] = ()
     sensors: tuple[Sensor, ...] = ()
     reduction: ReductionOptions = ReductionOptions()
+    materials: dict[Name, Material] = field(default_factory=dict)
+    mesh: Mesh | None = None
 
     def __post_init__(self) -> None:
         wrong = [*self._misplaced(), *self._misnamed()]
@@ -95,13 +107,16 @@ class Rotor:
                 yield f"{what} = {node} is not allowed; it must be a node number from 1 to {len(nodes)}"
 
     def _misnamed(self) -> Iterator[str]:
-        """One sentence for each name that two parts or two sensed variables have, and for each that no bearing has."""
+        """One sentence for each name that two parts or signals have, and for each that nothing has."""
         names = [(f"{key}.name", part.name) for key, part in self._parts()]
         signals = [(f"sensors[{k}].{axis}", getattr(s, axis)) for k, s in enumerate(self.sensors) for axis in "xy"]
         taken = Counter(name for _, name in (*names, *signals))
         for key, name in (*names, *signals):
             if taken[name] > 1:
                 yield f"{key} = {name!r} is not allowed; it must be a name that nothing else on the rotor has"
+        for material in dict.fromkeys(self.shaft.material):
+            if material is not None and material not in self.materials:
+                yield f"shaft names the material {material!r}; {suggest(material, self.materials)}"
         bearings = [bearing.name for bearing in self.bearings]
         for k, site in enumerate(self.sites):
             if site.bearing is not None and site.bearing not in bearings:
@@ -134,6 +149,11 @@ class Rotor:
             If `shaft` has no node at one of these positions.
         """
         return replace(self, **self._on(shaft))
+
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """The elements between the nodes."""
+        return self.shaft.elements(self.materials)
 
     @property
     def masters(self) -> tuple[int, ...]:
@@ -178,7 +198,7 @@ class Rotor:
     @property
     def mass(self) -> float:
         """Total mass (kg)."""
-        return sum(e.density * e.area * e.length for e in self.shaft.elements) + sum(b.mass for b in self.bodies)
+        return sum(element.mass for element in self.elements) + sum(body.mass for body in self.bodies)
 
 
 def _nodes(parts: Iterable[Part]) -> tuple[int, ...]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from amb_files.toml import read_toml, validate
-from rotor_analysis.rotor import Rotor
+from rotor_analysis.mesh_accuracy import refine_to_accuracy
+from rotor_analysis.rotor import Mesh, Rotor
 
 RIG = Path(__file__).parent / "rig.toml"
 
@@ -16,8 +17,8 @@ def load_rotor(path: Path = RIG) -> Rotor:
     Parameters
     ----------
     path
-        TOML file with `name` and `[shaft]`, and optionally `[[bodies]]`, `[[bearings]]` and `[planes]`; the rig of the
-        thesis by default.
+        TOML file of the form of `Rotor`; the rig of the thesis by default. Where it gives the shaft by sections, or
+        says `[mesh]`, the elements are divided until the first modes are as accurate as asked for.
 
     Raises
     ------
@@ -25,4 +26,10 @@ def load_rotor(path: Path = RIG) -> Rotor:
         If the file cannot be read, has a missing or unknown key, or a value out of range; one line for each mistake.
     """
     name = f"rotor file {path}"
-    return validate(read_toml(path, name), Rotor, name)
+    data = read_toml(path, name)
+    rotor = validate(data, Rotor, name)
+    mesh = rotor.mesh or (Mesh() if "sections" in data["shaft"] else None)
+    try:
+        return refine_to_accuracy(rotor, mesh.modes, mesh.accuracy) if mesh else rotor
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from error

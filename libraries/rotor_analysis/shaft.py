@@ -1,94 +1,76 @@
-"""The shaft of a rotor: nodes along z and the elements between them."""
+"""The shaft of a rotor: nodes along z and the sections between them."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import Annotated, Literal
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
+from itertools import accumulate, pairwise
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from annotated_types import Gt, Lt
-from pydantic import BeforeValidator, StrictFloat
+from annotated_types import MinLen
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag
 
 from amb_files.toml import table
-from amb_files.validation_errors import Unit
-from rotor_analysis.checks import Length, Size, require
+from rotor_analysis.checks import Length, Name, Position, Size, require
+from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus, between
 
-Theory = Literal["timoshenko", "rayleigh"]
+MassModel = Literal["consistent", "diagonal"]
 
 SAME_PLACE = 1e-9  # m; a position this close to a node is that node's
 
 
 def _as_tuple(value: object) -> object:
-    """One number for all elements."""
+    """One value for all elements."""
     return value if isinstance(value, list | tuple) else (value,)
 
 
 Diameters = Annotated[tuple[Length, ...], BeforeValidator(_as_tuple)]
 InnerDiameters = Annotated[tuple[Size, ...], BeforeValidator(_as_tuple)]
-
-
-@dataclass(frozen=True)
-class Element:
-    """A shaft element with constant ring section: length, diameters (m), E (Pa), density (kg/m^3), Poisson's ratio."""
-
-    length: float
-    diameter: float
-    inner_diameter: float
-    youngs_modulus: float
-    density: float
-    poissons_ratio: float
-    theory: Theory = "timoshenko"
-
-    @property
-    def area(self) -> float:
-        """Cross-section area A (m^2)."""
-        return math.pi * (self.diameter**2 - self.inner_diameter**2) / 4.0
-
-    @property
-    def second_moment(self) -> float:
-        """Second moment of area I (m^4)."""
-        return math.pi * (self.diameter**4 - self.inner_diameter**4) / 64.0
-
-    @property
-    def shear_modulus(self) -> float:
-        """G = E / (2 (1 + nu)) (Pa)."""
-        return self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio))
-
-    @property
-    def shear_coefficient(self) -> float:
-        """Cowper's kappa of a ring, 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2), m = d_i/d."""
-        nu, m2 = self.poissons_ratio, (self.inner_diameter / self.diameter) ** 2
-        return 6.0 * (1.0 + nu) * (1.0 + m2) ** 2 / ((7.0 + 6.0 * nu) * (1.0 + m2) ** 2 + (20.0 + 12.0 * nu) * m2)
+MaterialNames = Annotated[tuple[Name | None, ...], BeforeValidator(_as_tuple)]
 
 
 @table
 class Shaft:
-    """A stepped circular shaft of one material.
+    """A stepped circular shaft.
 
     `nodes` are the axial positions z (m) of the finite-element nodes, ascending. `diameter` and `inner_diameter` (m)
-    hold one value for each element, or one for all. `theory` is `timoshenko`, or `rayleigh` without shear deformation.
+    hold one value for each element, or one for all; `diameter_end` and `inner_diameter_end` those at the other end of
+    elements that are cones. Elements are of the rotor's `material` that they name, the others of E (Pa), density
+    (kg/m^3) and Poisson's ratio given here. `theory` is `timoshenko`, with the `shear` coefficient of Cowper or of
+    Hutchinson, or `rayleigh` without shear deformation. `mass_matrix` is `diagonal` or `consistent`.
     """
 
-    nodes: tuple[Annotated[StrictFloat, Unit("m")], ...]
+    nodes: tuple[Position, ...]
     diameter: Diameters
-    youngs_modulus: Annotated[StrictFloat, Gt(0.0), Unit("Pa")]
-    density: Annotated[StrictFloat, Gt(0.0), Unit("kg/m3")]
-    poissons_ratio: Annotated[StrictFloat, Gt(-1.0), Lt(0.5)]
+    youngs_modulus: YoungsModulus | None = None
+    density: Density | None = None
+    poissons_ratio: PoissonsRatio | None = None
     inner_diameter: InnerDiameters = (0.0,)
     theory: Theory = "timoshenko"
+    diameter_end: Diameters = ()
+    inner_diameter_end: InnerDiameters = ()
+    material: MaterialNames = ()
+    shear: Shear = "cowper"
+    mass_matrix: MassModel = "diagonal"
 
     def __post_init__(self) -> None:
         ascending = all(b > a for a, b in pairwise(self.nodes))
         require(len(self.nodes) >= 2 and ascending, "nodes", f"{list(self.nodes)} m", "ascending, two or more")
         count = len(self.nodes) - 1
-        for name in ("diameter", "inner_diameter"):
-            given = getattr(self, name)
-            require(len(given) in (1, count), name, f"{list(given)} m", f"one value, or one for each of {count}")
-            object.__setattr__(self, name, given * count if len(given) == 1 else given)
-        for outer, inner in zip(self.diameter, self.inner_diameter, strict=True):
-            require(inner < outer, "inner_diameter", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
+        for name, unit in PER_ELEMENT.items():
+            given = self._per_element(name)
+            require(len(given) == count, name, f"{list(given)}{unit}", f"one value, or one for each of {count}")
+            object.__setattr__(self, name, given)
+        for piece in self._pieces():
+            piece.check()
+        for name, same in (
+            ("diameter_end", self.diameter),
+            ("inner_diameter_end", self.inner_diameter),
+            ("material", (None,) * count),
+        ):
+            if getattr(self, name) == same:  # nothing of its own to say
+                object.__setattr__(self, name, ())
+        _check_material(self, self.material or (None,))
 
     def node_at(self, z: float) -> int | None:
         """Return the number (from 1) of the node at z (m), None where there is none."""
@@ -110,26 +92,150 @@ class Shaft:
         ValueError
             If the section of the shaft changes between two of the nodes.
         """
-        sections = [self._section(a, b) for a, b in pairwise(nodes)]
-        return replace(
-            self,
-            nodes=nodes,
-            diameter=tuple(outer for outer, _ in sections),
-            inner_diameter=tuple(inner for _, inner in sections),
-        )
+        pieces = [self._piece(a, b) for a, b in pairwise(nodes)]
+        per_element: dict[str, Any] = {name: tuple(getattr(piece, name) for piece in pieces) for name in PER_ELEMENT}
+        return replace(self, nodes=nodes, **per_element)
 
-    def _section(self, begin: float, end: float) -> tuple[float, float]:
-        """Outer and inner diameter (m) from `begin` to `end` (m), which must be one section."""
-        pieces = zip(pairwise(self.nodes), self.diameter, self.inner_diameter, strict=True)
-        found = {(outer, inner) for (a, b), outer, inner in pieces if a < end and b > begin}
-        between = f"{begin:g} m to {end:g} m"
-        require(len(found) == 1, f"element from {between}", sorted(found), "of one diameter and one inner diameter (m)")
+    def elements(self, materials: Mapping[str, Material]) -> tuple[Element, ...]:
+        """Return the elements between the nodes, of the shaft's own material or of those in `materials`."""
+        own = None
+        if self.youngs_modulus is not None and self.density is not None and self.poissons_ratio is not None:
+            own = Material(self.youngs_modulus, self.density, self.poissons_ratio)
+        found = []
+        for (a, b), piece in zip(pairwise(self.nodes), self._pieces(), strict=True):
+            material = own if piece.material is None else materials[piece.material]
+            assert material is not None, "checked when the shaft was made"
+            outer, inner = (piece.diameter, piece.diameter_end), (piece.inner_diameter, piece.inner_diameter_end)
+            found.append(Element(b - a, outer, inner, material, self.theory, self.shear))
+        return tuple(found)
+
+    def _pieces(self) -> list[_Piece]:
+        return [_Piece(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
+
+    def _per_element(self, name: str) -> tuple[Any, ...]:
+        """The values of a field, one for each element: those at the other end as at the first unless given."""
+        given = getattr(self, name) or ((None,) if name == "material" else getattr(self, name.removesuffix("_end")))
+        return given * (len(self.nodes) - 1) if len(given) == 1 else given
+
+    def _piece(self, begin: float, end: float) -> _Piece:
+        """What the shaft is from `begin` to `end` (m): a part of one element, or several uniform ones alike."""
+        pieces = zip(pairwise(self.nodes), self._pieces(), strict=True)
+        covered = [(piece, a, b) for (a, b), piece in pieces if a < end and b > begin]
+        if len(covered) == 1:
+            piece, a, b = covered[0]
+            return piece.part((begin - a) / (b - a), (end - a) / (b - a))
+        found = {piece for piece, _, _ in covered}
+        shown = sorted({(piece.diameter, piece.inner_diameter) for piece in found})
+        require(
+            len(found) == 1 and not any(piece.is_tapered for piece in found),
+            f"element from {begin:g} m to {end:g} m",
+            shown,
+            "of one diameter and one inner diameter (m), and one material",
+        )
         return found.pop()
 
+
+@dataclass(frozen=True)
+class _Piece:
+    """What one element of a shaft is, without its place."""
+
+    diameter: float
+    inner_diameter: float
+    diameter_end: float
+    inner_diameter_end: float
+    material: str | None
+
     @property
-    def elements(self) -> tuple[Element, ...]:
-        """The elements between the nodes."""
-        return tuple(
-            Element(b - a, outer, inner, self.youngs_modulus, self.density, self.poissons_ratio, self.theory)
-            for (a, b), outer, inner in zip(pairwise(self.nodes), self.diameter, self.inner_diameter, strict=True)
-        )
+    def is_tapered(self) -> bool:
+        return self.diameter != self.diameter_end or self.inner_diameter != self.inner_diameter_end
+
+    def check(self) -> None:
+        """Raise a ValueError unless the bore is thinner than the shaft at both ends."""
+        for end in ("", "_end"):
+            outer, inner = getattr(self, f"diameter{end}"), getattr(self, f"inner_diameter{end}")
+            require(inner < outer, f"inner_diameter{end}", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
+
+    def part(self, begin: float, end: float) -> _Piece:
+        """The part from `begin` to `end`, as shares of the length."""
+        outer = [between((self.diameter, self.diameter_end), s) for s in (begin, end)]
+        inner = [between((self.inner_diameter, self.inner_diameter_end), s) for s in (begin, end)]
+        return _Piece(outer[0], inner[0], outer[1], inner[1], self.material)
+
+
+PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in fields(_Piece)}
+
+
+@table
+class Section:
+    """A piece of shaft: length, diameter and inner diameter (m), those at its other end if it is a cone, material."""
+
+    length: Length
+    diameter: Length
+    inner_diameter: Size = 0.0
+    diameter_end: Length | None = None
+    inner_diameter_end: Size | None = None
+    material: Name | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("diameter", "inner_diameter"):
+            if getattr(self, f"{name}_end") is None:
+                object.__setattr__(self, f"{name}_end", getattr(self, name))
+        _Piece(**{name: getattr(self, name) for name in PER_ELEMENT}).check()
+
+
+@table
+class SectionedShaft:
+    """A shaft given by its sections from z = 0; it has nodes at their ends. All else is as for a `Shaft`.
+
+    `material` names that of the sections that name none of their own.
+    """
+
+    sections: Annotated[tuple[Section, ...], MinLen(1)]
+    youngs_modulus: YoungsModulus | None = None
+    density: Density | None = None
+    poissons_ratio: PoissonsRatio | None = None
+    theory: Theory = "timoshenko"
+    material: Name | None = None
+    shear: Shear = "cowper"
+    mass_matrix: MassModel = "consistent"
+
+    def __post_init__(self) -> None:
+        _check_material(self, self._materials())
+
+    def _materials(self) -> tuple[str | None, ...]:
+        return tuple(section.material or self.material for section in self.sections)
+
+    def on_its_ends(self) -> Shaft:
+        """Return the shaft with one element for each section."""
+        nodes = tuple(accumulate((section.length for section in self.sections), initial=0.0))
+        given: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
+        sections = given.pop("sections")
+        given |= {name: tuple(getattr(section, name) for section in sections) for name in PER_ELEMENT}
+        given["material"] = self._materials()
+        return Shaft(nodes=nodes, **given)
+
+
+def _check_material(shaft: Shaft | SectionedShaft, named: Iterable[str | None]) -> None:
+    """Raise a ValueError unless the shaft has a material of its own where an element names none, and only there."""
+    needed = any(name is None for name in named)
+    for name in ("youngs_modulus", "density", "poissons_ratio"):
+        missing = getattr(shaft, name) is None
+        if needed and missing:
+            raise ValueError(f"{name} is missing")
+        if not needed and not missing:
+            raise ValueError(f"{name} is given, but every element names its material")
+
+
+def _kind_of_shaft(value: object) -> str:
+    given = "sections" in value if isinstance(value, dict) else isinstance(value, SectionedShaft)
+    return "by_sections" if given else "by_nodes"
+
+
+if TYPE_CHECKING:
+    ShaftOrSections = Shaft
+else:
+    ShaftOrSections = Annotated[
+        Annotated[Shaft, Tag("by_nodes")]
+        | Annotated[SectionedShaft, AfterValidator(SectionedShaft.on_its_ends), Tag("by_sections")],
+        Discriminator(_kind_of_shaft),
+    ]

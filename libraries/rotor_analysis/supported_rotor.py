@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmi_export.model import Array
-from rotor_analysis.assembly import MassModel, Matrices, assemble, on_bearings
+from rotor_analysis.assembly import Matrices, assemble, on_bearings
 from rotor_analysis.checks import require
 from rotor_analysis.reduction import Reduction, msdc
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import MassModel
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class SupportedRotor:
 
 
 def supported_rotor(
-    rotor: Rotor, mass: MassModel = "diagonal", planes: tuple[int, ...] | None = None
+    rotor: Rotor, mass: MassModel | None = None, planes: tuple[int, ...] | None = None
 ) -> SupportedRotor:
     """Return the model of `rotor` on its bearings (3.1 to 3.6), condensed to `planes` if given (MSDC, 3.8 to 3.13).
 
@@ -63,7 +64,7 @@ def supported_rotor(
     rotor
         Its description, with stiffness and damping of the bearings.
     mass
-        `consistent` or `diagonal`.
+        `consistent` or `diagonal`; as the rotor says by default.
     planes
         Node numbers whose translations are kept; the full model by default.
 

@@ -40,7 +40,7 @@ SPEEDS = {  # rev/min
 THEORIES = ("rayleigh", "timoshenko")
 COUNT = 10  # eigenvalues of smallest size, one of each conjugate pair
 
-# The rotor of example 5.9.1 on a hollow conical shaft, which the project's rotor file can only approximate by steps.
+# The rotor of example 5.9.1 on a hollow conical shaft.
 CONE: dict[str, Any] = {
     "rotor": "friswell_5_9_1",
     "elements": 48,

@@ -169,12 +169,16 @@ def test_rotating_rayleigh_beam_has_its_whirl_frequencies(Omega):
     """(rho A + rho I b^2) w^2 - 2 rho I b^2 Omega w - E I b^4 = 0 with b = n pi / L: forward > 0, backward < 0."""
     shaft = Shaft(tuple(np.linspace(0.0, 1.2, 25)), (0.15,), **STEEL, theory="rayleigh")
     found = modes(on_stiff_supports(Rotor("beam", shaft)), Omega, 6)
-    e = shaft.elements[0]
+    (e, *_), rho, E = shaft.elements({}), shaft.density, shaft.youngs_modulus
     for n in (1, 2, 3):
         b = n * np.pi / 1.2
-        inertia = e.density * e.second_moment * b**2
+        inertia = rho * e.second_moment * b**2
         roots = np.roots(
-            [e.density * e.area + inertia, -2 * inertia * Omega, -e.youngs_modulus * e.second_moment * b**4]
+            [
+                rho * e.area + inertia,
+                -2 * inertia * Omega,
+                -E * e.second_moment * b**4,
+            ]
         )
         pair = {mode.whirl: mode.frequency for mode in found[2 * n - 2 : 2 * n]}
         assert pair["forward"] == pytest.approx(np.max(roots), rel=1e-4)
@@ -188,13 +192,18 @@ def test_timoshenko_beam_with_diagonal_mass_is_of_second_order():
         shaft = Shaft(tuple(np.linspace(0.0, length, count + 1)), (0.15,), **STEEL)
         ends = tuple(Bearing(f"b{node}", node, tensor(1e15)) for node in (1, count + 1))
         found = damped_frequencies(supported_rotor(Rotor("beam", shaft, (), ends)).model, 0.0, 6)[::2]
-        e, b = shaft.elements[0], np.arange(1, 4) * np.pi / length
-        EI, shear = e.youngs_modulus * e.second_moment, e.shear_coefficient * e.shear_modulus
-        rotary = e.density * e.second_moment * (1.0 + e.youngs_modulus / shear)
-        a, h, q = e.density**2 * e.second_moment / shear, e.density * e.area + rotary * b**2, EI * b**4
+        (e, *_), rho, E = shaft.elements({}), shaft.density, shaft.youngs_modulus
+        b = np.arange(1, 4) * np.pi / length
+        EI, shear = E * e.second_moment, e.shear_coefficient * e.material.shear_modulus
+        rotary = rho * e.second_moment * (1.0 + E / shear)
+        a, h, q = (
+            rho**2 * e.second_moment / shear,
+            rho * e.area + rotary * b**2,
+            EI * b**4,
+        )
         exact = np.sqrt(2.0 * q / (h + np.sqrt(h**2 - 4.0 * a * q)))
         errors.append(np.abs(found / exact - 1.0))
-    without_shear = np.sqrt(q / (e.density * (e.area + e.second_moment * b**2)))
+    without_shear = np.sqrt(q / (rho * (e.area + e.second_moment * b**2)))
     assert np.all(errors[-1] < 0.05 * (without_shear / exact - 1.0))
     order = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     np.testing.assert_allclose(order, 2.0, atol=0.3)

@@ -186,7 +186,7 @@ def test_rotor_file_gives_the_rig_and_refuses_what_it_does_not_know(tmp_path):
     file, text = tmp_path / "rotor.toml", RIG.read_text(encoding="utf-8")
     for old, new, message in (
         ("diameter = 0.050", "diameter = -0.05", r"shaft\.diameter = -0\.05 m is not allowed; it must be > 0 m"),
-        ("poissons_ratio = 0.3", "poisson = 0.3", r"shaft\.poissons_ratio is missing"),
+        ("poissons_ratio = 0.3", "poisson = 0.3", r"unknown key shaft\.poisson; did you mean poissons_ratio\?"),
         ("node = 11\nbearing", "node = 12\nbearing", r"a list that includes bearings and sites \[12\]"),
         (
             "node = 13",

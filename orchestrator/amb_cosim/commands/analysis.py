@@ -18,7 +18,7 @@ from amb_cosim.text_tables import print_parts
 
 if TYPE_CHECKING:
     from amb_cosim.studies.result import DrawnResult
-    from rotor_analysis.assembly import MassModel
+    from rotor_analysis.shaft import MassModel
 
 Option = Callable[[Callable[..., None]], Callable[..., None]]
 

@@ -11,9 +11,9 @@ from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
-from rotor_analysis.assembly import MassModel
 from rotor_analysis.campbell import campbell as follow_modes
 from rotor_analysis.modes import Whirl
+from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 
 POINTS = 161  # speeds of the diagram

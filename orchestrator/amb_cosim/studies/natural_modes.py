@@ -11,10 +11,11 @@ from amb_cosim.json_data import Key, Layout
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, spin_speed, spin_speeds
 from amb_cosim.studies.result import DrawnResult, StudyResult
 from amb_cosim.text_tables import TextPart, text_table
-from rotor_analysis.assembly import MassModel, Matrices
+from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import Complex, Mode, Whirl, overdamped_modes, translations
 from rotor_analysis.modes import modes as modes_of
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 
 ROUNDING = 1e-9  # a damping ratio above minus this is that of an undamped mode, not of a growing one

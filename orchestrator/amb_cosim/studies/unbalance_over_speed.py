@@ -12,10 +12,10 @@ from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, sp
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
-from rotor_analysis.assembly import MassModel
 from rotor_analysis.response import orbit
 from rotor_analysis.response import unbalance_response as steady_response
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 
 POINTS = 644  # speeds of the curves, with the standstill, which is left out

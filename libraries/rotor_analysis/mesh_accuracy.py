@@ -1,0 +1,112 @@
+"""A mesh as fine as the first modes need: elements are halved where that changes a natural frequency."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from scipy.linalg import eigh
+
+from fmi_export.model import Array
+from rotor_analysis.assembly import assemble, element_matrices
+from rotor_analysis.element import Element
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import MassModel
+
+MOST_NODES = 300
+LARGE = 0.25  # elements with this share of the largest contribution are halved together
+
+
+def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
+    """Return `rotor` with elements so short that halving them all changes no natural frequency by more than `accuracy`.
+
+    Element by element, to first order: with the mode shape phi, phi^T M phi = 1, and the dynamic stiffness
+    D = K - omega^2 M of an element, whole and in two halves with the middle condensed,
+
+        delta omega / omega = phi^T (D_halves - D) phi / (2 omega^2)
+
+    While the sum over the elements is more than `accuracy` for a mode, those are halved that contribute to it most.
+
+    Parameters
+    ----------
+    rotor
+        Its description; parts and masters stay where they are on the shaft.
+    modes
+        Number of modes: the first of the undamped rotor at rest (`natural_frequencies`).
+    accuracy
+        Relative change that is allowed.
+
+    Raises
+    ------
+    ValueError
+        If the mesh would need more than 300 nodes.
+    """
+    z = rotor.shaft.nodes
+    mesh = _divide(rotor, [math.ceil((b - a) / (z[-1] - z[0]) * modes) for a, b in pairwise(z)])
+    while len(mesh.shaft.nodes) <= MOST_NODES:
+        change = _change_by_halving(mesh, modes)
+        missed = change[:, np.sum(change, axis=0) > accuracy]
+        if missed.size == 0:
+            return mesh
+        coarse = np.any(missed > LARGE * np.max(missed, axis=0), axis=1)
+        mesh = _divide(mesh, [2 if halve else 1 for halve in coarse])
+    raise ValueError(f"mesh.accuracy = {accuracy:g} is not reached with {MOST_NODES} nodes; ask for less")
+
+
+def natural_frequencies(rotor: Rotor, count: int) -> Array:
+    """Return the first natural frequencies (rad/s) of the undamped rotor at rest, ascending, without rigid motion.
+
+    K phi = omega^2 M phi in one plane, where a bearing has the mean stiffness of both. A rotor that fewer than two
+    bearings hold moves rigidly; these modes are left out.
+    """
+    return _modes(rotor, count)[0]
+
+
+def _modes(rotor: Rotor, count: int) -> tuple[Array, Array]:
+    """Natural frequencies (rad/s) and shapes in one plane, phi^T M phi = 1, in columns."""
+    model = assemble(rotor)
+    M, K = model.M[::2, ::2], model.K[::2, ::2].copy()
+    held = set()
+    for bearing in rotor.bearings:
+        row, mean = 2 * (bearing.node - 1), 0.5 * (bearing.stiffness[0][0] + bearing.stiffness[1][1])
+        K[row, row] += mean
+        held |= {bearing.node} if mean else set()
+    rigid = max(0, 2 - len(held))
+    last = min(rigid + count, len(M)) - 1
+    values, shapes = eigh(K, M, subset_by_index=(0, last))
+    return np.sqrt(np.abs(values[rigid:])), shapes[:, rigid:]
+
+
+def _change_by_halving(rotor: Rotor, modes: int) -> Array:
+    """Return the relative changes of the frequencies when elements are halved, shape (elements, modes)."""
+    frequencies, shapes = _modes(rotor, modes)
+    change = np.empty((len(rotor.elements), len(frequencies)))
+    for e, element in enumerate(rotor.elements):
+        at_ends = shapes[2 * e : 2 * e + 4]
+        halves, whole = (D(element, rotor.shaft.mass_matrix, frequencies) for D in (_halves, _whole))
+        change[e] = np.einsum("im,mij,jm->m", at_ends, halves - whole, at_ends) / (2.0 * frequencies**2)
+    return np.abs(change)
+
+
+def _whole(element: Element, mass: MassModel, frequencies: Array) -> Array:
+    """Dynamic stiffness of an element at each frequency (rad/s), shape (modes, 4, 4)."""
+    M, _, K = element_matrices(element, mass)
+    return np.asarray(K - frequencies[:, np.newaxis, np.newaxis] ** 2 * M)
+
+
+def _halves(element: Element, mass: MassModel, frequencies: Array) -> Array:
+    """Dynamic stiffness of its two halves with the node between them condensed, shape (modes, 4, 4)."""
+    D = np.zeros((len(frequencies), 6, 6))
+    for k, half in enumerate((element.part(0.0, 0.5), element.part(0.5, 1.0))):
+        D[:, 2 * k : 2 * k + 4, 2 * k : 2 * k + 4] += _whole(half, mass, frequencies)
+    ends, middle = np.array([0, 1, 4, 5]), np.array([2, 3])
+    to_middle = np.linalg.solve(D[:, middle[:, np.newaxis], middle], D[:, middle[:, np.newaxis], ends])
+    return D[:, ends[:, np.newaxis], ends] - D[:, ends[:, np.newaxis], middle] @ to_middle
+
+
+def _divide(rotor: Rotor, counts: list[int]) -> Rotor:
+    """Return `rotor` with each element divided into a number of equal parts."""
+    z = rotor.shaft.nodes
+    inner = [np.linspace(a, b, n + 1)[:-1].tolist() for (a, b), n in zip(pairwise(z), counts, strict=True)]
+    return rotor.on_mesh(rotor.shaft.on_nodes((*(place for places in inner for place in places), z[-1])))

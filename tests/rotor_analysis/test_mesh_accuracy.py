@@ -1,0 +1,80 @@
+"""Meshes that refine themselves until the first modes are as accurate as asked for."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from rotor_analysis.mesh_accuracy import natural_frequencies, refine_to_accuracy
+from rotor_analysis.parts import Bearing, Disc, Site
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Section, SectionedShaft
+
+STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
+SECTIONS = (Section(0.3, 0.04, diameter_end=0.06), Section(0.6, 0.06, 0.02), Section(0.02, 0.09), Section(0.4, 0.05))
+K = ((2e7, 0.0), (0.0, 2e7))
+PUMP = """
+name = "pump"
+[shaft]
+material = "steel"
+theory = "rayleigh"
+[[shaft.sections]]
+length = 0.5
+diameter = 0.05
+[materials.steel]
+youngs_modulus = 2.1e11
+density = 7800
+poissons_ratio = 0.3
+"""
+
+
+def stepped(mass_matrix, *bearings):
+    parts = (Disc("impeller", z=0.7, mass=12.0, radius=0.12, width=0.04),), tuple(bearings), (Site("seal", z=0.75),)
+    return Rotor("stepped", SectionedShaft(SECTIONS, mass_matrix=mass_matrix, **STEEL), *parts)
+
+
+def divided(rotor, count):
+    """The rotor with every element in `count` equal parts."""
+    z = rotor.shaft.nodes
+    inner = [place for a, b in pairwise(z) for place in np.linspace(a, b, count + 1)[:-1].tolist()]
+    return rotor.on_mesh(rotor.shaft.on_nodes((*inner, z[-1])))
+
+
+HELD = {
+    "free": (),
+    "on one bearing": (Bearing("a", z=0.2, stiffness=K),),
+    "on two bearings": (Bearing("a", z=0.1, stiffness=K), Bearing("b", z=1.2, stiffness=K)),
+}
+
+
+@pytest.mark.parametrize(("mass_matrix", "accuracy"), [("consistent", 1e-3), ("consistent", 1e-4), ("diagonal", 3e-3)])
+@pytest.mark.parametrize("held", HELD)
+def test_first_modes_are_as_accurate_as_stated(held, mass_matrix, accuracy):
+    rotor = stepped(mass_matrix, *HELD[held])
+    mesh = refine_to_accuracy(rotor, 6, accuracy)
+    much_finer = natural_frequencies(divided(mesh, 6), 6)
+    error = np.max(np.abs(natural_frequencies(mesh, 6) / much_finer - 1.0))
+    assert error < 4.0 / 3.0 * accuracy  # second order: all further changes add up to a third of this one
+    assert np.max(np.abs(natural_frequencies(rotor, 6) / much_finer - 1.0)) > accuracy
+
+
+def test_parts_stay_where_they_are_while_the_mesh_refines():
+    mesh = refine_to_accuracy(stepped("consistent", *HELD["on two bearings"]), 6, 1e-4)
+    z = mesh.shaft.nodes
+    assert [z[part.node - 1] for part in (*mesh.bodies, *mesh.bearings, *mesh.sites)] == [0.7, 0.1, 1.2, 0.75]
+    assert max(np.diff(z)) < 0.2
+
+
+def test_file_with_sections_is_refined_as_it_says(tmp_path):
+    def count(more=""):
+        path = tmp_path / "pump.toml"
+        path.write_text(PUMP + more)
+        return len(load_rotor(path).shaft.nodes)
+
+    assert 5 < count() < count("[mesh]\naccuracy = 1e-5\n") < count("[mesh]\naccuracy = 1e-5\nmodes = 12\n")
+
+
+def test_accuracy_beyond_rounding_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"mesh\.accuracy = 1e-15 is not reached with 300 nodes"):
+        refine_to_accuracy(stepped("diagonal"), 6, 1e-15)

@@ -1,0 +1,139 @@
+"""Conical, hollow and compound shafts against closed forms and against their own limits."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rotor_analysis import beam, tapered
+from rotor_analysis.assembly import assemble
+from rotor_analysis.element import Element, Material
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import Section, SectionedShaft, Shaft
+
+STEEL = Material(2.1e11, 7800.0, 0.3)
+OWN = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
+LENGTH, THICK, THIN = 0.9, 0.08, 0.04
+
+
+def cone(count, **changes):
+    """A solid cone from THICK at z = 0 to THIN, in `count` elements."""
+    ends = np.linspace(THICK, THIN, count + 1)
+    nodes = tuple(np.linspace(0.0, LENGTH, count + 1))
+    return Rotor("cone", Shaft(nodes, tuple(ends[:-1]), diameter_end=tuple(ends[1:]), **OWN, **changes))
+
+
+def one_plane(matrix):
+    return matrix[::2, ::2]
+
+
+@pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])
+def test_integrals_along_a_uniform_element_are_the_closed_forms(theory):
+    element = Element(0.1, (0.05, 0.05), (0.02, 0.02), STEEL, theory)
+    phi = beam.shear_parameter(element)
+    for integral, closed in (
+        (tapered.stiffness, beam.stiffness),
+        (tapered.translational_mass, beam.consistent_translational_mass),
+        (tapered.rotary_inertia, beam.consistent_rotary_inertia),
+    ):
+        np.testing.assert_allclose(integral(element, phi), closed(element), rtol=1e-12, atol=1e-12)
+    lumped = np.ravel(tapered.lumped(element))
+    np.testing.assert_allclose(np.diag(lumped), beam.diagonal_mass(element)[0], rtol=1e-12)
+
+
+def test_clamped_cone_bends_under_a_force_at_its_tip():
+    """64 F L^3 / (3 pi E d_tip d_root^3), without shear."""
+    errors = []
+    for count in (4, 8, 16):
+        K = one_plane(assemble(cone(count, theory="rayleigh")).K)[2:, 2:]
+        force = np.zeros(len(K))
+        force[-2] = 1.0
+        exact = 64.0 * LENGTH**3 / (3.0 * math.pi * OWN["youngs_modulus"] * THIN * THICK**3)
+        errors.append(abs(np.linalg.solve(K, force)[-2] / exact - 1.0))
+    assert errors[-1] < 1e-4
+    np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 4.0, atol=0.4)
+
+
+@pytest.mark.parametrize("mass", ["consistent", "diagonal"])
+def test_cone_has_the_mass_and_centre_of_a_frustum(mass):
+    rotor = cone(3, mass_matrix=mass)
+    M, z = one_plane(assemble(rotor).M), np.array(rotor.shaft.nodes)
+    along, turning = np.zeros((2, len(M)))
+    along[::2], turning[::2], turning[1::2] = 1.0, z, 1.0
+    volume = math.pi * LENGTH / 12.0 * (THICK**2 + THICK * THIN + THIN**2)
+    share = (THICK**2 + 2.0 * THICK * THIN + 3.0 * THIN**2) / (4.0 * (THICK**2 + THICK * THIN + THIN**2))
+    assert along @ M @ along == pytest.approx(7800.0 * volume, rel=1e-12)
+    assert rotor.mass == pytest.approx(7800.0 * volume, rel=1e-12)
+    assert along @ M @ turning == pytest.approx(7800.0 * volume * share * LENGTH, rel=1e-12)
+
+
+def test_cone_turned_round_is_its_mirror_image():
+    elements = Element(0.2, (0.08, 0.04), (0.03, 0.01), STEEL), Element(0.2, (0.04, 0.08), (0.01, 0.03), STEEL)
+    mirror = np.array([[0, 0, 1, 0], [0, 0, 0, -1], [1, 0, 0, 0], [0, -1, 0, 0]], dtype=float)
+    for matrix in (beam.stiffness, beam.consistent_translational_mass, beam.consistent_rotary_inertia):
+        there, back = map(matrix, elements)
+        np.testing.assert_allclose(mirror.T @ back @ mirror, there, rtol=1e-12, atol=1e-9 * np.max(np.abs(there)))
+
+
+def test_gyroscopic_moment_of_a_cone_is_its_polar_inertia():
+    rotor = cone(1, theory="rayleigh")
+    _, polar = beam.diagonal_mass(rotor.elements[0])
+    exact = math.pi * 7800.0 * LENGTH / 160.0 * (THICK**5 - THIN**5) / (THICK - THIN)
+    assert np.trace(polar) == pytest.approx(exact, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("inner", "shear", "kappa"),
+    [
+        (0.0, "cowper", 6 * 1.3 / 8.8),
+        (0.0, "hutchinson", 6 * 1.69 / 10.96),  # Hutchinson 2001, solid circle
+        (0.0499999999, "cowper", 2 * 1.3 / 4.9),  # Cowper 1966, thin tube: 2 (1 + nu) / (4 + 3 nu)
+        (0.0499999999, "hutchinson", 1.3 / 2.3),  # thin tube: (1 + nu) / (2 + nu)
+    ],
+)
+def test_shear_coefficient_is_that_of_the_source(inner, shear, kappa):
+    element = Element(0.1, (0.05, 0.05), (inner, inner), STEEL, shear=shear)
+    assert element.shear_coefficient == pytest.approx(kappa, rel=1e-7)
+
+
+def test_sections_make_the_shaft_that_nodes_and_diameters_make():
+    sections = (Section(0.3, 0.05), Section(0.2, 0.08, 0.02, 0.06, material="aluminium"))
+    materials = {"aluminium": Material(0.7e11, 2700.0, 0.33)}
+    by_sections = Rotor("shaft", SectionedShaft(sections, **OWN), materials=materials)
+    shaft = Shaft(
+        (0.0, 0.3, 0.5),
+        (0.05, 0.08),
+        diameter_end=(0.05, 0.06),
+        inner_diameter=(0.0, 0.02),
+        material=(None, "aluminium"),
+        mass_matrix="consistent",
+        **OWN,
+    )
+    assert by_sections == Rotor("shaft", shaft, materials=materials)
+    assert [element.material.density for element in by_sections.elements] == [7800.0, 2700.0]
+
+
+def test_two_materials_stretch_in_proportion_to_their_stiffness():
+    """A cantilever whose outer half is of aluminium: curvature M/(E I) of each half, by hand."""
+    L = 0.5
+    sections = (Section(L, 0.05), Section(L, 0.05, material="aluminium"))
+    aluminium = Material(0.7e11, 2700.0, 0.33)
+    rotor = Rotor("halves", SectionedShaft(sections, theory="rayleigh", **OWN), materials={"aluminium": aluminium})
+    K = one_plane(assemble(rotor).K)[2:, 2:]
+    tip = np.linalg.solve(K, np.array([0.0, 0.0, 1.0, 0.0]))[2]
+    second = math.pi * 0.05**4 / 64.0
+    assert tip == pytest.approx(7 * L**3 / (3 * 2.1e11 * second) + L**3 / (3 * 0.7e11 * second), rel=1e-10)
+
+
+def test_cut_cone_is_the_same_cone():
+    shaft = cone(1).shaft.with_nodes_at([0.3, 0.6])
+    exact = cone(3).shaft
+    np.testing.assert_allclose(shaft.diameter, exact.diameter, rtol=1e-12)
+    np.testing.assert_allclose(shaft.diameter_end, exact.diameter_end, rtol=1e-12)
+    assert shaft.diameter[1] == shaft.diameter_end[0]
+
+
+def test_another_diameter_leaves_a_uniform_shaft_uniform():
+    shaft = Shaft((0.0, 0.5, 1.0), (0.05,), diameter_end=(0.05,), **OWN)
+    assert not any(element.is_tapered for element in replace(shaft, diameter=(0.06,)).elements({}))
