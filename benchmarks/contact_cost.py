@@ -26,9 +26,8 @@ from rich.table import Table
 
 from amb_files.atomic import write_atomically
 from fmi_export.model import Instance
-from rotor_analysis.plant_data import plant_constants
+from rotor_analysis.plant_data import plant
 from rotor_contact.interface import LAWS
-from rotor_contact.plant import MODEL
 from rotor_contact.structure import structure_of
 
 SPEED, STEP, TURNS = 260.0, 250e-6, 5.0
@@ -59,7 +58,7 @@ class Formulation:
 
     def plant(self, substep: float) -> Instance:
         """Return the rig in its orbit with 0.5 g m, just after 25 g m were added."""
-        rotor = Instance(MODEL, plant_constants())
+        rotor = Instance(*plant())
         given = {"law": float(LAWS.index(self.law)), **self.values}
         settings = {f"rb{k}.{name}": value for name, value in given.items() for k in (1, 2)}
         settings |= {f"mb{k}.{name}": value for name, value in {"k_b": 1e6, "c_b": 5e3}.items() for k in (1, 2)}
@@ -108,7 +107,7 @@ def classical_laws() -> list[Formulation]:
 
 def stiff_contacts() -> list[Formulation]:
     """Return Kelvin-Voigt contacts of rising stiffness that do not rebound."""
-    s = structure_of(plant_constants())
+    s = structure_of(plant()[1])
     mass = 1.0 / s.Minv[int(s.sites[0]), int(s.sites[0])]
     return [
         Formulation("kelvin_voigt", {"k_c": k_c, "c_c": 2.0 * DAMPING_RATIO * math.sqrt(k_c * mass)})
@@ -122,7 +121,7 @@ def simulate(rotor: Instance, record: bool) -> tuple[Array, float]:
     Without `record` the signals are zeros.
     """
     steps = round(TURNS * 2.0 * math.pi / SPEED / STEP)
-    columns = [MODEL.interface.position[name] for name in SIGNALS]
+    columns = [rotor.model.interface.position[name] for name in SIGNALS]
     table = np.zeros((steps, len(columns)))
     begin = time.process_time()
     for n in range(steps):

@@ -102,7 +102,7 @@ def collect_forces(
     motion = Motion(rows, bearings, structure.MinvG, theta, u.Omega, u.Omega_dot)
     steady, cosine, sine = forces(motion)
     gravity_xy = parameters.own[0].gravity * math.sqrt(0.5)
-    a_x, a_y = u.base.a_x + gravity_xy, u.base.a_y + gravity_xy
+    a_x, a_y = u.base_acceleration.x + gravity_xy, u.base_acceleration.y + gravity_xy
     for i in range(n):
         steady[i] = structure.B_base[i, 0] * a_x + structure.B_base[i, 1] * a_y
         cosine[i] = 0.0

@@ -22,11 +22,14 @@ def plant(rotor: Rotor | None = None) -> tuple[Model, Array]:
 
 def planes_of(rotor: Rotor) -> Planes:
     """Return the planes for which the plant has variables, with their names in the rotor file."""
-    elements = rotor.shaft.elements
-    radius = [max(e.diameter for e in elements[max(node - 2, 0) : node]) / 2.0 for node in rotor.site_nodes]
     sites = (
-        ContactSite(s.name, s.clearance, r if s.journal_radius is None else s.journal_radius, s.bearing or "")
-        for s, r in zip(rotor.sites, radius, strict=True)
+        ContactSite(
+            s.name,
+            s.clearance,
+            _shaft_radius(rotor, s.node) if s.journal_radius is None else s.journal_radius,
+            s.bearing or "",
+        )
+        for s in rotor.sites
     )
     return Planes(
         discs=tuple(body.name for body in rotor.discs),
@@ -34,6 +37,13 @@ def planes_of(rotor: Rotor) -> Planes:
         sites=tuple(sites),
         sensors=tuple(SensorPlane(s.name, s.x, s.y) for s in rotor.sensors),
     )
+
+
+def _shaft_radius(rotor: Rotor, node: int) -> float:
+    """Return the larger radius (m) of the shaft beside a node."""
+    beside = [element.diameter[1] for element in rotor.elements[: node - 1][-1:]]
+    beside += [element.diameter[0] for element in rotor.elements[node - 1 : node]]
+    return max(beside) / 2.0
 
 
 def plant_constants(rotor: Rotor | None = None) -> Array:

@@ -5,15 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from amb_cosim import models
 from fmi_export.building.readme import BEGIN, END, interface_table
 
-MODULES = ["amb_actuator.actuator", "rolac_controller.controller", "rotor_contact.plant"]
 
-
-@pytest.mark.parametrize("module", MODULES)
-def test_the_readme_contains_exactly_the_interface_table(module):
-    loaded = importlib.import_module(module)
-    readme = Path(loaded.__file__).parent / "README.md"
+@pytest.mark.parametrize("name", models.MODELS)
+def test_the_readme_contains_exactly_the_interface_table(name):
+    model, _ = getattr(models, name)()
+    readme = Path(importlib.import_module(name).__file__).parent / "README.md"
     shown = readme.read_text(encoding="utf-8").partition(BEGIN)[2].partition(END)[0]
-    command = f"python -m fmi_export.building.readme {module} {readme.parent.name}/README.md"
-    assert shown.strip() == interface_table(loaded.MODEL), f"regenerate with: {command}"
+    command = f"python -m fmi_export.building.readme amb_cosim.models:{name} fmus/{name}/README.md"
+    assert shown.strip() == interface_table(model), f"regenerate with: {command}"

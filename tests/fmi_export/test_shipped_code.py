@@ -24,13 +24,12 @@ def models() -> dict:
     from amb_actuator.actuator import MODEL as actuator
     from amb_analysis.controller_data import NO_TABLE
     from rolac_controller.controller import MODEL as controller
-    from rotor_analysis.plant_data import plant_constants
-    from rotor_contact.plant import MODEL as plant
+    from rotor_analysis.plant_data import plant
 
     return {
         "amb_actuator": (actuator, np.zeros(1)),
         "rolac_controller": (controller, NO_TABLE),
-        "rotor_contact": (plant, plant_constants()),
+        "rotor_contact": plant(),
     }
 
 

@@ -73,7 +73,7 @@ def test_the_canonical_bytes_change_with_every_field_that_is_seen_outside():
 
 def test_a_model_without_a_fault_code_at_the_end_is_refused(lag):
     with pytest.raises(ValueError, match="mute: the last output must be fault_code"):
-        Model("mute", "", interface(A, U, FAULT, Y), lag.initialise, lag.step, 0, 0, ())
+        Model("mute", "", interface(A, U, Y), lag.initialise, lag.step, 0, 0, ())
 
 
 def test_the_readme_table_shows_types_ranges_and_start_values(lag):

@@ -27,9 +27,9 @@ def lag() -> Model:
 
 @pytest.fixture(scope="session")
 def plant() -> Model:
-    from rotor_contact.plant import MODEL
+    from rotor_analysis.plant_data import plant
 
-    return MODEL
+    return plant()[0]
 
 
 @pytest.fixture(scope="session")

@@ -22,16 +22,16 @@ from amb_cosim.studies.linear_loop import (
 from amb_cosim.studies.stability_margin import zone
 from rolac_controller.controller import INTERFACE as CONTROLLER
 from rotor_analysis.assembly import assemble
+from rotor_analysis.plant_data import plant
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.interface import INTERFACE as PLANT
 
 FREQUENCIES = np.array([0.5, 3.0, 11.9, 20.0, 47.0, 150.0, 348.0, 700.0])
 
 
 def loop(Omega: float = 90.0, sample_time: float = 250e-6, delay: int = 0, **changes: float) -> LinearLoop:
     """The loop with the FMUs' start values; `c_b=3e3` changes it in every axis of whichever FMU has it."""
-    tables = {"rotor_contact": PLANT, "amb_actuator": ACTUATOR, "rolac_controller": CONTROLLER}
+    tables = {"rotor_contact": plant()[0].interface, "amb_actuator": ACTUATOR, "rolac_controller": CONTROLLER}
     parameters: dict[str, Any] = {
         name: {p.name: changes.get(p.name.split(".")[-1].removesuffix("_x").removesuffix("_y"), p.start) for p in of}
         for name, of in ((name, table.of("parameter")) for name, table in tables.items())

@@ -110,7 +110,10 @@ def in_full(sentence):
             OIL + SEAL + "node = 1\nbearing = 'oli'",
             "sites[0].bearing (seal) = 'oli' is not the name of a bearing; did you mean oil?",
         ),
-        (SEAL + "node = 1\nx = 's1'", "unknown key sites[0].x (seal); there are name, node, bearing, z"),
+        (
+            SEAL + "node = 1\nx = 's1'",
+            "unknown key sites[0].x (seal); there are name, node, clearance, journal_radius, bearing, z",
+        ),
         (INLET + "node = 7", "sensors[0].node (inlet) = 7! a node number from 1 to 3"),
         (
             INLET + "node = 1\nx = 's 1'",

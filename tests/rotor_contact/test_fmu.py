@@ -3,15 +3,14 @@
 import pytest
 from fmpy.validation import validate_fmu
 
-from rotor_analysis.plant_data import plant_constants
-from rotor_contact.plant import MODEL
+from rotor_analysis.plant_data import plant
 
 STEPS = 200
 
 
 @pytest.fixture(scope="module")
 def fmu_file(build_fmu):
-    return build_fmu(MODEL, plant_constants())
+    return build_fmu(*plant())
 
 
 def drive(fmu, steps):
@@ -20,8 +19,7 @@ def drive(fmu, steps):
     from fmpy.fmi2 import FMU2Slave
 
     from fmi_export.model import Instance
-    from rotor_analysis.plant_data import plant_constants
-    from rotor_contact.plant import INTERFACE, MODEL
+    from rotor_analysis.plant_data import plant
 
     h = 250e-6
     fixed = {"rb1.mu": 0.3, "rb2.mu": 0.3, "rb1.restitution": 0.2, "mb1.c_b": 5000.0, "mb2.c_b": 5000.0}
@@ -35,12 +33,13 @@ def drive(fmu, steps):
         modelIdentifier=description.coSimulation.modelIdentifier,
         instanceName="rotor",
     )
-    core = Instance(MODEL, plant_constants())
-    reals = [v.name for v in INTERFACE.of("output") if v.type == "Real"]
-    integers = [v.name for v in INTERFACE.of("output") if v.type == "Integer"]
+    core = Instance(*plant())
+    interface = core.model.interface
+    reals = [v.name for v in interface.of("output") if v.type == "Real"]
+    integers = [v.name for v in interface.of("output") if v.type == "Integer"]
 
     def references(names):
-        return [INTERFACE.position[name] for name in names]
+        return [interface.position[name] for name in names]
 
     def outputs():
         return [*slave.getReal(references(reals)), *slave.getInteger(references(integers))]

@@ -20,7 +20,7 @@ def in_flight(values, h=H):
 
 
 def flies(x):
-    return head(x).history.n_steps >= STEPS_BEFORE_BUILD
+    return head(x).n_steps >= STEPS_BEFORE_BUILD
 
 
 def reset_energies(x):

@@ -6,17 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rotor_cases import BEARINGS, CLEARANCE, both, head, masters, place, plant, rigid_rotor, run, scratch, size_of
+from rotor_cases import BEARINGS, CLEARANCE, both, masters, memory, place, plant, rigid_rotor, run, scratch, size_of
 
 from rotor_contact.dynamics import collect_forces
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
-from rotor_contact.interface import INPUTS, N_SITES, NEWTON, NODAL, PARAMETERS
+from rotor_contact.interface import NEWTON, NODAL
 from rotor_contact.layout import load_sites, workspace_of
+from rotor_contact.signals import inputs_of, parameters_of
 from rotor_contact.site import locate_journal, slip_velocity
 from rotor_contact.structure import structure_of
 
 RING, G = 0.05, 9.81
 RIG = plant()
+N_SITES = 4
 
 
 def bounce_height(t, e, drop):
@@ -118,9 +120,10 @@ def touching(seed, angle_1, angle_2, mu=0.0, e=0.0, Omega=0.0, sites=(0, 1)):
 def workspace():
     """What the kernels of one step of the rig pass on, with its sites loaded."""
     s, own = structure_of(RIG.constants), scratch(RIG)
-    load_sites(s, RIG.parameters, head(RIG), own)
+    p, u = parameters_of(RIG.parameters, s), inputs_of(RIG.inputs, s)
+    load_sites(s, p, memory(RIG).sites, own)
     collect = getattr(collect_forces, "py_func", collect_forces)  # gives out views, which compiled code cannot
-    motion = collect(s, RIG.parameters.view(PARAMETERS)[0], RIG.inputs.view(INPUTS)[0], 0.0, own.motion)
+    motion = collect(s, p, u, 0.0, own.motion, own.bearings)
     return workspace_of(s, motion, own)
 
 

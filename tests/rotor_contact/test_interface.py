@@ -3,20 +3,26 @@
 import numpy as np
 import pytest
 
+from rotor_analysis.plant_data import plant
 from rotor_contact import interface
-from rotor_contact.interface import INPUTS, INTERFACE, OUTPUTS, PARAMETERS
+from rotor_contact.signals import SITE_PARAMETERS, inputs_of, outputs_of, parameters_of
+from rotor_contact.structure import structure_of
+
+MODEL, CONSTANTS = plant()
+INTERFACE = MODEL.interface
 
 SITES = ("rb1", "rb2", "eb1", "eb2")
 BEARINGS = ("mb1", "mb2")
 
 
-def numbered(record, causality):
-    """A record whose numbers are their positions."""
-    return np.arange(float(len(INTERFACE.of(causality)))).view(record)[0]
+def numbered(views_of, causality):
+    """Views into an array whose numbers are their positions, and its record of what stands alone."""
+    views = views_of(np.arange(float(len(INTERFACE.of(causality)))), structure_of(CONSTANTS))
+    return views, views.own[0]
 
 
 def parameters():
-    p = numbered(PARAMETERS, "parameter")
+    parts, p = numbered(parameters_of, "parameter")
     yield "contact.impact_law", p.contact.impact_law
     yield "solver.max_substep", p.solver.max_substep
     yield "solver.tolerance", p.solver.tolerance
@@ -24,43 +30,43 @@ def parameters():
     yield "gravity", p.gravity
     yield "initial.orbit", p.initial.orbit
     for k, site in enumerate(SITES):
-        for name in p.sites.dtype.names:
-            yield f"{site}.{name}", p.sites[k][name]
+        for name, value in zip(SITE_PARAMETERS.names, parts.sites[k], strict=True):
+            yield f"{site}.{name}", value
     for k, bearing in enumerate(BEARINGS):
-        yield f"{bearing}.k_b", p.bearings[k].k_b
-        yield f"{bearing}.c_b", p.bearings[k].c_b
+        yield f"{bearing}.k_b", parts.bearings[k].k_b
+        yield f"{bearing}.c_b", parts.bearings[k].c_b
 
 
 def inputs():
-    u = numbered(INPUTS, "input")
+    parts, u = numbered(inputs_of, "input")
     yield "Omega", u.Omega
     yield "Omega_dot", u.Omega_dot
     for k, bearing in enumerate(BEARINGS):
         for i, axis in enumerate("xy"):
-            yield f"{bearing}.f_{axis}", u.axes[k, i].force
-            yield f"{bearing}.k_{axis}{axis}", u.axes[k, i].gradient
-            yield f"{bearing}.{axis}_ref", u.axes[k, i].reference
+            yield f"{bearing}.f_{axis}", parts.axes[2 * k + i].force
+            yield f"{bearing}.k_{axis}{axis}", parts.axes[2 * k + i].gradient
+            yield f"{bearing}.{axis}_ref", parts.axes[2 * k + i].reference
     for k in range(4):
         for name in ("u", "phi", "f_x", "f_y"):
-            yield f"d{k + 1}.{name}", u.discs[k][name]
+            yield f"d{k + 1}.{name}", parts.discs[k][name]
     for k, bearing in enumerate(BEARINGS):
-        yield f"{bearing}.u", u.cores[k].u
-        yield f"{bearing}.phi", u.cores[k].phi
-    yield "base.a_x", u.base_acceleration[0]
-    yield "base.a_y", u.base_acceleration[1]
+        yield f"{bearing}.u", parts.cores[k].u
+        yield f"{bearing}.phi", parts.cores[k].phi
+    yield "base.a_x", u.base_acceleration.x
+    yield "base.a_y", u.base_acceleration.y
 
 
 def outputs():
-    y = numbered(OUTPUTS, "output")
+    parts, y = numbered(outputs_of, "output")
     yield "theta", y.theta
     for k, bearing in enumerate(BEARINGS):
-        yield f"{bearing}.x", y.displacements[k, 0]
-        yield f"{bearing}.y", y.displacements[k, 1]
+        yield f"{bearing}.x", parts.displacements[2 * k]
+        yield f"{bearing}.y", parts.displacements[2 * k + 1]
     for i in range(8):
-        yield f"s{i + 1}", y.sensors[i]
+        yield f"s{i + 1}", parts.sensors[i]
     for k, site in enumerate(SITES):
         for name in ("gap", "mode", "f_n", "f_t", "impulse", "slip_velocity", "whirl_speed"):
-            yield f"{site}.{name}", y.sites[k][name]
+            yield f"{site}.{name}", parts.sites[k][name]
     yield "contact_state", y.contact_state
     for name in ("kinetic", "strain", "damping", "friction", "impact", "dissipated", "work", "balance"):
         yield f"energy.{name}", y.energy[name]

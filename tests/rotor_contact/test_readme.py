@@ -9,19 +9,18 @@ from rotor_cases import OnePlane
 
 import rotor_contact
 from fmi_export.building.readme import interface_table, with_table
-from rotor_analysis.plant_data import plant_constants
+from rotor_analysis.plant_data import plant
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.plant import MODEL
 
 README = (Path(rotor_contact.__file__).parent / "README.md").read_text(encoding="utf-8")
 
 
 def test_rewriting_the_interface_table_changes_nothing():
-    assert with_table(README, interface_table(MODEL)) == README
+    assert with_table(README, interface_table(plant()[0])) == README
 
 
 def test_example_in_the_readme_shows_the_orbit_of_the_complex_model(build_fmu, run_python, tmp_path):
-    shutil.copy(build_fmu(MODEL, plant_constants()), tmp_path)
+    shutil.copy(build_fmu(*plant()), tmp_path)
     (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     code = (
         example

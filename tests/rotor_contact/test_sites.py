@@ -10,10 +10,10 @@ from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, masters, plant, 
 from fmi_export.model import Fault
 from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.interface import SITES
 
 ROTOR = load_rotor()
 ENDS = {"eb1.enabled": 1.0, "eb2.enabled": 1.0}
+SITES = ("rb1", "rb2", "eb1", "eb2")
 ROW = dict(zip(SITES, (2, 4, 0, 5), strict=True))  # among the masters
 
 
@@ -44,10 +44,9 @@ def test_contact_state_tells_of_the_retainers_alone():
 
 def test_end_bushes_are_in_place_unless_switched_off():
     from fmi_export.model import Instance
-    from rotor_analysis.plant_data import plant_constants
-    from rotor_contact.plant import MODEL
+    from rotor_analysis import plant_data
 
-    x = Instance(MODEL, plant_constants())
+    x = Instance(*plant_data.plant())
     assert (x["eb1.enabled"], x["eb1.clearance"], x["rb1.clearance"]) == (1.0, 0.9e-3, 0.75e-3)
 
 

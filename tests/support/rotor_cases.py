@@ -12,13 +12,11 @@ from itertools import pairwise
 import numpy as np
 
 from fmi_export.model import Instance
+from rotor_analysis import plant_data
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
-from rotor_analysis.plant_data import plant_constants
 from rotor_analysis.rotor import ReductionOptions, Rotor
-from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
 from rotor_contact.layout import scratch_of, state_of
-from rotor_contact.plant import MODEL
 from rotor_contact.structure import structure_of
 
 STEEL = {"youngs_modulus": 2.07e11, "density": 7850.0, "poissons_ratio": 0.3}
@@ -54,13 +52,14 @@ def plant_rotor(name, shaft, bodies, masters, held, discs=(), sensors=()):
     Its four planes of unbalance and of sensors are all at the first bearing, unless they are given.
     """
     first = (held[0],) * 4
-    sites = (Site(site, node) for site, node in zip(("rb1", "rb2", "eb1", "eb2"), (*held, *held), strict=True))
+    retainers = (Site(f"rb{k}", node, 0.75e-3, bearing=f"mb{k}") for k, node in enumerate(held, 1))
+    bushes = (Site(f"eb{k}", node, 0.9e-3) for k, node in enumerate(held, 1))
     return Rotor(
         name,
         shaft,
         (*bodies, *discs_at(*(discs or first))),
         bearings(*held),
-        tuple(sites),
+        (*retainers, *bushes),
         sensors_at(*(sensors or first)),
         ReductionOptions(masters=tuple(masters)),
     )
@@ -82,7 +81,7 @@ def symmetric_rotor():
 
 def plant(values=None, rotor=None):
     """An initialised plant with the given variables; it has no end bushes unless they are asked for."""
-    instance = Instance(MODEL, plant_constants(rotor or load_rotor()))
+    instance = Instance(*plant_data.plant(rotor))
     for name, value in ({"eb1.enabled": 0.0, "eb2.enabled": 0.0} | (values or {})).items():
         instance[name] = value
     instance.initialise()
@@ -111,29 +110,34 @@ def size_of(instance):
     return int(instance.constants[0])
 
 
+def memory(instance):
+    """The state by its uses."""
+    return state_of(instance.state, structure_of(instance.constants))
+
+
 def head(instance):
-    """The record that the state begins with: modes, rotor angle, initial energy and more."""
-    return state_of(instance.state, size_of(instance)).head[0]
+    """The record that the state begins with: rotor angle, initial energy and more."""
+    return memory(instance).head[0]
 
 
 def state(instance):
     """Displacements and velocities of the masters, then the energy integrals."""
-    return state_of(instance.state, size_of(instance)).z
+    return memory(instance).z
 
 
 def scratch(instance):
     """The scratch array by its uses."""
-    return scratch_of(instance.work, size_of(instance))
+    return scratch_of(instance.work, structure_of(instance.constants))
 
 
 def place(instance, r, velocity, modes=(0, 0), signs=(1.0, 1.0)):
     """Put the masters at complex positions and velocities, the sites into the given modes."""
-    n, z, memory = size_of(instance), state(instance), head(instance)
+    n, z, sites = size_of(instance), state(instance), memory(instance).sites
     z[:n] = np.ravel(np.column_stack([np.real(r), np.imag(r)]))
     z[n : 2 * n] = np.ravel(np.column_stack([np.real(velocity), np.imag(velocity)]))
-    memory.sites["mode"][:2] = modes
-    memory.sites["slip_sign"][:2] = signs
-    memory.initial_energy = energy(instance)
+    sites["mode"][:2] = modes
+    sites["slip_sign"][:2] = signs
+    head(instance).initial_energy = energy(instance)
     return instance
 
 

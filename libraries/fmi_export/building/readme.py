@@ -1,6 +1,6 @@
 """Keeps the interface table in a model's README equal to its variable table.
 
-    python -m fmi_export.building.readme amb_actuator.actuator fmus/amb_actuator/README.md
+    python -m fmi_export.building.readme amb_cosim.models:amb_actuator fmus/amb_actuator/README.md
 
 rewrites the text between the two marker comments of that file.
 """
@@ -53,10 +53,11 @@ def _row(v: Variable) -> str:
 
 
 @click.command(help=__doc__)
-@click.argument("module")
+@click.argument("source", metavar="MODULE:FUNCTION")
 @click.argument("readme", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-def main(module: str, readme: Path) -> None:
-    model = importlib.import_module(module).MODEL
+def main(source: str, readme: Path) -> None:
+    module, _, function = source.partition(":")
+    model, _ = getattr(importlib.import_module(module), function)()
     readme.write_text(with_table(readme.read_text(encoding="utf-8"), interface_table(model)), encoding="utf-8")
 
 

@@ -14,7 +14,7 @@ from amb_cosim.studies.inputs import Number
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
-from rotor_contact.interface import INTERFACE as PLANT
+from rotor_analysis.rotor_file import load_rotor
 
 TOLERANCE = 0.05  # of the linear law
 POINTS = 61  # in each direction of a map
@@ -231,7 +231,7 @@ def _load_capacity(p: np.record) -> LoadCurves:
 
 def _operating_map(p: np.record) -> OperatingMap:
     """Return K_s, K_i and the error of the linear law over displacement and control current."""
-    clearance = PLANT["rb1.clearance"].start or 0.0
+    clearance = load_rotor().sites[0].clearance
     x, i_c = np.linspace(-clearance, clearance, POINTS), np.linspace(*design.current_range(p), POINTS)
     slopes = design.linearisation(p, x[None, :], i_c[:, None])
     error = design.linear_error(p, x[None, :], i_c[:, None])
