@@ -6,13 +6,13 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import eigh
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import assemble, element_matrices
 from rotor_analysis.element import Element
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
+from rotor_analysis.undamped import undamped_modes
 
 MOST_NODES = 300
 LARGE = 0.25  # elements with this share of the largest contribution are halved together
@@ -33,7 +33,7 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
     rotor
         Its description; parts and masters stay where they are on the shaft.
     modes
-        Number of modes: the first of the undamped rotor at rest (`natural_frequencies`).
+        Number of modes: the first of the undamped rotor at rest (`undamped_modes`).
     accuracy
         Relative change that is allowed.
 
@@ -54,33 +54,9 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
     raise ValueError(f"mesh.accuracy = {accuracy:g} is not reached with {MOST_NODES} nodes; ask for less")
 
 
-def natural_frequencies(rotor: Rotor, count: int) -> Array:
-    """Return the first natural frequencies (rad/s) of the undamped rotor at rest, ascending, without rigid motion.
-
-    K phi = omega^2 M phi in one plane, where a bearing has the mean stiffness of both. A rotor that fewer than two
-    bearings hold moves rigidly; these modes are left out.
-    """
-    return _modes(rotor, count)[0]
-
-
-def _modes(rotor: Rotor, count: int) -> tuple[Array, Array]:
-    """Natural frequencies (rad/s) and shapes in one plane, phi^T M phi = 1, in columns."""
-    model = assemble(rotor)
-    M, K = model.M[::2, ::2], model.K[::2, ::2].copy()
-    held = set()
-    for bearing in rotor.bearings:
-        row, mean = 2 * (bearing.node - 1), 0.5 * (bearing.stiffness[0][0] + bearing.stiffness[1][1])
-        K[row, row] += mean
-        held |= {bearing.node} if mean else set()
-    rigid = max(0, 2 - len(held))
-    last = min(rigid + count, len(M)) - 1
-    values, shapes = eigh(K, M, subset_by_index=(0, last))
-    return np.sqrt(np.abs(values[rigid:])), shapes[:, rigid:]
-
-
 def _change_by_halving(rotor: Rotor, modes: int) -> Array:
     """Return the relative changes of the frequencies when elements are halved, shape (elements, modes)."""
-    frequencies, shapes = _modes(rotor, modes)
+    frequencies, shapes = undamped_modes(assemble(rotor), rotor, modes)
     change = np.empty((len(rotor.elements), len(frequencies)))
     for e, element in enumerate(rotor.elements):
         at_ends = shapes[2 * e : 2 * e + 4]

@@ -1,10 +1,11 @@
-"""Multiple static-dynamic condensation (MSDC) of the rotor to a few planes (thesis 3.8 to 3.13)."""
+"""Reduction of the rotor to a few planes: multiple static-dynamic condensation, or Craig and Bampton's method."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import eigh
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
@@ -15,9 +16,9 @@ class Reduction:
     """A reduced model and its relation to the full model.
 
     model
-        Matrices on the masters: x and y of each master plane in order.
+        Matrices on the coordinates: x and y of each master plane in order, then those of the modes.
     right, left
-        Full displacement = `right` @ masters, reduced force = `left` @ full force. For symmetric K `left` is the
+        Full displacement = `right` @ coordinates, reduced force = `left` @ full force. For symmetric K `left` is the
         transpose of `right`; cross-coupled bearings make them differ.
     """
 
@@ -27,7 +28,7 @@ class Reduction:
 
 
 def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
-    """Condense a model to the translations at `planes`.
+    """Condense a model to the translations at `planes` (MSDC, thesis 3.8 to 3.13).
 
     R_D = K_ss^-1 K_sm,  q_s = -R_D q_m;  R_E = K_ms K_ss^-1
     X_R = X_mm - R_E X_sm - X_ms R_D + R_E X_ss R_D  for X = M, C, G     (3.12)
@@ -45,13 +46,59 @@ def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
     ValueError
         If a plane has no translations in `full`, or the slaves can move freely with the masters held (K_ss singular).
     """
+    return _reduce(full, planes, *_static(full, planes))
+
+
+def craig_bampton(full: Matrices, planes: tuple[int, ...], modes: int) -> Reduction:
+    """Reduce a model to the translations at `planes` and the modes of the rotor held there.
+
+    q_s = -R_D q_m + Phi xi with K_ss Phi = M_ss Phi diag(omega^2), Phi^T M_ss Phi = 1      (Craig and Bampton 1968)
+
+    Parameters
+    ----------
+    full
+        The model to reduce, with bearings at `planes` alone: the same in both planes of motion elsewhere.
+    planes
+        Node numbers whose translations are kept.
+    modes
+        Number of modes in each of the two planes of motion, the slowest first.
+
+    Raises
+    ------
+    ValueError
+        As `msdc`, or if there are not as many modes.
+    """
+    right, left = _static(full, planes)
+    masters = set(full.rows(planes))
+    slaves = [row for row in range(0, full.size, 2) if row not in masters]  # along x
+    if not 0 <= modes <= len(slaves):
+        raise ValueError(f"modes = {modes} is not allowed; the rotor held at these planes has 0 to {len(slaves)}")
+    if modes == 0:
+        return _reduce(full, planes, right, left)
+    at = np.ix_(slaves, slaves)
+    _, shapes = eigh(full.K[at], full.M[at], subset_by_index=(0, modes - 1))
+    along_both = np.zeros((full.size, 2 * modes))
+    for axis in (0, 1):
+        along_both[np.add(slaves, axis), axis::2] = shapes
+    return _reduce(full, planes, np.hstack([right, along_both]), np.vstack([left, along_both.T]))
+
+
+def unreduced(full: Matrices) -> Reduction:
+    """Return a model as it is, with the slopes among its coordinates."""
+    identity = np.eye(full.size)
+    return Reduction(full, identity, identity)
+
+
+def _static(full: Matrices, planes: tuple[int, ...]) -> tuple[Array, Array]:
+    """`right` and `left` of the static condensation to `planes`."""
     unknown = [node for node in planes if node not in full.translations]
     if unknown:
         raise ValueError(f"planes {unknown} are not in the model; there are {sorted(full.translations)}")
     masters = full.rows(planes)
     slaves = [row for row in range(full.size) if row not in set(masters)]
     K_ss = full.K[np.ix_(slaves, slaves)]
-    if slaves and np.linalg.cond(K_ss) > 1e14:
+    size = np.sqrt(np.abs(np.diag(K_ss)))
+    if slaves and np.linalg.cond(K_ss / np.outer(size, size)) > 1e14:
         raise ValueError(f"planes {list(planes)} do not hold the rotor: keep at least two planes of the shaft")
     right = np.zeros((full.size, len(masters)))
     left = np.zeros((len(masters), full.size))
@@ -59,6 +106,10 @@ def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
     left[:, masters] = np.eye(len(masters))
     right[slaves] = -np.linalg.solve(K_ss, full.K[np.ix_(slaves, masters)])
     left[:, slaves] = -np.linalg.solve(K_ss.T, full.K[np.ix_(masters, slaves)].T).T
+    return right, left
+
+
+def _reduce(full: Matrices, planes: tuple[int, ...], right: Array, left: Array) -> Reduction:
     reduced = Matrices(
         M=left @ full.M @ right,
         C=left @ full.C @ right,

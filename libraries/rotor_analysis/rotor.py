@@ -21,17 +21,35 @@ from rotor_analysis.element import Element, Material
 from rotor_analysis.parts import Bearing, BodyOrDisc, Part, Sensor, Site
 from rotor_analysis.shaft import Shaft, ShaftOrSections
 
-Method = Literal["msdc"]
+Method = Literal["msdc", "craig_bampton", "none"]
 
 KINDS = ("bodies", "bearings", "sites", "sensors")
 
 
 @table
 class ReductionOptions:
-    """How the plant's model is made: `msdc` condenses it to the translations at the nodes `masters`."""
+    """How the plant's model is made.
 
-    method: Method = "msdc"
+    `msdc` condenses it to the translations at the nodes `masters`, `craig_bampton` keeps as many `modes` of the rotor
+    held there too, `none` keeps the full model; by default it is `msdc` where masters are named, else `craig_bampton`.
+    Where masters or modes are not named, they are chosen so that the
+    relative error of the first natural frequencies is within `accuracy`.
+    """
+
+    method: Method | None = None
     masters: tuple[Node, ...] = ()
+    modes: Annotated[StrictInt, Ge(0)] | None = None
+    accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
+
+    def __post_init__(self) -> None:
+        if self.method is None:
+            object.__setattr__(self, "method", "msdc" if self.masters else "craig_bampton")
+        for name, given, methods in (
+            ("masters", len(self.masters) > 0, ("msdc", "craig_bampton")),
+            ("modes", self.modes is not None, ("craig_bampton",)),
+        ):
+            if given and self.method not in methods:
+                raise ValueError(f"{name} is given, which belongs to {' or '.join(methods)}, not to {self.method!r}")
 
 
 @table

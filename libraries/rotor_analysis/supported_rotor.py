@@ -9,7 +9,7 @@ import numpy as np
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
 from rotor_analysis.checks import require
-from rotor_analysis.reduction import Reduction, msdc
+from rotor_analysis.reduction import Reduction, msdc, unreduced
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
 
@@ -75,6 +75,5 @@ def supported_rotor(
     """
     full = on_bearings(assemble(rotor, mass), rotor)
     if planes is None:
-        identity = np.eye(full.size)
-        return SupportedRotor(rotor, full, Reduction(full, identity, identity))
+        return SupportedRotor(rotor, full, unreduced(full))
     return SupportedRotor(rotor, full, msdc(full, planes))

@@ -5,11 +5,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from rotor_analysis.mesh_accuracy import natural_frequencies, refine_to_accuracy
+from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.parts import Bearing, Disc, Site
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Section, SectionedShaft
+from rotor_analysis.undamped import natural_frequencies
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
 SECTIONS = (Section(0.3, 0.04, diameter_end=0.06), Section(0.6, 0.06, 0.02), Section(0.02, 0.09), Section(0.4, 0.05))

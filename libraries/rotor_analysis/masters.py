@@ -1,0 +1,69 @@
+"""Choice of master planes: those that something needs, and as many more as the first modes ask for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmi_export.model import Array
+from rotor_analysis.assembly import Matrices
+from rotor_analysis.reduction import Reduction, msdc
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.undamped import undamped_modes
+
+
+def needed_masters(rotor: Rotor) -> tuple[int, ...]:
+    """Return the nodes of discs, bearings, sites and sensors, ascending; the ends of the shaft too if they are one."""
+    nodes = {*rotor.disc_nodes, *rotor.bearing_nodes, *rotor.site_nodes, *rotor.sensor_nodes}
+    ends = {1, len(rotor.shaft.nodes)} if len(nodes) < 2 else set()
+    return tuple(sorted(nodes | ends))
+
+
+def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: float) -> Reduction:
+    """Return the condensation to the planes that are needed and to others, until the first modes are accurate.
+
+    The plane that is added is where the least accurate mode departs most from what the masters make of it.
+
+    Parameters
+    ----------
+    full
+        The finite-element model of the free rotor.
+    rotor
+        Its description.
+    modes
+        Number of modes that must be accurate.
+    accuracy
+        Relative error that is allowed of their frequencies.
+
+    Raises
+    ------
+    ValueError
+        If all planes are not enough.
+    """
+    frequencies, shapes = undamped_modes(full, rotor, modes)
+    masters = needed_masters(rotor)
+    while True:
+        reduction = msdc(full, masters)
+        error = frequency_error(frequencies, undamped_modes(reduction.model, rotor, modes)[0])
+        others = [node for node in full.translations if node not in masters]
+        if np.max(error) <= accuracy:
+            return reduction
+        if not others:
+            raise not_reached(accuracy, "planes", error, ", or use craig_bampton")
+        shape = shapes[:, np.argmax(error)]
+        x = reduction.right[::2, ::2]
+        residual = np.abs(shape - x @ shape[[row // 2 for row in full.rows(masters)[::2]]])
+        added = max(others, key=lambda node: residual[full.translations[node][0] // 2])
+        masters = tuple(sorted((*masters, added)))
+
+
+def not_reached(accuracy: float, kept: str, error: Array, otherwise: str = "") -> ValueError:
+    """Return the error that says that a reduction that keeps all planes or modes is not accurate enough."""
+    reached = f"with all {kept} the error is {np.max(error):.1e}"
+    return ValueError(f"reduction.accuracy = {accuracy:g} is not reached: {reached}; ask for less{otherwise}")
+
+
+def frequency_error(exact: Array, found: Array) -> Array:
+    """Return |found / exact - 1| of each frequency, infinite where none is found, shape (len(exact),)."""
+    error = np.full(len(exact), np.inf)
+    error[: len(found)] = np.abs(found / exact[: len(found)] - 1.0)
+    return error

@@ -1,0 +1,48 @@
+"""Natural frequencies and shapes of the undamped rotor at rest in one plane: quick, and alike for any model of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import eigh
+
+from fmi_export.model import Array
+from rotor_analysis.assembly import Matrices, assemble, on_bearings
+from rotor_analysis.rotor import Rotor
+
+
+def natural_frequencies(rotor: Rotor, count: int) -> Array:
+    """Return the first natural frequencies (rad/s) of the undamped rotor at rest, ascending, without rigid motion."""
+    return undamped_modes(assemble(rotor), rotor, count)[0]
+
+
+def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Array]:
+    """Return the first modes of a model of `rotor` on its bearings, K phi = omega^2 M phi.
+
+    K and M are the means over both planes. A rotor that fewer than two bearings hold moves rigidly; these modes are
+    left out.
+
+    Parameters
+    ----------
+    model
+        The free rotor, full or reduced, with the translations of the bearings.
+    rotor
+        Its description.
+    count
+        How many modes; fewer are returned where the model has no more.
+
+    Returns
+    -------
+    frequencies, shapes
+        omega (rad/s), ascending, shape (count,); phi with phi^T M phi = 1 over the x of the coordinates, in columns.
+    """
+    supported = on_bearings(model, rotor)
+    M, K = _one_plane(supported.M), _one_plane(supported.K)
+    held = {b.node for b in rotor.bearings if b.stiffness[0][0] + b.stiffness[1][1] != 0.0}
+    rigid = max(0, 2 - len(held))
+    values, shapes = eigh(K, M, subset_by_index=(0, min(rigid + count, len(M)) - 1))
+    return np.sqrt(np.abs(values[rigid:])), shapes[:, rigid:]
+
+
+def _one_plane(matrix: Array) -> Array:
+    mean = 0.5 * (matrix[::2, ::2] + matrix[1::2, 1::2])
+    return np.asarray(0.5 * (mean + mean.T))

@@ -1,0 +1,160 @@
+"""The plant's model of any rotor: reduced as its file says, accurate as it says, with planes where they are needed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rotor_analysis.assembly import assemble, on_bearings
+from rotor_analysis.masters import needed_masters
+from rotor_analysis.mesh_accuracy import refine_to_accuracy
+from rotor_analysis.modes import damped_frequencies
+from rotor_analysis.parts import Bearing, Disc, Sensor, Site
+from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error
+from rotor_analysis.reduction import craig_bampton, msdc
+from rotor_analysis.rotor import ReductionOptions, Rotor
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Section, SectionedShaft
+from rotor_analysis.undamped import natural_frequencies
+
+RIG = load_rotor()
+STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
+
+
+def compressor(stiffness=2e7, **options):
+    """Twelve discs between the outer two of three bearings, six sites, two sensor planes."""
+    discs = tuple(
+        Disc(f"impeller{k}", z=0.3 + 0.12 * k, mass=8.0, radius=0.15, width=0.03, unbalance=k % 2 == 0)
+        for k in range(12)
+    )
+    bearings = tuple(Bearing(f"mb{k}", z=z, stiffness=stiffness) for k, z in enumerate((0.1, 1.0, 1.9)))
+    sites = tuple(Site(f"seal{k}", z=z) for k, z in enumerate((0.1, 0.25, 0.8, 1.0, 1.75, 1.9)))
+    sensors = (Sensor("left", z=0.15), Sensor("right", z=1.85))
+    shaft = SectionedShaft((Section(0.2, 0.05), Section(1.6, 0.08), Section(0.2, 0.05)), **STEEL)
+    rotor = Rotor("compressor", shaft, discs, bearings, sites, sensors)
+    return replace(refine_to_accuracy(rotor, 6, 1e-3), reduction=ReductionOptions(**options))
+
+
+COMPRESSOR = compressor()
+
+
+def test_rig_keeps_the_planes_that_its_file_names():
+    reduced, condensed = reduced_rotor(RIG), msdc(assemble(RIG), RIG.masters)
+    assert list(reduced.model.translations) == [1, 3, 4, 10, 11, 13]
+    for name in ("M", "C", "G", "K"):
+        np.testing.assert_array_equal(getattr(reduced.model, name), getattr(condensed.model, name))
+    assert np.all(np.abs(reduction_error(RIG, 4).percent) < 0.12)
+
+
+@pytest.mark.parametrize(
+    ("method", "accuracy"), [("msdc", 0.05), ("msdc", 0.01), ("craig_bampton", 1e-3), ("craig_bampton", 1e-5)]
+)
+@pytest.mark.parametrize("stiffness", [0.0, 2e7])
+def test_first_modes_are_as_accurate_as_stated(stiffness, method, accuracy):
+    rotor = compressor(stiffness, method=method, accuracy=accuracy)
+    model = reduced_rotor(rotor).model
+    assert set(needed_masters(rotor)) <= set(model.translations)
+    assert np.max(np.abs(reduction_error(rotor).percent)) <= 100.0 * accuracy
+    assert model.size < assemble(rotor).size
+
+
+def test_planes_are_added_only_where_they_are_needed():
+    bare = replace(
+        COMPRESSOR, bodies=tuple(replace(b, unbalance=False) for b in COMPRESSOR.bodies), sites=(), sensors=()
+    )
+    sizes = []
+    for accuracy in (0.3, 0.05, 0.01):
+        rotor = replace(bare, reduction=ReductionOptions("msdc", accuracy=accuracy))
+        sizes.append(len(reduced_rotor(rotor).model.translations))
+        assert np.max(np.abs(reduction_error(rotor).percent)) <= 100.0 * accuracy
+    assert 3 <= sizes[0] < sizes[1] < sizes[2] < len(rotor.shaft.nodes)
+
+
+@pytest.mark.parametrize("method", ["msdc", "craig_bampton", "none"])
+def test_translations_of_the_masters_come_first_in_pairs(method):
+    reduction = reduced_rotor(replace(COMPRESSOR, reduction=ReductionOptions(method, accuracy=0.01)))
+    full, model = assemble(COMPRESSOR), reduction.model
+    for node, (x, y) in model.translations.items():
+        assert y == x + 1
+        np.testing.assert_array_equal(reduction.right[full.rows((node,))], np.eye(model.size)[[x, y]])
+    if method != "none":
+        assert list(model.translations.values()) == [(2 * k, 2 * k + 1) for k in range(len(model.translations))]
+    assert set(needed_masters(COMPRESSOR)) <= set(model.translations)
+
+
+def test_unreduced_rotor_is_the_full_model():
+    rotor = replace(COMPRESSOR, reduction=ReductionOptions("none"))
+    model = reduced_rotor(rotor).model
+    np.testing.assert_array_equal(model.K, assemble(rotor).K)
+    np.testing.assert_array_equal(reduction_error(rotor).percent, 0.0)
+
+
+def test_modes_of_craig_and_bampton_bring_the_frequencies_down_to_the_full_ones():
+    """Rayleigh and Ritz: from above, lower with every mode, and exact with all of them."""
+    exact = natural_frequencies(RIG, 6)
+    previous = np.inf
+    for modes in (0, 1, 2, 4, 8, 20):
+        rotor = replace(RIG, reduction=ReductionOptions("craig_bampton", RIG.masters, modes))
+        error = reduction_error(rotor)
+        assert np.all(error.percent > -1e-6)
+        assert np.max(error.percent) <= previous * (1.0 + 1e-6) + 1e-7
+        previous = np.max(error.percent)
+    assert reduced_rotor(rotor).model.size == assemble(RIG).size
+    np.testing.assert_allclose(error.percent, 0.0, atol=1e-6)
+    np.testing.assert_allclose(error.frequencies, exact)
+
+
+def test_held_rotor_rests_in_its_modes_under_a_static_force():
+    """Static deflection needs no mode: a force at the masters leaves xi = 0."""
+    full = on_bearings(assemble(RIG), RIG.on_equal_bearings(1e6, 0.0))
+    reduction = craig_bampton(full, RIG.masters, 3)
+    force = np.random.default_rng(2).normal(size=12)
+    q = np.linalg.solve(reduction.model.K, np.concatenate([force, np.zeros(6)]))
+    whole = np.zeros(full.size)
+    whole[full.rows(RIG.masters)] = force
+    exact = np.linalg.solve(full.K, whole)
+    np.testing.assert_allclose(q[12:], 0.0, atol=1e-12)
+    np.testing.assert_allclose(reduction.right @ q, exact, atol=1e-8 * np.max(np.abs(exact)))
+
+
+@pytest.mark.parametrize("Omega", [0.0, 300.0, -300.0])
+def test_spinning_rotor_whirls_in_its_modes_as_in_full(Omega):
+    held = RIG.on_equal_bearings(1e6, 500.0)
+    full = on_bearings(assemble(held), held)
+    few, more = (craig_bampton(full, RIG.masters, modes).model for modes in (0, 8))
+    exact = damped_frequencies(full, Omega, 10)
+    errors = [np.max(np.abs(damped_frequencies(model, Omega, 10) / exact - 1.0)) for model in (few, more)]
+    assert errors[1] < 2e-4 < 1e-2 < errors[0]
+
+
+def test_rotor_without_parts_keeps_the_ends_of_its_shaft():
+    rotor = Rotor("shaft", SectionedShaft((Section(0.5, 0.05), Section(0.5, 0.06)), **STEEL))
+    assert needed_masters(rotor) == (1, 3)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            {"method": "none", "masters": (1, 2)},
+            "masters is given, which belongs to msdc or craig_bampton, not to 'none'",
+        ),
+        ({"method": "msdc", "modes": 3}, "modes is given, which belongs to craig_bampton, not to 'msdc'"),
+        ({"method": "guyan"}, r"method = 'guyan' is not allowed; it must be 'msdc', 'craig_bampton' or 'none'"),
+    ],
+)
+def test_option_of_another_method_is_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        ReductionOptions(**options)
+
+
+def test_more_modes_than_there_are_is_refused():
+    with pytest.raises(ValueError, match="modes = 21 is not allowed; the rotor held at these planes has 0 to 20"):
+        reduced_rotor(replace(RIG, reduction=ReductionOptions("craig_bampton", RIG.masters, 21)))
+
+
+def test_accuracy_that_no_condensation_has_is_refused():
+    with pytest.raises(
+        ValueError, match=r"accuracy = 1e-09 is not reached: with all planes the error is .*; ask for less"
+    ):
+        reduced_rotor(compressor(method="msdc", accuracy=1e-9))
