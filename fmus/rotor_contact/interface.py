@@ -147,7 +147,7 @@ def interface_of(planes: Planes) -> Interface:
     axes = [(bearing, axis) for bearing in bearings for axis in "xy"]
     sensors = [sensor for p in planes.sensors for sensor in ((p.x, p.name, "x"), (p.y, p.name, "y"))]
     return interface(
-        *_MODEL_PARAMETERS,
+        *_model_parameters(planes.max_substep),
         repeated("sites", [(site,) for site in sites], _site_parameters),
         repeated("bearings", [(bearing,) for bearing in bearings], _bearing_parameters),
         input_("Omega", "rad/s", "Spin speed at the beginning of a step", minimum=-1e4, maximum=1e4),
@@ -178,42 +178,44 @@ def _contact_state(planes: Planes) -> Variable:
     return output("contact_state", "1", description, type="Integer", minimum=0, maximum=largest)
 
 
-_MODEL_PARAMETERS = (
-    parameter(
-        "contact.impact_law",
-        "1",
-        "0 nodal: the radial velocity of the touching node alone becomes zero (4.22, 4.23); "
-        "1 newton: momentum-consistent impact with restitution",
-        NEWTON,
-        minimum=NODAL,
-        maximum=NEWTON,
-        type="Integer",
-    ),
-    parameter("solver.max_substep", "s", "Longest integration step", 250e-6, minimum=1e-9, maximum=1e-3),
-    parameter(
-        "solver.tolerance",
-        "m/s",
-        "Error of the velocities above which an integration step is halved, twice at most",
-        5e-6,
-        minimum=0.0,
-    ),
-    parameter(
-        "solver.exact_flight",
-        "1",
-        "Take steps at constant speed without contact by their exact solution, once 64 were alike",
-        1.0,
-        type="Boolean",
-    ),
-    parameter("gravity", "m/s2", "Gravity, at 45 degrees to both axes, towards negative x and y", 0.0),
-    parameter(
-        "initial.orbit",
-        "1",
-        "Start on the synchronous orbit in the passive bearings, put back onto the retainers where it passes them, "
-        "in place of at rest",
-        0.0,
-        type="Boolean",
-    ),
-)
+def _model_parameters(max_substep: float) -> list[Variable]:
+    return [
+        parameter(
+            "contact.impact_law",
+            "1",
+            "0 nodal: the radial velocity of the touching node alone becomes zero (4.22, 4.23); "
+            "1 newton: momentum-consistent impact with restitution",
+            NEWTON,
+            minimum=NODAL,
+            maximum=NEWTON,
+            type="Integer",
+        ),
+        parameter("solver.max_substep", "s", "Longest integration step", max_substep, minimum=1e-9, maximum=1e-3),
+        parameter(
+            "solver.tolerance",
+            "m/s",
+            "Error of the velocities above which an integration step is halved, twice at most",
+            5e-6,
+            minimum=0.0,
+        ),
+        parameter(
+            "solver.exact_flight",
+            "1",
+            "Take steps at constant speed without contact by their exact solution, once 64 were alike",
+            1.0,
+            type="Boolean",
+        ),
+        parameter("gravity", "m/s2", "Gravity, at 45 degrees to both axes, towards negative x and y", 0.0),
+        parameter(
+            "initial.orbit",
+            "1",
+            "Start on the synchronous orbit in the passive bearings, put back onto the retainers where it passes them, "
+            "in place of at rest",
+            0.0,
+            type="Boolean",
+        ),
+    ]
+
 
 _ENERGIES = (
     output("energy.kinetic", "J", "Kinetic energy of the lateral motion"),

@@ -39,12 +39,15 @@ class Planes:
         Magnetic bearings: names.
     sites, sensors
         Where the rotor can touch, and where it is measured.
+    max_substep
+        Start value of solver.max_substep (s), shorter for a rotor with faster modes.
     """
 
     discs: tuple[str, ...]
     bearings: tuple[str, ...]
     sites: tuple[ContactSite, ...]
     sensors: tuple[SensorPlane, ...]
+    max_substep: float = 250e-6
 
     def layout(self) -> dict[str, Any]:
         """Return the same in types of JSON, for `planes_from`."""
@@ -58,4 +61,5 @@ def planes_from(layout: Mapping[str, Any]) -> Planes:
         tuple(layout["bearings"]),
         tuple(ContactSite(**site) for site in layout["sites"]),
         tuple(SensorPlane(**plane) for plane in layout["sensors"]),
+        layout["max_substep"],
     )

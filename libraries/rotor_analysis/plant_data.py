@@ -6,22 +6,77 @@ import numpy as np
 
 from fmi_export.model import Array, Model
 from rotor_analysis.assembly import assemble
-from rotor_analysis.reduction import msdc
+from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.planes import ContactSite, Planes, SensorPlane
 from rotor_contact.plant import model_for
 from rotor_contact.structure import SIZES, Structure
 
+MAX_SUBSTEP = 250e-6  # s, of a rotor without fast modes
+RESOLUTION = 1.0  # rad of the fastest mode in a substep
+
 
 def plant(rotor: Rotor | None = None) -> tuple[Model, Array]:
-    """Return the plant of a rotor, the rig of the thesis by default, and its constants; errors of `plant_constants`."""
-    rotor = rotor or load_rotor()
-    return model_for(planes_of(rotor)), plant_constants(rotor)
+    """Return the plant of a rotor, the rig of the thesis by default, and its constants.
+
+    Raises
+    ------
+    ValueError
+        If the rotor has no bearing, or cannot be reduced as its file says (`reduced_rotor`).
+    """
+    structure, planes = plant_structure(rotor or load_rotor())
+    return model_for(planes), flat_constants(structure)
 
 
-def planes_of(rotor: Rotor) -> Planes:
-    """Return the planes for which the plant has variables, with their names in the rotor file."""
+def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
+    """Return what the plant's kernels need of a rotor (`reduced_rotor`), and the planes with their names in its file.
+
+    The start value of the longest substep makes it short enough for the fastest mode of the free rotor.
+
+    Raises
+    ------
+    ValueError
+        As `plant`.
+    """
+    if not rotor.bearings:
+        raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
+    full, reduction = assemble(rotor), reduced_rotor(rotor)
+    reduced = reduction.model
+    translations = [row for rows in reduced.translations.values() for row in rows]
+    order = translations + [row for row in range(reduced.size) if row not in set(translations)]
+    place = {row: k for k, row in enumerate(order)}
+    at, left, right = np.ix_(order, order), reduction.left[order], reduction.right[:, order]
+    M, K, G = reduced.M[at], reduced.K[at], reduced.G[at]
+    Minv: Array = np.linalg.inv(M).astype(np.float64)
+
+    base_motion = np.zeros((full.size, 2))
+    for rows in full.translations.values():
+        base_motion[rows, (0, 1)] = 1.0
+
+    def first_rows(nodes: tuple[int, ...]) -> Array:
+        return np.array([place[reduced.translations[node][0]] for node in nodes], dtype=np.float64)
+
+    number = {bearing.name: k for k, bearing in enumerate(rotor.bearings)}
+    structure = Structure(
+        n_translations=len(translations),
+        M=M,
+        K=K,
+        Minv=Minv,
+        MinvK=Minv @ K,
+        MinvG=Minv @ G,
+        B_disc=left[:, full.rows(rotor.disc_nodes)],
+        B_base=-left @ full.M @ base_motion,
+        sensors=right[full.rows(rotor.sensor_nodes)],
+        bearings=first_rows(rotor.bearing_nodes),
+        sites=first_rows(rotor.site_nodes),
+        site_bearings=np.array([number.get(site.bearing or "", -1) for site in rotor.sites], dtype=np.float64),
+    )
+    fastest = np.sqrt(np.max(np.abs(np.linalg.eigvals(structure.MinvK))))
+    return structure, _planes(rotor, float(min(MAX_SUBSTEP, RESOLUTION / fastest)))
+
+
+def _planes(rotor: Rotor, max_substep: float) -> Planes:
     sites = (
         ContactSite(
             s.name,
@@ -36,6 +91,7 @@ def planes_of(rotor: Rotor) -> Planes:
         bearings=tuple(bearing.name for bearing in rotor.bearings),
         sites=tuple(sites),
         sensors=tuple(SensorPlane(s.name, s.x, s.y) for s in rotor.sensors),
+        max_substep=max_substep,
     )
 
 
@@ -44,56 +100,6 @@ def _shaft_radius(rotor: Rotor, node: int) -> float:
     beside = [element.diameter[1] for element in rotor.elements[: node - 1][-1:]]
     beside += [element.diameter[0] for element in rotor.elements[node - 1 : node]]
     return max(beside) / 2.0
-
-
-def plant_constants(rotor: Rotor | None = None) -> Array:
-    """Return the flat constants of the plant: a record `SIZES`, then the arrays of `Structure` in order, row by row.
-
-    The finite-element model of the free rotor is condensed to its master planes (`reduction.msdc`).
-
-    Parameters
-    ----------
-    rotor
-        A rotor description; the rig of the thesis by default.
-
-    Raises
-    ------
-    ValueError
-        If the rotor has no bearing, or the master planes do not hold it.
-    """
-    rotor = rotor or load_rotor()
-    if not rotor.bearings:
-        raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
-    if not rotor.masters:
-        raise ValueError(f"reduction.masters of rotor {rotor.name!r} is missing; a plant needs its master planes")
-    full = assemble(rotor)
-    reduction = msdc(full, rotor.masters)
-    reduced = reduction.model
-    Minv: Array = np.linalg.inv(reduced.M).astype(np.float64)
-
-    base_motion = np.zeros((full.size, 2))
-    for rows in full.translations.values():
-        base_motion[rows, (0, 1)] = 1.0
-
-    def first_rows(nodes: tuple[int, ...]) -> Array:
-        return np.array([reduced.translations[node][0] for node in nodes], dtype=np.float64)
-
-    number = {bearing.name: k for k, bearing in enumerate(rotor.bearings)}
-    structure = Structure(
-        n_translations=2 * len(reduced.translations),
-        M=reduced.M,
-        K=reduced.K,
-        Minv=Minv,
-        MinvK=Minv @ reduced.K,
-        MinvG=Minv @ reduced.G,
-        B_disc=reduction.left[:, full.rows(rotor.disc_nodes)],
-        B_base=-reduction.left @ full.M @ base_motion,
-        sensors=reduction.right[full.rows(rotor.sensor_nodes)],
-        bearings=first_rows(rotor.bearing_nodes),
-        sites=first_rows(rotor.site_nodes),
-        site_bearings=np.array([number.get(site.bearing or "", -1) for site in rotor.sites], dtype=np.float64),
-    )
-    return flat_constants(structure)
 
 
 def flat_constants(structure: Structure) -> Array:

@@ -34,9 +34,9 @@ def plant() -> Model:
 
 @pytest.fixture(scope="session")
 def plant_constants() -> Any:
-    from rotor_analysis.plant_data import plant_constants
+    from rotor_analysis.plant_data import plant
 
-    return plant_constants()
+    return plant()[1]
 
 
 @pytest.fixture(scope="session")

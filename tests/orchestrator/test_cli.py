@@ -13,7 +13,7 @@ from amb_cosim.cosim.dataset import load
 from amb_cosim.cosim.fmus import model_source
 from amb_cosim.scenario import packaged_scenarios
 from amb_cosim.summary import summarise
-from rotor_analysis.plant_data import plant_constants
+from rotor_analysis.plant_data import plant
 from rotor_analysis.rotor_file import RIG, load_rotor
 
 BAD = {
@@ -138,7 +138,7 @@ def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
         with zipfile.ZipFile(tmp_path / "heavy" / f"{name}.fmu") as archive:
             return np.load(io.BytesIO(archive.read("resources/constants.npy")))
 
-    np.testing.assert_array_equal(constants_of("rotor_contact"), plant_constants(load_rotor(tmp_path / "heavy.toml")))
+    np.testing.assert_array_equal(constants_of("rotor_contact"), plant(load_rotor(tmp_path / "heavy.toml"))[1])
     assert not np.array_equal(constants_of("rolac_controller"), model_source("rolac_controller")[1])
     refused = runner("build", "--rotor", "lame.toml", "-o", "lame")
     assert refused.exit_code == 2

@@ -12,8 +12,6 @@ from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, ru
 from fmi_export.model import Fault, Instance
 from rotor_analysis import plant_data
 from rotor_analysis.parts import Disc
-from rotor_analysis.plant_data import plant_constants
-from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import RIG, load_rotor
 from rotor_contact.interface import CONSTRAINT, NEWTON, NODAL
 
@@ -175,11 +173,10 @@ def test_events_do_not_depend_on_the_communication_step():
 
 @pytest.mark.parametrize(("parts", "message"), [
     ({"bearings": (), "sites": ROTOR.sites[2:]}, r"rotor 'bath_rig' has no bearings; a plant needs at least one"),
-    ({"reduction": ReductionOptions()}, r"reduction\.masters of rotor 'bath_rig' is missing"),
 ])  # fmt: skip
 def test_rotor_without_what_a_plant_needs_is_refused(parts, message):
     with pytest.raises(ValueError, match=message):
-        plant_constants(replace(ROTOR, **parts))
+        plant_data.plant(replace(ROTOR, **parts))
 
 
 def test_rotor_file_gives_the_rig_and_refuses_what_it_does_not_know(tmp_path):
