@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fmi_export.model import Array
 from rotor_analysis import beam
 from rotor_analysis.element import Element
+from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
 
@@ -24,6 +25,8 @@ class Matrices:
         Square arrays; G is multiplied by the spin speed Omega.
     translations
         Node number (from 1) to the rows of its x and y.
+    over_speed
+        Bearings on the model whose coefficients depend on the spin speed; `at` adds them to K and C.
     """
 
     M: Array
@@ -31,6 +34,7 @@ class Matrices:
     G: Array
     K: Array
     translations: dict[int, tuple[int, int]]
+    over_speed: tuple[Bearing, ...] = ()
 
     @property
     def size(self) -> int:
@@ -48,7 +52,14 @@ class Matrices:
         K, C = self.K.copy(), self.C.copy()
         K[at] += stiffness
         C[at] += damping
-        return Matrices(self.M, C, self.G, K, self.translations)
+        return replace(self, C=C, K=K)
+
+    def at(self, Omega: float) -> Matrices:
+        """Return the model with the stiffness and damping that all its bearings have at spin speed Omega (rad/s)."""
+        model = replace(self, over_speed=()) if self.over_speed else self
+        for bearing in self.over_speed:
+            model = model.with_bearing(bearing.node, *bearing.at(Omega))
+        return model
 
 
 def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
@@ -65,7 +76,7 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     Returns
     -------
     Matrices
-        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C is zero.
+        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C is the shaft's alone.
 
     Raises
     ------
@@ -78,10 +89,12 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     nodes = rotor.shaft.nodes
     size = 2 * len(nodes)
     M, G, K = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
-    for e, element in enumerate(rotor.elements):
+    for e, layers in enumerate(rotor.elements):
         rows = slice(2 * e, 2 * e + 4)
-        for matrix, part in zip((M, G, K), element_matrices(element, mass), strict=True):
-            matrix[rows, rows] += part
+        for layer in layers:
+            for matrix, part in zip((M, G, K), element_matrices(layer, mass), strict=True):
+                matrix[rows, rows] += part
+    C = rotor.shaft.mass_damping * M + rotor.shaft.stiffness_damping * K + 0.0  # no -0.0
     for body in rotor.bodies:
         w = 2 * (body.node - 1)
         M[w, w] += body.mass
@@ -90,7 +103,7 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     both = np.eye(2)
     return Matrices(
         M=np.kron(M, both).astype(np.float64),
-        C=np.zeros((2 * size, 2 * size)),
+        C=np.kron(C, both).astype(np.float64),
         G=np.kron(G, MINUS_I),
         K=np.kron(K, both).astype(np.float64),
         translations={k + 1: (4 * k, 4 * k + 1) for k in range(len(nodes))},
@@ -106,7 +119,10 @@ def element_matrices(element: Element, mass: MassModel) -> tuple[Array, Array, A
 
 
 def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:
-    """Return `model` of `rotor` with the stiffness and damping of its bearings added."""
+    """Return `model` of `rotor` with its bearings: those that depend on the spin speed for `Matrices.at`, or added."""
     for bearing in rotor.bearings:
-        model = model.with_bearing(bearing.node, np.array(bearing.stiffness), np.array(bearing.damping))
+        if bearing.at_speed:
+            model = replace(model, over_speed=(*model.over_speed, bearing))
+        else:
+            model = model.with_bearing(bearing.node, *bearing.at(0.0))
     return model

@@ -14,6 +14,8 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
 from rotor_analysis.undamped import undamped_modes
 
+Layers = tuple[Element, ...]  # an element and the sleeves on it
+
 MOST_NODES = 300
 LARGE = 0.25  # elements with this share of the largest contribution are halved together
 
@@ -58,23 +60,27 @@ def _change_by_halving(rotor: Rotor, modes: int) -> Array:
     """Return the relative changes of the frequencies when elements are halved, shape (elements, modes)."""
     frequencies, shapes = undamped_modes(assemble(rotor), rotor, modes)
     change = np.empty((len(rotor.elements), len(frequencies)))
-    for e, element in enumerate(rotor.elements):
+    for e, layers in enumerate(rotor.elements):
         at_ends = shapes[2 * e : 2 * e + 4]
-        halves, whole = (D(element, rotor.shaft.mass_matrix, frequencies) for D in (_halves, _whole))
+        halves, whole = (D(layers, rotor.shaft.mass_matrix, frequencies) for D in (_halves, _whole))
         change[e] = np.einsum("im,mij,jm->m", at_ends, halves - whole, at_ends) / (2.0 * frequencies**2)
     return np.abs(change)
 
 
-def _whole(element: Element, mass: MassModel, frequencies: Array) -> Array:
+def _whole(layers: Layers, mass: MassModel, frequencies: Array) -> Array:
     """Dynamic stiffness of an element at each frequency (rad/s), shape (modes, 4, 4)."""
-    M, _, K = element_matrices(element, mass)
-    return np.asarray(K - frequencies[:, np.newaxis, np.newaxis] ** 2 * M)
+    D = np.zeros((len(frequencies), 4, 4))
+    for layer in layers:
+        M, _, K = element_matrices(layer, mass)
+        D += K - frequencies[:, np.newaxis, np.newaxis] ** 2 * M
+    return D
 
 
-def _halves(element: Element, mass: MassModel, frequencies: Array) -> Array:
+def _halves(layers: Layers, mass: MassModel, frequencies: Array) -> Array:
     """Dynamic stiffness of its two halves with the node between them condensed, shape (modes, 4, 4)."""
     D = np.zeros((len(frequencies), 6, 6))
-    for k, half in enumerate((element.part(0.0, 0.5), element.part(0.5, 1.0))):
+    for k, (begin, end) in enumerate(((0.0, 0.5), (0.5, 1.0))):
+        half = tuple(layer.part(begin, end) for layer in layers)
         D[:, 2 * k : 2 * k + 4, 2 * k : 2 * k + 4] += _whole(half, mass, frequencies)
     ends, middle = np.array([0, 1, 4, 5]), np.array([2, 3])
     to_middle = np.linalg.solve(D[:, middle[:, np.newaxis], middle], D[:, middle[:, np.newaxis], ends])

@@ -140,6 +140,7 @@ def _oscillating(values: Complex) -> NDArray[np.bool_]:
 def _first_order(model: Matrices, Omega: float) -> tuple[Array, Array]:
     """A z = lambda / w B z for z = (q, q' / w), w the unit of frequency; forces count in the norm of K."""
     require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
+    model = model.at(Omega)
     w, force = FREQUENCY_SCALE, float(np.linalg.norm(model.K, 1)) or 1.0
     identity, zero = np.eye(model.size), np.zeros((model.size, model.size))
     A = np.block([[zero, identity], [-model.K / force, -(model.C + Omega * model.G) * (w / force)]])

@@ -197,7 +197,7 @@ def values_of(rotor: Rotor) -> Array:
     width = math.sqrt(12.0 * core.diametral_inertia / core.mass - 3.0 * radius**2)
     damping = rotor.bearings[0].damping[0][0]
     return np.array(
-        [z[2], z[9], core.mass, bodies[11].mass, radius, width, rotor.elements[0].material.youngs_modulus, damping]
+        [z[2], z[9], core.mass, bodies[11].mass, radius, width, rotor.elements[0][0].material.youngs_modulus, damping]
     )
 
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator, Field, StrictBool, Tag
+import numpy as np
+from pydantic import BeforeValidator, Discriminator, Field, StrictBool, StrictFloat, Tag
 
 from amb_files.toml import table
-from rotor_analysis.checks import Inertia, Length, Mass, Name, Node, Position, Size, Variable
+from amb_files.validation_errors import Unit
+from fmi_export.model import Array
+from rotor_analysis.checks import Inertia, Length, Mass, Name, Node, Position, Size, Variable, require
 
 Tensor = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy))
 
@@ -26,6 +30,7 @@ def _is_finite(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
+NO_TENSOR: Tensor = ((0.0, 0.0), (0.0, 0.0))
 TensorOrNumber = Annotated[Tensor, BeforeValidator(_as_tensor)]
 DEFAULT_CLEARANCE = 0.5e-3  # m
 AT_Z = 0  # in place of the node of a part that is placed by z
@@ -102,18 +107,54 @@ BodyOrDisc = Annotated[
 
 
 @table
+class AtSpeed:
+    """Stiffness (N/m) and damping (N s/m) of a bearing at one spin speed (rad/s)."""
+
+    speed: Annotated[StrictFloat, Unit("rad/s")]
+    stiffness: TensorOrNumber = NO_TENSOR
+    damping: TensorOrNumber = NO_TENSOR
+
+
+@table
 class Bearing(_Placed):
     """A linear bearing at `node` or `z` (m): 2 x 2 stiffness (N/m) and damping (N s/m), or one number for both axes.
 
-    The tensors are cross-coupled where they are not diagonal. The analyses place the rotor on this bearing. In
-    co-simulation the forces of the bearings come from another component, and only the place counts.
+    The tensors are cross-coupled where they are not diagonal. `at_speed` gives them over the spin speed instead. The
+    analyses place the rotor on this bearing. In co-simulation the forces of the bearings come from another component,
+    and only the place counts.
     """
 
     name: Name
     node: NodeUnlessZ
-    stiffness: TensorOrNumber = ((0.0, 0.0), (0.0, 0.0))
-    damping: TensorOrNumber = ((0.0, 0.0), (0.0, 0.0))
+    stiffness: TensorOrNumber = NO_TENSOR
+    damping: TensorOrNumber = NO_TENSOR
     z: Position | None = None
+    at_speed: tuple[AtSpeed, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        speeds = [row.speed for row in self.at_speed]
+        ascending = all(b > a for a, b in pairwise(speeds))
+        require(not speeds or (ascending and len(speeds) > 1), "at_speed", f"{speeds} rad/s", "ascending, two or more")
+        for name in ("stiffness", "damping"):
+            if speeds and getattr(self, name) != NO_TENSOR:
+                raise ValueError(f"{name} is given, but at_speed is too; give one of them")
+
+    def at(self, Omega: float) -> tuple[Array, Array]:
+        """Return stiffness (N/m) and damping (N s/m) at spin speed Omega (rad/s), shape (2, 2) each.
+
+        Between the speeds of the table by the cubic spline through it (not-a-knot; a parabola through three, a line
+        through two), below and beyond it the values at its ends.
+        """
+        if not self.at_speed:
+            return np.array(self.stiffness), np.array(self.damping)
+        from scipy.interpolate import make_interp_spline  # slow to import, and most rotors need none
+
+        speeds = [row.speed for row in self.at_speed]
+        rows = np.array([(row.stiffness, row.damping) for row in self.at_speed])
+        spline = make_interp_spline(speeds, rows, k=min(3, len(speeds) - 1))
+        stiffness, damping = spline(np.clip(Omega, speeds[0], speeds[-1]))
+        return stiffness, damping
 
 
 @table

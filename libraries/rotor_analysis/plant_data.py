@@ -43,6 +43,10 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
         raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
     full, reduction = assemble(rotor), reduced_rotor(rotor)
     reduced = reduction.model
+    if np.any(reduced.C):
+        raise ValueError(
+            f"shaft.mass_damping or stiffness_damping of rotor {rotor.name!r} is not 0; a plant has neither"
+        )
     translations = [row for rows in reduced.translations.values() for row in rows]
     order = translations + [row for row in range(reduced.size) if row not in set(translations)]
     place = {row: k for k, row in enumerate(order)}
@@ -97,8 +101,9 @@ def _planes(rotor: Rotor, max_substep: float) -> Planes:
 
 def _shaft_radius(rotor: Rotor, node: int) -> float:
     """Return the larger radius (m) of the shaft beside a node."""
-    beside = [element.diameter[1] for element in rotor.elements[: node - 1][-1:]]
-    beside += [element.diameter[0] for element in rotor.elements[node - 1 : node]]
+    before, after = rotor.elements[: node - 1][-1:], rotor.elements[node - 1 : node]
+    beside = [layer.diameter[1] for layers in before for layer in layers]
+    beside += [layer.diameter[0] for layers in after for layer in layers]
     return max(beside) / 2.0
 
 

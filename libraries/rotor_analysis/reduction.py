@@ -94,6 +94,10 @@ def _static(full: Matrices, planes: tuple[int, ...]) -> tuple[Array, Array]:
     unknown = [node for node in planes if node not in full.translations]
     if unknown:
         raise ValueError(f"planes {unknown} are not in the model; there are {sorted(full.translations)}")
+    for bearing in full.over_speed:
+        if bearing.node not in planes:
+            at = f"node {bearing.node} of bearing {bearing.name}, whose coefficients depend on speed"
+            raise ValueError(f"planes {list(planes)} are not allowed; they must include {at}")
     masters = full.rows(planes)
     slaves = [row for row in range(full.size) if row not in set(masters)]
     K_ss = full.K[np.ix_(slaves, slaves)]
@@ -116,5 +120,6 @@ def _reduce(full: Matrices, planes: tuple[int, ...], right: Array, left: Array) 
         G=left @ full.G @ right,
         K=left @ full.K @ right,
         translations={node: (2 * i, 2 * i + 1) for i, node in enumerate(planes)},
+        over_speed=full.over_speed,
     )
     return Reduction(reduced, right, left)

@@ -15,6 +15,7 @@ from rotor_analysis.supported_rotor import SupportedRotor
 
 def dynamic_stiffness(model: Matrices, Omega: float) -> Complex:
     """Return the stiffness to a synchronous force, -Omega^2 M + i Omega (C + Omega G) + K (N/m), shape (size, size)."""
+    model = model.at(Omega)
     return np.asarray(-(Omega**2) * model.M + 1j * Omega * (model.C + Omega * model.G) + model.K)
 
 

@@ -87,10 +87,9 @@ class Rotor:
         wrong = [*self._misplaced(), *self._misnamed()]
         if wrong:
             raise ValueError("\n".join(wrong))
-        places = [part.z for _, part in self._parts() if part.z is not None]
-        if places:
-            for name, value in self._on(self.shaft.with_nodes_at(places)).items():
-                object.__setattr__(self, name, value)
+        shaft = self.shaft.with_nodes_at(part.z for _, part in self._parts() if part.z is not None)
+        for name, value in self._on(shaft).items():
+            object.__setattr__(self, name, value)
         require(
             len(set(self.masters)) == len(self.masters),
             "reduction.masters",
@@ -132,7 +131,7 @@ class Rotor:
         for key, name in (*names, *signals):
             if taken[name] > 1:
                 yield f"{key} = {name!r} is not allowed; it must be a name that nothing else on the rotor has"
-        for material in dict.fromkeys(self.shaft.material):
+        for material in dict.fromkeys((*self.shaft.material, *(sleeve.material for sleeve in self.shaft.sleeves))):
             if material is not None and material not in self.materials:
                 yield f"shaft names the material {material!r}; {suggest(material, self.materials)}"
         bearings = [bearing.name for bearing in self.bearings]
@@ -169,8 +168,8 @@ class Rotor:
         return replace(self, **self._on(shaft))
 
     @property
-    def elements(self) -> tuple[Element, ...]:
-        """The elements between the nodes."""
+    def elements(self) -> tuple[tuple[Element, ...], ...]:
+        """The elements between the nodes, each with the sleeves on it."""
         return self.shaft.elements(self.materials)
 
     @property
@@ -211,12 +210,12 @@ class Rotor:
     def on_equal_bearings(self, stiffness: float, damping: float) -> Rotor:
         """Return the same rotor on isotropic bearings of the given stiffness (N/m) and damping (N s/m)."""
         k, c = ((stiffness, 0.0), (0.0, stiffness)), ((damping, 0.0), (0.0, damping))
-        return replace(self, bearings=tuple(replace(b, stiffness=k, damping=c) for b in self.bearings))
+        return replace(self, bearings=tuple(replace(b, stiffness=k, damping=c, at_speed=()) for b in self.bearings))
 
     @property
     def mass(self) -> float:
         """Total mass (kg)."""
-        return sum(element.mass for element in self.elements) + sum(body.mass for body in self.bodies)
+        return sum(layer.mass for layers in self.elements for layer in layers) + sum(body.mass for body in self.bodies)
 
 
 def _nodes(parts: Iterable[Part]) -> tuple[int, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from amb_files.toml import read_toml, validate
-from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.rotor import Mesh, Rotor
 
 RIG = Path(__file__).parent / "rig.toml"
@@ -29,7 +28,11 @@ def load_rotor(path: Path = RIG) -> Rotor:
     data = read_toml(path, name)
     rotor = validate(data, Rotor, name)
     mesh = rotor.mesh or (Mesh() if "sections" in data["shaft"] else None)
+    if mesh is None:
+        return rotor
+    from rotor_analysis.mesh_accuracy import refine_to_accuracy  # scipy, which is slow to import
+
     try:
-        return refine_to_accuracy(rotor, mesh.modes, mesh.accuracy) if mesh else rotor
+        return refine_to_accuracy(rotor, mesh.modes, mesh.accuracy)
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error

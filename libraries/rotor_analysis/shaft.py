@@ -7,10 +7,11 @@ from dataclasses import dataclass, fields, replace
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from annotated_types import MinLen
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag
+from annotated_types import Ge, MinLen
+from pydantic import AfterValidator, BeforeValidator, Discriminator, StrictFloat, Tag
 
 from amb_files.toml import table
+from amb_files.validation_errors import Unit
 from rotor_analysis.checks import Length, Name, Position, Size, require
 from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus, between
 
@@ -24,6 +25,8 @@ def _as_tuple(value: object) -> object:
     return value if isinstance(value, list | tuple) else (value,)
 
 
+RateOfDecay = Annotated[StrictFloat, Ge(0.0), Unit("1/s")]
+TimeOfDamping = Annotated[StrictFloat, Ge(0.0), Unit("s")]
 Diameters = Annotated[tuple[Length, ...], BeforeValidator(_as_tuple)]
 InnerDiameters = Annotated[tuple[Size, ...], BeforeValidator(_as_tuple)]
 MaterialNames = Annotated[tuple[Name | None, ...], BeforeValidator(_as_tuple)]
@@ -37,7 +40,8 @@ class Shaft:
     hold one value for each element, or one for all; `diameter_end` and `inner_diameter_end` those at the other end of
     elements that are cones. Elements are of the rotor's `material` that they name, the others of E (Pa), density
     (kg/m^3) and Poisson's ratio given here. `theory` is `timoshenko`, with the `shear` coefficient of Cowper or of
-    Hutchinson, or `rayleigh` without shear deformation. `mass_matrix` is `diagonal` or `consistent`.
+    Hutchinson, or `rayleigh` without shear deformation. `mass_matrix` is `diagonal` or `consistent`. `sleeves` bend
+    with the shaft. Its damping is C = `mass_damping` (1/s) M + `stiffness_damping` (s) K.
     """
 
     nodes: tuple[Position, ...]
@@ -52,6 +56,9 @@ class Shaft:
     material: MaterialNames = ()
     shear: Shear = "cowper"
     mass_matrix: MassModel = "diagonal"
+    sleeves: tuple[Sleeve, ...] = ()
+    mass_damping: RateOfDecay = 0.0
+    stiffness_damping: TimeOfDamping = 0.0
 
     def __post_init__(self) -> None:
         ascending = all(b > a for a, b in pairwise(self.nodes))
@@ -70,16 +77,21 @@ class Shaft:
         ):
             if getattr(self, name) == same:  # nothing of its own to say
                 object.__setattr__(self, name, ())
-        _check_material(self, self.material or (None,))
+        _check_material(self, (*(self.material or (None,)), *(sleeve.material for sleeve in self.sleeves)))
+        for k, sleeve in enumerate(self.sleeves):
+            for name, place in (("begin", sleeve.begin), ("end", sleeve.end)):
+                inside = self.nodes[0] - SAME_PLACE <= place <= self.nodes[-1] + SAME_PLACE
+                allowed = f"from {self.nodes[0]:g} m to {self.nodes[-1]:g} m, on the shaft"
+                require(inside, f"sleeves[{k}].{name}", f"{place} m", allowed)
 
     def node_at(self, z: float) -> int | None:
         """Return the number (from 1) of the node at z (m), None where there is none."""
         return next((k for k, place in enumerate(self.nodes, start=1) if abs(place - z) <= SAME_PLACE), None)
 
     def with_nodes_at(self, places: Iterable[float]) -> Shaft:
-        """Return the same shaft with nodes at `places` (m) too, all within its ends."""
+        """Return the same shaft with nodes at `places` (m) and the ends of sleeves too, all within its ends."""
         z = list(self.nodes)
-        for place in places:
+        for place in (*places, *(end for sleeve in self.sleeves for end in (sleeve.begin, sleeve.end))):
             if all(abs(place - other) > SAME_PLACE for other in z):
                 z.append(place)
         return self.on_nodes(tuple(sorted(z)))
@@ -92,22 +104,30 @@ class Shaft:
         ValueError
             If the section of the shaft changes between two of the nodes.
         """
+        for sleeve in self.sleeves:
+            for place in (sleeve.begin, sleeve.end):
+                held = any(abs(place - z) <= SAME_PLACE for z in nodes)
+                require(held, "nodes", f"{list(nodes)} m", f"a list with {place:g} m, the end of a sleeve")
         pieces = [self._piece(a, b) for a, b in pairwise(nodes)]
         per_element: dict[str, Any] = {name: tuple(getattr(piece, name) for piece in pieces) for name in PER_ELEMENT}
         return replace(self, nodes=nodes, **per_element)
 
-    def elements(self, materials: Mapping[str, Material]) -> tuple[Element, ...]:
-        """Return the elements between the nodes, of the shaft's own material or of those in `materials`."""
+    def elements(self, materials: Mapping[str, Material]) -> tuple[tuple[Element, ...], ...]:
+        """Return the elements between the nodes, each with the sleeves on it; `materials` are those that they name."""
         own = None
         if self.youngs_modulus is not None and self.density is not None and self.poissons_ratio is not None:
             own = Material(self.youngs_modulus, self.density, self.poissons_ratio)
-        found = []
-        for (a, b), piece in zip(pairwise(self.nodes), self._pieces(), strict=True):
+
+        def element(length: float, piece: _Piece) -> Element:
             material = own if piece.material is None else materials[piece.material]
             assert material is not None, "checked when the shaft was made"
             outer, inner = (piece.diameter, piece.diameter_end), (piece.inner_diameter, piece.inner_diameter_end)
-            found.append(Element(b - a, outer, inner, material, self.theory, self.shear))
-        return tuple(found)
+            return Element(length, outer, inner, material, self.theory, self.shear)
+
+        return tuple(
+            tuple(element(b - a, p) for p in (piece, *(s.on(a, b) for s in self.sleeves if s.covers(a, b))))
+            for (a, b), piece in zip(pairwise(self.nodes), self._pieces(), strict=True)
+        )
 
     def _pieces(self) -> list[_Piece]:
         return [_Piece(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
@@ -162,6 +182,36 @@ class _Piece:
         return _Piece(outer[0], inner[0], outer[1], inner[1], self.material)
 
 
+@table
+class Sleeve:
+    """A ring from z = `begin` to `end` (m) that bends with the shaft: diameters (m), conical or not, and material.
+
+    The material is the shaft's own unless it is named.
+    """
+
+    begin: Position
+    end: Position
+    diameter: Length
+    inner_diameter: Size
+    diameter_end: Length | None = None
+    inner_diameter_end: Size | None = None
+    material: Name | None = None
+
+    def __post_init__(self) -> None:
+        require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, its begin")
+        _give_ends(self)
+
+    def covers(self, begin: float, end: float) -> bool:
+        """Return whether it lies on the whole element from `begin` to `end` (m)."""
+        return self.begin - SAME_PLACE <= begin and end <= self.end + SAME_PLACE
+
+    def on(self, begin: float, end: float) -> _Piece:
+        """Return its part from `begin` to `end` (m)."""
+        whole = _Piece(*(getattr(self, name) for name in PER_ELEMENT))
+        length = self.end - self.begin
+        return whole.part((begin - self.begin) / length, (end - self.begin) / length)
+
+
 PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in fields(_Piece)}
 
 
@@ -177,10 +227,15 @@ class Section:
     material: Name | None = None
 
     def __post_init__(self) -> None:
-        for name in ("diameter", "inner_diameter"):
-            if getattr(self, f"{name}_end") is None:
-                object.__setattr__(self, f"{name}_end", getattr(self, name))
-        _Piece(**{name: getattr(self, name) for name in PER_ELEMENT}).check()
+        _give_ends(self)
+
+
+def _give_ends(part: Section | Sleeve) -> None:
+    """Fill in the diameters at the other end of a part that is no cone, and check all four."""
+    for name in ("diameter", "inner_diameter"):
+        if getattr(part, f"{name}_end") is None:
+            object.__setattr__(part, f"{name}_end", getattr(part, name))
+    _Piece(*(getattr(part, name) for name in PER_ELEMENT)).check()
 
 
 @table
@@ -198,11 +253,15 @@ class SectionedShaft:
     material: Name | None = None
     shear: Shear = "cowper"
     mass_matrix: MassModel = "consistent"
+    sleeves: tuple[Sleeve, ...] = ()
+    mass_damping: RateOfDecay = 0.0
+    stiffness_damping: TimeOfDamping = 0.0
 
     def __post_init__(self) -> None:
-        _check_material(self, self._materials())
+        _check_material(self, (*self._materials(), *(sleeve.material for sleeve in self.sleeves)))
 
     def _materials(self) -> tuple[str | None, ...]:
+        """Names of the sections' materials."""
         return tuple(section.material or self.material for section in self.sections)
 
     def on_its_ends(self) -> Shaft:

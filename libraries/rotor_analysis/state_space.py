@@ -35,7 +35,7 @@ def state_space(
         If a node does not exist or Omega is not finite.
     """
     require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
-    model = rotor_model.model
+    model = rotor_model.model.at(Omega)
     n = model.size
     identity, zero = np.eye(n), np.zeros((n, n))
     inverse = np.linalg.inv(model.M)

@@ -35,9 +35,9 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
     frequencies, shapes
         omega (rad/s), ascending, shape (count,); phi with phi^T M phi = 1 over the x of the coordinates, in columns.
     """
-    supported = on_bearings(model, rotor)
+    supported = on_bearings(model, rotor).at(0.0)
     M, K = _one_plane(supported.M), _one_plane(supported.K)
-    held = {b.node for b in rotor.bearings if b.stiffness[0][0] + b.stiffness[1][1] != 0.0}
+    held = {bearing.node for bearing in rotor.bearings if np.trace(bearing.at(0.0)[0]) != 0.0}
     rigid = max(0, 2 - len(held))
     values, shapes = eigh(K, M, subset_by_index=(0, min(rigid + count, len(M)) - 1))
     return np.sqrt(np.abs(values[rigid:])), shapes[:, rigid:]

@@ -64,7 +64,7 @@ def test_rayleigh_beam_has_its_frequencies_at_fourth_order():
     errors = []
     for elements in (4, 8, 16):
         rotor = shaft_only(np.linspace(0.0, LENGTH, elements + 1), diameter, theory="rayleigh")
-        element = rotor.elements[0]
+        element = rotor.elements[0][0]
         full = assemble(rotor, "consistent")
         held = np.delete(np.arange(2 * elements + 2), [0, 2 * elements])
         K, M = (one_plane(matrix)[np.ix_(held, held)] for matrix in (full.K, full.M))

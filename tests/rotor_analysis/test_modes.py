@@ -169,7 +169,7 @@ def test_rotating_rayleigh_beam_has_its_whirl_frequencies(Omega):
     """(rho A + rho I b^2) w^2 - 2 rho I b^2 Omega w - E I b^4 = 0 with b = n pi / L: forward > 0, backward < 0."""
     shaft = Shaft(tuple(np.linspace(0.0, 1.2, 25)), (0.15,), **STEEL, theory="rayleigh")
     found = modes(on_stiff_supports(Rotor("beam", shaft)), Omega, 6)
-    (e, *_), rho, E = shaft.elements({}), shaft.density, shaft.youngs_modulus
+    ((e,), *_), rho, E = shaft.elements({}), shaft.density, shaft.youngs_modulus
     for n in (1, 2, 3):
         b = n * np.pi / 1.2
         inertia = rho * e.second_moment * b**2
@@ -192,7 +192,7 @@ def test_timoshenko_beam_with_diagonal_mass_is_of_second_order():
         shaft = Shaft(tuple(np.linspace(0.0, length, count + 1)), (0.15,), **STEEL)
         ends = tuple(Bearing(f"b{node}", node, tensor(1e15)) for node in (1, count + 1))
         found = damped_frequencies(supported_rotor(Rotor("beam", shaft, (), ends)).model, 0.0, 6)[::2]
-        (e, *_), rho, E = shaft.elements({}), shaft.density, shaft.youngs_modulus
+        ((e,), *_), rho, E = shaft.elements({}), shaft.density, shaft.youngs_modulus
         b = np.arange(1, 4) * np.pi / length
         EI, shear = E * e.second_moment, e.shear_coefficient * e.material.shear_modulus
         rotary = rho * e.second_moment * (1.0 + E / shear)

@@ -78,7 +78,7 @@ def test_cone_turned_round_is_its_mirror_image():
 
 def test_gyroscopic_moment_of_a_cone_is_its_polar_inertia():
     rotor = cone(1, theory="rayleigh")
-    _, polar = beam.diagonal_mass(rotor.elements[0])
+    _, polar = beam.diagonal_mass(rotor.elements[0][0])
     exact = math.pi * 7800.0 * LENGTH / 160.0 * (THICK**5 - THIN**5) / (THICK - THIN)
     assert np.trace(polar) == pytest.approx(exact, rel=1e-12)
 
@@ -111,7 +111,7 @@ def test_sections_make_the_shaft_that_nodes_and_diameters_make():
         **OWN,
     )
     assert by_sections == Rotor("shaft", shaft, materials=materials)
-    assert [element.material.density for element in by_sections.elements] == [7800.0, 2700.0]
+    assert [element.material.density for (element,) in by_sections.elements] == [7800.0, 2700.0]
 
 
 def test_two_materials_stretch_in_proportion_to_their_stiffness():
@@ -136,4 +136,4 @@ def test_cut_cone_is_the_same_cone():
 
 def test_another_diameter_leaves_a_uniform_shaft_uniform():
     shaft = Shaft((0.0, 0.5, 1.0), (0.05,), diameter_end=(0.05,), **OWN)
-    assert not any(element.is_tapered for element in replace(shaft, diameter=(0.06,)).elements({}))
+    assert not any(element.is_tapered for (element,) in replace(shaft, diameter=(0.06,)).elements({}))
