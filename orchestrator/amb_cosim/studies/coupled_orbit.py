@@ -47,7 +47,7 @@ def cosimulated(levitation: Levitation, scheme: Scheme, step: float, samples: in
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
     bearings = [
-        result.dataset[f"rotor_contact.{at}.x"].values + 1j * result.dataset[f"rotor_contact.{at}.y"].values
+        result.signals[f"rotor_contact.{at}.x"].values + 1j * result.signals[f"rotor_contact.{at}.y"].values
         for at in ("mb1", "mb2")
     ]
     return np.array(bearings).T

@@ -9,10 +9,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from amb_analysis.controller_data import MAX_CONDITION, condition_number
@@ -28,6 +27,9 @@ from amb_cosim.studies.sampled_receptance import sampled_receptance
 from rolac_controller.enumerations import DONE, ERRORS, FAILED, GIVEN, ILL_CONDITIONED, STAGES
 from rolac_controller.excitation import force_component, periods
 from rolac_controller.rig_layout import AXES, SENSOR_NAMES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Complex = NDArray[np.complex128]
 

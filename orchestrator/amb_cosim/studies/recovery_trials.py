@@ -88,7 +88,7 @@ def simulate_trial(trial: Trial) -> TrialResult:
     result = run_prepared(prepare_trial(trial))
     if result.outcome.failure is not None:
         raise ValueError(f"{trial.control}, {trial.added:g} kg m added: {result.outcome.failure}")
-    return TrialResult(bool(recovered(result.dataset)), contact_cycles(result.dataset)[1])
+    return TrialResult(bool(recovered(result.signals)), contact_cycles(result.signals)[1])
 
 
 def prepare_trial(trial: Trial) -> Prepared:
