@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.fmus import Flavour, build_models
-from fmi_export.model import Model
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.fmus import build_models, made_from
+
+if TYPE_CHECKING:
+    from fmi_export.model import Model
 
 CONTROLLER = "rolac_controller"
 MODELS = ("rotor_contact", "amb_actuator", CONTROLLER)
 
-Made = tuple[Model, NDArray[np.float64]]
+Made = tuple["Model", NDArray[np.float64]]
 
 
+@made_from("rotor_contact", "rotor_analysis")
 def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
     """Return the plant for the rotor in a file, or for the rig of the thesis."""
     from rotor_analysis.plant_data import plant_constants
@@ -27,6 +31,7 @@ def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
     return MODEL, plant_constants(load_rotor(rotor) if rotor is not None else None)
 
 
+@made_from("amb_actuator")
 def amb_actuator(**_: Any) -> Made:
     """Return the actuator."""
     from amb_actuator.actuator import MODEL
@@ -34,6 +39,7 @@ def amb_actuator(**_: Any) -> Made:
     return MODEL, np.zeros(1)
 
 
+@made_from("rolac_controller", "rotor_analysis", "amb_analysis")
 def rolac_controller(rotor: Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
     """Return the controller with H of the table in a file, or from the rotor model from 5 to 100 Hz.
 

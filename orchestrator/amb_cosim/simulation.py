@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.dataset import to_signals
 from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.cosim.fmus import Flavour, Fmu
-from amb_cosim.cosim.master import Loop
+from amb_cosim.cosim.fmus import Fmu
 from amb_cosim.cosim.signals import SignalTable, Variable
 from amb_cosim.cosim.simulation import Assembly, Progress, Recording, assemble, run_plan
 from amb_cosim.cosim.system_file import load_system

@@ -14,7 +14,8 @@ import pytest
 
 from amb_cosim.cosim import compiled
 from amb_cosim.cosim.component import EntryPoints, Transfer
-from amb_cosim.cosim.master import Master, StepFailed, Wiring
+from amb_cosim.cosim.errors import StepFailed
+from amb_cosim.cosim.master import Master, Wiring
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear
 from amb_cosim.cosim.stopping import Condition, StopObserver, Stopped

@@ -27,7 +27,8 @@ def in_a_process(code: str, folder) -> str:
 PREPARE = """
     import sys
     from pathlib import Path
-    from amb_cosim.cosim.component import FmuComponent, FmuError
+    from amb_cosim.cosim.errors import FmuError
+    from amb_cosim.cosim.component import FmuComponent
     from amb_cosim.cosim.fmu_interface import read_interface
     folder = Path(sys.argv[1])
     interface = read_interface(folder, "actuator")

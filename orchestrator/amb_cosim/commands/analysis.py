@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from rich.console import Console
 
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
 from amb_cosim.commands.printing import print_result
-from amb_cosim.text_tables import print_parts
 
 if TYPE_CHECKING:
     from amb_cosim.studies.result import DrawnResult
@@ -73,7 +71,10 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     """
 
     def run(output: Path | None, **values: Any) -> None:
+        from rich.console import Console
+
         from amb_cosim.plan import parse_settings
+        from amb_cosim.text_tables import print_parts
 
         folder = output or Path("results") / f"study_{name}"
         status: AbstractContextManager[object] = nullcontext()

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from amb_cosim.cosim.fmus import FLAVOURS
-from amb_cosim.cosim.master import LOOPS
+from amb_cosim.cosim.choices import FLAVOURS, LOOPS
 
 ROTOR = click.option(
     "--rotor",

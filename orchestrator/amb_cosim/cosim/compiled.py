@@ -23,7 +23,8 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.component import EntryPoints, Transfer
-from amb_cosim.cosim.master import Master, Observer, Participant, StepFailed
+from amb_cosim.cosim.errors import StepFailed
+from amb_cosim.cosim.master import Master, Observer, Participant
 from amb_cosim.cosim.recorder import RecordBuffer, Recorder
 from amb_cosim.cosim.schedules import Array, Changes, IntArray, Schedule
 from amb_cosim.cosim.stopping import Conditions, StopObserver, Stopped

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.dataset import Run, to_signals
 from amb_cosim.cosim.experiment import Experiment, plan_experiment
-from amb_cosim.cosim.fmus import Flavour
-from amb_cosim.cosim.master import Loop
 from amb_cosim.cosim.simulation import Progress, assemble, run_plan
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import load_experiment, load_system

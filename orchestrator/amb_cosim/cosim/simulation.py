@@ -9,13 +9,14 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from amb_cosim.cosim import compiled
 from amb_cosim.cosim.assignments import Assignments
+from amb_cosim.cosim.choices import Coupling, Flavour, Loop
 from amb_cosim.cosim.component import FmuComponent
+from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
-from amb_cosim.cosim.fmus import Flavour, Fmu, provide
-from amb_cosim.cosim.master import Coupling, Loop, Master, Observer, StepFailed
+from amb_cosim.cosim.fmus import Fmu, provide
+from amb_cosim.cosim.master import Master, Observer
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.stopping import StopObserver, Stopped
@@ -166,6 +167,8 @@ def run_plan(
             observers.append(_reporting(progress, plan, every=1 if loop == "compiled" else 200))
         try:
             if loop == "compiled":
+                from amb_cosim.cosim import compiled
+
                 compiled.run(master, plan.first, plan.last, schedules, recorder, observers, stops)
             else:
                 master.run(plan.first, plan.last, schedules, [recorder, stops, *observers])

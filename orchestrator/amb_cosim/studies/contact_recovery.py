@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Annotated, ClassVar
 
-from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import quantity
 from amb_cosim.progress import progress_bar

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
-from amb_cosim.cosim.master import Coupling
+from amb_cosim.cosim.choices import Coupling
 from amb_cosim.scenario import Scenario, make_scenario
 from amb_cosim.simulation import prepare, run_prepared
 from amb_cosim.studies.monolithic import Complex, Levitation

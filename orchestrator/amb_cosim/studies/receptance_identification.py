@@ -14,7 +14,7 @@ from rich.console import Console
 
 from amb_analysis.controller_data import SPEEDS, condition_number
 from amb_analysis.receptance_file import ReceptanceTable
-from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw
 from amb_cosim.json_data import Layout
 from amb_cosim.progress import STARTING, bars

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from amb_analysis.controller_data import MAX_CONDITION, condition_number
 from amb_analysis.receptance_file import ReceptanceTable, loop_parameters, read_table
 from amb_analysis.sampled_loop import parameter_record
-from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
 from amb_cosim.scenario import make_scenario

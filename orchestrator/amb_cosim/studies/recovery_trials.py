@@ -9,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 
 from amb_cosim.contact_history import contact_cycles, recovered
-from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.system_file import Record
 from amb_cosim.cosim.values import Raw, quantity
