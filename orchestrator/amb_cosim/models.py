@@ -60,7 +60,7 @@ def rolac_controller(rotor: Path | None = None, receptances: Path | None = None,
 
 def build(
     folder: str | Path,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
     platforms: Iterable[str] | None = None,
@@ -72,8 +72,8 @@ def build(
     folder
         Where the FMUs go; made if it is missing.
     flavour, platforms
-        `python` FMUs are run by PythonFMU; `native` ones are compiled, for this machine or for the platforms named
-        (`linux64`, `win64`, `darwin64`, `aarch64-linux`, `aarch64-darwin`).
+        `native` FMUs are compiled, for this machine or for the platforms named (`linux64`, `win64`, `darwin64`,
+        `aarch64-linux`, `aarch64-darwin`); `python` ones are run by PythonFMU.
     rotor
         Rotor file (TOML); the rig of the thesis by default.
     receptances

@@ -30,7 +30,7 @@ def run(
     until: float | None = None,
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     loop: Loop = "compiled",
     progress: bool | Progress | None = None,
 ) -> Result:
@@ -48,7 +48,7 @@ def run(
     rotor, receptances
         Rotor file, and table of receptances for the controller's H, in place of the scenario's.
     flavour
-        FMUs that PythonFMU runs, or `native` ones that need no Python.
+        `native` FMUs, which are compiled and need no Python, or those that PythonFMU runs.
     loop
         `compiled`, or `plain` Python for reference; the results are the same to the last bit.
     progress
@@ -99,7 +99,7 @@ def prepare(
     scenario: Scenario,
     settings: Mapping[str, Raw] | None = None,
     until: float | None = None,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
 ) -> Prepared:
     """Find the FMUs of a scenario, check its system and plan it; see `plan_scenario` for the arguments.
 

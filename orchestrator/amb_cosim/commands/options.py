@@ -18,9 +18,9 @@ ROTOR = click.option(
 FLAVOUR = click.option(
     "--flavour",
     type=click.Choice(FLAVOURS),
-    default="python",
+    default="native",
     show_default=True,
-    help="FMUs that PythonFMU runs, or compiled ones that need no Python.",
+    help="Compiled FMUs that need no Python, or ones that PythonFMU runs.",
 )
 RECEPTANCES = click.option(
     "--receptances",

@@ -9,7 +9,7 @@ class FmuError(RuntimeError):
     """An FMU refused a call; `status` is its FMI status and `log` what it said."""
 
     def __init__(self, call: str, status: str, log: Sequence[str]) -> None:
-        said = "; ".join(log) if log else "the FMU logged nothing"
+        said = "; ".join(dict.fromkeys(log)) if log else "the FMU logged nothing"
         super().__init__(f"{call} answered {status}: {said}")
         self.status = status
         self.log = list(log)

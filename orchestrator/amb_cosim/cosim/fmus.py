@@ -86,7 +86,7 @@ def model_source(name: str, **options: Any) -> tuple[Model, Constants]:
 def build_models(
     names: Iterable[str],
     folder: Path,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     platforms: Iterable[str] | None = None,
     **options: Any,
 ) -> list[Path]:
@@ -104,7 +104,7 @@ def build_models(
     return [build(model, constants, folder) for model, constants in made]
 
 
-def provide(fmu: str, flavour: Flavour = "python", **options: Any) -> Fmu:
+def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model, built if need be, or the FMU file at a path.
 
     Raises
@@ -122,7 +122,7 @@ def provide(fmu: str, flavour: Flavour = "python", **options: Any) -> Fmu:
     return extracted(path)
 
 
-def ensure_built(name: str, flavour: Flavour = "python", **options: Any) -> Fmu:
+def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model, built and extracted into the user's cache if it is not there yet.
 
     A native one is built for this machine. Its folder is named by what it is made from, so it changes when interface,

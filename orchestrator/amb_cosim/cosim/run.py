@@ -31,7 +31,7 @@ def simulate(
     experiment: Experiment | None = None,
     *,
     set: Mapping[str, Raw] | None = None,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     loop: Loop = "compiled",
     progress: Progress | None = None,
     **options: Any,

@@ -97,7 +97,7 @@ class Assembly:
         return values
 
 
-def assemble(system: System, flavour: Flavour = "python", **options: Any) -> Assembly:
+def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Assembly:
     """Find the FMUs of a system and check its connections.
 
     Parameters

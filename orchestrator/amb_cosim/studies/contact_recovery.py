@@ -115,7 +115,7 @@ def recovery(
     *,
     instants: int = 5,
     alpha: Number = "7 1/s",
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> ControlComparison:
     """Return the share of the runs that end free of contact, and how long that takes, by control and unbalance.

@@ -91,7 +91,7 @@ def identify(
     output: Path | str | None = None,
     rotor: Path | str | None = None,
     set: Mapping[str, Raw] | None = None,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     progress: bool | Report | None = None,
 ) -> Identification:
     """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.

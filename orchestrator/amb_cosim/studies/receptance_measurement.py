@@ -79,7 +79,7 @@ def prepare_identification(
     Omega: float,
     rotor_file: Path | str | None = None,
     settings: Mapping[str, Raw] | None = None,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
 ) -> Prepared:
     """Return an identification of the levitated rotor, ready to run.
 

@@ -38,7 +38,7 @@ class Trial:
     added: float
     cycle: float
     alpha: float
-    flavour: Flavour = "python"
+    flavour: Flavour = "native"
 
 
 @dataclass(frozen=True)
