@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from amb_cosim.cosim import compiled
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.choices import Coupling, Flavour, Loop
 from amb_cosim.cosim.component import FmuComponent
@@ -16,6 +17,7 @@ from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
 from amb_cosim.cosim.fmus import Fmu, provide
+from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import Array
@@ -138,6 +140,7 @@ def run_plan(
         Called now and then with the steps done and their number.
     loop
         The `compiled` loop and the `plain` one, which calls the FMUs from Python, give the same to the last bit.
+        Where there is no compiled one (see `loop_library`), the plain one runs.
     coupling
         In place of the system's.
 
@@ -147,6 +150,8 @@ def run_plan(
         If an FMU cannot be loaded or refuses to start.
     """
     system = plan.system
+    if load_loop() is None:
+        loop = "plain"
     wiring, inputs, outputs = system.wiring(assembly.interfaces, list(plan.inputs), plan.recorded)
     recorder = Recorder([wiring.names.index(name) for name in plan.recorded], plan.record_from, plan.record_every)
     with ExitStack() as stack, _deferred_interrupt() as interrupted:
@@ -167,8 +172,6 @@ def run_plan(
             observers.append(_reporting(progress, plan, every=1 if loop == "compiled" else 200))
         try:
             if loop == "compiled":
-                from amb_cosim.cosim import compiled
-
                 compiled.run(master, plan.first, plan.last, schedules, recorder, observers, stops)
             else:
                 master.run(plan.first, plan.last, schedules, [recorder, stops, *observers])
