@@ -150,7 +150,7 @@ def run_plan(
         If an FMU cannot be loaded or refuses to start.
     """
     system = plan.system
-    if load_loop() is None:
+    if loop == "compiled" and load_loop() is None:
         loop = "plain"
     wiring, inputs, outputs = system.wiring(assembly.interfaces, list(plan.inputs), plan.recorded)
     recorder = Recorder([wiring.names.index(name) for name in plan.recorded], plan.record_from, plan.record_every)
