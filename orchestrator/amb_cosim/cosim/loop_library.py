@@ -23,9 +23,9 @@ def load_loop() -> Callable[..., None] | None:
         place = loop_place(host_platform())
         path = SHIPPED / place
         if not path.is_file():
-            path = cache_folder() / place
+            path = cache_folder() / "loops" / place
         if not path.is_file():
-            path.parent.mkdir(exist_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
             library = compile_loop(host_platform())
             write_atomically(path, lambda file: file.write_bytes(library))
         advance = CDLL(str(path)).advance
