@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.scenario import Scenario, load_scenario, make_scenario
 from amb_cosim.simulation import Prepared, prepare
 from fmi_export.model import Array

@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.signals import Signals
 from amb_cosim.series import BEARINGS, cycles, signal
 
 BUSHES = ("eb1", "eb2")  # at the rotor's ends
@@ -20,7 +20,7 @@ FREE, ROLLING = 0, 2  # values of a site's mode
 Recovery = Literal["prevented", "recovered", "trapped"]
 
 
-def peak(dataset: xr.Dataset, name: str) -> float | None:
+def peak(dataset: Signals, name: str) -> float | None:
     """Return the largest value of a variable of the plant from cycle 0 on."""
     values = signal(dataset, name)
     if values is None or not (cycles(dataset) >= 0.0).any():
@@ -28,17 +28,17 @@ def peak(dataset: xr.Dataset, name: str) -> float | None:
     return float(values[cycles(dataset) >= 0.0].max())
 
 
-def touchable(dataset: xr.Dataset) -> list[str]:
+def touchable(dataset: Signals) -> list[str]:
     """Return the retainer bearings, and the end bushes that the rotor has touched."""
     return [*BEARINGS, *(site for site in BUSHES if peak(dataset, f"{site}.f_n") or peak(dataset, f"{site}.impulse"))]
 
 
-def loaded_interval(dataset: xr.Dataset) -> tuple[float, float]:
+def loaded_interval(dataset: Signals) -> tuple[float, float]:
     """Return the cycles of step and removal; 0 without a step, infinity without a removal."""
     return float(dataset.attrs.get("step_cycle", 0.0)), float(dataset.attrs.get("removal_cycle", np.inf))
 
 
-def contact_share(dataset: xr.Dataset) -> dict[str, float | None]:
+def contact_share(dataset: Signals) -> dict[str, float | None]:
     """Return the share of the time between step and removal in each contact state: 0 none, 1 RB1, 2 RB2, 3 both."""
     begin, end = loaded_interval(dataset)
     state = signal(dataset, "contact_state")
@@ -48,7 +48,7 @@ def contact_share(dataset: xr.Dataset) -> dict[str, float | None]:
     return {str(k): float(np.mean(state[within] == k)) for k in range(4)}
 
 
-def in_contact(dataset: xr.Dataset) -> NDArray[np.bool_] | None:
+def in_contact(dataset: Signals) -> NDArray[np.bool_] | None:
     """Return which samples are in contact, or follow a step with an impact."""
     state = signal(dataset, "contact_state")
     if state is None:
@@ -62,7 +62,7 @@ def in_contact(dataset: xr.Dataset) -> NDArray[np.bool_] | None:
     return np.asarray(touching)
 
 
-def contact_cycles(dataset: xr.Dataset) -> tuple[float | None, float | None]:
+def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
     """Return the cycles of the first and of the last sample in contact from cycle 0 on."""
     touching = in_contact(dataset)
     if touching is None:
@@ -71,7 +71,7 @@ def contact_cycles(dataset: xr.Dataset) -> tuple[float | None, float | None]:
     return (float(when[0]), float(when[-1])) if len(when) else (None, None)
 
 
-def recovered(dataset: xr.Dataset) -> bool | None:
+def recovered(dataset: Signals) -> bool | None:
     """Return whether the rotor is free of contact for good: five cycles follow the last contact.
 
     A rotor that never touched has nothing to recover from, and counts as recovered.
@@ -82,7 +82,7 @@ def recovered(dataset: xr.Dataset) -> bool | None:
     return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
 
 
-def recovery(dataset: xr.Dataset) -> Recovery | None:
+def recovery(dataset: Signals) -> Recovery | None:
     """Find what the step led to; None without a step, or where contact was not recorded.
 
     `trapped` is a rotor that has not `recovered`. Of the others, `prevented` is one that never touches after the step.
@@ -96,7 +96,7 @@ def recovery(dataset: xr.Dataset) -> Recovery | None:
     return "prevented" if last is None or last <= step else "recovered"
 
 
-def whirl_at_the_end(dataset: xr.Dataset, site: str) -> float | None:
+def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
     """Return the whirl speed (rad/s) at a site at the end of the run; None without contact there."""
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
     if mode is None or whirl is None or not len(mode) or mode[-1] == FREE:
@@ -104,13 +104,13 @@ def whirl_at_the_end(dataset: xr.Dataset, site: str) -> float | None:
     return float(whirl[-1])
 
 
-def rolling_from(dataset: xr.Dataset) -> float | None:
+def rolling_from(dataset: Signals) -> float | None:
     """Return the first cycle from which a retainer bearing rolls through at least a turn of whirl without a break."""
     starts = [start for site in BEARINGS for start in _turns_rolled(dataset, site)]
     return min(starts, default=None)
 
 
-def _turns_rolled(dataset: xr.Dataset, site: str) -> list[float]:
+def _turns_rolled(dataset: Signals, site: str) -> list[float]:
     """Return the cycles at which the rolling of at least a turn begins."""
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
     if mode is None or whirl is None:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.signals import Signals
 from amb_cosim.series import cycles, signal
 
 HEAT = ("damping", "friction", "impact")
 
 
-def energies(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]] | None:
+def energies(dataset: Signals) -> dict[str, NDArray[np.float64]] | None:
     """Return the energies of the plant (J) at each sample; work, heat and balance count from cycle 0.
 
     None if they were not recorded, or cycle 0 was not reached.
@@ -24,7 +24,7 @@ def energies(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]] | None:
     return {name: v if name in stored else v - v[begin] for name, v in values.items() if v is not None}
 
 
-def final_energies(dataset: xr.Dataset) -> dict[str, float] | None:
+def final_energies(dataset: Signals) -> dict[str, float] | None:
     """Return heat and work from cycle 0 to the end, and `balance`: the largest difference of gain and work (J)."""
     series = energies(dataset)
     if series is None:
@@ -34,7 +34,7 @@ def final_energies(dataset: xr.Dataset) -> dict[str, float] | None:
     return figures | {"balance": float(np.abs(series["balance"][after]).max())}
 
 
-def relative_balance(dataset: xr.Dataset) -> float | None:
+def relative_balance(dataset: Signals) -> float | None:
     """Return the error of the energy balance over the largest of all energies from cycle 0 on."""
     series = energies(dataset)
     if series is None:

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.fmus import Flavour, build_models
-from fmi_export.model import Model
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.fmus import build_models, made_from
+
+if TYPE_CHECKING:
+    from fmi_export.model import Model
 
 CONTROLLER = "rolac_controller"
 MODELS = ("rotor_contact", "amb_actuator", CONTROLLER)
 
-Made = tuple[Model, NDArray[np.float64]]
+Made = tuple["Model", NDArray[np.float64]]
 
 
+@made_from("rotor_contact", "rotor_analysis")
 def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
     """Return the plant for the rotor in a file, or for the rig of the thesis."""
     from rotor_analysis.plant_data import plant
@@ -26,6 +30,7 @@ def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
     return plant(load_rotor(rotor) if rotor is not None else None)
 
 
+@made_from("amb_actuator")
 def amb_actuator(**_: Any) -> Made:
     """Return the actuator."""
     from amb_actuator.actuator import MODEL
@@ -33,6 +38,7 @@ def amb_actuator(**_: Any) -> Made:
     return MODEL, np.zeros(1)
 
 
+@made_from("rolac_controller", "rotor_analysis", "amb_analysis")
 def rolac_controller(rotor: Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
     """Return the controller with H of the table in a file, or from the rotor model from 5 to 100 Hz.
 
@@ -53,7 +59,7 @@ def rolac_controller(rotor: Path | None = None, receptances: Path | None = None,
 
 def build(
     folder: str | Path,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
     platforms: Iterable[str] | None = None,
@@ -65,8 +71,8 @@ def build(
     folder
         Where the FMUs go; made if it is missing.
     flavour, platforms
-        `python` FMUs are run by PythonFMU; `native` ones are compiled, for this machine or for the platforms named
-        (`linux64`, `win64`, `darwin64`, `aarch64-linux`, `aarch64-darwin`).
+        `native` FMUs are compiled, for this machine or for the platforms named (`linux64`, `win64`, `darwin64`,
+        `aarch64-linux`, `aarch64-darwin`); `python` ones are run by PythonFMU.
     rotor
         Rotor file (TOML); the rig of the thesis by default.
     receptances

@@ -3,38 +3,38 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.signals import Signals
 from amb_cosim.series import BEARINGS, change, cycles, signal, turns
 
 _FEWEST_SAMPLES = 8  # of a turn, for three coefficients
 
 
-def radius(dataset: xr.Dataset, bearing: str) -> NDArray[np.float64] | None:
+def radius(dataset: Signals, bearing: str) -> NDArray[np.float64] | None:
     """Return the radial displacement at a magnetic bearing, in m."""
     x, y = signal(dataset, f"{bearing}.x"), signal(dataset, f"{bearing}.y")
     return None if x is None or y is None else np.hypot(x, y)
 
 
-def orbit_before(dataset: xr.Dataset) -> dict[str, float | None]:
+def orbit_before(dataset: Signals) -> dict[str, float | None]:
     """Return the largest radius (mm) at each bearing in the last cycle before the step; None without a step."""
     step, cycle = float(dataset.attrs.get("step_cycle", -np.inf)), cycles(dataset)
     return _largest_radii(dataset, (cycle >= max(step - 1.0, 0.0)) & (cycle < step))
 
 
-def orbit_after(dataset: xr.Dataset) -> dict[str, float | None]:
+def orbit_after(dataset: Signals) -> dict[str, float | None]:
     """Return the largest radius (mm) at each bearing in the last cycle of the run."""
     cycle = cycles(dataset)
     return _largest_radii(dataset, (cycle >= max(cycle.max(initial=0.0) - 1.0, 0.0)))
 
 
-def orbit_largest(dataset: xr.Dataset) -> dict[str, float | None]:
+def orbit_largest(dataset: Signals) -> dict[str, float | None]:
     """Return the largest radius (mm) at each bearing from cycle 0 on."""
     return _largest_radii(dataset, cycles(dataset) >= 0.0)
 
 
-def settled_amplitudes(dataset: xr.Dataset) -> dict[str, dict[str, float | None]]:
+def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
     """Return the synchronous amplitude (mm) at each bearing `before` the change of the run and at its `end`.
 
     The change is the step or, without one, ROLAC's beginning; see `series.change`. Both are amplitudes of the last
@@ -65,7 +65,7 @@ def synchronous_amplitude(x: NDArray[np.float64], y: NDArray[np.float64], theta:
     return float(abs(forward) + abs(backward))
 
 
-def _of_turn(dataset: xr.Dataset, bearing: str, turned: NDArray[np.float64], end: float | None) -> float | None:
+def _of_turn(dataset: Signals, bearing: str, turned: NDArray[np.float64], end: float | None) -> float | None:
     x, y = signal(dataset, f"{bearing}.x"), signal(dataset, f"{bearing}.y")
     if x is None or y is None or end is None or end - 1.0 < turned[0]:
         return None
@@ -75,6 +75,6 @@ def _of_turn(dataset: xr.Dataset, bearing: str, turned: NDArray[np.float64], end
     return 1e3 * synchronous_amplitude(x[within], y[within], 2.0 * np.pi * turned[within])
 
 
-def _largest_radii(dataset: xr.Dataset, within: NDArray[np.bool_]) -> dict[str, float | None]:
+def _largest_radii(dataset: Signals, within: NDArray[np.bool_]) -> dict[str, float | None]:
     radii = {mb: radius(dataset, mb) for mb in BEARINGS.values()}
     return {mb: None if r is None or not within.any() else float(1e3 * r[within].max()) for mb, r in radii.items()}

@@ -8,9 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
-from amb_cosim.cosim import dataset as dataset_files
+from amb_cosim.cosim.dataset import Run, load
 from amb_cosim.cosim.simulation import Outcome
 from amb_files.atomic import write_atomically
 
@@ -21,7 +19,7 @@ if TYPE_CHECKING:
 RESULT, SUMMARY = "result.nc", "summary.json"
 
 
-class Result:
+class Result(Run):
     """A run of a scenario.
 
     Attributes
@@ -31,10 +29,6 @@ class Result:
     outcome
         How it ended: `status` (completed, stopped, failed, interrupted), `time` (s), `component`, `reason`.
     """
-
-    def __init__(self, dataset: xr.Dataset, outcome: Outcome) -> None:
-        self.dataset = dataset
-        self.outcome = outcome
 
     @classmethod
     def load(cls, path: str | Path) -> Result:
@@ -49,7 +43,7 @@ class Result:
         if not file.is_file():
             raise ValueError(f"no result {file}; it must be a folder with {RESULT}, or that file")
         try:
-            dataset = dataset_files.load(file)
+            dataset = load(file)
             return cls(dataset, Outcome(*json.loads(dataset.attrs["outcome"])))
         except (OSError, KeyError) as error:
             raise ValueError(f"{file} is no result of a run: {error}") from error
@@ -57,33 +51,33 @@ class Result:
     @property
     def scenario(self) -> str:
         """Name of the scenario."""
-        return str(self.dataset.attrs["scenario"])
+        return str(self.signals.attrs["scenario"])
 
     @cached_property
     def summary(self) -> Summary:
         """Key values of the run, with units in the documentation of `Summary`."""
         from amb_cosim.summary import summarise
 
-        return summarise(self.dataset)
+        return summarise(self.signals)
 
     @property
     def plot(self) -> Plots:
         """Figures of the run: `plot.orbits()`, and `displacement`, `contact`, `whirl`, `energy`."""
         from amb_cosim.plots import Plots
 
-        return Plots(self.dataset)
+        return Plots(self.signals)
 
     def save(self, folder: str | Path, plots: bool = True) -> Path:
         """Write `result.nc`, `summary.json` and, if wanted, the figures that suit the run; return the folder."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        dataset_files.save(self.dataset, folder / RESULT)
+        self._save(folder / RESULT)
         text = self.summary.to_json()
         write_atomically(folder / SUMMARY, lambda path: path.write_text(text, encoding="utf-8"))
         if plots:
             from amb_cosim.plots import draw_all
 
-            draw_all(self.dataset, folder)
+            draw_all(self.signals, folder)
         return folder
 
     def __repr__(self) -> str:

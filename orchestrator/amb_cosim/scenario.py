@@ -11,8 +11,8 @@ from typing import Any, ClassVar, Literal
 import tomli_w
 from pydantic import Field
 
+from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.fmus import models
-from amb_cosim.cosim.master import Coupling
 from amb_cosim.cosim.stopping import StopCondition
 from amb_cosim.cosim.system_file import Record, packaged_systems, stop_condition
 from amb_cosim.cosim.tables import Table, Value, Values, time_of

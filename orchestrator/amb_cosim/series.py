@@ -6,33 +6,34 @@ import json
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
+
+from amb_cosim.cosim.signals import Signals
 
 BEARINGS = {"rb1": "mb1", "rb2": "mb2"}  # each retainer bearing and the magnetic bearing that it protects
 _PLANT = "rotor_contact"
 _CONTROL_ACTS = "rolac_controller.rolac_active"
 
 
-def signal(dataset: xr.Dataset, name: str) -> NDArray[Any] | None:
+def signal(dataset: Signals, name: str) -> NDArray[Any] | None:
     """Return the samples of a variable of the plant, or None if it was not recorded."""
     label = f"{_PLANT}.{name}"
     return np.asarray(dataset[label].values) if label in dataset else None
 
 
-def cycles(dataset: xr.Dataset) -> NDArray[np.float64]:
+def cycles(dataset: Signals) -> NDArray[np.float64]:
     """Return the cycle of each sample."""
     return np.asarray(dataset["cycle"].values, dtype=np.float64)
 
 
-def speed(dataset: xr.Dataset) -> NDArray[np.float64]:
+def speed(dataset: Signals) -> NDArray[np.float64]:
     """Return the spin speed (rad/s) at each sample."""
     profile = json.loads(dataset.attrs.get("speed_profile", "[]")) or [(0.0, dataset.attrs["speed_rad_s"])]
     times, speeds = np.array(profile, dtype=np.float64).T
     return np.interp(dataset["time"].values, times, speeds)
 
 
-def turns(dataset: xr.Dataset) -> NDArray[np.float64]:
+def turns(dataset: Signals) -> NDArray[np.float64]:
     """Return the turns of the rotor at each sample from cycle 0 on; at constant speed these are the cycles."""
     if "speed_profile" not in dataset.attrs or not dataset.sizes["time"]:
         return cycles(dataset)
@@ -41,14 +42,14 @@ def turns(dataset: xr.Dataset) -> NDArray[np.float64]:
     return np.asarray(turned - np.interp(0.0, time, turned))
 
 
-def change(dataset: xr.Dataset) -> float | None:
+def change(dataset: Signals) -> float | None:
     """Return the cycle of the step or, without a step, that at which ROLAC begins to act."""
     if "step_cycle" in dataset.attrs:
         return float(dataset.attrs["step_cycle"])
     return switched_on(dataset)
 
 
-def switched_on(dataset: xr.Dataset) -> float | None:
+def switched_on(dataset: Signals) -> float | None:
     """Return the cycle at which ROLAC begins to act; None if it acts from the beginning or never."""
     if _CONTROL_ACTS not in dataset:
         return None

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
-from amb_cosim.cosim.dataset import to_dataset
+from amb_cosim.cosim.choices import Flavour, Loop
+from amb_cosim.cosim.dataset import to_signals
 from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.cosim.fmus import Flavour, Fmu
-from amb_cosim.cosim.master import Loop
+from amb_cosim.cosim.fmus import Fmu
+from amb_cosim.cosim.signals import SignalTable, Variable
 from amb_cosim.cosim.simulation import Assembly, Progress, Recording, assemble, run_plan
 from amb_cosim.cosim.system_file import load_system
 from amb_cosim.cosim.values import Raw
@@ -31,7 +30,7 @@ def run(
     until: float | None = None,
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     loop: Loop = "compiled",
     progress: bool | Progress | None = None,
 ) -> Result:
@@ -49,7 +48,7 @@ def run(
     rotor, receptances
         Rotor file, and table of receptances for the controller's H, in place of the scenario's.
     flavour
-        FMUs that PythonFMU runs, or `native` ones that need no Python.
+        `native` FMUs, which are compiled and need no Python, or those that PythonFMU runs.
     loop
         `compiled`, or `plain` Python for reference; the results are the same to the last bit.
     progress
@@ -100,7 +99,7 @@ def prepare(
     scenario: Scenario,
     settings: Mapping[str, Raw] | None = None,
     until: float | None = None,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
 ) -> Prepared:
     """Find the FMUs of a scenario, check its system and plan it; see `plan_scenario` for the arguments.
 
@@ -129,12 +128,12 @@ def run_prepared(prepared: Prepared, progress: Progress | None = None, loop: Loo
     return Result(_labelled(prepared, recording), recording.outcome)
 
 
-def _labelled(prepared: Prepared, recording: Recording) -> xr.Dataset:
-    """The data set of a run with the coordinate `cycle`, turns of the initial speed, and what the scenario says."""
+def _labelled(prepared: Prepared, recording: Recording) -> SignalTable:
+    """What a run recorded, with the coordinate `cycle`, turns of the initial speed, and what the scenario says."""
     scenario, plan, recorder = prepared.scenario, prepared.plan, recording.recorder
-    dataset = to_dataset(recording)
-    time = dataset["time"].assign_attrs(description="Time from the beginning of cycle 0")
-    cycle = ("time", time.values / plan.period, {"units": "1", "description": "Turns of the initial speed"})
+    signals = to_signals(recording)
+    time = Variable(signals["time"].values, {"units": "s", "description": "Time from the beginning of cycle 0"})
+    cycle = Variable(time.values / plan.period, {"units": "1", "description": "Turns of the initial speed"})
     attributes: dict[str, Any] = {
         "scenario": scenario.name,
         "description": scenario.description,
@@ -152,4 +151,4 @@ def _labelled(prepared: Prepared, recording: Recording) -> xr.Dataset:
     for label, n in plan.marks.items():
         if n <= recorder.reached:
             attributes[f"{label}_cycle"] = n * plan.step_size / plan.period
-    return dataset.assign_coords(time=time, cycle=cycle).assign_attrs(attributes)
+    return SignalTable(signals.variables, {"time": time, "cycle": cycle}, {**signals.attrs, **attributes})

@@ -6,10 +6,10 @@ import json
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-import xarray as xr
 from rich.table import Table
 
 from amb_cosim import contact_history, energies
+from amb_cosim.cosim.signals import Signals
 from amb_cosim.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
 from amb_cosim.series import BEARINGS
 from amb_cosim.text_tables import number
@@ -124,7 +124,7 @@ class Summary:
         return table
 
 
-def summarise(dataset: xr.Dataset) -> Summary:
+def summarise(dataset: Signals) -> Summary:
     """Compute the summary of a run from its data set."""
     simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
     first, last = contact_history.contact_cycles(dataset)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from fmi_export.building.units import base_unit, to_unit
+from fmi_export.building.units import COMMON, base_unit, parse_unit, registry, to_unit
 
 
 @pytest.mark.parametrize(
@@ -50,6 +50,14 @@ def test_rpm_and_degree_carry_the_radian_and_their_factor():
 )
 def test_values_convert_to_the_unit_of_the_variable(text, unit, value):
     assert to_unit(text, unit, "v") == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(("given", "unit"), COMMON)
+def test_a_common_conversion_is_that_of_pint_to_the_last_bit(given, unit):
+    contexts = ["rotation"] if "rad" in base_unit(unit) else []
+    for number in (1.0, 0.1, 0.75, 3.0, 26.7, -1.23456789e-5):
+        by_pint = registry().Quantity(number, parse_unit(given)).to(parse_unit(unit), *contexts).magnitude
+        assert to_unit(f"{number!r} {given}", unit, "v") == by_pint
 
 
 def test_a_speed_in_hertz_means_revolutions_per_second():

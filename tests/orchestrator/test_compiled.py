@@ -14,7 +14,9 @@ import pytest
 
 from amb_cosim.cosim import compiled
 from amb_cosim.cosim.component import EntryPoints, Transfer
-from amb_cosim.cosim.master import Master, StepFailed, Wiring
+from amb_cosim.cosim.errors import StepFailed
+from amb_cosim.cosim.loop_library import load_loop
+from amb_cosim.cosim.master import Master, Wiring
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear
 from amb_cosim.cosim.stopping import Condition, StopObserver, Stopped
@@ -24,6 +26,12 @@ DO_STEP = CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)
 EXCHANGE = {
     kind: CFUNCTYPE(c_int, c_void_p, POINTER(c_uint), c_size_t, POINTER(number)) for kind, number in KINDS.items()
 }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def loop(cache):
+    if load_loop() is None:
+        pytest.skip("there is no compiled loop for this machine, and no compiler to make it")
 
 
 class Refused(Exception):

@@ -14,6 +14,7 @@ from amb_cosim.cosim import fmus
 from amb_cosim.cosim.fmu_interface import read_interface
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
+from rotor_analysis.rotor_file import RIG
 
 
 def in_a_process(code: str, folder) -> str:
@@ -27,7 +28,8 @@ def in_a_process(code: str, folder) -> str:
 PREPARE = """
     import sys
     from pathlib import Path
-    from amb_cosim.cosim.component import FmuComponent, FmuError
+    from amb_cosim.cosim.errors import FmuError
+    from amb_cosim.cosim.component import FmuComponent
     from amb_cosim.cosim.fmu_interface import read_interface
     folder = Path(sys.argv[1])
     interface = read_interface(folder, "actuator")
@@ -38,7 +40,7 @@ PREPARE = """
 
 @pytest.fixture(scope="module")
 def actuator():
-    return fmus.ensure_built("amb_actuator").folder
+    return fmus.ensure_built("amb_actuator", "python").folder
 
 
 def test_values_pass_in_both_directions_whatever_their_type(actuator):
@@ -116,8 +118,22 @@ def test_what_is_no_fmu_is_refused(tmp_path):
 
 
 def test_a_model_is_built_once(actuator, monkeypatch):
-    monkeypatch.setattr(fmus, "build_python_fmu", lambda *_: pytest.fail("built again"))
-    assert fmus.ensure_built("amb_actuator").folder == actuator
+    monkeypatch.setattr(fmus, "model_source", lambda *_, **__: pytest.fail("made again"))
+    assert fmus.ensure_built("amb_actuator", "python").folder == actuator
+
+
+def test_an_fmu_is_made_anew_for_what_it_is_made_from_alone(tmp_path, monkeypatch):
+    def provided(name, text=""):
+        rotor = tmp_path / "rotor.toml"
+        rotor.write_text(RIG.read_text(encoding="utf-8") + text, encoding="utf-8")
+        return fmus.ensure_built(name, "python", rotor=rotor).folder
+
+    plant, actuator = provided("rotor_contact"), provided("amb_actuator")
+    assert provided("rotor_contact") == plant
+    assert provided("rotor_contact", "# another file\n") != plant
+    assert provided("amb_actuator", "# another file\n") == actuator
+    monkeypatch.setattr(fmus, "_code", lambda package: package.encode() + b"changed")
+    assert provided("amb_actuator") != actuator
 
 
 def test_unknown_models_and_paths_are_refused(tmp_path):

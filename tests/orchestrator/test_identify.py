@@ -240,9 +240,9 @@ def constants_of(fmu):
 
 def test_the_controller_is_built_with_the_table(runner, table, tmp_path):
     table.write(tmp_path / "t.toml")
-    assert runner("build", "-o", "fmus", "--receptances", "t.toml").exit_code == 0
+    assert runner("build", "--flavour", "python", "-o", "fmus", "--receptances", "t.toml").exit_code == 0
     np.testing.assert_array_equal(constants_of(tmp_path / "fmus" / "rolac_controller.fmu"), table.constants())
-    assert runner("build", "-o", "plain").exit_code == 0
+    assert runner("build", "--flavour", "python", "-o", "plain").exit_code == 0
     assert constants_of(tmp_path / "plain" / "rolac_controller.fmu").size > table.constants().size
     assert (tmp_path / "fmus" / "rotor_contact.fmu").stat().st_size == (
         tmp_path / "plain" / "rotor_contact.fmu"
@@ -259,7 +259,7 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
     (folder / "case.toml").write_text('base = "fig5_6"\nrotor = "mine.toml"\nreceptances = "t.toml"\n')
     (tmp_path / "derived.toml").write_text('base = "cases/case.toml"\nsettle_cycles = 3\n')
     for path in (folder / "case.toml", tmp_path / "derived.toml"):
-        prepared = prepare(load_scenario(str(path)))
+        prepared = prepare(load_scenario(str(path)), flavour="python")
         np.testing.assert_array_equal(constants_of(prepared.fmus["rolac_controller"].path), table.constants())
     (folder / "case.toml").write_text('base = "fig5_6"\nreceptances = "t.toml"\n')
     with pytest.raises(ValueError, match="it is of rotor 'mine', not of 'bath_rig'"):

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from amb_cosim.cosim.master import Master, StartFailed, StepFailed, Wiring, find_loop
+from amb_cosim.cosim.errors import StartFailed, StepFailed
+from amb_cosim.cosim.master import Master, Wiring, find_loop
 from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear
 
 

@@ -21,7 +21,7 @@ SCREENS = 2 * 50  # lines
 
 @pytest.fixture(scope="module")
 def result() -> amb_cosim.Result:
-    return amb_cosim.run("fig4_9", set=SETTING, until=UNTIL, flavour="python", progress=False)
+    return amb_cosim.run("fig4_9", set=SETTING, until=UNTIL, progress=False)
 
 
 def test_the_documentation_fits_two_screens():

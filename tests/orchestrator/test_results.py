@@ -10,6 +10,7 @@ import xarray as xr
 
 from amb_cosim import contact_history, orbits, series
 from amb_cosim.cosim.dataset import load, save
+from amb_cosim.cosim.signals import SignalTable, Variable
 from amb_cosim.summary import summarise
 from amb_files.atomic import write_atomically
 
@@ -304,6 +305,22 @@ def test_netcdf_round_trip_keeps_data_and_figures(synthetic, tmp_path):
     xr.testing.assert_identical(again, dataset)
     assert figures_of(again) == figures_of(dataset)
     assert [p.name for p in tmp_path.iterdir()] == ["result.nc"]
+
+
+@pytest.mark.parametrize("samples", [None, 0])
+def test_the_file_of_signals_is_that_which_xarray_writes(synthetic, tmp_path, samples):
+    dataset = synthetic(plot_cycles=[4, 16], description="Ω, ½", failure="").isel(time=slice(samples))
+    dataset["rotor_contact.free"] = ("time", np.zeros(dataset.sizes["time"], np.int8), {"units": "1"})
+    groups = ({n: Variable(v.values, v.attrs) for n, v in g.items()} for g in (dataset.data_vars, dataset.coords))
+    signals = SignalTable(*groups, dataset.attrs)
+    xr.testing.assert_identical(signals.to_dataset(), dataset)
+    for name, content in (("signals", signals), ("dataset", dataset)):
+        save(content, tmp_path / name)
+    found, expected = load(tmp_path / "signals"), load(tmp_path / "dataset")
+    xr.testing.assert_identical(found, expected)
+    assert list(found.variables) == list(expected.variables)
+    assert {n: v.dtype for n, v in found.variables.items()} == {n: v.dtype for n, v in expected.variables.items()}
+    assert [(n, type(v)) for n, v in found.attrs.items()] == [(n, type(v)) for n, v in expected.attrs.items()]
 
 
 def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path):

@@ -1,17 +1,46 @@
-"""Units: FMI base-unit exponents and conversions, by pint."""
+"""Units: FMI base-unit exponents and conversions, by pint.
+
+Importing pint and reading its definitions takes longer than a run, so the conversions that values are most often
+written with are listed here; pint is loaded for all others.
+"""
 
 from __future__ import annotations
 
 import math
 import re
 from functools import cache
+from typing import TYPE_CHECKING
 
-import pint
+if TYPE_CHECKING:
+    import pint
 
 SI = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _PINT_NAMES = dict(
     zip(("kilogram", "meter", "second", "ampere", "kelvin", "mole", "candela", "radian"), SI, strict=True)
 )
+
+# One of the first unit in the second, as pint has it to the last bit.
+COMMON = {
+    ("mm", "m"): 1e-3,
+    ("um", "m"): 1e-6,
+    ("ms", "s"): 1e-3,
+    ("us", "s"): 1e-6,
+    ("g.m", "kg.m"): 1e-3,
+    ("g.mm", "kg.m"): 1e-6,
+    ("kg.mm", "kg.m"): 1e-3,
+    ("Hz", "rad/s"): 2.0 * math.pi,
+    ("rpm", "rad/s"): 2.0 * math.pi / 60.0,
+    ("kHz", "Hz"): 1e3,
+    ("Hz", "1/s"): 1.0,
+    ("deg", "rad"): math.pi / 180.0,
+    ("kN", "N"): 1e3,
+    ("N/mm", "N/m"): 1e3,
+    ("N/um", "N/m"): 1e6,
+    ("kN/mm", "N/m"): 1e6,
+    ("mA", "A"): 1e-3,
+    ("mH", "H"): 1e-3,
+    ("%", "1"): 1e-2,
+}
 
 
 @cache
@@ -20,6 +49,8 @@ def registry() -> pint.UnitRegistry:  # type: ignore[type-arg]
 
     Pint takes a radian as 1, so that 16 Hz would silently become a speed of 16 rad/s.
     """
+    import pint
+
     units: pint.UnitRegistry = pint.UnitRegistry()  # type: ignore[type-arg]
     units.define("@alias ohm = Ohm")
     rotation = pint.Context("rotation")
@@ -36,6 +67,8 @@ def parse_unit(unit: str) -> pint.Unit:
     ValueError
         If the unit is not known.
     """
+    import pint
+
     text = re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", unit.strip().replace(".", "*"))
     try:
         return registry().Unit("" if text == "1" else text)
@@ -79,11 +112,19 @@ def to_unit(text: str | float, unit: str, name: str) -> float:
     if match is None:
         raise ValueError(f"{name} = {text!r} is no number; write for example {name}=0.5 or {name}='0.5 {unit}'")
     number, given = float(match[1]), match[2]
-    if not given:
+    if not given or given == unit:
         return number
+    if (given, unit) in COMMON:
+        return number * COMMON[given, unit]
+    return _by_pint(number, given, unit, f"{name} = {text!r}")
+
+
+def _by_pint(number: float, given: str, unit: str, what: str) -> float:
+    import pint
+
     source, target = parse_unit(given), parse_unit(unit)
     try:
         contexts = ("rotation",) if "rad" in {*base_unit(given), *base_unit(unit)} else ()
         return float(registry().Quantity(number, source).to(target, *contexts).magnitude)
     except pint.DimensionalityError as error:
-        raise ValueError(f"{name} = {text!r} has unit {given}, which cannot be converted to {unit}") from error
+        raise ValueError(f"{what} has unit {given}, which cannot be converted to {unit}") from error

@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from rich.console import Console
 
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
 from amb_cosim.commands.printing import print_result
-from amb_cosim.text_tables import print_parts
 
 if TYPE_CHECKING:
     from amb_cosim.studies.result import DrawnResult
@@ -73,7 +71,10 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     """
 
     def run(output: Path | None, **values: Any) -> None:
+        from rich.console import Console
+
         from amb_cosim.plan import parse_settings
+        from amb_cosim.text_tables import print_parts
 
         folder = output or Path("results") / f"study_{name}"
         status: AbstractContextManager[object] = nullcontext()
@@ -123,7 +124,7 @@ add_study(
     click.option("--node", type=int, help="Its node; the first disc by default."),
     click.option("--clearance", default="0.75 mm", show_default=True, help="Radial clearance, drawn as a line."),
 )
-add_study("coupling")
+add_study("coupling", FLAVOUR)
 add_study(
     "sensitivity",
     click.option("--speed", default="90 rad/s", show_default=True, help="Spin speed; also in Hz."),
@@ -131,6 +132,7 @@ add_study(
     click.option("--delay", is_flag=True, help="Delay currents by one sample."),
     click.option("--sample-time", default="250 us", show_default=True, help="Sample time of the controller."),
     SETTINGS,
+    FLAVOUR,
 )
 add_study(
     "linearisation",

@@ -8,7 +8,7 @@ import click
 
 from amb_cosim.commands.cli_errors import check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR
-from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.choices import Flavour
 
 
 @click.command()

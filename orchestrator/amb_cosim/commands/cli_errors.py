@@ -11,8 +11,7 @@ from typing import IO, Any
 
 import click
 
-from amb_cosim.cosim.component import FmuError
-from amb_cosim.cosim.master import StartFailed
+from amb_cosim.cosim.errors import FmuError, StartFailed
 
 
 class Failed(click.ClickException):

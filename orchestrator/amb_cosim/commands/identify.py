@@ -9,8 +9,7 @@ import click
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import Failed, check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
-from amb_cosim.cosim.fmus import Flavour
-from amb_cosim.text_tables import print_parts
+from amb_cosim.cosim.choices import Flavour
 
 
 @click.command()
@@ -38,6 +37,7 @@ def identify(
     Give the table to `run` or `build` with --receptances. It is written after each speed.
     """
     from amb_cosim.plan import parse_settings
+    from amb_cosim.text_tables import print_parts
 
     with refusing():
         check_writable(output, is_folder=False)

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from amb_cosim.cosim.fmus import FLAVOURS
-from amb_cosim.cosim.master import LOOPS
+from amb_cosim.cosim.choices import FLAVOURS, LOOPS
 
 ROTOR = click.option(
     "--rotor",
@@ -19,9 +18,9 @@ ROTOR = click.option(
 FLAVOUR = click.option(
     "--flavour",
     type=click.Choice(FLAVOURS),
-    default="python",
+    default="native",
     show_default=True,
-    help="FMUs that PythonFMU runs, or compiled ones that need no Python.",
+    help="Compiled FMUs that need no Python, or ones that PythonFMU runs.",
 )
 RECEPTANCES = click.option(
     "--receptances",

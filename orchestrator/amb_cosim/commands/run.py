@@ -5,13 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.console import Console
-from rich.table import Table
 
 from amb_cosim.commands.cli_errors import Failed, check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, LOOP, RECEPTANCES, ROTOR, SETTINGS
-from amb_cosim.cosim.fmus import Flavour
-from amb_cosim.cosim.master import Loop
+from amb_cosim.cosim.choices import Flavour, Loop
 
 
 @click.command()
@@ -38,6 +35,8 @@ def run(
     summary_json: str | None,
 ) -> None:
     """Run the scenario NAME, or the one in a TOML file."""
+    from rich.console import Console
+
     import amb_cosim
     from amb_cosim.plan import parse_settings
     from amb_files.atomic import write_atomically
@@ -112,6 +111,9 @@ def simulate(
 @click.command("list")
 def list_scenarios() -> None:
     """List the scenarios."""
+    from rich.console import Console
+    from rich.table import Table
+
     import amb_cosim
 
     table = Table(box=None, pad_edge=False)

@@ -1,6 +1,6 @@
-"""Compiled master loop, calling FMI functions directly.
+"""The data of a run for the compiled master loop, `loop.c`, which calls FMI functions directly.
 
-It does what the loop in `master` does, operation by operation, and records the same to the last bit; that loop is the
+That does what the loop in `master` does, operation by operation, and records the same to the last bit; that loop is the
 readable reference. There is one difference: outputs that no component reads are fetched only where they are recorded.
 The run goes in blocks of steps, between which Python checks for interrupts and reports progress.
 
@@ -11,25 +11,23 @@ in any host, and other threads run meanwhile.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from ctypes import Structure, byref, c_bool, c_double, c_ssize_t, c_void_p
 from dataclasses import replace
-from typing import Any, NamedTuple, Protocol, TypeVar, cast
+from typing import Any, NamedTuple, Protocol, TypeVar
 
-import numba
 import numpy as np
-from llvmlite import ir  # type: ignore[import-untyped]
-from numba.core import types
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.component import EntryPoints, Transfer
-from amb_cosim.cosim.master import Master, Observer, Participant, StepFailed
-from amb_cosim.cosim.recorder import RecordBuffer, Recorder
+from amb_cosim.cosim.errors import StepFailed
+from amb_cosim.cosim.loop_library import load_loop
+from amb_cosim.cosim.master import Master, Observer, Participant
+from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import Array, Changes, IntArray, Schedule
 from amb_cosim.cosim.stopping import Conditions, StopObserver, Stopped
 
 CALLS = ("fmi2Set", "fmi2DoStep", "fmi2Get")
-SEND, STEP, FETCH = range(3)
 WARNING = 1  # the highest status with which a call has done its work
 BLOCK_TIME = 0.05  # s; Python is asked about that often
 
@@ -84,7 +82,12 @@ class Program(NamedTuple):
 
 
 C = TypeVar("C", bound=Addressable)
-F = TypeVar("F", bound=Callable[..., Any])
+
+
+class End(Structure):
+    """Where a block of steps ended: last point seen, number of rows, what failed, and the condition met or -1."""
+
+    _fields_ = [(name, c_ssize_t) for name in ("reached", "row", "component", "call", "status", "met")]
 
 
 def run(
@@ -119,25 +122,31 @@ def run(
     Stopped
         If a condition of `stops` is met. The recorder has seen everything up to it.
     """
+    advance = load_loop()
+    if advance is None:
+        raise ValueError("there is no compiled loop for this machine, and no compiler to make it")
     master.check_start(first)
     conditions = (stops or StopObserver()).conditions
     program = _program(master, conditions)
     buffer, row = recorder.buffer(first, last), len(recorder.points)
-    begin, size = first, 64
+    given, kept, judged = _structure(program), _structure(buffer), _structure(conditions)
+    begin, size, stopped = first, 64, End()
     while begin <= last:
         # Point 0 begins a block, because the recorder's clock starts there.
         end = min(begin + size, last + 1, 0 if begin < 0 else last + 1)
         changes = _merged([schedule.changes(begin, end) for schedule in schedules])
         recorder.see(begin)
         started = time.perf_counter()
-        reached, row, failed, call, status, met = _advance(program, changes, buffer, conditions, row, begin, end, last)
+        structures = (byref(structure) for structure in (given, _structure(changes), kept, judged))
+        advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(stopped))
+        row, reached = stopped.row, stopped.reached
         recorder.fill(row)
         recorder.see(reached)
-        if met >= 0:
-            raise Stopped(met, reached)
-        if status > WARNING:
-            component = master.components[failed]
-            reason = component.refusal(CALLS[call], status)
+        if stopped.met >= 0:
+            raise Stopped(stopped.met, reached)
+        if stopped.status > WARNING:
+            component = master.components[stopped.component]
+            reason = component.refusal(CALLS[stopped.call], stopped.status)
             raise StepFailed(component.name, master.time(reached), str(reason)) from reason
         for observe in observers:
             observe(reached, master.values)
@@ -222,179 +231,23 @@ def _merged(changes: Sequence[Changes]) -> Changes:
     return Changes(points[order], positions[order], values[order])
 
 
-# From here on: machine code. All of it stands in this file, since numba's cache notices a change of this file alone.
+def _structure(data: Any) -> Structure:
+    """Return a NamedTuple as a C structure: arrays as their addresses, last the length of the first array.
 
-# Arrays belong to the caller: without reference counts (`_nrt`) what the loop itself costs is a tenth.
-# Parts of the loop become one function: a call would hand over the arrays of `Program` one by one.
-_OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False, "forceinline": True}
-
-
-def _kernel(function: F) -> F:
-    return cast(F, numba.njit(**_OPTIONS)(function))
-
-
-def _intrinsic(function: Callable[..., Any]) -> Any:
-    return intrinsic(function)
-
-
-def _call_of(*arguments: Any) -> Any:
-    """Return signature and body of an intrinsic that calls a C function by address and returns its C int."""
-
-    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        kinds = [context.get_value_type(kind) for kind in signature.args[1:]]
-        function = ir.FunctionType(ir.IntType(32), kinds)
-        return builder.call(builder.inttoptr(values[0], function.as_pointer()), values[1:])
-
-    return types.int32(types.intp, *arguments), emit
-
-
-# Pointers go as integers of their width, which calling conventions of 64-bit machines do not tell apart.
-
-
-@_intrinsic
-def _exchange(_: Any, function: Any, instance: Any, references: Any, size: Any, values: Any) -> Any:
-    """Call fmi2Set or fmi2Get of any type."""
-    return _call_of(types.intp, types.intp, types.uintp, types.intp)
-
-
-@_intrinsic
-def _do_step(_: Any, function: Any, instance: Any, time: Any, step_size: Any, no_way_back: Any) -> Any:
-    """Call fmi2DoStep."""
-    return _call_of(types.intp, types.float64, types.float64, types.int32)
-
-
-@_kernel
-def _give(program: Program, i: int) -> int:
-    calls, values = program.sends, program.values
-    for c in range(calls.of[i], calls.of[i + 1]):
-        first, size = calls.first[c], calls.first[c + 1] - calls.first[c]
-        for k in range(first, first + size):
-            if calls.real[c]:
-                calls.reals[k] = values[calls.positions[k]]
-            else:
-                calls.integers[k] = np.int32(values[calls.positions[k]])
-        status = _exchange(calls.function[c], program.instance[i], calls.references_at[c], size, calls.values_at[c])
-        if status > WARNING:
-            return status
-    return 0
-
-
-@_kernel
-def _recorded(buffer: RecordBuffer, n: int, every: int) -> bool:
-    """Return whether a point from n + 1 to n + `every` is recorded; those see the outputs fetched at point n."""
-    earliest = max(n + 1, buffer.first)
-    return earliest + -earliest % buffer.every <= n + every
-
-
-@_kernel
-def _take(program: Program, buffer: RecordBuffer, i: int, n: int) -> int:
-    if _recorded(buffer, n, program.every[i]):
-        return _fetch(program, program.fetches, i)
-    return _fetch(program, program.needed, i)
-
-
-@_kernel
-def _fetch(program: Program, calls: Calls, i: int) -> int:
-    values = program.values
-    for c in range(calls.of[i], calls.of[i + 1]):
-        first, size = calls.first[c], calls.first[c + 1] - calls.first[c]
-        status = _exchange(calls.function[c], program.instance[i], calls.references_at[c], size, calls.values_at[c])
-        if status > WARNING:
-            return status
-        if calls.direct[c]:
-            continue
-        for k in range(first, first + size):
-            values[calls.positions[k]] = calls.reals[k] if calls.real[c] else float(calls.integers[k])
-    return 0
-
-
-@_kernel
-def _step(program: Program, i: int, n: int) -> int:
-    moment = program.start_time + n * program.step_size
-    return _do_step(program.do_step[i], program.instance[i], moment, program.step_sizes[i], 1)
-
-
-@_kernel
-def _gauss_seidel(program: Program, buffer: RecordBuffer, n: int) -> tuple[int, int, int]:
-    for i in range(len(program.every)):
-        if n % program.every[i] == 0:
-            status = _give(program, i)
-            if status > WARNING:
-                return i, SEND, status
-            status = _step(program, i, n)
-            if status > WARNING:
-                return i, STEP, status
-            status = _take(program, buffer, i, n)
-            if status > WARNING:
-                return i, FETCH, status
-    return 0, 0, 0
-
-
-@_kernel
-def _jacobi(program: Program, buffer: RecordBuffer, n: int) -> tuple[int, int, int]:
-    for i in range(len(program.every)):
-        if n % program.every[i] == 0:
-            status = _give(program, i)
-            if status > WARNING:
-                return i, SEND, status
-    for i in range(len(program.every)):
-        if n % program.every[i] == 0:
-            status = _step(program, i, n)
-            if status > WARNING:
-                return i, STEP, status
-    for i in range(len(program.every)):
-        if (n + 1) % program.every[i] == 0:
-            status = _take(program, buffer, i, n)
-            if status > WARNING:
-                return i, FETCH, status
-    return 0, 0, 0
-
-
-@_kernel
-def _met(conditions: Conditions, values: Array, n: int) -> int:
-    """Return the first condition that is met at point n, or -1."""
-    for k in range(len(conditions.positions)):
-        if n < conditions.since[k]:
-            continue
-        sign = conditions.signs[k]
-        if not sign * values[conditions.positions[k]] > sign * conditions.limits[k]:
-            conditions.since[k] = n + 1
-        elif n - conditions.since[k] >= conditions.hold[k]:
-            return k
-    return -1
-
-
-@_kernel
-def _advance(
-    program: Program,
-    changes: Changes,
-    buffer: RecordBuffer,
-    conditions: Conditions,
-    row: int,
-    begin: int,
-    end: int,
-    last: int,
-) -> tuple[int, int, int, int, int, int]:
-    """Process the points from `begin` to `end`, the latter excluded, and step from each but the last of the run.
-
-    Returns the last point seen, the number of rows, component, call and status of what failed, and the condition that
-    is met or -1.
+    It holds no references to the arrays, which must live as long as it.
     """
-    change = 0
-    for n in range(begin, end):
-        while change < len(changes.points) and changes.points[change] == n:
-            program.values[changes.positions[change]] = changes.values[change]
-            change += 1
-        if n >= buffer.first and n % buffer.every == 0:
-            for column in range(len(buffer.positions)):
-                buffer.table[row, column] = program.values[buffer.positions[column]]
-            buffer.points[row] = n
-            row += 1
-        met = _met(conditions, program.values, n)
-        if met >= 0:
-            return n, row, 0, 0, 0, met
-        if n < last:
-            failed, call, status = _jacobi(program, buffer, n) if program.jacobi else _gauss_seidel(program, buffer, n)
-            if status > WARNING:
-                return n, row, failed, call, status, -1
-    return end - 1, row, 0, 0, 0, -1
+    values = [_member(value) for value in data]
+    size = c_ssize_t(next(len(value) for value in data if isinstance(value, np.ndarray)))
+    members = dict(zip((*data._fields, "size"), (*values, size), strict=True))
+    fields = [(name, type(value)) for name, value in members.items()]
+    return type(type(data).__name__, (Structure,), {"_fields_": fields})(**members)
+
+
+def _member(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return c_void_p(value.ctypes.data)
+    if isinstance(value, bool):
+        return c_bool(value)
+    if isinstance(value, float):
+        return c_double(value)
+    return c_ssize_t(value) if isinstance(value, int) else _structure(value)

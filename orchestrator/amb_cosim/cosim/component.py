@@ -24,6 +24,7 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from fmi_export.exit_order import release_before_static_destructors
 
@@ -31,16 +32,6 @@ STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
 _logs: dict[str, list[str]] = {}
 _serial = itertools.count()
-
-
-class FmuError(RuntimeError):
-    """An FMU refused a call; `status` is its FMI status and `log` what it said."""
-
-    def __init__(self, call: str, status: str, log: Sequence[str]) -> None:
-        said = "; ".join(log) if log else "the FMU logged nothing"
-        super().__init__(f"{call} answered {status}: {said}")
-        self.status = status
-        self.log = list(log)
 
 
 @dataclass(frozen=True)

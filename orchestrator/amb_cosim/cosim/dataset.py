@@ -1,4 +1,4 @@
-"""The labelled data set of a run: recorded signals, with the origin of everything as attributes."""
+"""A run that ended, and the labels of what it recorded: units, descriptions, and the origin of everything."""
 
 from __future__ import annotations
 
@@ -6,22 +6,57 @@ import importlib.metadata
 import json
 import platform
 import subprocess
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from amb_cosim.cosim.experiment import port_of
-from amb_cosim.cosim.simulation import Recording
+from amb_cosim.cosim.netcdf import write_netcdf
+from amb_cosim.cosim.signals import Signals, SignalTable, Variable
+from amb_cosim.cosim.simulation import Outcome, Recording
 from amb_files.atomic import write_atomically
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _PACKAGES = ("amb-cosim", "fmpy", "pythonfmu", "numba", "numpy", "xarray")
 _DTYPES = {"Real": np.float64, "Integer": np.int32, "Boolean": np.int8}
 
 
-def to_dataset(recording: Recording) -> xr.Dataset:
-    """Return everything that a run recorded as a labelled data set over `time` (s).
+class Run:
+    """What a run recorded, and how it ended.
+
+    Attributes
+    ----------
+    outcome
+        `status` (completed, stopped, failed, interrupted), `time` (s), `component`, `reason`.
+    """
+
+    def __init__(self, recorded: SignalTable | xr.Dataset, outcome: Outcome) -> None:
+        self._recorded = recorded
+        self.outcome = outcome
+
+    @property
+    def signals(self) -> Signals:
+        """Every recorded variable, as the data set has it, without an import of xarray."""
+        return self._recorded
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Every recorded variable over `time` (s), with units and descriptions."""
+        if isinstance(self._recorded, SignalTable):
+            self._recorded = self._recorded.to_dataset()
+        return self._recorded
+
+    def _save(self, path: Path) -> None:
+        """Write what was recorded as NetCDF."""
+        save(self._recorded, path)
+
+
+def to_signals(recording: Recording) -> SignalTable:
+    """Return everything that a run recorded with its labels, over `time` (s).
 
     Structured attributes (parameters, versions, ...) are JSON texts, so that NetCDF can hold them.
     """
@@ -30,8 +65,7 @@ def to_dataset(recording: Recording) -> xr.Dataset:
     for column, variable in enumerate(recorder.table.T):
         label = plan.recorded[column]
         component, port = port_of(label, plan.system, recording.interfaces)
-        variables[label] = (
-            "time",
+        variables[label] = Variable(
             variable.astype(_DTYPES[port.type]),
             {
                 "units": port.unit or "1",
@@ -40,7 +74,7 @@ def to_dataset(recording: Recording) -> xr.Dataset:
                 "component": component,
             },
         )
-    time = ("time", recorder.points * plan.step_size, {"units": "s", "description": "Time"})
+    time = Variable(recorder.points * plan.step_size, {"units": "s", "description": "Time"})
     attributes: dict[str, Any] = {
         "system": plan.system.name,
         "flavour": recording.flavour,
@@ -58,17 +92,22 @@ def to_dataset(recording: Recording) -> xr.Dataset:
         "versions": json.dumps(_versions()),
         "git_revision": git_revision() or "",
     }
-    return xr.Dataset(variables, {"time": time}, attributes)
+    return SignalTable(variables, {"time": time}, attributes)
 
 
-def save(dataset: xr.Dataset, path: Path) -> None:
-    """Write a data set as NetCDF; the file appears complete or not at all."""
+def save(dataset: SignalTable | xr.Dataset, path: Path) -> None:
+    """Write signals as NetCDF; the file appears complete or not at all."""
+    if isinstance(dataset, SignalTable):
+        write_atomically(path, partial(write_netcdf, dataset))
+        return
     encoding = {name: {"zlib": True, "complevel": 4, "shuffle": True} for name in dataset.data_vars}
     write_atomically(path, lambda p: dataset.to_netcdf(p, engine="h5netcdf", encoding=encoding))
 
 
 def load(path: Path) -> xr.Dataset:
     """Read a data set back into memory."""
+    import xarray as xr
+
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
         return dataset.load()
 

@@ -6,38 +6,44 @@ Models are found by entry points: a distribution that declares
     lag_sensor = "lag_sensor.model:source"
 
 adds the model `lag_sensor`. `source(**options)` returns the `Model` and its constants; of the options (`rotor`,
-`receptances`, ...) it uses those that it knows.
+`receptances`, ...) it uses those that it names. Making a model imports its code and what computes its constants; for a
+source that says what it is `made_from`, an FMU that is already there is found without that.
 """
 
 from __future__ import annotations
 
 import hashlib
+import inspect
+import sysconfig
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points, version
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.choices import Flavour
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
-from fmi_export.building.python_fmu import build_python_fmu, guid_of
-from fmi_export.model import Model
 
-Flavour = Literal["python", "native"]  # run by PythonFMU, or compiled code that needs no Python
-FLAVOURS: tuple[Flavour, ...] = get_args(Flavour)
+if TYPE_CHECKING:
+    from fmi_export.model import Model
 
 GROUP = "amb_cosim.models"
 
+CODE = (".py", ".c", ".h", ".ll", ".toml")  # files of a package that decide what is made from it
+
 Constants = NDArray[np.float64]
-Source = Callable[..., tuple[Model, Constants]]
-Build = Callable[[Model, Constants, Path], Path]
-Guid = Callable[[Model, Constants], str]
+Source = Callable[..., "tuple[Model, Constants]"]
+Build = Callable[["Model", Constants, Path], Path]
+Guid = Callable[["Model", Constants], str]
+S = TypeVar("S", bound=Source)
 
 
 @dataclass(frozen=True)
@@ -49,10 +55,20 @@ class Fmu:
     flavour: str
 
 
+def made_from(*packages: str) -> Callable[[S], S]:
+    """Declare the packages whose code, with the source's own file, decides what a source returns for its options."""
+
+    def declare(source: S) -> S:
+        source.packages = packages  # type: ignore[attr-defined]
+        return source
+
+    return declare
+
+
 @cache
-def models() -> Mapping[str, Source]:
+def models() -> Mapping[str, EntryPoint]:
     """Return the models of this project and of other installed distributions, by name."""
-    return {point.name: partial(_load, point) for point in entry_points(group=GROUP)}
+    return {point.name: point for point in entry_points(group=GROUP)}
 
 
 def model_source(name: str, **options: Any) -> tuple[Model, Constants]:
@@ -63,15 +79,14 @@ def model_source(name: str, **options: Any) -> tuple[Model, Constants]:
     ValueError
         If there is no such model, or it cannot be made with these options.
     """
-    if name not in models():
-        raise ValueError(f"no model {name!r}; {suggest(name, models())}")
-    return models()[name](**options)
+    made: tuple[Model, Constants] = _source(name)(**options)
+    return made
 
 
 def build_models(
     names: Iterable[str],
     folder: Path,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     platforms: Iterable[str] | None = None,
     **options: Any,
 ) -> list[Path]:
@@ -89,7 +104,7 @@ def build_models(
     return [build(model, constants, folder) for model, constants in made]
 
 
-def provide(fmu: str, flavour: Flavour = "python", **options: Any) -> Fmu:
+def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model, built if need be, or the FMU file at a path.
 
     Raises
@@ -107,26 +122,25 @@ def provide(fmu: str, flavour: Flavour = "python", **options: Any) -> Fmu:
     return extracted(path)
 
 
-def ensure_built(name: str, flavour: Flavour = "python", **options: Any) -> Fmu:
+def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model, built and extracted into the user's cache if it is not there yet.
 
-    A native one is built for this machine. Its folder is named by the guid, so it changes when interface, code or
-    constants do, and what numba compiles is found again by the next run.
+    A native one is built for this machine. Its folder is named by what it is made from, so it changes when interface,
+    code or constants do.
 
     Raises
     ------
     ValueError
         If there is no such model, or it cannot be made with these options.
     """
-    model, constants = model_source(name, **options)
-    build, guid = _flavoured(flavour)
-    home = cache_folder() / f"{name}-{guid(model, constants).strip('{}')}"
+    home = cache_folder() / f"{name}-{_key(_source(name), flavour, options)}"
 
     def fill(stage: Path) -> None:
-        _unzip(build(model, constants, stage), stage / "extracted")
+        build, _ = _flavoured(flavour)
+        _unzip(build(*model_source(name, **options), stage), stage / "extracted")
 
     create_atomically(home, fill)
-    return Fmu(home / f"{model.name}.fmu", home / "extracted", flavour)
+    return Fmu(next(home.glob("*.fmu")), home / "extracted", flavour)
 
 
 def extracted(path: Path) -> Fmu:
@@ -144,9 +158,48 @@ def cache_folder() -> Path:
     return folder
 
 
-def _load(point: Any, **options: Any) -> tuple[Model, Constants]:
-    source: Source = point.load()
-    return source(**options)
+def _source(name: str) -> Source:
+    if name not in models():
+        raise ValueError(f"no model {name!r}; {suggest(name, models())}")
+    source: Source = models()[name].load()
+    return source
+
+
+def _key(source: Source, flavour: Flavour, options: Mapping[str, Any]) -> str:
+    """Return an identifier that changes with everything that an FMU is made from."""
+    packages: tuple[str, ...] | None = getattr(source, "packages", None)
+    if packages is None:
+        _, guid = _flavoured(flavour)
+        return guid(*source(**options)).strip("{}")
+    known = {name: options.get(name) for name in inspect.signature(source).parameters}
+    facts = [source.__qualname__, flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
+    sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source))))
+    for name, value in known.items():
+        sha.update(name.encode() + (_content(value) if isinstance(value, Path) else repr(value).encode()))
+    for package in (*packages, "amb_files", "fmi_export"):
+        sha.update(_code(package))
+    return sha.hexdigest()[:32]
+
+
+def _content(file: Path) -> bytes:
+    """Return the digest of a file; of one that cannot be read, nothing, and making the model says why."""
+    try:
+        return hashlib.sha256(file.read_bytes()).digest()
+    except OSError:
+        return b""
+
+
+@cache
+def _code(package: str) -> bytes:
+    """Return the digest of the code of an installed package."""
+    spec = find_spec(package)
+    if spec is None or spec.origin is None:
+        raise ValueError(f"package {package} is not installed")
+    folder, sha = Path(spec.origin).parent, hashlib.sha256()
+    for file in sorted(folder.rglob("*")):
+        if file.suffix in CODE:
+            sha.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
+    return sha.digest()
 
 
 def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None) -> tuple[Build, Guid]:
@@ -154,6 +207,8 @@ def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None) -> tupl
     if flavour == "python":
         if platforms is not None:
             raise ValueError("platforms are for native FMUs alone; those of flavour python run where PythonFMU does")
+        from fmi_export.building.python_fmu import build_python_fmu, guid_of
+
         return build_python_fmu, guid_of
     from fmi_export.building.native.package import build_native_fmu, native_guid
 

@@ -11,15 +11,14 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
-from typing import Generic, Literal, Protocol, TypeVar, get_args
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
+from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.errors import StartFailed, StepFailed
 from amb_cosim.cosim.schedules import Array, IntArray, Schedule
 
-Coupling = Literal["gauss_seidel", "jacobi"]
-Loop = Literal["compiled", "plain"]
-LOOPS: tuple[Loop, ...] = get_args(Loop)
 Observer = Callable[[int, Array], None]
 
 
@@ -62,20 +61,6 @@ class Wiring:
     n_exogenous: int
     sources: tuple[IntArray, ...]
     depends_on: tuple[tuple[int, ...], ...]
-
-
-class StepFailed(RuntimeError):
-    """A component did not complete a step; `component` and `time` (s) say which and when."""
-
-    def __init__(self, component: str, time: float, reason: str) -> None:
-        super().__init__(f"{component} failed at t = {time:.9g} s: {reason}")
-        self.component = component
-        self.time = time
-        self.reason = reason
-
-
-class StartFailed(RuntimeError):
-    """The components cannot be initialised: one refuses, or their outputs do not settle."""
 
 
 class Master(Generic[P]):

@@ -3,34 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
-from amb_cosim.cosim.dataset import save, to_dataset
+from amb_cosim.cosim.choices import Flavour, Loop
+from amb_cosim.cosim.dataset import Run, to_signals
 from amb_cosim.cosim.experiment import Experiment, plan_experiment
-from amb_cosim.cosim.fmus import Flavour
-from amb_cosim.cosim.master import Loop
-from amb_cosim.cosim.simulation import Outcome, Progress, assemble, run_plan
+from amb_cosim.cosim.simulation import Progress, assemble, run_plan
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import load_experiment, load_system
 from amb_cosim.cosim.values import Raw
 
 
-@dataclass(frozen=True)
-class Simulation:
+class Simulation(Run):
     """A run of a system: every recorded variable over time (s), and how the run ended."""
-
-    dataset: xr.Dataset
-    outcome: Outcome
 
     def save(self, folder: str | Path) -> Path:
         """Write `result.nc` into a folder, made if it is missing, and return the folder."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        save(self.dataset, folder / "result.nc")
+        self._save(folder / "result.nc")
         return folder
 
 
@@ -39,7 +31,7 @@ def simulate(
     experiment: Experiment | None = None,
     *,
     set: Mapping[str, Raw] | None = None,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     loop: Loop = "compiled",
     progress: Progress | None = None,
     **options: Any,
@@ -84,4 +76,4 @@ def simulate(
     for name, raw in (set or {}).items():
         values.set(name, raw)
     recording = run_plan(assembly, plan_experiment(experiment, values), progress, loop)
-    return Simulation(to_dataset(recording), recording.outcome)
+    return Simulation(to_signals(recording), recording.outcome)

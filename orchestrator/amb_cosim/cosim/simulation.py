@@ -11,11 +11,14 @@ from typing import Any, Literal
 
 from amb_cosim.cosim import compiled
 from amb_cosim.cosim.assignments import Assignments
+from amb_cosim.cosim.choices import Coupling, Flavour, Loop
 from amb_cosim.cosim.component import FmuComponent
+from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
-from amb_cosim.cosim.fmus import Flavour, Fmu, provide
-from amb_cosim.cosim.master import Coupling, Loop, Master, Observer, StepFailed
+from amb_cosim.cosim.fmus import Fmu, provide
+from amb_cosim.cosim.loop_library import load_loop
+from amb_cosim.cosim.master import Master, Observer
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.stopping import StopObserver, Stopped
@@ -96,7 +99,7 @@ class Assembly:
         return values
 
 
-def assemble(system: System, flavour: Flavour = "python", **options: Any) -> Assembly:
+def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Assembly:
     """Find the FMUs of a system and check its connections.
 
     Parameters
@@ -137,6 +140,7 @@ def run_plan(
         Called now and then with the steps done and their number.
     loop
         The `compiled` loop and the `plain` one, which calls the FMUs from Python, give the same to the last bit.
+        Where there is no compiled one (see `loop_library`), the plain one runs.
     coupling
         In place of the system's.
 
@@ -146,6 +150,8 @@ def run_plan(
         If an FMU cannot be loaded or refuses to start.
     """
     system = plan.system
+    if loop == "compiled" and load_loop() is None:
+        loop = "plain"
     wiring, inputs, outputs = system.wiring(assembly.interfaces, list(plan.inputs), plan.recorded)
     recorder = Recorder([wiring.names.index(name) for name in plan.recorded], plan.record_from, plan.record_every)
     with ExitStack() as stack, _deferred_interrupt() as interrupted:

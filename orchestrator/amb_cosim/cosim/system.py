@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
-from amb_cosim.cosim.master import Coupling, Wiring
+from amb_cosim.cosim.master import Wiring
 from amb_cosim.cosim.values import Raw
 from amb_files.suggestions import suggest
 

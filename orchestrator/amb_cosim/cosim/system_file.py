@@ -41,9 +41,9 @@ from typing import TypeVar
 
 from pydantic import Field
 
+from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.experiment import EVERYTHING, Event, Experiment, Profile
 from amb_cosim.cosim.fmus import models
-from amb_cosim.cosim.master import Coupling
 from amb_cosim.cosim.stopping import StopCondition
 from amb_cosim.cosim.system import Component, Connection, Signal, System
 from amb_cosim.cosim.tables import Table, Value, Values, time_of

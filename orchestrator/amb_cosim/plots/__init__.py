@@ -8,9 +8,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from amb_cosim.contact_history import rolling_from
+from amb_cosim.cosim.signals import Signals
 from amb_cosim.energies import energies
 from amb_cosim.orbits import radius
 from amb_cosim.series import BEARINGS
@@ -37,7 +36,7 @@ class Plots:
         What the run recorded, with its attributes.
     """
 
-    def __init__(self, dataset: xr.Dataset) -> None:
+    def __init__(self, dataset: Signals) -> None:
         self._dataset = dataset
 
     def orbits(self) -> Figure:
@@ -69,7 +68,7 @@ class Plots:
         return f"Plots of {self._dataset.attrs.get('scenario', 'a run')}: {methods}"
 
 
-def figure(dataset: xr.Dataset, name: str) -> Figure:
+def figure(dataset: Signals, name: str) -> Figure:
     """Return a figure of a run.
 
     Parameters
@@ -94,12 +93,12 @@ def figure(dataset: xr.Dataset, name: str) -> Figure:
 
     from amb_cosim.plots.style import STYLE
 
-    draw: Callable[[xr.Dataset], Figure] = getattr(import_module(f"{__name__}.{MODULES[name]}"), name)
+    draw: Callable[[Signals], Figure] = getattr(import_module(f"{__name__}.{MODULES[name]}"), name)
     with mpl.rc_context(STYLE):
         return draw(dataset)
 
 
-def draw_all(dataset: xr.Dataset, folder: Path) -> list[Path]:
+def draw_all(dataset: Signals, folder: Path) -> list[Path]:
     """Write the figures that suit a run to a folder, and return their paths: none if it recorded no motion."""
     if not _has_motion(dataset):
         return []
@@ -111,7 +110,7 @@ def draw_all(dataset: xr.Dataset, folder: Path) -> list[Path]:
     return list(paths.values())
 
 
-def chosen(dataset: xr.Dataset) -> list[str]:
+def chosen(dataset: Signals) -> list[str]:
     """Return the names of the figures that the scenario asks for, or else of those that suit the run.
 
     Orbits overlap while the speed changes; whirl is of interest where the rotor rolls on a bearing.
@@ -123,6 +122,6 @@ def chosen(dataset: xr.Dataset) -> list[str]:
     return names + ["whirl"] * (rolling_from(dataset) is not None)
 
 
-def _has_motion(dataset: xr.Dataset) -> bool:
+def _has_motion(dataset: Signals) -> bool:
     """Return whether the data set has samples of the displacement at both bearings."""
     return bool(dataset.sizes["time"]) and all(radius(dataset, mb) is not None for mb in BEARINGS.values())

@@ -6,19 +6,19 @@ import json
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.signals import Signals
 from amb_cosim.plots.style import BLUE, ORANGE, TITLE_SIZE
 from amb_cosim.series import BEARINGS, cycles, signal, speed, switched_on
 
 SITE_COLOURS = {"rb1": BLUE, "rb2": ORANGE}
 
 
-def plant_signal(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
+def plant_signal(dataset: Signals, name: str) -> NDArray[np.float64]:
     """Return the samples of a variable of the plant; NaN if it was not recorded."""
     values = signal(dataset, name)
     if values is None:
@@ -26,17 +26,17 @@ def plant_signal(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
     return values.astype(np.float64)
 
 
-def plant_parameter(dataset: xr.Dataset, name: str) -> float:
+def plant_parameter(dataset: Signals, name: str) -> float:
     """Return the value that a parameter of the plant had in the run."""
     return float(json.loads(dataset.attrs["parameters"])["rotor_contact"][name])
 
 
-def clearance(dataset: xr.Dataset, site: str) -> float:
+def clearance(dataset: Signals, site: str) -> float:
     """Return the radial clearance of a retainer bearing (m)."""
     return plant_parameter(dataset, f"{site}.clearance")
 
 
-def add_title(figure: Figure, dataset: xr.Dataset) -> None:
+def add_title(figure: Figure, dataset: Signals) -> None:
     """Write the name of the scenario and its spin speed above the figure."""
     speeds = speed(dataset)
     name = Path(dataset.attrs["scenario"]).stem
@@ -50,17 +50,17 @@ def site_title(site: str) -> str:
     return f"Retainer bearing {site.upper()} at {BEARINGS[site].upper()}"
 
 
-def time_values(dataset: xr.Dataset) -> NDArray[np.float64]:
+def time_values(dataset: Signals) -> NDArray[np.float64]:
     """Return the place of each sample on the time axis: its cycle, or its time (s) where the speed changes."""
     return cycles(dataset) * _cycle_length(dataset)
 
 
-def _cycle_length(dataset: xr.Dataset) -> float:
+def _cycle_length(dataset: Signals) -> float:
     """Return the length of a cycle on the time axis."""
     return float(dataset.attrs["period_s"]) if "speed_profile" in dataset.attrs else 1.0
 
 
-def _time_limits(dataset: xr.Dataset) -> tuple[float, float]:
+def _time_limits(dataset: Signals) -> tuple[float, float]:
     """Return the limits of the time axis: those that the scenario asks for, or those of the run."""
     if "plot_cycles" in dataset.attrs:
         begin, end = dataset.attrs["plot_cycles"]
@@ -70,7 +70,7 @@ def _time_limits(dataset: xr.Dataset) -> tuple[float, float]:
     return begin, float(round(end)) if abs(end - round(end)) < 0.05 and round(end) > begin else end
 
 
-def label_time_axis(axes: Axes, dataset: xr.Dataset) -> None:
+def label_time_axis(axes: Axes, dataset: Signals) -> None:
     """Set label, limits and ticks of the time axis."""
     begin, end = _time_limits(dataset)
     axes.set_xlabel("time (s)" if "speed_profile" in dataset.attrs else "synchronous cycles")
@@ -79,7 +79,7 @@ def label_time_axis(axes: Axes, dataset: xr.Dataset) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(10, integer=end - begin > 3.0, steps=[1, 2, 5, 10]))
 
 
-def _event_times(dataset: xr.Dataset) -> dict[str, float]:
+def _event_times(dataset: Signals) -> dict[str, float]:
     """Return the place on the time axis of the step, its removal and the start of ROLAC, within the axis' limits."""
     begin, end = _time_limits(dataset)
     event_cycles = {label: dataset.attrs.get(f"{label}_cycle") for label in ("step", "removal")}
@@ -88,12 +88,12 @@ def _event_times(dataset: xr.Dataset) -> dict[str, float]:
     return {name: time for name, time in times.items() if begin <= time <= end}
 
 
-def title_padding(dataset: xr.Dataset, highest: bool) -> float | None:
+def title_padding(dataset: Signals, highest: bool) -> float | None:
     """Return the distance (points) of a title from its axes: the names of events are written below the highest one."""
     return 14.0 if highest and _event_times(dataset) else None
 
 
-def mark_events(axes: Axes, dataset: xr.Dataset, named: bool) -> None:
+def mark_events(axes: Axes, dataset: Signals, named: bool) -> None:
     """Draw vertical lines at the step, its removal and the start of ROLAC, with their names if `named`."""
     for name, time in _event_times(dataset).items():
         axes.axvline(time, color="0.45", lw=0.8, ls=":")

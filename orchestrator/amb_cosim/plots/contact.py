@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from amb_cosim.cosim.signals import Signals
 from amb_cosim.plots.axes import (
     SITE_COLOURS,
     add_title,
@@ -26,7 +26,7 @@ STATES = ("none", "RB1", "RB2", "both")
 MODES = ("free", "sliding", "rolling")
 
 
-def contact(dataset: xr.Dataset) -> Figure:
+def contact(dataset: Signals) -> Figure:
     """Draw the normal contact force at both retainer bearings, and the contact state."""
     figure = StyledFigure(figsize=(7.0, 4.6), layout="constrained")
     *panels, state_panel = figure.subplots(3, 1, sharex=True, height_ratios=(3, 3, 1.6))
@@ -50,7 +50,7 @@ def contact(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def whirl(dataset: xr.Dataset) -> Figure:
+def whirl(dataset: Signals) -> Figure:
     """Draw the whirl speed at both retainer bearings, with spin speed and rolling speed, and the mode of contact."""
     figure = StyledFigure(figsize=(7.0, 5.8), layout="constrained")
     panels = figure.subplots(4, 1, sharex=True, height_ratios=(3, 1, 3, 1))
@@ -77,7 +77,7 @@ def whirl(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _draw_states(panel: Axes, dataset: xr.Dataset, name: str, states: tuple[str, ...]) -> None:
+def _draw_states(panel: Axes, dataset: Signals, name: str, states: tuple[str, ...]) -> None:
     """Draw a variable with few values over time, with a name for each value."""
     panel.step(time_values(dataset), plant_signal(dataset, name), where="post", color="black", lw=0.8)
     panel.set_ylim(-0.4, len(states) - 0.6)

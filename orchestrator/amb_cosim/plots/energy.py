@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import xarray as xr
 from matplotlib.figure import Figure
 
+from amb_cosim.cosim.signals import Signals
 from amb_cosim.energies import energies
 from amb_cosim.plots.axes import (
     add_title,
@@ -27,7 +27,7 @@ LABELS = {
 }
 
 
-def energy(dataset: xr.Dataset) -> Figure:
+def energy(dataset: Signals) -> Figure:
     """Draw the energy of the lateral motion; below it, since cycle 0, work, heat and the error of the balance."""
     figure = StyledFigure(figsize=(7.0, 4.6), layout="constrained")
     lateral, transferred = figure.subplots(2, 1, sharex=True)

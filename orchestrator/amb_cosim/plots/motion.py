@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.signals import Signals
 from amb_cosim.orbits import radius
 from amb_cosim.plots.axes import (
     SITE_COLOURS,
@@ -28,7 +28,7 @@ from amb_cosim.series import BEARINGS, cycles, speed, switched_on
 BEFORE, LOADED, AFTER = GREY, ORANGE, BLUE
 
 
-def orbits(dataset: xr.Dataset) -> Figure:
+def orbits(dataset: Signals) -> Figure:
     """Draw the path of the rotor centre at both bearings and the clearance, coloured by part of the run."""
     figure = StyledFigure(figsize=(7.0, 3.9), layout="constrained")
     limit = 1.1 * max([1e3 * clearance(dataset, site) for site in BEARINGS] + _largest_coordinates(dataset))
@@ -50,7 +50,7 @@ def orbits(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def displacement(dataset: xr.Dataset) -> Figure:
+def displacement(dataset: Signals) -> Figure:
     """Draw radial displacement over clearance at both bearings, and below it the spin speed where it changes."""
     changing = "speed_profile" in dataset.attrs
     figure = StyledFigure(figsize=(7.0, 5.4 if changing else 4.2), layout="constrained")
@@ -76,7 +76,7 @@ def displacement(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _draw_speed(panel: Axes, dataset: xr.Dataset) -> None:
+def _draw_speed(panel: Axes, dataset: Signals) -> None:
     """Draw the spin speed, in rad/s on the left and in Hz on the right."""
     panel.plot(time_values(dataset), speed(dataset), color="black")
     panel.set_title("Spin speed", loc="left")
@@ -88,7 +88,7 @@ def _draw_speed(panel: Axes, dataset: xr.Dataset) -> None:
     mark_events(panel, dataset, named=False)
 
 
-def run_parts(dataset: xr.Dataset) -> list[tuple[str, str, NDArray[np.bool_]]]:
+def run_parts(dataset: Signals) -> list[tuple[str, str, NDArray[np.bool_]]]:
     """Return name, colour and samples of the parts of a run: before the step, with the step, after its removal.
 
     A run without step and removal is divided where ROLAC is switched on, if it is. Neighbouring parts share a sample.
@@ -110,7 +110,7 @@ def run_parts(dataset: xr.Dataset) -> list[tuple[str, str, NDArray[np.bool_]]]:
     return [part for part, bound in zip(parts, (step, True, removal), strict=True) if bound is not None]
 
 
-def _largest_coordinates(dataset: xr.Dataset) -> list[float]:
+def _largest_coordinates(dataset: Signals) -> list[float]:
     """Return the largest |x| and |y| (mm) at each bearing."""
     return [
         1e3 * float(np.nanmax(np.abs(plant_signal(dataset, f"{mb}.{a}")))) for mb in BEARINGS.values() for a in "xy"

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Annotated, ClassVar
 
-from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import quantity
 from amb_cosim.progress import progress_bar
@@ -115,7 +115,7 @@ def recovery(
     *,
     instants: int = 5,
     alpha: Number = "7 1/s",
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> ControlComparison:
     """Return the share of the runs that end free of contact, and how long that takes, by control and unbalance.

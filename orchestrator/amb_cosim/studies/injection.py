@@ -11,10 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from amb_actuator.interface import AXES, N_AXES
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.values import Raw
 from amb_cosim.plan import SPEED
 from amb_cosim.scenario import make_scenario
@@ -42,7 +43,12 @@ class MeasuredSensitivity:
 
 
 def prepare_measurement(
-    speed: float, sample_time: float, amplifier: bool, delay: bool, settings: Mapping[str, Raw]
+    speed: float,
+    sample_time: float,
+    amplifier: bool,
+    delay: bool,
+    settings: Mapping[str, Raw],
+    flavour: Flavour = "native",
 ) -> Prepared:
     """Return a run of the levitated rotor without unbalance, ready to start.
 
@@ -58,6 +64,8 @@ def prepare_measurement(
         Whether currents are delayed by one sample.
     settings
         Values of parameters by `component.variable`.
+    flavour
+        Flavour of the FMUs.
 
     Raises
     ------
@@ -84,7 +92,7 @@ def prepare_measurement(
         },
         "sensitivity",
     )
-    prepared = prepare(scenario, settings)
+    prepared = prepare(scenario, settings, flavour=flavour)
     changed = [name for name, value in prepared.plan.inputs.items() if name != SPEED and value != 0.0]
     if changed:
         raise ValueError(
@@ -173,9 +181,9 @@ def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
     result = run_prepared(replace(prepared, plan=replace(plan, last=last * steps, events=events)))
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
-    _check_linear(result.dataset)
+    _check_linear(result.signals)
     first = settling + 1  # a current that the controller demands at a sample is recorded one sample later
-    demanded = [result.dataset[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a in AXES]
+    demanded = [result.signals[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a in AXES]
     currents = np.array(demanded)[:, first : first + samples]
     recorded = np.arange(settling, settling + samples) % samples
     ratio = _spectrum(currents, lines) / _spectrum(injected[:, recorded], lines)
@@ -187,7 +195,7 @@ def _spectrum(signals: Array, lines: NDArray[np.intp]) -> NDArray[np.complex128]
     return np.take_along_axis(np.fft.rfft(signals, axis=1), lines, axis=1)
 
 
-def _check_linear(dataset: xr.Dataset) -> None:
+def _check_linear(dataset: Signals) -> None:
     """Raise a ValueError if the rotor touched a retainer bearing or an amplifier reached a limit."""
     violations: Mapping[str, str] = {
         "rotor_contact.contact_state": "the rotor touched its retainer",

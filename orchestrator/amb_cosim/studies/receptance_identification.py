@@ -14,7 +14,7 @@ from rich.console import Console
 
 from amb_analysis.controller_data import SPEEDS, condition_number
 from amb_analysis.receptance_file import ReceptanceTable
-from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw
 from amb_cosim.json_data import Layout
 from amb_cosim.progress import STARTING, bars
@@ -91,7 +91,7 @@ def identify(
     output: Path | str | None = None,
     rotor: Path | str | None = None,
     set: Mapping[str, Raw] | None = None,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
     progress: bool | Report | None = None,
 ) -> Identification:
     """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.

@@ -9,16 +9,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from amb_analysis.controller_data import MAX_CONDITION, condition_number
 from amb_analysis.receptance_file import ReceptanceTable, loop_parameters, read_table
 from amb_analysis.sampled_loop import parameter_record
-from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
 from amb_cosim.scenario import make_scenario
@@ -28,6 +27,9 @@ from amb_cosim.studies.sampled_receptance import sampled_receptance
 from rolac_controller.enumerations import DONE, ERRORS, FAILED, GIVEN, ILL_CONDITIONED, STAGES
 from rolac_controller.excitation import force_component, periods
 from rolac_controller.rig_layout import AXES, SENSOR_NAMES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Complex = NDArray[np.complex128]
 
@@ -77,7 +79,7 @@ def prepare_identification(
     Omega: float,
     rotor_file: Path | str | None = None,
     settings: Mapping[str, Raw] | None = None,
-    flavour: Flavour = "python",
+    flavour: Flavour = "native",
 ) -> Prepared:
     """Return an identification of the levitated rotor, ready to run.
 

@@ -9,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 
 from amb_cosim.contact_history import contact_cycles, recovered
-from amb_cosim.cosim.fmus import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.system_file import Record
 from amb_cosim.cosim.values import Raw, quantity
@@ -38,7 +38,7 @@ class Trial:
     added: float
     cycle: float
     alpha: float
-    flavour: Flavour = "python"
+    flavour: Flavour = "native"
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def simulate_trial(trial: Trial) -> TrialResult:
     result = run_prepared(prepare_trial(trial))
     if result.outcome.failure is not None:
         raise ValueError(f"{trial.control}, {trial.added:g} kg m added: {result.outcome.failure}")
-    return TrialResult(bool(recovered(result.dataset)), contact_cycles(result.dataset)[1])
+    return TrialResult(bool(recovered(result.signals)), contact_cycles(result.signals)[1])
 
 
 def prepare_trial(trial: Trial) -> Prepared:

@@ -1,0 +1,13 @@
+"""What a user chooses between. This file and `errors` import nothing, so that help and mistakes are shown at once."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+Flavour = Literal["native", "python"]  # compiled code that needs no Python, or run by PythonFMU
+FLAVOURS: tuple[Flavour, ...] = get_args(Flavour)
+
+Loop = Literal["compiled", "plain"]
+LOOPS: tuple[Loop, ...] = get_args(Loop)
+
+Coupling = Literal["gauss_seidel", "jacobi"]

@@ -1,0 +1,29 @@
+"""Errors of a run: an FMU that refuses a call, a start or a step that fails."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+class FmuError(RuntimeError):
+    """An FMU refused a call; `status` is its FMI status and `log` what it said."""
+
+    def __init__(self, call: str, status: str, log: Sequence[str]) -> None:
+        said = "; ".join(dict.fromkeys(log)) if log else "the FMU logged nothing"
+        super().__init__(f"{call} answered {status}: {said}")
+        self.status = status
+        self.log = list(log)
+
+
+class StepFailed(RuntimeError):
+    """A component did not complete a step; `component` and `time` (s) say which and when."""
+
+    def __init__(self, component: str, time: float, reason: str) -> None:
+        super().__init__(f"{component} failed at t = {time:.9g} s: {reason}")
+        self.component = component
+        self.time = time
+        self.reason = reason
+
+
+class StartFailed(RuntimeError):
+    """The components cannot be initialised: one refuses, or their outputs do not settle."""

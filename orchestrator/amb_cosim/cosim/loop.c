@@ -1,0 +1,180 @@
+/* The loop of the master, calling FMI functions directly; `compiled.py` hands it the data and says what they mean.
+ *
+ * It does what the loop in `master.py` does, operation by operation. Structures are the NamedTuples of the same name;
+ * `size` is the length of their first array. Products and sums are rounded apart (-ffp-contract=off), as in Python.
+ */
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef _WIN32
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT __attribute__((visibility("default")))
+#endif
+
+typedef int Exchange(void *instance, const uint32_t *references, size_t size, void *values);
+typedef int DoStep(void *instance, double time, double step_size, int no_way_back);
+
+typedef struct {
+  const intptr_t *of;
+  Exchange *const *function;
+  const uint32_t *const *references_at;
+  void *const *values_at;
+  const bool *real, *direct;
+  const intptr_t *first, *positions;
+  const uint32_t *references;
+  double *reals;
+  int32_t *integers;
+  intptr_t size;
+} Calls;
+
+typedef struct {
+  void *const *instance;
+  DoStep *const *do_step;
+  const intptr_t *every;
+  const double *step_sizes;
+  Calls sends, fetches, needed;
+  double *values;
+  double start_time, step_size;
+  bool jacobi;
+  intptr_t size;
+} Program;
+
+typedef struct {
+  const intptr_t *points, *positions;
+  const double *values;
+  intptr_t size;
+} Changes;
+
+typedef struct {
+  const intptr_t *positions;
+  intptr_t first, every;
+  intptr_t *points;
+  double *table;
+  intptr_t size;
+} RecordBuffer;
+
+typedef struct {
+  const intptr_t *positions;
+  const double *signs, *limits;
+  intptr_t *since;
+  const intptr_t *hold;
+  intptr_t size;
+} Conditions;
+
+typedef struct {
+  intptr_t reached, row, component, call, status, met;
+} End;
+
+enum { SEND, STEP, FETCH };
+enum { WARNING = 1 }; /* the highest status with which a call has done its work */
+
+static int call(const Program *p, const Calls *calls, intptr_t i, intptr_t c) {
+  size_t size = (size_t)(calls->first[c + 1] - calls->first[c]);
+  return calls->function[c](p->instance[i], calls->references_at[c], size, calls->values_at[c]);
+}
+
+static int send(const Program *p, intptr_t i) {
+  const Calls *calls = &p->sends;
+  for (intptr_t c = calls->of[i]; c < calls->of[i + 1]; c++) {
+    for (intptr_t k = calls->first[c]; k < calls->first[c + 1]; k++) {
+      double value = p->values[calls->positions[k]];
+      if (calls->real[c])
+        calls->reals[k] = value;
+      else
+        calls->integers[k] = (int32_t)value;
+    }
+    int status = call(p, calls, i, c);
+    if (status > WARNING) return status;
+  }
+  return 0;
+}
+
+/* Whether a point from n + 1 to n + `every` is recorded; those see the outputs fetched at point n. */
+static bool is_recorded(const RecordBuffer *buffer, intptr_t n, intptr_t every) {
+  intptr_t earliest = n + 1 > buffer->first ? n + 1 : buffer->first;
+  intptr_t over = earliest % buffer->every;
+  intptr_t next = over == 0 ? earliest : over > 0 ? earliest - over + buffer->every : earliest - over;
+  return next <= n + every;
+}
+
+static int fetch(const Program *p, const RecordBuffer *buffer, intptr_t i, intptr_t n) {
+  const Calls *calls = is_recorded(buffer, n, p->every[i]) ? &p->fetches : &p->needed;
+  for (intptr_t c = calls->of[i]; c < calls->of[i + 1]; c++) {
+    int status = call(p, calls, i, c);
+    if (status > WARNING) return status;
+    if (calls->direct[c]) continue;
+    for (intptr_t k = calls->first[c]; k < calls->first[c + 1]; k++)
+      p->values[calls->positions[k]] = calls->real[c] ? calls->reals[k] : (double)calls->integers[k];
+  }
+  return 0;
+}
+
+static int step(const Program *p, intptr_t i, intptr_t n) {
+  double time = p->start_time + (double)n * p->step_size;
+  return p->do_step[i](p->instance[i], time, p->step_sizes[i], 1);
+}
+
+/* Makes one call of component i at point n; returns whether it did its work, and notes what failed. */
+static bool done(const Program *p, const RecordBuffer *buffer, intptr_t i, intptr_t n, int what, End *end) {
+  int status = what == SEND ? send(p, i) : what == STEP ? step(p, i, n) : fetch(p, buffer, i, n);
+  if (status <= WARNING) return true;
+  end->component = i, end->call = what, end->status = status;
+  return false;
+}
+
+static bool gauss_seidel(const Program *p, const RecordBuffer *buffer, intptr_t n, End *end) {
+  for (intptr_t i = 0; i < p->size; i++)
+    if (n % p->every[i] == 0)
+      for (int what = SEND; what <= FETCH; what++)
+        if (!done(p, buffer, i, n, what, end)) return false;
+  return true;
+}
+
+static bool jacobi(const Program *p, const RecordBuffer *buffer, intptr_t n, End *end) {
+  for (int what = SEND; what <= FETCH; what++)
+    for (intptr_t i = 0; i < p->size; i++)
+      if ((what == FETCH ? n + 1 : n) % p->every[i] == 0)
+        if (!done(p, buffer, i, n, what, end)) return false;
+  return true;
+}
+
+/* The first condition that is met at point n, or -1. */
+static intptr_t condition_met(const Conditions *c, const double *values, intptr_t n) {
+  for (intptr_t k = 0; k < c->size; k++) {
+    if (n < c->since[k]) continue;
+    if (!(c->signs[k] * values[c->positions[k]] > c->signs[k] * c->limits[k]))
+      c->since[k] = n + 1;
+    else if (n - c->since[k] >= c->hold[k])
+      return k;
+  }
+  return -1;
+}
+
+/* Processes the points from `begin` to `stop`, the latter excluded, and steps from each but the last of the run.
+ * `end` gets the last point seen, the number of rows, component, call and status of what failed, and the condition
+ * that is met or -1.
+ */
+EXPORT void advance(const Program *p, const Changes *changes, const RecordBuffer *buffer, const Conditions *conditions,
+                    intptr_t row, intptr_t begin, intptr_t stop, intptr_t last, End *end) {
+  intptr_t change = 0;
+  *end = (End){stop - 1, row, 0, 0, 0, -1};
+  for (intptr_t n = begin; n < stop; n++) {
+    for (; change < changes->size && changes->points[change] == n; change++)
+      p->values[changes->positions[change]] = changes->values[change];
+    if (n >= buffer->first && n % buffer->every == 0) {
+      double *to = buffer->table + end->row * buffer->size;
+      for (intptr_t column = 0; column < buffer->size; column++) to[column] = p->values[buffer->positions[column]];
+      buffer->points[end->row++] = n;
+    }
+    end->met = condition_met(conditions, p->values, n);
+    bool stepped = end->met < 0 &&
+                   (n >= last || (p->jacobi ? jacobi(p, buffer, n, end) : gauss_seidel(p, buffer, n, end)));
+    if (!stepped) {
+      end->reached = n;
+      return;
+    }
+  }
+}

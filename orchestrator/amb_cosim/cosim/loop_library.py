@@ -1,0 +1,52 @@
+"""The compiled loop as a shared library: shipped in the installed package, or compiled once into the user's cache."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from ctypes import CDLL
+from functools import cache
+from pathlib import Path
+
+from amb_cosim.cosim.fmus import cache_folder
+from amb_files.atomic import write_atomically
+from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
+
+SOURCE = Path(__file__).parent / "loop.c"
+SHIPPED = Path(__file__).parent / "loops"  # in an installed package
+
+
+@cache
+def load_loop() -> Callable[..., None] | None:
+    """Return the library's function `advance`, or None where there is no library and no compiler for it."""
+    try:
+        place = loop_place(host_platform())
+        path = SHIPPED / place
+        if not path.is_file():
+            path = cache_folder() / "loops" / place
+        if not path.is_file():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            library = compile_loop(host_platform())
+            write_atomically(path, lambda file: file.write_bytes(library))
+        advance = CDLL(str(path)).advance
+    except (OSError, ValueError):
+        return None
+    advance.restype = None
+    return advance
+
+
+def loop_place(platform: str) -> Path:
+    """Return where the library for a platform is, below the folder of all of them."""
+    digest = hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:32]
+    return Path(platform, f"loop-{digest}{PLATFORMS[platform][0]}")
+
+
+def compile_loop(platform: str) -> bytes:
+    """Compile the loop for a platform.
+
+    Raises
+    ------
+    ValueError
+        If there is no such platform, or the compiler is missing.
+    """
+    return compile_library("loop", {SOURCE.name: SOURCE.read_text(encoding="utf-8")}, platform)

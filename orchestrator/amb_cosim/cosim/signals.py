@@ -1,0 +1,74 @@
+"""Signals over time with their labels: what a run recorded, as summaries, figures and files read it.
+
+`SignalTable` has what they read of an `xarray.Dataset`, under the same names. Importing xarray takes as long as a short
+run, so it is loaded only when a data set is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Labelled(Protocol):
+    """Samples with their attributes (units, description, ...)."""
+
+    @property
+    def values(self) -> NDArray[Any]: ...
+    @property
+    def attrs(self) -> Mapping[Any, Any]: ...
+
+
+class Signals(Protocol):
+    """Signals over `time`, by name, with attributes of the run: a `SignalTable` or an `xarray.Dataset`."""
+
+    @property
+    def attrs(self) -> Mapping[Any, Any]: ...
+    @property
+    def sizes(self) -> Mapping[Any, int]: ...
+    def __getitem__(self, name: str, /) -> Labelled: ...
+    def __contains__(self, name: object, /) -> bool: ...
+
+
+@dataclass(frozen=True)
+class Variable:
+    """Samples of one variable, shape (n,), with their attributes."""
+
+    values: NDArray[Any]
+    attrs: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class SignalTable:
+    """Variables and coordinates over the dimension `time`, by name, with attributes of the run."""
+
+    variables: Mapping[str, Variable]
+    coordinates: Mapping[str, Variable]
+    attrs: Mapping[str, Any]
+
+    @property
+    def sizes(self) -> Mapping[str, int]:
+        """Number of samples, as `sizes["time"]`."""
+        return {"time": len(self.coordinates["time"].values)}
+
+    def __getitem__(self, name: str, /) -> Variable:
+        return self.coordinates[name] if name in self.coordinates else self.variables[name]
+
+    def __contains__(self, name: object, /) -> bool:
+        return name in self.variables or name in self.coordinates
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the same as a data set of xarray, which shares the samples."""
+        import xarray as xr
+
+        data, coordinates = (
+            {name: ("time", variable.values, dict(variable.attrs)) for name, variable in group.items()}
+            for group in (self.variables, self.coordinates)
+        )
+        return xr.Dataset(data, coordinates, dict(self.attrs))

@@ -1,0 +1,65 @@
+"""Where the compiled loop comes from, and what runs where there is none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from amb_cosim.cosim import compiled, loop_library, simulation
+from amb_cosim.scenario import parse_scenario
+from amb_cosim.simulation import prepare, run_prepared
+from fmi_export.building.native.compiler import PLATFORMS
+
+SHORT = 'system = "passive"\nOmega = "10 Hz"\nend_time = "20 ms"\nsettle_cycles = 0.5\n'
+
+
+@pytest.fixture
+def load_anew(tmp_path, monkeypatch):
+    """`load_loop` as a new process has it, with an empty cache and nothing shipped."""
+    monkeypatch.setattr(loop_library, "SHIPPED", tmp_path / "nothing")
+    monkeypatch.setattr(loop_library, "cache_folder", lambda: tmp_path)
+    return loop_library.load_loop.__wrapped__
+
+
+def test_the_loop_is_compiled_once(load_anew, tmp_path, monkeypatch):
+    pytest.importorskip("ziglang")
+    assert load_anew() is not None
+    assert len([path for path in tmp_path.rglob("*") if path.is_file()]) == 1
+    monkeypatch.setattr(loop_library, "compile_loop", lambda _: pytest.fail("compiled again"))
+    assert load_anew() is not None
+
+
+def test_a_loop_that_is_shipped_is_not_compiled(load_anew, tmp_path, monkeypatch):
+    pytest.importorskip("ziglang")
+    place = tmp_path / "shipped" / loop_library.loop_place(loop_library.host_platform())
+    place.parent.mkdir(parents=True)
+    place.write_bytes(loop_library.compile_loop(loop_library.host_platform()))
+    monkeypatch.setattr(loop_library, "SHIPPED", tmp_path / "shipped")
+    monkeypatch.setattr(loop_library, "compile_loop", lambda _: pytest.fail("compiled"))
+    assert load_anew() is not None
+
+
+@pytest.mark.parametrize("error", [ValueError("no compiler"), PermissionError("no cache")])
+def test_without_a_compiler_or_a_cache_there_is_no_loop(load_anew, monkeypatch, error):
+    def fail(_):
+        raise error
+
+    monkeypatch.setattr(loop_library, "compile_loop", fail)
+    assert load_anew() is None
+
+
+def test_where_there_is_no_compiled_loop_the_plain_one_gives_the_same(monkeypatch):
+    prepared = prepare(parse_scenario(SHORT, "short"))
+    expected = run_prepared(prepared)
+    monkeypatch.setattr(simulation, "load_loop", lambda: None)
+    monkeypatch.setattr(compiled, "run", lambda *_: pytest.fail("not the plain loop"))
+    found = run_prepared(prepared)
+    for name in expected.signals.variables:
+        np.testing.assert_array_equal(found.signals[name].values, expected.signals[name].values)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("platform", PLATFORMS)
+def test_the_loop_compiles_for_every_platform(platform):
+    pytest.importorskip("ziglang")
+    assert len(loop_library.compile_loop(platform)) > 1000
