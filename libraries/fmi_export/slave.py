@@ -40,7 +40,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         self.build = amb_cosim_bootstrap.build_facts(resources)
         release_before_static_destructors(resources.parent / "binaries" / "linux64" / f"{self.build['model']}.so")
         amb_cosim_bootstrap.refuse_other_code(self.build)
-        self.model = self.model_of(self.build["layout"])
+        self.model = self.model_of(json.loads((resources / "layout.json").read_text(encoding="utf-8")))
         self.modelName = self.model.name
         self.guid = self.build["guid"]
         self.instance = Instance(self.model, np.load(resources / "constants.npy"))

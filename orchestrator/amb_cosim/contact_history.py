@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.series import BEARINGS, cycles, signal
+from amb_cosim.places import places
+from amb_cosim.series import cycles, signal
 
-BUSHES = ("eb1", "eb2")  # at the rotor's ends
 RECOVERY_CYCLES = 5.0
 FREE, ROLLING = 0, 2  # values of a site's mode
 
@@ -29,8 +29,10 @@ def peak(dataset: Signals, name: str) -> float | None:
 
 
 def touchable(dataset: Signals) -> list[str]:
-    """Return the retainer bearings, and the end bushes that the rotor has touched."""
-    return [*BEARINGS, *(site for site in BUSHES if peak(dataset, f"{site}.f_n") or peak(dataset, f"{site}.impulse"))]
+    """Return the retainer bearings, and the other sites that the rotor has touched."""
+    others = places(dataset).others
+    touched = [site for site in others if peak(dataset, f"{site}.f_n") or peak(dataset, f"{site}.impulse")]
+    return [*places(dataset).retainers, *touched]
 
 
 def loaded_interval(dataset: Signals) -> tuple[float, float]:
@@ -39,13 +41,14 @@ def loaded_interval(dataset: Signals) -> tuple[float, float]:
 
 
 def contact_share(dataset: Signals) -> dict[str, float | None]:
-    """Return the share of the time between step and removal in each contact state: 0 none, 1 RB1, 2 RB2, 3 both."""
+    """Return the share of the time between step and removal in each contact state, see `Places.contact_states`."""
     begin, end = loaded_interval(dataset)
     state = signal(dataset, "contact_state")
     within = (cycles(dataset) >= begin) & (cycles(dataset) < end)
+    values = range(len(places(dataset).contact_states))
     if state is None or not within.any():
-        return {str(k): None for k in range(4)}
-    return {str(k): float(np.mean(state[within] == k)) for k in range(4)}
+        return {str(k): None for k in values}
+    return {str(k): float(np.mean(state[within] == k)) for k in values}
 
 
 def in_contact(dataset: Signals) -> NDArray[np.bool_] | None:
@@ -54,7 +57,7 @@ def in_contact(dataset: Signals) -> NDArray[np.bool_] | None:
     if state is None:
         return None
     touching = state != 0
-    for site in (*BEARINGS, *BUSHES):
+    for site in places(dataset).sites:
         for name in ("mode", "impulse"):
             values = signal(dataset, f"{site}.{name}")
             if values is not None:
@@ -106,7 +109,7 @@ def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
 
 def rolling_from(dataset: Signals) -> float | None:
     """Return the first cycle from which a retainer bearing rolls through at least a turn of whirl without a break."""
-    starts = [start for site in BEARINGS for start in _turns_rolled(dataset, site)]
+    starts = [start for site in places(dataset).retainers for start in _turns_rolled(dataset, site)]
     return min(starts, default=None)
 
 

@@ -15,8 +15,8 @@ from amb_cosim.cosim.fmus import build_models, made_from
 if TYPE_CHECKING:
     from fmi_export.model import Model
 
-CONTROLLER = "rolac_controller"
-MODELS = ("rotor_contact", "amb_actuator", CONTROLLER)
+PLANT, CONTROLLER = "rotor_contact", "rolac_controller"
+MODELS = (PLANT, "amb_actuator", CONTROLLER)
 
 Made = tuple["Model", NDArray[np.float64]]
 

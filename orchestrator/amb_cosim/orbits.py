@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.series import BEARINGS, change, cycles, signal, turns
+from amb_cosim.places import places
+from amb_cosim.series import change, cycles, signal, turns
 
 _FEWEST_SAMPLES = 8  # of a turn, for three coefficients
 
@@ -43,7 +44,8 @@ def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
     turned, at = turns(dataset), change(dataset)
     before = None if at is None or not len(turned) else float(np.interp(at, cycles(dataset), turned))
     ends = {"before": before, "end": float(turned[-1]) if len(turned) else None}
-    return {when: {mb: _of_turn(dataset, mb, turned, end) for mb in BEARINGS.values()} for when, end in ends.items()}
+    bearings = places(dataset).bearings
+    return {when: {mb: _of_turn(dataset, mb, turned, end) for mb in bearings} for when, end in ends.items()}
 
 
 def synchronous_amplitude(x: NDArray[np.float64], y: NDArray[np.float64], theta: NDArray[np.float64]) -> float:
@@ -76,5 +78,5 @@ def _of_turn(dataset: Signals, bearing: str, turned: NDArray[np.float64], end: f
 
 
 def _largest_radii(dataset: Signals, within: NDArray[np.bool_]) -> dict[str, float | None]:
-    radii = {mb: radius(dataset, mb) for mb in BEARINGS.values()}
+    radii = {mb: radius(dataset, mb) for mb in places(dataset).bearings}
     return {mb: None if r is None or not within.any() else float(1e3 * r[within].max()) for mb, r in radii.items()}

@@ -11,14 +11,12 @@ from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.experiment import Event, Experiment, Plan, Profile, plan_experiment, whole_steps
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.values import Raw, convert
+from amb_cosim.places import Places, places_of
 from amb_cosim.scenario import Scenario, positive_speed
 
 SPEED = "Omega"  # the shared signal whose first value counts the cycles
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
 UNBALANCE = "kg.m"
-
-# What figures and plots need, whatever else is recorded.
-ESSENTIAL = tuple(f"rotor_contact.{name}" for name in ("mb?.[xy]", "rb?.*", "eb?.*", "contact_state", "energy.*"))
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,7 @@ def plan_scenario(
     Parameters
     ----------
     scenario, assembly
-        What is run, of what.
+        What is run, of what. Signals of the rotor's places are always recorded, as figures need them.
     settings
         Values by `component.variable`, or by a signal's name, that replace the scenario's first values.
     until
@@ -98,12 +96,18 @@ def plan_scenario(
         profiles=_speed_profile(scenario, values, period, h),
         stops=tuple(stop.condition(period) for stop in scenario.stop),
         recorded=scenario.record.variables,
-        essential=ESSENTIAL,
+        essential=_essential(places_of(assembly)),
         record_every=scenario.record.every,
         record_settling=scenario.record.settling,
     )
     plan = plan_experiment(experiment, values)
     return ScenarioPlan(**{f.name: getattr(plan, f.name) for f in fields(Plan)}, period=period, marks=marks)
+
+
+def _essential(places: Places) -> tuple[str, ...]:
+    """Return patterns of what summary and plots need, whatever else is recorded."""
+    of_places = (*(f"{bearing}.[xy]" for bearing in places.bearings), *(f"{site}.*" for site in places.sites))
+    return tuple(f"rotor_contact.{name}" for name in (*of_places, "contact_state", "energy.*"))
 
 
 def _scaled(

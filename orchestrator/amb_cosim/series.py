@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 
-BEARINGS = {"rb1": "mb1", "rb2": "mb2"}  # each retainer bearing and the magnetic bearing that it protects
 _PLANT = "rotor_contact"
 _CONTROL_ACTS = "rolac_controller.rolac_active"
 

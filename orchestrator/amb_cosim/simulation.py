@@ -17,6 +17,8 @@ from amb_cosim.cosim.simulation import Assembly, Progress, Recording, assemble, 
 from amb_cosim.cosim.system_file import load_system
 from amb_cosim.cosim.values import Raw
 from amb_cosim.models import CONTROLLER, check_loop
+from amb_cosim.places import ATTRIBUTE as PLACES
+from amb_cosim.places import places_of
 from amb_cosim.plan import ScenarioPlan, plan_scenario
 from amb_cosim.progress import progress_bar
 from amb_cosim.result import Result
@@ -140,6 +142,7 @@ def _labelled(prepared: Prepared, recording: Recording) -> SignalTable:
         "source": scenario.source,
         "speed_rad_s": plan.speed,
         "period_s": plan.period,
+        PLACES: places_of(prepared.assembly).to_json(),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }
     if plan.profile:

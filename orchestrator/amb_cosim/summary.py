@@ -11,7 +11,7 @@ from rich.table import Table
 from amb_cosim import contact_history, energies
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
-from amb_cosim.series import BEARINGS
+from amb_cosim.places import places
 from amb_cosim.text_tables import number
 
 AtPlaces = dict[str, float | None]
@@ -39,7 +39,9 @@ class Summary:
     peak_impulse
         Largest normal impulse of the impacts within a step at each site (N s).
     contact_share
-        Share of the time between step and removal in each contact state: 0 none, 1 RB1, 2 RB2, 3 both.
+        Share of the time between step and removal in each contact state, by the plant's output `contact_state`.
+    contact_states
+        What these states are: for two bearings none, RB1, RB2, both.
     first_contact, last_contact
         Cycles of the first and last sample in contact.
     recovered
@@ -72,6 +74,7 @@ class Summary:
     peak_contact_force: AtPlaces = field(metadata={KEY: "peak_contact_force_N"})
     peak_impulse: AtPlaces = field(metadata={KEY: "peak_impulse_Ns"})
     contact_share: AtPlaces
+    contact_states: tuple[str, ...]
     first_contact: float | None = field(metadata={KEY: "first_contact_cycle"})
     last_contact: float | None = field(metadata={KEY: "last_contact_cycle"})
     recovered: bool | None
@@ -106,7 +109,7 @@ class Summary:
             ("synchronous part at the end", self.settled_amplitude["end"], "mm"),
         ):
             table.add_row(label, _at_places(values, unit))
-        shares = zip(("none", "RB1", "RB2", "both"), self.contact_share.values(), strict=True)
+        shares = zip(self.contact_states, self.contact_share.values(), strict=True)
         texts = [f"{name} {100 * share:.1f} %" for name, share in shares if share is not None]
         table.add_row("contact between step and removal", ", ".join(texts) or "-")
         first, last = self.first_contact, self.last_contact
@@ -141,12 +144,13 @@ def summarise(dataset: Signals) -> Summary:
         peak_contact_force={site: contact_history.peak(dataset, f"{site}.f_n") for site in sites},
         peak_impulse={site: contact_history.peak(dataset, f"{site}.impulse") for site in sites},
         contact_share=contact_history.contact_share(dataset),
+        contact_states=places(dataset).contact_states,
         first_contact=first,
         last_contact=last,
         recovered=contact_history.recovered(dataset),
         recovery=contact_history.recovery(dataset),
         rolling_from=contact_history.rolling_from(dataset),
-        whirl_speed={site: contact_history.whirl_at_the_end(dataset, site) for site in BEARINGS},
+        whirl_speed={site: contact_history.whirl_at_the_end(dataset, site) for site in places(dataset).retainers},
         orbit_before=orbit_before(dataset),
         orbit_after=orbit_after(dataset),
         orbit_largest=orbit_largest(dataset),

@@ -14,6 +14,7 @@ import xarray as xr
 from click.testing import CliRunner, Result
 
 from amb_cosim.cli import main
+from amb_cosim.places import Places
 
 PERIOD = 0.02
 SAMPLES = 100  # per cycle
@@ -77,6 +78,7 @@ def make_run(end: float = 20, **attributes) -> xr.Dataset:
             "simulated_s": end * PERIOD,
             "wall_s": 0.1,
             "speed_rad_s": 2 * np.pi / PERIOD,
+            "places": Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2", "eb1", "eb2")).to_json(),
             "period_s": PERIOD,
             "step_cycle": 5.0,
             "removal_cycle": 10.0,

@@ -56,10 +56,10 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
         script = shutil.copy2(_script(model), stage)
         shutil.copy2(bootstrap.__file__, stage)
         np.save(stage / "constants.npy", np.ascontiguousarray(constants, dtype=np.float64))
+        (stage / "layout.json").write_text(json.dumps(dict(model.layout), indent=1), encoding="utf-8")
         (stage / "build.json").write_text(json.dumps(_build_facts(model, constants), indent=1), encoding="utf-8")
-        files = [
-            stage / name for name in ("code", bootstrap.__name__.split(".")[-1] + ".py", "constants.npy", "build.json")
-        ]
+        script_helper = bootstrap.__name__.split(".")[-1] + ".py"
+        files = [stage / name for name in ("code", script_helper, "constants.npy", "layout.json", "build.json")]
         with _restoring_interpreter():
             built = FmuBuilder.build_FMU(script, dest=Path(temporary), project_files=files)
         target = folder / f"{model.name}.fmu"
@@ -86,7 +86,6 @@ def _build_facts(model: Model, constants: Array) -> dict[str, object]:
         "version": versions["amb-cosim"],
         "tool": f"amb-cosim {versions['amb-cosim']} with PythonFMU {versions['pythonfmu']}",
         "packages": digests(model),
-        "layout": dict(model.layout),
     }
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import json
 import sysconfig
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
@@ -53,6 +54,12 @@ class Fmu:
     path: Path
     folder: Path
     flavour: str
+
+    @property
+    def layout(self) -> dict[str, Any] | None:
+        """What its interface was made from, of an FMU of this project's export; None of others."""
+        file = self.folder / "resources" / "layout.json"
+        return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
 
 
 def made_from(*packages: str) -> Callable[[S], S]:

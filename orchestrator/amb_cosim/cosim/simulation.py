@@ -118,6 +118,7 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
     """
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
     interfaces = {c: read_interface(fmu.path, c) for c, fmu in fmus.items()}
+    system = system.connected_to(interfaces)
     system.check(interfaces)
     return Assembly(system, fmus, interfaces)
 

@@ -10,7 +10,7 @@
     [[connect]]
     from = "plant"
     to = "sensor"
-    variables = { "x" = "u" }         # output = input; a list where both have the same name
+    variables = { "x" = "u" }         # output = input; a list where both have the same name, with patterns: ["*.i_?"]
 
     [[signal]]                        # one value for several inputs
     name = "Omega"

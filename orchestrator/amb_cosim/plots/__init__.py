@@ -12,7 +12,7 @@ from amb_cosim.contact_history import rolling_from
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.energies import energies
 from amb_cosim.orbits import radius
-from amb_cosim.series import BEARINGS
+from amb_cosim.places import places
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,19 +40,19 @@ class Plots:
         self._dataset = dataset
 
     def orbits(self) -> Figure:
-        """Draw the path of the rotor centre at both bearings: before, during and after the added unbalance."""
+        """Draw the path of the rotor centre at each bearing: before, during and after the added unbalance."""
         return figure(self._dataset, "orbits")
 
     def displacement(self) -> Figure:
-        """Draw radial displacement over clearance at both bearings, and the spin speed where it changes."""
+        """Draw radial displacement over clearance at each bearing, and the spin speed where it changes."""
         return figure(self._dataset, "displacement")
 
     def contact(self) -> Figure:
-        """Draw the normal contact force at both retainer bearings, and which of them are touched."""
+        """Draw the normal contact force at each retainer bearing and each other site touched, and the contact state."""
         return figure(self._dataset, "contact")
 
     def whirl(self) -> Figure:
-        """Draw the whirl speed at both retainer bearings, and whether the rotor slides or rolls on them."""
+        """Draw the whirl speed at each retainer bearing, and whether the rotor slides or rolls on them."""
         return figure(self._dataset, "whirl")
 
     def energy(self) -> Figure:
@@ -123,5 +123,5 @@ def chosen(dataset: Signals) -> list[str]:
 
 
 def _has_motion(dataset: Signals) -> bool:
-    """Return whether the data set has samples of the displacement at both bearings."""
-    return bool(dataset.sizes["time"]) and all(radius(dataset, mb) is not None for mb in BEARINGS.values())
+    """Return whether the data set has samples of the displacement at every bearing."""
+    return bool(dataset.sizes["time"]) and all(radius(dataset, mb) is not None for mb in places(dataset).bearings)

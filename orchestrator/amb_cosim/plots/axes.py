@@ -12,10 +12,11 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.plots.style import BLUE, ORANGE, TITLE_SIZE
-from amb_cosim.series import BEARINGS, cycles, signal, speed, switched_on
+from amb_cosim.places import places
+from amb_cosim.plots.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW
+from amb_cosim.series import cycles, signal, speed, switched_on
 
-SITE_COLOURS = {"rb1": BLUE, "rb2": ORANGE}
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 
 
 def plant_signal(dataset: Signals, name: str) -> NDArray[np.float64]:
@@ -45,9 +46,21 @@ def add_title(figure: Figure, dataset: Signals) -> None:
     figure.suptitle(f"{name}, $\\Omega$ = {text} rad/s", fontsize=TITLE_SIZE)
 
 
-def site_title(site: str) -> str:
-    """Return the name of a retainer bearing and of the magnetic bearing that it protects."""
-    return f"Retainer bearing {site.upper()} at {BEARINGS[site].upper()}"
+def site_title(dataset: Signals, site: str) -> str:
+    """Return the name of a contact site and, of a retainer bearing, of the magnetic bearing that it protects."""
+    bearing = places(dataset).retainers.get(site)
+    return f"Retainer bearing {site.upper()} at {bearing.upper()}" if bearing else f"Contact site {site.upper()}"
+
+
+def bearing_title(dataset: Signals, bearing: str) -> str:
+    """Return the name of a magnetic bearing, with that of its retainer bearing where it has one."""
+    site = places(dataset).bearings[bearing]
+    return site_title(dataset, site) if site else f"Bearing {bearing.upper()}"
+
+
+def colour_of(dataset: Signals, site: str) -> str:
+    """Return the colour of a contact site in all figures."""
+    return COLOURS[places(dataset).sites.index(site) % len(COLOURS)]
 
 
 def time_values(dataset: Signals) -> NDArray[np.float64]:

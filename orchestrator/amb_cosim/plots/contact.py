@@ -6,11 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from amb_cosim.contact_history import touchable
 from amb_cosim.cosim.signals import Signals
+from amb_cosim.places import places
 from amb_cosim.plots.axes import (
-    SITE_COLOURS,
     add_title,
     clearance,
+    colour_of,
     label_time_axis,
     mark_events,
     plant_parameter,
@@ -20,22 +22,23 @@ from amb_cosim.plots.axes import (
     title_padding,
 )
 from amb_cosim.plots.style import DASHED, GREY, StyledFigure
-from amb_cosim.series import BEARINGS, speed
+from amb_cosim.series import speed
 
-STATES = ("none", "RB1", "RB2", "both")
 MODES = ("free", "sliding", "rolling")
 
 
 def contact(dataset: Signals) -> Figure:
-    """Draw the normal contact force at both retainer bearings, and the contact state."""
-    figure = StyledFigure(figsize=(7.0, 4.6), layout="constrained")
-    *panels, state_panel = figure.subplots(3, 1, sharex=True, height_ratios=(3, 3, 1.6))
+    """Draw the normal contact force at each retainer bearing and each other site touched, and the contact state."""
+    sites, states = touchable(dataset), places(dataset).contact_states
+    ratios = (*[3.0] * len(sites), 0.4 * len(states))
+    figure = StyledFigure(figsize=(7.0, 4.6 * sum(ratios) / 7.6), layout="constrained")
+    *panels, state_panel = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
     highest = 1e-3
-    for panel, site in zip(panels, BEARINGS, strict=True):
+    for panel, site in zip(panels, sites, strict=True):
         force = 1e-3 * plant_signal(dataset, f"{site}.f_n")
         highest = max(highest, float(force.max()))
-        panel.plot(time_values(dataset), force, color=SITE_COLOURS[site])
-        panel.set_title(site_title(site), loc="left", pad=title_padding(dataset, panel is panels[0]))
+        panel.plot(time_values(dataset), force, color=colour_of(dataset, site))
+        panel.set_title(site_title(dataset, site), loc="left", pad=title_padding(dataset, panel is panels[0]))
         panel.set_ylabel("$N$ (kN)")
         if not force.any():
             _write_no_contact(panel)
@@ -43,7 +46,7 @@ def contact(dataset: Signals) -> Figure:
     for panel in panels:
         panel.set_ylim(0.0, 1.08 * highest)
     state_panel.set_title("Contact state", loc="left")
-    _draw_states(state_panel, dataset, "contact_state", STATES)
+    _draw_states(state_panel, dataset, "contact_state", states)
     mark_events(state_panel, dataset, named=False)
     label_time_axis(state_panel, dataset)
     add_title(figure, dataset)
@@ -51,18 +54,21 @@ def contact(dataset: Signals) -> Figure:
 
 
 def whirl(dataset: Signals) -> Figure:
-    """Draw the whirl speed at both retainer bearings, with spin speed and rolling speed, and the mode of contact."""
-    figure = StyledFigure(figsize=(7.0, 5.8), layout="constrained")
-    panels = figure.subplots(4, 1, sharex=True, height_ratios=(3, 1, 3, 1))
+    """Draw the whirl speed at each retainer bearing, with spin speed and rolling speed, and the mode of contact."""
+    sites = places(dataset).retainers
+    figure = StyledFigure(figsize=(7.0, 2.9 * len(sites)), layout="constrained")
+    panels = figure.subplots(2 * len(sites), 1, sharex=True, height_ratios=(3, 1) * len(sites))
     times, Omega = time_values(dataset), speed(dataset)
-    for whirl_panel, mode_panel, site in zip(panels[::2], panels[1::2], BEARINGS, strict=True):
+    for whirl_panel, mode_panel, site in zip(panels[::2], panels[1::2], sites, strict=True):
         rolling = -plant_parameter(dataset, f"{site}.journal_radius") / clearance(dataset, site) * Omega
         closed = plant_signal(dataset, f"{site}.mode") > 0.0
         whirl_panel.plot(times, Omega, color="black", lw=0.8, ls=":", label=r"$+\Omega$")
         whirl_panel.plot(times, rolling, color="black", lw=0.8, ls=DASHED, label=r"rolling, $-(R_s/C_r)\,\Omega$")
         whirling = np.where(closed, plant_signal(dataset, f"{site}.whirl_speed"), np.nan)
-        whirl_panel.plot(times, whirling, ".-", ms=1.5, color=SITE_COLOURS[site], label="in contact")
-        whirl_panel.set_title(site_title(site), loc="left", pad=title_padding(dataset, whirl_panel is panels[0]))
+        whirl_panel.plot(times, whirling, ".-", ms=1.5, color=colour_of(dataset, site), label="in contact")
+        whirl_panel.set_title(
+            site_title(dataset, site), loc="left", pad=title_padding(dataset, whirl_panel is panels[0])
+        )
         whirl_panel.set(ylabel="whirl (rad/s)", ylim=(1.12 * rolling.min(), -0.12 * rolling.min()))
         if not closed.any():
             _write_no_contact(whirl_panel)

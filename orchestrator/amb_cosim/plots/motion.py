@@ -10,37 +10,43 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.orbits import radius
+from amb_cosim.places import places
 from amb_cosim.plots.axes import (
-    SITE_COLOURS,
     add_title,
+    bearing_title,
     clearance,
+    colour_of,
     label_time_axis,
     mark_events,
     plant_signal,
-    site_title,
     time_values,
     title_padding,
 )
 from amb_cosim.plots.style import BLUE, DASHED, GREY, ORANGE, StyledFigure
-from amb_cosim.series import BEARINGS, cycles, speed, switched_on
+from amb_cosim.series import cycles, speed, switched_on
 
 # Colours of the parts of a run.
 BEFORE, LOADED, AFTER = GREY, ORANGE, BLUE
 
 
 def orbits(dataset: Signals) -> Figure:
-    """Draw the path of the rotor centre at both bearings and the clearance, coloured by part of the run."""
-    figure = StyledFigure(figsize=(7.0, 3.9), layout="constrained")
-    limit = 1.1 * max([1e3 * clearance(dataset, site) for site in BEARINGS] + _largest_coordinates(dataset))
-    panels = figure.subplots(1, 2, sharex=True, sharey=True)
-    for panel, (site, mb) in zip(panels, BEARINGS.items(), strict=True):
+    """Draw the path of the rotor centre at each bearing and the clearance, coloured by part of the run."""
+    bearings = places(dataset).bearings
+    clearances = [1e3 * clearance(dataset, site) for site in bearings.values() if site]
+    limit = 1.1 * max(clearances + _largest_coordinates(dataset))
+    figure = StyledFigure(figsize=(max(3.5 * len(bearings), 4.5), 3.9), layout="constrained")
+    panels = figure.subplots(1, len(bearings), sharex=True, sharey=True, squeeze=False)[0]
+    for panel, (mb, site) in zip(panels, bearings.items(), strict=True):
         x, y = 1e3 * plant_signal(dataset, f"{mb}.x"), 1e3 * plant_signal(dataset, f"{mb}.y")
         angle = np.linspace(0.0, 2.0 * np.pi, 361)
-        c = 1e3 * clearance(dataset, site)
-        panel.plot(c * np.cos(angle), c * np.sin(angle), color="black", lw=1.0, ls=DASHED, zorder=3, label="clearance")
+        if site:
+            c = 1e3 * clearance(dataset, site)
+            circle = {"color": "black", "lw": 1.0, "ls": DASHED, "zorder": 3, "label": "clearance"}
+            panel.plot(c * np.cos(angle), c * np.sin(angle), **circle)
         for label, colour, within in run_parts(dataset):
             panel.plot(np.where(within, x, np.nan), np.where(within, y, np.nan), color=colour, lw=0.7, label=label)
-        panel.set(title=site_title(site), xlabel="$x$ (mm)", xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
+        panel.set(title=bearing_title(dataset, mb), xlabel="$x$ (mm)", aspect="equal")
+        panel.set(xlim=(-limit, limit), ylim=(-limit, limit))
         panel.xaxis.set_major_locator(MaxNLocator(5, symmetric=True))
         panel.yaxis.set_major_locator(MaxNLocator(5, symmetric=True))
     panels[0].set_ylabel("$y$ (mm)")
@@ -51,26 +57,31 @@ def orbits(dataset: Signals) -> Figure:
 
 
 def displacement(dataset: Signals) -> Figure:
-    """Draw radial displacement over clearance at both bearings, and below it the spin speed where it changes."""
-    changing = "speed_profile" in dataset.attrs
-    figure = StyledFigure(figsize=(7.0, 5.4 if changing else 4.2), layout="constrained")
-    ratios = (3, 3, 2) if changing else (1, 1)
-    panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
+    """Draw the radius of the motion at each bearing, over its clearance, and below it the speed where it changes."""
+    bearings, changing = places(dataset).bearings, "speed_profile" in dataset.attrs
+    figure = StyledFigure(figsize=(7.0, 2.1 * len(bearings) + 1.2 * changing), layout="constrained")
+    ratios = (3,) * len(bearings) + (2,) * changing
+    panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios, squeeze=False)[:, 0]
     highest = 1.0
-    for panel, (site, mb) in zip(panels[:2], BEARINGS.items(), strict=True):
+    for panel, (mb, site) in zip(panels, bearings.items(), strict=False):
         r = radius(dataset, mb)
         assert r is not None
+        panel.set_title(bearing_title(dataset, mb), loc="left", pad=title_padding(dataset, panel is panels[0]))
+        mark_events(panel, dataset, named=panel is panels[0])
+        if not site:
+            panel.plot(time_values(dataset), 1e3 * r, color="black")
+            panel.set(ylabel="radius (mm)", ylim=(0.0, None))
+            continue
         relative = r / clearance(dataset, site)
         highest = max(highest, float(relative.max()))
         panel.axhline(1.0, color="black", lw=1.0, ls=DASHED)
-        panel.plot(time_values(dataset), relative, color=SITE_COLOURS[site])
-        panel.set_title(site_title(site), loc="left", pad=title_padding(dataset, panel is panels[0]))
+        panel.plot(time_values(dataset), relative, color=colour_of(dataset, site))
         panel.set_ylabel("radius / clearance")
-        mark_events(panel, dataset, named=panel is panels[0])
-    for panel in panels[:2]:
-        panel.set_ylim(0.0, 1.05 * highest)
+    for panel, site in zip(panels, bearings.values(), strict=False):
+        if site:
+            panel.set_ylim(0.0, 1.05 * highest)
     if changing:
-        _draw_speed(panels[2], dataset)
+        _draw_speed(panels[-1], dataset)
     label_time_axis(panels[-1], dataset)
     add_title(figure, dataset)
     return figure
@@ -112,6 +123,5 @@ def run_parts(dataset: Signals) -> list[tuple[str, str, NDArray[np.bool_]]]:
 
 def _largest_coordinates(dataset: Signals) -> list[float]:
     """Return the largest |x| and |y| (mm) at each bearing."""
-    return [
-        1e3 * float(np.nanmax(np.abs(plant_signal(dataset, f"{mb}.{a}")))) for mb in BEARINGS.values() for a in "xy"
-    ]
+    signals = (plant_signal(dataset, f"{mb}.{axis}") for mb in places(dataset).bearings for axis in "xy")
+    return [1e3 * float(np.nanmax(np.abs(values))) for values in signals]

@@ -57,6 +57,7 @@ def build_native_fmu(model: Model, constants: Array, folder: Path, platforms: It
     check_compiler()
     sources = native_sources(model, constants)
     content = {"modelDescription.xml": _description(model, native_guid(model, constants))}
+    content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
     for platform in chosen:
         library = f"binaries/{platform}/{model.name}{PLATFORMS[platform][0]}"
         content[library] = compile_library(model.name, sources, platform)

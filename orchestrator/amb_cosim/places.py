@@ -1,0 +1,80 @@
+"""The bearings and contact sites of a rotor, as its plant names them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from itertools import zip_longest
+from typing import Any
+
+from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.simulation import Assembly
+
+PLANT = "rotor_contact"  # component of a system
+ATTRIBUTE = "places"  # of a data set
+
+
+@dataclass(frozen=True)
+class Places:
+    """Bearings and contact sites, in the order of the plant's variables.
+
+    bearings
+        Each bearing with its retainer, the site where the rotor touches down in it; empty where it has none.
+    sites
+        All contact sites.
+    """
+
+    bearings: Mapping[str, str]
+    sites: tuple[str, ...]
+
+    @property
+    def retainers(self) -> dict[str, str]:
+        """Each retainer with the bearing that it protects."""
+        return {site: bearing for bearing, site in self.bearings.items() if site}
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """The sites that are no retainers: bushes, seals."""
+        return tuple(site for site in self.sites if site not in self.retainers)
+
+    @property
+    def contact_states(self) -> tuple[str, ...]:
+        """What each value of the plant's `contact_state` means: which bearings the rotor touches."""
+        names = [(site or bearing).upper() for bearing, site in self.bearings.items()]
+        together = ["+".join(n for k, n in enumerate(names) if value >> k & 1) for value in range(2 ** len(names))]
+        together[0] = "none"
+        return (*together[:3], "both") if len(names) == 2 else tuple(together)
+
+    def to_json(self) -> str:
+        """Return the text that `places` reads."""
+        return json.dumps(asdict(self))
+
+
+def places(dataset: Signals) -> Places:
+    """Return the places of the rotor that a data set is about."""
+    stored: dict[str, Any] = json.loads(dataset.attrs[ATTRIBUTE])
+    return Places(stored["bearings"], tuple(stored["sites"]))
+
+
+def places_of(assembly: Assembly) -> Places:
+    """Return the places of a system's plant from the layout in its FMU; without one, from the names of its variables.
+
+    Then the first retainer belongs to the first bearing, and so on. Without a plant there are none.
+    """
+    if PLANT not in assembly.interfaces:
+        return Places({}, ())
+    fmu, plant = assembly.fmus.get(PLANT), assembly.interfaces[PLANT]
+    layout = None if fmu is None else fmu.layout
+    if layout is not None:
+        owners = {site["bearing"]: site["name"] for site in reversed(layout["sites"]) if site["bearing"]}
+        bearings = {bearing: owners.get(bearing, "") for bearing in layout["bearings"]}
+        return Places(bearings, tuple(site["name"] for site in layout["sites"]))
+    sites, names = _parts(plant, "output", "f_n"), _parts(plant, "input", "k_xx")
+    return Places(dict(zip_longest(names, sites[: len(names)], fillvalue="")), tuple(sites))
+
+
+def _parts(plant: FmuInterface, causality: str, variable: str) -> list[str]:
+    names: Iterable[str] = (port.name for port in plant.of(causality))
+    return [name.removesuffix(f".{variable}") for name in names if name.endswith(f".{variable}")]
