@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
-from fmi_export.building.python_fmu import build_python_fmu, guid_of
+from fmi_export.building.identity import guid_of
+from fmi_export.building.python_fmu import build_python_fmu
 from fmi_export.model import Model
 
 Flavour = Literal["python", "native"]  # run by PythonFMU, or compiled code that needs no Python

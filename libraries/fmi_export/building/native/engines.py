@@ -1,0 +1,125 @@
+"""Engines: the machine code of a model for a platform, which its FMUs share whatever their interface and constants are.
+
+An engine is the slave in C and the two lowered kernels. It is shipped inside the installed package, or was compiled
+before and is in the user's cache, or is compiled now.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import json
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from platform import machine
+from typing import Any
+
+import platformdirs
+
+from amb_files.atomic import create_atomically, write_atomically
+from fmi_export.building.identity import digests
+from fmi_export.building.native.compiler import PLATFORMS, check_compiler, compile_library
+from fmi_export.model import Model
+
+HERE = Path(__file__).parent
+SHIPPED = HERE / "engines"  # in an installed package
+C_SOURCES = ("fmi2.h", "data.h", "instance.h", "kernels.h", "resources.h")
+C_SOURCES += ("data.c", "instance.c", "resources.c", "slave.c")
+MAKERS = ("lowering.py", "runtime.ll", "compiler.py", "universal.py")
+MADE_BY = "made_by.txt"
+
+
+@dataclass(frozen=True)
+class Engine:
+    """A shared library, and the names and versions of the compilers that made it."""
+
+    library: bytes
+    made_by: str
+
+    def write(self, folder: Path, name: str) -> None:
+        """Write the engine of the model `name` into an existing folder."""
+        (folder / name).write_bytes(self.library)
+        (folder / MADE_BY).write_text(self.made_by, encoding="utf-8")
+
+
+def engine_key(model: Model) -> str:
+    """Return an identifier, 32 hexadecimal digits, that changes with the code of kernels and slave, with nothing else.
+
+    Neither numba nor the C compiler is asked.
+    """
+    sha = hashlib.sha256(json.dumps([model.name, _place(model.initialise), _place(model.step)]).encode())
+    sha.update(json.dumps(digests(model)).encode())
+    for name in (*C_SOURCES, *MAKERS):
+        sha.update(name.encode() + b"\0" + (HERE / name).read_bytes() + b"\0")
+    return sha.hexdigest()[:32]
+
+
+def engine(model: Model, platform: str) -> Engine:
+    """Return the engine of a model for one of `PLATFORMS`.
+
+    Raises
+    ------
+    ValueError
+        If it must be compiled, and a compiler is missing or a kernel needs Python when it runs.
+    """
+    place = Path(platform) / f"{model.name}-{engine_key(model)}"
+    library = f"{model.name}{PLATFORMS[platform][0]}"
+    kept = _cache() / "engines" / place
+    for folder in (SHIPPED / place, kept):
+        if folder.is_dir():
+            return Engine((folder / library).read_bytes(), (folder / MADE_BY).read_text(encoding="utf-8"))
+    compiled = _compile(model, platform)
+    with suppress(OSError):  # without a cache the next build takes as long
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        create_atomically(kept, lambda stage: compiled.write(stage, library))
+    return compiled
+
+
+def engine_sources(model: Model) -> dict[str, str]:
+    """Return the sources of an engine by file name: the slave, the key, the lowered kernels."""
+    sources = {name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
+    key = f'#define ENGINE_KEY "{engine_key(model)}"\n'
+    return sources | {"engine_key.h": key, "kernels.ll": _lowered(model)}
+
+
+def _compile(model: Model, platform: str) -> Engine:
+    missing = [name for name in ("numba", "ziglang") if importlib.util.find_spec(name) is None]
+    if missing:
+        raise ValueError(
+            f"there is no engine of {model.name} for {platform} yet, and to compile it {' and '.join(missing)} must be "
+            "installed: pip install 'amb-cosim[native]'"
+        )
+    check_compiler()
+    library = compile_library(model.name, engine_sources(model), platform)
+    return Engine(library, "numba {numba}, ziglang {ziglang}".format(**_versions("numba", "ziglang")))
+
+
+def _lowered(model: Model) -> str:
+    """Return the lowered kernels, from the user's cache where they are there: all platforms share them."""
+    from fmi_export.building.native.lowering import lower
+
+    facts = json.dumps([engine_key(model), _versions("numba", "llvmlite"), machine()])
+    kept = _cache() / f"kernels-{model.name}-{hashlib.sha256(facts.encode()).hexdigest()[:32]}.ll"
+    if kept.is_file():
+        return kept.read_text(encoding="utf-8")
+    assembly = lower(model)
+    with suppress(OSError):
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(kept, lambda path: path.write_bytes(assembly.encode()))
+    return assembly
+
+
+def _place(kernel: Callable[..., Any]) -> str:
+    function = getattr(kernel, "py_func", kernel)
+    return f"{function.__module__}.{function.__qualname__}"
+
+
+def _versions(*names: str) -> dict[str, str]:
+    return {name: importlib.metadata.version(name) for name in names}
+
+
+def _cache() -> Path:
+    return platformdirs.user_cache_path("amb-cosim", appauthor=False)
