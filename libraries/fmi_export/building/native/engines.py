@@ -10,25 +10,25 @@ import hashlib
 import importlib.metadata
 import importlib.util
 import json
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from platform import machine
-from typing import Any
 
 import platformdirs
 
 from amb_files.atomic import create_atomically, write_atomically
 from fmi_export.building.identity import digests
 from fmi_export.building.native.compiler import PLATFORMS, check_compiler, compile_library
+from fmi_export.building.native.lowering import lower
 from fmi_export.model import Model
 
 HERE = Path(__file__).parent
 SHIPPED = HERE / "engines"  # in an installed package
 C_SOURCES = ("fmi2.h", "data.h", "instance.h", "kernels.h", "resources.h")
 C_SOURCES += ("data.c", "instance.c", "resources.c", "slave.c")
-MAKERS = ("lowering.py", "runtime.ll", "compiler.py", "universal.py")
+LOWERING = ("lowering.py", "runtime.ll")
+COMPILING = ("compiler.py", "universal.py")
 MADE_BY = "made_by.txt"
 
 
@@ -50,11 +50,7 @@ def engine_key(model: Model) -> str:
 
     Neither numba nor the C compiler is asked.
     """
-    sha = hashlib.sha256(json.dumps([model.name, _place(model.initialise), _place(model.step)]).encode())
-    sha.update(json.dumps(digests(model)).encode())
-    for name in (*C_SOURCES, *MAKERS):
-        sha.update(name.encode() + b"\0" + (HERE / name).read_bytes() + b"\0")
-    return sha.hexdigest()[:32]
+    return _digest(_kernels(model), *C_SOURCES, *LOWERING, *COMPILING)
 
 
 def engine(model: Model, platform: str) -> Engine:
@@ -99,10 +95,8 @@ def _compile(model: Model, platform: str) -> Engine:
 
 def _lowered(model: Model) -> str:
     """Return the lowered kernels, from the user's cache where they are there: all platforms share them."""
-    from fmi_export.building.native.lowering import lower
-
-    facts = json.dumps([engine_key(model), _versions("numba", "llvmlite"), machine()])
-    kept = _cache() / f"kernels-{model.name}-{hashlib.sha256(facts.encode()).hexdigest()[:32]}.ll"
+    facts = [_kernels(model), _versions("numba", "llvmlite"), machine()]
+    kept = _cache() / f"kernels-{model.name}-{_digest(facts, *LOWERING)}.ll"
     if kept.is_file():
         return kept.read_text(encoding="utf-8")
     assembly = lower(model)
@@ -112,9 +106,17 @@ def _lowered(model: Model) -> str:
     return assembly
 
 
-def _place(kernel: Callable[..., Any]) -> str:
-    function = getattr(kernel, "py_func", kernel)
-    return f"{function.__module__}.{function.__qualname__}"
+def _kernels(model: Model) -> list[object]:
+    """Return what the machine code of the kernels depends on."""
+    functions = [getattr(kernel, "py_func", kernel) for kernel in (model.initialise, model.step)]
+    return [model.name, [f"{f.__module__}.{f.__qualname__}" for f in functions], digests(model)]
+
+
+def _digest(facts: object, *files: str) -> str:
+    sha = hashlib.sha256(json.dumps(facts).encode())
+    for name in files:
+        sha.update(name.encode() + b"\0" + (HERE / name).read_bytes() + b"\0")
+    return sha.hexdigest()[:32]
 
 
 def _versions(*names: str) -> dict[str, str]:

@@ -55,7 +55,7 @@ static void explain_fault(char *text, const Run *run, int64_t fault)
 static int64_t first_outside(const Data *data, const double *values, int64_t first, int64_t count)
 {
     const double *minima = data->minima + first, *maxima = data->maxima + first;
-    int outside = 0; /* found without a jump, so that the compiler compares several at once */
+    int64_t outside = 0; /* as wide as a value, and found without a jump: the compiler compares several at once */
     for (int64_t i = 0; i < count; i++)
         outside |= !((minima[i] <= values[i]) & (values[i] <= maxima[i]));
     for (int64_t i = 0; outside && i < count; i++)
