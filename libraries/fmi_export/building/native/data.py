@@ -45,7 +45,7 @@ def model_data(model: Model, constants: Array, guid: str, key: str) -> bytes:
     )
     parts = [HEADER.pack(MAGIC, VERSION, key.encode(), guid.encode(), *counts), constants.tobytes()]
     parts += [np.asarray(numbers, "<f8").tobytes() for numbers in (table.start, table.minimum, table.maximum)]
-    parts += [faults, variables, pieces, bytes(TYPES.index(v.type) for v in table.variables), texts.content]
+    parts += [faults, variables, pieces, bytes(TYPES.index(v.type) for v in table.variables), bytes(texts.content)]
     content = b"".join(parts)
     return content + struct.pack("<I", zlib.crc32(content))
 
@@ -94,7 +94,8 @@ def _variable(v: Variable, texts: _Texts) -> bytes:
 def _sentences(model: Model, texts: _Texts) -> tuple[bytes, bytes]:
     """Return the faults and the pieces of their sentences."""
     position = model.interface.position
-    faults, pieces = [], []
+    faults: list[bytes] = []
+    pieces: list[bytes] = []
     for code, sentence in model.faults.items():
         texts.check(sentence, sentence.count("{"))
         first = len(pieces)

@@ -19,17 +19,19 @@ import platformdirs
 
 from amb_files.atomic import create_atomically, write_atomically
 from fmi_export.building.identity import digests
-from fmi_export.building.native.compiler import PLATFORMS, check_compiler, compile_library
+from fmi_export.building.native.compiler import check_compiler, compile_library
 from fmi_export.building.native.lowering import lower
 from fmi_export.model import Model
 
 HERE = Path(__file__).parent
 SHIPPED = HERE / "engines"  # in an installed package
-C_SOURCES = ("fmi2.h", "data.h", "instance.h", "kernels.h", "resources.h")
-C_SOURCES += ("data.c", "instance.c", "resources.c", "slave.c")
+C_SOURCES = (
+    *("fmi2.h", "data.h", "instance.h", "kernels.h", "resources.h"),
+    *("data.c", "instance.c", "resources.c", "slave.c"),
+)
 LOWERING = ("lowering.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")
-MADE_BY = "made_by.txt"
+LIBRARY, MADE_BY = "library", "made_by.txt"  # file names
 
 
 @dataclass(frozen=True)
@@ -39,10 +41,20 @@ class Engine:
     library: bytes
     made_by: str
 
-    def write(self, folder: Path, name: str) -> None:
-        """Write the engine of the model `name` into an existing folder."""
-        (folder / name).write_bytes(self.library)
-        (folder / MADE_BY).write_text(self.made_by, encoding="utf-8")
+    @classmethod
+    def read(cls, folder: Path) -> Engine:
+        """Return the engine in a folder that `write` made."""
+        return cls((folder / LIBRARY).read_bytes(), (folder / MADE_BY).read_text(encoding="utf-8"))
+
+    def write(self, folder: Path) -> None:
+        """Write the engine into a new folder, whole or not at all."""
+
+        def fill(stage: Path) -> None:
+            (stage / LIBRARY).write_bytes(self.library)
+            (stage / MADE_BY).write_text(self.made_by, encoding="utf-8")
+
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        create_atomically(folder, fill)
 
 
 def engine_key(model: Model) -> str:
@@ -61,17 +73,20 @@ def engine(model: Model, platform: str) -> Engine:
     ValueError
         If it must be compiled, and a compiler is missing or a kernel needs Python when it runs.
     """
-    place = Path(platform) / f"{model.name}-{engine_key(model)}"
-    library = f"{model.name}{PLATFORMS[platform][0]}"
+    place = engine_place(model, platform)
     kept = _cache() / "engines" / place
     for folder in (SHIPPED / place, kept):
         if folder.is_dir():
-            return Engine((folder / library).read_bytes(), (folder / MADE_BY).read_text(encoding="utf-8"))
+            return Engine.read(folder)
     compiled = _compile(model, platform)
     with suppress(OSError):  # without a cache the next build takes as long
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        create_atomically(kept, lambda stage: compiled.write(stage, library))
+        compiled.write(kept)
     return compiled
+
+
+def engine_place(model: Model, platform: str) -> Path:
+    """Return where the engine of a model is, below the folder of all engines."""
+    return Path(platform, f"{model.name}-{engine_key(model)}")
 
 
 def engine_sources(model: Model) -> dict[str, str]:
