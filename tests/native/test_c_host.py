@@ -244,22 +244,26 @@ def other(unpacked, model, constants, platform):
     return folder / "binaries" / platform / name, native_guid(model, constants), (folder / "resources").as_uri()
 
 
-@pytest.mark.slow
-def test_the_windows_library_runs_under_wine(
-    cc, unpacked, plant, plant_constants, plant_program, lag, lag_program, tmp_path
-):
-    import os
+@pytest.fixture(scope="module")
+def wine(tmp_path_factory):
+    """The command that runs a program for Windows."""
     import shutil
 
-    wine = shutil.which("wine64") or shutil.which("wine")
-    if not wine:
+    program = shutil.which("wine64") or shutil.which("wine")
+    if not program:
         pytest.skip("needs wine")
+    return ["env", f"WINEPREFIX={tmp_path_factory.mktemp('wine')}", "WINEDEBUG=-all", program]
+
+
+@pytest.mark.slow
+def test_the_windows_library_runs_under_wine(
+    wine, cc, unpacked, plant, plant_constants, plant_program, lag, lag_program, tmp_path
+):
     host = build_host(cc, PLATFORMS["win64"][1][0], tmp_path / "host.exe")
-    environment = {**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"}
     for model, constants, program in ((lag, np.zeros(1), lag_program), (plant, plant_constants, plant_program)):
         library, guid, resources = other(unpacked, model, constants, "win64")
         resources = resources.replace("file:///", "file:///Z:/")
-        answers, _ = run([wine, host], library, guid, resources, program.lines, env=environment)
+        answers, _ = run([*wine, host], library, guid, resources, program.lines)
         program.check(answers, tolerance=1e-9)
 
 
@@ -277,3 +281,24 @@ def test_the_arm_library_runs_under_qemu(
         fmu = other(unpacked, model, constants, "aarch64-linux")
         answers, _ = run(["qemu-aarch64", "-L", root, host], *fmu, program.lines)
         program.check(answers, tolerance=1e-9)
+
+
+@pytest.mark.slow
+def test_the_windows_library_finds_its_data_in_every_form_of_location(wine, cc, unpacked, lag, tmp_path):
+    import shutil
+
+    library, guid, _ = other(unpacked, lag, np.zeros(1), "win64")
+    place = tmp_path / "a b" / "Größe" / "resources"
+    shutil.copytree(unpacked(lag, np.zeros(1), ["all"]) / "resources", place)
+    encoded = place.as_uri().removeprefix("file://")
+    host = build_host(cc, PLATFORMS["win64"][1][0], tmp_path / "host.exe")
+    forms = [f"file:///Z:{encoded}", f"file:/Z:{encoded}", f"file://localhost/Z:{encoded}/", f"file://Z:{encoded}"]
+    # wine hands arguments to a program in its code page, so that letters beyond ASCII only come encoded
+    plain = tmp_path / "plain folder"
+    shutil.copytree(place, plain)
+    forms += [f"Z:{plain}", "Z:" + str(plain).replace("/", "\\"), "z:" + str(plain).replace("/", "\\") + "\\"]
+    for form in forms:
+        answers, log = run([*wine, host], library, guid, form, ["new 0", "enter 0", "exit 0", "free 0"])
+        assert [answer[0] for answer in answers] == ["0"] * 4, (form, log)
+    _, log = run([*wine, host], library, guid, "Z:\\nowhere", ["new 0"])
+    assert "cannot read Z:\\nowhere/model.bin: No such file or directory" in log
