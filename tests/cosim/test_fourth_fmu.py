@@ -48,7 +48,8 @@ def dataset_of(environment: dict[str, str], folder: Path, scenario: str, *option
 def test_sensors_without_lag_change_no_bit(installed, tmp_path):
     """With exp(-h/tau) = 0 the sensors pass on their inputs, and Gauss-Seidel order adds no delay."""
     scenario = str(EXAMPLE / "fig4_9_with_sensors.toml")
-    found = dataset_of(installed, tmp_path / "with", scenario, "--set", "sensors.time_constant=1e-9")
+    options = ("--set", "sensors.time_constant=1e-9", "--flavour", "python")
+    found = dataset_of(installed, tmp_path / "with", scenario, *options)
     base = dataset_of(installed, tmp_path / "without", "fig4_9")
     assert np.max(base["rotor_contact.rb1.f_n"]) > 0.0
     for name, values in base.items():
@@ -56,7 +57,8 @@ def test_sensors_without_lag_change_no_bit(installed, tmp_path):
 
 
 def test_the_lag_is_that_of_a_held_input(installed, tmp_path):
-    found = dataset_of(installed, tmp_path / "lag", str(EXAMPLE / "fig4_9_with_sensors.toml"))
+    scenario = str(EXAMPLE / "fig4_9_with_sensors.toml")
+    found = dataset_of(installed, tmp_path / "lag", scenario, "--flavour", "python")
     remainder = np.exp(-250e-6 / 50e-6)
     s, m = found["rotor_contact.s5"], found["sensors.m5"]
     expected = s[:-1] + (m[:-1] - s[:-1]) * remainder

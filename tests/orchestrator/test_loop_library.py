@@ -15,7 +15,8 @@ SHORT = 'system = "passive"\nOmega = "10 Hz"\nend_time = "20 ms"\nsettle_cycles 
 
 @pytest.fixture
 def load_anew(tmp_path, monkeypatch):
-    """`load_loop` as a new process has it, with an empty cache."""
+    """`load_loop` as a new process has it, with an empty cache and nothing shipped."""
+    monkeypatch.setattr(loop_library, "SHIPPED", tmp_path / "nothing")
     monkeypatch.setattr(loop_library, "cache_folder", lambda: tmp_path)
     return loop_library.load_loop.__wrapped__
 

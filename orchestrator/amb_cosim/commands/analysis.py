@@ -124,7 +124,7 @@ add_study(
     click.option("--node", type=int, help="Its node; the first disc by default."),
     click.option("--clearance", default="0.75 mm", show_default=True, help="Radial clearance, drawn as a line."),
 )
-add_study("coupling")
+add_study("coupling", FLAVOUR)
 add_study(
     "sensitivity",
     click.option("--speed", default="90 rad/s", show_default=True, help="Spin speed; also in Hz."),
@@ -132,6 +132,7 @@ add_study(
     click.option("--delay", is_flag=True, help="Delay currents by one sample."),
     click.option("--sample-time", default="250 us", show_default=True, help="Sample time of the controller."),
     SETTINGS,
+    FLAVOUR,
 )
 add_study(
     "linearisation",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
-from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.choices import Coupling, Flavour
 from amb_cosim.scenario import Scenario, make_scenario
 from amb_cosim.simulation import prepare, run_prepared
 from amb_cosim.studies.monolithic import Complex, Levitation
@@ -24,7 +24,14 @@ class Scheme:
     mean_current: bool = False
 
 
-def cosimulated(levitation: Levitation, scheme: Scheme, step: float, samples: int, substep: float = SUBSTEP) -> Complex:
+def cosimulated(
+    levitation: Levitation,
+    scheme: Scheme,
+    step: float,
+    samples: int,
+    substep: float = SUBSTEP,
+    flavour: Flavour = "native",
+) -> Complex:
     """Return the complex displacement at MB1 and MB2 (m) at each sample from a co-simulation of the three FMUs.
 
     Parameters
@@ -37,13 +44,15 @@ def cosimulated(levitation: Levitation, scheme: Scheme, step: float, samples: in
         How many samples the controller takes.
     substep
         Longest step of the plant's own integration (s).
+    flavour
+        Flavour of the FMUs.
 
     Raises
     ------
     ValueError
         If the co-simulation does not reach its end.
     """
-    result = run_prepared(prepare(scenario(levitation, scheme, step, samples, substep)))
+    result = run_prepared(prepare(scenario(levitation, scheme, step, samples, substep), flavour=flavour))
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
     bearings = [

@@ -15,6 +15,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.design import axis_parameters, linear_constants
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.studies.coupled_orbit import SUBSTEP, Scheme, cosimulated
 from amb_cosim.studies.monolithic import Levitation, free_orbit
 from amb_cosim.studies.result import DrawnResult
@@ -132,18 +133,24 @@ def comparisons() -> list[Comparison]:
     ]
 
 
-def coupling() -> CouplingConvergence:
+def coupling(flavour: Flavour = "native") -> CouplingConvergence:
     """Return the errors of the co-simulation against the monolithic system over the communication step, with orders.
+
+    Parameters
+    ----------
+    flavour
+        Flavour of the FMUs.
 
     Raises
     ------
     ValueError
         If a co-simulation does not reach its end.
     """
-    return CouplingConvergence(DURATION, SUBSTEP, tuple(compare(comparison) for comparison in comparisons()))
+    errors = tuple(compare(comparison, flavour=flavour) for comparison in comparisons())
+    return CouplingConvergence(DURATION, SUBSTEP, errors)
 
 
-def compare(comparison: Comparison, duration: float = DURATION) -> ComparisonErrors:
+def compare(comparison: Comparison, duration: float = DURATION, flavour: Flavour = "native") -> ComparisonErrors:
     """Return the errors of each scheme at each communication step, and observed orders.
 
     An error is the largest distance of the orbits at both bearings from those of the monolithic system at the
@@ -155,6 +162,8 @@ def compare(comparison: Comparison, duration: float = DURATION) -> ComparisonErr
         What is compared.
     duration
         Simulated time from rest (s).
+    flavour
+        Flavour of the FMUs.
     """
     levitation = comparison.levitation
     samples = math.ceil(duration / levitation.sample_time)
@@ -166,10 +175,8 @@ def compare(comparison: Comparison, duration: float = DURATION) -> ComparisonErr
     schemes = {}
     for name, scheme in comparison.schemes.items():
         reference = exact[scheme.coupling]
-        errors = [
-            float(np.abs(cosimulated(levitation, scheme, step, samples) - reference).max() / np.abs(reference).max())
-            for step in comparison.steps
-        ]
+        orbits = [cosimulated(levitation, scheme, step, samples, flavour=flavour) for step in comparison.steps]
+        errors = [float(np.abs(orbit - reference).max() / np.abs(reference).max()) for orbit in orbits]
         schemes[name] = SchemeErrors(np.array(errors), observed_order(comparison.steps, errors))
     return ComparisonErrors(comparison.title, levitation.sample_time, comparison.steps, schemes)
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_actuator.interface import AXES, N_AXES
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.values import Raw
 from amb_cosim.plan import SPEED
@@ -42,7 +43,12 @@ class MeasuredSensitivity:
 
 
 def prepare_measurement(
-    speed: float, sample_time: float, amplifier: bool, delay: bool, settings: Mapping[str, Raw]
+    speed: float,
+    sample_time: float,
+    amplifier: bool,
+    delay: bool,
+    settings: Mapping[str, Raw],
+    flavour: Flavour = "native",
 ) -> Prepared:
     """Return a run of the levitated rotor without unbalance, ready to start.
 
@@ -58,6 +64,8 @@ def prepare_measurement(
         Whether currents are delayed by one sample.
     settings
         Values of parameters by `component.variable`.
+    flavour
+        Flavour of the FMUs.
 
     Raises
     ------
@@ -84,7 +92,7 @@ def prepare_measurement(
         },
         "sensitivity",
     )
-    prepared = prepare(scenario, settings)
+    prepared = prepare(scenario, settings, flavour=flavour)
     changed = [name for name, value in prepared.plan.inputs.items() if name != SPEED and value != 0.0]
     if changed:
         raise ValueError(

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw, quantity
 from amb_cosim.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
 from amb_cosim.studies.inputs import Number, spin_speed
@@ -114,6 +115,7 @@ def sensitivity(
     delay: bool = False,
     sample_time: Number = "250 us",
     set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
 ) -> StabilityMargin:
     """Return |S| of each axis over frequency, its peak and zone, computed and measured in a co-simulation.
 
@@ -131,6 +133,8 @@ def sensitivity(
         Sample time of the controller (s), or a text with its unit.
     set
         Values of parameters by `component.variable`, numbers or texts with units.
+    flavour
+        Flavour of the FMUs.
 
     Raises
     ------
@@ -140,7 +144,7 @@ def sensitivity(
     time = quantity(sample_time, "s", "sample-time")
     require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
     settings = set or {}
-    prepared = prepare_measurement(spin_speed(speed), time, amplifier, delay, settings)
+    prepared = prepare_measurement(spin_speed(speed), time, amplifier, delay, settings, flavour)
     loop = linear_loop(prepared)
     system = sensitivity_system(loop)
     poles = system.poles()
