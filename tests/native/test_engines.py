@@ -147,7 +147,6 @@ def test_a_wheel_for_an_unknown_platform_is_refused(hook):
 def from_the_wheel(wheel: str, folder: str) -> dict:
     import os
     import sys
-    import time
 
     os.environ["XDG_CACHE_HOME"] = os.environ["LOCALAPPDATA"] = folder
     sys.path.insert(0, wheel)
@@ -159,11 +158,9 @@ def from_the_wheel(wheel: str, folder: str) -> dict:
 
     import amb_cosim
 
-    began = time.process_time()
     paths = amb_cosim.build(folder, "native", platforms=["all"])
-    taken = time.process_time() - began
     problems = {path.stem: validate_fmu(str(path)) for path in paths}
-    return {"from": amb_cosim.__file__, "taken": taken, "problems": problems}
+    return {"from": amb_cosim.__file__, "problems": problems}
 
 
 @pytest.mark.slow
@@ -187,7 +184,6 @@ def test_the_wheel_builds_for_every_platform_without_a_compiler(run_python, tmp_
         archive.extractall(tmp_path / "wheel")
     found = run_python(from_the_wheel, wheel=tmp_path / "wheel", folder=tmp_path / "fmus")
     assert found["from"].startswith(str(tmp_path))
-    assert found["taken"] < 2.0, "seconds of processor time"
     assert found["problems"] == {"rotor_contact": [], "amb_actuator": [], "rolac_controller": []}
     for fmu in (tmp_path / "fmus").glob("*.fmu"):
         with zipfile.ZipFile(fmu) as archive:
