@@ -9,7 +9,7 @@ from pathlib import Path
 
 from amb_cosim.cosim.fmus import model_source
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
-from fmi_export.building.native.package import native_sources
+from fmi_export.building.native.engines import engine_sources
 
 EXPORT_SOURCE = """
 #ifdef _WIN32
@@ -33,7 +33,7 @@ def step_kernel(name: str) -> int:
     ValueError
         If the C compiler is missing.
     """
-    sources = native_sources(*model_source(name)) | {"export.c": EXPORT_SOURCE}
+    sources = engine_sources(model_source(name)[0]) | {"export.c": EXPORT_SOURCE}
     platform = host_platform()
     library = compile_library(name, sources, platform)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:

@@ -200,7 +200,8 @@ def build_fmu(create_once: Callable[..., Path]) -> Callable[..., Path]:
     """`build_fmu(model, constants=None)`: path of the FMU, built once per test run."""
     import numpy as np
 
-    from fmi_export.building.python_fmu import build_python_fmu, guid_of
+    from fmi_export.building.identity import guid_of
+    from fmi_export.building.python_fmu import build_python_fmu
     from fmi_export.model import Model
 
     def build(model: Model, constants: Any = None) -> Path:

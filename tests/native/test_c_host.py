@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
-from fmi_export.building.native.package import native_guid, native_sources
+from fmi_export.building.native.data import model_data
+from fmi_export.building.native.engines import engine_key, engine_sources
+from fmi_export.building.native.package import native_guid
 from fmi_export.model import Instance
 
 HERE = Path(__file__).parent / "support"
@@ -45,10 +47,10 @@ def host(cc, tmp_path_factory):
     return build_host(cc, PLATFORMS[host_platform()][1][0], tmp_path_factory.mktemp("host") / "host")
 
 
-def run(command, library, guid, program, **options):
+def run(command, library, guid, resources, program, **options):
     """Run a program in the host; return status and values of each line, and the messages of the logger."""
     process = subprocess.run(
-        [*map(str, command), str(library), guid],
+        [*map(str, command), str(library), guid, resources],
         input="".join(f"{line}\n" for line in program),
         capture_output=True,
         text=True,
@@ -63,7 +65,8 @@ def run(command, library, guid, program, **options):
 def binary_of(folder):
     here = host_platform()
     root = ElementTree.parse(folder / "modelDescription.xml").getroot()
-    return folder / "binaries" / here / f"{root.get('modelName')}{PLATFORMS[here][0]}", root.get("guid")
+    library = folder / "binaries" / here / f"{root.get('modelName')}{PLATFORMS[here][0]}"
+    return library, root.get("guid"), (folder / "resources").as_uri()
 
 
 class Program:
@@ -141,7 +144,7 @@ def test_wrong_order_in_a_host_without_python_is_answered_and_survived(host, unp
 
 
 def test_the_process_maps_no_python(host, unpacked, lag):
-    library, _ = binary_of(unpacked(lag))
+    library, *_ = binary_of(unpacked(lag))
     needed = subprocess.run(["ldd", str(library), str(host)], capture_output=True, text=True, check=True).stdout
     assert "python" not in needed
 
@@ -167,34 +170,36 @@ def sanitized(cc, tmp_path_factory):
 
     def build(model, constants):
         folder = tmp_path_factory.mktemp(f"sanitized-{model.name}")
-        for name, text in native_sources(model, constants).items():
+        for name, text in engine_sources(model).items():
             (folder / name).write_text(text)
+        guid = native_guid(model, constants)
+        (folder / "model.bin").write_bytes(model_data(model, constants, guid, engine_key(model)))
         cc("-c", "-O2", "-fPIC", "-Wno-override-module", folder / "kernels.ll", "-o", folder / "kernels.o")
         flags = ["-std=gnu11", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
         strict = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
-        sources = [folder / name for name in ("slave.c", "instance.c", "model.c")]
+        sources = sorted(folder.glob("*.c"))
         for command in (
             [*flags, *strict, "-shared", "-fPIC", "-o", folder / "fmu.so", *sources, folder / "kernels.o", "-lm"],
             [*flags, f"-I{NATIVE}", "-o", folder / "host", HERE / "host.c", "-ldl"],
         ):
             process = subprocess.run(["gcc", *map(str, command)], capture_output=True, text=True, check=False)
             assert process.returncode == 0, process.stderr
-        return folder / "host", folder / "fmu.so", native_guid(model, constants)
+        return folder / "host", folder / "fmu.so", guid, folder.as_uri()
 
     return build
 
 
 @pytest.mark.slow
 def test_sanitizers_find_nothing_in_a_run_and_in_calls_in_any_order(sanitized, lag, lag_program):
-    host, library, guid = sanitized(lag, np.zeros(1))
-    answers, _ = run([host], library, guid, [*lag_program.lines, *(f"fuzz {seed} 100000" for seed in range(1, 6))])
+    host, *fmu = sanitized(lag, np.zeros(1))
+    answers, _ = run([host], *fmu, [*lag_program.lines, *(f"fuzz {seed} 100000" for seed in range(1, 6))])
     lag_program.check(answers)
 
 
 @pytest.mark.slow
 def test_sanitizers_find_nothing_in_the_plant(sanitized, plant, plant_constants, plant_program):
-    host, library, guid = sanitized(plant, plant_constants)
-    answers, _ = run([host], library, guid, [*plant_program.lines, "fuzz 7 20000"])
+    host, *fmu = sanitized(plant, plant_constants)
+    answers, _ = run([host], *fmu, [*plant_program.lines, "fuzz 7 20000"])
     plant_program.check(answers)
 
 
@@ -236,24 +241,29 @@ def test_the_number_of_allocations_does_not_grow_with_the_number_of_steps(host, 
 def other(unpacked, model, constants, platform):
     folder = unpacked(model, constants, ["all"])
     name = f"{model.name}{PLATFORMS[platform][0]}"
-    return folder / "binaries" / platform / name, native_guid(model, constants)
+    return folder / "binaries" / platform / name, native_guid(model, constants), (folder / "resources").as_uri()
+
+
+@pytest.fixture(scope="module")
+def wine(tmp_path_factory):
+    """The command that runs a program for Windows."""
+    import shutil
+
+    program = shutil.which("wine64") or shutil.which("wine")
+    if not program:
+        pytest.skip("needs wine")
+    return ["env", f"WINEPREFIX={tmp_path_factory.mktemp('wine')}", "WINEDEBUG=-all", program]
 
 
 @pytest.mark.slow
 def test_the_windows_library_runs_under_wine(
-    cc, unpacked, plant, plant_constants, plant_program, lag, lag_program, tmp_path
+    wine, cc, unpacked, plant, plant_constants, plant_program, lag, lag_program, tmp_path
 ):
-    import os
-    import shutil
-
-    wine = shutil.which("wine64") or shutil.which("wine")
-    if not wine:
-        pytest.skip("needs wine")
     host = build_host(cc, PLATFORMS["win64"][1][0], tmp_path / "host.exe")
-    environment = {**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"}
     for model, constants, program in ((lag, np.zeros(1), lag_program), (plant, plant_constants, plant_program)):
-        library, guid = other(unpacked, model, constants, "win64")
-        answers, _ = run([wine, host], library, guid, program.lines, env=environment)
+        library, guid, resources = other(unpacked, model, constants, "win64")
+        resources = resources.replace("file:///", "file:///Z:/")
+        answers, _ = run([*wine, host], library, guid, resources, program.lines)
         program.check(answers, tolerance=1e-9)
 
 
@@ -268,6 +278,27 @@ def test_the_arm_library_runs_under_qemu(
         pytest.skip("needs qemu-aarch64 and the C library of aarch64 (Debian: qemu-user, libc6-arm64-cross)")
     host = build_host(cc, PLATFORMS["aarch64-linux"][1][0], tmp_path / "host")
     for model, constants, program in ((lag, np.zeros(1), lag_program), (plant, plant_constants, plant_program)):
-        library, guid = other(unpacked, model, constants, "aarch64-linux")
-        answers, _ = run(["qemu-aarch64", "-L", root, host], library, guid, program.lines)
+        fmu = other(unpacked, model, constants, "aarch64-linux")
+        answers, _ = run(["qemu-aarch64", "-L", root, host], *fmu, program.lines)
         program.check(answers, tolerance=1e-9)
+
+
+@pytest.mark.slow
+def test_the_windows_library_finds_its_data_in_every_form_of_location(wine, cc, unpacked, lag, tmp_path):
+    import shutil
+
+    library, guid, _ = other(unpacked, lag, np.zeros(1), "win64")
+    place = tmp_path / "a b" / "Größe" / "resources"
+    shutil.copytree(unpacked(lag, np.zeros(1), ["all"]) / "resources", place)
+    encoded = place.as_uri().removeprefix("file://")
+    host = build_host(cc, PLATFORMS["win64"][1][0], tmp_path / "host.exe")
+    forms = [f"file:///Z:{encoded}", f"file:/Z:{encoded}", f"file://localhost/Z:{encoded}/", f"file://Z:{encoded}"]
+    # wine hands arguments to a program in its code page, so that letters beyond ASCII only come encoded
+    plain = tmp_path / "plain folder"
+    shutil.copytree(place, plain)
+    forms += [f"Z:{plain}", "Z:" + str(plain).replace("/", "\\"), "z:" + str(plain).replace("/", "\\") + "\\"]
+    for form in forms:
+        answers, log = run([*wine, host], library, guid, form, ["new 0", "enter 0", "exit 0", "free 0"])
+        assert [answer[0] for answer in answers] == ["0"] * 4, (form, log)
+    _, log = run([*wine, host], library, guid, "Z:\\nowhere", ["new 0"])
+    assert "cannot read Z:\\nowhere/model.bin: No such file or directory" in log

@@ -125,7 +125,7 @@ def test_a_run_after_reset_has_the_start_values_and_repeats_itself(library):
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [
-        ({"guid": "{0}"}, "the modelDescription.xml has guid {0}, but the binary belongs to {"),
+        ({"guid": "{0}"}, "the modelDescription.xml has guid {0}, but resources/model.bin belongs to {"),
         ({"guid": None}, "the modelDescription.xml has guid NULL"),
         ({"kind": 0}, "this is an FMU for co-simulation, not for model exchange"),
         ({"name": b""}, "an instance needs a name"),

@@ -13,10 +13,10 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmi_export import amb_cosim_bootstrap as bootstrap
+from fmi_export.building.identity import guid_of
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
+from fmi_export.building.native.data import model_data
 from fmi_export.building.native.package import build_native_fmu, native_guid
-from fmi_export.building.native.tables import model_source
-from fmi_export.building.python_fmu import guid_of
 
 OWN = {"guid", "generationTool"}
 
@@ -65,10 +65,10 @@ def test_two_builds_are_the_same_bytes(native, lag, tmp_path):
     assert again.read_bytes() == native(lag).read_bytes()
 
 
-def test_the_archive_holds_nothing_but_description_and_binary(native, lag):
-    suffix = PLATFORMS[host_platform()][0]
+def test_the_archive_holds_nothing_but_description_engine_and_data(native, lag):
+    library = f"binaries/{host_platform()}/probe_lag{PLATFORMS[host_platform()][0]}"
     with zipfile.ZipFile(native(lag)) as archive:
-        assert archive.namelist() == [f"binaries/{host_platform()}/probe_lag{suffix}", "modelDescription.xml"]
+        assert archive.namelist() == [library, "modelDescription.xml", "resources/model.bin"]
 
 
 def test_python_fmu_is_independent_of_the_native_flavour(build_fmu, lag, tmp_path):
@@ -86,7 +86,7 @@ def test_python_fmu_is_independent_of_the_native_flavour(build_fmu, lag, tmp_pat
 def test_a_sentence_that_names_no_variable_is_refused(lag):
     wrong = dataclasses.replace(lag, faults={7: "{v} is wrong"})
     with pytest.raises(ValueError, match="probe_lag: a fault's sentence names 'v', which is no variable"):
-        model_source(wrong, np.zeros(1), "{}")
+        model_data(wrong, np.zeros(1), "{}", "")
 
 
 def test_a_bad_platform_is_refused_before_anything_is_written(lag, tmp_path):

@@ -79,7 +79,7 @@ def test_a_fault_is_part_of_the_state(library):
     [
         (lambda text: b"", "belongs to another FMU"),
         (lambda text: b"rubbish" * 100, "belongs to another FMU"),
-        (lambda text: b"{0" + text[2:], "belongs to another FMU"),
+        (lambda text: b"{x" + text[2:], "belongs to another FMU"),
         (lambda text: text[:-1], "the bytes are not whole"),
         (lambda text: text + b"\0", "the bytes are not whole"),
         (lambda text: text[:60] + bytes([text[60] ^ 1]) + text[61:], "the bytes are not whole"),

@@ -13,7 +13,7 @@ from fmpy.fmi2 import FMU2Slave, fmi2True
 from fmpy.validation import validate_fmu
 
 from amb_analysis.controller_data import pack
-from fmi_export.building.python_fmu import guid_of
+from fmi_export.building.identity import guid_of
 from fmi_export.model import Instance
 from rolac_controller.controller import MODEL
 from rolac_controller.enumerations import ADAPTING, IDENTIFYING, NO_WINDOW, NOT_STARTED, SENSOR_SUSPECT, SLOT_BEFORE

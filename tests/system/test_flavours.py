@@ -85,7 +85,8 @@ def instructions(prepared: Any) -> tuple[str, list[str]]:
         ports, start = interfaces[c.name].ports, plan.parameters[c.name]
         library = prepared.fmus[c.name].folder / "binaries" / "linux64" / f"{interfaces[c.name].identifier}.so"
         count = f"every {c.every} parameters {len(start)} inputs {len(inputs[c.name])} outputs {len(outputs[c.name])}"
-        lines.append(f"{library} {interfaces[c.name].guid} {c.name} {count}")
+        resources = (prepared.fmus[c.name].folder / "resources").as_uri()
+        lines.append(f"{library} {interfaces[c.name].guid} {resources} {c.name} {count}")
         lines += [f"{KEEPS[ports[name].type]} {ports[name].reference} {value!r}" for name, value in start.items()]
         for name, source in zip(inputs[c.name], sources.tolist(), strict=True):
             lines.append(f"{KEEPS[ports[name].type]} {ports[name].reference} {source}")

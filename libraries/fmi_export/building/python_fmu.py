@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib.metadata
-import importlib.util
 import json
 import shutil
 import sys
@@ -19,19 +17,8 @@ from pythonfmu.builder import FmuBuilder
 
 from amb_files.atomic import write_atomically
 from fmi_export import amb_cosim_bootstrap as bootstrap
+from fmi_export.building.identity import digests, guid_of, package_folder
 from fmi_export.model import Array, Model
-
-
-def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
-    """Return an identifier that changes with the interface, the code, the constants or `flavour`, with nothing else."""
-    sha = hashlib.sha256(model.interface.canonical() + flavour.encode())
-    for name, digest in digests(model).items():
-        sha.update(f"{name} {digest}".encode())
-    for name in ("python_fmu.py", "description.py", "units.py"):  # they decide what an archive and its description hold
-        sha.update((Path(__file__).parent / name).read_bytes())
-    sha.update(np.ascontiguousarray(constants, dtype=np.float64).tobytes())
-    text = sha.hexdigest()
-    return f"{{{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:32]}}}"
 
 
 def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
@@ -52,7 +39,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
         (stage / "code").mkdir(parents=True)
         unneeded = shutil.ignore_patterns("__pycache__", bootstrap.BUILD_ONLY)
         for name in model.packages:
-            shutil.copytree(_folder(name), stage / "code" / name, ignore=unneeded)
+            shutil.copytree(package_folder(name), stage / "code" / name, ignore=unneeded)
         script = shutil.copy2(_script(model), stage)
         shutil.copy2(bootstrap.__file__, stage)
         np.save(stage / "constants.npy", np.ascontiguousarray(constants, dtype=np.float64))
@@ -69,7 +56,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
 
 def _script(model: Model) -> Path:
     """Return the script that PythonFMU loads; raises ValueError if the model's package has none."""
-    script = _folder(model.packages[0]) / f"{model.name}_fmu.py"
+    script = package_folder(model.packages[0]) / f"{model.name}_fmu.py"
     if not script.is_file():
         raise ValueError(
             f"model {model.name} has no script {script}; the first of its packages must contain one that names the "
@@ -87,18 +74,6 @@ def _build_facts(model: Model, constants: Array) -> dict[str, object]:
         "tool": f"amb-cosim {versions['amb-cosim']} with PythonFMU {versions['pythonfmu']}",
         "packages": digests(model),
     }
-
-
-def digests(model: Model) -> dict[str, str]:
-    """Return a hash of each package that the model's kernels need."""
-    return {name: bootstrap.digest(_folder(name)) for name in model.packages}
-
-
-def _folder(package: str) -> Path:
-    spec = importlib.util.find_spec(package)
-    if spec is None or spec.origin is None:
-        raise ValueError(f"package {package} is not installed")
-    return Path(spec.origin).parent
 
 
 @contextmanager

@@ -214,7 +214,8 @@ def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None) -> tupl
     if flavour == "python":
         if platforms is not None:
             raise ValueError("platforms are for native FMUs alone; those of flavour python run where PythonFMU does")
-        from fmi_export.building.python_fmu import build_python_fmu, guid_of
+        from fmi_export.building.identity import guid_of
+        from fmi_export.building.python_fmu import build_python_fmu
 
         return build_python_fmu, guid_of
     from fmi_export.building.native.package import build_native_fmu, native_guid

@@ -15,6 +15,7 @@ def hide(*names: str) -> None:
 
     class Finder:
         invalidate_caches = PathFinder.invalidate_caches
+        find_distributions = PathFinder.find_distributions
 
         @staticmethod
         def find_spec(

@@ -2,7 +2,7 @@
 
        components COUNT    first N    last N    step H    values COUNT    exogenous COUNT
        then for each component, in the order of visits:
-       LIBRARY GUID NAME every M parameters P inputs I outputs O
+       LIBRARY GUID RESOURCES NAME every M parameters P inputs I outputs O
            P lines: type reference value      I lines: type reference position      O lines: type reference position
        events COUNT, then COUNT lines: point position value
        initial: the exogenous values
@@ -96,11 +96,11 @@ static Port read_port(int with_value)
 
 static void load(Component *c)
 {
-    char path[4096], guid[128], name[128];
+    char path[4096], guid[128], resources[4096], name[128];
     int parameters;
     static const fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL};
-    require(scanf(" %4095s %127s %127s every %d parameters %d inputs %d outputs %d", path, guid, name, &c->every,
-                  &parameters, &c->inputs, &c->outputs) == 7,
+    require(scanf(" %4095s %127s %4095s %127s every %d parameters %d inputs %d outputs %d", path, guid, resources, name,
+                  &c->every, &parameters, &c->inputs, &c->outputs) == 8,
             "reading a component");
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     require(library != NULL, path);
@@ -108,7 +108,7 @@ static void load(Component *c)
     *(void **)&c->function = dlsym(library, "fmi2" #function);                                                         \
     require(c->function != NULL, #function);
     FUNCTIONS(FIND)
-    c->instance = c->Instantiate(name, fmi2CoSimulation, guid, "", &callbacks, fmi2False, fmi2False);
+    c->instance = c->Instantiate(name, fmi2CoSimulation, guid, resources, &callbacks, fmi2False, fmi2False);
     require(c->instance != NULL, name);
     for (int i = 0; i < parameters; i++) {
         Port p = read_port(1);

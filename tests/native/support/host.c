@@ -1,6 +1,6 @@
 /* A host without Python: loads one FMU library and does what the lines of its standard input say.
 
-       host LIBRARY GUID < program
+       host LIBRARY GUID RESOURCES < program
 
        new K            instantiate number K (0 to 9)       free K
        setup K t        enter K    exit K    reset K    terminate K
@@ -80,7 +80,7 @@ static unsigned int chance(unsigned int below)
 
 /* Any call with any arguments that are not pointers to nowhere: what comes back must be a status, and nothing else may
    happen. States are only given to the library that made them. */
-static void fuzz_once(const char *guid)
+static void fuzz_once(const char *guid, const char *resources)
 {
     static const double numbers[] = {0.0, 1e-4, -1.0, 5.0, 1e300, -7.0, 11.0};
     static const char *const words[] = {"logAll", "logStatusError", "nonsense", NULL};
@@ -104,7 +104,8 @@ static void fuzz_once(const char *guid)
     switch (chance(32)) {
     case 0: case 1:
         if (!c) instances[k] = Instantiate(chance(9) ? "fuzz" : "", chance(9) ? fmi2CoSimulation : fmi2ModelExchange,
-                                           chance(9) ? guid : strings[0], NULL, chance(9) ? &quiet : NULL, 0, chance(2));
+                                           chance(9) ? guid : strings[0], chance(9) ? resources : strings[1],
+                                           chance(9) ? &quiet : NULL, 0, chance(2));
         break;
     case 2: if (!chance(4)) release((int)k); break;
     case 3: status = SetupExperiment(c, 0, 0.0, reals[0], (int)chance(2), reals[1]); break;
@@ -161,7 +162,7 @@ static void fuzz_once(const char *guid)
     }
 }
 
-static int run_line(char *line, const char *guid)
+static int run_line(char *line, const char *guid, const char *resources)
 {
     char command[16];
     unsigned int k = 0, reference = 0;
@@ -173,7 +174,7 @@ static int run_line(char *line, const char *guid)
     if (strcmp(command, "fuzz") == 0) {
         seed = k;
         for (long count = strtol(rest, NULL, 10); count > 0; count--)
-            fuzz_once(guid);
+            fuzz_once(guid, resources);
         for (int i = 0; i < N; i++)
             release(i);
         return 1;
@@ -185,7 +186,7 @@ static int run_line(char *line, const char *guid)
     if (strcmp(command, "new") == 0) {
         char name[] = "fmu0";
         name[3] = (char)('0' + k);
-        instances[k] = Instantiate(name, fmi2CoSimulation, guid, NULL, &callbacks, fmi2False, fmi2True);
+        instances[k] = Instantiate(name, fmi2CoSimulation, guid, resources, &callbacks, fmi2False, fmi2True);
         status = instances[k] ? fmi2OK : fmi2Error;
     } else if (strcmp(command, "free") == 0)
         release((int)k);
@@ -257,7 +258,7 @@ static int run_line(char *line, const char *guid)
 int main(int count, char **arguments)
 {
     static char line[4096];
-    if (count != 3)
+    if (count != 4)
         return 10;
     void *library = open_library(arguments[1]);
     if (!library)
@@ -267,7 +268,7 @@ int main(int count, char **arguments)
         return 12;
     FUNCTIONS(LOOK_UP)
     while (fgets(line, sizeof line, stdin))
-        if (!run_line(line, arguments[2]))
+        if (!run_line(line, arguments[2], arguments[3]))
             return 13;
     for (int k = 0; k < N; k++)
         release(k);

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 OK, WARNING, DISCARD, ERROR = range(4)
 CO_SIMULATION = 1
+OWN = "that of the FMU"
 LOGGER = ctypes.CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 
 
@@ -32,6 +33,7 @@ class Library:
         root = ElementTree.parse(folder / "modelDescription.xml").getroot()
         here = host_platform()
         self.guid = root.get("guid", "")
+        self.resources = (folder / "resources").as_uri()
         self.path = folder / "binaries" / here / f"{root.get('modelName')}{PLATFORMS[here][0]}"
         self.variables = {
             v.get("name"): (int(v.get("valueReference", "")), v[0].tag) for v in root.iterfind("ModelVariables/*")
@@ -44,18 +46,27 @@ class Library:
         self,
         name: bytes | None = b"one",
         kind: int = CO_SIMULATION,
-        guid: str | None = "",
+        guid: str | None = OWN,
         logging: int = 1,
         callbacks: bool = True,
+        resources: str | None = OWN,
     ) -> Slave:
-        return Slave(self, name, kind, guid, logging, callbacks)
+        guid, resources = (self.guid if guid == OWN else guid), (self.resources if resources == OWN else resources)
+        return Slave(self, name, kind, guid, logging, callbacks, resources)
 
 
 class Slave:
     """An instance; `log` holds status, category and text of each message. Values go by name."""
 
     def __init__(
-        self, library: Library, name: bytes | None, kind: int, guid: str | None, logging: int, callbacks: bool
+        self,
+        library: Library,
+        name: bytes | None,
+        kind: int,
+        guid: str | None,
+        logging: int,
+        callbacks: bool,
+        resources: str | None,
     ) -> None:
         self.library = library
         self.log: list[tuple[int, str, str]] = []
@@ -63,9 +74,9 @@ class Slave:
             lambda _, __, status, category, text: self.log.append((status, category.decode(), text.decode()))
         )
         self.callbacks = Callbacks(self._logger)
-        given = None if guid is None else (guid or library.guid).encode()
+        given, location = (None if text is None else text.encode() for text in (guid, resources))
         self.pointer = library.c.fmi2Instantiate(
-            name, kind, given, None, byref(self.callbacks) if callbacks else None, 0, logging
+            name, kind, given, location, byref(self.callbacks) if callbacks else None, 0, logging
         )
 
     def __enter__(self) -> Slave:

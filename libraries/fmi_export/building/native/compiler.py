@@ -107,7 +107,7 @@ def check_compiler() -> str:
         If it is missing, or its LLVM version is not that of numba.
     """
     if importlib.util.find_spec("ziglang") is None:
-        raise ValueError("a native FMU is compiled by ziglang, which is not installed: pip install 'amb-cosim[native]'")
+        raise ValueError("an engine is compiled by ziglang, which is not installed: pip install 'amb-cosim[native]'")
     ours = int(importlib.import_module("llvmlite.binding").llvm_version_info[0])
     found = re.search(r"clang version (\d+)", _zig(["--version"], Path.cwd()))
     theirs = int(found[1]) if found else 0

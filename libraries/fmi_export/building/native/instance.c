@@ -6,6 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "kernels.h"
+
 /* Append to a text of TEXT_SIZE; what does not fit is left out. */
 static void append(char *text, const char *format, ...)
 {
@@ -24,21 +26,23 @@ static void append_number(char *text, double value)
         append(text, "%g", value);
 }
 
-static void explain_range(char *text, int variable, double value)
+static void explain_range(char *text, const Data *data, int64_t variable, double value)
 {
-    append(text, "%s = ", variables[variable].name);
+    append(text, "%s = ", name_of(data, variable));
     append_number(text, value);
-    append(text, "%s", variables[variable].allowed);
+    append(text, "%s", data->text + data->variables[variable].allowed);
 }
 
 /* The sentence for a fault of the kernels, with the present values of the variables it names. */
 static void explain_fault(char *text, const Run *run, int64_t fault)
 {
-    for (int i = 0; i < N_FAULTS; i++) {
-        if (fault_sentences[i].code != fault)
+    const Data *data = &run->data;
+    for (const FaultSentence *sentence = data->faults; sentence < data->faults + data->n_faults; sentence++) {
+        if (sentence->code != fault)
             continue;
-        for (const Piece *piece = fault_sentences[i].sentence; piece->text; piece++) {
-            append(text, "%s", piece->text);
+        const Piece *piece = data->pieces + sentence->first_piece;
+        for (uint32_t i = 0; i < sentence->n_pieces; i++, piece++) {
+            append(text, "%s", data->text + piece->text);
             if (piece->variable >= 0)
                 append_number(text, run->values[piece->variable]);
         }
@@ -48,101 +52,112 @@ static void explain_fault(char *text, const Run *run, int64_t fault)
 }
 
 /* First of `count` values that is outside its range or not a number, or -1; `first` is the variable it begins with. */
-static int first_outside(const double *values, int first, int count)
+static int64_t first_outside(const Data *data, const double *values, int64_t first, int64_t count)
 {
-    int outside = 0; /* found without a jump, so that the compiler compares several at once */
-    for (int i = 0; i < count; i++)
-        outside |= !((minima[first + i] <= values[i]) & (values[i] <= maxima[first + i]));
-    for (int i = 0; outside && i < count; i++)
-        if (!(minima[first + i] <= values[i] && values[i] <= maxima[first + i]))
+    const double *minima = data->minima + first, *maxima = data->maxima + first;
+    int64_t outside = 0; /* as wide as a value, and found without a jump: the compiler compares several at once */
+    for (int64_t i = 0; i < count; i++)
+        outside |= !((minima[i] <= values[i]) & (values[i] <= maxima[i]));
+    for (int64_t i = 0; outside && i < count; i++)
+        if (!(minima[i] <= values[i] && values[i] <= maxima[i]))
             return i;
     return -1;
 }
 
 int64_t run_stop(Run *run, int64_t fault, const char *reason)
 {
-    run->fault = fault;
-    if (reason != run->reason)
-        snprintf(run->reason, sizeof run->reason, "%s", reason);
-    run->values[FAULT_CODE] = (double)fault;
+    Outcome *outcome = run->outcome;
+    outcome->fault = fault;
+    if (reason != outcome->reason)
+        snprintf(outcome->reason, sizeof outcome->reason, "%s", reason);
+    run->values[run->data.n_values - 1] = (double)fault;
     return fault;
 }
 
 /* Inputs may be new at every step, parameters only after one was set. */
 static int64_t check_given(Run *run)
 {
-    int first = run->checked ? FIRST_INPUT : 0;
-    int i = first_outside(run->values + first, first, FIRST_OUTPUT - first);
+    Outcome *outcome = run->outcome;
+    int64_t first = outcome->checked ? run->data.n_parameters : 0;
+    int64_t i = first_outside(&run->data, run->values + first, first, first_output(&run->data) - first);
     if (i < 0) {
-        run->checked = 1;
+        outcome->checked = 1;
         return 0;
     }
     i += first;
-    run->reason[0] = '\0';
-    explain_range(run->reason, i, run->values[i]);
-    return run_stop(run, FAULT_RANGE + i, run->reason);
+    outcome->reason[0] = '\0';
+    explain_range(outcome->reason, &run->data, i, run->values[i]);
+    return run_stop(run, FAULT_RANGE + i, outcome->reason);
 }
 
 /* Publish the outputs if the kernel returned no fault and each output is in its range. */
-static int64_t finish(Run *run, const Scratch *scratch, int32_t raised, int64_t fault)
+static int64_t finish(Run *run, int32_t raised, int64_t fault)
 {
+    const Data *data = &run->data;
+    char *reason = run->outcome->reason;
     if (raised != 0)
         return run_stop(run, FAULT_INTERNAL, "the model's code failed with an exception");
     if (fault != 0) {
-        run->reason[0] = '\0';
-        explain_fault(run->reason, run, fault);
-        return run_stop(run, fault, run->reason);
+        reason[0] = '\0';
+        explain_fault(reason, run, fault);
+        return run_stop(run, fault, reason);
     }
-    int i = first_outside(scratch->next_outputs, FIRST_OUTPUT, N_OUTPUTS);
+    int64_t first = first_output(data), i = first_outside(data, run->next_outputs, first, data->n_outputs);
     if (i >= 0) {
-        int variable = FIRST_OUTPUT + i;
-        run->reason[0] = '\0';
-        if (isfinite(scratch->next_outputs[i]))
-            explain_range(run->reason, variable, scratch->next_outputs[i]);
+        reason[0] = '\0';
+        if (isfinite(run->next_outputs[i]))
+            explain_range(reason, data, first + i, run->next_outputs[i]);
         else
-            append(run->reason, "%s is no longer a finite number", variables[variable].name);
-        return run_stop(run, FAULT_NOT_FINITE + variable, run->reason);
+            append(reason, "%s is no longer a finite number", name_of(data, first + i));
+        return run_stop(run, FAULT_NOT_FINITE + first + i, reason);
     }
-    memcpy(run->values + FIRST_OUTPUT, scratch->next_outputs, sizeof scratch->next_outputs);
-    run->values[FAULT_CODE] = 0.0;
+    memcpy(run->values + first, run->next_outputs, (size_t)data->n_outputs * sizeof *run->values);
+    run->values[data->n_values - 1] = 0.0;
     return 0;
 }
 
 void run_clear(Run *run)
 {
-    memset(run, 0, sizeof *run);
-    memcpy(run->values, start_values, sizeof run->values);
+    const Data *data = &run->data;
+    memset(run->outcome, 0, sizeof *run->outcome);
+    memcpy(run->values, data->start_values, (size_t)data->n_values * sizeof *run->values);
+    memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
+    memset(run->work, 0, (size_t)data->n_work * sizeof *run->work);
 }
 
-int64_t run_initialise(Run *run, Scratch *scratch)
+int64_t run_initialise(Run *run)
 {
+    const Data *data = &run->data;
     int64_t fault = 0;
     void *exception = NULL;
-    run->fault = 0;
+    run->outcome->fault = 0;
     if (check_given(run))
-        return run->fault;
-    memset(run->state, 0, sizeof run->state);
-    int32_t raised = kernel_initialise(&fault, &exception, model_constants, N_CONSTANTS, run->values, N_PARAMETERS,
-                                       run->values + FIRST_INPUT, N_INPUTS, run->state, N_STATE, scratch->work, N_WORK,
-                                       scratch->next_outputs, N_OUTPUTS);
-    return finish(run, scratch, raised, fault);
+        return run->outcome->fault;
+    memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
+    int32_t raised = kernel_initialise(&fault, &exception, data->constants, data->n_constants, run->values,
+                                       data->n_parameters, run->values + data->n_parameters, data->n_inputs, run->state,
+                                       data->n_state, run->work, data->n_work, run->next_outputs, data->n_outputs);
+    return finish(run, raised, fault);
 }
 
-int64_t run_step(Run *run, Scratch *scratch, double time, double step_size)
+int64_t run_step(Run *run, double time, double step_size)
 {
+    const Data *data = &run->data;
     int64_t fault = 0;
     void *exception = NULL;
     if (!(step_size > 0.0 && isfinite(step_size))) {
-        run->reason[0] = '\0';
-        append(run->reason, "step size = ");
-        append_number(run->reason, step_size);
-        append(run->reason, " s is not allowed; it must be > 0 s and finite");
-        return run_stop(run, FAULT_STEP_SIZE, run->reason);
+        char *reason = run->outcome->reason;
+        reason[0] = '\0';
+        append(reason, "step size = ");
+        append_number(reason, step_size);
+        append(reason, " s is not allowed; it must be > 0 s and finite");
+        return run_stop(run, FAULT_STEP_SIZE, reason);
     }
     if (check_given(run))
-        return run->fault;
-    int32_t raised = kernel_step(&fault, &exception, model_constants, N_CONSTANTS, run->values, N_PARAMETERS,
-                                 run->values + FIRST_INPUT, N_INPUTS, run->state, N_STATE, scratch->work, N_WORK,
-                                 scratch->next_outputs, N_OUTPUTS, time, step_size);
-    return finish(run, scratch, raised, fault);
+        return run->outcome->fault;
+    int32_t raised = kernel_step(&fault, &exception, data->constants, data->n_constants, run->values,
+                                 data->n_parameters, run->values + data->n_parameters, data->n_inputs, run->state,
+                                 data->n_state, run->work, data->n_work, run->next_outputs, data->n_outputs, time,
+                                 step_size);
+    return finish(run, raised, fault);
 }

@@ -1,7 +1,7 @@
 /* FMI 2.0 for co-simulation around one model: the standard's state machine, checks, logging, saved states.
 
-   Nothing here is global and writable, so instances share nothing. Memory is taken once for each instance and once for
-   each saved state. Every call that is refused answers fmi2Error, logs the reason and, but for questions that the
+   Nothing here is global and writable, so instances share nothing. What a model is, beyond its kernels, comes from the
+   resources when an instance is made. Memory is taken once for each instance and once for each saved state. Every call that is refused answers fmi2Error, logs the reason and, but for questions that the
    standard leaves optional, puts the instance into the error state, from which fmi2Reset and fmi2SetFMUstate lead. */
 
 #include <limits.h>
@@ -13,6 +13,7 @@
 
 #include "fmi2.h"
 #include "instance.h"
+#include "resources.h"
 
 /* States of the standard that a slave without asynchronous steps can be in. */
 enum {
@@ -41,24 +42,23 @@ static const struct {
 
 static const char *const TYPE_NAMES[] = {"Real", "Integer", "Boolean", "String"};
 
-enum { GUID_SIZE = 40 };
-
-/* A saved state. */
+/* A saved state; the values and the state of the run follow. */
 typedef struct {
-    char guid[GUID_SIZE]; /* first, so that the state of another FMU is known by it */
+    _Alignas(16) char guid[GUID_SIZE]; /* first, so that the state of another FMU is known by it */
     int32_t state;
     int32_t stale; /* something was set in initialization mode that the outputs do not show yet */
     double time;   /* end of the last successful step (s) */
-    Run run;
+    Outcome outcome;
 } Saved;
 
 typedef struct {
-    Saved now;
-    Scratch scratch;
+    Saved *now;
+    size_t saved_size;
+    Run run; /* of which `now` holds what there is to save */
     fmi2CallbackFunctions host;
     int logging;
     unsigned int categories; /* one bit for each of CATEGORIES */
-    char name[];
+    const char *name;
 } Instance;
 
 /* Logging -------------------------------------------------------------------------------------------------------- */
@@ -105,9 +105,9 @@ static fmi2Status refuse(Instance *instance, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    if (!instance->now.run.fault)
-        run_stop(&instance->now.run, FAULT_INTERNAL, text);
-    instance->now.state = ERROR;
+    if (!instance->now->outcome.fault)
+        run_stop(&instance->run, FAULT_INTERNAL, text);
+    instance->now->state = ERROR;
     say(instance, fmi2Error, "%s", text);
     return fmi2Error;
 }
@@ -119,10 +119,10 @@ static int may(Instance *instance, int states, const char *call)
     const char *now = "an unknown state", *separator = "";
     if (!instance)
         return 0;
-    if (instance->now.state & states)
+    if (instance->now->state & states)
         return 1;
     for (size_t i = 0; i < sizeof STATE_NAMES / sizeof *STATE_NAMES; i++)
-        if (STATE_NAMES[i].state == instance->now.state)
+        if (STATE_NAMES[i].state == instance->now->state)
             now = STATE_NAMES[i].name;
     size_t used = (size_t)snprintf(text, sizeof text, "%s is not allowed in state '%s'; it is allowed in ", call, now);
     for (size_t i = 0; i < sizeof STATE_NAMES / sizeof *STATE_NAMES; i++)
@@ -157,35 +157,89 @@ const char *fmi2GetVersion(void)
 
 static void start_over(Instance *instance)
 {
-    Saved *now = &instance->now;
-    memset(now, 0, sizeof *now);
-    snprintf(now->guid, sizeof now->guid, "%s", model_guid);
+    Saved *now = instance->now;
+    memcpy(now->guid, instance->run.data.guid, GUID_SIZE);
     now->state = INSTANTIATED;
     now->stale = 1;
-    run_clear(&now->run);
-    memset(&instance->scratch, 0, sizeof instance->scratch);
+    now->time = 0.0;
+    run_clear(&instance->run);
+}
+
+/* Reserve `count` items at the end of a block, at a multiple of 16 bytes; return their place in it. */
+static size_t reserve(size_t *end, size_t count, size_t size)
+{
+    size_t place = (*end + 15) / 16 * 16;
+    *end = place + count * size;
+    return place;
+}
+
+/* A new instance with a copy of its data in one block of memory, or NULL. */
+static Instance *allocate(const unsigned char *bytes, size_t size, const char *name)
+{
+    Data data = data_in(bytes);
+    size_t end = sizeof(Instance), real = sizeof(double);
+    size_t now = reserve(&end, 1, sizeof(Saved)), values = reserve(&end, (size_t)data.n_values, real);
+    size_t state = reserve(&end, (size_t)data.n_state, real), outputs = reserve(&end, (size_t)data.n_outputs, real);
+    size_t work = reserve(&end, (size_t)data.n_work, real), copy = reserve(&end, size, 1);
+    size_t own_name = reserve(&end, strlen(name) + 1, 1);
+    char *block = calloc(1, end);
+    if (!block)
+        return NULL;
+    memcpy(block + copy, bytes, size);
+    memcpy(block + own_name, name, strlen(name) + 1);
+    Instance *instance = (Instance *)block;
+    instance->now = (Saved *)(block + now);
+    instance->saved_size = state + (size_t)data.n_state * real - now;
+    instance->run = (Run){
+        .data = data_in((const unsigned char *)block + copy),
+        .values = (double *)(block + values),
+        .state = (double *)(block + state),
+        .outcome = &instance->now->outcome,
+        .next_outputs = (double *)(block + outputs),
+        .work = (double *)(block + work),
+    };
+    instance->name = block + own_name;
+    return instance;
+}
+
+/* A new instance with the data at a resource location; NULL with a reason if there can be none. */
+static Instance *load(const char *name, const char *guid, const char *location, char *reason)
+{
+    char why[TEXT_SIZE];
+    size_t size = 0;
+    Instance *instance = NULL;
+    unsigned char *bytes = resource_bytes(location, &size, reason);
+    if (!bytes)
+        return NULL;
+    if (!data_is_valid(bytes, size, why))
+        snprintf(reason, TEXT_SIZE, "resources/model.bin does not fit: %.*s; build the FMU anew", TEXT_SIZE / 2, why);
+    else if (!guid || strcmp(guid, data_in(bytes).guid) != 0)
+        snprintf(reason, TEXT_SIZE, "the modelDescription.xml has guid %s, but resources/model.bin belongs to %s",
+                 guid ? guid : "NULL", data_in(bytes).guid);
+    else if (!(instance = allocate(bytes, size, name)))
+        snprintf(reason, TEXT_SIZE, "there is no memory for another instance");
+    free(bytes);
+    return instance;
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *host, fmi2Boolean visible, fmi2Boolean logging)
 {
     char reason[TEXT_SIZE] = "";
-    (void)resources, (void)visible;
+    Instance *instance = NULL;
+    (void)visible;
     if (!host)
         return NULL;
     if (!name || !*name)
         snprintf(reason, sizeof reason, "an instance needs a name");
     else if (type != fmi2CoSimulation)
         snprintf(reason, sizeof reason, "this is an FMU for co-simulation, not for model exchange");
-    else if (!guid || strcmp(guid, model_guid) != 0)
-        snprintf(reason, sizeof reason, "the modelDescription.xml has guid %s, but the binary belongs to %s",
-                 guid ? guid : "NULL", model_guid);
-    Instance *instance = *reason ? NULL : calloc(1, sizeof *instance + strlen(name) + 1);
+    else
+        instance = load(name, guid, resources, reason);
     if (!instance) {
-        hand_over(host, name ? name : "", fmi2Error, *reason ? reason : "there is no memory for another instance");
+        hand_over(host, name ? name : "", fmi2Error, reason);
         return NULL;
     }
-    memcpy(instance->name, name, strlen(name) + 1);
     instance->host = *host;
     instance->logging = logging != fmi2False;
     instance->categories = 1u << LOG_ALL;
@@ -232,7 +286,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean has_toleranc
         return refuse(instance, "start time = %g s is not allowed; it must be a finite number", start);
     if (has_stop && !(stop >= start))
         return refuse(instance, "stop time = %g s is not allowed; it must be >= %g s, the start", stop, start);
-    instance->now.time = start;
+    instance->now->time = start;
     return fmi2OK;
 }
 
@@ -241,8 +295,8 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component component)
     Instance *instance = component;
     if (!may(instance, INSTANTIATED, "fmi2EnterInitializationMode"))
         return fmi2Error;
-    instance->now.state = INITIALIZATION;
-    instance->now.stale = 1;
+    instance->now->state = INITIALIZATION;
+    instance->now->stale = 1;
     return fmi2OK;
 }
 
@@ -250,13 +304,13 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component component)
    still be put right there. */
 static fmi2Status refresh(Instance *instance)
 {
-    Saved *now = &instance->now;
+    Saved *now = instance->now;
     if (now->state != INITIALIZATION || !now->stale)
         return fmi2OK;
     now->stale = 0;
-    if (!run_initialise(&now->run, &instance->scratch))
+    if (!run_initialise(&instance->run))
         return fmi2OK;
-    say(instance, fmi2Warning, "initialisation: %s", now->run.reason);
+    say(instance, fmi2Warning, "initialisation: %s", now->outcome.reason);
     return fmi2Warning;
 }
 
@@ -265,12 +319,12 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component component)
     Instance *instance = component;
     if (!may(instance, INITIALIZATION, "fmi2ExitInitializationMode"))
         return fmi2Error;
-    Saved *now = &instance->now;
+    Saved *now = instance->now;
     if (now->stale)
-        run_initialise(&now->run, &instance->scratch);
+        run_initialise(&instance->run);
     now->stale = 0;
-    if (now->run.fault)
-        return refuse(instance, "initialisation: %s", now->run.reason);
+    if (now->outcome.fault)
+        return refuse(instance, "initialisation: %s", now->outcome.reason);
     now->state = STEP_COMPLETE;
     return fmi2OK;
 }
@@ -281,16 +335,16 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step_size
     (void)no_earlier_state;
     if (!may(instance, STEP_COMPLETE | STEP_FAILED, "fmi2DoStep"))
         return fmi2Error;
-    Saved *now = &instance->now;
+    Saved *now = instance->now;
     if (now->state == STEP_FAILED) {
-        say(instance, fmi2Discard, "at t = %.9g s: stopped by an earlier fault: %s", time, now->run.reason);
+        say(instance, fmi2Discard, "at t = %.9g s: stopped by an earlier fault: %s", time, now->outcome.reason);
         return fmi2Discard;
     }
     if (!isfinite(time))
         return refuse(instance, "fmi2DoStep: time = %g s is not allowed; it must be a finite number", time);
-    if (run_step(&now->run, &instance->scratch, time, step_size)) {
+    if (run_step(&instance->run, time, step_size)) {
         now->state = STEP_FAILED;
-        say(instance, fmi2Discard, "at t = %.9g s: %s", time, now->run.reason);
+        say(instance, fmi2Discard, "at t = %.9g s: %s", time, now->outcome.reason);
         return fmi2Discard;
     }
     now->time = time + step_size;
@@ -302,7 +356,7 @@ fmi2Status fmi2Terminate(fmi2Component component)
     Instance *instance = component;
     if (!may(instance, STEP_COMPLETE | STEP_FAILED, "fmi2Terminate"))
         return fmi2Error;
-    instance->now.state = TERMINATED;
+    instance->now->state = TERMINATED;
     return fmi2OK;
 }
 
@@ -319,11 +373,11 @@ fmi2Status fmi2Reset(fmi2Component component)
 
 static int wrong_reference(Instance *instance, const char *call, fmi2ValueReference reference, Type type)
 {
-    if (reference < N_VALUES && types[reference] == type)
+    const Data *data = &instance->run.data;
+    if (reference < data->n_values && data->types[reference] == type)
         return 0;
-    if (reference < N_VALUES)
-        refuse(instance, "%s: %s is of type %s", call, variables[reference].name,
-               TYPE_NAMES[variables[reference].type]);
+    if (reference < data->n_values)
+        refuse(instance, "%s: %s is of type %s", call, name_of(data, reference), TYPE_NAMES[data->types[reference]]);
     else
         refuse(instance, "%s: there is no value reference %u", call, reference);
     return 1;
@@ -349,38 +403,41 @@ static fmi2Status before_set(Instance *instance, const char *call, Type type, RE
         return fmi2Error;
     if (count && (!references || !values))
         return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+    const Data *data = &instance->run.data;
     for (size_t i = 0; i < count; i++) {
         fmi2ValueReference r = references[i];
         if (wrong_reference(instance, call, r, type))
             return fmi2Error;
-        int fixed = r < FIRST_INPUT && !variables[r].tunable && instance->now.state == STEP_COMPLETE;
-        if (fixed || r >= FIRST_OUTPUT)
-            return refuse(instance, "%s: %s is a %s and cannot be set now", call, variables[r].name, variables[r].kind);
-        if (r < FIRST_INPUT)
-            instance->now.run.checked = 0;
+        int is_parameter = r < data->n_parameters;
+        int fixed = is_parameter && !data->variables[r].tunable && instance->now->state == STEP_COMPLETE;
+        if (fixed || r >= first_output(data))
+            return refuse(instance, "%s: %s is a %s and cannot be set now", call, name_of(data, r),
+                          data->text + data->variables[r].kind);
+        if (is_parameter)
+            instance->now->outcome.checked = 0;
     }
-    instance->now.stale = 1;
+    instance->now->stale = 1;
     return fmi2OK;
 }
 
 fmi2Status fmi2GetReal(fmi2Component component, REFERENCES, fmi2Real values[])
 {
     Instance *instance = component;
-    fmi2Status status = before_get(instance, "fmi2GetReal", REAL, references, count, values);
+    fmi2Status status = before_get(instance, "fmi2GetReal", TYPE_REAL, references, count, values);
     for (size_t i = 0; i < count && status <= fmi2Warning; i++)
-        values[i] = instance->now.run.values[references[i]];
+        values[i] = instance->run.values[references[i]];
     return status;
 }
 
 fmi2Status fmi2GetInteger(fmi2Component component, REFERENCES, fmi2Integer values[])
 {
     Instance *instance = component;
-    fmi2Status status = before_get(instance, "fmi2GetInteger", INTEGER, references, count, values);
+    fmi2Status status = before_get(instance, "fmi2GetInteger", TYPE_INTEGER, references, count, values);
     for (size_t i = 0; i < count && status <= fmi2Warning; i++) {
-        double value = instance->now.run.values[references[i]];
+        double value = instance->run.values[references[i]];
         if (!(value > INT_MIN - 1.0 && value < INT_MAX + 1.0))
             return refuse(instance, "fmi2GetInteger: %s = %g does not fit into an integer",
-                          variables[references[i]].name, value);
+                          name_of(&instance->run.data, references[i]), value);
         values[i] = (fmi2Integer)value;
     }
     return status;
@@ -389,67 +446,61 @@ fmi2Status fmi2GetInteger(fmi2Component component, REFERENCES, fmi2Integer value
 fmi2Status fmi2GetBoolean(fmi2Component component, REFERENCES, fmi2Boolean values[])
 {
     Instance *instance = component;
-    fmi2Status status = before_get(instance, "fmi2GetBoolean", BOOLEAN, references, count, values);
+    fmi2Status status = before_get(instance, "fmi2GetBoolean", TYPE_BOOLEAN, references, count, values);
     for (size_t i = 0; i < count && status <= fmi2Warning; i++)
-        values[i] = instance->now.run.values[references[i]] != 0.0;
+        values[i] = instance->run.values[references[i]] != 0.0;
     return status;
 }
 
 /* There are no strings, so that these two refuse all but an empty list. */
 fmi2Status fmi2GetString(fmi2Component component, REFERENCES, fmi2String values[])
 {
-    return before_get(component, "fmi2GetString", STRING, references, count, values);
+    return before_get(component, "fmi2GetString", TYPE_STRING, references, count, values);
 }
 
 fmi2Status fmi2SetString(fmi2Component component, REFERENCES, const fmi2String values[])
 {
-    return before_set(component, "fmi2SetString", STRING, references, count, values);
+    return before_set(component, "fmi2SetString", TYPE_STRING, references, count, values);
 }
 
 fmi2Status fmi2SetReal(fmi2Component component, REFERENCES, const fmi2Real values[])
 {
     Instance *instance = component;
-    fmi2Status status = before_set(instance, "fmi2SetReal", REAL, references, count, values);
+    fmi2Status status = before_set(instance, "fmi2SetReal", TYPE_REAL, references, count, values);
     for (size_t i = 0; i < count && status == fmi2OK; i++)
-        instance->now.run.values[references[i]] = values[i];
+        instance->run.values[references[i]] = values[i];
     return status;
 }
 
 fmi2Status fmi2SetInteger(fmi2Component component, REFERENCES, const fmi2Integer values[])
 {
     Instance *instance = component;
-    fmi2Status status = before_set(instance, "fmi2SetInteger", INTEGER, references, count, values);
+    fmi2Status status = before_set(instance, "fmi2SetInteger", TYPE_INTEGER, references, count, values);
     for (size_t i = 0; i < count && status == fmi2OK; i++)
-        instance->now.run.values[references[i]] = values[i];
+        instance->run.values[references[i]] = values[i];
     return status;
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component component, REFERENCES, const fmi2Boolean values[])
 {
     Instance *instance = component;
-    fmi2Status status = before_set(instance, "fmi2SetBoolean", BOOLEAN, references, count, values);
+    fmi2Status status = before_set(instance, "fmi2SetBoolean", TYPE_BOOLEAN, references, count, values);
     for (size_t i = 0; i < count && status == fmi2OK; i++)
-        instance->now.run.values[references[i]] = values[i] != fmi2False;
+        instance->run.values[references[i]] = values[i] != fmi2False;
     return status;
 }
 
 /* Saved states --------------------------------------------------------------------------------------------------- */
 
-static int is_ours(const Saved *saved)
+static int is_ours(const Instance *instance, const char *guid)
 {
-    return strncmp(saved->guid, model_guid, GUID_SIZE) == 0;
+    return strncmp(guid, instance->run.data.guid, GUID_SIZE) == 0;
 }
 
-/* Bytes may come from anywhere, so they end with a sum (FNV-1a) of those before. */
-enum { BYTES = sizeof(Saved) + sizeof(uint64_t) };
-
-static uint64_t sum_of(const Saved *saved)
+/* Bytes may come from anywhere, so they end with the checksum of those before. */
+static size_t serialised_size(const Instance *instance)
 {
-    const unsigned char *bytes = (const unsigned char *)saved;
-    uint64_t sum = 14695981039346656037u;
-    for (size_t i = 0; i < sizeof *saved; i++)
-        sum = (sum ^ bytes[i]) * 1099511628211u;
-    return sum;
+    return instance->saved_size + sizeof(uint32_t);
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
@@ -459,10 +510,10 @@ fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
         return fmi2Error;
     if (!state)
         return refuse(instance, "fmi2GetFMUstate: state is NULL");
-    Saved *saved = *state ? *state : malloc(sizeof *saved);
+    Saved *saved = *state ? *state : malloc(instance->saved_size);
     if (!saved)
         return refuse(instance, "fmi2GetFMUstate: there is no memory for a state");
-    memcpy(saved, &instance->now, sizeof *saved);
+    memcpy(saved, instance->now, instance->saved_size);
     *state = saved;
     return fmi2OK;
 }
@@ -474,9 +525,9 @@ fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
         return fmi2Error;
     if (!state)
         return refuse(instance, "fmi2SetFMUstate: state is NULL");
-    if (!is_ours(state))
+    if (!is_ours(instance, state))
         return refuse(instance, "fmi2SetFMUstate: the state belongs to another FMU");
-    memcpy(&instance->now, state, sizeof instance->now);
+    memcpy(instance->now, state, instance->saved_size);
     return fmi2OK;
 }
 
@@ -498,7 +549,7 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate stat
         return fmi2Error;
     if (!state || !size)
         return refuse(instance, "fmi2SerializedFMUstateSize: %s is NULL", state ? "size" : "state");
-    *size = BYTES;
+    *size = serialised_size(instance);
     return fmi2OK;
 }
 
@@ -509,35 +560,33 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fm
         return fmi2Error;
     if (!state || !bytes)
         return refuse(instance, "fmi2SerializeFMUstate: %s is NULL", state ? "bytes" : "state");
-    if (size < BYTES)
-        return refuse(instance, "fmi2SerializeFMUstate: a state takes %d bytes, not %zu", BYTES, size);
-    uint64_t sum = sum_of(state);
-    memcpy(bytes, state, sizeof(Saved));
-    memcpy(bytes + sizeof(Saved), &sum, sizeof sum);
+    if (size < serialised_size(instance))
+        return refuse(instance, "fmi2SerializeFMUstate: a state takes %zu bytes, not %zu", serialised_size(instance),
+                      size);
+    uint32_t sum = checksum(state, instance->saved_size);
+    memcpy(bytes, state, instance->saved_size);
+    memcpy(bytes + instance->saved_size, &sum, sizeof sum);
     return fmi2OK;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
     Instance *instance = component;
+    uint32_t sum = 0;
     if (!may(instance, ANY, "fmi2DeSerializeFMUstate"))
         return fmi2Error;
     if (!bytes || !state)
         return refuse(instance, "fmi2DeSerializeFMUstate: %s is NULL", bytes ? "state" : "bytes");
-    if (size < GUID_SIZE || strncmp(bytes, model_guid, GUID_SIZE) != 0)
+    if (size < GUID_SIZE || !is_ours(instance, bytes))
         return refuse(instance, "fmi2DeSerializeFMUstate: the state belongs to another FMU");
-    Saved *saved = size == BYTES ? malloc(sizeof *saved) : NULL;
-    if (size == BYTES && !saved)
-        return refuse(instance, "fmi2DeSerializeFMUstate: there is no memory for a state");
-    uint64_t sum = 0;
-    if (saved) {
-        memcpy(saved, bytes, sizeof *saved);
-        memcpy(&sum, bytes + sizeof *saved, sizeof sum);
-    }
-    if (!saved || sum != sum_of(saved)) {
-        free(saved);
+    if (size == serialised_size(instance))
+        memcpy(&sum, bytes + instance->saved_size, sizeof sum);
+    if (size != serialised_size(instance) || sum != checksum(bytes, instance->saved_size))
         return refuse(instance, "fmi2DeSerializeFMUstate: the bytes are not whole");
-    }
+    Saved *saved = malloc(instance->saved_size);
+    if (!saved)
+        return refuse(instance, "fmi2DeSerializeFMUstate: there is no memory for a state");
+    memcpy(saved, bytes, instance->saved_size);
     *state = saved; /* what was there before may be anything, and is the host's to free */
     return fmi2OK;
 }
@@ -584,7 +633,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component component, fmi2StatusKind kind, fmi2R
         return fmi2Error;
     if (kind != fmi2LastSuccessfulTime || !value)
         return unsupported(instance, fmi2Discard, "fmi2GetRealStatus: there is fmi2LastSuccessfulTime alone");
-    *value = instance->now.time;
+    *value = instance->now->time;
     return fmi2OK;
 }
 
@@ -601,7 +650,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component component, fmi2StatusKind kind, fm
         return fmi2Error;
     if (kind != fmi2Terminated || !value)
         return unsupported(instance, fmi2Discard, "fmi2GetBooleanStatus: there is fmi2Terminated alone");
-    *value = instance->now.state == STEP_FAILED;
+    *value = instance->now->state == STEP_FAILED;
     return fmi2OK;
 }
 

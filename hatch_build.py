@@ -1,0 +1,77 @@
+"""Compiles the engines of the native FMUs into a wheel.
+
+They are for this machine, or for the platforms that AMB_COSIM_PLATFORMS names, with commas between them, or `all`. The
+wheel's tag says so. An editable installation gets none: its sources may change, and what is missing is compiled at
+first use.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+import sysconfig
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+VARIABLE = "AMB_COSIM_PLATFORMS"
+TARGET = "fmi_export/building/native/engines"
+LOOPS = "amb_cosim/cosim/loops"
+
+# What an engine runs on, in the words of Python's packaging.
+TAGS = {
+    "linux64": "manylinux_2_17_x86_64",
+    "win64": "win_amd64",
+    "darwin64": "macosx_11_0_universal2",
+    "aarch64-linux": "manylinux_2_17_aarch64",
+    "aarch64-darwin": "macosx_11_0_arm64",
+}
+
+
+class EngineBuildHook(BuildHookInterface[Any]):
+    """Adds the engines of `models`, modules that have a `MODEL`, to the wheel."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        if version == "editable":
+            return
+        sys.path[:0] = [str(Path(self.root) / name) for name in ("fmus", "libraries", "orchestrator")]
+        from amb_cosim.cosim.loop_library import compile_loop, loop_place
+        from fmi_export.building.native.compiler import PLATFORMS, check_platforms, host_platform
+        from fmi_export.building.native.engines import engine, engine_place
+
+        named = os.environ.get(VARIABLE)
+        try:
+            platforms = check_platforms(named.split(",")) if named else [host_platform()]
+        except ValueError as error:
+            if named:
+                raise SystemExit(f"{VARIABLE} = {named}: {error}") from None
+            return  # there is no native FMU for this machine
+        models = [importlib.import_module(module).MODEL for module in self.config["models"]]
+        self._stage = tempfile.TemporaryDirectory(prefix="engines-")
+
+        engines, loops = Path(self._stage.name, "engines"), Path(self._stage.name, "loops")
+
+        def add(model: Any) -> None:
+            for platform in platforms:
+                engine(model, platform).write(engines / engine_place(model, platform))
+
+        for platform in platforms:
+            place = loops / loop_place(platform)
+            place.parent.mkdir(parents=True)
+            place.write_bytes(compile_loop(platform))
+        with ThreadPoolExecutor() as pool:
+            list(pool.map(add, models))
+        build_data["force_include"][str(engines)] = TARGET
+        build_data["force_include"][str(loops)] = LOOPS
+        if platforms != list(PLATFORMS):
+            here = sysconfig.get_platform().replace("-", "_").replace(".", "_")
+            build_data["pure_python"] = False
+            build_data["tag"] = "py3-none-" + (".".join(TAGS[name] for name in platforms) if named else here)
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        if stage := getattr(self, "_stage", None):
+            stage.cleanup()

@@ -1,0 +1,40 @@
+"""What an FMU is built from, as digests: the guid changes with it, and with nothing else."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+
+from fmi_export import amb_cosim_bootstrap as bootstrap
+from fmi_export.model import Array, Model
+
+
+def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
+    """Return an identifier that changes with the model, its code, the constants or `flavour`, with nothing else."""
+    sha = hashlib.sha256(model.interface.canonical() + flavour.encode())
+    facts = [model.name, model.description, [*model.faults.items()], model.step_size, model.variable_step]
+    sha.update(json.dumps(facts).encode())
+    for name, digest in digests(model).items():
+        sha.update(f"{name} {digest}".encode())
+    for name in ("python_fmu.py", "description.py", "units.py"):  # they decide what an archive and its description hold
+        sha.update((Path(__file__).parent / name).read_bytes())
+    sha.update(np.ascontiguousarray(constants, dtype=np.float64).tobytes())
+    text = sha.hexdigest()
+    return f"{{{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:32]}}}"
+
+
+def digests(model: Model) -> dict[str, str]:
+    """Return a hash of each package that the model's kernels need."""
+    return {name: bootstrap.digest(package_folder(name)) for name in model.packages}
+
+
+def package_folder(package: str) -> Path:
+    """Return the folder of an installed package; raises ValueError if there is none."""
+    spec = importlib.util.find_spec(package)
+    if spec is None or spec.origin is None:
+        raise ValueError(f"package {package} is not installed")
+    return Path(spec.origin).parent

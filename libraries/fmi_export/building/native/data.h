@@ -1,0 +1,77 @@
+/* The data of an FMU: variable table, constants and sentences, in the format that data.py writes.
+
+       header | constants | start values | minima | maxima | faults | variables | pieces | types | text | checksum
+
+   Numbers are little-endian, as all processors here have them. The engine, which is this library, reads the bytes where
+   they are; they must begin at a multiple of 16, so that the header and the constants do. */
+
+#ifndef AMB_DATA_H
+#define AMB_DATA_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum { KEY_SIZE = 32, GUID_SIZE = 40 };
+
+enum { TEXT_SIZE = 1024 }; /* of every sentence; data.py refuses those of a model that leave less than half for others */
+
+typedef enum { TYPE_REAL, TYPE_INTEGER, TYPE_BOOLEAN, TYPE_STRING } Type;
+
+typedef struct {
+    char magic[8];
+    uint64_t version;
+    char key[KEY_SIZE]; /* of the engine that the data are for, without a final zero */
+    char guid[GUID_SIZE];
+    uint64_t n_parameters, n_inputs, n_outputs, n_state, n_work, n_constants, n_faults, n_pieces, n_text;
+} Header;
+
+/* Texts are given by their place in `text`. */
+typedef struct {
+    uint32_t name;
+    uint32_t kind;    /* "fixed parameter" */
+    uint32_t allowed; /* what follows name and value in the sentence for a value outside the range */
+    uint32_t tunable;
+} Variable;
+
+/* Text, followed by the value of a variable unless `variable` is -1. */
+typedef struct {
+    uint32_t text;
+    int32_t variable;
+} Piece;
+
+typedef struct {
+    int64_t code;
+    uint32_t first_piece, n_pieces; /* of its sentence */
+} FaultSentence;
+
+/* Where everything is. Variables are ordered parameters, inputs, outputs; the last output is the fault code. */
+typedef struct {
+    const char *guid;
+    int64_t n_parameters, n_inputs, n_outputs, n_values, n_state, n_work, n_constants, n_faults;
+    const double *constants, *start_values, *minima, *maxima;
+    const FaultSentence *faults;
+    const Variable *variables;
+    const Piece *pieces;
+    const unsigned char *types; /* of the variables, close together */
+    const char *text;
+} Data;
+
+#pragma GCC visibility push(hidden)
+
+/* Whether these are whole data for this engine; if not, `reason` (TEXT_SIZE) says why. */
+int data_is_valid(const unsigned char *bytes, size_t size, char *reason);
+
+/* The data in valid bytes, which must stay. */
+Data data_in(const unsigned char *bytes);
+
+/* CRC-32 as zlib has it. */
+uint32_t checksum(const void *bytes, size_t size);
+
+#pragma GCC visibility pop
+
+static inline const char *name_of(const Data *data, int64_t variable)
+{
+    return data->text + data->variables[variable].name;
+}
+
+#endif

@@ -1,0 +1,108 @@
+"""Writes the data of a native FMU: variable table, constants and sentences, as `data.h` describes them."""
+
+from __future__ import annotations
+
+import re
+import struct
+import zlib
+
+import numpy as np
+
+from fmi_export.model import Array, Model, Size
+from fmi_export.variables import Type, Variable
+
+MAGIC, VERSION = b"ambdata\0", 1
+TYPES: tuple[Type, ...] = ("Real", "Integer", "Boolean")
+NUMBER = 32  # characters that a number in a sentence may take
+ROOM = 512  # bytes of the longest sentence of a model, half of TEXT_SIZE
+
+
+def model_data(model: Model, constants: Array, guid: str, key: str) -> bytes:
+    """Return the data of an FMU.
+
+    Parameters
+    ----------
+    model, constants
+        The model and its constants, flat float64.
+    guid
+        Of the FMU.
+    key
+        Of the engine that runs it; see `engines.engine_key`.
+
+    Raises
+    ------
+    ValueError
+        If the sentence of a fault names an unknown variable, or is too long.
+    """
+    constants = np.ascontiguousarray(constants, dtype="<f8")
+    table, texts = model.interface, _Texts(model.name)
+    variables = b"".join(_variable(v, texts) for v in table.variables)
+    faults, pieces = _sentences(model, texts)
+    counts = (
+        *(table.n_parameters, table.n_inputs, table.n_outputs),
+        *(_size(model.n_state, constants), _size(model.n_work, constants), len(constants)),
+        *(len(model.faults), len(pieces) // PIECE.size, len(texts.content)),
+    )
+    parts = [HEADER.pack(MAGIC, VERSION, key.encode(), guid.encode(), *counts), constants.tobytes()]
+    parts += [np.asarray(numbers, "<f8").tobytes() for numbers in (table.start, table.minimum, table.maximum)]
+    parts += [faults, variables, pieces, bytes(TYPES.index(v.type) for v in table.variables), bytes(texts.content)]
+    content = b"".join(parts)
+    return content + struct.pack("<I", zlib.crc32(content))
+
+
+HEADER = struct.Struct("<8sQ32s40s9Q")
+VARIABLE = struct.Struct("<4I")
+PIECE = struct.Struct("<Ii")
+FAULT = struct.Struct("<qII")
+
+
+class _Texts:
+    """All texts one after another, each once, with a final zero."""
+
+    def __init__(self, model: str) -> None:
+        self.model = model
+        self.content = bytearray()
+        self._places: dict[str, int] = {}
+
+    def place(self, text: str) -> int:
+        if text not in self._places:
+            self._places[text] = len(self.content)
+            self.content += text.encode() + b"\0"
+        return self._places[text]
+
+    def check(self, sentence: str, numbers: int) -> None:
+        """Raise a ValueError for a sentence that the engine would cut."""
+        size = len(sentence.encode()) + NUMBER * numbers
+        if size > ROOM:
+            raise ValueError(
+                f"{self.model}: a native FMU has {ROOM} bytes for a sentence; {size} are too many: {sentence}"
+            )
+
+
+def _size(size: Size, constants: Array) -> int:
+    return max(size(constants) if callable(size) else size, 1)
+
+
+def _variable(v: Variable, texts: _Texts) -> bytes:
+    sentence = v.describe_range(0.0)
+    texts.check(sentence, 1)
+    allowed = sentence.removeprefix(f"{v.name} = 0")
+    kind = f"{v.variability} {v.causality}"
+    return VARIABLE.pack(texts.place(v.name), texts.place(kind), texts.place(allowed), v.tunable)
+
+
+def _sentences(model: Model, texts: _Texts) -> tuple[bytes, bytes]:
+    """Return the faults and the pieces of their sentences."""
+    position = model.interface.position
+    faults: list[bytes] = []
+    pieces: list[bytes] = []
+    for code, sentence in model.faults.items():
+        texts.check(sentence, sentence.count("{"))
+        first = len(pieces)
+        for text, name in re.findall(r"([^{]*)(?:\{([^}]+)\})?", sentence):
+            if name and name not in position:
+                raise ValueError(f"{model.name}: a fault's sentence names {name!r}, which is no variable: {sentence!r}")
+            if text or name:
+                pieces.append(PIECE.pack(texts.place(text), position[name] if name else -1))
+        faults.append(FAULT.pack(code, first, len(pieces) - first))
+    return b"".join(faults), b"".join(pieces)

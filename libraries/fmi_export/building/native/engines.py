@@ -1,0 +1,142 @@
+"""Engines: the machine code of a model for a platform, which its FMUs share whatever their interface and constants are.
+
+An engine is the slave in C and the two lowered kernels. It is shipped inside the installed package, or was compiled
+before and is in the user's cache, or is compiled now.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import json
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from platform import machine
+
+import platformdirs
+
+from amb_files.atomic import create_atomically, write_atomically
+from fmi_export.building.identity import digests
+from fmi_export.building.native.compiler import check_compiler, compile_library
+from fmi_export.building.native.lowering import lower
+from fmi_export.model import Model
+
+HERE = Path(__file__).parent
+SHIPPED = HERE / "engines"  # in an installed package
+C_SOURCES = (
+    *("fmi2.h", "data.h", "instance.h", "kernels.h", "resources.h"),
+    *("data.c", "instance.c", "resources.c", "slave.c"),
+)
+LOWERING = ("lowering.py", "runtime.ll")
+COMPILING = ("compiler.py", "universal.py")
+LIBRARY, MADE_BY = "library", "made_by.txt"  # file names
+
+
+@dataclass(frozen=True)
+class Engine:
+    """A shared library, and the names and versions of the compilers that made it."""
+
+    library: bytes
+    made_by: str
+
+    @classmethod
+    def read(cls, folder: Path) -> Engine:
+        """Return the engine in a folder that `write` made."""
+        return cls((folder / LIBRARY).read_bytes(), (folder / MADE_BY).read_text(encoding="utf-8"))
+
+    def write(self, folder: Path) -> None:
+        """Write the engine into a new folder, whole or not at all."""
+
+        def fill(stage: Path) -> None:
+            (stage / LIBRARY).write_bytes(self.library)
+            (stage / MADE_BY).write_text(self.made_by, encoding="utf-8")
+
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        create_atomically(folder, fill)
+
+
+def engine_key(model: Model) -> str:
+    """Return an identifier, 32 hexadecimal digits, that changes with the code of kernels and slave, with nothing else.
+
+    Neither numba nor the C compiler is asked.
+    """
+    return _digest(_kernels(model), *C_SOURCES, *LOWERING, *COMPILING)
+
+
+def engine(model: Model, platform: str) -> Engine:
+    """Return the engine of a model for one of `PLATFORMS`.
+
+    Raises
+    ------
+    ValueError
+        If it must be compiled, and a compiler is missing or a kernel needs Python when it runs.
+    """
+    place = engine_place(model, platform)
+    kept = _cache() / "engines" / place
+    for folder in (SHIPPED / place, kept):
+        if folder.is_dir():
+            return Engine.read(folder)
+    compiled = _compile(model, platform)
+    with suppress(OSError):  # without a cache the next build takes as long
+        compiled.write(kept)
+    return compiled
+
+
+def engine_place(model: Model, platform: str) -> Path:
+    """Return where the engine of a model is, below the folder of all engines."""
+    return Path(platform, f"{model.name}-{engine_key(model)}")
+
+
+def engine_sources(model: Model) -> dict[str, str]:
+    """Return the sources of an engine by file name: the slave, the key, the lowered kernels."""
+    sources = {name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
+    key = f'#define ENGINE_KEY "{engine_key(model)}"\n'
+    return sources | {"engine_key.h": key, "kernels.ll": _lowered(model)}
+
+
+def _compile(model: Model, platform: str) -> Engine:
+    missing = [name for name in ("numba", "ziglang") if importlib.util.find_spec(name) is None]
+    if missing:
+        raise ValueError(
+            f"there is no engine of {model.name} for {platform} yet, and to compile it {' and '.join(missing)} must be "
+            "installed: pip install 'amb-cosim[native]'"
+        )
+    check_compiler()
+    library = compile_library(model.name, engine_sources(model), platform)
+    return Engine(library, "numba {numba}, ziglang {ziglang}".format(**_versions("numba", "ziglang")))
+
+
+def _lowered(model: Model) -> str:
+    """Return the lowered kernels, from the user's cache where they are there: all platforms share them."""
+    facts = [_kernels(model), _versions("numba", "llvmlite"), machine()]
+    kept = _cache() / f"kernels-{model.name}-{_digest(facts, *LOWERING)}.ll"
+    if kept.is_file():
+        return kept.read_text(encoding="utf-8")
+    assembly = lower(model)
+    with suppress(OSError):
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(kept, lambda path: path.write_bytes(assembly.encode()))
+    return assembly
+
+
+def _kernels(model: Model) -> list[object]:
+    """Return what the machine code of the kernels depends on."""
+    functions = [getattr(kernel, "py_func", kernel) for kernel in (model.initialise, model.step)]
+    return [model.name, [f"{f.__module__}.{f.__qualname__}" for f in functions], digests(model)]
+
+
+def _digest(facts: object, *files: str) -> str:
+    sha = hashlib.sha256(json.dumps(facts).encode())
+    for name in files:
+        sha.update(name.encode() + b"\0" + (HERE / name).read_bytes() + b"\0")
+    return sha.hexdigest()[:32]
+
+
+def _versions(*names: str) -> dict[str, str]:
+    return {name: importlib.metadata.version(name) for name in names}
+
+
+def _cache() -> Path:
+    return platformdirs.user_cache_path("amb-cosim", appauthor=False)

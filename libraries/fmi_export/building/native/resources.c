@@ -1,0 +1,209 @@
+#include "resources.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifdef _WIN32
+#include <windows.h>
+#endif
+
+#include "data.h"
+
+static const char FILE_NAME[] = "/model.bin";
+enum { SHOWN = 400 }; /* characters of a location in a reason */
+
+static char lower(char c)
+{
+    return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
+}
+
+/* What follows `prefix` in `text`, or NULL; capitals do not matter. */
+static const char *after(const char *text, const char *prefix)
+{
+    for (; *prefix; text++, prefix++)
+        if (lower(*text) != *prefix)
+            return NULL;
+    return text;
+}
+
+static int digit(char c)
+{
+    return c >= '0' && c <= '9' ? c - '0' : lower(c) >= 'a' && lower(c) <= 'f' ? lower(c) - 'a' + 10 : -1;
+}
+
+/* Replace %20 and the like in place; a percent sign without two digits stands for itself, as in paths that a host did not
+   encode. */
+static void decode_percent(char *text)
+{
+    char *to = text;
+    for (; *text; text++) {
+        int high = *text == '%' ? digit(text[1]) : -1, low = high >= 0 ? digit(text[2]) : -1;
+        int code = low >= 0 ? 16 * high + low : 0;
+        *to++ = code ? (char)code : *text;
+        text += code ? 2 : 0;
+    }
+    *to = '\0';
+}
+
+/* Files ----------------------------------------------------------------------------------------------------------- */
+
+static int has_drive(const char *path)
+{
+    return lower(path[0]) >= 'a' && lower(path[0]) <= 'z' && path[1] == ':';
+}
+
+/* Whether a location begins with the scheme of a URI; the one letter of a drive is none. */
+static int has_scheme(const char *location)
+{
+    size_t length = strcspn(location, ":/\\");
+    return length > 1 && location[length] == ':' && location[length + 1] == '/';
+}
+
+/* Path of the file at a location, in memory that the caller frees; NULL with a reason if it is no path. */
+static char *path_of(const char *location, char *reason)
+{
+    const char *path = after(location, "file:");
+    int encoded = path != NULL;
+    if (!encoded)
+        path = location;
+    else if (path[0] == '/' && path[1] == '/') {
+        const char *host = path + 2, *local = after(host, "localhost");
+        if (local && *local == '/')
+            path = local;
+        else if (*host == '/' || has_drive(host))
+            path = host;
+#ifndef _WIN32 /* where //host/folder is a path */
+        else
+            path = NULL;
+#endif
+    }
+    if (!path || (!encoded && has_scheme(location))) {
+        snprintf(reason, TEXT_SIZE, "the resource location %.*s is not on this machine", SHOWN, location);
+        return NULL;
+    }
+    char *result = malloc(strlen(path) + sizeof FILE_NAME);
+    if (!result) {
+        snprintf(reason, TEXT_SIZE, "there is no memory for the path of the resources");
+        return NULL;
+    }
+    strcpy(result, path);
+    if (encoded)
+        decode_percent(result);
+#ifdef _WIN32
+    if (result[0] == '/' && has_drive(result + 1))
+        memmove(result, result + 1, strlen(result));
+#endif
+    size_t length = strlen(result);
+    while (length > 0 && (result[length - 1] == '/' || result[length - 1] == '\\'))
+        result[--length] = '\0';
+    strcpy(result + length, FILE_NAME);
+    return result;
+}
+
+static FILE *open_file(const char *path)
+{
+#ifdef _WIN32
+    int length = MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, path, -1, NULL, 0);
+    wchar_t *wide = length > 0 ? malloc((size_t)length * sizeof *wide) : NULL;
+    if (!wide) {
+        errno = EINVAL;
+        return NULL;
+    }
+    MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, length);
+    FILE *file = _wfopen(wide, L"rb");
+    free(wide);
+    return file;
+#else
+    return fopen(path, "rb");
+#endif
+}
+
+static unsigned char *content_of(FILE *file, size_t *size)
+{
+    size_t room = 1 << 16, read;
+    unsigned char *bytes = malloc(room);
+    *size = 0;
+    while (bytes && (read = fread(bytes + *size, 1, room - *size, file)) > 0) {
+        *size += read;
+        if (*size < room)
+            continue;
+        unsigned char *larger = realloc(bytes, room *= 2);
+        if (!larger)
+            free(bytes);
+        bytes = larger;
+    }
+    if (bytes && ferror(file)) {
+        free(bytes);
+        bytes = NULL;
+    }
+    return bytes;
+}
+
+static unsigned char *bytes_of_file(const char *location, size_t *size, char *reason)
+{
+    char *path = path_of(location, reason);
+    if (!path)
+        return NULL;
+    FILE *file = open_file(path);
+    unsigned char *bytes = file ? content_of(file, size) : NULL;
+    if (!bytes)
+        snprintf(reason, TEXT_SIZE, "cannot read %.*s: %s", SHOWN, path, strerror(errno));
+    if (file)
+        fclose(file);
+    free(path);
+    return bytes;
+}
+
+/* Data URIs ------------------------------------------------------------------------------------------------------- */
+
+static int base64_digit(char c)
+{
+    static const char DIGITS[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const char *at = c ? strchr(DIGITS, c) : NULL;
+    return at ? (int)(at - DIGITS) : -1;
+}
+
+/* The bytes of `data:...;base64,DIGITS`, of which `rest` follows the colon. */
+static unsigned char *bytes_of_uri(const char *rest, size_t *size, char *reason)
+{
+    const char *digits = strstr(rest, ";base64,");
+    if (!digits || digits > rest + strcspn(rest, ",")) {
+        snprintf(reason, TEXT_SIZE, "a data URI with the resources must be in base64: data:;base64,...");
+        return NULL;
+    }
+    digits += strlen(";base64,");
+    unsigned char *bytes = malloc(strlen(digits) / 4 * 3 + 3);
+    if (!bytes) {
+        snprintf(reason, TEXT_SIZE, "there is no memory for the resources");
+        return NULL;
+    }
+    unsigned int group = 0, bits = 0;
+    *size = 0;
+    for (; base64_digit(*digits) >= 0; digits++) {
+        group = group << 6 | (unsigned int)base64_digit(*digits);
+        bits += 6;
+        if (bits >= 8) {
+            bits -= 8;
+            bytes[(*size)++] = (unsigned char)(group >> bits);
+        }
+    }
+    if (digits[strspn(digits, "=")]) {
+        snprintf(reason, TEXT_SIZE, "the data URI with the resources is not base64 at its character %zu",
+                 (size_t)(digits - rest) + strlen("data:") + 1);
+        free(bytes);
+        return NULL;
+    }
+    return bytes;
+}
+
+unsigned char *resource_bytes(const char *location, size_t *size, char *reason)
+{
+    if (!location || !*location) {
+        snprintf(reason, TEXT_SIZE, "the host gave no resource location, in which the data of the model are");
+        return NULL;
+    }
+    const char *rest = after(location, "data:");
+    return rest ? bytes_of_uri(rest, size, reason) : bytes_of_file(location, size, reason);
+}

@@ -1,0 +1,221 @@
+"""The data of a native FMU: damaged, foreign and newer ones are refused; one engine runs several."""
+
+import base64
+import dataclasses
+import random
+import struct
+import zlib
+from ctypes import byref
+
+import numpy as np
+import pytest
+
+from fmi_export.building.native.data import FAULT, HEADER, PIECE, VARIABLE, model_data
+from fmi_export.building.native.engines import engine_key
+from fmi_export.model import Instance
+from fmi_export.variables import Interface
+
+
+@pytest.fixture(scope="module")
+def library(unpacked, lag):
+    from raw import Library
+
+    return Library(unpacked(lag))
+
+
+@pytest.fixture(scope="module")
+def content(unpacked, lag):
+    return (unpacked(lag) / "resources" / "model.bin").read_bytes()
+
+
+def given(library, content, guid=None):
+    """An instance with data in memory."""
+    location = "data:;base64," + base64.b64encode(content).decode()
+    return library.instantiate(guid=guid or library.guid, resources=location)
+
+
+def refusal(library, content, guid=None):
+    fmu = given(library, content, guid)
+    assert fmu.pointer is None
+    (message,) = fmu.log
+    return message[2]
+
+
+def sealed(content):
+    """The same with the right checksum."""
+    return content[:-4] + struct.pack("<I", zlib.crc32(content[:-4]))
+
+
+def sections(content):
+    """Begin and end of each part of the data."""
+    *_, n_parameters, n_inputs, n_outputs, _, _, n_constants, n_faults, n_pieces, n_text = HEADER.unpack_from(content)
+    n = n_parameters + n_inputs + n_outputs
+    sizes = {
+        "magic": 8,
+        "version": 8,
+        "key": 32,
+        "guid": 40,
+        "counts": 72,
+        "constants": 8 * n_constants,
+        "start": 8 * n,
+        "minima": 8 * n,
+        "maxima": 8 * n,
+        "faults": FAULT.size * n_faults,
+        "variables": VARIABLE.size * n,
+        "pieces": PIECE.size * n_pieces,
+        "types": n,
+        "text": n_text,
+        "checksum": 4,
+    }
+    ends = np.cumsum(list(sizes.values())).tolist()
+    assert ends[-1] == len(content)
+    return {name: (end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
+
+
+def test_a_flipped_bit_in_any_byte_is_noticed(library, content):
+    for name, (begin, end) in sections(content).items():
+        for at in range(begin, end):
+            damaged = bytearray(content)
+            damaged[at] ^= 1 << (at % 8)
+            said = refusal(library, bytes(damaged))
+            assert said.endswith("; build the FMU anew"), said
+            if name not in ("magic", "version", "counts"):
+                assert "it is damaged: its checksum is wrong" in said
+
+
+def test_data_that_are_not_whole_are_refused_at_any_length(library, content):
+    for size in {0, 1, 159, 160, 161, *range(200, len(content), 97), len(content) - 1}:
+        said = refusal(library, content[:size])
+        assert (
+            "there is no data of an FMU in it" in said if size < HEADER.size else f"it has {size} bytes instead" in said
+        )
+    assert f"it has {len(content) + 1} bytes instead of {len(content)}" in refusal(library, content + b"\0")
+
+
+def test_data_of_a_newer_format_are_refused_as_such(library, content):
+    newer = sealed(content[:8] + struct.pack("<Q", 2) + content[16:])
+    assert "its format is number 2, but the library reads number 1" in refusal(library, newer)
+
+
+def test_data_for_another_engine_are_refused(library, content, lag):
+    other = model_data(lag, np.zeros(1), library.guid, "f" * 32)
+    key = engine_key(lag)
+    assert f"it is for engine {'f' * 32}, but the library is engine {key}; build" in refusal(library, other)
+
+
+def test_data_of_another_model_are_refused(unpacked, library, content):
+    from raw import Library
+
+    from amb_cosim.cosim.fmus import model_source
+
+    actuator = Library(unpacked(*model_source("amb_actuator")))
+    theirs = (actuator.path.parents[2] / "resources" / "model.bin").read_bytes()
+    for one, data in ((library, theirs), (actuator, content)):
+        assert "it is for engine " in refusal(one, data)
+
+
+def test_data_with_another_guid_are_refused(library, lag):
+    other = model_data(lag, np.zeros(1), "{other}", engine_key(lag))
+    expected = f"the modelDescription.xml has guid {library.guid}, but resources/model.bin belongs to {{other}}"
+    assert refusal(library, other) == expected
+
+
+@pytest.mark.parametrize("wild", [2**28 + 1, 2**31, 2**61, 2**64 - 1])
+@pytest.mark.parametrize("count", range(9))
+def test_impossible_sizes_with_a_right_checksum_are_refused(library, content, count, wild):
+    begin = sections(content)["counts"][0] + 8 * count
+    said = refusal(library, sealed(content[:begin] + struct.pack("<Q", wild) + content[begin + 8 :]))
+    assert "it is damaged: its sizes are impossible" in said
+
+
+@pytest.mark.parametrize(
+    ("section", "offset", "wrong"),
+    [
+        ("faults", 8, b"\xff\xff\xff\xff"),
+        ("faults", 12, b"\xff\xff\xff\xff"),
+        ("variables", 0, b"\xff\xff\xff\x7f"),
+        ("variables", 4, b"\xff\xff\xff\xff"),
+        ("variables", 8, b"\xff\xff\xff\xff"),
+        ("pieces", 0, b"\xff\xff\xff\xff"),
+        ("pieces", 4, b"\xfe\xff\xff\xff"),
+        ("pieces", 4, b"\xff\xff\xff\x7f"),
+        ("types", 0, b"\x03"),
+        ("text", -1, b"x"),
+    ],
+)
+def test_references_to_nowhere_with_a_right_checksum_are_refused(library, content, section, offset, wrong):
+    begin, end = sections(content)[section]
+    at = (end if offset < 0 else begin) + offset
+    said = refusal(library, sealed(content[:at] + wrong + content[at + len(wrong) :]))
+    assert "it is damaged: its references are impossible" in said
+
+
+def test_any_tables_with_a_right_checksum_are_survived(library, content):
+    draw = random.Random(2006)
+    begin, end = sections(content)["faults"][0], sections(content)["checksum"][0]
+    lived = 0
+    for _ in range(2000):
+        wild = bytearray(content)
+        for _ in range(draw.randint(1, 4)):
+            wild[draw.randrange(begin, end)] = draw.randrange(128)
+        with given(library, sealed(bytes(wild))) as fmu:
+            if fmu.pointer:
+                lived += 1
+                fmu.set(u=11.0)
+                fmu.setup()
+                fmu.call("EnterInitializationMode")
+                fmu.call("ExitInitializationMode")
+    assert lived > 100
+
+
+def test_one_engine_runs_other_constants_and_another_interface(library, lag):
+    """In one process, in turns: kernels see the data of their own instance."""
+    from raw import DISCARD, OK
+
+    names = {"u": "voltage", "y": "response"}
+
+    def renamed(v):
+        wider = {"maximum": 20.0} if v.name == "u" else {}
+        return dataclasses.replace(
+            v, name=names.get(v.name, v.name), depends_on=tuple(names.get(n, n) for n in v.depends_on), **wider
+        )
+
+    table = Interface(tuple(renamed(v) for v in lag.interface.variables))
+    other = dataclasses.replace(lag, interface=table, n_state=7, n_work=300, faults={1: "voltage = {voltage} V"})
+    assert engine_key(other) == engine_key(lag)
+    data = model_data(other, np.array([3.0, 1.0]), "{other}", engine_key(other))
+    cores = Instance(lag, np.zeros(1)), Instance(other, np.array([3.0, 1.0]))
+    with library.instantiate() as ours, given(library, data, "{other}") as theirs:
+        for fmu, core in ((ours, cores[0]), (theirs, cores[1])):
+            fmu.begin()
+            core.initialise()
+        for n in range(5):
+            for fmu, core in ((ours, cores[0]), (theirs, cores[1])):
+                core.inputs[0] = float(n)
+                assert fmu.set(u=float(n)) == OK  # the same value reference
+                assert fmu.step(n) == OK
+                core.step(n * 250e-6, 250e-6)
+                assert fmu.get("y", "level", "steps") == core.outputs[:3].tolist()
+        assert cores[1].outputs[0] > cores[0].outputs[0]
+        for fmu, said in ((ours, "u = 11 V is not allowed; it must be >= -10 and <= 10 V"), (theirs, "level = 22 V")):
+            fmu.set(u=11.0)
+            assert fmu.step(5) == DISCARD
+            assert said in fmu.log[-1][2]
+
+
+def test_a_state_goes_to_instances_with_the_same_data_only(library, lag):
+    from raw import ERROR, OK
+
+    data = model_data(lag, np.ones(1), "{other}", engine_key(lag))
+    with library.instantiate() as ours, library.instantiate() as same, given(library, data, "{other}") as other:
+        saved = ours.begin().save()
+        assert same.begin().call("SetFMUstate", saved) == OK
+        assert other.begin().call("SetFMUstate", saved) == ERROR
+        assert other.log[0][2] == "fmi2SetFMUstate: the state belongs to another FMU"
+        ours.call("FreeFMUstate", byref(saved))
+
+
+def test_a_sentence_that_the_engine_would_cut_is_refused(lag):
+    wordy = dataclasses.replace(lag, faults={7: 500 * "x" + "{u}"})
+    with pytest.raises(ValueError, match="a native FMU has 512 bytes for a sentence; 535 are too many: xxx"):
+        model_data(wordy, np.zeros(1), "{}", "")

@@ -1,0 +1,98 @@
+"""Where a native FMU finds its data: every form of location that hosts pass, and those that are refused."""
+
+import base64
+import shutil
+import sys
+
+import pytest
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="paths of Windows are tested under wine")
+
+
+@pytest.fixture(scope="module")
+def library(unpacked, lag):
+    from raw import Library
+
+    return Library(unpacked(lag))
+
+
+@pytest.fixture(scope="module")
+def folder(unpacked, lag, tmp_path_factory):
+    """Resources in a folder whose name must be encoded in a URI, and which cannot be written."""
+    place = tmp_path_factory.mktemp("a b") / "Größe 100% #1?" / "resources"
+    shutil.copytree(unpacked(lag) / "resources", place)
+    place.chmod(0o555)
+    yield place
+    place.chmod(0o755)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "{uri}",
+        "{uri}/",
+        "file:{encoded}",
+        "file://localhost{encoded}",
+        "FILE://LocalHost{encoded}//",
+        "file://{path}",
+        "{path}",
+        "{path}/",
+        "{path}/../resources",
+    ],
+)
+def test_a_location_leads_to_the_data_in_every_form(library, folder, form):
+    from raw import OK
+
+    location = form.format(uri=folder.as_uri(), encoded=folder.as_uri().removeprefix("file://"), path=folder)
+    with library.instantiate(resources=location) as fmu:
+        assert fmu.pointer, fmu.log
+        fmu.begin(u=1.0)
+        assert fmu.step(0) == OK
+
+
+def test_a_path_may_be_relative_to_the_working_folder(library, folder, monkeypatch):
+    monkeypatch.chdir(folder.parent)
+    for location in ("resources", "./resources/", "file:resources"):
+        with library.instantiate(resources=location) as fmu:
+            assert fmu.pointer, fmu.log
+
+
+def test_the_data_may_be_given_in_memory_instead_of_a_file(library, folder):
+    from raw import OK
+
+    text = base64.b64encode((folder / "model.bin").read_bytes()).decode()
+    for location in (f"data:;base64,{text}", f"data:application/octet-stream;base64,{text.rstrip('=')}"):
+        with library.instantiate(resources=location) as fmu:
+            fmu.begin(u=1.0)
+            assert fmu.step(0) == OK
+
+
+@pytest.mark.parametrize(
+    ("location", "sentence"),
+    [
+        (None, "the host gave no resource location"),
+        ("", "the host gave no resource location"),
+        ("/nowhere", "cannot read /nowhere/model.bin: No such file or directory"),
+        ("file:///nowhere%20else/", "cannot read /nowhere else/model.bin: No such file or directory"),
+        ("file://server/share", "the resource location file://server/share is not on this machine"),
+        ("https://server/share", "the resource location https://server/share is not on this machine"),
+        ("/" + 10000 * "x", "cannot read /xxxx"),
+        ("data:,abc", "a data URI with the resources must be in base64: data:;base64,..."),
+        ("data:;base64,AB!D", "the data URI with the resources is not base64 at its character 16"),
+        ("data:;base64,", "resources/model.bin does not fit: there is no data of an FMU in it"),
+    ],
+)
+def test_a_location_without_data_is_refused_with_the_reason(library, location, sentence):
+    from raw import ERROR
+
+    fmu = library.instantiate(resources=location, logging=0)
+    assert fmu.pointer is None
+    assert [entry[:2] for entry in fmu.log] == [(ERROR, "logStatusError")]
+    assert fmu.log[0][2].startswith(sentence)
+
+
+def test_a_folder_in_the_place_of_the_data_is_refused(library, tmp_path):
+    (tmp_path / "model.bin").mkdir()
+    fmu = library.instantiate(resources=str(tmp_path))
+    assert fmu.pointer is None
+    assert "model.bin: Is a directory" in fmu.log[0][2]
