@@ -14,7 +14,7 @@ import sysconfig
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
@@ -32,8 +32,22 @@ TAGS = {
 }
 
 
+class Kernels(NamedTuple):
+    """What an engine is compiled from."""
+
+    name: str
+    initialise: Any
+    step: Any
+    packages: tuple[str, ...]
+
+    @classmethod
+    def in_module(cls, name: str, module: str) -> Kernels:
+        code = importlib.import_module(module)
+        return cls(name, code.initialise, code.step, (module.partition(".")[0], "fmi_export"))
+
+
 class EngineBuildHook(BuildHookInterface[Any]):
-    """Adds the engines of `models`, modules that have a `MODEL`, to the wheel."""
+    """Adds the engines of the models that `kernels` names to the wheel."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if version == "editable":
@@ -50,12 +64,12 @@ class EngineBuildHook(BuildHookInterface[Any]):
             if named:
                 raise SystemExit(f"{VARIABLE} = {named}: {error}") from None
             return  # there is no native FMU for this machine
-        models = [importlib.import_module(module).MODEL for module in self.config["models"]]
+        models = [Kernels.in_module(name, module) for name, module in self.config["kernels"].items()]
         self._stage = tempfile.TemporaryDirectory(prefix="engines-")
 
         engines, loops = Path(self._stage.name, "engines"), Path(self._stage.name, "loops")
 
-        def add(model: Any) -> None:
+        def add(model: Kernels) -> None:
             for platform in platforms:
                 engine(model, platform).write(engines / engine_place(model, platform))
 

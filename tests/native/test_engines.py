@@ -107,7 +107,7 @@ def hook(empty, monkeypatch):
         else:
             monkeypatch.setenv("AMB_COSIM_PLATFORMS", platforms)
         build = importlib.import_module("hatch_build").EngineBuildHook(
-            str(ROOT), {"models": ["probe_lag.lag"]}, None, None, "", "wheel"
+            str(ROOT), {"kernels": {"probe_lag": "probe_lag.lag"}}, None, None, "", "wheel"
         )
         data: dict = {"force_include": {}, "pure_python": True}
         build.initialize(version, data)
@@ -118,6 +118,12 @@ def hook(empty, monkeypatch):
         return data, files
 
     return run
+
+
+def test_a_wheel_contains_the_engines_that_a_build_looks_for(hook, lag, empty):
+    hook(None)
+    ((kernels, _),) = empty
+    assert engine_place(kernels, "win64") == engine_place(lag, "win64")
 
 
 def test_a_wheel_for_this_machine_is_not_passed_off_as_one_for_any(hook):

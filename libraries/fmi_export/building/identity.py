@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import json
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
     sha = hashlib.sha256(model.interface.canonical() + flavour.encode())
     facts = [model.name, model.description, [*model.faults.items()], model.step_size, model.variable_step]
     sha.update(json.dumps(facts).encode())
-    for name, digest in digests(model).items():
+    for name, digest in digests(model.packages).items():
         sha.update(f"{name} {digest}".encode())
     for name in ("python_fmu.py", "description.py", "units.py"):  # they decide what an archive and its description hold
         sha.update((Path(__file__).parent / name).read_bytes())
@@ -27,9 +28,9 @@ def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
     return f"{{{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:32]}}}"
 
 
-def digests(model: Model) -> dict[str, str]:
-    """Return a hash of each package that the model's kernels need."""
-    return {name: bootstrap.digest(package_folder(name)) for name in model.packages}
+def digests(packages: Iterable[str]) -> dict[str, str]:
+    """Return a hash of the code of each package."""
+    return {name: bootstrap.digest(package_folder(name)) for name in packages}
 
 
 def package_folder(package: str) -> Path:

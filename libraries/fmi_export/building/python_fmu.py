@@ -72,7 +72,7 @@ def _build_facts(model: Model, constants: Array) -> dict[str, object]:
         "guid": guid_of(model, constants),
         "version": versions["amb-cosim"],
         "tool": f"amb-cosim {versions['amb-cosim']} with PythonFMU {versions['pythonfmu']}",
-        "packages": digests(model),
+        "packages": digests(model.packages),
     }
 
 

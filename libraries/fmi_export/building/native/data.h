@@ -13,7 +13,7 @@
 
 enum { KEY_SIZE = 32, GUID_SIZE = 40 };
 
-enum { TEXT_SIZE = 1024 }; /* of every sentence; data.py refuses those of a model that leave less than half for others */
+enum { TEXT_SIZE = 4096 }; /* of every sentence; data.py refuses those of a model that leave no room for what is added */
 
 typedef enum { TYPE_REAL, TYPE_INTEGER, TYPE_BOOLEAN, TYPE_STRING } Type;
 

@@ -14,7 +14,7 @@ from fmi_export.variables import Type, Variable
 MAGIC, VERSION = b"ambdata\0", 1
 TYPES: tuple[Type, ...] = ("Real", "Integer", "Boolean")
 NUMBER = 32  # characters that a number in a sentence may take
-ROOM = 512  # bytes of the longest sentence of a model, half of TEXT_SIZE
+ROOM = 3584  # bytes of the longest sentence of a model; the slave adds some of its own, up to TEXT_SIZE
 
 
 def model_data(model: Model, constants: Array, guid: str, key: str) -> bytes:

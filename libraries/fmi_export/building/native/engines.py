@@ -20,8 +20,7 @@ import platformdirs
 from amb_files.atomic import create_atomically, write_atomically
 from fmi_export.building.identity import digests
 from fmi_export.building.native.compiler import check_compiler, compile_library
-from fmi_export.building.native.lowering import lower
-from fmi_export.model import Model
+from fmi_export.building.native.lowering import Kernels, lower
 
 HERE = Path(__file__).parent
 SHIPPED = HERE / "engines"  # in an installed package
@@ -57,7 +56,7 @@ class Engine:
         create_atomically(folder, fill)
 
 
-def engine_key(model: Model) -> str:
+def engine_key(model: Kernels) -> str:
     """Return an identifier, 32 hexadecimal digits, that changes with the code of kernels and slave, with nothing else.
 
     Neither numba nor the C compiler is asked.
@@ -65,7 +64,7 @@ def engine_key(model: Model) -> str:
     return _digest(_kernels(model), *C_SOURCES, *LOWERING, *COMPILING)
 
 
-def engine(model: Model, platform: str) -> Engine:
+def engine(model: Kernels, platform: str) -> Engine:
     """Return the engine of a model for one of `PLATFORMS`.
 
     Raises
@@ -84,31 +83,31 @@ def engine(model: Model, platform: str) -> Engine:
     return compiled
 
 
-def engine_place(model: Model, platform: str) -> Path:
+def engine_place(model: Kernels, platform: str) -> Path:
     """Return where the engine of a model is, below the folder of all engines."""
     return Path(platform, f"{model.name}-{engine_key(model)}")
 
 
-def engine_sources(model: Model) -> dict[str, str]:
+def engine_sources(model: Kernels) -> dict[str, str]:
     """Return the sources of an engine by file name: the slave, the key, the lowered kernels."""
     sources = {name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
     key = f'#define ENGINE_KEY "{engine_key(model)}"\n'
     return sources | {"engine_key.h": key, "kernels.ll": _lowered(model)}
 
 
-def _compile(model: Model, platform: str) -> Engine:
+def _compile(model: Kernels, platform: str) -> Engine:
     missing = [name for name in ("numba", "ziglang") if importlib.util.find_spec(name) is None]
     if missing:
         raise ValueError(
             f"there is no engine of {model.name} for {platform} yet, and to compile it {' and '.join(missing)} must be "
-            "installed: pip install 'amb-cosim[native]'"
+            "installed: pip install 'amb-cosim[native]'; FMUs of flavour python need neither"
         )
     check_compiler()
     library = compile_library(model.name, engine_sources(model), platform)
     return Engine(library, "numba {numba}, ziglang {ziglang}".format(**_versions("numba", "ziglang")))
 
 
-def _lowered(model: Model) -> str:
+def _lowered(model: Kernels) -> str:
     """Return the lowered kernels, from the user's cache where they are there: all platforms share them."""
     facts = [_kernels(model), _versions("numba", "llvmlite"), machine()]
     kept = _cache() / f"kernels-{model.name}-{_digest(facts, *LOWERING)}.ll"
@@ -121,10 +120,10 @@ def _lowered(model: Model) -> str:
     return assembly
 
 
-def _kernels(model: Model) -> list[object]:
+def _kernels(model: Kernels) -> list[object]:
     """Return what the machine code of the kernels depends on."""
     functions = [getattr(kernel, "py_func", kernel) for kernel in (model.initialise, model.step)]
-    return [model.name, [f"{f.__module__}.{f.__qualname__}" for f in functions], digests(model)]
+    return [model.name, [f"{f.__module__}.{f.__qualname__}" for f in functions], digests(model.packages)]
 
 
 def _digest(facts: object, *files: str) -> str:

@@ -17,9 +17,9 @@ import tempfile
 from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
-from fmi_export.model import Model
+from fmi_export.model import InitialiseKernel, StepKernel
 
 ENTRIES = ("kernel_initialise", "kernel_step")
 
@@ -43,7 +43,20 @@ SETTINGS = {
 }
 
 
-def lower(model: Model) -> str:
+class Kernels(Protocol):
+    """What of a model its machine code depends on; see `Model`."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def initialise(self) -> InitialiseKernel: ...
+    @property
+    def step(self) -> StepKernel: ...
+    @property
+    def packages(self) -> tuple[str, ...]: ...
+
+
+def lower(model: Kernels) -> str:
     """Return the LLVM assembly of `kernel_initialise` and `kernel_step`, for no particular target.
 
     `int32_t kernel_step(int64_t *fault, void **exception, double *constants, int64_t n_constants, ..., double time,
