@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import json
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
