@@ -7,8 +7,10 @@ import platform
 
 import numpy as np
 import pytest
+from machines import SITES, held, machine
 
 from fmi_export.model import Instance
+from rotor_analysis import plant_data
 
 H = 250e-6
 
@@ -85,6 +87,22 @@ def test_the_plant_agrees_to_the_last_bit_through_contact_and_its_events(unpacke
     changes = np.count_nonzero(np.diff(modes, axis=0))
     if case != "orbit, spinning up":
         assert changes > 20, "there must be events to follow"
+
+
+def test_a_machine_of_another_size_runs_on_the_same_engine(unpacked, plant, plant_constants):
+    """Twelve discs, three bearings, six sites in contact at once: equal to the last bit, by the library of the rig."""
+    model, constants = plant_data.plant(machine())
+    folder, of_the_rig = unpacked(model, constants), unpacked(plant, plant_constants)
+    (library,), (of_rig,) = (list(f.glob("binaries/*/*")) for f in (folder, of_the_rig))
+    assert library.read_bytes() == of_rig.read_bytes()
+    pushed = {f"impeller{k}.f_x": 2.5e4 for k in range(1, 13)}
+    given = held(3) | pushed | {"Omega": 150.0, "impeller5.u": 2e-3, "seal2.mu": 0.2, "rb3.law": 3, "rb3.c_c": 1e4}
+    native, core = both(folder, model, constants, given)
+    difference, record = largest_difference(native, core, 200, lambda n: {"impeller9.f_y": 1e3 * np.sin(0.3 * n)})
+    assert difference == 0.0
+    names = [v.name for v in model.interface.of("output")]
+    closed = record[:, [names.index(f"{site}.mode") for site in SITES]] > 0.0
+    assert np.max(np.sum(closed, axis=1)) == 6
 
 
 @pytest.mark.slow

@@ -4,34 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rotor_cases import STEEL, run
+from machines import SITES, held, machine
+from rotor_cases import run
 
 from fmi_export.model import Instance
-from rotor_analysis.parts import Bearing, Disc, Sensor, Site
+from rotor_analysis.parts import Bearing
 from rotor_analysis.plant_data import plant, plant_structure
-from rotor_analysis.rotor import ReductionOptions, Rotor
+from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.shaft import Shaft
-
-NODES = tuple(np.linspace(0.0, 2.4, 25).round(3).tolist())
-IMPELLERS = (3, 5, 7, 8, 10, 11, 13, 14, 16, 18, 20, 23)
-HELD, TOUCHING = (2, 12, 24), (2, 6, 9, 12, 19, 24)
-
-
-def machine(**changes):
-    """Twelve impellers, three bearings with their retainers, three seals that can rub."""
-    shaft = Shaft(diameter=(0.09,), nodes=NODES, **STEEL)
-    bodies = tuple(Disc(f"impeller{k}", node, 8.0, 0.15, 0.04, unbalance=True) for k, node in enumerate(IMPELLERS, 1))
-    names = ("rb1", "seal1", "seal2", "rb2", "seal3", "rb3")
-    owners = ("mb1", None, None, "mb2", None, "mb3")
-    given = {
-        "bodies": bodies,
-        "bearings": tuple(Bearing(f"mb{k}", node) for k, node in enumerate(HELD, 1)),
-        "sites": tuple(Site(n, node, 0.2e-3, bearing=b) for n, node, b in zip(names, TOUCHING, owners, strict=True)),
-        "sensors": tuple(Sensor(f"probe{k}", node) for k, node in enumerate((1, 12, 25), 1)),
-        "reduction": ReductionOptions(),
-    }
-    return Rotor("machine", shaft, **(given | changes))
 
 
 def instance(rotor, values):
@@ -40,10 +20,6 @@ def instance(rotor, values):
         x[name] = value
     x.initialise()
     return x
-
-
-def bearings(count, k_b=2e6, c_b=2e3):
-    return {f"mb{k}.{name}": v for k in range(1, count + 1) for name, v in (("k_b", k_b), ("c_b", c_b))}
 
 
 def test_variables_have_the_names_of_the_rotor_file():
@@ -59,18 +35,17 @@ def test_variables_have_the_names_of_the_rotor_file():
 def test_six_sites_in_contact_at_once_keep_the_energy_balance():
     """Pushed against all six, while it spins and slides: heat, strain and motion add up to the work."""
     pushed = {f"impeller{k}.f_x": 2.5e4 for k in range(1, 13)}
-    x = instance(machine(), bearings(3) | pushed | {"Omega": 150.0, "impeller5.u": 2e-3, "solver.max_substep": 2e-6})
-    sites = ("rb1", "seal1", "seal2", "rb2", "seal3", "rb3")
-    for site in sites:
+    x = instance(machine(), held(3) | pushed | {"Omega": 150.0, "impeller5.u": 2e-3, "solver.max_substep": 2e-6})
+    for site in SITES:
         assert x[f"{site}.mode"] == 0.0
-    closed = run(x, 100, [*(f"{site}.mode" for site in sites), "energy.balance", "energy.work", "energy.friction"])
+    closed = run(x, 100, [*(f"{site}.mode" for site in SITES), "energy.balance", "energy.work", "energy.friction"])
     assert np.max(np.sum(closed[:, :6] > 0.0, axis=1)) == 6
     assert closed[-1, 7] > 10.0
     assert np.max(np.abs(closed[:, 6])) < 1e-6 * np.max(np.abs(closed[:, 7]))
 
 
 def test_contact_state_adds_one_two_four_for_the_bearings_in_contact():
-    x = instance(machine(), bearings(3) | {f"impeller{k}.f_y": 4e4 for k in range(8, 13)})
+    x = instance(machine(), held(3) | {f"impeller{k}.f_y": 4e4 for k in range(8, 13)})
     state = run(x, 400, ["contact_state", "rb1.mode", "rb2.mode", "rb3.mode", "seal3.mode"])
     expected = 1.0 * (state[:, 1] > 0) + 2.0 * (state[:, 2] > 0) + 4.0 * (state[:, 3] > 0)
     np.testing.assert_array_equal(state[:, 0], expected)
@@ -79,7 +54,7 @@ def test_contact_state_adds_one_two_four_for_the_bearings_in_contact():
 
 def static_deflection(rotor):
     """Displacements of bearings and sensors under a steady force at one disc, after the motion has died down."""
-    x = instance(rotor, bearings(3, c_b=2e5) | {"impeller6.f_x": 100.0, "impeller6.f_y": -50.0})
+    x = instance(rotor, held(3, c_b=2e5) | {"impeller6.f_x": 100.0, "impeller6.f_y": -50.0})
     names = [f"{name}.{axis}" for name in ("mb1", "mb2", "mb3", "probe1", "probe3") for axis in "xy"]
     return run(x, 4000, names)[-1]
 
@@ -103,7 +78,7 @@ def test_a_fast_model_gets_a_substep_that_resolves_it():
 
 def test_a_rotor_on_one_bearing_without_a_site_or_a_disc_runs():
     rotor = machine(bodies=(), sites=(), sensors=(), bearings=(Bearing("mb1", 12),))
-    x = instance(rotor, bearings(1) | {"mb1.f_x": 10.0, "Omega": 50.0})
+    x = instance(rotor, held(1) | {"mb1.f_x": 10.0, "Omega": 50.0})
     moved = run(x, 100, ["mb1.x", "contact_state"])
     assert moved[-1, 0] > 0.0
     assert not moved[:, 1].any()
@@ -112,7 +87,7 @@ def test_a_rotor_on_one_bearing_without_a_site_or_a_disc_runs():
 def test_the_order_of_parts_in_the_file_does_not_change_the_motion():
     rotor = machine()
     turned = replace(rotor, bodies=rotor.bodies[::-1], sites=rotor.sites[::-1], bearings=rotor.bearings[::-1])
-    given = bearings(3) | {"impeller3.u": 5e-3, "impeller9.f_x": 3e4, "Omega": 120.0, "seal2.mu": 0.2}
+    given = held(3) | {"impeller3.u": 5e-3, "impeller9.f_x": 3e4, "Omega": 120.0, "seal2.mu": 0.2}
     names = ["mb1.x", "mb3.y", "seal2.f_n", "seal2.f_t", "probe1.x"]
     one, other = (run(instance(r, given), 140, names) for r in (rotor, turned))
     np.testing.assert_allclose(other, one, rtol=1e-6, atol=1e-9)
