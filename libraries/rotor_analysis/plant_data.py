@@ -46,7 +46,7 @@ def plant_constants(rotor: Rotor | None = None) -> Array:
     reduction = msdc(full, rotor.masters)
     reduced = reduction.model
     if np.any(reduced.C):
-        raise ValueError(f"shaft.mass_damping or stiffness_damping of rotor {rotor.name!r} is not 0; a plant has neither")
+        raise ValueError(f"shaft.mass_damping or stiffness_damping of rotor {rotor.name!r} is not 0, as in a plant")
     Minv: Array = np.linalg.inv(reduced.M).astype(np.float64)
 
     base_motion = np.zeros((full.size, 2))
