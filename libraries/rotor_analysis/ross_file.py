@@ -88,7 +88,7 @@ def _shaft(elements: list[SavedElement]) -> dict[str, Any]:
     for element in elements:
         first.setdefault(element.n, element)
     base = [first[n] for n in sorted(first)]
-    nodes = list(accumulate((element.L for element in base), initial=0.0))
+    nodes = [round(z, 12) for z in accumulate((element.L for element in base), initial=0.0)]
     materials, name_of = _materials(elements)
     shaft: dict[str, Any] = {
         "nodes": nodes,
