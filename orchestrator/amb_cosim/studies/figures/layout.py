@@ -80,7 +80,7 @@ def _draw_lanes(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
         parts = sorted((part for part in result.parts if part.kind == kind), key=lambda part: part.z)
         axes.plot([part.z for part in parts], [-row] * len(parts), ls="", marker=marker, ms=5, color=colour)
         for part in parts:
-            turned = {"rotation": 40, "ha": "left"} if _is_crowded(result, kind) else {"ha": "center"}
+            turned = {"rotation": 50, "ha": "left"} if _is_crowded(result, kind) else {"ha": "center"}
             axes.text(part.z, -row + 0.17, part.name, fontsize=6.5, va="bottom", color=colour, **turned)
     row = len(lanes)
     axes.plot([z[node - 1] for node in result.masters], [-row] * len(result.masters), "|", ms=7, color="black")
