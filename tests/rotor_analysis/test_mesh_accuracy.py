@@ -77,5 +77,5 @@ def test_file_with_sections_is_refined_as_it_says(tmp_path):
 
 
 def test_accuracy_beyond_rounding_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"mesh\.accuracy = 1e-15 is not reached with 300 nodes"):
+    with pytest.raises(ValueError, match=r"mesh\.accuracy = 1e-15 is not reached with 500 nodes"):
         refine_to_accuracy(stepped("diagonal"), 6, 1e-15)
