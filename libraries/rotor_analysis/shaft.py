@@ -63,6 +63,8 @@ class Shaft:
     def __post_init__(self) -> None:
         ascending = all(b > a for a, b in pairwise(self.nodes))
         require(len(self.nodes) >= 2 and ascending, "nodes", f"{list(self.nodes)} m", "ascending, two or more")
+        if len(self.material) == 1:
+            object.__setattr__(self, "sleeves", _of_material(self.sleeves, self.material[0]))
         count = len(self.nodes) - 1
         for name, unit in PER_ELEMENT.items():
             given = self._per_element(name)
@@ -186,7 +188,7 @@ class _Piece:
 class Sleeve:
     """A ring from z = `begin` to `end` (m) that bends with the shaft: diameters (m), conical or not, and material.
 
-    The material is the shaft's own unless it is named.
+    The material is that of the shaft unless it is named.
     """
 
     begin: Position
@@ -242,7 +244,7 @@ def _give_ends(part: Section | Sleeve) -> None:
 class SectionedShaft:
     """A shaft given by its sections from z = 0; it has nodes at their ends. All else is as for a `Shaft`.
 
-    `material` names that of the sections that name none of their own.
+    `material` names that of the sections and sleeves that name none of their own.
     """
 
     sections: Annotated[tuple[Section, ...], MinLen(1)]
@@ -258,6 +260,7 @@ class SectionedShaft:
     stiffness_damping: TimeOfDamping = 0.0
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "sleeves", _of_material(self.sleeves, self.material))
         _check_material(self, (*self._materials(), *(sleeve.material for sleeve in self.sleeves)))
 
     def _materials(self) -> tuple[str | None, ...]:
@@ -272,6 +275,11 @@ class SectionedShaft:
         given |= {name: tuple(getattr(section, name) for section in sections) for name in PER_ELEMENT}
         given["material"] = self._materials()
         return Shaft(nodes=nodes, **given)
+
+
+def _of_material(sleeves: tuple[Sleeve, ...], material: str | None) -> tuple[Sleeve, ...]:
+    """The sleeves, of `material` unless they name their own."""
+    return tuple(replace(sleeve, material=sleeve.material or material) for sleeve in sleeves)
 
 
 def _check_material(shaft: Shaft | SectionedShaft, named: Iterable[str | None]) -> None:
