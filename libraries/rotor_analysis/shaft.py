@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -13,11 +13,10 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, StrictFloat
 from amb_files.toml import table
 from amb_files.validation_errors import Unit
 from rotor_analysis.checks import Length, Name, Position, Size, require
-from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus, between
+from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus
+from rotor_analysis.sections import PER_ELEMENT, SAME_PLACE, Piece, Section, Sleeve
 
 MassModel = Literal["consistent", "diagonal"]
-
-SAME_PLACE = 1e-9  # m; a position this close to a node is that node's
 
 
 def _as_tuple(value: object) -> object:
@@ -120,7 +119,7 @@ class Shaft:
         if self.youngs_modulus is not None and self.density is not None and self.poissons_ratio is not None:
             own = Material(self.youngs_modulus, self.density, self.poissons_ratio)
 
-        def element(length: float, piece: _Piece) -> Element:
+        def element(length: float, piece: Piece) -> Element:
             material = own if piece.material is None else materials[piece.material]
             assert material is not None, "checked when the shaft was made"
             outer, inner = (piece.diameter, piece.diameter_end), (piece.inner_diameter, piece.inner_diameter_end)
@@ -131,15 +130,15 @@ class Shaft:
             for (a, b), piece in zip(pairwise(self.nodes), self._pieces(), strict=True)
         )
 
-    def _pieces(self) -> list[_Piece]:
-        return [_Piece(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
+    def _pieces(self) -> list[Piece]:
+        return [Piece(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
 
     def _per_element(self, name: str) -> tuple[Any, ...]:
         """The values of a field, one for each element: those at the other end as at the first unless given."""
         given = getattr(self, name) or ((None,) if name == "material" else getattr(self, name.removesuffix("_end")))
         return given * (len(self.nodes) - 1) if len(given) == 1 else given
 
-    def _piece(self, begin: float, end: float) -> _Piece:
+    def _piece(self, begin: float, end: float) -> Piece:
         """What the shaft is from `begin` to `end` (m): a part of one element, or several uniform ones alike."""
         pieces = zip(pairwise(self.nodes), self._pieces(), strict=True)
         covered = [(piece, a, b) for (a, b), piece in pieces if a < end and b > begin]
@@ -155,89 +154,6 @@ class Shaft:
             "of one diameter and one inner diameter (m), and one material",
         )
         return found.pop()
-
-
-@dataclass(frozen=True)
-class _Piece:
-    """What one element of a shaft is, without its place."""
-
-    diameter: float
-    inner_diameter: float
-    diameter_end: float
-    inner_diameter_end: float
-    material: str | None
-
-    @property
-    def is_tapered(self) -> bool:
-        return self.diameter != self.diameter_end or self.inner_diameter != self.inner_diameter_end
-
-    def check(self) -> None:
-        """Raise a ValueError unless the bore is thinner than the shaft at both ends."""
-        for end in ("", "_end"):
-            outer, inner = getattr(self, f"diameter{end}"), getattr(self, f"inner_diameter{end}")
-            require(inner < outer, f"inner_diameter{end}", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
-
-    def part(self, begin: float, end: float) -> _Piece:
-        """The part from `begin` to `end`, as shares of the length."""
-        outer = [between((self.diameter, self.diameter_end), s) for s in (begin, end)]
-        inner = [between((self.inner_diameter, self.inner_diameter_end), s) for s in (begin, end)]
-        return _Piece(outer[0], inner[0], outer[1], inner[1], self.material)
-
-
-@table
-class Sleeve:
-    """A ring from z = `begin` to `end` (m) that bends with the shaft: diameters (m), conical or not, and material.
-
-    The material is that of the shaft unless it is named.
-    """
-
-    begin: Position
-    end: Position
-    diameter: Length
-    inner_diameter: Size
-    diameter_end: Length | None = None
-    inner_diameter_end: Size | None = None
-    material: Name | None = None
-
-    def __post_init__(self) -> None:
-        require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, its begin")
-        _give_ends(self)
-
-    def covers(self, begin: float, end: float) -> bool:
-        """Return whether it lies on the whole element from `begin` to `end` (m)."""
-        return self.begin - SAME_PLACE <= begin and end <= self.end + SAME_PLACE
-
-    def on(self, begin: float, end: float) -> _Piece:
-        """Return its part from `begin` to `end` (m)."""
-        whole = _Piece(*(getattr(self, name) for name in PER_ELEMENT))
-        length = self.end - self.begin
-        return whole.part((begin - self.begin) / length, (end - self.begin) / length)
-
-
-PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in fields(_Piece)}
-
-
-@table
-class Section:
-    """A piece of shaft: length, diameter and inner diameter (m), those at its other end if it is a cone, material."""
-
-    length: Length
-    diameter: Length
-    inner_diameter: Size = 0.0
-    diameter_end: Length | None = None
-    inner_diameter_end: Size | None = None
-    material: Name | None = None
-
-    def __post_init__(self) -> None:
-        _give_ends(self)
-
-
-def _give_ends(part: Section | Sleeve) -> None:
-    """Fill in the diameters at the other end of a part that is no cone, and check all four."""
-    for name in ("diameter", "inner_diameter"):
-        if getattr(part, f"{name}_end") is None:
-            object.__setattr__(part, f"{name}_end", getattr(part, name))
-    _Piece(*(getattr(part, name) for name in PER_ELEMENT)).check()
 
 
 @table

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import eigh
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
@@ -35,6 +34,8 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
     frequencies, shapes
         omega (rad/s), ascending, shape (n,); phi with phi^T M phi = 1 over the x of the coordinates, in columns.
     """
+    from scipy.linalg import eigh  # slow to import
+
     supported = on_bearings(model, rotor).at(0.0)
     M, K = _one_plane(supported.M), _one_plane(supported.K)
     held = {bearing.node for bearing in rotor.bearings if np.trace(bearing.at(0.0)[0]) != 0.0}

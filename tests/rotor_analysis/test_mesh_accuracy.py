@@ -9,7 +9,8 @@ from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.parts import Bearing, Disc, Site
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.shaft import Section, SectionedShaft
+from rotor_analysis.sections import Section
+from rotor_analysis.shaft import SectionedShaft
 from rotor_analysis.undamped import natural_frequencies
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}

@@ -12,7 +12,8 @@ from rotor_analysis.meshes import coarsen
 from rotor_analysis.modes import modes
 from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.shaft import Section, SectionedShaft, Shaft, Sleeve
+from rotor_analysis.sections import Section, Sleeve
+from rotor_analysis.shaft import SectionedShaft, Shaft
 from rotor_analysis.supported_rotor import supported_rotor
 from rotor_analysis.undamped import natural_frequencies
 
