@@ -1,11 +1,11 @@
-"""A mesh as fine as the first modes need: elements are halved where that changes a natural frequency."""
+"""A mesh as fine as the first modes need: elements are divided where that changes a natural frequency."""
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import assemble, element_matrices
@@ -16,8 +16,8 @@ from rotor_analysis.undamped import undamped_modes
 
 Layers = tuple[Element, ...]  # an element and the sleeves on it
 
-MOST_NODES = 300
-LARGE = 0.25  # elements with this share of the largest contribution are halved together
+MOST_NODES = 500
+LARGE = 0.25  # elements with this share of the largest contribution are divided together
 
 
 def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
@@ -28,7 +28,8 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
 
         delta omega / omega = phi^T (D_halves - D) phi / (2 omega^2)
 
-    While the sum over the elements is more than `accuracy` for a mode, those are halved that contribute to it most.
+    While the sum over the elements is more than `accuracy` for a mode, the elements that were given are divided into
+    more equal parts where these contribute most.
 
     Parameters
     ----------
@@ -42,17 +43,19 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
     Raises
     ------
     ValueError
-        If the mesh would need more than 300 nodes.
+        If the mesh would need more than 500 nodes.
     """
-    z = rotor.shaft.nodes
-    mesh = _divide(rotor, [math.ceil((b - a) / (z[-1] - z[0]) * modes) for a, b in pairwise(z)])
-    while len(mesh.shaft.nodes) <= MOST_NODES:
+    z = np.array(rotor.shaft.nodes)
+    counts = np.ceil(np.diff(z) / (z[-1] - z[0]) * modes).astype(int)
+    while np.sum(counts) < MOST_NODES:
+        mesh = _divide(rotor, counts)
         change = _change_by_halving(mesh, modes)
         missed = change[:, np.sum(change, axis=0) > accuracy]
         if missed.size == 0:
             return mesh
         coarse = np.any(missed > LARGE * np.max(missed, axis=0), axis=1)
-        mesh = _divide(mesh, [2 if halve else 1 for halve in coarse])
+        divided = np.unique(np.repeat(np.arange(len(counts)), counts)[coarse])
+        counts[divided] += np.maximum(1, counts[divided] // 3)
     raise ValueError(f"mesh.accuracy = {accuracy:g} is not reached with {MOST_NODES} nodes; ask for less")
 
 
@@ -87,7 +90,7 @@ def _halves(layers: Layers, mass: MassModel, frequencies: Array) -> Array:
     return D[:, ends[:, np.newaxis], ends] - D[:, ends[:, np.newaxis], middle] @ to_middle
 
 
-def _divide(rotor: Rotor, counts: list[int]) -> Rotor:
+def _divide(rotor: Rotor, counts: NDArray[np.int_]) -> Rotor:
     """Return `rotor` with each element divided into a number of equal parts."""
     z = rotor.shaft.nodes
     inner = [np.linspace(a, b, n + 1)[:-1].tolist() for (a, b), n in zip(pairwise(z), counts, strict=True)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
@@ -76,6 +75,8 @@ def craig_bampton(full: Matrices, planes: tuple[int, ...], modes: int) -> Reduct
     if modes == 0:
         return _reduce(full, planes, right, left)
     at = np.ix_(slaves, slaves)
+    from scipy.linalg import eigh  # slow to import
+
     _, shapes = eigh(full.K[at], full.M[at], subset_by_index=(0, modes - 1))
     along_both = np.zeros((full.size, 2 * modes))
     for axis in (0, 1):

@@ -6,7 +6,6 @@ they check their values in the same way.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import field, replace
 from typing import Annotated, Any, Literal
@@ -127,13 +126,14 @@ class Rotor:
         """One sentence for each name that two parts or signals have, and for each that nothing has."""
         names = [(f"{key}.name", part.name) for key, part in self._parts()]
         signals = [(f"sensors[{k}].{axis}", getattr(s, axis)) for k, s in enumerate(self.sensors) for axis in "xy"]
-        taken = Counter(name for _, name in (*names, *signals))
+        taken: set[str] = set()
         for key, name in (*names, *signals):
-            if taken[name] > 1:
+            if name in taken:
                 yield f"{key} = {name!r} is not allowed; it must be a name that nothing else on the rotor has"
+            taken.add(name)
         for material in dict.fromkeys((*self.shaft.material, *(sleeve.material for sleeve in self.shaft.sleeves))):
             if material is not None and material not in self.materials:
-                yield f"shaft names the material {material!r}; {suggest(material, self.materials)}"
+                yield f"shaft.material = {material!r} is not one of the materials; {suggest(material, self.materials)}"
         bearings = [bearing.name for bearing in self.bearings]
         for k, site in enumerate(self.sites):
             if site.bearing is not None and site.bearing not in bearings:

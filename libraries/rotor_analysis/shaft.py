@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -13,11 +13,10 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, StrictFloat
 from amb_files.toml import table
 from amb_files.validation_errors import Unit
 from rotor_analysis.checks import Length, Name, Position, Size, require
-from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus, between
+from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus
+from rotor_analysis.sections import PER_ELEMENT, SAME_PLACE, Piece, Section, Sleeve
 
 MassModel = Literal["consistent", "diagonal"]
-
-SAME_PLACE = 1e-9  # m; a position this close to a node is that node's
 
 
 def _as_tuple(value: object) -> object:
@@ -63,6 +62,8 @@ class Shaft:
     def __post_init__(self) -> None:
         ascending = all(b > a for a, b in pairwise(self.nodes))
         require(len(self.nodes) >= 2 and ascending, "nodes", f"{list(self.nodes)} m", "ascending, two or more")
+        if len(self.material) == 1:
+            object.__setattr__(self, "sleeves", _of_material(self.sleeves, self.material[0]))
         count = len(self.nodes) - 1
         for name, unit in PER_ELEMENT.items():
             given = self._per_element(name)
@@ -118,7 +119,7 @@ class Shaft:
         if self.youngs_modulus is not None and self.density is not None and self.poissons_ratio is not None:
             own = Material(self.youngs_modulus, self.density, self.poissons_ratio)
 
-        def element(length: float, piece: _Piece) -> Element:
+        def element(length: float, piece: Piece) -> Element:
             material = own if piece.material is None else materials[piece.material]
             assert material is not None, "checked when the shaft was made"
             outer, inner = (piece.diameter, piece.diameter_end), (piece.inner_diameter, piece.inner_diameter_end)
@@ -129,15 +130,15 @@ class Shaft:
             for (a, b), piece in zip(pairwise(self.nodes), self._pieces(), strict=True)
         )
 
-    def _pieces(self) -> list[_Piece]:
-        return [_Piece(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
+    def _pieces(self) -> list[Piece]:
+        return [Piece(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
 
     def _per_element(self, name: str) -> tuple[Any, ...]:
         """The values of a field, one for each element: those at the other end as at the first unless given."""
         given = getattr(self, name) or ((None,) if name == "material" else getattr(self, name.removesuffix("_end")))
         return given * (len(self.nodes) - 1) if len(given) == 1 else given
 
-    def _piece(self, begin: float, end: float) -> _Piece:
+    def _piece(self, begin: float, end: float) -> Piece:
         """What the shaft is from `begin` to `end` (m): a part of one element, or several uniform ones alike."""
         pieces = zip(pairwise(self.nodes), self._pieces(), strict=True)
         covered = [(piece, a, b) for (a, b), piece in pieces if a < end and b > begin]
@@ -155,94 +156,11 @@ class Shaft:
         return found.pop()
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """What one element of a shaft is, without its place."""
-
-    diameter: float
-    inner_diameter: float
-    diameter_end: float
-    inner_diameter_end: float
-    material: str | None
-
-    @property
-    def is_tapered(self) -> bool:
-        return self.diameter != self.diameter_end or self.inner_diameter != self.inner_diameter_end
-
-    def check(self) -> None:
-        """Raise a ValueError unless the bore is thinner than the shaft at both ends."""
-        for end in ("", "_end"):
-            outer, inner = getattr(self, f"diameter{end}"), getattr(self, f"inner_diameter{end}")
-            require(inner < outer, f"inner_diameter{end}", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
-
-    def part(self, begin: float, end: float) -> _Piece:
-        """The part from `begin` to `end`, as shares of the length."""
-        outer = [between((self.diameter, self.diameter_end), s) for s in (begin, end)]
-        inner = [between((self.inner_diameter, self.inner_diameter_end), s) for s in (begin, end)]
-        return _Piece(outer[0], inner[0], outer[1], inner[1], self.material)
-
-
-@table
-class Sleeve:
-    """A ring from z = `begin` to `end` (m) that bends with the shaft: diameters (m), conical or not, and material.
-
-    The material is the shaft's own unless it is named.
-    """
-
-    begin: Position
-    end: Position
-    diameter: Length
-    inner_diameter: Size
-    diameter_end: Length | None = None
-    inner_diameter_end: Size | None = None
-    material: Name | None = None
-
-    def __post_init__(self) -> None:
-        require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, its begin")
-        _give_ends(self)
-
-    def covers(self, begin: float, end: float) -> bool:
-        """Return whether it lies on the whole element from `begin` to `end` (m)."""
-        return self.begin - SAME_PLACE <= begin and end <= self.end + SAME_PLACE
-
-    def on(self, begin: float, end: float) -> _Piece:
-        """Return its part from `begin` to `end` (m)."""
-        whole = _Piece(*(getattr(self, name) for name in PER_ELEMENT))
-        length = self.end - self.begin
-        return whole.part((begin - self.begin) / length, (end - self.begin) / length)
-
-
-PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in fields(_Piece)}
-
-
-@table
-class Section:
-    """A piece of shaft: length, diameter and inner diameter (m), those at its other end if it is a cone, material."""
-
-    length: Length
-    diameter: Length
-    inner_diameter: Size = 0.0
-    diameter_end: Length | None = None
-    inner_diameter_end: Size | None = None
-    material: Name | None = None
-
-    def __post_init__(self) -> None:
-        _give_ends(self)
-
-
-def _give_ends(part: Section | Sleeve) -> None:
-    """Fill in the diameters at the other end of a part that is no cone, and check all four."""
-    for name in ("diameter", "inner_diameter"):
-        if getattr(part, f"{name}_end") is None:
-            object.__setattr__(part, f"{name}_end", getattr(part, name))
-    _Piece(*(getattr(part, name) for name in PER_ELEMENT)).check()
-
-
 @table
 class SectionedShaft:
     """A shaft given by its sections from z = 0; it has nodes at their ends. All else is as for a `Shaft`.
 
-    `material` names that of the sections that name none of their own.
+    `material` names that of the sections and sleeves that name none of their own.
     """
 
     sections: Annotated[tuple[Section, ...], MinLen(1)]
@@ -258,6 +176,7 @@ class SectionedShaft:
     stiffness_damping: TimeOfDamping = 0.0
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "sleeves", _of_material(self.sleeves, self.material))
         _check_material(self, (*self._materials(), *(sleeve.material for sleeve in self.sleeves)))
 
     def _materials(self) -> tuple[str | None, ...]:
@@ -272,6 +191,11 @@ class SectionedShaft:
         given |= {name: tuple(getattr(section, name) for section in sections) for name in PER_ELEMENT}
         given["material"] = self._materials()
         return Shaft(nodes=nodes, **given)
+
+
+def _of_material(sleeves: tuple[Sleeve, ...], material: str | None) -> tuple[Sleeve, ...]:
+    """The sleeves, of `material` unless they name their own."""
+    return tuple(replace(sleeve, material=sleeve.material or material) for sleeve in sleeves)
 
 
 def _check_material(shaft: Shaft | SectionedShaft, named: Iterable[str | None]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import eigh
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
@@ -11,15 +10,15 @@ from rotor_analysis.rotor import Rotor
 
 
 def natural_frequencies(rotor: Rotor, count: int) -> Array:
-    """Return the first natural frequencies (rad/s) of the undamped rotor at rest, ascending, without rigid motion."""
+    """Return the natural frequencies (rad/s) among the first `count` modes of the undamped rotor at rest, ascending."""
     return undamped_modes(assemble(rotor), rotor, count)[0]
 
 
 def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Array]:
     """Return the first modes of a model of `rotor` on its bearings, K phi = omega^2 M phi.
 
-    K and M are the means over both planes. A rotor that fewer than two bearings hold moves rigidly; these modes are
-    left out.
+    K and M are the means over both planes. A rotor that fewer than two bearings hold moves rigidly in one or two of
+    these modes, without a frequency; they are left out.
 
     Parameters
     ----------
@@ -28,18 +27,20 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
     rotor
         Its description.
     count
-        How many modes; fewer are returned where the model has no more.
+        How many modes, rigid motion among them; fewer where the model has no more.
 
     Returns
     -------
     frequencies, shapes
-        omega (rad/s), ascending, shape (count,); phi with phi^T M phi = 1 over the x of the coordinates, in columns.
+        omega (rad/s), ascending, shape (n,); phi with phi^T M phi = 1 over the x of the coordinates, in columns.
     """
+    from scipy.linalg import eigh  # slow to import
+
     supported = on_bearings(model, rotor).at(0.0)
     M, K = _one_plane(supported.M), _one_plane(supported.K)
     held = {bearing.node for bearing in rotor.bearings if np.trace(bearing.at(0.0)[0]) != 0.0}
     rigid = max(0, 2 - len(held))
-    values, shapes = eigh(K, M, subset_by_index=(0, min(rigid + count, len(M)) - 1))
+    values, shapes = eigh(K, M, subset_by_index=(0, min(count, len(M)) - 1))
     return np.sqrt(np.abs(values[rigid:])), shapes[:, rigid:]
 
 

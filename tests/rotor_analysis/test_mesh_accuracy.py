@@ -8,8 +8,9 @@ import pytest
 from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.parts import Bearing, Disc, Site
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.shaft import Section, SectionedShaft
+from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.sections import Section
+from rotor_analysis.shaft import SectionedShaft
 from rotor_analysis.undamped import natural_frequencies
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
@@ -77,5 +78,14 @@ def test_file_with_sections_is_refined_as_it_says(tmp_path):
 
 
 def test_accuracy_beyond_rounding_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"mesh\.accuracy = 1e-15 is not reached with 300 nodes"):
+    with pytest.raises(ValueError, match=r"mesh\.accuracy = 1e-15 is not reached with 500 nodes"):
         refine_to_accuracy(stepped("diagonal"), 6, 1e-15)
+
+
+def test_file_with_nodes_is_refined_where_it_asks_for_it(tmp_path):
+    rig, path = RIG.read_text(encoding="utf-8"), tmp_path / "rig.toml"
+    path.write_text(rig + "[mesh]\nmodes = 4\naccuracy = 1e-3\n", encoding="utf-8")
+    fine, coarse = load_rotor(path), load_rotor()
+    assert len(fine.shaft.nodes) > len(coarse.shaft.nodes)
+    for rotor in (fine, coarse):
+        assert [rotor.shaft.nodes[node - 1] for node in rotor.masters] == [0.0, 0.455, 0.624, 1.286, 1.321, 1.948]

@@ -14,7 +14,8 @@ from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error
 from rotor_analysis.reduction import craig_bampton, msdc
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.shaft import Section, SectionedShaft
+from rotor_analysis.sections import Section
+from rotor_analysis.shaft import SectionedShaft
 from rotor_analysis.undamped import natural_frequencies
 
 RIG = load_rotor()

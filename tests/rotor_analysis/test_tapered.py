@@ -10,7 +10,8 @@ from rotor_analysis import beam, tapered
 from rotor_analysis.assembly import assemble
 from rotor_analysis.element import Element, Material
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.shaft import Section, SectionedShaft, Shaft
+from rotor_analysis.sections import Section
+from rotor_analysis.shaft import SectionedShaft, Shaft
 
 STEEL = Material(2.1e11, 7800.0, 0.3)
 OWN = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Option = Callable[[Callable[..., None]], Callable[..., None]]
 
 MASS = click.option(
-    "--mass", type=click.Choice(["diagonal", "consistent"]), default="diagonal", show_default=True, help="Mass matrix."
+    "--mass", type=click.Choice(["diagonal", "consistent"]), help="Mass matrix; by default as the rotor file says."
 )
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
 UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
@@ -38,7 +38,7 @@ CLOSED_BEARINGS = (
 @click.option("--speeds", default="90,120,145", show_default=True, help="Spin speeds in rad/s, or with their unit.")
 @COUNT
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def modes(rotor_file: Path | None, mass: MassModel, speeds: str, count: int, as_json: bool) -> None:
+def modes(rotor_file: Path | None, mass: MassModel | None, speeds: str, count: int, as_json: bool) -> None:
     """Print the damped natural frequencies, damping ratios and whirl directions of a rotor."""
     with refusing():
         result = studies.natural_frequencies(rotor_file, mass=mass, speeds=speeds, count=count)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from amb_cosim.studies.identification_force import test_force
     from amb_cosim.studies.natural_modes import modes, natural_frequencies
     from amb_cosim.studies.receptance_identification import identify
+    from amb_cosim.studies.rotor_layout import layout
     from amb_cosim.studies.sensor_receptance import receptance
     from amb_cosim.studies.stability_margin import sensitivity
     from amb_cosim.studies.unbalance_over_speed import unbalance_response
@@ -40,6 +41,7 @@ STUDIES = {
         "natural_modes", "Damped natural frequencies, damping ratios and whirl directions at some spin speeds."
     ),
     "thesis_tables": Study("frequency_tables", "Tables 3.1 to 3.4 of the thesis and the constants of Table 2.2."),
+    "layout": Study("rotor_layout", "Parts, mass and modes of a rotor, the plant's model of it, and a picture."),
     "campbell": Study(
         "campbell_diagram", "Frequencies and damping ratios over speed, critical speeds (Figs 3.1, 3.6)."
     ),
@@ -86,6 +88,7 @@ __all__ = [
     "coupling",
     "h_matrix",
     "identify",
+    "layout",
     "linearisation",
     "modes",
     "natural_frequencies",

@@ -78,7 +78,7 @@ class CampbellDiagram(DrawnResult):
 
 
 def campbell(
-    rotor: RotorSource = None, *, mass: MassModel = "diagonal", up_to: Number = "628 rad/s", count: int = 8
+    rotor: RotorSource = None, *, mass: MassModel | None = None, up_to: Number = "628 rad/s", count: int = 8
 ) -> CampbellDiagram:
     """Return the natural frequencies and damping ratios of a rotor over the spin speed, and its critical speeds.
 
@@ -89,7 +89,7 @@ def campbell(
     rotor
         A rotor or a rotor file; the rig of the thesis by default.
     mass
-        Mass matrix, `diagonal` or `consistent`.
+        Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
     up_to
         Highest spin speed (rad/s), or a text with its unit.
     count
@@ -101,6 +101,7 @@ def campbell(
         If the rotor file cannot be read or an argument is out of range.
     """
     description = rotor_of(rotor)
+    mass = mass or description.shaft.mass_matrix
     diagram = follow_modes(supported_rotor(description, mass).model, speed_range(up_to, POINTS), count)
     modes = tuple(
         ModeOverSpeed(frequencies, ratios, tuple(mode.whirl if mode else None for mode in track))

@@ -118,7 +118,7 @@ class ModeShapes(DrawnResult):
 def natural_frequencies(
     rotor: RotorSource = None,
     *,
-    mass: MassModel = "diagonal",
+    mass: MassModel | None = None,
     speeds: str | Sequence[Number] = "90,120,145",
     count: int = 8,
 ) -> NaturalFrequencies:
@@ -131,7 +131,7 @@ def natural_frequencies(
     rotor
         A rotor or a rotor file; the rig of the thesis by default.
     mass
-        Mass matrix, `diagonal` or `consistent`.
+        Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
     speeds
         Spin speeds (rad/s), each a number or a text with its unit, or one text with commas.
     count
@@ -143,13 +143,14 @@ def natural_frequencies(
         If the rotor file cannot be read or an argument is out of range.
     """
     description = rotor_of(rotor)
+    mass = mass or description.shaft.mass_matrix
     model = supported_rotor(description, mass).model
     at_speeds = {Omega: _at_speed(model, Omega, modes_of(model, Omega, count)) for Omega in spin_speeds(speeds)}
     return NaturalFrequencies(description.name, mass, at_speeds)
 
 
 def modes(
-    rotor: RotorSource = None, *, mass: MassModel = "diagonal", speed: Number = "90 rad/s", count: int = 8
+    rotor: RotorSource = None, *, mass: MassModel | None = None, speed: Number = "90 rad/s", count: int = 8
 ) -> ModeShapes:
     """Return the mode shapes of a rotor at one spin speed.
 
@@ -158,7 +159,7 @@ def modes(
     rotor
         A rotor or a rotor file; the rig of the thesis by default.
     mass
-        Mass matrix, `diagonal` or `consistent`.
+        Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
     speed
         Spin speed (rad/s), or a text with its unit.
     count
@@ -170,6 +171,7 @@ def modes(
         If the rotor file cannot be read or an argument is out of range.
     """
     description, Omega = rotor_of(rotor), spin_speed(speed)
+    mass = mass or description.shaft.mass_matrix
     model = supported_rotor(description, mass).model
     found = tuple(modes_of(model, Omega, count))
     frequencies = NaturalFrequencies(description.name, mass, {Omega: _at_speed(model, Omega, found)})

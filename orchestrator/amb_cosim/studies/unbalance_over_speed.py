@@ -79,7 +79,7 @@ class UnbalanceResponse(DrawnResult):
 def unbalance_response(
     rotor: RotorSource = None,
     *,
-    mass: MassModel = "diagonal",
+    mass: MassModel | None = None,
     up_to: Number = "628 rad/s",
     unbalance: Number = "10 g.m",
     node: int | None = None,
@@ -94,7 +94,7 @@ def unbalance_response(
     rotor
         A rotor or a rotor file; the rig of the thesis by default.
     mass
-        Mass matrix, `diagonal` or `consistent`.
+        Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
     up_to
         Highest spin speed (rad/s), or a text with its unit.
     unbalance
@@ -110,6 +110,7 @@ def unbalance_response(
         If the rotor file cannot be read, or an argument is out of range.
     """
     description = rotor_of(rotor)
+    mass = mass or description.shaft.mass_matrix
     u, radial_clearance = positive(unbalance, "kg.m", "unbalance"), positive(clearance, "m", "clearance")
     loaded = _first_disc(description) if node is None else node
     places = _places(description)

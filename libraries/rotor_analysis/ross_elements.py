@@ -1,0 +1,196 @@
+"""The elements in a file that ROSS saved, and what of them a rotor file cannot hold.
+
+ROSS (ross-rotordynamics, 2.3) counts nodes from 0 and gives a shaft element by its node, several at one node where
+sleeves bend with the shaft. Its elements have six degrees of freedom a node; a rotor file has the four of bending.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from amb_files.toml import read_toml, validate
+
+AXES = ("xx", "xy", "yx", "yy")
+DRAWING = {"color", "scale_factor", "tag"}
+STRICT = ConfigDict(strict=True, allow_inf_nan=False)
+
+
+class SavedMaterial(BaseModel):
+    """E and G_s in Pa, rho in kg/m^3."""
+
+    model_config = STRICT
+
+    name: str
+    rho: float
+    E: float
+    G_s: float
+
+
+class SavedPart(BaseModel):
+    """What every part has: its name and its node, from 0."""
+
+    model_config = STRICT
+
+    tag: str
+    n: int = Field(ge=0)
+
+
+class SavedElement(SavedPart):
+    """An element of the shaft from its node to the next; l and r are its ends, alpha and beta its damping."""
+
+    L: float = Field(gt=0.0)
+    odl: float
+    odr: float
+    idl: float
+    idr: float
+    material: SavedMaterial
+    axial_force: float = 0.0
+    torque: float = 0.0
+    shear_effects: bool = True
+    rotary_inertia: bool = True
+    gyroscopic: bool = True
+    shear_method_calc: str = "cowper"
+    alpha: float = 0.0
+    beta: float = 0.0
+
+
+class SavedDisk(SavedPart):
+    """Mass (kg), diametral and polar inertia (kg m^2)."""
+
+    m: float
+    Id: float
+    Ip: float
+
+
+class SavedMass(SavedPart):
+    """A point mass (kg), which may differ between the axes."""
+
+    mx: float
+    my: float
+
+
+class SavedBearing(SavedPart):
+    """A bearing or seal: coefficients at one speed, or at each of `frequency` (rad/s)."""
+
+    model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="allow")
+
+    n_link: int | None = None
+    frequency: list[float] | None = None
+    kxx: list[float]
+    kxy: list[float]
+    kyx: list[float]
+    kyy: list[float]
+    cxx: list[float]
+    cxy: list[float]
+    cyx: list[float]
+    cyy: list[float]
+    mxx: list[float] = []
+    mxy: list[float] = []
+    myx: list[float] = []
+    myy: list[float] = []
+    kzz: list[float] = []
+    czz: list[float] = []
+    mzz: list[float] = []
+
+
+@dataclass
+class SavedRotor:
+    """What a file holds, in its order; `others` are tables that are none of these."""
+
+    title: str
+    elements: list[SavedElement] = field(default_factory=list)
+    disks: list[SavedDisk] = field(default_factory=list)
+    masses: list[SavedMass] = field(default_factory=list)
+    bearings: list[SavedBearing] = field(default_factory=list)
+    others: list[str] = field(default_factory=list)
+
+
+def read_saved(path: Path) -> SavedRotor:
+    """Read the elements of a rotor that ROSS saved as TOML.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read or is none of ROSS's, or holds what a rotor file cannot; the message names all of it.
+    """
+    name = f"ROSS file {path}"
+    data = read_toml(path, name)
+    parameters = data.get("parameters")
+    title = parameters.get("tag") if isinstance(parameters, dict) else None
+    rotor = SavedRotor(str(title or path.stem))
+    for key, table in data.items():
+        if key in ("ross_version", "parameters", "_note"):
+            continue
+        what, kind = f"{name}, {key!r}", key.partition("_")[0]
+        if isinstance(table, dict) and {"kxx", "cxx"} <= set(table):
+            rotor.bearings.append(validate(table, SavedBearing, what))
+        elif kind == "ShaftElement":
+            rotor.elements.append(validate(table, SavedElement, what))
+        elif kind == "DiskElement":
+            rotor.disks.append(validate(table, SavedDisk, what))
+        elif kind == "PointMass":
+            rotor.masses.append(validate(table, SavedMass, what))
+        else:
+            rotor.others.append(key)
+    if not rotor.elements:
+        raise ValueError(f"{name} has no table such as ['ShaftElement_1']; it must be a rotor saved by ROSS as TOML")
+    by_reason: dict[str, list[str]] = {}
+    for reason, tag in _unlike(rotor):
+        by_reason.setdefault(reason, []).append(tag)
+    wrong = [f"{name}: {reason} ({_few(tags)}); a rotor file has none" for reason, tags in by_reason.items()]
+    if wrong:
+        raise ValueError("\n".join(wrong))
+    return rotor
+
+
+def _unlike(rotor: SavedRotor) -> Iterator[tuple[str, str]]:
+    """What a rotor file cannot hold, and the part that has it."""
+    for key in rotor.others:
+        yield "an element of another kind", key
+    yield from _unlike_a_shaft(rotor.elements)
+    last = max(element.n for element in rotor.elements) + 1
+    for part in (*rotor.disks, *rotor.masses, *rotor.bearings):
+        if part.n > last:
+            yield "a part beside the shaft", part.tag
+    for mass in rotor.masses:
+        if mass.mx != mass.my:
+            yield "a mass that differs between x and y", mass.tag
+    for bearing in rotor.bearings:
+        if bearing.n_link is not None:
+            yield "a bearing that stands on another part", bearing.tag
+        if any(any(getattr(bearing, f"m{axes}")) for axes in AXES):
+            yield "a bearing with inertia", bearing.tag
+        count = len(bearing.frequency or [0.0])
+        if any(len(getattr(bearing, f"{letter}{axes}")) != count for letter in "kc" for axes in AXES):
+            yield "coefficients that are not as many as their speeds", bearing.tag
+
+
+def _unlike_a_shaft(elements: list[SavedElement]) -> Iterator[tuple[str, str]]:
+    at_node: dict[int, SavedElement] = {}
+    for element in elements:
+        first, beside = elements[0], at_node.setdefault(element.n, element)
+        for reason, unlike in (
+            ("an axial force", element.axial_force != 0.0),
+            ("a torque", element.torque != 0.0),
+            ("an element without rotary inertia", not element.rotary_inertia),
+            ("an element without gyroscopic effect", not element.gyroscopic),
+            ("elements with and without shear", element.shear_effects != first.shear_effects),
+            ("different shear coefficients", element.shear_method_calc != first.shear_method_calc),
+            ("an unknown shear coefficient", element.shear_method_calc not in ("cowper", "hutchinson")),
+            ("different damping", (element.alpha, element.beta) != (first.alpha, first.beta)),
+            ("layers of different length", abs(element.L - beside.L) > 1e-9),
+        ):
+            if unlike:
+                yield reason, element.tag
+    missing = next((n for n in range(max(at_node) + 1) if n not in at_node), None)
+    if missing is not None:
+        yield "a shaft in pieces", f"no element at node {missing}"
+
+
+def _few(tags: list[str]) -> str:
+    more = f" and {len(tags) - 3} more" if len(tags) > 3 else ""
+    return ", ".join(tags[:3]) + more

@@ -1,0 +1,161 @@
+"""Makes the content of a rotor file from a rotor that ROSS saved (`ross_elements`)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+from amb_files.toml import validate
+from rotor_analysis.ross_elements import (
+    AXES,
+    DRAWING,
+    SavedBearing,
+    SavedElement,
+    SavedMaterial,
+    SavedRotor,
+    read_saved,
+)
+from rotor_analysis.rotor import Rotor
+
+
+def read_ross(path: Path) -> tuple[dict[str, Any], list[str]]:
+    """Return a rotor that ROSS saved as the content of a rotor file, and notes on what differs from ROSS.
+
+    Its discs are planes of unbalance; contact sites and sensors it has none.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read, is none of ROSS's, or holds what a rotor file cannot; the message names all of it.
+    """
+    saved, name = read_saved(path), _names()
+    bodies: list[dict[str, Any]] = [
+        {
+            "name": name(disk.tag),
+            "node": disk.n + 1,
+            "mass": disk.m,
+            "diametral_inertia": disk.Id,
+            "polar_inertia": disk.Ip,
+            "unbalance": True,
+        }
+        for disk in saved.disks
+    ]
+    bodies += [
+        {"name": name(mass.tag), "node": mass.n + 1, "mass": mass.mx, "diametral_inertia": 0.0, "polar_inertia": 0.0}
+        for mass in saved.masses
+    ]
+    bearings = [{"name": name(b.tag), "node": b.n + 1} | _coefficients(b) for b in saved.bearings]
+    content = {"name": saved.title} | _shaft(saved.elements) | {"bodies": bodies, "bearings": bearings}
+    validate(content, Rotor, f"ROSS file {path}")
+    return content, list(dict.fromkeys(_notes(saved)))
+
+
+def _notes(saved: SavedRotor) -> Iterator[str]:
+    first = saved.elements[0]
+    if first.shear_effects and first.shear_method_calc == "hutchinson":
+        yield "The shear coefficient is Hutchinson's; that of ROSS lacks a factor 1 + nu."
+    for bearing in saved.bearings:
+        if any((*bearing.kzz, *bearing.czz, *bearing.mzz)):
+            yield f"{bearing.tag}: its axial coefficients are left out."
+        if len(bearing.frequency or ()) > 3:
+            yield "Coefficients over speed are those of ROSS's spline, which smooths the saved ones."
+        others = sorted(set(bearing.model_extra or {}) - DRAWING)
+        if others:
+            yield f"{bearing.tag}: only its stiffness and damping are kept, not {', '.join(others)}."
+
+
+def _names() -> Callable[[str], str]:
+    """A function that makes tags the names of parts: letters, digits and underscores, each once."""
+    taken: set[str] = set()
+
+    def name(tag: str) -> str:
+        plain = re.sub(r"[^A-Za-z0-9]+", "_", tag).strip("_").lower()
+        plain = plain if plain[:1].isalpha() else f"part_{plain}"
+        candidates = (plain if k == 1 else f"{plain}_{k}" for k in range(1, len(taken) + 2))
+        chosen = next(candidate for candidate in candidates if candidate not in taken)
+        taken.add(chosen)
+        return chosen
+
+    return name
+
+
+def _shaft(elements: list[SavedElement]) -> dict[str, Any]:
+    """The tables `shaft` and `materials`; the first element at a node is the shaft, others there are sleeves on it."""
+    first: dict[int, SavedElement] = {}
+    for element in elements:
+        first.setdefault(element.n, element)
+    base = [first[n] for n in sorted(first)]
+    nodes = [round(z, 12) for z in accumulate((element.L for element in base), initial=0.0)]
+    materials, name_of = _materials(elements)
+    shaft: dict[str, Any] = {
+        "nodes": nodes,
+        "theory": "timoshenko" if base[0].shear_effects else "rayleigh",
+        "mass_matrix": "consistent",
+        "diameter": _collapsed([element.odl for element in base]),
+        "inner_diameter": _collapsed([element.idl for element in base]),
+        "material": _collapsed([name_of(element.material) for element in base]),
+    }
+    if any((element.odl, element.idl) != (element.odr, element.idr) for element in base):
+        shaft["diameter_end"] = _collapsed([element.odr for element in base])
+        shaft["inner_diameter_end"] = _collapsed([element.idr for element in base])
+    if base[0].shear_method_calc != "cowper":
+        shaft["shear"] = base[0].shear_method_calc
+    for key, value in (("mass_damping", base[0].alpha), ("stiffness_damping", base[0].beta)):
+        if value:
+            shaft[key] = value
+    sleeves = [
+        {
+            "begin": nodes[element.n],
+            "end": nodes[element.n + 1],
+            "diameter": element.odl,
+            "inner_diameter": element.idl,
+            "diameter_end": element.odr,
+            "inner_diameter_end": element.idr,
+            "material": name_of(element.material),
+        }
+        for element in elements
+        if element is not first[element.n]
+    ]
+    return {"shaft": shaft | ({"sleeves": sleeves} if sleeves else {}), "materials": materials}
+
+
+def _materials(elements: list[SavedElement]) -> tuple[dict[str, Any], Callable[[SavedMaterial], str]]:
+    """The table `materials`, and a function that gives a material's name there."""
+    name, names = _names(), dict[str, str]()
+    table: dict[str, Any] = {}
+    for material in (element.material for element in elements):
+        if material.model_dump_json() not in names:
+            names[material.model_dump_json()] = chosen = name(material.name)
+            nu = material.E / (2.0 * material.G_s) - 1.0
+            table[chosen] = {"youngs_modulus": material.E, "density": material.rho, "poissons_ratio": nu}
+    return table, lambda material: names[material.model_dump_json()]
+
+
+def _collapsed(values: list[Any]) -> Any:
+    """One value in place of many that are the same."""
+    return values[0] if len(set(values)) == 1 else values
+
+
+def _coefficients(bearing: SavedBearing) -> dict[str, Any]:
+    """Stiffness and damping, of one speed or of many."""
+    stiffness, damping = _tensors(bearing, "k"), _tensors(bearing, "c")
+    if len(bearing.frequency or ()) < 2:
+        return {"stiffness": stiffness[0], "damping": damping[0]}
+    rows = zip(bearing.frequency or (), stiffness, damping, strict=True)
+    return {"at_speed": [{"speed": speed, "stiffness": k, "damping": c} for speed, k, c in rows]}
+
+
+def _tensors(bearing: SavedBearing, letter: str) -> list[list[list[float]]]:
+    """[[xx, xy], [yx, yy]] at each speed, as ROSS computes them: by scipy's smoothing spline from four speeds on."""
+    curves = []
+    for axes in AXES:
+        values = getattr(bearing, f"{letter}{axes}")
+        if len(values) > 3:
+            from scipy.interpolate import UnivariateSpline  # slow to import
+
+            values = UnivariateSpline(bearing.frequency, values)(bearing.frequency).tolist()
+        curves.append(values)
+    return [[[xx, xy], [yx, yy]] for xx, xy, yx, yy in zip(*curves, strict=True)]

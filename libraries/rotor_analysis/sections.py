@@ -1,0 +1,94 @@
+"""Pieces of a shaft: the sections it is made of, and the sleeves on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from amb_files.toml import table
+from rotor_analysis.checks import Length, Name, Position, Size, require
+from rotor_analysis.element import between
+
+SAME_PLACE = 1e-9  # m; a position this close to a node is that node's
+
+
+@dataclass(frozen=True)
+class Piece:
+    """The section of an element, which may change along it, and its material by name; without its place."""
+
+    diameter: float
+    inner_diameter: float
+    diameter_end: float
+    inner_diameter_end: float
+    material: str | None
+
+    @property
+    def is_tapered(self) -> bool:
+        return self.diameter != self.diameter_end or self.inner_diameter != self.inner_diameter_end
+
+    def check(self) -> None:
+        """Raise a ValueError unless the bore is thinner than the shaft at both ends."""
+        for end in ("", "_end"):
+            outer, inner = getattr(self, f"diameter{end}"), getattr(self, f"inner_diameter{end}")
+            require(inner < outer, f"inner_diameter{end}", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
+
+    def part(self, begin: float, end: float) -> Piece:
+        """Return the part from `begin` to `end`, as shares of the length."""
+        outer = [between((self.diameter, self.diameter_end), s) for s in (begin, end)]
+        inner = [between((self.inner_diameter, self.inner_diameter_end), s) for s in (begin, end)]
+        return Piece(outer[0], inner[0], outer[1], inner[1], self.material)
+
+
+PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in fields(Piece)}
+
+
+@table
+class Section:
+    """A piece of shaft: length, diameter and inner diameter (m), those at its other end if it is a cone, material."""
+
+    length: Length
+    diameter: Length
+    inner_diameter: Size = 0.0
+    diameter_end: Length | None = None
+    inner_diameter_end: Size | None = None
+    material: Name | None = None
+
+    def __post_init__(self) -> None:
+        _give_ends(self)
+
+
+@table
+class Sleeve:
+    """A ring from z = `begin` to `end` (m) that bends with the shaft: diameters (m), conical or not, and material.
+
+    The material is that of the shaft unless it is named.
+    """
+
+    begin: Position
+    end: Position
+    diameter: Length
+    inner_diameter: Size
+    diameter_end: Length | None = None
+    inner_diameter_end: Size | None = None
+    material: Name | None = None
+
+    def __post_init__(self) -> None:
+        require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, its begin")
+        _give_ends(self)
+
+    def covers(self, begin: float, end: float) -> bool:
+        """Return whether it lies on the whole element from `begin` to `end` (m)."""
+        return self.begin - SAME_PLACE <= begin and end <= self.end + SAME_PLACE
+
+    def on(self, begin: float, end: float) -> Piece:
+        """Return its part from `begin` to `end` (m)."""
+        whole = Piece(*(getattr(self, name) for name in PER_ELEMENT))
+        length = self.end - self.begin
+        return whole.part((begin - self.begin) / length, (end - self.begin) / length)
+
+
+def _give_ends(part: Section | Sleeve) -> None:
+    """Fill in the diameters at the other end of a part that is no cone, and check all four."""
+    for name in ("diameter", "inner_diameter"):
+        if getattr(part, f"{name}_end") is None:
+            object.__setattr__(part, f"{name}_end", getattr(part, name))
+    Piece(*(getattr(part, name) for name in PER_ELEMENT)).check()

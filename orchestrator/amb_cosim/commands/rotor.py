@@ -1,0 +1,59 @@
+"""Commands about a rotor file: import one, show what it holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from amb_cosim.commands.cli_errors import check_writable, refusing
+from amb_cosim.commands.printing import print_result
+
+
+@click.group()
+def rotor() -> None:
+    """Import a rotor file, or show what one holds."""
+
+
+@rotor.command("import")
+@click.argument("model", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Rotor file; MODEL_rotor.toml by default.")
+def import_model(model: Path, output: Path | None) -> None:
+    """Make a rotor file of MODEL, a rotor that ROSS saved as TOML. ROSS need not be installed."""
+    import tomli_w
+
+    from amb_files.atomic import write_atomically
+    from rotor_analysis.ross_file import read_ross
+
+    path = output or Path(f"{model.stem}_rotor.toml")
+    with refusing():
+        check_writable(path, is_folder=False)
+        content, notes = read_ross(model)
+        head = "".join(f"# {line}\n" for line in (f"Imported from {model.name}, which ROSS saved. SI units.", *notes))
+        text = head + "\n" + tomli_w.dumps(content)
+        write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    for note in notes:
+        click.echo(f"note: {note}", err=True)
+    click.echo(path)
+
+
+@rotor.command("show")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="PNG", help="Picture to write.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def show(file: Path, output: Path | None, as_json: bool) -> None:
+    """Print the parts, mass and modes of a rotor file, and the plant's model of it; draw the rotor."""
+    from amb_cosim import studies
+
+    with refusing():
+        if output is not None:
+            check_writable(output, is_folder=False)
+        result = studies.layout(file)
+        if output is not None:
+            from amb_cosim.plots.style import write_png
+
+            write_png(result.figure(), output)
+    print_result(result, as_json)
+
+
+COMMANDS = (rotor,)

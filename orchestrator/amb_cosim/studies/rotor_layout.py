@@ -1,0 +1,144 @@
+"""What a rotor is: its shaft and parts, its mass and modes, and the model that a plant makes of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from amb_cosim.json_data import Layout
+from amb_cosim.studies.inputs import RotorSource, rotor_of
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.text_tables import TextPart, number, text_table
+from fmi_export.model import Array
+from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error
+from rotor_analysis.rigid_body import rigid_body
+from rotor_analysis.rotor import Rotor
+
+COUNT = 6  # modes
+
+
+@dataclass(frozen=True)
+class PlacedPart:
+    """A part of the rotor: kind, name, node (from 1), axial position (m) and what it does, in words."""
+
+    kind: str
+    name: str
+    node: int
+    z: Annotated[float, "m"]
+    what: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RotorLayout(DrawnResult):
+    """A rotor, its modes at rest on its bearings, and the reduced model of a plant.
+
+    rotor
+        Its name.
+    mass, centre, polar_inertia, diametral_inertia
+        As a rigid body: kg, m, kg m^2 about the axis, and kg m^2 about the centre of mass.
+    length, nodes
+        Of the shaft (m), and the number of nodes.
+    parts
+        Bodies, bearings, contact sites and sensors.
+    method, masters, coordinates
+        The plant's model: how it is made, nodes of its planes, and number of coordinates.
+    frequencies, error
+        Undamped natural frequencies of the full model (rad/s), and those of the plant's over these less one (%).
+    description
+        The rotor, from which the figure is drawn.
+    """
+
+    name: ClassVar[str] = "layout"
+
+    rotor: str
+    mass: Annotated[float, "kg"]
+    centre: Annotated[float, "m"]
+    polar_inertia: Annotated[float, "kg.m2"]
+    diametral_inertia: Annotated[float, "kg.m2"]
+    length: Annotated[float, "m"]
+    nodes: int
+    parts: tuple[PlacedPart, ...]
+    method: str
+    masters: tuple[int, ...]
+    coordinates: int
+    frequencies: Annotated[Array, "rad/s"]
+    error: Annotated[Array, "%"]
+    description: Annotated[Rotor, Layout.OMITTED]
+
+    def text(self) -> list[TextPart]:
+        """Return lines about the rotor, and tables of its parts and its modes."""
+        inertia = f"inertia {self.polar_inertia:.4g} kg m2 about the axis, {self.diametral_inertia:.4g} across"
+        parts = text_table("Parts", ("kind", "name", "node", "z (m)", "what"), left=("kind", "name", "what"))
+        for part in self.parts:
+            parts.add_row(part.kind, part.name, str(part.node), f"{part.z:.4f}", part.what)
+        modes = text_table("Undamped, at rest on its bearings", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
+        for k, (frequency, error) in enumerate(zip(self.frequencies, self.error, strict=True), start=1):
+            shown = "-" if math.isnan(error) else f"{error:+.4f}"
+            modes.add_row(str(k), f"{frequency:.3f}", f"{frequency / (2.0 * math.pi):.3f}", shown)
+        return [
+            f"{self.rotor}: {self.mass:.4g} kg, {self.length:.4g} m, {self.nodes} nodes",
+            f"centre of mass at {self.centre:.4g} m; {inertia}",
+            parts,
+            modes,
+            f"plant: {self.coordinates} coordinates by {self.method}, planes at nodes "
+            f"{', '.join(map(str, self.masters))}",
+        ]
+
+
+def layout(rotor: RotorSource = None) -> RotorLayout:
+    """Return what a rotor is: its parts, mass and modes, and the model that a plant makes of it.
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; the rig of the thesis by default.
+
+    Raises
+    ------
+    ValueError
+        If the rotor file cannot be read, or the plant's model is not as accurate as the file asks for.
+    """
+    found = rotor_of(rotor)
+    body, model, error = rigid_body(found), reduced_rotor(found).model, reduction_error(found, COUNT)
+    z = found.shaft.nodes
+    return RotorLayout(
+        rotor=found.name,
+        mass=body.mass,
+        centre=body.centre,
+        polar_inertia=body.polar_inertia,
+        diametral_inertia=body.diametral_inertia,
+        length=z[-1] - z[0],
+        nodes=len(z),
+        parts=tuple(_parts(found)),
+        method=str(found.reduction.method),
+        masters=tuple(model.translations),
+        coordinates=model.size,
+        frequencies=error.frequencies,
+        error=error.percent,
+        description=found,
+    )
+
+
+def _parts(rotor: Rotor) -> Iterator[PlacedPart]:
+    z = rotor.shaft.nodes
+    for body in rotor.bodies:
+        inertia = f"{number(body.mass)} kg, {number(body.polar_inertia)} kg m2 about the axis"
+        yield PlacedPart(
+            "disc" if body.unbalance else "body",
+            body.name,
+            body.node,
+            z[body.node - 1],
+            inertia + (", unbalance" if body.unbalance else ""),
+        )
+    for bearing in rotor.bearings:
+        K, C = bearing.at(0.0)
+        stated = f"{number(K[0, 0])} N/m, {number(C[0, 0])} N s/m along x"
+        what = stated + (" at the lowest speed" if bearing.at_speed else "")
+        yield PlacedPart("bearing", bearing.name, bearing.node, z[bearing.node - 1], what)
+    for site in rotor.sites:
+        what = f"retainer of {site.bearing}" if site.bearing else "bush"
+        yield PlacedPart("contact site", site.name, site.node, z[site.node - 1], what)
+    for sensor in rotor.sensors:
+        yield PlacedPart("sensor", sensor.name, sensor.node, z[sensor.node - 1], f"{sensor.x}, {sensor.y}")

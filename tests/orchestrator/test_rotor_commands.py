@@ -1,0 +1,89 @@
+"""`amb-cosim rotor`: files from ROSS, and what a rotor file holds."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from matplotlib.image import imread
+
+from amb_cosim import studies
+from amb_cosim.cli import main
+from rotor_analysis.rotor_file import RIG, load_rotor
+
+ROSS = Path(__file__).parents[1] / "reference" / "ross"
+
+
+@pytest.fixture
+def rotor(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return lambda *arguments: CliRunner().invoke(main, ["rotor", *map(str, arguments)])
+
+
+def test_imported_rotor_is_a_rotor_file(rotor, tmp_path):
+    done = rotor("import", ROSS / "compressor.toml")
+    assert done.exit_code == 0, done.output
+    assert done.stdout == "compressor_rotor.toml\n"
+    assert done.stderr.startswith("note: Coefficients over speed are those of ROSS's spline")
+    text = (tmp_path / "compressor_rotor.toml").read_text(encoding="utf-8")
+    assert text.startswith("# Imported from compressor.toml, which ROSS saved. SI units.\n# Coefficients over speed")
+    found = load_rotor(tmp_path / "compressor_rotor.toml")
+    assert (len(found.bodies), len(found.bearings), len(found.materials)) == (7, 14, 3)
+
+
+def test_imported_rotor_can_be_shown_and_drawn(rotor, tmp_path):
+    assert rotor("import", ROSS / "cone.toml", "-o", "cone.toml").exit_code == 0
+    done = rotor("show", "cone.toml", "-o", "cone.png")
+    assert done.exit_code == 0, done.output
+    assert "impeller" in done.output
+    picture = imread(tmp_path / "cone.png")
+    assert picture.shape[0] > 400
+    assert picture[..., :3].std() > 0.05
+
+
+def test_rig_is_shown_with_its_mass_its_modes_and_the_error_of_its_plant(rotor):
+    done = rotor("show", RIG)
+    assert "bath_rig: 96.03 kg, 1.948 m, 13 nodes" in done.output
+    assert "plant: 12 coordinates by msdc, planes at nodes 1, 3, 4, 10, 11, 13" in done.output
+    data = json.loads(rotor("show", RIG, "--json").output, parse_constant=pytest.fail)
+    assert data["masters"] == [1, 3, 4, 10, 11, 13]
+    assert data["mass_kg"] == pytest.approx(load_rotor().mass)
+    assert [abs(error) < 0.12 for error in data["error_percent"]] == [True] * 4 + [False] * 2
+    parts = {part["name"]: part for part in data["parts"]}
+    assert (parts["rb1"]["kind"], parts["rb1"]["node"], parts["rb1"]["z_m"]) == ("contact site", 4, 0.624)
+
+
+def test_inertias_are_those_of_the_parts():
+    """Discs and cores by hand, and the shaft as a slender rod with a small radius."""
+    rig, found = load_rotor(), studies.layout()
+    shaft = rig.mass - sum(body.mass for body in rig.bodies)
+    z = rig.shaft.nodes
+    moment = shaft * z[-1] / 2.0 + sum(body.mass * z[body.node - 1] for body in rig.bodies)
+    assert found.centre == pytest.approx(moment / rig.mass, rel=1e-9)
+    polar = shaft * 0.025**2 / 2.0 + sum(body.polar_inertia for body in rig.bodies)
+    assert found.polar_inertia == pytest.approx(polar, rel=1e-9)
+    own = shaft * (z[-1] ** 2 / 12.0 + 0.025**2 / 4.0) + sum(body.diametral_inertia for body in rig.bodies)
+    apart = sum(body.mass * (z[body.node - 1] - found.centre) ** 2 for body in rig.bodies)
+    apart += shaft * (z[-1] / 2.0 - found.centre) ** 2
+    assert found.diametral_inertia == pytest.approx(own + apart, rel=1e-6)
+
+
+BAD = {
+    "no file": (["import", "missing.toml"], "ROSS file missing.toml cannot be read: No such file or directory"),
+    "no rotor of ROSS": (["import", RIG], "it must be a rotor saved by ROSS as TOML"),
+    "no folder": (["import", ROSS / "cone.toml", "-o", "away/cone.toml"], "there is no folder away"),
+    "no rotor file": (["show", ROSS / "cone.toml"], "unknown key ShaftElement_Shaft Element 0"),
+    "picture in a folder": (["show", RIG, "-o", "."], "it is a folder"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_ends_with_a_message_and_nothing_written(rotor, tmp_path, case):
+    arguments, expected = BAD[case]
+    done = rotor(*arguments)
+    assert done.exit_code == 2
+    assert expected in done.output
+    assert "Traceback" not in done.output
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,212 @@
+"""Rotors that ROSS saved: the imported ones have ROSS's frequencies, damping and response; what cannot be is named.
+
+`python tests/reference/ross_rotors.py` renews the files and ROSS's numbers.
+"""
+
+import importlib.util
+import json
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomli_w
+from scipy.optimize import linear_sum_assignment
+
+from amb_files.toml import validate
+from rotor_analysis.modes import eigenvalues
+from rotor_analysis.response import unbalance_response
+from rotor_analysis.ross_file import read_ross
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.supported_rotor import supported_rotor
+
+REFERENCE = Path(__file__).parents[1] / "reference"
+ROTORS = [path.stem for path in sorted((REFERENCE / "ross").glob("*.toml"))]
+EXACT = 1e-6
+
+
+@pytest.fixture(scope="module", params=["stored", pytest.param("live", marks=pytest.mark.slow)])
+def ross(request, tmp_path_factory):
+    """The folder with saved rotors and results: the stored one and, where ROSS is installed, one made now."""
+    if request.param == "stored":
+        return REFERENCE / "ross"
+    if importlib.util.find_spec("ross") is None:
+        pytest.skip("ROSS is not installed")
+    folder = tmp_path_factory.mktemp("ross")
+    command = [sys.executable, str(REFERENCE / "ross_rotors.py"), "--output", str(folder)]
+    process = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=600, check=False)
+    assert process.returncode == 0, process.stderr[-4000:]
+    return folder
+
+
+def case(folder, name):
+    """An imported rotor, and what ROSS computes for it."""
+    rotor = validate(read_ross(folder / f"{name}.toml")[0], Rotor, name)
+    return rotor, json.loads((folder / "results.json").read_text(encoding="utf-8"))[name]
+
+
+def complex_numbers(pairs):
+    return np.array(pairs) @ [1.0, 1.0j]
+
+
+@pytest.mark.parametrize("name", ROTORS)
+def test_mass_is_that_of_ross(ross, name):
+    rotor, expected = case(ross, name)
+    assert rotor.mass == pytest.approx(expected["mass"], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ROTORS)
+def test_natural_frequencies_and_damping_are_those_of_ross(ross, name):
+    rotor, expected = case(ross, name)
+    model = supported_rotor(rotor).model
+    for speed, pairs in expected["eigenvalues"].items():
+        theirs = complex_numbers(pairs)
+        found = eigenvalues(model, float(speed))
+        found = found[found.imag >= 0.0]
+        ours = found[linear_sum_assignment(np.abs(theirs[:, np.newaxis] - found))[1]]
+        np.testing.assert_allclose(np.abs(ours), np.abs(theirs), rtol=EXACT)
+        np.testing.assert_allclose(-ours.real / np.abs(ours), -theirs.real / np.abs(theirs), atol=EXACT)
+
+
+@pytest.mark.parametrize("name", ROTORS)
+def test_unbalance_response_is_that_of_ross(ross, name):
+    rotor, expected = case(ross, name)
+    unbalance = {}
+    for node, u, phase in expected["unbalances"]:
+        unbalance[node] = unbalance.get(node, 0.0) + u * np.exp(1j * phase)
+    for speed, pairs in expected["x_y"].items():
+        ours = unbalance_response(supported_rotor(rotor), unbalance, np.array([float(speed)]), tuple(expected["seen"]))
+        theirs = complex_numbers(pairs)
+        np.testing.assert_allclose(ours.ravel(), theirs, atol=EXACT * np.min(np.abs(theirs)))
+
+
+def test_rotors_are_hollow_conical_layered_damped_and_of_several_materials():
+    """Or the comparison would not say so."""
+    rotors = {name: case(REFERENCE / "ross", name)[0] for name in ROTORS}
+    elements = [layer for rotor in rotors.values() for layers in rotor.elements for layer in layers]
+    assert any(element.is_tapered and element.inner_diameter[0] > 0.0 for element in elements)
+    assert {element.theory for element in elements} == {"rayleigh", "timoshenko"}
+    assert max(len(layers) for rotor in rotors.values() for layers in rotor.elements) > 1
+    assert {len(rotor.materials) for rotor in rotors.values()} >= {1, 3}
+    assert any(bearing.at_speed for rotor in rotors.values() for bearing in rotor.bearings)
+    assert any(rotor.shaft.stiffness_damping for rotor in rotors.values())
+
+
+def test_imported_file_needs_no_ross():
+    code = "import sys, pathlib; sys.modules['ross'] = None; from rotor_analysis.ross_file import read_ross"
+    command = [sys.executable, "-c", f"{code}; print(read_ross(pathlib.Path('{REFERENCE}/ross/cone.toml'))[0]['name'])"]
+    assert subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout == "cone\n"
+
+
+def saved(name="two_discs"):
+    return tomllib.loads((REFERENCE / "ross" / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def read(tmp_path, data):
+    path = tmp_path / "model.toml"
+    path.write_text(tomli_w.dumps(data), encoding="utf-8")
+    return read_ross(path)
+
+
+def test_tags_become_names_that_differ(tmp_path):
+    data = saved()
+    bearing = data["BearingElement_Bearing 0"]
+    data["BearingElement_x"] = bearing | {"tag": "Disk 0"}
+    data["SealElement_y"] = bearing | {"tag": "2nd seal"}
+    data["PointMass_z"] = {"tag": "Größe", "n": 3, "mx": 2.0, "my": 2.0, "mz": 2.0}
+    content, _ = read(tmp_path, data)
+    assert [body["name"] for body in content["bodies"]] == ["disk_0", "disk_1", "gr_e"]
+    assert [bearing["name"] for bearing in content["bearings"]] == [
+        "bearing_0",
+        "bearing_1",
+        "disk_0_2",
+        "part_2nd_seal",
+    ]
+
+
+def test_discs_are_planes_of_unbalance_and_point_masses_are_not(tmp_path):
+    mass = {"tag": "ring", "n": 3, "mx": 2.0, "my": 2.0, "mz": 2.0}
+    rotor = validate(read(tmp_path, saved() | {"PointMass_ring": mass})[0], Rotor, "model")
+    assert rotor.disc_nodes == (3, 5)
+    assert (rotor.bodies[2].node, rotor.bodies[2].mass, rotor.bodies[2].polar_inertia) == (4, 2.0, 0.0)
+
+
+ELEMENT, BEARING, DISC = "ShaftElement_Shaft Element 2", "BearingElement_Bearing 1", "DiskElement_Disk 0"
+CANNOT = {
+    "axial force": (ELEMENT, {"axial_force": 10.0}, "an axial force (Shaft Element 2)"),
+    "torque": (ELEMENT, {"torque": 10.0}, "a torque (Shaft Element 2)"),
+    "no inertia": (ELEMENT, {"rotary_inertia": False}, "an element without rotary inertia (Shaft Element 2)"),
+    "no gyroscopics": (ELEMENT, {"gyroscopic": False}, "an element without gyroscopic effect (Shaft Element 2)"),
+    "some shear": (ELEMENT, {"shear_effects": False}, "elements with and without shear (Shaft Element 2)"),
+    "some damping": (ELEMENT, {"beta": 1e-5}, "different damping (Shaft Element 2)"),
+    "pieces": (ELEMENT, {"n": 7}, "a shaft in pieces (no element at node 2)"),
+    "support": (BEARING, {"n_link": 8}, "a bearing that stands on another part (Bearing 1)"),
+    "inertia": (BEARING, {"mxx": [3.0]}, "a bearing with inertia (Bearing 1)"),
+    "speeds": (BEARING, {"frequency": [0.0, 1.0]}, "coefficients that are not as many as their speeds (Bearing 1)"),
+    "beside": (DISC, {"n": 12}, "a part beside the shaft (Disk 0)"),
+    "gear": ("GearElement_g", {"tag": "g"}, "an element of another kind (GearElement_g)"),
+    "mass": ("PointMass_p", {"tag": "p", "n": 2, "mx": 1.0, "my": 2.0}, "a mass that differs between x and y (p)"),
+}
+
+
+@pytest.mark.parametrize("what", CANNOT)
+def test_what_a_rotor_file_cannot_hold_is_refused_by_name(tmp_path, what):
+    key, changes, expected = CANNOT[what]
+    data = saved()
+    data[key] = data.get(key, {}) | changes
+    with pytest.raises(ValueError, match="a rotor file has none") as caught:
+        read(tmp_path, data)
+    assert str(caught.value) == f"ROSS file {tmp_path / 'model.toml'}: {expected}; a rotor file has none"
+
+
+def test_all_that_cannot_be_is_named_at_once(tmp_path):
+    data = saved()
+    for key in data:
+        if key.startswith("ShaftElement"):
+            data[key] |= {"torque": 5.0}
+    data[BEARING] |= {"n_link": 8}
+    with pytest.raises(ValueError, match="a torque") as caught:
+        read(tmp_path, data)
+    torque, link = str(caught.value).splitlines()
+    assert "(Shaft Element 0, Shaft Element 1, Shaft Element 2 and 3 more)" in torque
+    assert "stands on another part" in link
+
+
+@pytest.mark.parametrize(
+    ("key", "changes", "note"),
+    [
+        (BEARING, {"kzz": [1e5]}, "Bearing 1: its axial coefficients are left out."),
+        (BEARING, {"seal_leakage": 0.1}, "Bearing 1: only its stiffness and damping are kept, not seal_leakage."),
+    ],
+)
+def test_what_is_left_out_is_told(tmp_path, key, changes, note):
+    data = saved()
+    data[key] |= changes
+    assert read(tmp_path, data)[1] == [note]
+
+
+def test_shear_coefficient_of_hutchinson_is_his_own(tmp_path):
+    data = saved()
+    for key in data:
+        if key.startswith("ShaftElement"):
+            data[key] |= {"shear_method_calc": "hutchinson"}
+    content, notes = read(tmp_path, data)
+    assert content["shaft"]["shear"] == "hutchinson"
+    assert notes == ["The shear coefficient is Hutchinson's; that of ROSS lacks a factor 1 + nu."]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x = 1", "has no table such as"),
+        ("[ShaftElement_1]\nn = 0", "L is missing"),
+        ("[ShaftElement_1", "is not valid TOML"),
+        ("[PointMass_1]\nn = 0.5\ntag = 'p'\nmx = 1.0\nmy = 1.0", "n = 0.5 is not allowed; it must be a whole number"),
+    ],
+)
+def test_file_that_is_none_of_ross_is_refused(tmp_path, text, message):
+    (tmp_path / "model.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        read_ross(tmp_path / "model.toml")
