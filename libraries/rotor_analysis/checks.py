@@ -31,11 +31,19 @@ def _variable(name: str) -> str:
     return name
 
 
+def _moderate(value: float) -> float:
+    """Refuse what the model's products and powers cannot hold."""
+    if value != 0.0 and not 1e-20 <= abs(value) <= 1e20:
+        raise ValueError("it must be from 1e-20 to 1e20 in size")
+    return value
+
+
+Moderate = AfterValidator(_moderate)
 Node = Annotated[StrictInt, Ge(1)]
-Position = Annotated[StrictFloat, Unit("m")]
-Length = Annotated[StrictFloat, Gt(0.0), Unit("m")]
-Size = Annotated[StrictFloat, Ge(0.0), Unit("m")]
-Mass = Annotated[StrictFloat, Ge(0.0), Unit("kg")]
-Inertia = Annotated[StrictFloat, Ge(0.0), Unit("kg m2")]
+Position = Annotated[StrictFloat, Moderate, Unit("m")]
+Length = Annotated[StrictFloat, Gt(0.0), Moderate, Unit("m")]
+Size = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("m")]
+Mass = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("kg")]
+Inertia = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("kg m2")]
 Name = Annotated[StrictStr, AfterValidator(_identifier)]
 Variable = Annotated[StrictStr, AfterValidator(_variable)]

@@ -11,12 +11,13 @@ from pydantic import StrictFloat
 
 from amb_files.toml import table
 from amb_files.validation_errors import Unit
+from rotor_analysis.checks import Moderate
 
 Theory = Literal["timoshenko", "rayleigh"]
 Shear = Literal["cowper", "hutchinson"]
 
-YoungsModulus = Annotated[StrictFloat, Gt(0.0), Unit("Pa")]
-Density = Annotated[StrictFloat, Gt(0.0), Unit("kg/m3")]
+YoungsModulus = Annotated[StrictFloat, Gt(0.0), Moderate, Unit("Pa")]
+Density = Annotated[StrictFloat, Gt(0.0), Moderate, Unit("kg/m3")]
 PoissonsRatio = Annotated[StrictFloat, Gt(-1.0), Lt(0.5)]
 
 

@@ -75,7 +75,7 @@ def _whole(layers: Layers, mass: MassModel, frequencies: Array) -> Array:
     D = np.zeros((len(frequencies), 4, 4))
     for layer in layers:
         M, _, K = element_matrices(layer, mass)
-        D += K - frequencies[:, np.newaxis, np.newaxis] ** 2 * M
+        D += K - (frequencies * np.abs(frequencies))[:, np.newaxis, np.newaxis] * M
     return D
 
 

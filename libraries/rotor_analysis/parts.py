@@ -7,12 +7,12 @@ from itertools import pairwise
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, Discriminator, Field, StrictBool, StrictFloat, Tag
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, StrictBool, StrictFloat, Tag
 
 from amb_files.toml import table
 from amb_files.validation_errors import Unit
 from fmi_export.model import Array
-from rotor_analysis.checks import Inertia, Length, Mass, Name, Node, Position, Size, Variable, require
+from rotor_analysis.checks import Inertia, Length, Mass, Moderate, Name, Node, Position, Size, Variable, require
 
 Tensor = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy))
 
@@ -30,8 +30,14 @@ def _is_finite(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
+def _as_moderate(tensor: Tensor) -> Tensor:
+    if max(abs(number) for row in tensor for number in row) > 1e20:
+        raise ValueError("it must be at most 1e20 in size")
+    return tensor
+
+
 NO_TENSOR: Tensor = ((0.0, 0.0), (0.0, 0.0))
-TensorOrNumber = Annotated[Tensor, BeforeValidator(_as_tensor)]
+TensorOrNumber = Annotated[Tensor, BeforeValidator(_as_tensor), AfterValidator(_as_moderate)]
 DEFAULT_CLEARANCE = 0.5e-3  # m
 AT_Z = 0  # in place of the node of a part that is placed by z
 NodeUnlessZ = Annotated[Node, Field(default=AT_Z)]  # a default of the field itself would need one for all that follow
@@ -110,7 +116,7 @@ BodyOrDisc = Annotated[
 class AtSpeed:
     """Stiffness (N/m) and damping (N s/m) of a bearing at one spin speed (rad/s)."""
 
-    speed: Annotated[StrictFloat, Unit("rad/s")]
+    speed: Annotated[StrictFloat, Moderate, Unit("rad/s")]
     stiffness: TensorOrNumber = NO_TENSOR
     damping: TensorOrNumber = NO_TENSOR
 

@@ -102,6 +102,7 @@ class Rotor:
             list(self.masters),
             f"a list that includes bearings and sites {missing}",
         )
+        require(len(self.masters) != 1, "reduction.masters", list(self.masters), "two nodes or more")
 
     def _parts(self) -> Iterator[tuple[str, Part]]:
         """Every part with its key."""

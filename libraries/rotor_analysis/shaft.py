@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, StrictFloat
 
 from amb_files.toml import table
 from amb_files.validation_errors import Unit
-from rotor_analysis.checks import Length, Name, Position, Size, require
+from rotor_analysis.checks import Length, Moderate, Name, Position, Size, require
 from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus
 from rotor_analysis.sections import PER_ELEMENT, SAME_PLACE, Piece, Section, Sleeve
 
@@ -24,8 +24,9 @@ def _as_tuple(value: object) -> object:
     return value if isinstance(value, list | tuple) else (value,)
 
 
-RateOfDecay = Annotated[StrictFloat, Ge(0.0), Unit("1/s")]
-TimeOfDamping = Annotated[StrictFloat, Ge(0.0), Unit("s")]
+SHORTEST = 1e-4  # of the shaft's length; a shorter element is so stiff that rounding hides the rest
+RateOfDecay = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("1/s")]
+TimeOfDamping = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("s")]
 Diameters = Annotated[tuple[Length, ...], BeforeValidator(_as_tuple)]
 InnerDiameters = Annotated[tuple[Size, ...], BeforeValidator(_as_tuple)]
 MaterialNames = Annotated[tuple[Name | None, ...], BeforeValidator(_as_tuple)]
@@ -62,6 +63,10 @@ class Shaft:
     def __post_init__(self) -> None:
         ascending = all(b > a for a, b in pairwise(self.nodes))
         require(len(self.nodes) >= 2 and ascending, "nodes", f"{list(self.nodes)} m", "ascending, two or more")
+        shortest = SHORTEST * (self.nodes[-1] - self.nodes[0])
+        for a, b in pairwise(self.nodes):
+            apart = f"{shortest:.2g} m apart or more, with the ends of sections and the positions of parts"
+            require(b - a >= shortest, "nodes", f"{a!r} m, {b!r} m", apart)
         if len(self.material) == 1:
             object.__setattr__(self, "sleeves", _of_material(self.sleeves, self.material[0]))
         count = len(self.nodes) - 1

@@ -8,6 +8,10 @@ from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
 from rotor_analysis.rotor import Rotor
 
+# Added to omega^2 (rad^2/s^2): M phi = mu (K + shift M) phi has its largest mu = 1 / (omega^2 + shift) where the lowest
+# modes are, and rounding on the scale of a short, stiff or weightless element does not touch them.
+SHIFTS = (1e4, 1e6, 1e8, 1e10)
+
 
 def natural_frequencies(rotor: Rotor, count: int) -> Array:
     """Return the natural frequencies (rad/s) among the first `count` modes of the undamped rotor at rest, ascending."""
@@ -32,7 +36,8 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
     Returns
     -------
     frequencies, shapes
-        omega (rad/s), ascending, shape (n,); phi with phi^T M phi = 1 over the x of the coordinates, in columns.
+        omega (rad/s), ascending, shape (n,), negative where motion diverges as exp(-omega t); phi with
+        phi^T M phi = 1 over the x of the coordinates, in columns.
     """
     from scipy.linalg import eigh  # slow to import
 
@@ -40,8 +45,15 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
     M, K = _one_plane(supported.M), _one_plane(supported.K)
     held = {bearing.node for bearing in rotor.bearings if np.trace(bearing.at(0.0)[0]) != 0.0}
     rigid = max(0, 2 - len(held))
-    values, shapes = eigh(K, M, subset_by_index=(0, min(count, len(M)) - 1))
-    return np.sqrt(np.abs(values[rigid:])), shapes[:, rigid:]
+    last = len(M) - 1
+    for shift in SHIFTS:
+        try:
+            mu, shapes = eigh(M, K + shift * M, subset_by_index=(max(0, last + 1 - count), last))
+        except np.linalg.LinAlgError:  # a bearing's negative stiffness outweighs the shift
+            continue
+        squares = (1.0 / mu - shift)[::-1][rigid:]
+        return np.sign(squares) * np.sqrt(np.abs(squares)), (shapes / np.sqrt(mu))[:, ::-1][:, rigid:]
+    raise ValueError(f"the undamped modes of rotor {rotor.name!r} cannot be computed: its bearings are too unstable")
 
 
 def _one_plane(matrix: Array) -> Array:

@@ -44,11 +44,16 @@ def import_model(model: Path, output: Path | None) -> None:
 def show(file: Path, output: Path | None, as_json: bool) -> None:
     """Print the parts, mass and modes of a rotor file, and the plant's model of it; draw the rotor."""
     from amb_cosim import studies
+    from rotor_analysis.rotor_file import load_rotor
 
     with refusing():
         if output is not None:
             check_writable(output, is_folder=False)
-        result = studies.layout(file)
+        found = load_rotor(file)
+        try:
+            result = studies.layout(found)
+        except ValueError as error:
+            raise ValueError(f"rotor file {file}: {error}") from error
         if output is not None:
             from amb_cosim.plots.style import write_png
 

@@ -45,7 +45,8 @@ class RotorLayout(DrawnResult):
     method, masters, coordinates
         The plant's model: how it is made, nodes of its planes, and number of coordinates.
     frequencies, error
-        Undamped natural frequencies of the full model (rad/s), and those of the plant's over these less one (%).
+        Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and those of the
+        plant's over these less one (%).
     description
         The rotor, from which the figure is drawn.
     """
@@ -76,7 +77,8 @@ class RotorLayout(DrawnResult):
         modes = text_table("Undamped, at rest on its bearings", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
         for k, (frequency, error) in enumerate(zip(self.frequencies, self.error, strict=True), start=1):
             shown = "-" if math.isnan(error) else f"{error:+.4f}"
-            modes.add_row(str(k), f"{frequency:.3f}", f"{frequency / (2.0 * math.pi):.3f}", shown)
+            hertz = f"{frequency / (2.0 * math.pi):.3f}" if frequency > 0.0 else "diverges"
+            modes.add_row(str(k), f"{frequency:.3f}", hertz, shown)
         return [
             f"{self.rotor}: {self.mass:.4g} kg, {self.length:.4g} m, {self.nodes} nodes",
             f"centre of mass at {self.centre:.4g} m; {inertia}",

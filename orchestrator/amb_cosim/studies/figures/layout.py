@@ -43,7 +43,8 @@ def draw(result: RotorLayout) -> Figure:
     handles = [Patch(facecolor=fill, edgecolor="black", lw=0.4, label=kind) for kind, fill, shown in kinds if shown]
     above.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.0)
     _draw_lanes(beneath, result, lanes)
-    hertz = ", ".join(f"{frequency / (2.0 * math.pi):.1f}" for frequency in result.frequencies[:3])
+    positive = result.frequencies[result.frequencies > 0.0]
+    hertz = ", ".join(f"{frequency / (2.0 * math.pi):.1f}" for frequency in positive[:3])
     title = f"{rotor.name}: {result.mass:.4g} kg; {hertz} Hz at rest"
     figure.suptitle(title, fontsize=TITLE_SIZE, x=LEFT, y=1.0 - 0.1 / height, ha="left", va="top")
     return figure

@@ -1,0 +1,52 @@
+"""Undamped modes at rest: springs, divergence, rigid motion."""
+
+import numpy as np
+import pytest
+from analysis_cases import I_D, MASS, L, disc_between, tensor
+
+from rotor_analysis.assembly import assemble
+from rotor_analysis.modes import damped_frequencies
+from rotor_analysis.parts import AtSpeed, Bearing
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.supported_rotor import supported_rotor
+from rotor_analysis.undamped import natural_frequencies, undamped_modes
+
+
+def held(stiffness):
+    return disc_between(Bearing("a", 1, tensor(stiffness)), Bearing("b", 3, tensor(stiffness)))
+
+
+@pytest.mark.parametrize("stiffness", [1e3, -1e3])
+def test_soft_bearings_carry_a_rigid_disc_or_let_it_diverge(stiffness):
+    """k_2 = 2 k over the mass, and k L^2 / 2 over the inertia: both negative on negative stiffness."""
+    expected = np.sign(stiffness) * np.sqrt(np.abs([2.0 * stiffness / MASS, 0.5 * stiffness * L**2 / I_D]))
+    found = natural_frequencies(held(stiffness), 2)
+    np.testing.assert_allclose(np.sort(np.abs(found)), np.sort(np.abs(expected)), rtol=2e-3)
+    np.testing.assert_array_equal(np.sign(found), np.sign(expected))
+
+
+def test_rigid_motion_is_counted_and_left_out():
+    rotor = load_rotor()
+    for stiffness, bearings, count in ((1e6, 2, 6), (1e6, 1, 5), (0.0, 2, 4)):
+        some = rotor.on_equal_bearings(stiffness, 0.0).bearings[:bearings]
+        assert len(natural_frequencies(Rotor(rotor.name, rotor.shaft, rotor.bodies, some), 6)) == count
+
+
+def test_frequencies_are_those_of_the_full_problem_without_damping():
+    rotor = load_rotor().on_equal_bearings(2e6, 0.0)
+    full = damped_frequencies(supported_rotor(rotor).model, 0.0, 12)[::2]
+    np.testing.assert_allclose(natural_frequencies(rotor, 6), full, rtol=1e-7)
+
+
+def test_bearing_over_speed_holds_the_rotor_at_its_lowest_speed():
+    table = tuple(AtSpeed(speed, tensor(k)) for speed, k in ((0.0, 1e3), (100.0, 9e3)))
+    rotor = disc_between(Bearing("a", 1, at_speed=table), Bearing("b", 3, at_speed=table))
+    np.testing.assert_allclose(natural_frequencies(rotor, 2), natural_frequencies(held(1e3), 2))
+
+
+def test_shapes_have_unit_modal_mass():
+    rotor = load_rotor()
+    model = assemble(rotor)
+    shapes = undamped_modes(model, rotor, 6)[1]
+    np.testing.assert_allclose(shapes.T @ model.M[::2, ::2] @ shapes, np.eye(6), atol=1e-9)
