@@ -9,6 +9,7 @@ import numpy as np
 from amb_actuator.interface import SMALLEST
 from fmi_export.jit import views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
@@ -19,8 +20,7 @@ AXIS, AXIS_INPUTS, AXIS_OUTPUTS = (SMALLEST.element_record(kind, "axes") for kin
 # Deviations of the coil currents of an axis from the operating point (A), see `Coils`.
 DEVIATIONS = record(("upper", "f8"), ("lower", "f8"))
 
-N_PARAMETERS, N_AXIS, N_INPUTS, N_OUTPUTS = (size_of(r) for r in (PARAMETERS, AXIS, AXIS_INPUTS, AXIS_OUTPUTS))
-N_DEVIATIONS = size_of(DEVIATIONS)
+N_PARAMETERS, N_DEVIATIONS = size_of(PARAMETERS), size_of(DEVIATIONS)
 
 
 class Axes(NamedTuple):
@@ -40,7 +40,7 @@ class Axes(NamedTuple):
 @views
 def n_axes_of(constants: Array) -> int:
     """Return the number of axes, two of each bearing."""
-    return 2 * int(constants.view(SIZES)[0].n_bearings)
+    return 2 * int(part(constants, 0, SIZES, 1)[0].n_bearings)
 
 
 @views
@@ -48,9 +48,9 @@ def views_of(constants: Array, parameters: Array, inputs: Array, state: Array, o
     """Return views into the arrays of an actuator with these constants."""
     n = n_axes_of(constants)
     return Axes(
-        parameters[:N_PARAMETERS].view(PARAMETERS),
-        parameters[N_PARAMETERS : N_PARAMETERS + n * N_AXIS].view(AXIS),
-        inputs[: n * N_INPUTS].view(AXIS_INPUTS),
-        state[: n * N_DEVIATIONS].view(DEVIATIONS),
-        outputs[: n * N_OUTPUTS].view(AXIS_OUTPUTS),
+        part(parameters, 0, PARAMETERS, 1),
+        part(parameters, N_PARAMETERS, AXIS, n),
+        part(inputs, 0, AXIS_INPUTS, n),
+        part(state, 0, DEVIATIONS, n),
+        part(outputs, 0, AXIS_OUTPUTS, n),
     )

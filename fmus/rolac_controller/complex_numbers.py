@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fmi_export.jit import kernel
 
 Complex = NDArray[np.complex128]
+COMPLEX, REAL = np.dtype(np.complex128), np.dtype(np.float64)
 
 
 @kernel

@@ -16,14 +16,14 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
 from rolac_controller.complex_numbers import Complex, phasor, squared_magnitude
 from rolac_controller.enumerations import GIVEN, NO_SOURCE, OWN_SENSORS
 from rolac_controller.records import Parameters
 
 
-@kernel
+@inlined_kernel
 def is_in_contact(parameters: Parameters, contact_state: float, displacements: Array, bearing: int) -> bool:
     """Return whether a journal is in contact, by the source that `contact.source` selects."""
     contact, sensor_of_axis = parameters.own[0].contact, parameters.sensor_of_axis
@@ -35,7 +35,7 @@ def is_in_contact(parameters: Parameters, contact_state: float, displacements: A
     return False
 
 
-@kernel
+@inlined_kernel
 def update_contact_share(
     parameters: Parameters, contact_state: float, displacements: Array, delta_theta: float, shares: Array
 ) -> bool:

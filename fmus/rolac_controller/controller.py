@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array, Model
 from rolac_controller import identification, sensors
 from rolac_controller.adaptation import forces_at
@@ -22,7 +22,7 @@ from rolac_controller.fourier import Window, add_sample, last_delta_theta, sampl
 from rolac_controller.interface import interface_of
 from rolac_controller.outputs import write_identification, write_synchronous
 from rolac_controller.pid import CurrentLimits, differentiate, limit_and_integrate, pid_current
-from rolac_controller.receptance_table import TableViews, built_table, load, table_of
+from rolac_controller.receptance_table import TableViews, built_table, load, table_in_use
 from rolac_controller.records import Inputs, Outputs, Parameters, Records, inputs_of, outputs_of, parameters_of
 from rolac_controller.sensor_check import suspect_sensor
 from rolac_controller.sizes import sizes_of
@@ -56,7 +56,7 @@ def planes_differ(positions: Array) -> bool:
     return True
 
 
-@kernel
+@inlined_kernel
 def lacks_table(inputs: Inputs, state: State, table: TableViews) -> bool:
     """Return whether ROLAC is on without any H, and no identification that could find one was made or requested."""
     own = inputs.own[0]
@@ -64,7 +64,7 @@ def lacks_table(inputs: Inputs, state: State, table: TableViews) -> bool:
     return bool(own.rolac_enable != 0.0 and table.n_rows[0] == 0.0 and never_identified)
 
 
-@kernel
+@inlined_kernel
 def window_is_valid(parameters: Parameters, Omega: float, window: Window) -> bool:
     """Return whether the window shows the synchronous displacements at this speed (rad/s).
 
@@ -77,7 +77,7 @@ def window_is_valid(parameters: Parameters, Omega: float, window: Window) -> boo
     return bool(own.rolac.min_speed <= Omega and 1.0 / SPEED_RATIO < turns < SPEED_RATIO)
 
 
-@kernel
+@inlined_kernel
 def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) -> None:
     """Find the displacements and synchronous components at this sample, contact, and sensors that are suspect."""
     own, findings, window = inputs.own[0], work.findings[0], state.window
@@ -105,7 +105,7 @@ def current_limits(gains: np.record, chain: np.record) -> CurrentLimits:
     return CurrentLimits(max(gains.i_min, lowest), min(gains.i_max, highest))
 
 
-@kernel
+@inlined_kernel
 def control(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, sample_time: float, outputs: Outputs
 ) -> None:
@@ -137,7 +137,7 @@ def control(
     outputs.own[0].current_limited = head.current_limited
 
 
-@kernel
+@inlined_kernel
 def start(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs
 ) -> int:
@@ -152,7 +152,7 @@ def start(
     return 0
 
 
-@kernel
+@inlined_kernel
 def take_sample(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs
 ) -> int:
@@ -176,11 +176,8 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     work[:] = 0.0
     outputs[:] = 0.0
     sizes = sizes_of(constants)
-    given, w, table = (
-        parameters_of(parameters, constants, sizes),
-        work_of(work, sizes),
-        table_of(state[state_size(sizes) :], sizes),
-    )
+    given, w = parameters_of(parameters, constants, sizes), work_of(work, sizes)
+    table = table_in_use(state, state_size(sizes), constants, sizes)
     if not orders_ascend(given.harmonics):
         return FAULT_HARMONICS
     if not planes_differ(given.plane_positions):
@@ -212,7 +209,7 @@ def step(
         inputs_of(inputs, sizes),
         state_of(state, sizes),
         work_of(work, sizes),
-        table_of(state[state_size(sizes) :], sizes),
+        table_in_use(state, state_size(sizes), constants, sizes),
         outputs_of(outputs, sizes),
     )
 

@@ -20,12 +20,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
-from fmi_export.jit import kernel, views
+from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from rolac_controller.complex_numbers import Complex, copy_matrix, divided, phasor
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex, copy_matrix, divided, phasor
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.records import Records
 
@@ -71,16 +70,21 @@ def window_size(n_sensors: int) -> int:
 
 
 @views
-def window_of(array: Array, n_sensors: int) -> Window:
-    """Return the window as views into an array; all zeros is an empty one."""
-    extent, rest = array[:N_EXTENT].view(EXTENT), array[N_EXTENT:]
+def window_of(array: Array, start: int, n_sensors: int) -> Window:
+    """Return the window as views into an array from `start` on; all zeros is an empty one."""
     size = 2 * N_HARMONICS * n_sensors
-    old, rest = rest[:size].view(np.complex128).reshape(N_HARMONICS, n_sensors), rest[size:]
-    fresh, rest = rest[:size].view(np.complex128).reshape(N_HARMONICS, n_sensors), rest[size:]
-    thetas, rest = rest[:CAPACITY], rest[CAPACITY:]
-    displacements, rest = rest[: CAPACITY * n_sensors].reshape(CAPACITY, n_sensors), rest[CAPACITY * n_sensors :]
-    phasors = rest[: 2 * CAPACITY * N_HARMONICS].view(np.complex128).reshape(CAPACITY, N_HARMONICS)
-    return Window(extent, old, fresh, thetas, displacements, phasors)
+    old = start + N_EXTENT
+    thetas = old + 2 * size
+    displacements = thetas + CAPACITY
+    phasors = displacements + CAPACITY * n_sensors
+    return Window(
+        part(array, start, EXTENT, 1),
+        part(array, old, COMPLEX, (N_HARMONICS, n_sensors)),
+        part(array, old + size, COMPLEX, (N_HARMONICS, n_sensors)),
+        part(array, thetas, REAL, CAPACITY),
+        part(array, displacements, REAL, (CAPACITY, n_sensors)),
+        part(array, phasors, COMPLEX, (CAPACITY, N_HARMONICS)),
+    )
 
 
 @kernel
@@ -96,20 +100,20 @@ def ring_index(number: float) -> int:
     return int(number) % CAPACITY
 
 
-@kernel
+@inlined_kernel
 def segment_angle(window: Window, number: float) -> float:
     """Return the angle from sample `number` to the one after it (rad)."""
     return angle_between(window.thetas[ring_index(number)], window.thetas[ring_index(number + 1)])
 
 
-@kernel
+@inlined_kernel
 def window_angle(window: Window) -> float:
     """Return the angle from the oldest sample of the window to the newest (rad)."""
     angle: float = window.extent[0].old_angle + window.extent[0].fresh_angle
     return angle
 
 
-@kernel
+@inlined_kernel
 def last_delta_theta(window: Window) -> float:
     """Return the angle from the sample before the newest to the newest (rad); 0 where there is none before it."""
     extent = window.extent[0]
@@ -118,7 +122,7 @@ def last_delta_theta(window: Window) -> float:
     return segment_angle(window, extent.next - 2)
 
 
-@kernel
+@inlined_kernel
 def add_segment(window: Window, harmonics: Records, integral: Complex, number: float, sign: float) -> float:
     """Add (sign 1) or subtract (sign -1) the segment from sample `number` to the next to one of the two sums.
 
@@ -140,7 +144,7 @@ def add_segment(window: Window, harmonics: Records, integral: Complex, number: f
     return sign * width
 
 
-@kernel
+@inlined_kernel
 def remove_oldest(window: Window, harmonics: Records) -> None:
     """Remove the oldest sample and its segment."""
     extent = window.extent[0]
@@ -154,7 +158,7 @@ def remove_oldest(window: Window, harmonics: Records) -> None:
     extent.first += 1
 
 
-@kernel
+@inlined_kernel
 def clear_window(window: Window) -> None:
     """Remove all samples."""
     extent = window.extent[0]
@@ -166,7 +170,7 @@ def clear_window(window: Window) -> None:
     window.fresh[:] = 0.0
 
 
-@kernel
+@inlined_kernel
 def add_sample(window: Window, harmonics: Records, theta: float, displacements: Array) -> None:
     """Add one sample and remove what lies more than a revolution back.
 
@@ -201,7 +205,7 @@ def add_sample(window: Window, harmonics: Records, theta: float, displacements: 
         remove_oldest(window, harmonics)
 
 
-@kernel
+@inlined_kernel
 def samples_of_revolution(window: Window) -> float:
     """Return the length of the last revolution in samples, with its fraction; 0 while there is less than one."""
     excess = window_angle(window) - 2.0 * math.pi
@@ -212,7 +216,7 @@ def samples_of_revolution(window: Window) -> float:
     return samples
 
 
-@kernel
+@inlined_kernel
 def transform(window: Window, harmonics: Records, Q: Complex) -> None:
     """Find the components of the last revolution in all harmonics.
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
 from rolac_controller.complex_numbers import divided, phasor
 from rolac_controller.control_loop import N_HARMONICS
@@ -40,14 +40,14 @@ from rolac_controller.state import State, Work
 SPEED_TOLERANCE = 0.01  # relative
 
 
-@kernel
+@inlined_kernel
 def is_running(memory: IdentificationMemory) -> bool:
     """Return whether one of the slots is in progress."""
     n_axes = memory.R.shape[2]
     return bool(SLOT_BEFORE <= memory.course[0].stage <= last_stages(n_axes).slot_after)
 
 
-@kernel
+@inlined_kernel
 def progress(memory: IdentificationMemory) -> float:
     """Return the share of the slots that has passed."""
     course, n_axes = memory.course[0], memory.R.shape[2]
@@ -60,14 +60,14 @@ def progress(memory: IdentificationMemory) -> float:
     return share
 
 
-@kernel
+@inlined_kernel
 def axis_under_test(memory: IdentificationMemory) -> int:
     """Return the axis that carries the test force now, or -1."""
     axis = int(memory.course[0].stage) - SLOT_BEFORE - 1
     return axis if 0 <= axis < memory.R.shape[2] else -1
 
 
-@kernel
+@inlined_kernel
 def add_test_force(parameters: Parameters, memory: IdentificationMemory, theta: float, u: Array) -> None:
     """Add the test force at a rotor angle (rad) to the force of the axis under test, shape (n_axes,) (N)."""
     axis = axis_under_test(memory)
@@ -78,7 +78,7 @@ def add_test_force(parameters: Parameters, memory: IdentificationMemory, theta: 
         u[axis] += (excitation_component(parameters, memory, k) * rotation).real
 
 
-@kernel
+@inlined_kernel
 def advance(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
     """Advance the identification by one sample: start, average, change slots, finish or fail.
 
@@ -151,7 +151,7 @@ def begin(parameters: Parameters, Omega: float, memory: IdentificationMemory) ->
     memory.Q[:] = 0.0
 
 
-@kernel
+@inlined_kernel
 def cause_of_failure(inputs: Inputs, state: State, work: Work) -> int:
     """Return why the identification cannot go on, or NO_ERROR."""
     speed = state.identification.course[0].speed

@@ -14,8 +14,9 @@ import numpy as np
 
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from rolac_controller.complex_numbers import Complex, quotient
+from rolac_controller.complex_numbers import COMPLEX, Complex, quotient
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.enumerations import ILL_CONDITIONED, NO_ERROR, TABLE_FULL, VIBRATION_CHANGED
 from rolac_controller.excitation import force_component
@@ -62,14 +63,15 @@ def identification_memory_size(sizes: Sizes) -> int:
 
 
 @views
-def identification_memory_of(array: Array, sizes: Sizes) -> IdentificationMemory:
-    """Return the memory of an identification as views into an array."""
+def identification_memory_of(array: Array, start: int, sizes: Sizes) -> IdentificationMemory:
+    """Return the memory of an identification as views into an array from `start` on."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
-    course, rest = array[:N_COURSE].view(COURSE), array[N_COURSE:]
-    size = 2 * (n_axes + 2) * N_HARMONICS * n_sensors
-    Q, rest = rest[:size].view(np.complex128).reshape(n_axes + 2, N_HARMONICS, n_sensors), rest[size:]
-    R = rest[: 2 * N_HARMONICS * n_sensors * n_axes].view(np.complex128)
-    return IdentificationMemory(course, Q, R.reshape(N_HARMONICS, n_sensors, n_axes))
+    slots = start + N_COURSE
+    return IdentificationMemory(
+        part(array, start, COURSE, 1),
+        part(array, slots, COMPLEX, (n_axes + 2, N_HARMONICS, n_sensors)),
+        part(array, slots + 2 * (n_axes + 2) * N_HARMONICS * n_sensors, COMPLEX, (N_HARMONICS, n_sensors, n_axes)),
+    )
 
 
 @kernel

@@ -12,10 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmi_export.jit import kernel, views
+from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from rolac_controller.complex_numbers import Complex, squared_magnitude
+from rolac_controller.complex_numbers import COMPLEX, Complex, squared_magnitude
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.fourier import ANGLE_TOLERANCE
 from rolac_controller.records import Records
@@ -42,13 +43,13 @@ def olac_memory_size(n_sensors: int) -> int:
 
 
 @views
-def olac_memory_of(array: Array, n_sensors: int) -> OlacMemory:
-    """Return the memory as views into an array."""
-    previous_Q = array[N_PROGRESS : N_PROGRESS + 2 * N_HARMONICS * n_sensors].view(np.complex128)
-    return OlacMemory(array[:N_PROGRESS].view(PROGRESS), previous_Q.reshape(N_HARMONICS, n_sensors))
+def olac_memory_of(array: Array, start: int, n_sensors: int) -> OlacMemory:
+    """Return the memory as views into an array from `start` on."""
+    previous_Q = part(array, start + N_PROGRESS, COMPLEX, (N_HARMONICS, n_sensors))
+    return OlacMemory(part(array, start, PROGRESS, 1), previous_Q)
 
 
-@kernel
+@inlined_kernel
 def clear(memory: OlacMemory) -> None:
     """Forget all: OLAC is off."""
     progress = memory.progress[0]

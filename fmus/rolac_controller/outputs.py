@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from rolac_controller.complex_numbers import copy_matrix, squared_magnitude
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.enumerations import ADAPTING
@@ -23,7 +23,7 @@ def polar(z: complex) -> tuple[float, float]:
     return math.sqrt(squared_magnitude(z)), math.atan2(z.imag, z.real)
 
 
-@kernel
+@inlined_kernel
 def write_synchronous(inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs) -> None:
     """Write components, forces and status of the synchronous control."""
     shown = int(inputs.own[0].shown_harmonic) - 1
@@ -57,7 +57,7 @@ def write_synchronous(inputs: Inputs, state: State, work: Work, table: TableView
     own.table_rows = table.n_rows[0]
 
 
-@kernel
+@inlined_kernel
 def write_identification(inputs: Inputs, memory: IdentificationMemory, outputs: Outputs) -> None:
     """Write the stage of the identification, and the last receptance."""
     shown = int(inputs.own[0].shown_harmonic) - 1

@@ -12,11 +12,10 @@ import math
 
 from typing import NamedTuple
 
-import numpy as np
-
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
-from rolac_controller.complex_numbers import Complex, divided, squared_magnitude
+from fmi_export.parts import part
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex, divided, squared_magnitude
 from rolac_controller.signals import LARGEST_CONDITION
 from rolac_controller.sizes import Sizes
 
@@ -39,12 +38,15 @@ def svd_work_size(sizes: Sizes) -> int:
 
 
 @views
-def svd_work_of(array: Array, sizes: Sizes) -> SvdWork:
-    """Return the scratch of a decomposition as views into an array."""
+def svd_work_of(array: Array, start: int, sizes: Sizes) -> SvdWork:
+    """Return the scratch of a decomposition as views into an array from `start` on."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
-    B, rest = array[: 2 * n_sensors * n_axes].view(np.complex128), array[2 * n_sensors * n_axes :]
-    V, rest = rest[: 2 * n_axes * n_axes].view(np.complex128), rest[2 * n_axes * n_axes :]
-    return SvdWork(B.reshape(n_sensors, n_axes), V.reshape(n_axes, n_axes), rest[:n_axes])
+    V = start + 2 * n_sensors * n_axes
+    return SvdWork(
+        part(array, start, COMPLEX, (n_sensors, n_axes)),
+        part(array, V, COMPLEX, (n_axes, n_axes)),
+        part(array, V + 2 * n_axes * n_axes, REAL, n_axes),
+    )
 
 
 @kernel

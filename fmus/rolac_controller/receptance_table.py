@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from fmi_export.jit import kernel, views
+from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from rolac_controller.complex_numbers import Complex, copy_matrix
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex, copy_matrix
 from rolac_controller.pseudo_inverse import SvdWork, negative_pseudo_inverse
 from rolac_controller.records import Parameters, Records
 from rolac_controller.sizes import N_SIZES, Sizes, sizes_of
@@ -51,27 +50,42 @@ class Bracket(NamedTuple):
 
 
 @views
-def table_of(array: Array, sizes: Sizes) -> TableViews:
-    """Return the table whose array this is; the array has no room for anything else."""
+def table_of(array: Array, start: int, capacity: int, sizes: Sizes) -> TableViews:
+    """Return the table of so many rows that an array holds from `start` on."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
-    size = 2 * n_axes * n_sensors  # of a matrix
-    n = (array.shape[0] - 1) // (N_KEY + 2 * size)
-    keys, rest = array[1 : 1 + n * N_KEY].view(KEY), array[1 + n * N_KEY :]
-    R = rest[: n * size].view(np.complex128).reshape(n, n_sensors, n_axes)
-    H = rest[n * size : 2 * n * size].view(np.complex128).reshape(n, n_axes, n_sensors)
-    return TableViews(array[:1], keys, R, H)
+    keys = start + 1
+    R = keys + capacity * N_KEY
+    H = R + 2 * capacity * n_axes * n_sensors
+    return TableViews(
+        part(array, start, REAL, 1),
+        part(array, keys, KEY, capacity),
+        part(array, R, COMPLEX, (capacity, n_sensors, n_axes)),
+        part(array, H, COMPLEX, (capacity, n_axes, n_sensors)),
+    )
+
+
+@views
+def built_rows(constants: Array, sizes: Sizes) -> int:
+    """Return the number of rows of the table that an FMU with these constants was built with."""
+    return int(constants[N_SIZES + sizes.n_axes])
 
 
 @views
 def built_table(constants: Array, sizes: Sizes) -> TableViews:
     """Return the table that an FMU with these constants was built with."""
-    return table_of(constants[N_SIZES + sizes.n_axes :], sizes)
+    return table_of(constants, N_SIZES + sizes.n_axes, built_rows(constants, sizes), sizes)
+
+
+@views
+def table_in_use(state: Array, start: int, constants: Array, sizes: Sizes) -> TableViews:
+    """Return the table that the state of an FMU with these constants holds from `start` on."""
+    return table_of(state, start, built_rows(constants, sizes) + SPARE_ROWS, sizes)
 
 
 def table_size(constants: Array) -> int:
     """Return the size of the table in use of a controller with these constants."""
     sizes = sizes_of(constants)
-    n_rows = int(built_table(constants, sizes).n_rows[0]) + SPARE_ROWS
+    n_rows = built_rows(constants, sizes) + SPARE_ROWS
     return 1 + n_rows * (N_KEY + 4 * sizes.n_axes * sizes.n_sensors)
 
 
@@ -111,7 +125,7 @@ def load(built: TableViews, parameters: Parameters, table: TableViews, svd: SvdW
     return True
 
 
-@kernel
+@inlined_kernel
 def find_bracket(table: TableViews, order: float, speed: float) -> Bracket:
     """Return the rows of a harmonic on both sides of a speed (rad/s).
 

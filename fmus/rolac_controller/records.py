@@ -8,8 +8,9 @@ import numpy as np
 
 from fmi_export.jit import views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import size_of
-from rolac_controller.complex_numbers import Complex
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.interface import SMALLEST
 from rolac_controller.sizes import N_SIZES, Sizes
@@ -76,35 +77,50 @@ class Outputs(NamedTuple):
 @views
 def parameters_of(parameters: Array, constants: Array, sizes: Sizes) -> Parameters:
     """Return views into the parameters, and into the constants, of a controller of these sizes."""
-    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
-    own, rest = parameters[:N_PARAMETERS].view(PARAMETERS), parameters[N_PARAMETERS:]
-    axes, rest = rest[: n_axes * N_GAINS].view(GAINS), rest[n_axes * N_GAINS :]
-    harmonics, rest = rest[:N_ORDERS].view(HARMONIC), rest[N_ORDERS:]
-    weights, rest = rest[:n_sensors], rest[n_sensors:]
-    scales, rest = rest[:n_sensors], rest[n_sensors:]
-    n_planes = n_sensors // 2
-    feedback = constants[N_SIZES : N_SIZES + n_axes]
-    return Parameters(own, axes, harmonics, weights, scales, rest[:n_planes], rest[n_planes : 2 * n_planes], feedback)
+    n_axes, n_sensors, n_planes = sizes.n_axes, sizes.n_sensors, sizes.n_sensors // 2
+    axes = N_PARAMETERS
+    harmonics = axes + n_axes * N_GAINS
+    weights = harmonics + N_ORDERS
+    scales = weights + n_sensors
+    positions = scales + n_sensors
+    return Parameters(
+        part(parameters, 0, PARAMETERS, 1),
+        part(parameters, axes, GAINS, n_axes),
+        part(parameters, harmonics, HARMONIC, N_HARMONICS),
+        part(parameters, weights, REAL, n_sensors),
+        part(parameters, scales, REAL, n_sensors),
+        part(parameters, positions, REAL, n_planes),
+        part(parameters, positions + n_planes, REAL, n_planes),
+        part(constants, N_SIZES, REAL, n_axes),
+    )
 
 
 @views
 def inputs_of(inputs: Array, sizes: Sizes) -> Inputs:
     """Return views into the inputs of a controller of these sizes."""
-    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
-    own, rest = inputs[:N_INPUTS].view(INPUTS), inputs[N_INPUTS:]
-    displacements, rest = rest[:n_sensors], rest[n_sensors:]
-    setpoints, rest = rest[:n_axes], rest[n_axes:]
-    return Inputs(own, displacements, setpoints, rest[: n_sensors * N_FAULTS].view(SENSOR_FAULTS))
+    displacements = N_INPUTS
+    setpoints = displacements + sizes.n_sensors
+    return Inputs(
+        part(inputs, 0, INPUTS, 1),
+        part(inputs, displacements, REAL, sizes.n_sensors),
+        part(inputs, setpoints, REAL, sizes.n_axes),
+        part(inputs, setpoints + sizes.n_axes, SENSOR_FAULTS, sizes.n_sensors),
+    )
 
 
 @views
 def outputs_of(outputs: Array, sizes: Sizes) -> Outputs:
     """Return views into the outputs of a controller of these sizes."""
-    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
-    own, rest = outputs[:N_OUTPUTS].view(OUTPUTS), outputs[N_OUTPUTS:]
-    axes, rest = rest[: n_axes * N_AXIS].view(AXIS_OUTPUTS), rest[n_axes * N_AXIS :]
-    sensors, rest = rest[: n_sensors * N_SENSOR].view(SENSOR_OUTPUTS), rest[n_sensors * N_SENSOR :]
-    harmonics, rest = rest[:N_HARMONIC].view(HARMONIC_OUTPUTS), rest[N_HARMONIC:]
-    shares, rest = rest[: n_axes // 2], rest[n_axes // 2 :]
-    receptance = rest[: 2 * n_sensors * n_axes].view(np.complex128).reshape(n_sensors, n_axes)
-    return Outputs(own, axes, sensors, harmonics, shares, receptance)
+    n_axes, n_sensors, n_bearings = sizes.n_axes, sizes.n_sensors, sizes.n_axes // 2
+    axes = N_OUTPUTS
+    sensors = axes + n_axes * N_AXIS
+    harmonics = sensors + n_sensors * N_SENSOR
+    shares = harmonics + N_HARMONIC
+    return Outputs(
+        part(outputs, 0, OUTPUTS, 1),
+        part(outputs, axes, AXIS_OUTPUTS, n_axes),
+        part(outputs, sensors, SENSOR_OUTPUTS, n_sensors),
+        part(outputs, harmonics, HARMONIC_OUTPUTS, N_HARMONICS),
+        part(outputs, shares, REAL, n_bearings),
+        part(outputs, shares + n_bearings, COMPLEX, (n_sensors, n_axes)),
+    )

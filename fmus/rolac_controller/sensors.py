@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmi_export.jit import kernel, views
+from fmi_export.jit import inlined_kernel, views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rolac_controller.chain import is_on
 from rolac_controller.converters import quantised
@@ -38,13 +39,12 @@ def sensor_memory_size(n_sensors: int) -> int:
 
 
 @views
-def sensor_memory_of(array: Array, n_sensors: int) -> SensorMemory:
-    """Return the memory of the sensors as views into an array."""
-    random, rest = array[:N_STREAM].view(STREAM), array[N_STREAM:]
-    return SensorMemory(random, rest[: n_sensors * N_SENSOR].view(SENSOR))
+def sensor_memory_of(array: Array, start: int, n_sensors: int) -> SensorMemory:
+    """Return the memory of the sensors as views into an array from `start` on."""
+    return SensorMemory(part(array, start, STREAM, 1), part(array, start + N_STREAM, SENSOR, n_sensors))
 
 
-@kernel
+@inlined_kernel
 def plane_weight(parameters: Parameters, plane: int, other: int) -> float:
     """Return the weight of the displacement of plane `other` in that of the sensors of `plane`.
 
@@ -60,7 +60,7 @@ def plane_weight(parameters: Parameters, plane: int, other: int) -> float:
     return weight
 
 
-@kernel
+@inlined_kernel
 def displacement_at(parameters: Parameters, inputs: Inputs, sensor: int) -> float:
     """Return the displacement of the rotor at a sensor (m)."""
     plane, axis = sensor // 2, sensor % 2
@@ -73,7 +73,7 @@ def displacement_at(parameters: Parameters, inputs: Inputs, sensor: int) -> floa
     return total
 
 
-@kernel
+@inlined_kernel
 def shown_signal(
     parameters: Parameters, inputs: Inputs, memory: SensorMemory, sensor: int, noise: float, started: bool
 ) -> float:
@@ -82,7 +82,7 @@ def shown_signal(
     return with_faults(inputs.faults[sensor], sound, memory.each[sensor].shown if started else sound)
 
 
-@kernel
+@inlined_kernel
 def update_shown(
     parameters: Parameters, inputs: Inputs, memory: SensorMemory, started: bool, sampling: bool
 ) -> None:
@@ -100,7 +100,7 @@ def update_shown(
         memory.each[y].shown = shown_signal(parameters, inputs, memory, y, deviation_y * normal_y, started)
 
 
-@kernel
+@inlined_kernel
 def measure(
     parameters: Parameters, inputs: Inputs, memory: SensorMemory, started: bool, sampling: bool, measured: Array
 ) -> None:

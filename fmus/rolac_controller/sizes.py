@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from fmi_export.jit import views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
 
 # The constants begin with this record and the numbers of the sensors that close the loops of the axes; the table of
@@ -24,5 +25,5 @@ class Sizes(NamedTuple):
 @views
 def sizes_of(constants: Array) -> Sizes:
     """Return the numbers of axes and sensors of a controller with these constants."""
-    head = constants[:N_SIZES].view(SIZES)[0]
+    head = part(constants, 0, SIZES, 1)[0]
     return Sizes(2 * int(head.n_bearings), 2 * int(head.n_planes))

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from fmi_export.jit import views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from rolac_controller.complex_numbers import Complex
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.fourier import Window, window_of, window_size
 from rolac_controller.identified_receptance import (
@@ -120,37 +119,53 @@ def state_size(sizes: Sizes) -> int:
 def state_of(state: Array, sizes: Sizes) -> State:
     """Return views into the state."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
-    head, rest = state[:N_HEAD].view(HEAD), state[N_HEAD:]
-    axes, rest = rest[: n_axes * N_PID].view(PID_MEMORY), rest[n_axes * N_PID :]
-    currents, rest = rest[:n_axes], rest[n_axes:]
-    size = 2 * N_HARMONICS * n_axes
-    U, rest = rest[:size].view(np.complex128).reshape(N_HARMONICS, n_axes), rest[size:]
-    shares, rest = rest[: n_axes // 2], rest[n_axes // 2 :]
-    sensors, rest = sensor_memory_of(rest, n_sensors), rest[sensor_memory_size(n_sensors) :]
-    checks, rest = rest[: n_sensors * N_CHECK].view(CHECK_MEMORY), rest[n_sensors * N_CHECK :]
-    olac, rest = olac_memory_of(rest, n_sensors), rest[olac_memory_size(n_sensors) :]
-    identification, rest = identification_memory_of(rest, sizes), rest[identification_memory_size(sizes) :]
-    window = window_of(rest, n_sensors)
-    return State(head, axes, currents, U, shares, sensors, checks, olac, identification, window)
+    axes = N_HEAD
+    currents = axes + n_axes * N_PID
+    U = currents + n_axes
+    shares = U + 2 * N_HARMONICS * n_axes
+    sensors = shares + n_axes // 2
+    checks = sensors + sensor_memory_size(n_sensors)
+    olac = checks + n_sensors * N_CHECK
+    identification = olac + olac_memory_size(n_sensors)
+    window = identification + identification_memory_size(sizes)
+    return State(
+        part(state, 0, HEAD, 1),
+        part(state, axes, PID_MEMORY, n_axes),
+        part(state, currents, REAL, n_axes),
+        part(state, U, COMPLEX, (N_HARMONICS, n_axes)),
+        part(state, shares, REAL, n_axes // 2),
+        sensor_memory_of(state, sensors, n_sensors),
+        part(state, checks, CHECK_MEMORY, n_sensors),
+        olac_memory_of(state, olac, n_sensors),
+        identification_memory_of(state, identification, sizes),
+        window_of(state, window, n_sensors),
+    )
 
 
 @views
 def work_of(work: Array, sizes: Sizes) -> Work:
     """Return views into the work array."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
-    findings, rest = work[:N_FINDINGS].view(FINDINGS), work[N_FINDINGS:]
-    displacements, rest = rest[:n_sensors], rest[n_sensors:]
-    u, rest = rest[:n_axes], rest[n_axes:]
-    size = 2 * N_HARMONICS * n_sensors
-    Q, rest = rest[:size].view(np.complex128).reshape(N_HARMONICS, n_sensors), rest[size:]
-    delta_U, rest = rest[: 2 * n_axes].view(np.complex128), rest[2 * n_axes :]
-    E, rest = rest[: 2 * n_axes].view(np.complex128), rest[2 * n_axes :]
-    size = 2 * n_axes * n_sensors
-    R, rest = rest[:size].view(np.complex128).reshape(n_sensors, n_axes), rest[size:]
-    H, rest = rest[:size].view(np.complex128).reshape(n_axes, n_sensors), rest[size:]
-    svd, rest = svd_work_of(rest, sizes), rest[svd_work_size(sizes) :]
-    inverse_S = rest[: 2 * n_axes * n_axes].view(np.complex128).reshape(n_axes, n_axes)
-    return Work(findings, displacements, Q, u, delta_U, R, H, svd, inverse_S, E)
+    displacements = N_FINDINGS
+    Q = displacements + n_sensors
+    u = Q + 2 * N_HARMONICS * n_sensors
+    delta_U = u + n_axes
+    R = delta_U + 2 * n_axes
+    H = R + 2 * n_sensors * n_axes
+    svd = H + 2 * n_sensors * n_axes
+    inverse_S = svd + svd_work_size(sizes)
+    return Work(
+        part(work, 0, FINDINGS, 1),
+        part(work, displacements, REAL, n_sensors),
+        part(work, Q, COMPLEX, (N_HARMONICS, n_sensors)),
+        part(work, u, REAL, n_axes),
+        part(work, delta_U, COMPLEX, n_axes),
+        part(work, R, COMPLEX, (n_sensors, n_axes)),
+        part(work, H, COMPLEX, (n_axes, n_sensors)),
+        svd_work_of(work, svd, sizes),
+        part(work, inverse_S, COMPLEX, (n_axes, n_axes)),
+        part(work, inverse_S + 2 * n_axes * n_axes, COMPLEX, n_axes),
+    )
 
 
 def n_state(constants: Array) -> int:

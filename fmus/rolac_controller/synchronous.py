@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel
 from rolac_controller.adaptation import integral_step, limit_forces
 from rolac_controller.contact import turn_against_displacement
 from rolac_controller.control_loop import N_HARMONICS
@@ -27,7 +27,7 @@ from rolac_controller.records import Inputs, Parameters
 from rolac_controller.state import State, Work
 
 
-@kernel
+@inlined_kernel
 def permitted_status(parameters: Parameters, inputs: Inputs, state: State, work: Work) -> int:
     """Return the status of the synchronous control as far as it does not depend on the table."""
     rolac, findings = parameters.own[0].rolac, work.findings[0]
@@ -42,7 +42,7 @@ def permitted_status(parameters: Parameters, inputs: Inputs, state: State, work:
     return IDENTIFYING if is_running(state.identification) else ADAPTING
 
 
-@kernel
+@inlined_kernel
 def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
     """Advance the synchronous forces U by one sample.
 
@@ -71,7 +71,7 @@ def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Wo
         clear(state.olac)
 
 
-@kernel
+@inlined_kernel
 def adapt(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
     """Change the forces of all harmonics by one step of the law; arguments as in `update_forces`."""
     own, findings, Omega = parameters.own[0], work.findings[0], inputs.own[0].Omega
@@ -91,7 +91,7 @@ def adapt(parameters: Parameters, inputs: Inputs, state: State, work: Work, tabl
             step_harmonic(parameters, order * Omega, state, work, k)
 
 
-@kernel
+@inlined_kernel
 def interpolate_matrix(table: TableViews, bracket: Bracket, mode: float, work: Work) -> None:
     """Interpolate the matrix that the law of this mode needs, R or H, between the rows of the table."""
     if mode in (NOTCH, FORCE_FREE):
@@ -100,7 +100,7 @@ def interpolate_matrix(table: TableViews, bracket: Bracket, mode: float, work: W
         interpolate(table.H[bracket.lower], table.H[bracket.upper], bracket.weight, work.H)
 
 
-@kernel
+@inlined_kernel
 def step_harmonic(parameters: Parameters, omega: float, state: State, work: Work, number: int) -> None:
     """Change the forces of one harmonic, at the frequency omega (rad/s), by one step of the law."""
     own = parameters.own[0]
