@@ -66,7 +66,7 @@ def forces_at(U: Complex, harmonics: Records, theta: float, u: Array) -> None:
 
 
 @kernel
-def limit_forces(U: Complex, largest: float) -> bool:
+def limit_forces(U: Complex, harmonics: Records, largest: float) -> bool:
     """Scale the forces of an axis back where their amplitudes add up to more than `largest`; return if any does.
 
     The forces are the integrals themselves, so a limited force does not wind up.
@@ -75,6 +75,8 @@ def limit_forces(U: Complex, largest: float) -> bool:
     ----------
     U
         Forces of all harmonics, shape (N_HARMONICS, n_axes) (N); changed.
+    harmonics
+        Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends them.
     largest
         Largest sum of the amplitudes of an axis (N).
     """
@@ -82,6 +84,8 @@ def limit_forces(U: Complex, largest: float) -> bool:
     for axis in range(U.shape[1]):
         total = 0.0
         for k in range(N_HARMONICS):
+            if harmonics[k].order == 0.0:
+                break
             total += abs(U[k, axis])
         limited = limited or total > (1.0 - ROUNDING) * largest
         if total > largest:

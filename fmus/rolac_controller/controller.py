@@ -11,6 +11,7 @@ import numpy as np
 
 from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array, Model
+from fmi_export.parts import clear
 from rolac_controller import identification, sensors
 from rolac_controller.adaptation import forces_at
 from rolac_controller.chain import is_on
@@ -85,7 +86,7 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) ->
     add_sample(window, parameters.harmonics, own.theta, work.displacements)
     valid = window_is_valid(parameters, own.Omega, window)
     findings.window_valid = valid
-    work.Q[:] = 0.0
+    clear(work.Q)
     if valid:
         transform(window, parameters.harmonics, work.Q)
     findings.delta_theta = last_delta_theta(window)
@@ -147,7 +148,7 @@ def start(
     sensors.measure(parameters, inputs, state.sensors, False, False, work.displacements)
     work.findings[0].status = permitted_status(parameters, inputs, state, work)
     control(parameters, inputs, state, work, 0.0, outputs)
-    write_synchronous(inputs, state, work, table, outputs)
+    write_synchronous(parameters, inputs, state, work, table, outputs)
     write_identification(inputs, state.identification, outputs)
     return 0
 
@@ -165,7 +166,7 @@ def take_sample(
     update_forces(parameters, inputs, state, work, table)
     control(parameters, inputs, state, work, parameters.own[0].sample_time, outputs)
     state.head[0].started = 1.0
-    write_synchronous(inputs, state, work, table, outputs)
+    write_synchronous(parameters, inputs, state, work, table, outputs)
     write_identification(inputs, state.identification, outputs)
     return 0
 

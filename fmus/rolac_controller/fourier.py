@@ -22,9 +22,9 @@ from typing import NamedTuple
 
 from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
-from fmi_export.parts import part
+from fmi_export.parts import clear, copy_all, part
 from fmi_export.records import record, size_of
-from rolac_controller.complex_numbers import COMPLEX, REAL, Complex, copy_matrix, divided, phasor
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex, divided, phasor
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.records import Records
 
@@ -149,8 +149,8 @@ def remove_oldest(window: Window, harmonics: Records) -> None:
     """Remove the oldest sample and its segment."""
     extent = window.extent[0]
     if extent.first == extent.fresh_from:
-        copy_matrix(window.fresh, window.old)
-        window.fresh[:] = 0.0
+        copy_all(window.fresh, window.old)
+        clear(window.fresh)
         extent.old_angle = extent.fresh_angle
         extent.fresh_angle = 0.0
         extent.fresh_from = extent.next - 1
@@ -166,8 +166,8 @@ def clear_window(window: Window) -> None:
     extent.fresh_from = extent.next
     extent.old_angle = 0.0
     extent.fresh_angle = 0.0
-    window.old[:] = 0.0
-    window.fresh[:] = 0.0
+    clear(window.old)
+    clear(window.fresh)
 
 
 @inlined_kernel

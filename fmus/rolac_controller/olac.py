@@ -14,7 +14,7 @@ import numpy as np
 
 from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
-from fmi_export.parts import part
+from fmi_export.parts import clear, part
 from fmi_export.records import record, size_of
 from rolac_controller.complex_numbers import COMPLEX, Complex, squared_magnitude
 from rolac_controller.control_loop import N_HARMONICS
@@ -50,13 +50,14 @@ def olac_memory_of(array: Array, start: int, n_sensors: int) -> OlacMemory:
 
 
 @inlined_kernel
-def clear(memory: OlacMemory) -> None:
+def forget(memory: OlacMemory) -> None:
     """Forget all: OLAC is off."""
     progress = memory.progress[0]
-    progress.angle = 0.0
-    progress.n_revolutions = 0.0
-    progress.n_updates = 0.0
-    memory.previous_Q[:] = 0.0
+    if progress.angle != 0.0 or progress.n_revolutions != 0.0 or progress.n_updates != 0.0:
+        progress.angle = 0.0
+        progress.n_revolutions = 0.0
+        progress.n_updates = 0.0
+        clear(memory.previous_Q)
 
 
 @kernel

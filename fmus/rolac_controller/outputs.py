@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 
 from fmi_export.jit import inlined_kernel, kernel
-from rolac_controller.complex_numbers import copy_matrix, squared_magnitude
+from fmi_export.parts import copy_all
+from rolac_controller.complex_numbers import squared_magnitude
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.enumerations import ADAPTING
 from rolac_controller.identification import progress
 from rolac_controller.identified_receptance import IdentificationMemory
 from rolac_controller.receptance_table import TableViews
-from rolac_controller.records import Inputs, Outputs
+from rolac_controller.records import Inputs, Outputs, Parameters
 from rolac_controller.state import State, Work
 
 
@@ -24,7 +25,9 @@ def polar(z: complex) -> tuple[float, float]:
 
 
 @inlined_kernel
-def write_synchronous(inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs) -> None:
+def write_synchronous(
+    parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs
+) -> None:
     """Write components, forces and status of the synchronous control."""
     shown = int(inputs.own[0].shown_harmonic) - 1
     n_axes, n_sensors = state.U.shape[1], work.Q.shape[1]
@@ -37,14 +40,14 @@ def write_synchronous(inputs: Inputs, state: State, work: Work, table: TableView
         outputs.sensors[s].amplitude = amplitude
         outputs.sensors[s].phase = phase
     for k in range(N_HARMONICS):
-        squares = 0.0
-        for s in range(n_sensors):
-            squares += squared_magnitude(work.Q[k, s])
-        outputs.harmonics[k].displacement = math.sqrt(squares)
-        squares = 0.0
-        for axis in range(n_axes):
-            squares += squared_magnitude(state.U[k, axis])
-        outputs.harmonics[k].force = math.sqrt(squares)
+        displacement = force = 0.0
+        if parameters.harmonics[k].order != 0.0:
+            for s in range(n_sensors):
+                displacement += squared_magnitude(work.Q[k, s])
+            for axis in range(n_axes):
+                force += squared_magnitude(state.U[k, axis])
+        outputs.harmonics[k].displacement = math.sqrt(displacement)
+        outputs.harmonics[k].force = math.sqrt(force)
     for bearing in range(state.contact_shares.shape[0]):
         outputs.contact_shares[bearing] = state.contact_shares[bearing]
     own, findings = outputs.own[0], work.findings[0]
@@ -67,4 +70,4 @@ def write_identification(inputs: Inputs, memory: IdentificationMemory, outputs: 
     own.identification_progress = progress(memory)
     own.identification_speed = course.completed_speed
     own.condition_number = course.conditions[shown]
-    copy_matrix(memory.R[shown], outputs.receptance)
+    copy_all(memory.R[shown], outputs.receptance)

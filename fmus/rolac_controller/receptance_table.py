@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
-from fmi_export.parts import part
+from fmi_export.parts import copy_all, part
 from fmi_export.records import record, size_of
-from rolac_controller.complex_numbers import COMPLEX, REAL, Complex, copy_matrix
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex
 from rolac_controller.pseudo_inverse import SvdWork, negative_pseudo_inverse
 from rolac_controller.records import Parameters, Records
 from rolac_controller.sizes import N_SIZES, Sizes, sizes_of
@@ -94,8 +94,8 @@ def copy_row(source: TableViews, k: int, target: TableViews, place: int) -> None
     """Write row k of a table into a place of another one, or of the same."""
     target.keys[place].order = source.keys[k].order
     target.keys[place].speed = source.keys[k].speed
-    copy_matrix(source.R[k], target.R[place])
-    copy_matrix(source.H[k], target.H[place])
+    copy_all(source.R[k], target.R[place])
+    copy_all(source.H[k], target.H[place])
 
 
 @kernel
@@ -192,6 +192,6 @@ def store(table: TableViews, order: float, speed: float, R: Complex, H: Complex)
         table.n_rows[0] = n_rows + 1
     table.keys[place].order = order
     table.keys[place].speed = speed
-    copy_matrix(R, table.R[place])
-    copy_matrix(H, table.H[place])
+    copy_all(R, table.R[place])
+    copy_all(H, table.H[place])
     return True

@@ -61,11 +61,10 @@ def plane_weight(parameters: Parameters, plane: int, other: int) -> float:
 
 
 @inlined_kernel
-def displacement_at(parameters: Parameters, inputs: Inputs, sensor: int) -> float:
-    """Return the displacement of the rotor at a sensor (m)."""
-    plane, axis = sensor // 2, sensor % 2
+def displacement_at(parameters: Parameters, inputs: Inputs, plane: int, axis: int) -> float:
+    """Return the displacement of the rotor at a sensor (m), that of axis x (0) or y (1) of a plane."""
     if parameters.plane_offsets[plane] == 0.0:
-        at_plane: float = inputs.displacements[sensor]
+        at_plane: float = inputs.displacements[2 * plane + axis]
         return at_plane
     total = 0.0
     for other in range(parameters.plane_positions.shape[0]):
@@ -74,12 +73,10 @@ def displacement_at(parameters: Parameters, inputs: Inputs, sensor: int) -> floa
 
 
 @inlined_kernel
-def shown_signal(
-    parameters: Parameters, inputs: Inputs, memory: SensorMemory, sensor: int, noise: float, started: bool
-) -> float:
-    """Return what a sensor shows, faults and noise (m) included; `started` as in `measure`."""
-    sound = parameters.sensor_scales[sensor] * displacement_at(parameters, inputs, sensor) + noise
-    return with_faults(inputs.faults[sensor], sound, memory.each[sensor].shown if started else sound)
+def show(inputs: Inputs, memory: SensorMemory, sensor: int, sound: float, started: bool) -> None:
+    """Update what a sensor shows, from what it would show without faults (m); `started` as in `measure`."""
+    shown = memory.each[sensor].shown
+    memory.each[sensor].shown = with_faults(inputs.faults[sensor], sound, shown if started else sound)
 
 
 @inlined_kernel
@@ -87,17 +84,19 @@ def update_shown(
     parameters: Parameters, inputs: Inputs, memory: SensorMemory, started: bool, sampling: bool
 ) -> None:
     """Update what the sensors show; arguments as in `measure`. Random numbers come in pairs, for x and for y."""
-    chain = parameters.own[0].chain
+    chain, scales = parameters.own[0].chain, parameters.sensor_scales
     deviation = chain.noise_rms if is_on(chain.preset, chain.noise) else 0.0
-    for x in range(0, memory.each.shape[0], 2):
-        y = x + 1
+    for plane in range(parameters.plane_offsets.shape[0]):
+        x, y = 2 * plane, 2 * plane + 1
         deviation_x = math.sqrt(deviation**2 + inputs.faults[x].noise ** 2)
         deviation_y = math.sqrt(deviation**2 + inputs.faults[y].noise ** 2)
         normal_x = normal_y = 0.0
         if sampling and deviation_x + deviation_y > 0.0:
             normal_x, normal_y = normal_pair(memory.random[0])
-        memory.each[x].shown = shown_signal(parameters, inputs, memory, x, deviation_x * normal_x, started)
-        memory.each[y].shown = shown_signal(parameters, inputs, memory, y, deviation_y * normal_y, started)
+        sound_x = scales[x] * displacement_at(parameters, inputs, plane, 0) + deviation_x * normal_x
+        sound_y = scales[y] * displacement_at(parameters, inputs, plane, 1) + deviation_y * normal_y
+        show(inputs, memory, x, sound_x, started)
+        show(inputs, memory, y, sound_y, started)
 
 
 @inlined_kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fmi_export.jit import inlined_kernel
+from fmi_export.parts import clear
 from rolac_controller.adaptation import integral_step, limit_forces
 from rolac_controller.contact import turn_against_displacement
 from rolac_controller.control_loop import N_HARMONICS
@@ -21,7 +22,7 @@ from rolac_controller.enumerations import (
 )
 from rolac_controller.identification import is_running
 from rolac_controller.notch import reject_synchronous
-from rolac_controller.olac import clear, update_is_due
+from rolac_controller.olac import forget, update_is_due
 from rolac_controller.receptance_table import BEYOND, MISSING, Bracket, TableViews, find_bracket, interpolate
 from rolac_controller.records import Inputs, Parameters
 from rolac_controller.state import State, Work
@@ -64,11 +65,11 @@ def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Wo
     if findings.status == ADAPTING:
         adapt(parameters, inputs, state, work, table)
     if findings.status in (ADAPTING, IDENTIFYING):
-        findings.force_limited = limit_forces(state.U, parameters.own[0].rolac.force_limit)
+        findings.force_limited = limit_forces(state.U, parameters.harmonics, parameters.own[0].rolac.force_limit)
     else:
         findings.extrapolated = 0.0
-        state.U[:] = 0.0
-        clear(state.olac)
+        clear(state.U)
+        forget(state.olac)
 
 
 @inlined_kernel

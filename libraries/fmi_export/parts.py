@@ -31,6 +31,16 @@ def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
     return array[start : start + size].view(dtype).reshape(sizes)
 
 
+def clear(array: Any) -> None:
+    """Set all numbers of an array without gaps to zero."""
+    array[...] = 0.0
+
+
+def copy_all(source: Any, target: Any) -> None:
+    """Write an array without gaps into another one of the same shape and type; the two must not overlap."""
+    target[...] = source
+
+
 if COMPILED:
     from llvmlite import ir
     from numba.core import cgutils, types
@@ -72,3 +82,30 @@ if COMPILED:
             parent=source.parent,
         )
         return impl_ret_borrowed(context, builder, result_type, result._getvalue())
+
+    def _bytes(context: Any, builder: Any, array_type: Any, value: Any) -> tuple[Any, Any]:
+        """Address and size of an array in bytes."""
+        array = make_array(array_type)(context, builder, value)
+        itemsize = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(array_type.dtype)))
+        return array.data, builder.mul(array.nitems, itemsize)
+
+    @type_callable(clear)
+    def _type_of_clear(context: Any) -> Any:
+        return lambda array: types.none
+
+    @lower_builtin(clear, types.Array)
+    def _lowered_clear(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        address, size = _bytes(context, builder, signature.args[0], arguments[0])
+        cgutils.memset(builder, address, size, 0)
+        return context.get_dummy_value()
+
+    @type_callable(copy_all)
+    def _type_of_copy_all(context: Any) -> Any:
+        return lambda source, target: types.none
+
+    @lower_builtin(copy_all, types.Array, types.Array)
+    def _lowered_copy_all(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        source, size = _bytes(context, builder, signature.args[0], arguments[0])
+        target, _ = _bytes(context, builder, signature.args[1], arguments[1])
+        cgutils.raw_memcpy(builder, target, source, size, 1)
+        return context.get_dummy_value()
