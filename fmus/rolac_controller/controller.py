@@ -19,7 +19,7 @@ from rolac_controller.contact import update_contact_share
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop
 from rolac_controller.converters import quantised, resolution
 from rolac_controller.enumerations import NOT_STARTED
-from rolac_controller.fourier import Window, add_sample, last_delta_theta, samples_of_revolution, transform
+from rolac_controller.fourier import add_sample, last_delta_theta, samples_of_revolution, transform
 from rolac_controller.interface import interface_of
 from rolac_controller.outputs import write_identification, write_synchronous
 from rolac_controller.pid import CurrentLimits, differentiate, limit_and_integrate, pid_current
@@ -66,15 +66,15 @@ def lacks_table(inputs: Inputs, state: State, table: TableViews) -> bool:
 
 
 @inlined_kernel
-def window_is_valid(parameters: Parameters, Omega: float, window: Window) -> bool:
-    """Return whether the window shows the synchronous displacements at this speed (rad/s).
+def window_is_valid(parameters: Parameters, Omega: float, samples: float) -> bool:
+    """Return whether a window with a revolution of so many samples shows the synchronous displacements at a speed.
 
     It does if it holds a full revolution, the speed is at least `rolac.min_speed`, and the revolution took the time
     that this speed suggests, within a factor `SPEED_RATIO`. The last condition excludes a rotor angle that does not
     turn with the speed, and revolutions from before a large change of speed.
     """
     own = parameters.own[0]
-    turns = samples_of_revolution(window) * own.sample_time * Omega / (2.0 * math.pi)
+    turns = samples * own.sample_time * Omega / (2.0 * math.pi)
     return bool(own.rolac.min_speed <= Omega and 1.0 / SPEED_RATIO < turns < SPEED_RATIO)
 
 
@@ -84,13 +84,14 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) ->
     own, findings, window = inputs.own[0], work.findings[0], state.window
     sensors.measure(parameters, inputs, state.sensors, state.head[0].started != 0.0, True, work.displacements)
     add_sample(window, parameters.harmonics, own.theta, work.displacements)
-    valid = window_is_valid(parameters, own.Omega, window)
+    samples = samples_of_revolution(window)
+    valid = window_is_valid(parameters, own.Omega, samples)
     findings.window_valid = valid
     clear(work.Q)
     if valid:
         transform(window, parameters.harmonics, work.Q)
     findings.delta_theta = last_delta_theta(window)
-    findings.suspect_sensor = suspect_sensor(work.displacements, samples_of_revolution(window), state.checks)
+    findings.suspect_sensor = suspect_sensor(work.displacements, samples, state.checks)
     findings.in_contact = update_contact_share(
         parameters, own.contact_state, work.displacements, findings.delta_theta, state.contact_shares
     )
@@ -139,9 +140,7 @@ def control(
 
 
 @inlined_kernel
-def start(
-    parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs
-) -> int:
+def start(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs) -> int:
     """Compute the currents for the first inputs, proportional terms alone; return a fault code. It is no sample."""
     if lacks_table(inputs, state, table):
         return FAULT_NO_TABLE

@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
@@ -83,9 +81,7 @@ def excitation_component(parameters: Parameters, memory: IdentificationMemory, n
 
 
 @kernel
-def evaluate(
-    parameters: Parameters, memory: IdentificationMemory, H: Complex, svd: SvdWork, table: TableViews
-) -> int:
+def evaluate(parameters: Parameters, memory: IdentificationMemory, H: Complex, svd: SvdWork, table: TableViews) -> int:
     """Compute the receptances of all harmonics and store them in the table if all of them can be inverted.
 
     Parameters

@@ -9,7 +9,6 @@ A^+ = V Sigma^-2 B^H. Rotations do not lose what a product A^H A would: small si
 from __future__ import annotations
 
 import math
-
 from typing import NamedTuple
 
 from fmi_export.jit import kernel, views

@@ -1,7 +1,7 @@
 """The table of receptances R and matrices H that the controller uses and updates.
 
 Its array is the number of rows, then their keys, ascending in harmonic order and speed, then all R, then all H. The
-constants of the FMU hold the table that it was built with; its state holds the one in use, which has room for more rows.
+constants of the FMU hold the table that it was built with; its state holds the one in use, which has room for more.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from fmi_export.jit import inlined_kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
@@ -80,9 +78,7 @@ def show(inputs: Inputs, memory: SensorMemory, sensor: int, sound: float, starte
 
 
 @inlined_kernel
-def update_shown(
-    parameters: Parameters, inputs: Inputs, memory: SensorMemory, started: bool, sampling: bool
-) -> None:
+def update_shown(parameters: Parameters, inputs: Inputs, memory: SensorMemory, started: bool, sampling: bool) -> None:
     """Update what the sensors show; arguments as in `measure`. Random numbers come in pairs, for x and for y."""
     chain, scales = parameters.own[0].chain, parameters.sensor_scales
     deviation = chain.noise_rms if is_on(chain.preset, chain.noise) else 0.0

@@ -144,7 +144,7 @@ class ReceptanceTable:
 
     def _text(self) -> str:
         head = [
-            "# Receptances R (m/N): Q = Q_0 + R U, displacements of the sensors (rows) by forces on the axes (columns).",
+            "# Receptances R (m/N): Q = Q_0 + R U, displacements of sensors (rows) by forces on axes (columns).",
             f'format = "{FORMAT}"',
             f"rotor = {_quoted(self.rotor)}",
             f"sensors = {_list(self.sensors)}",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from amb_actuator import actuator as amb_actuator
-from amb_actuator.records import SIZES
 from amb_analysis.controller_data import MAX_CONDITION, Array, condition_number, no_table, pack
 from amb_analysis.receptance_file import ReceptanceTable
 from fmi_export.model import Model

@@ -4,8 +4,8 @@
          ^-                                                  |
          +------------------- C S <-------------------------+
 
-P is the plant's response from held forces to the displacements of the sensors, F the response of sensors (scale, offset)
-and filter, S picks the sensor of each axis, C is the PID (`pid.response`) and D = 1/z the delay; all at
+P is the plant's response from held forces to the displacements of the sensors, F the response of sensors (scale,
+offset) and filter, S picks the sensor of each axis, C is the PID (`pid.response`) and D = 1/z the delay; all at
 z = exp(j omega h).
 """
 
@@ -91,7 +91,7 @@ def sensor_response(parameters: Parameters, omega: float) -> Complex:
 
 
 def controller_response(parameters: Parameters, omega: float) -> Complex:
-    """Return C S of the PID at omega (rad/s), shape (n_axes, n_sensors) (N/m): its force is -C S q for a measured vibration q."""
+    """Return C S of the PID at omega (rad/s), shape (n_axes, n_sensors) (N/m): its force is -C S q for a measured q."""
     own = parameters.own[0]
     force = np.zeros((len(parameters.axes), len(parameters.sensor_scales)), dtype=np.complex128)
     for axis, sensor in enumerate(parameters.sensor_of_axis):

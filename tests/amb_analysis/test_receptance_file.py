@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rig import CONTROLLER, given_parameters, pack
 
-from amb_analysis.controller_data import inverse_receptance, pack
+from amb_analysis.controller_data import inverse_receptance
 from amb_analysis.receptance_file import LOOP_PARAMETERS, ReceptanceTable, loop_parameters, read_table
-from amb_analysis.sampled_loop import parameter_record
-from rolac_controller.interface import INTERFACE
 from rolac_controller.pseudo_inverse import SVD_WORK
 from rolac_controller.receptance_table import find_bracket, interpolate, load, table_of, table_size
+
+INTERFACE = CONTROLLER.interface
 
 
 @pytest.fixture
@@ -69,7 +70,7 @@ def test_h_is_linear_between_speeds_and_constant_beyond(table, receptance):
 def test_controller_built_with_the_table_finds_the_same_h(table):
     constants = table.constants()
     inside = table_of(np.zeros(table_size(constants)))
-    assert load(table_of(constants), parameter_record({}), inside, np.zeros(1, dtype=SVD_WORK)[0])
+    assert load(table_of(constants), given_parameters({}), inside, np.zeros(1, dtype=SVD_WORK)[0])
     for speed in (20.0, 31.4, 40.0, 100.0, 200.0):
         lower, upper, weight, _ = find_bracket(inside, 1.0, speed)
         H = np.zeros((4, 8), dtype=complex)
