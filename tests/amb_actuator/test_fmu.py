@@ -5,8 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
-from rig import ACTUATOR
-from rig import ACTUATOR_CONSTANTS
+from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
 STEPS = 240
 MODES = list(itertools.product(range(3), range(2), range(2)))  # force_law, amplifier, mean_current
@@ -38,7 +37,7 @@ def from_core_alone(modes, schedule, hidden):
 
         hide(*hidden)
 
-    from amb_actuator.actuator import INTERFACE, ACTUATOR
+    from amb_actuator.actuator import ACTUATOR, INTERFACE
     from fmi_export.jit import COMPILED
     from fmi_export.model import Instance
 

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.image import imread
-from rig import ACTUATOR
-from rig import ACTUATOR_CONSTANTS
+from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
 from amb_analysis.design import (
     axis_parameters,

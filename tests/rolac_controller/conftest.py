@@ -8,8 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rig import AXES, NO_TABLE, SENSOR_NAMES
-from rig import CONTROLLER
+from rig import AXES, CONTROLLER, NO_TABLE, SENSOR_NAMES
 
 from fmi_export.model import Array, Instance
 
