@@ -42,8 +42,9 @@ def copy_all(source: Any, target: Any) -> None:
 
 
 if COMPILED:
-    from llvmlite import ir
-    from numba.core import cgutils, types
+    from llvmlite import ir  # type: ignore[import-untyped]
+    from numba import types
+    from numba.core import cgutils
     from numba.core.imputils import impl_ret_borrowed
     from numba.extending import lower_builtin, type_callable
     from numba.np.arrayobj import make_array, populate_array
@@ -51,7 +52,7 @@ if COMPILED:
     @type_callable(part)
     def _type_of_part(context: Any) -> Any:
         def typer(array: Any, start: Any, dtype: Any, shape: Any) -> Any:
-            n_dimensions = shape.count if isinstance(shape, types.BaseTuple) else 1
+            n_dimensions = 1 if isinstance(shape, types.Integer) else shape.count
             return types.Array(dtype.dtype, n_dimensions, "C")
 
         return typer
@@ -61,10 +62,10 @@ if COMPILED:
         result_type, (array_type, start_type, _, shape_type) = signature.return_type, signature.args
         source = make_array(array_type)(context, builder, arguments[0])
         start = context.cast(builder, arguments[1], start_type, types.intp)
-        if isinstance(shape_type, types.BaseTuple):
-            given = zip(cgutils.unpack_tuple(builder, arguments[3]), shape_type.types, strict=True)
-        else:
+        if isinstance(shape_type, types.Integer):
             given = [(arguments[3], shape_type)]
+        else:
+            given = list(zip(cgutils.unpack_tuple(builder, arguments[3]), shape_type, strict=True))
         shape = [context.cast(builder, size, kind, types.intp) for size, kind in given]
         itemsize = context.get_abi_sizeof(context.get_data_type(result_type.dtype))
         strides = [context.get_constant(types.intp, itemsize)]
