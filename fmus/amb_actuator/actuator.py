@@ -1,7 +1,8 @@
-"""The actuator: four bearing axes, from demanded currents and displacements to forces and their gradients."""
+"""The actuator: the axes of its bearings, from demanded currents and displacements to forces and their gradients."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,18 +16,15 @@ from amb_actuator.amplifier import (
     steady_coil,
 )
 from amb_actuator.force import Coils, force, is_beyond_knee
-from amb_actuator.interface import AXES, DYNAMIC, INPUTS, INTERFACE, N_AXES, OUTPUTS, PARAMETERS
+from amb_actuator.interface import DYNAMIC, axes_of, interface_of
+from amb_actuator.records import N_DEVIATIONS, Axes, n_axes_of, views_of
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from fmi_export.records import record, size_of
 
-__all__ = ["INTERFACE", "MODEL", "STATE"]
-
-# Deviations of the coil currents of an axis from the operating point (A), see `Coils`.
-DEVIATIONS = record(("upper", "f8"), ("lower", "f8"))
-STATE = record(("axes", DEVIATIONS, N_AXES))
-
-FAULT_GAP, FAULT_BIAS, FAULT_VOLTAGE = 1, 11, 21  # plus the position of the axis, 0 to 3
+# Three kinds of fault, each with a code for every axis; the codes of the rig's four axes leave room for ten.
+GAP, BIAS, VOLTAGE = range(3)
+FEWEST_CODES = 10
+MAX_BEARINGS = 16  # which leaves the codes below 100
 
 
 class AxisResponse(NamedTuple):
@@ -38,23 +36,24 @@ class AxisResponse(NamedTuple):
 
 
 @kernel
-def check(p: np.record, u: np.record) -> int:
-    """Return the first fault among the axes, or 0.
+def fault_code(kind: int, axis: int, n_axes: int) -> int:
+    """Return the code of a fault of one axis."""
+    return 1 + kind * max(FEWEST_CODES, n_axes) + axis
 
-    Parameters
-    ----------
-    p, u
-        Parameters and inputs of the actuator.
-    """
-    for k in range(N_AXES):
-        axis = p.axes[k]
+
+@kernel
+def check(axes: Axes) -> int:
+    """Return the code of the first fault among the axes, or 0."""
+    dynamic, n_axes = axes.own[0].amplifier == DYNAMIC, axes.given.shape[0]
+    for k in range(n_axes):
+        axis = axes.given[k]
         operating_current = axis.static_current + axis.bias_current
-        if abs(u.axes[k].displacement) >= axis.gap:
-            return FAULT_GAP + k
+        if abs(axes.inputs[k].displacement) >= axis.gap:
+            return fault_code(GAP, k, n_axes)
         if operating_current > axis.current_limit:
-            return FAULT_BIAS + k
-        if p.amplifier == DYNAMIC and axis.resistance * operating_current > axis.voltage_limit:
-            return FAULT_VOLTAGE + k
+            return fault_code(BIAS, k, n_axes)
+        if dynamic and axis.resistance * operating_current > axis.voltage_limit:
+            return fault_code(VOLTAGE, k, n_axes)
     return 0
 
 
@@ -91,18 +90,18 @@ def write_outputs(p: np.record, axis: np.record, u: np.record, response: AxisRes
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
     """Set the coil currents to the steady state of the first command, and return the fault code."""
-    p, u = parameters.view(PARAMETERS)[0], inputs.view(INPUTS)[0]
-    s, y = state.view(STATE)[0], outputs.view(OUTPUTS)[0]
-    fault = check(p, u)
+    axes = views_of(constants, parameters, inputs, state, outputs)
+    own = axes.own[0]
+    fault = check(axes)
     if fault != 0:
         return fault
-    for k in range(N_AXES):
-        axis = p.axes[k]
-        i_c = commanded_current(axis, u.axes[k], p.amplifier)
-        upper = steady_coil(axis, u.axes[k], CoilPair(axis.static_current + axis.bias_current, 1.0, 0.0), i_c)
-        lower = steady_coil(axis, u.axes[k], CoilPair(axis.bias_current, -1.0, 0.0), i_c)
-        s.axes[k].upper, s.axes[k].lower = upper.current, lower.current
-        write_outputs(p, axis, u.axes[k], AxisResponse(i_c, upper, lower), y.axes[k])
+    for k in range(axes.given.shape[0]):
+        axis, u, deviation = axes.given[k], axes.inputs[k], axes.deviations[k]
+        i_c = commanded_current(axis, u, own.amplifier)
+        upper = steady_coil(axis, u, CoilPair(axis.static_current + axis.bias_current, 1.0, 0.0), i_c)
+        lower = steady_coil(axis, u, CoilPair(axis.bias_current, -1.0, 0.0), i_c)
+        deviation.upper, deviation.lower = upper.current, lower.current
+        write_outputs(own, axis, u, AxisResponse(i_c, upper, lower), axes.outputs[k])
     return 0
 
 
@@ -121,48 +120,65 @@ def step(
 
     The force is that at the displacement that was given.
     """
-    p, u = parameters.view(PARAMETERS)[0], inputs.view(INPUTS)[0]
-    s, y = state.view(STATE)[0], outputs.view(OUTPUTS)[0]
-    fault = check(p, u)
+    axes = views_of(constants, parameters, inputs, state, outputs)
+    own = axes.own[0]
+    fault = check(axes)
     if fault != 0:
         return fault
-    for k in range(N_AXES):
-        axis, deviation = p.axes[k], s.axes[k]
-        i_c = commanded_current(axis, u.axes[k], p.amplifier)
+    for k in range(axes.given.shape[0]):
+        axis, u, deviation = axes.given[k], axes.inputs[k], axes.deviations[k]
+        i_c = commanded_current(axis, u, own.amplifier)
         upper_pair = CoilPair(axis.static_current + axis.bias_current, 1.0, deviation.upper)
         lower_pair = CoilPair(axis.bias_current, -1.0, deviation.lower)
-        upper = coil_step(axis, u.axes[k], upper_pair, i_c, p.amplifier, step_size)
-        lower = coil_step(axis, u.axes[k], lower_pair, i_c, p.amplifier, step_size)
+        upper = coil_step(axis, u, upper_pair, i_c, own.amplifier, step_size)
+        lower = coil_step(axis, u, lower_pair, i_c, own.amplifier, step_size)
         deviation.upper, deviation.lower = upper.current, lower.current
-        write_outputs(p, axis, u.axes[k], AxisResponse(i_c, upper, lower), y.axes[k])
+        write_outputs(own, axis, u, AxisResponse(i_c, upper, lower), axes.outputs[k])
     return 0
 
 
-def _fault_sentences() -> dict[int, str]:
+def n_state(constants: Array) -> int:
+    """Return the size of the state of an actuator with these constants."""
+    return n_axes_of(constants) * N_DEVIATIONS
+
+
+def model_for(bearings: Sequence[str]) -> Model:
+    """Return the actuator of bearings with these names; its constants are their number.
+
+    Raises
+    ------
+    ValueError
+        If there is no bearing, or more than there are fault codes for.
+    """
+    if not 1 <= len(bearings) <= MAX_BEARINGS:
+        raise ValueError(f"{len(bearings)} bearings is not allowed; there must be 1 to {MAX_BEARINGS}")
+    return Model(
+        name="amb_actuator",
+        description="Radial active magnetic bearings: force laws with gradient, saturation, amplifiers, faults",
+        interface=interface_of(bearings),
+        initialise=initialise,
+        step=step,
+        n_state=n_state,
+        n_work=0,
+        packages=("amb_actuator", "fmi_export"),
+        faults=_fault_sentences(axes_of(bearings)),
+        layout={"bearings": list(bearings)},
+    )
+
+
+def _fault_sentences(axes: Sequence[tuple[str, str]]) -> dict[int, str]:
     sentences = {}
-    for k, (b, a) in enumerate(AXES):
+    for k, (b, a) in enumerate(axes):
         operating = f"{b}.bias_current_{a} = {{{b}.bias_current_{a}}} A plus "
         operating += f"{b}.static_current_{a} = {{{b}.static_current_{a}}} A"
-        sentences[FAULT_GAP + k] = (
+        gap, bias, voltage = (fault_code(kind, k, len(axes)) for kind in (GAP, BIAS, VOLTAGE))
+        sentences[gap] = (
             f"{b}.{a} = {{{b}.{a}}} m is not allowed; the rotor must stay within the air gap, "
             f"|{b}.{a}| < {{{b}.gap_{a}}} m"
         )
-        sentences[FAULT_BIAS + k] = f"{operating} is not allowed; the sum must be <= {{{b}.current_limit_{a}}} A"
-        sentences[FAULT_VOLTAGE + k] = (
+        sentences[bias] = f"{operating} is not allowed; the sum must be <= {{{b}.current_limit_{a}}} A"
+        sentences[voltage] = (
             f"{b}.voltage_limit_{a} = {{{b}.voltage_limit_{a}}} V is not allowed; it must drive {operating} "
             f"through {b}.resistance_{a} = {{{b}.resistance_{a}}} Ohm"
         )
     return sentences
-
-
-MODEL = Model(
-    name="amb_actuator",
-    description="Two radial active magnetic bearings: force laws with gradient, saturation, amplifiers, faults",
-    interface=INTERFACE,
-    initialise=initialise,
-    step=step,
-    n_state=size_of(STATE),
-    n_work=0,
-    packages=("amb_actuator", "fmi_export"),
-    faults=_fault_sentences(),
-)

@@ -1,29 +1,28 @@
-"""Variable table of the actuator, and the records of parameters, inputs and outputs that its kernels read."""
+"""Variable table of the actuator, which follows from its bearings."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 from amb_actuator.flux import saturation_flux
-from fmi_export.variables import Variable, input_, interface, output, parameter, repeated
-
-AXES = (("mb1", "x"), ("mb1", "y"), ("mb2", "x"), ("mb2", "y"))
-N_AXES = len(AXES)
+from fmi_export.variables import Interface, Variable, input_, interface, output, parameter, repeated
 
 LAWS = ("linear", "measured", "nonlinear")
 LINEAR, MEASURED, NONLINEAR = range(len(LAWS))  # values of `force_law`
 IDEAL, DYNAMIC = 0, 1  # values of `amplifier`
 
-# Fig. 2.5: constants measured on the rig.
-MEASURED_K_S = {"mb1": 1.944e6, "mb2": 2.156e6}
-MEASURED_K_I = {"mb1": 544.0, "mb2": 539.0}
+# K_s (N/m) and K_i (N/A) of force_law 1: measured on the rig (Fig. 2.5); elsewhere those of the geometry, (2.8, 2.9).
+MEASURED_CONSTANTS = {"mb1": (1.944e6, 544.0), "mb2": (2.156e6, 539.0)}
+CONSTANTS_FROM_GEOMETRY = (2376955.7160887653, 563.1506658084571)
 
 # Table 2.2.
 POLE_FACE, HALF_POLE_ANGLE, MAX_FORCE = 1399e-6, math.radians(22.5), 1700.0
 
 
 def _magnet(b: str, a: str, at: str) -> list[Variable]:
+    k_s, k_i = MEASURED_CONSTANTS.get(b, CONSTANTS_FROM_GEOMETRY)
     return [
         parameter(f"{b}.turns_{a}", "1", f"Turns per pole, {at} (Table 2.2)", 158.0, minimum=1.0, maximum=1e6),
         parameter(
@@ -47,7 +46,7 @@ def _magnet(b: str, a: str, at: str) -> list[Variable]:
             f"{b}.k_s_measured_{a}",
             "N/m",
             f"Negative stiffness for force_law 1, {at} (Fig. 2.5)",
-            MEASURED_K_S[b],
+            k_s,
             minimum=-1e12,
             maximum=1e12,
         ),
@@ -55,7 +54,7 @@ def _magnet(b: str, a: str, at: str) -> list[Variable]:
             f"{b}.k_i_measured_{a}",
             "N/A",
             f"Current stiffness for force_law 1, {at} (Fig. 2.5)",
-            MEASURED_K_I[b],
+            k_i,
             minimum=-1e9,
             maximum=1e9,
         ),
@@ -217,7 +216,21 @@ def _axis(bearing: str, axis: str) -> list[Variable]:
     return [replace(v, field=v.field or v.name.removeprefix(f"{bearing}.").removesuffix(f"_{axis}")) for v in declared]
 
 
-INTERFACE = interface(
+def axes_of(bearings: Sequence[str]) -> list[tuple[str, str]]:
+    """Return the axes of bearings in the order of their variables: x and y of each in turn."""
+    return [(bearing, axis) for bearing in bearings for axis in "xy"]
+
+
+def interface_of(bearings: Sequence[str]) -> Interface:
+    """Return the variables of an actuator of these bearings."""
+    return interface(
+        *_MODEL_PARAMETERS,
+        repeated("axes", axes_of(bearings), _axis),
+        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
+    )
+
+
+_MODEL_PARAMETERS = (
     parameter(
         "force_law",
         "1",
@@ -245,8 +258,7 @@ INTERFACE = interface(
         0.0,
         type="Boolean",
     ),
-    *repeated("axes", AXES, _axis),
-    output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
 )
 
-PARAMETERS, INPUTS, OUTPUTS = INTERFACE.records
+# One bearing, for the record types of its axes.
+SMALLEST = interface_of(("b",))

@@ -10,13 +10,11 @@ short against it.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rolac_controller.complex_numbers import Complex, phasor
-from rolac_controller.rig_layout import N_AXES, N_HARMONICS, N_SENSORS
+from rolac_controller.control_loop import N_HARMONICS
+from rolac_controller.records import Records
 
 ROUNDING = 1e-12
 
@@ -28,47 +26,47 @@ def integral_step(H: Complex, gain: float, Q: Complex, delta_U: Complex) -> None
     Parameters
     ----------
     H
-        Shape (N_AXES, N_SENSORS) (N/m).
+        Shape (n_axes, n_sensors) (N/m).
     gain
         alpha times the sample time; 1 for a whole update at once.
     Q
-        Synchronous displacements, shape (N_SENSORS,) (m).
+        Synchronous displacements, shape (n_sensors,) (m).
     delta_U
-        Receives the step of the forces U, shape (N_AXES,) (N).
+        Receives the step of the forces U, shape (n_axes,) (N).
     """
-    for axis in range(N_AXES):
+    for axis in range(H.shape[0]):
         total = 0j
-        for s in range(N_SENSORS):
+        for s in range(H.shape[1]):
             total += H[axis, s] * Q[s]
         delta_U[axis] = gain * total
 
 
 @kernel
-def forces_at(U: Complex, harmonics: NDArray[np.record], theta: float, u: Array) -> None:
+def forces_at(U: Complex, harmonics: Records, theta: float, u: Array) -> None:
     """Compute u = Re[U exp(j n theta)] of each axis, all harmonics added (5.23).
 
     Parameters
     ----------
     U
-        Forces of all harmonics, shape (N_HARMONICS, N_AXES) (N).
+        Forces of all harmonics, shape (N_HARMONICS, n_axes) (N).
     harmonics
         Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends them.
     theta
         Rotor angle (rad).
     u
-        Receives the force of each axis, shape (N_AXES,) (N).
+        Receives the force of each axis, shape (n_axes,) (N).
     """
     u[:] = 0.0
     for k in range(N_HARMONICS):
         if harmonics[k].order == 0.0:
             break
         rotation = phasor(harmonics[k].order * theta)
-        for axis in range(N_AXES):
+        for axis in range(u.shape[0]):
             u[axis] += (U[k, axis] * rotation).real
 
 
 @kernel
-def limit_forces(U: Complex, largest: float) -> bool:
+def limit_forces(U: Complex, harmonics: Records, largest: float) -> bool:
     """Scale the forces of an axis back where their amplitudes add up to more than `largest`; return if any does.
 
     The forces are the integrals themselves, so a limited force does not wind up.
@@ -76,14 +74,18 @@ def limit_forces(U: Complex, largest: float) -> bool:
     Parameters
     ----------
     U
-        Forces of all harmonics, shape (N_HARMONICS, N_AXES) (N); changed.
+        Forces of all harmonics, shape (N_HARMONICS, n_axes) (N); changed.
+    harmonics
+        Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends them.
     largest
         Largest sum of the amplitudes of an axis (N).
     """
     limited = False
-    for axis in range(N_AXES):
+    for axis in range(U.shape[1]):
         total = 0.0
         for k in range(N_HARMONICS):
+            if harmonics[k].order == 0.0:
+                break
             total += abs(U[k, axis])
         limited = limited or total > (1.0 - ROUNDING) * largest
         if total > largest:

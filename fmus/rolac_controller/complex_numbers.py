@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fmi_export.jit import kernel
 
 Complex = NDArray[np.complex128]
+COMPLEX, REAL = np.dtype(np.complex128), np.dtype(np.float64)
 
 
 @kernel
@@ -43,11 +44,3 @@ def divided(z: complex, divisor: float) -> complex:
 def quotient(a: complex, b: complex) -> complex:
     """Return a/b as a conj(b)/|b|^2."""
     return divided(a * b.conjugate(), squared_magnitude(b))
-
-
-@kernel
-def copy_matrix(source: Complex, target: Complex) -> None:
-    """Write a matrix into another one of the same shape; the two must not overlap."""
-    for i in range(source.shape[0]):
-        for j in range(source.shape[1]):
-            target[i, j] = source[i, j]

@@ -16,29 +16,28 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
 from rolac_controller.complex_numbers import Complex, phasor, squared_magnitude
 from rolac_controller.enumerations import GIVEN, NO_SOURCE, OWN_SENSORS
-from rolac_controller.rig_layout import N_BEARINGS, SENSOR_OF_AXIS
+from rolac_controller.records import Parameters
 
 
-@kernel
-def is_in_contact(contact: np.record, contact_state: float, displacements: Array, bearing: int) -> bool:
+@inlined_kernel
+def is_in_contact(parameters: Parameters, contact_state: float, displacements: Array, bearing: int) -> bool:
     """Return whether a journal is in contact, by the source that `contact.source` selects."""
+    contact, sensor_of_axis = parameters.own[0].contact, parameters.sensor_of_axis
     if contact.source == GIVEN:
         return int(contact_state) >> bearing & 1 == 1
     if contact.source == OWN_SENSORS:
-        x, y = displacements[SENSOR_OF_AXIS[2 * bearing]], displacements[SENSOR_OF_AXIS[2 * bearing + 1]]
+        x, y = displacements[int(sensor_of_axis[2 * bearing])], displacements[int(sensor_of_axis[2 * bearing + 1])]
         return bool(abs(complex(x, y)) >= contact.threshold * contact.clearance)
     return False
 
 
-@kernel
+@inlined_kernel
 def update_contact_share(
-    contact: np.record, contact_state: float, displacements: Array, delta_theta: float, shares: Array
+    parameters: Parameters, contact_state: float, displacements: Array, delta_theta: float, shares: Array
 ) -> bool:
     """Update the share of contact of each bearing; return whether any journal is in contact now.
 
@@ -46,49 +45,48 @@ def update_contact_share(
 
     Parameters
     ----------
-    contact
-        The parameters `contact.*`.
     contact_state
-        The input of that name.
+        The input of that name: a sum of 1, 2, 4, ... for the bearings in contact.
     displacements
-        As measured, shape (N_SENSORS,) (m).
+        As measured, shape (n_sensors,) (m).
     delta_theta
         Angle since the sample before (rad).
     shares
-        Shape (N_BEARINGS,), in [0, 1]; changed.
+        Shape (n_bearings,), in [0, 1]; changed.
     """
-    if contact.source == NO_SOURCE:
+    if parameters.own[0].contact.source == NO_SOURCE:
         return False
     weight = min(abs(delta_theta) / (2.0 * math.pi), 1.0)
     any_contact = False
-    for bearing in range(N_BEARINGS):
-        now = is_in_contact(contact, contact_state, displacements, bearing)
+    for bearing in range(shares.shape[0]):
+        now = is_in_contact(parameters, contact_state, displacements, bearing)
         any_contact = any_contact or now
         shares[bearing] += weight * ((1.0 if now else 0.0) - shares[bearing])
     return any_contact
 
 
 @kernel
-def turn_against_displacement(share: float, lead: float, Q: Complex, delta_U: Complex, bearing: int) -> None:
+def turn_against_displacement(parameters: Parameters, share: float, Q: Complex, delta_U: Complex, bearing: int) -> None:
     """Turn a step of the adaptation against the displacement of one bearing, by its share of contact.
 
     Parameters
     ----------
-    share, lead
-        p and psi (rad), see above.
+    share
+        p, see above.
     Q
-        Synchronous displacements, shape (N_SENSORS,) (m).
+        Synchronous displacements, shape (n_sensors,) (m).
     delta_U
-        Step of the forces, shape (N_AXES,) (N); changed.
+        Step of the forces, shape (n_axes,) (N); changed.
     """
+    sensor_of_axis = parameters.sensor_of_axis
     step_squared = q_squared = 0.0
     for axis in range(2 * bearing, 2 * bearing + 2):
-        step, q = delta_U[axis], Q[SENSOR_OF_AXIS[axis]]
+        step, q = delta_U[axis], Q[int(sensor_of_axis[axis])]
         step_squared += squared_magnitude(step)
         q_squared += squared_magnitude(q)
     if q_squared == 0.0:
         return
     size = share * math.sqrt(step_squared / q_squared)
-    direction = size * phasor(lead)
+    direction = size * phasor(parameters.own[0].contact.lead)
     for axis in range(2 * bearing, 2 * bearing + 2):
-        delta_U[axis] = (1.0 - share) * delta_U[axis] - direction * Q[SENSOR_OF_AXIS[axis]]
+        delta_U[axis] = (1.0 - share) * delta_U[axis] - direction * Q[int(sensor_of_axis[axis])]

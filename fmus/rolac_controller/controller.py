@@ -1,4 +1,4 @@
-"""The controller: four bearing axes under PID, eight sensors Fourier-transformed, synchronous control on top.
+"""The controller: axes under PID, all sensors Fourier-transformed, synchronous control on top.
 
 One call of `step` is one sample: inputs at its beginning, currents constant over it.
 """
@@ -8,27 +8,27 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array, Model
+from fmi_export.parts import clear
 from rolac_controller import identification, sensors
 from rolac_controller.adaptation import forces_at
 from rolac_controller.chain import is_on
 from rolac_controller.contact import update_contact_share
+from rolac_controller.control_loop import N_HARMONICS, ControlLoop
 from rolac_controller.converters import quantised, resolution
 from rolac_controller.enumerations import NOT_STARTED
 from rolac_controller.fourier import add_sample, last_delta_theta, samples_of_revolution, transform
-from rolac_controller.interface import INPUTS, INTERFACE, OUTPUTS, PARAMETERS
+from rolac_controller.interface import interface_of
 from rolac_controller.outputs import write_identification, write_synchronous
 from rolac_controller.pid import CurrentLimits, differentiate, limit_and_integrate, pid_current
-from rolac_controller.receptance_table import TableViews, load, table_of
-from rolac_controller.rig_layout import N_AXES, N_HARMONICS, N_PLANES, SENSOR_NAMES, SENSOR_OF_AXIS
+from rolac_controller.receptance_table import TableViews, built_table, load, table_in_use
+from rolac_controller.records import Inputs, Outputs, Parameters, Records, inputs_of, outputs_of, parameters_of
 from rolac_controller.sensor_check import suspect_sensor
-from rolac_controller.state import STATE, STATE_SIZE, WORK, WORK_SIZE, n_state
+from rolac_controller.sizes import sizes_of
+from rolac_controller.state import State, Work, n_state, n_work, state_of, state_size, work_of
 from rolac_controller.synchronous import permitted_status, update_forces
-
-__all__ = ["INTERFACE", "MODEL", "SENSOR_NAMES", "initialise", "step"]
 
 STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times also rounds in the last digits of the time
 ROUNDING = 4.5e-16
@@ -38,7 +38,7 @@ FAULT_STEP, FAULT_NO_TABLE, FAULT_HARMONICS, FAULT_WEIGHTS, FAULT_PLANES = range
 
 
 @kernel
-def orders_ascend(harmonics: NDArray[np.record]) -> bool:
+def orders_ascend(harmonics: Records) -> bool:
     """Return whether the orders of the harmonics ascend until the first 0, and are 0 from there on."""
     for k in range(1, N_HARMONICS):
         order, before = harmonics[k].order, harmonics[k - 1].order
@@ -49,47 +49,51 @@ def orders_ascend(harmonics: NDArray[np.record]) -> bool:
 
 @kernel
 def planes_differ(positions: Array) -> bool:
-    """Return whether no two sensor planes are at the same place; positions of shape (N_PLANES,) (m)."""
-    for k in range(N_PLANES):
+    """Return whether no two sensor planes are at the same place; positions of shape (n_planes,) (m)."""
+    for k in range(positions.shape[0]):
         for other in range(k):
             if positions[k] == positions[other]:
                 return False
     return True
 
 
-@kernel
-def lacks_table(inputs: np.record, state: np.record, table: TableViews) -> bool:
+@inlined_kernel
+def lacks_table(inputs: Inputs, state: State, table: TableViews) -> bool:
     """Return whether ROLAC is on without any H, and no identification that could find one was made or requested."""
-    never_identified = state.identification.stage == NOT_STARTED and not inputs.identify
-    return bool(inputs.rolac_enable != 0.0 and table.n_rows[0] == 0.0 and never_identified)
+    own = inputs.own[0]
+    never_identified = state.identification.course[0].stage == NOT_STARTED and not own.identify
+    return bool(own.rolac_enable != 0.0 and table.n_rows[0] == 0.0 and never_identified)
 
 
-@kernel
-def window_is_valid(parameters: np.record, inputs: np.record, window: np.record) -> bool:
-    """Return whether the window shows the synchronous displacements at this speed.
+@inlined_kernel
+def window_is_valid(parameters: Parameters, Omega: float, samples: float) -> bool:
+    """Return whether a window with a revolution of so many samples shows the synchronous displacements at a speed.
 
     It does if it holds a full revolution, the speed is at least `rolac.min_speed`, and the revolution took the time
     that this speed suggests, within a factor `SPEED_RATIO`. The last condition excludes a rotor angle that does not
     turn with the speed, and revolutions from before a large change of speed.
     """
-    turns = samples_of_revolution(window) * parameters.sample_time * inputs.Omega / (2.0 * math.pi)
-    return bool(inputs.Omega >= parameters.rolac.min_speed and 1.0 / SPEED_RATIO < turns < SPEED_RATIO)
+    own = parameters.own[0]
+    turns = samples * own.sample_time * Omega / (2.0 * math.pi)
+    return bool(own.rolac.min_speed <= Omega and 1.0 / SPEED_RATIO < turns < SPEED_RATIO)
 
 
-@kernel
-def observe(parameters: np.record, inputs: np.record, state: np.record, work: np.record) -> None:
+@inlined_kernel
+def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) -> None:
     """Find the displacements and synchronous components at this sample, contact, and sensors that are suspect."""
-    sensors.measure(parameters, inputs, state.sensors, state.started != 0.0, True, work.displacements)
-    add_sample(state.window, parameters.harmonics, inputs.theta, work.displacements)
-    valid = window_is_valid(parameters, inputs, state.window)
-    work.window_valid = valid
-    work.Q[:] = 0.0
+    own, findings, window = inputs.own[0], work.findings[0], state.window
+    sensors.measure(parameters, inputs, state.sensors, state.head[0].started != 0.0, True, work.displacements)
+    add_sample(window, parameters.harmonics, own.theta, work.displacements)
+    samples = samples_of_revolution(window)
+    valid = window_is_valid(parameters, own.Omega, samples)
+    findings.window_valid = valid
+    clear(work.Q)
     if valid:
-        transform(state.window, parameters.harmonics, work.Q)
-    work.delta_theta = last_delta_theta(state.window)
-    work.suspect_sensor = suspect_sensor(work.displacements, samples_of_revolution(state.window), state.sensor_check)
-    work.in_contact = update_contact_share(
-        parameters.contact, inputs.contact_state, work.displacements, work.delta_theta, state.contact_shares
+        transform(window, parameters.harmonics, work.Q)
+    findings.delta_theta = last_delta_theta(window)
+    findings.suspect_sensor = suspect_sensor(work.displacements, samples, state.checks)
+    findings.in_contact = update_contact_share(
+        parameters, own.contact_state, work.displacements, findings.delta_theta, state.contact_shares
     )
 
 
@@ -103,76 +107,65 @@ def current_limits(gains: np.record, chain: np.record) -> CurrentLimits:
     return CurrentLimits(max(gains.i_min, lowest), min(gains.i_max, highest))
 
 
-@kernel
+@inlined_kernel
 def control(
-    parameters: np.record, inputs: np.record, state: np.record, work: np.record, sample_time: float, outputs: np.record
+    parameters: Parameters, inputs: Inputs, state: State, work: Work, sample_time: float, outputs: Outputs
 ) -> None:
     """Compute the currents of all axes, I = I_pid + u/K_i within their limits (5.1 to 5.4, 5.23), through the DAC.
 
     `sample_time` (s) is 0 at the initialisation, which integrates nothing.
     """
-    chain, direct = parameters.chain, parameters.pid.direct
+    own, head, theta = parameters.own[0], state.head[0], inputs.own[0].theta
+    chain, direct = own.chain, own.pid.direct
     dac, delayed = is_on(chain.preset, chain.dac), is_on(chain.preset, chain.delay) and sample_time > 0.0
-    state.current_limited = 0.0
-    forces_at(state.U, parameters.harmonics, inputs.theta, work.u)
-    identification.add_test_force(parameters, state.identification, inputs.theta, work.u)
-    for k in range(N_AXES):
+    head.current_limited = 0.0
+    forces_at(state.U, parameters.harmonics, theta, work.u)
+    identification.add_test_force(parameters, state.identification, theta, work.u)
+    for k in range(work.u.shape[0]):
         gains, memory = parameters.axes[k], state.axes[k]
-        displacement, setpoint = work.displacements[SENSOR_OF_AXIS[k]], inputs.setpoints[k]
-        if not state.started:
+        displacement, setpoint = work.displacements[int(parameters.sensor_of_axis[k])], inputs.setpoints[k]
+        if not head.started:
             memory.displacement = displacement
-        differentiate(memory, displacement, parameters.derivative_time, parameters.sample_time)
+        differentiate(memory, displacement, own.derivative_time, own.sample_time)
         demand = pid_current(gains, direct, memory, setpoint) + work.u[k] / gains.k_i
         limits = current_limits(gains, chain)
         if not limits.low <= demand <= limits.high:
-            state.current_limited = 1.0
+            head.current_limited = 1.0
         current = limit_and_integrate(gains, memory, setpoint, demand, limits, sample_time)
         if dac:
             current = chain.amplifier_gain * quantised(current / chain.amplifier_gain, chain.dac_bits, chain.dac_range)
         outputs.axes[k].current = state.currents[k] if delayed else current
         state.currents[k] = current
-    outputs.current_limited = state.current_limited
+    outputs.own[0].current_limited = head.current_limited
 
 
-@kernel
-def start(
-    parameters: np.record,
-    inputs: np.record,
-    state: np.record,
-    work: np.record,
-    table: TableViews,
-    outputs: np.record,
-) -> int:
+@inlined_kernel
+def start(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs) -> int:
     """Compute the currents for the first inputs, proportional terms alone; return a fault code. It is no sample."""
     if lacks_table(inputs, state, table):
         return FAULT_NO_TABLE
     sensors.measure(parameters, inputs, state.sensors, False, False, work.displacements)
-    work.status = permitted_status(parameters, inputs, state, work)
+    work.findings[0].status = permitted_status(parameters, inputs, state, work)
     control(parameters, inputs, state, work, 0.0, outputs)
-    write_synchronous(inputs, state, work, table, outputs)
+    write_synchronous(parameters, inputs, state, work, table, outputs)
     write_identification(inputs, state.identification, outputs)
     return 0
 
 
-@kernel
+@inlined_kernel
 def take_sample(
-    parameters: np.record,
-    inputs: np.record,
-    state: np.record,
-    work: np.record,
-    table: TableViews,
-    outputs: np.record,
+    parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs
 ) -> int:
     """Compute one sample: measured signals, synchronous components and forces, currents; return a fault code."""
     if lacks_table(inputs, state, table):
         return FAULT_NO_TABLE
     observe(parameters, inputs, state, work)
     identification.advance(parameters, inputs, state, work, table)
-    work.status = permitted_status(parameters, inputs, state, work)
+    work.findings[0].status = permitted_status(parameters, inputs, state, work)
     update_forces(parameters, inputs, state, work, table)
-    control(parameters, inputs, state, work, parameters.sample_time, outputs)
-    state.started = 1.0
-    write_synchronous(inputs, state, work, table, outputs)
+    control(parameters, inputs, state, work, parameters.own[0].sample_time, outputs)
+    state.head[0].started = 1.0
+    write_synchronous(parameters, inputs, state, work, table, outputs)
     write_identification(inputs, state.identification, outputs)
     return 0
 
@@ -182,21 +175,16 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     """Compute state and outputs at the start; arguments as of every model (`Model.initialise`)."""
     work[:] = 0.0
     outputs[:] = 0.0
-    given, table = parameters.view(PARAMETERS)[0], table_of(state[STATE_SIZE:])
+    sizes = sizes_of(constants)
+    given, w = parameters_of(parameters, constants, sizes), work_of(work, sizes)
+    table = table_in_use(state, state_size(sizes), constants, sizes)
     if not orders_ascend(given.harmonics):
         return FAULT_HARMONICS
     if not planes_differ(given.plane_positions):
         return FAULT_PLANES
-    if not load(table_of(constants), given, table, work.view(WORK)[0].svd):
+    if not load(built_table(constants, sizes), given, table, w.svd):
         return FAULT_WEIGHTS
-    return start(
-        given,
-        inputs.view(INPUTS)[0],
-        state[:STATE_SIZE].view(STATE)[0],
-        work.view(WORK)[0],
-        table,
-        outputs.view(OUTPUTS)[0],
-    )
+    return start(given, inputs_of(inputs, sizes), state_of(state, sizes), w, table, outputs_of(outputs, sizes))
 
 
 @kernel
@@ -211,39 +199,48 @@ def step(
     step_size: float,
 ) -> int:
     """Compute one sample, the currents to apply during the step; arguments as of every model (`Model.step`)."""
-    given = parameters.view(PARAMETERS)[0]
-    h = given.sample_time
+    sizes = sizes_of(constants)
+    given = parameters_of(parameters, constants, sizes)
+    h = given.own[0].sample_time
     if abs(step_size - h) > STEP_TOLERANCE * h + ROUNDING * abs(time):
         return FAULT_STEP
     return take_sample(
         given,
-        inputs.view(INPUTS)[0],
-        state[:STATE_SIZE].view(STATE)[0],
-        work.view(WORK)[0],
-        table_of(state[STATE_SIZE:]),
-        outputs.view(OUTPUTS)[0],
+        inputs_of(inputs, sizes),
+        state_of(state, sizes),
+        work_of(work, sizes),
+        table_in_use(state, state_size(sizes), constants, sizes),
+        outputs_of(outputs, sizes),
     )
 
 
-MODEL = Model(
-    name="rolac_controller",
-    description="Sampled PID of two magnetic bearings with adaptive control (ROLAC) of synchronous vibration",
-    interface=INTERFACE,
-    initialise=initialise,
-    step=step,
-    n_state=n_state,
-    n_work=WORK_SIZE,
-    packages=("rolac_controller", "fmi_export"),
-    variable_step=False,
-    faults={
+def model_for(loop: ControlLoop) -> Model:
+    """Return the controller of this loop; its constants are laid out as in `sizes` and `receptance_table`."""
+    return Model(
+        name="rolac_controller",
+        description="Sampled PID of magnetic bearings with adaptive control (ROLAC) of synchronous vibration",
+        interface=interface_of(loop),
+        initialise=initialise,
+        step=step,
+        n_state=n_state,
+        n_work=n_work,
+        packages=("rolac_controller", "fmi_export"),
+        variable_step=False,
+        faults=_faults(loop),
+        layout=loop.layout(),
+    )
+
+
+def _faults(loop: ControlLoop) -> dict[int, str]:
+    orders = ", ".join(f"{{harmonic{k + 1}.order}}" for k in range(N_HARMONICS))
+    positions = ", ".join(f"plane{k + 1}.z = {{plane{k + 1}.z}} m" for k in range(len(loop.planes)))
+    return {
         FAULT_STEP: "the communication step size is not allowed; it must equal sample_time = {sample_time} s",
         FAULT_NO_TABLE: "rolac_enable = 1 is not allowed; this FMU was built without a table of receptances, "
         "so rolac_enable must be 0 until an identification has been requested",
-        FAULT_HARMONICS: "the orders of the harmonics, {harmonic1.order}, {harmonic2.order}, {harmonic3.order}, "
-        "{harmonic4.order}, are not allowed; they must ascend, and be 0 after the last",
+        FAULT_HARMONICS: f"the orders of the harmonics, {orders}, are not allowed; they must ascend, and be 0 after "
+        "the last",
         FAULT_WEIGHTS: "the sensor weights leave a receptance of the table with a condition number beyond "
         "identification.max_condition = {identification.max_condition}; more sensors must count",
-        FAULT_PLANES: "plane1.z = {plane1.z} m, plane2.z = {plane2.z} m, plane3.z = {plane3.z} m, "
-        "plane4.z = {plane4.z} m is not allowed; they must differ",
-    },
-)
+        FAULT_PLANES: f"{positions} is not allowed; they must differ",
+    }

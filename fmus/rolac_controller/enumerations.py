@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from rolac_controller.rig_layout import N_AXES
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from fmi_export.jit import kernel
 
 # Values of rolac.mode.
 MODES = ("rolac", "olac", "notch", "force_free")
@@ -27,22 +30,37 @@ STATUSES = (
 )
 OFF, ADAPTING, IDENTIFYING, TOO_SLOW, NO_WINDOW, NO_H, SENSOR_SUSPECT = range(len(STATUSES))
 
-# Values of identification_state. From SLOT_BEFORE to SLOT_AFTER they are the six slots.
-STAGES = (
-    "none yet",
-    "waiting for a valid window",
-    "idle slot before",
-    "force at mb1.x",
-    "force at mb1.y",
-    "force at mb2.x",
-    "force at mb2.y",
-    "idle slot after",
-    "done",
-    "failed",
-)
+# Values of identification_state. The slots begin with SLOT_BEFORE; one for each axis and `LastStages` follow.
 NOT_STARTED, WAITING, SLOT_BEFORE = range(3)
-SLOT_AFTER, DONE, FAILED = range(SLOT_BEFORE + 1 + N_AXES, len(STAGES))
-N_SLOTS = SLOT_AFTER - SLOT_BEFORE + 1
+
+
+class LastStages(NamedTuple):
+    """The values of identification_state after the slots of the axes."""
+
+    slot_after: int
+    done: int
+    failed: int
+
+
+@kernel
+def last_stages(n_axes: int) -> LastStages:
+    """Return the last values of identification_state of a controller with so many axes."""
+    slot_after = SLOT_BEFORE + 1 + n_axes
+    return LastStages(slot_after, slot_after + 1, slot_after + 2)
+
+
+def stage_sentences(axes: Iterable[str]) -> tuple[str, ...]:
+    """Return what the values of identification_state mean, for axes of these names."""
+    return (
+        "none yet",
+        "waiting for a valid window",
+        "idle slot before",
+        *(f"force at {axis}" for axis in axes),
+        "idle slot after",
+        "done",
+        "failed",
+    )
+
 
 # Values of identification_error.
 ERRORS = (

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fmi_export.jit import kernel
 from rolac_controller.complex_numbers import phasor, scaled
-from rolac_controller.rig_layout import N_HARMONICS
+from rolac_controller.control_loop import N_HARMONICS
+from rolac_controller.records import Records
 
 FEWEST_PERIODS, PERIODS_PER_HZ = 45.0, 3.0
 FORCE = 220.0  # N
@@ -31,13 +29,13 @@ def amplitude_at(frequency: float) -> float:
 
 @kernel
 def periods(frequency: float) -> float:
-    """Return the revolutions of a slot, N_per = max(3 f, 45) rounded up (6.3); six slots take 6 N_per/f (6.4)."""
+    """Return the revolutions of a slot, N_per = max(3 f, 45) rounded up (6.3); n slots take n N_per/f (6.4)."""
     needed = max(PERIODS_PER_HZ * frequency, FEWEST_PERIODS)
     return float(math.ceil(needed - ROUNDING))
 
 
 @kernel
-def power_share(harmonics: NDArray[np.record], number: int) -> float:
+def power_share(harmonics: Records, number: int) -> float:
     """Return the share P of a harmonic in the power of the test force."""
     total = 0.0
     for k in range(N_HARMONICS):
@@ -49,7 +47,7 @@ def power_share(harmonics: NDArray[np.record], number: int) -> float:
 
 
 @kernel
-def schroeder_phase(harmonics: NDArray[np.record], number: int) -> float:
+def schroeder_phase(harmonics: Records, number: int) -> float:
     """Return the phase of a harmonic that keeps the peaks of the sum low, phi_1 = 0 (rad) (5.13).
 
     phi_i = -2 pi sum_{m < i} (n_i - n_m) P_m, with the orders n: for consecutive ones n_i - n_m = i - m.
@@ -61,7 +59,7 @@ def schroeder_phase(harmonics: NDArray[np.record], number: int) -> float:
 
 
 @kernel
-def force_component(harmonics: NDArray[np.record], number: int, multi: bool, scale: float, frequency: float) -> complex:
+def force_component(harmonics: Records, number: int, multi: bool, scale: float, frequency: float) -> complex:
     """Return one harmonic of the test force, complex (N).
 
     One harmonic alone has the amplitude A(f). Several have A sqrt(P), each at its own frequency, so that the power

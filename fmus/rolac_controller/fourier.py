@@ -18,38 +18,73 @@ accumulated rounding is dropped and the fresh sum takes its place, so that nothi
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
-from fmi_export.records import record
-from rolac_controller.complex_numbers import Complex, divided, phasor
-from rolac_controller.rig_layout import N_HARMONICS, N_SENSORS
+from fmi_export.parts import clear, copy_all, part
+from fmi_export.records import record, size_of
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex, divided, phasor
+from rolac_controller.control_loop import N_HARMONICS
+from rolac_controller.records import Records
 
 CAPACITY = 2048  # samples: down to 2 Hz at 4 kHz
 LARGEST_STEP = 0.5 * math.pi  # rad between samples; more is a jump of the angle, and the window starts again
 ANGLE_TOLERANCE = 1e-9  # rad by which a revolution may fall short, so that rounding does not cost a sample
 FEWEST_SAMPLES = 4.0  # in a period of a harmonic
 
-SAMPLE = record(
-    ("theta", "f8"),
-    ("displacements", "f8", (N_SENSORS,)),
-    ("phasors", "c16", (N_HARMONICS,)),  # exp(-j n theta)
-)
-SUM = record(
-    ("angle", "f8"),
-    ("components", "c16", (N_HARMONICS, N_SENSORS)),  # integral q exp(-j n theta) dtheta
-)
-WINDOW = record(
+EXTENT = record(
     ("first", "f8"),  # number of the oldest sample
     ("next", "f8"),  # number of the next sample to come
     ("fresh_from", "f8"),  # number of the sample with which the fresh sum begins
-    ("old", SUM),
-    ("fresh", SUM),
-    ("samples", SAMPLE, (CAPACITY,)),  # a ring: sample k is at k modulo CAPACITY
+    ("old_angle", "f8"),  # that the old sum covers (rad)
+    ("fresh_angle", "f8"),  # that the fresh sum covers (rad)
 )
+N_EXTENT = size_of(EXTENT)
+
+
+class Window(NamedTuple):
+    """The samples of the last revolution, and what was summed up of them.
+
+    extent
+        Record EXTENT, in an array of one.
+    old, fresh
+        The two sums, integral q exp(-j n theta) dtheta, shape (N_HARMONICS, n_sensors).
+    thetas, displacements, phasors
+        Samples, with phasors exp(-j n theta), shapes (CAPACITY,), (CAPACITY, n_sensors) and (CAPACITY, N_HARMONICS).
+        They are rings: sample k is at k modulo CAPACITY.
+    """
+
+    extent: Records
+    old: Complex
+    fresh: Complex
+    thetas: Array
+    displacements: Array
+    phasors: Complex
+
+
+@views
+def window_size(n_sensors: int) -> int:
+    """Return the size of the window of so many sensors."""
+    return N_EXTENT + 4 * N_HARMONICS * n_sensors + CAPACITY * (1 + n_sensors + 2 * N_HARMONICS)
+
+
+@views
+def window_of(array: Array, start: int, n_sensors: int) -> Window:
+    """Return the window as views into an array from `start` on; all zeros is an empty one."""
+    size = 2 * N_HARMONICS * n_sensors
+    old = start + N_EXTENT
+    thetas = old + 2 * size
+    displacements = thetas + CAPACITY
+    phasors = displacements + CAPACITY * n_sensors
+    return Window(
+        part(array, start, EXTENT, 1),
+        part(array, old, COMPLEX, (N_HARMONICS, n_sensors)),
+        part(array, old + size, COMPLEX, (N_HARMONICS, n_sensors)),
+        part(array, thetas, REAL, CAPACITY),
+        part(array, displacements, REAL, (CAPACITY, n_sensors)),
+        part(array, phasors, COMPLEX, (CAPACITY, N_HARMONICS)),
+    )
 
 
 @kernel
@@ -65,119 +100,124 @@ def ring_index(number: float) -> int:
     return int(number) % CAPACITY
 
 
-@kernel
-def segment_angle(window: np.record, number: float) -> float:
+@inlined_kernel
+def segment_angle(window: Window, number: float) -> float:
     """Return the angle from sample `number` to the one after it (rad)."""
-    return angle_between(window.samples[ring_index(number)].theta, window.samples[ring_index(number + 1)].theta)
+    return angle_between(window.thetas[ring_index(number)], window.thetas[ring_index(number + 1)])
 
 
-@kernel
-def window_angle(window: np.record) -> float:
+@inlined_kernel
+def window_angle(window: Window) -> float:
     """Return the angle from the oldest sample of the window to the newest (rad)."""
-    angle: float = window.old.angle + window.fresh.angle
+    angle: float = window.extent[0].old_angle + window.extent[0].fresh_angle
     return angle
 
 
-@kernel
-def last_delta_theta(window: np.record) -> float:
+@inlined_kernel
+def last_delta_theta(window: Window) -> float:
     """Return the angle from the sample before the newest to the newest (rad); 0 where there is none before it."""
-    if window.next - window.first < 2:
+    extent = window.extent[0]
+    if extent.next - extent.first < 2:
         return 0.0
-    return segment_angle(window, window.next - 2)
+    return segment_angle(window, extent.next - 2)
 
 
-@kernel
-def add_segment(
-    window: np.record, harmonics: NDArray[np.record], integral: np.record, number: float, sign: float
-) -> None:
-    """Add (sign 1) or subtract (sign -1) the segment from sample `number` to the next to one of the two sums."""
-    a, b = window.samples[ring_index(number)], window.samples[ring_index(number + 1)]
-    width = angle_between(a.theta, b.theta)
+@inlined_kernel
+def add_segment(window: Window, harmonics: Records, integral: Complex, number: float, sign: float) -> float:
+    """Add (sign 1) or subtract (sign -1) the segment from sample `number` to the next to one of the two sums.
+
+    Returns
+    -------
+    float
+        The angle that the sum gains (rad).
+    """
+    a, b = ring_index(number), ring_index(number + 1)
+    width = angle_between(window.thetas[a], window.thetas[b])
     weight = 0.5 * sign * width
-    integral.angle += sign * width
     for k in range(N_HARMONICS):
         if harmonics[k].order == 0.0:
             break
-        for s in range(N_SENSORS):
-            ends = a.phasors[k] * a.displacements[s] + b.phasors[k] * b.displacements[s]
-            integral.components[k, s] += weight * ends
+        phasor_a, phasor_b = window.phasors[a, k], window.phasors[b, k]
+        for s in range(integral.shape[1]):
+            ends = phasor_a * window.displacements[a, s] + phasor_b * window.displacements[b, s]
+            integral[k, s] += weight * ends
+    return sign * width
 
 
-@kernel
-def clear_sum(integral: np.record) -> None:
-    """Set a sum to zero."""
-    integral.angle = 0.0
-    integral.components[:] = 0.0
-
-
-@kernel
-def remove_oldest(window: np.record, harmonics: NDArray[np.record]) -> None:
+@inlined_kernel
+def remove_oldest(window: Window, harmonics: Records) -> None:
     """Remove the oldest sample and its segment."""
-    if window.first == window.fresh_from:
-        window.old = window.fresh
-        clear_sum(window.fresh)
-        window.fresh_from = window.next - 1
-    add_segment(window, harmonics, window.old, window.first, -1.0)
-    window.first += 1
+    extent = window.extent[0]
+    if extent.first == extent.fresh_from:
+        copy_all(window.fresh, window.old)
+        clear(window.fresh)
+        extent.old_angle = extent.fresh_angle
+        extent.fresh_angle = 0.0
+        extent.fresh_from = extent.next - 1
+    extent.old_angle += add_segment(window, harmonics, window.old, extent.first, -1.0)
+    extent.first += 1
 
 
-@kernel
-def clear_window(window: np.record) -> None:
+@inlined_kernel
+def clear_window(window: Window) -> None:
     """Remove all samples."""
-    window.first = window.next
-    window.fresh_from = window.next
-    clear_sum(window.old)
-    clear_sum(window.fresh)
+    extent = window.extent[0]
+    extent.first = extent.next
+    extent.fresh_from = extent.next
+    extent.old_angle = 0.0
+    extent.fresh_angle = 0.0
+    clear(window.old)
+    clear(window.fresh)
 
 
-@kernel
-def add_sample(window: np.record, harmonics: NDArray[np.record], theta: float, displacements: Array) -> None:
+@inlined_kernel
+def add_sample(window: Window, harmonics: Records, theta: float, displacements: Array) -> None:
     """Add one sample and remove what lies more than a revolution back.
 
     Parameters
     ----------
-    window
-        Record WINDOW; all zeros is an empty one.
     harmonics
         Records HARMONIC, shape (N_HARMONICS,), the same at every call; the first order 0 ends them.
     theta
         Rotor angle (rad), wrapped or not, within 1e18. A jump by more than `LARGEST_STEP` clears the window first.
     displacements
-        Of the sensors, shape (N_SENSORS,) (m).
+        Of the sensors, shape (n_sensors,) (m).
     """
-    if window.next > window.first:
-        jump = angle_between(window.samples[ring_index(window.next - 1)].theta, theta)
+    extent = window.extent[0]
+    if extent.next > extent.first:
+        jump = angle_between(window.thetas[ring_index(extent.next - 1)], theta)
         if abs(jump) > LARGEST_STEP:
             clear_window(window)
-    if window.next - window.first == CAPACITY:
+    if extent.next - extent.first == CAPACITY:
         remove_oldest(window, harmonics)
-    newest = window.samples[ring_index(window.next)]
-    newest.theta = theta
-    for s in range(N_SENSORS):
-        newest.displacements[s] = displacements[s]
+    newest = ring_index(extent.next)
+    window.thetas[newest] = theta
+    for s in range(displacements.shape[0]):
+        window.displacements[newest, s] = displacements[s]
     for k in range(N_HARMONICS):
         if harmonics[k].order == 0.0:
             break
-        newest.phasors[k] = phasor(harmonics[k].order * theta).conjugate()
-    if window.next > window.first:
-        add_segment(window, harmonics, window.fresh, window.next - 1, 1.0)
-    window.next += 1
-    while window_angle(window) - segment_angle(window, window.first) >= 2.0 * math.pi - ANGLE_TOLERANCE:
+        window.phasors[newest, k] = phasor(harmonics[k].order * theta).conjugate()
+    if extent.next > extent.first:
+        extent.fresh_angle += add_segment(window, harmonics, window.fresh, extent.next - 1, 1.0)
+    extent.next += 1
+    while window_angle(window) - segment_angle(window, extent.first) >= 2.0 * math.pi - ANGLE_TOLERANCE:
         remove_oldest(window, harmonics)
 
 
-@kernel
-def samples_of_revolution(window: np.record) -> float:
+@inlined_kernel
+def samples_of_revolution(window: Window) -> float:
     """Return the length of the last revolution in samples, with its fraction; 0 while there is less than one."""
     excess = window_angle(window) - 2.0 * math.pi
     if excess < -ANGLE_TOLERANCE:
         return 0.0
-    samples: float = window.next - 1.0 - window.first - excess / segment_angle(window, window.first)
+    extent = window.extent[0]
+    samples: float = extent.next - 1.0 - extent.first - excess / segment_angle(window, extent.first)
     return samples
 
 
-@kernel
-def transform(window: np.record, harmonics: NDArray[np.record], Q: Complex) -> None:
+@inlined_kernel
+def transform(window: Window, harmonics: Records, Q: Complex) -> None:
     """Find the components of the last revolution in all harmonics.
 
     Q_n = (1/pi) integral of q exp(-j n theta) dtheta over the last 2 pi (5.20, 5.21). For a signal with
@@ -190,27 +230,26 @@ def transform(window: np.record, harmonics: NDArray[np.record], Q: Complex) -> N
 
     Parameters
     ----------
-    window
-        Record WINDOW.
     harmonics
         Records HARMONIC that the window was filled with, shape (N_HARMONICS,); the first order 0 ends them.
     Q
-        Receives the components, shape (N_HARMONICS, N_SENSORS) (m). It is not changed while the window has
+        Receives the components, shape (N_HARMONICS, n_sensors) (m). It is not changed while the window has
         less than a revolution, nor for a harmonic whose period has fewer than `FEWEST_SAMPLES` samples.
     """
     samples = samples_of_revolution(window)
     if samples == 0.0:
         return
     excess = window_angle(window) - 2.0 * math.pi
-    a, b = window.samples[ring_index(window.first)], window.samples[ring_index(window.first + 1)]
-    part = excess / segment_angle(window, window.first)
+    first = window.extent[0].first
+    a, b = ring_index(first), ring_index(first + 1)
+    part = excess / segment_angle(window, first)
     weight_a, weight_b = excess * (1.0 - 0.5 * part), excess * 0.5 * part
     for k in range(N_HARMONICS):
         order = harmonics[k].order
         if order == 0.0 or samples < FEWEST_SAMPLES * order:
             break
-        phasor_a, phasor_b = weight_a * a.phasors[k], weight_b * b.phasors[k]
-        for s in range(N_SENSORS):
-            whole = window.old.components[k, s] + window.fresh.components[k, s]
-            cut = whole - phasor_a * a.displacements[s] - phasor_b * b.displacements[s]
+        phasor_a, phasor_b = weight_a * window.phasors[a, k], weight_b * window.phasors[b, k]
+        for s in range(Q.shape[1]):
+            whole = window.old[k, s] + window.fresh[k, s]
+            cut = whole - phasor_a * window.displacements[a, s] - phasor_b * window.displacements[b, s]
             Q[k, s] = divided(cut, math.pi)

@@ -1,6 +1,6 @@
 """Identification of the receptance while the rotor runs (thesis 5.15 to 5.19, 6.3 to 6.7): its course.
 
-Six slots of N_per revolutions each; the forces of ROLAC do not change meanwhile:
+A slot of N_per revolutions for each axis and two more; the forces of ROLAC do not change meanwhile. With four axes:
 
     |  before  |  mb1.x   |  mb1.y   |  mb2.x   |  mb2.y   |  after   |
     |   idle   | A cos th | A cos th | A cos th | A cos th |   idle   |
@@ -14,63 +14,62 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
 from rolac_controller.complex_numbers import divided, phasor
+from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.enumerations import (
     CONTACT_OCCURRED,
     CURRENT_LIMITED,
-    DONE,
-    FAILED,
-    N_SLOTS,
     NO_ERROR,
     NOT_STARTED,
-    SLOT_AFTER,
     SLOT_BEFORE,
     SPEED_CHANGED,
     SWITCHED_OFF,
     WAITING,
     WINDOW_LOST,
+    last_stages,
 )
 from rolac_controller.excitation import periods
 from rolac_controller.fourier import ANGLE_TOLERANCE
-from rolac_controller.identified_receptance import evaluate, excitation_component
+from rolac_controller.identified_receptance import IdentificationMemory, evaluate, excitation_component
 from rolac_controller.receptance_table import TableViews
-from rolac_controller.rig_layout import N_AXES, N_HARMONICS, N_SENSORS
+from rolac_controller.records import Inputs, Parameters
+from rolac_controller.state import State, Work
 
 SPEED_TOLERANCE = 0.01  # relative
 
 
-@kernel
-def is_running(memory: np.record) -> bool:
-    """Return whether one of the six slots is in progress."""
-    return bool(SLOT_BEFORE <= memory.stage <= SLOT_AFTER)
+@inlined_kernel
+def is_running(memory: IdentificationMemory) -> bool:
+    """Return whether one of the slots is in progress."""
+    n_axes = memory.R.shape[2]
+    return bool(SLOT_BEFORE <= memory.course[0].stage <= last_stages(n_axes).slot_after)
 
 
-@kernel
-def progress(memory: np.record) -> float:
-    """Return the share of the six slots that has passed."""
-    if memory.stage == DONE:
+@inlined_kernel
+def progress(memory: IdentificationMemory) -> float:
+    """Return the share of the slots that has passed."""
+    course, n_axes = memory.course[0], memory.R.shape[2]
+    if course.stage == last_stages(n_axes).done:
         return 1.0
     if not is_running(memory):
         return 0.0
-    of_slot = memory.angle / (2.0 * math.pi * memory.n_revolutions)
-    share: float = (memory.stage - SLOT_BEFORE + min(max(of_slot, 0.0), 1.0)) / N_SLOTS
+    of_slot = course.angle / (2.0 * math.pi * course.n_revolutions)
+    share: float = (course.stage - SLOT_BEFORE + min(max(of_slot, 0.0), 1.0)) / (n_axes + 2)
     return share
 
 
-@kernel
-def axis_under_test(memory: np.record) -> int:
+@inlined_kernel
+def axis_under_test(memory: IdentificationMemory) -> int:
     """Return the axis that carries the test force now, or -1."""
-    axis = int(memory.stage) - SLOT_BEFORE - 1
-    return axis if 0 <= axis < N_AXES else -1
+    axis = int(memory.course[0].stage) - SLOT_BEFORE - 1
+    return axis if 0 <= axis < memory.R.shape[2] else -1
 
 
-@kernel
-def add_test_force(parameters: np.record, memory: np.record, theta: float, u: Array) -> None:
-    """Add the test force at a rotor angle (rad) to the force of the axis under test, shape (N_AXES,) (N)."""
+@inlined_kernel
+def add_test_force(parameters: Parameters, memory: IdentificationMemory, theta: float, u: Array) -> None:
+    """Add the test force at a rotor angle (rad) to the force of the axis under test, shape (n_axes,) (N)."""
     axis = axis_under_test(memory)
     if axis < 0:
         return
@@ -79,83 +78,89 @@ def add_test_force(parameters: np.record, memory: np.record, theta: float, u: Ar
         u[axis] += (excitation_component(parameters, memory, k) * rotation).real
 
 
-@kernel
-def advance(parameters: np.record, inputs: np.record, state: np.record, work: np.record, table: TableViews) -> None:
+@inlined_kernel
+def advance(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
     """Advance the identification by one sample: start, average, change slots, finish or fail.
 
     Parameters
     ----------
-    parameters, inputs
-        Records PARAMETERS and INPUTS.
     state
-        Record STATE; its `identification` is changed.
+        Its `identification` is changed.
     work
-        Record WORK with the findings of this sample and the components Q of all harmonics.
+        With the findings of this sample and the components Q of all harmonics.
     table
         Table in use; updated when the identification succeeds.
     """
-    memory = state.identification
-    rises = inputs.identify != 0.0 and memory.requested == 0.0
-    memory.requested = inputs.identify
+    memory, identify = state.identification, inputs.own[0].identify
+    course = memory.course[0]
+    rises = identify != 0.0 and course.requested == 0.0
+    course.requested = identify
     if rises and not is_running(memory):
-        memory.stage = WAITING
-        memory.error = NO_ERROR
-    if memory.stage == WAITING:
-        if not inputs.identify:
-            memory.stage = NOT_STARTED
-        elif work.window_valid:
-            begin(parameters, inputs.Omega, memory)
+        course.stage = WAITING
+        course.error = NO_ERROR
+    if course.stage == WAITING:
+        if not identify:
+            course.stage = NOT_STARTED
+        elif work.findings[0].window_valid:
+            begin(parameters, inputs.own[0].Omega, memory)
         return
-    if not is_running(memory):
-        return
-    error = cause_of_failure(inputs, state, work)
-    if error != NO_ERROR:
-        memory.stage = FAILED
-        memory.error = error
-        return
-    memory.angle += work.delta_theta
-    length = 2.0 * math.pi * memory.n_revolutions
-    slot = memory.Q[int(memory.stage) - SLOT_BEFORE]
-    if memory.angle > length - 2.0 * math.pi * parameters.identification.average:
-        for k in range(N_HARMONICS):
-            for s in range(N_SENSORS):
-                slot[k, s] += work.Q[k, s]
-        memory.n_samples += 1.0
-    if memory.angle >= length - ANGLE_TOLERANCE:
-        for k in range(N_HARMONICS):
-            for s in range(N_SENSORS):
-                slot[k, s] = divided(slot[k, s], memory.n_samples)
-        memory.angle -= length
-        memory.n_samples = 0.0
-        if memory.stage == SLOT_AFTER:
-            memory.error = evaluate(parameters, memory, work, table)
-            memory.stage = DONE if memory.error == NO_ERROR else FAILED
+    if is_running(memory):
+        error = cause_of_failure(inputs, state, work)
+        if error == NO_ERROR:
+            advance_slot(parameters, memory, work, table)
         else:
-            memory.stage += 1.0
+            course.stage = last_stages(memory.R.shape[2]).failed
+            course.error = error
 
 
 @kernel
-def begin(parameters: np.record, Omega: float, memory: np.record) -> None:
+def advance_slot(parameters: Parameters, memory: IdentificationMemory, work: Work, table: TableViews) -> None:
+    """Advance a slot by one sample; arguments as in `advance`."""
+    course, stages = memory.course[0], last_stages(memory.R.shape[2])
+    course.angle += work.findings[0].delta_theta
+    length = 2.0 * math.pi * course.n_revolutions
+    slot = memory.Q[int(course.stage) - SLOT_BEFORE]
+    if course.angle > length - 2.0 * math.pi * parameters.own[0].identification.average:
+        for k in range(N_HARMONICS):
+            for s in range(slot.shape[1]):
+                slot[k, s] += work.Q[k, s]
+        course.n_samples += 1.0
+    if course.angle >= length - ANGLE_TOLERANCE:
+        for k in range(N_HARMONICS):
+            for s in range(slot.shape[1]):
+                slot[k, s] = divided(slot[k, s], course.n_samples)
+        course.angle -= length
+        course.n_samples = 0.0
+        if course.stage == stages.slot_after:
+            course.error = evaluate(parameters, memory, work.H, work.svd, table)
+            course.stage = stages.done if course.error == NO_ERROR else stages.failed
+        else:
+            course.stage += 1.0
+
+
+@kernel
+def begin(parameters: Parameters, Omega: float, memory: IdentificationMemory) -> None:
     """Start the first slot at a speed (rad/s)."""
-    memory.stage = SLOT_BEFORE
-    memory.angle = 0.0
-    memory.n_samples = 0.0
-    memory.speed = Omega
-    memory.force_scale = parameters.identification.force_scale
-    memory.n_revolutions = periods(Omega / (2.0 * math.pi))
+    course = memory.course[0]
+    course.stage = SLOT_BEFORE
+    course.angle = 0.0
+    course.n_samples = 0.0
+    course.speed = Omega
+    course.force_scale = parameters.own[0].identification.force_scale
+    course.n_revolutions = periods(Omega / (2.0 * math.pi))
     memory.Q[:] = 0.0
 
 
-@kernel
-def cause_of_failure(inputs: np.record, state: np.record, work: np.record) -> int:
+@inlined_kernel
+def cause_of_failure(inputs: Inputs, state: State, work: Work) -> int:
     """Return why the identification cannot go on, or NO_ERROR."""
-    speed = state.identification.speed
-    if not inputs.identify:
+    speed = state.identification.course[0].speed
+    if not inputs.own[0].identify:
         return SWITCHED_OFF
-    if not work.window_valid:
+    if not work.findings[0].window_valid:
         return WINDOW_LOST
-    if abs(inputs.Omega - speed) > SPEED_TOLERANCE * speed:
+    if abs(inputs.own[0].Omega - speed) > SPEED_TOLERANCE * speed:
         return SPEED_CHANGED
-    if state.current_limited:  # at the sample before
+    if state.head[0].current_limited:  # at the sample before
         return CURRENT_LIMITED
-    return CONTACT_OCCURRED if work.in_contact else NO_ERROR
+    return CONTACT_OCCURRED if work.findings[0].in_contact else NO_ERROR

@@ -1,4 +1,4 @@
-"""The receptance from the mean displacements of the six slots of an identification (thesis 6.7).
+"""The receptance from the mean displacements of the slots of an identification (thesis 6.7).
 
     Q = Q_0 + R U:   R_i = (Q with a force U_i on axis i - Q without) / U_i
 
@@ -8,19 +8,22 @@ The slot before is the reference; the slot after shows whether the vibration wit
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-import numpy as np
-
-from fmi_export.jit import kernel
-from fmi_export.records import record
-from rolac_controller.complex_numbers import Complex, quotient
-from rolac_controller.enumerations import ILL_CONDITIONED, N_SLOTS, NO_ERROR, TABLE_FULL, VIBRATION_CHANGED
+from fmi_export.jit import kernel, views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import record, size_of
+from rolac_controller.complex_numbers import COMPLEX, Complex, quotient
+from rolac_controller.control_loop import N_HARMONICS
+from rolac_controller.enumerations import ILL_CONDITIONED, NO_ERROR, TABLE_FULL, VIBRATION_CHANGED
 from rolac_controller.excitation import force_component
-from rolac_controller.pseudo_inverse import negative_pseudo_inverse
+from rolac_controller.pseudo_inverse import SvdWork, negative_pseudo_inverse
 from rolac_controller.receptance_table import TableViews, store
-from rolac_controller.rig_layout import N_AXES, N_HARMONICS, N_SENSORS
+from rolac_controller.records import Parameters, Records
+from rolac_controller.sizes import Sizes
 
-IDENTIFICATION_MEMORY = record(
+COURSE = record(
     ("stage", "f8"),  # identification_state
     ("error", "f8"),  # identification_error
     ("requested", "f8"),  # the input identify at the sample before
@@ -31,30 +34,62 @@ IDENTIFICATION_MEMORY = record(
     ("n_samples", "f8"),  # in the mean of this slot so far
     ("completed_speed", "f8"),  # of the last identification that was completed (rad/s)
     ("conditions", "f8", (N_HARMONICS,)),
-    ("Q", "c16", (N_SLOTS, N_HARMONICS, N_SENSORS)),  # mean of each slot, while it runs the sum (m)
-    ("R", "c16", (N_HARMONICS, N_SENSORS, N_AXES)),  # last result (m/N)
 )
+N_COURSE = size_of(COURSE)
+
+
+class IdentificationMemory(NamedTuple):
+    """Where an identification is, and what it has found.
+
+    course
+        Record COURSE, in an array of one.
+    Q
+        Mean of each slot, while it runs the sum, shape (n_axes + 2, N_HARMONICS, n_sensors) (m).
+    R
+        Last result, shape (N_HARMONICS, n_sensors, n_axes) (m/N).
+    """
+
+    course: Records
+    Q: Complex
+    R: Complex
+
+
+@views
+def identification_memory_size(sizes: Sizes) -> int:
+    """Return the size of the memory of an identification."""
+    return N_COURSE + 2 * N_HARMONICS * sizes.n_sensors * (2 * sizes.n_axes + 2)
+
+
+@views
+def identification_memory_of(array: Array, start: int, sizes: Sizes) -> IdentificationMemory:
+    """Return the memory of an identification as views into an array from `start` on."""
+    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
+    slots = start + N_COURSE
+    return IdentificationMemory(
+        part(array, start, COURSE, 1),
+        part(array, slots, COMPLEX, (n_axes + 2, N_HARMONICS, n_sensors)),
+        part(array, slots + 2 * (n_axes + 2) * N_HARMONICS * n_sensors, COMPLEX, (N_HARMONICS, n_sensors, n_axes)),
+    )
 
 
 @kernel
-def excitation_component(parameters: np.record, memory: np.record, number: int) -> complex:
+def excitation_component(parameters: Parameters, memory: IdentificationMemory, number: int) -> complex:
     """Return one harmonic of the test force (N)."""
-    multi, frequency = parameters.identification.multi != 0.0, memory.speed / (2.0 * math.pi)
-    return force_component(parameters.harmonics, number, multi, memory.force_scale, frequency)
+    course = memory.course[0]
+    multi, frequency = parameters.own[0].identification.multi != 0.0, course.speed / (2.0 * math.pi)
+    return force_component(parameters.harmonics, number, multi, course.force_scale, frequency)
 
 
 @kernel
-def evaluate(parameters: np.record, memory: np.record, work: np.record, table: TableViews) -> int:
+def evaluate(parameters: Parameters, memory: IdentificationMemory, H: Complex, svd: SvdWork, table: TableViews) -> int:
     """Compute the receptances of all harmonics and store them in the table if all of them can be inverted.
 
     Parameters
     ----------
-    parameters
-        Record PARAMETERS.
     memory
-        Record IDENTIFICATION_MEMORY with the means of all slots; receives R and the condition numbers.
-    work
-        Record WORK; its `H` and `svd` are overwritten.
+        With the means of all slots; receives R and the condition numbers.
+    H, svd
+        Overwritten; H has shape (n_axes, n_sensors).
     table
         Table in use; updated.
 
@@ -63,42 +98,43 @@ def evaluate(parameters: np.record, memory: np.record, work: np.record, table: T
     int
         Value of `identification_error`; NO_ERROR if the table was updated.
     """
-    if vibration_changed(memory.Q, parameters.identification.max_drift):
+    course, given = memory.course[0], parameters.own[0].identification
+    if vibration_changed(memory.Q, given.max_drift):
         return VIBRATION_CHANGED
-    memory.completed_speed = memory.speed
+    course.completed_speed = course.speed
     error = NO_ERROR
     n_excited = 0
     for k in range(N_HARMONICS):
         memory.R[k][:] = 0.0
-        memory.conditions[k] = 0.0
-        if parameters.harmonics[k].order == 0.0 or (k > 0 and not parameters.identification.multi):
+        course.conditions[k] = 0.0
+        if parameters.harmonics[k].order == 0.0 or (k > 0 and not given.multi):
             continue
         n_excited = k + 1
         divide_by_force(memory.Q, k, excitation_component(parameters, memory, k), memory.R[k])
-        memory.conditions[k] = negative_pseudo_inverse(memory.R[k], parameters.sensor_weights, work.H, work.svd)
-        if memory.conditions[k] > parameters.identification.max_condition:
+        course.conditions[k] = negative_pseudo_inverse(memory.R[k], parameters.sensor_weights, H, svd)
+        if course.conditions[k] > given.max_condition:
             error = ILL_CONDITIONED
     if error != NO_ERROR:
         return error
     for k in range(n_excited):
-        negative_pseudo_inverse(memory.R[k], parameters.sensor_weights, work.H, work.svd)
-        if not store(table, parameters.harmonics[k].order, memory.speed, memory.R[k], work.H):
+        negative_pseudo_inverse(memory.R[k], parameters.sensor_weights, H, svd)
+        if not store(table, parameters.harmonics[k].order, course.speed, memory.R[k], H):
             return TABLE_FULL
     return NO_ERROR
 
 
 @kernel
 def divide_by_force(Q: Complex, number: int, force: complex, R: Complex) -> None:
-    """Compute R of one harmonic from the means of all slots, shape (N_SLOTS, N_HARMONICS, N_SENSORS) (6.7).
+    """Compute R of one harmonic from the means of all slots, shape (n_axes + 2, N_HARMONICS, n_sensors) (6.7).
 
     The first slot and the last are without a test force; slot 1 + k has it on axis k.
     """
     if force == 0.0:
         return
     idle = Q[0, number]
-    for axis in range(N_AXES):
+    for axis in range(R.shape[1]):
         loaded = Q[1 + axis, number]
-        for s in range(N_SENSORS):
+        for s in range(R.shape[0]):
             R[s, axis] = quotient(loaded[s] - idle[s], force)
 
 
@@ -106,10 +142,11 @@ def divide_by_force(Q: Complex, number: int, force: complex, R: Complex) -> None
 def vibration_changed(Q: Complex, limit: float) -> bool:
     """Return whether the vibration without force changed by more than a share of the largest response."""
     drift = response = 0.0
-    before, after = Q[0], Q[N_SLOTS - 1]
+    n_axes = Q.shape[0] - 2
+    before, after = Q[0], Q[n_axes + 1]
     for k in range(N_HARMONICS):
-        for s in range(N_SENSORS):
+        for s in range(Q.shape[2]):
             drift = max(drift, abs(after[k, s] - before[k, s]))
-            for axis in range(N_AXES):
+            for axis in range(n_axes):
                 response = max(response, abs(Q[1 + axis, k, s] - before[k, s]))
     return drift > limit * response

@@ -1,13 +1,17 @@
-"""The variable table of the controller, and the records through which kernels see its arrays."""
+"""Variable table of the controller, which follows from the bearings and sensor planes of its loop."""
 
 from __future__ import annotations
 
-from fmi_export.variables import interface
-from rolac_controller.parameters import PARAMETER_VARIABLES
-from rolac_controller.signals import INPUT_VARIABLES, OUTPUT_VARIABLES
+from fmi_export.variables import Interface, interface
+from rolac_controller.control_loop import ControlLoop, SensorPlane
+from rolac_controller.parameters import parameter_variables
+from rolac_controller.signals import input_variables, output_variables
 
-INTERFACE = interface(PARAMETER_VARIABLES, INPUT_VARIABLES, OUTPUT_VARIABLES)
-PARAMETERS, INPUTS, OUTPUTS = INTERFACE.records
 
-HARMONIC = PARAMETERS["harmonics"].base  # order and power of one harmonic
-GAINS = PARAMETERS["axes"].base  # of the PID of one axis
+def interface_of(loop: ControlLoop) -> Interface:
+    """Return the variables of a controller of this loop."""
+    return interface(parameter_variables(loop), input_variables(loop), output_variables(loop))
+
+
+# One of each, for the record types of the parts.
+SMALLEST = interface_of(ControlLoop(("b",), (SensorPlane("p", "p.x", "p.y", 0.0),), ("p",)))

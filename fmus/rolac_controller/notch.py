@@ -14,47 +14,47 @@ bearing, K_s x + K_i I, that vanishes: the rotor turns about its principal axis 
 
 from __future__ import annotations
 
-import numpy as np
-
 from fmi_export.jit import kernel
 from rolac_controller.complex_numbers import Complex, divided
 from rolac_controller.enumerations import FORCE_FREE
 from rolac_controller.pid import response
-from rolac_controller.rig_layout import N_AXES, SENSOR_OF_AXIS
+from rolac_controller.records import Parameters
+from rolac_controller.state import Work
 
 SINGULAR = 1e-9  # pivot below which there is no solution; the matrix is of order one
 
 
 @kernel
-def reject_synchronous(parameters: np.record, omega: float, Q: Complex, U: Complex, work: np.record) -> None:
+def reject_synchronous(parameters: Parameters, omega: float, Q: Complex, U: Complex, work: Work) -> None:
     """Change the forces of a harmonic by one step of U' = -alpha S (U - C q_b).
 
     Parameters
     ----------
     parameters
-        Record PARAMETERS; with `rolac.mode` FORCE_FREE it is the whole force of the bearing that vanishes.
+        With `rolac.mode` FORCE_FREE it is the whole force of the bearing that vanishes.
     omega
         Frequency of the harmonic (rad/s).
     Q
-        Synchronous displacements of the harmonic, shape (N_SENSORS,) (m).
+        Synchronous displacements of the harmonic, shape (n_sensors,) (m).
     U
-        Forces of the harmonic, shape (N_AXES,) (N); changed.
+        Forces of the harmonic, shape (n_axes,) (N); changed.
     work
-        Record WORK with the receptance R at this speed (m/N); its `inverse_S` and `E` are overwritten.
+        With the receptance R at this speed (m/N); its `inverse_S` and `E` are overwritten.
     """
-    direct, tau, h = parameters.pid.direct, parameters.derivative_time, parameters.sample_time
+    own, n_axes = parameters.own[0], U.shape[0]
+    direct, tau, h = own.pid.direct, own.derivative_time, own.sample_time
     R, inverse_S, E = work.R, work.inverse_S, work.E
-    for i in range(N_AXES):
-        gains, s = parameters.axes[i], SENSOR_OF_AXIS[i]
+    for i in range(n_axes):
+        gains, s = parameters.axes[i], int(parameters.sensor_of_axis[i])
         C = response(gains, direct, tau, h, omega)
-        if parameters.rolac.mode == FORCE_FREE:
+        if own.rolac.mode == FORCE_FREE:
             C -= gains.k_s
-        for j in range(N_AXES):
+        for j in range(n_axes):
             inverse_S[i, j] = (1.0 if i == j else 0.0) - C * R[s, j]
         E[i] = U[i] - C * Q[s]
     if solve_in_place(inverse_S, E):
-        for i in range(N_AXES):
-            U[i] -= parameters.rolac.alpha * parameters.sample_time * E[i]
+        for i in range(n_axes):
+            U[i] -= own.rolac.alpha * own.sample_time * E[i]
 
 
 @kernel
@@ -64,29 +64,30 @@ def solve_in_place(A: Complex, b: Complex) -> bool:
     Parameters
     ----------
     A
-        Matrix, shape (N_AXES, N_AXES); overwritten.
+        Matrix, shape (n_axes, n_axes); overwritten.
     b
-        Right-hand side, shape (N_AXES,); receives the solution.
+        Right-hand side, shape (n_axes,); receives the solution.
     """
-    for p in range(N_AXES):
+    n_axes = b.shape[0]
+    for p in range(n_axes):
         pivot_row, largest = p, 0.0
-        for i in range(p, N_AXES):
+        for i in range(p, n_axes):
             size = abs(A[i, p])
             if size > largest:
                 pivot_row, largest = i, size
         if largest < SINGULAR:
             return False
-        for k in range(N_AXES):
+        for k in range(n_axes):
             A[p, k], A[pivot_row, k] = A[pivot_row, k], A[p, k]
         b[p], b[pivot_row] = b[pivot_row], b[p]
         scale = divided(A[p, p].conjugate(), largest * largest)
-        for k in range(N_AXES):
+        for k in range(n_axes):
             A[p, k] *= scale
         b[p] *= scale
-        for i in range(N_AXES):
+        for i in range(n_axes):
             if i != p:
                 factor = A[i, p]
-                for k in range(N_AXES):
+                for k in range(n_axes):
                     A[i, k] -= factor * A[p, k]
                 b[i] -= factor * b[p]
     return True

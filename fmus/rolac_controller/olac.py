@@ -8,25 +8,60 @@ After an update the next comparison needs two revolutions of new data, and so wa
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from fmi_export.jit import kernel
-from fmi_export.records import record
-from rolac_controller.complex_numbers import Complex, squared_magnitude
+from fmi_export.jit import inlined_kernel, kernel, views
+from fmi_export.model import Array
+from fmi_export.parts import clear, part
+from fmi_export.records import record, size_of
+from rolac_controller.complex_numbers import COMPLEX, Complex, squared_magnitude
+from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.fourier import ANGLE_TOLERANCE
-from rolac_controller.rig_layout import N_HARMONICS, N_SENSORS
+from rolac_controller.records import Records
 
-OLAC_MEMORY = record(
+PROGRESS = record(
     ("angle", "f8"),  # since the last whole revolution (rad)
     ("n_revolutions", "f8"),  # since the last update
     ("n_updates", "f8"),
-    ("previous_Q", "c16", (N_HARMONICS, N_SENSORS)),  # one revolution before (m)
 )
+N_PROGRESS = size_of(PROGRESS)
+
+
+class OlacMemory(NamedTuple):
+    """Record PROGRESS, in an array of one; Q one revolution before, shape (N_HARMONICS, n_sensors) (m)."""
+
+    progress: Records
+    previous_Q: Complex
+
+
+@views
+def olac_memory_size(n_sensors: int) -> int:
+    """Return the size of the memory for so many sensors."""
+    return N_PROGRESS + 2 * N_HARMONICS * n_sensors
+
+
+@views
+def olac_memory_of(array: Array, start: int, n_sensors: int) -> OlacMemory:
+    """Return the memory as views into an array from `start` on."""
+    previous_Q = part(array, start + N_PROGRESS, COMPLEX, (N_HARMONICS, n_sensors))
+    return OlacMemory(part(array, start, PROGRESS, 1), previous_Q)
+
+
+@inlined_kernel
+def forget(memory: OlacMemory) -> None:
+    """Forget all: OLAC is off."""
+    progress = memory.progress[0]
+    if progress.angle != 0.0 or progress.n_revolutions != 0.0 or progress.n_updates != 0.0:
+        progress.angle = 0.0
+        progress.n_revolutions = 0.0
+        progress.n_updates = 0.0
+        clear(memory.previous_Q)
 
 
 @kernel
-def update_is_due(olac: np.record, delta_theta: float, Q: Complex, memory: np.record) -> bool:
+def update_is_due(olac: np.record, delta_theta: float, Q: Complex, memory: OlacMemory) -> bool:
     """Return whether this sample ends a revolution of steady vibration, and an update is allowed.
 
     Parameters
@@ -36,27 +71,28 @@ def update_is_due(olac: np.record, delta_theta: float, Q: Complex, memory: np.re
     delta_theta
         Angle since the sample before (rad).
     Q
-        Components of all harmonics, shape (N_HARMONICS, N_SENSORS) (m).
+        Components of all harmonics, shape (N_HARMONICS, n_sensors) (m).
     memory
-        Record OLAC_MEMORY; all zeros when OLAC is switched on.
+        All zeros when OLAC is switched on.
     """
-    if olac.updates > 0.0 and memory.n_updates >= olac.updates:
+    progress = memory.progress[0]
+    if olac.updates > 0.0 and progress.n_updates >= olac.updates:
         return False
-    angle = memory.angle + delta_theta
-    memory.angle = angle
+    angle = progress.angle + delta_theta
+    progress.angle = angle
     if angle < 2.0 * math.pi - ANGLE_TOLERANCE:
         return False
-    memory.angle = angle - 2.0 * math.pi
-    n_revolutions = memory.n_revolutions + 1.0
+    progress.angle = angle - 2.0 * math.pi
+    n_revolutions = progress.n_revolutions + 1.0
     change_squared = size_squared = 0.0
     for k in range(N_HARMONICS):
-        for s in range(N_SENSORS):
+        for s in range(Q.shape[1]):
             change = Q[k, s] - memory.previous_Q[k, s]
             change_squared += squared_magnitude(change)
             size_squared += squared_magnitude(Q[k, s])
             memory.previous_Q[k, s] = Q[k, s]
     steady = n_revolutions >= 2.0 and change_squared <= olac.steadiness**2 * size_squared
-    memory.n_revolutions = 0.0 if steady else n_revolutions
+    progress.n_revolutions = 0.0 if steady else n_revolutions
     if steady:
-        memory.n_updates += 1.0
+        progress.n_updates += 1.0
     return bool(steady)

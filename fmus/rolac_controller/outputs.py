@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from fmi_export.jit import kernel
-from rolac_controller.complex_numbers import copy_matrix, squared_magnitude
+from fmi_export.jit import inlined_kernel, kernel
+from fmi_export.parts import copy_all
+from rolac_controller.complex_numbers import squared_magnitude
+from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.enumerations import ADAPTING
 from rolac_controller.identification import progress
+from rolac_controller.identified_receptance import IdentificationMemory
 from rolac_controller.receptance_table import TableViews
-from rolac_controller.rig_layout import N_AXES, N_BEARINGS, N_HARMONICS, N_SENSORS
+from rolac_controller.records import Inputs, Outputs, Parameters
+from rolac_controller.state import State, Work
 
 
 @kernel
@@ -22,47 +24,50 @@ def polar(z: complex) -> tuple[float, float]:
     return math.sqrt(squared_magnitude(z)), math.atan2(z.imag, z.real)
 
 
-@kernel
+@inlined_kernel
 def write_synchronous(
-    inputs: np.record, state: np.record, work: np.record, table: TableViews, outputs: np.record
+    parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs
 ) -> None:
     """Write components, forces and status of the synchronous control."""
-    shown = int(inputs.shown_harmonic) - 1
-    for axis in range(N_AXES):
+    shown = int(inputs.own[0].shown_harmonic) - 1
+    n_axes, n_sensors = state.U.shape[1], work.Q.shape[1]
+    for axis in range(n_axes):
         amplitude, phase = polar(state.U[shown, axis])
         outputs.axes[axis].force_amplitude = amplitude
         outputs.axes[axis].force_phase = phase
-    for s in range(N_SENSORS):
+    for s in range(n_sensors):
         amplitude, phase = polar(work.Q[shown, s])
         outputs.sensors[s].amplitude = amplitude
         outputs.sensors[s].phase = phase
     for k in range(N_HARMONICS):
-        squares = 0.0
-        for s in range(N_SENSORS):
-            squares += squared_magnitude(work.Q[k, s])
-        outputs.harmonics[k].displacement = math.sqrt(squares)
-        squares = 0.0
-        for axis in range(N_AXES):
-            squares += squared_magnitude(state.U[k, axis])
-        outputs.harmonics[k].force = math.sqrt(squares)
-    outputs.rolac_active = 1.0 if work.status == ADAPTING else 0.0
-    outputs.window_valid = work.window_valid
-    outputs.rolac_status = work.status
-    outputs.rolac_limited = work.force_limited
-    outputs.h_extrapolated = work.extrapolated
-    outputs.suspect_sensor = work.suspect_sensor
-    for bearing in range(N_BEARINGS):
+        displacement = force = 0.0
+        if parameters.harmonics[k].order != 0.0:
+            for s in range(n_sensors):
+                displacement += squared_magnitude(work.Q[k, s])
+            for axis in range(n_axes):
+                force += squared_magnitude(state.U[k, axis])
+        outputs.harmonics[k].displacement = math.sqrt(displacement)
+        outputs.harmonics[k].force = math.sqrt(force)
+    for bearing in range(state.contact_shares.shape[0]):
         outputs.contact_shares[bearing] = state.contact_shares[bearing]
-    outputs.table_rows = table.n_rows[0]
+    own, findings = outputs.own[0], work.findings[0]
+    own.rolac_active = 1.0 if findings.status == ADAPTING else 0.0
+    own.window_valid = findings.window_valid
+    own.rolac_status = findings.status
+    own.rolac_limited = findings.force_limited
+    own.h_extrapolated = findings.extrapolated
+    own.suspect_sensor = findings.suspect_sensor
+    own.table_rows = table.n_rows[0]
 
 
-@kernel
-def write_identification(inputs: np.record, memory: np.record, outputs: np.record) -> None:
+@inlined_kernel
+def write_identification(inputs: Inputs, memory: IdentificationMemory, outputs: Outputs) -> None:
     """Write the stage of the identification, and the last receptance."""
-    shown = int(inputs.shown_harmonic) - 1
-    outputs.identification_state = memory.stage
-    outputs.identification_error = memory.error
-    outputs.identification_progress = progress(memory)
-    outputs.identification_speed = memory.completed_speed
-    outputs.condition_number = memory.conditions[shown]
-    copy_matrix(memory.R[shown], outputs.receptance)
+    shown = int(inputs.own[0].shown_harmonic) - 1
+    own, course = outputs.own[0], memory.course[0]
+    own.identification_state = course.stage
+    own.identification_error = course.error
+    own.identification_progress = progress(memory)
+    own.identification_speed = course.completed_speed
+    own.condition_number = course.conditions[shown]
+    copy_all(memory.R[shown], outputs.receptance)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 from fmi_export.variables import Variable, parameter, repeated
+from rolac_controller.control_loop import N_HARMONICS, ControlLoop, SensorPlane
 from rolac_controller.enumerations import CUSTOM, FORCE_FREE, GIVEN, PRESETS
-from rolac_controller.rig_layout import AXES, N_HARMONICS, N_PLANES, PLANES, SENSORS
 
 # 2.8 and 2.9 with Table 2.2: the linear law that the actuator starts with.
 BEARING_K_S, BEARING_K_I = 2376955.7160887653, 563.1506658084571
 
 LARGEST_ORDER = 50
-PLANE_POSITIONS = (1.948, 1.321, 0.624, 0.0)  # m from the non-driven end, in the order of PLANES
 
 
 def _switch(name: str, description: str, start: bool = False, **options: object) -> Variable:
@@ -91,11 +90,6 @@ def _weight(sensor: str, where: str) -> list[Variable]:
     description = f"Weight in W of the sensor, {where} (5.10)"
     return [parameter(f"{sensor}.weight", "1", description, 1.0, minimum=0.0, maximum=1e6, field=".")]
 
-
-SYNCHRONOUS = (
-    *repeated("harmonics", [(k + 1,) for k in range(N_HARMONICS)], _harmonic),
-    *repeated("sensor_weights", SENSORS, _weight),
-)
 
 ADAPTATION = (
     _choice(
@@ -259,28 +253,28 @@ def _scale(sensor: str, where: str) -> list[Variable]:
     return [parameter(f"{sensor}.scale", "1", description, 1.0, minimum=0.0, maximum=1e3, field=".")]
 
 
-def _plane_position(k: int) -> list[Variable]:
-    description = f"Axial position of the inputs s{2 * k + 1}, s{2 * k + 2}, {PLANES[k]}"
-    return [parameter(f"plane{k + 1}.z", "m", description, PLANE_POSITIONS[k], field=".")]
+def _plane_position(number: int, plane: SensorPlane) -> list[Variable]:
+    description = f"Axial position of the inputs {plane.x}, {plane.y}, {plane.name}"
+    return [parameter(f"plane{number}.z", "m", description, plane.position, field=".")]
 
 
-def _plane_offset(k: int) -> list[Variable]:
-    description = f"Axial offset of the sensors from there, {PLANES[k]}"
-    return [parameter(f"plane{k + 1}.offset", "m", description, 0.0, minimum=-1.0, maximum=1.0, field=".")]
+def _plane_offset(number: int, plane: SensorPlane) -> list[Variable]:
+    description = f"Axial offset of the sensors from there, {plane.name}"
+    return [parameter(f"plane{number}.offset", "m", description, 0.0, minimum=-1.0, maximum=1.0, field=".")]
 
 
-SENSOR_PLACEMENT = (
-    *repeated("sensor_scales", SENSORS, _scale),
-    *repeated("plane_positions", [(k,) for k in range(N_PLANES)], _plane_position),
-    *repeated("plane_offsets", [(k,) for k in range(N_PLANES)], _plane_offset),
-)
-
-PARAMETER_VARIABLES = (
-    *GENERAL,
-    *repeated("axes", [(bearing, axis) for bearing, axis, _ in AXES], _axis),
-    *SYNCHRONOUS,
-    *ADAPTATION,
-    *IDENTIFICATION,
-    *CHAIN,
-    *SENSOR_PLACEMENT,
-)
+def parameter_variables(loop: ControlLoop) -> list[Variable]:
+    """Return the parameters of a controller of this loop."""
+    planes = list(enumerate(loop.planes, 1))
+    return [
+        *GENERAL,
+        *ADAPTATION,
+        *IDENTIFICATION,
+        *CHAIN,
+        *repeated("axes", [(bearing, axis) for bearing, axis, _ in loop.axes], _axis),
+        *repeated("harmonics", [(k + 1,) for k in range(N_HARMONICS)], _harmonic),
+        *repeated("sensor_weights", loop.sensors, _weight),
+        *repeated("sensor_scales", loop.sensors, _scale),
+        *repeated("plane_positions", planes, _plane_position),
+        *repeated("plane_offsets", planes, _plane_offset),
+    ]

@@ -9,23 +9,43 @@ A^+ = V Sigma^-2 B^H. Rotations do not lose what a product A^H A would: small si
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-import numpy as np
-
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, views
 from fmi_export.model import Array
-from fmi_export.records import record
-from rolac_controller.complex_numbers import Complex, divided, squared_magnitude
-from rolac_controller.rig_layout import N_AXES, N_SENSORS
+from fmi_export.parts import part
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex, divided, squared_magnitude
 from rolac_controller.signals import LARGEST_CONDITION
+from rolac_controller.sizes import Sizes
 
-SVD_WORK = record(
-    ("B", "c16", (N_SENSORS, N_AXES)),
-    ("V", "c16", (N_AXES, N_AXES)),
-    ("sigma_squared", "f8", (N_AXES,)),
-)
 MAX_SWEEPS = 30
 ORTHOGONAL = 1e-15
+
+
+class SvdWork(NamedTuple):
+    """Scratch of a decomposition: A V, shape (n_sensors, n_axes); V; squares of the singular values."""
+
+    B: Complex
+    V: Complex
+    sigma_squared: Array
+
+
+@views
+def svd_work_size(sizes: Sizes) -> int:
+    """Return the size of the scratch of a decomposition."""
+    return 2 * sizes.n_axes * (sizes.n_sensors + sizes.n_axes) + sizes.n_axes
+
+
+@views
+def svd_work_of(array: Array, start: int, sizes: Sizes) -> SvdWork:
+    """Return the scratch of a decomposition as views into an array from `start` on."""
+    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
+    V = start + 2 * n_sensors * n_axes
+    return SvdWork(
+        part(array, start, COMPLEX, (n_sensors, n_axes)),
+        part(array, V, COMPLEX, (n_axes, n_axes)),
+        part(array, V + 2 * n_axes * n_axes, REAL, n_axes),
+    )
 
 
 @kernel
@@ -40,12 +60,13 @@ def rotate(columns: Complex, p: int, q: int, cos: float, sin: float, direction: 
 @kernel
 def orthogonalise(B: Complex, V: Complex) -> None:
     """Make the columns of B orthogonal by rotations, and apply the same rotations to V (Hestenes)."""
+    n_sensors, n_axes = B.shape
     for _ in range(MAX_SWEEPS):
         largest = 0.0
-        for p in range(N_AXES - 1):
-            for q in range(p + 1, N_AXES):
+        for p in range(n_axes - 1):
+            for q in range(p + 1, n_axes):
                 product, size_p, size_q = 0j, 0.0, 0.0
-                for i in range(N_SENSORS):
+                for i in range(n_sensors):
                     size_p += squared_magnitude(B[i, p])
                     size_q += squared_magnitude(B[i, q])
                     product += B[i, p].conjugate() * B[i, q]
@@ -64,7 +85,7 @@ def orthogonalise(B: Complex, V: Complex) -> None:
 
 
 @kernel
-def negative_pseudo_inverse(R: Complex, weights: Array, H: Complex, svd: np.record) -> float:
+def negative_pseudo_inverse(R: Complex, weights: Array, H: Complex, svd: SvdWork) -> float:
     """Compute the matrix H of a receptance; return the condition number of the weighted receptance.
 
     The condition number is the largest singular value over the smallest, at most LARGEST_CONDITION.
@@ -72,35 +93,36 @@ def negative_pseudo_inverse(R: Complex, weights: Array, H: Complex, svd: np.reco
     Parameters
     ----------
     R
-        Receptance, shape (N_SENSORS, N_AXES) (m/N).
+        Receptance, shape (n_sensors, n_axes) (m/N).
     weights
-        Diagonal of W, shape (N_SENSORS,), non-negative.
+        Diagonal of W, shape (n_sensors,), non-negative.
     H
-        Receives H, shape (N_AXES, N_SENSORS) (N/m); zeros if R is singular.
+        Receives H, shape (n_axes, n_sensors) (N/m); zeros if R is singular.
     svd
-        Record SVD_WORK; overwritten.
+        Overwritten.
     """
+    n_sensors, n_axes = R.shape
     B, V, sigma_squared = svd.B, svd.V, svd.sigma_squared
-    for s in range(N_SENSORS):
-        for j in range(N_AXES):
+    for s in range(n_sensors):
+        for j in range(n_axes):
             B[s, j] = math.sqrt(weights[s]) * R[s, j]
-    for i in range(N_AXES):
-        for j in range(N_AXES):
+    for i in range(n_axes):
+        for j in range(n_axes):
             V[i, j] = 1.0 if i == j else 0.0
     orthogonalise(B, V)
     largest, smallest = 0.0, math.inf
-    for j in range(N_AXES):
+    for j in range(n_axes):
         sigma_squared[j] = 0.0
-        for s in range(N_SENSORS):
+        for s in range(n_sensors):
             sigma_squared[j] += squared_magnitude(B[s, j])
         largest, smallest = max(largest, sigma_squared[j]), min(smallest, sigma_squared[j])
     H[:] = 0.0
     if smallest <= 0.0 or largest > smallest * LARGEST_CONDITION * LARGEST_CONDITION:
         return LARGEST_CONDITION
-    for axis in range(N_AXES):
-        for s in range(N_SENSORS):
+    for axis in range(n_axes):
+        for s in range(n_sensors):
             total = 0j
-            for j in range(N_AXES):
+            for j in range(n_axes):
                 total += divided(V[axis, j] * B[s, j].conjugate(), sigma_squared[j])
             H[axis, s] = -math.sqrt(weights[s]) * total
     return math.sqrt(largest / smallest)

@@ -1,29 +1,24 @@
 """The table of receptances R and matrices H that the controller uses and updates.
 
-Its array is the number of rows, then the rows, ascending in harmonic order and speed. The constants of the FMU hold the
-table that it was built with; its state holds the one in use, which has room for more rows.
+Its array is the number of rows, then their keys, ascending in harmonic order and speed, then all R, then all H. The
+constants of the FMU hold the table that it was built with; its state holds the one in use, which has room for more.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from fmi_export.jit import kernel, views
+from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
+from fmi_export.parts import copy_all, part
 from fmi_export.records import record, size_of
-from rolac_controller.complex_numbers import Complex, copy_matrix
-from rolac_controller.pseudo_inverse import negative_pseudo_inverse
-from rolac_controller.rig_layout import N_AXES, N_SENSORS
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex
+from rolac_controller.pseudo_inverse import SvdWork, negative_pseudo_inverse
+from rolac_controller.records import Parameters, Records
+from rolac_controller.sizes import N_SIZES, Sizes, sizes_of
 
-ROW = record(
-    ("order", "f8"),  # of the harmonic
-    ("speed", "f8"),  # rad/s
-    ("R", "c16", (N_SENSORS, N_AXES)),  # m/N
-    ("H", "c16", (N_AXES, N_SENSORS)),  # N/m
-)
+KEY = record(("order", "f8"), ("speed", "f8"))  # of the harmonic, and of the rotor (rad/s)
+N_KEY = size_of(KEY)
 SPARE_ROWS = 48  # for identifications: twelve speeds, four harmonics
 SAME_SPEED = 0.005  # relative; an identification this close to a speed of the table replaces its row
 
@@ -31,10 +26,18 @@ MISSING, WITHIN, BEYOND = range(3)  # how the speeds of the table cover a speed
 
 
 class TableViews(NamedTuple):
-    """Views of a table: the number of rows in use, shape (1,), and all the rows there is room for."""
+    """Views of a table: the number of rows in use, shape (1,), and all the rows there is room for.
+
+    keys
+        Records KEY, shape (n,).
+    R, H
+        Shapes (n, n_sensors, n_axes) (m/N) and (n, n_axes, n_sensors) (N/m).
+    """
 
     n_rows: Array
-    rows: NDArray[np.record]
+    keys: Records
+    R: Complex
+    H: Complex
 
 
 class Bracket(NamedTuple):
@@ -47,18 +50,56 @@ class Bracket(NamedTuple):
 
 
 @views
-def table_of(array: Array) -> TableViews:
-    """Return the table whose array this is."""
-    return TableViews(array[:1], array[1:].view(ROW))
+def table_of(array: Array, start: int, capacity: int, sizes: Sizes) -> TableViews:
+    """Return the table of so many rows that an array holds from `start` on."""
+    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
+    keys = start + 1
+    R = keys + capacity * N_KEY
+    H = R + 2 * capacity * n_axes * n_sensors
+    return TableViews(
+        part(array, start, REAL, 1),
+        part(array, keys, KEY, capacity),
+        part(array, R, COMPLEX, (capacity, n_sensors, n_axes)),
+        part(array, H, COMPLEX, (capacity, n_axes, n_sensors)),
+    )
+
+
+@views
+def built_rows(constants: Array, sizes: Sizes) -> int:
+    """Return the number of rows of the table that an FMU with these constants was built with."""
+    return int(constants[N_SIZES + sizes.n_axes])
+
+
+@views
+def built_table(constants: Array, sizes: Sizes) -> TableViews:
+    """Return the table that an FMU with these constants was built with."""
+    return table_of(constants, N_SIZES + sizes.n_axes, built_rows(constants, sizes), sizes)
+
+
+@views
+def table_in_use(state: Array, start: int, constants: Array, sizes: Sizes) -> TableViews:
+    """Return the table that the state of an FMU with these constants holds from `start` on."""
+    return table_of(state, start, built_rows(constants, sizes) + SPARE_ROWS, sizes)
 
 
 def table_size(constants: Array) -> int:
-    """Return the size of the table in use, for the table an FMU was built with."""
-    return 1 + (int(constants[0]) + SPARE_ROWS) * size_of(ROW)
+    """Return the size of the table in use of a controller with these constants."""
+    sizes = sizes_of(constants)
+    n_rows = built_rows(constants, sizes) + SPARE_ROWS
+    return 1 + n_rows * (N_KEY + 4 * sizes.n_axes * sizes.n_sensors)
 
 
 @kernel
-def load(built: TableViews, parameters: np.record, table: TableViews, svd: np.record) -> bool:
+def copy_row(source: TableViews, k: int, target: TableViews, place: int) -> None:
+    """Write row k of a table into a place of another one, or of the same."""
+    target.keys[place].order = source.keys[k].order
+    target.keys[place].speed = source.keys[k].speed
+    copy_all(source.R[k], target.R[place])
+    copy_all(source.H[k], target.H[place])
+
+
+@kernel
+def load(built: TableViews, parameters: Parameters, table: TableViews, svd: SvdWork) -> bool:
     """Copy the built table into use; return False if the sensor weights leave one of its receptances ill-conditioned.
 
     With weights that are not one, H is computed anew.
@@ -67,27 +108,24 @@ def load(built: TableViews, parameters: np.record, table: TableViews, svd: np.re
     ----------
     built, table
         The table that the FMU was built with and the one in use.
-    parameters
-        Record PARAMETERS.
     svd
-        Record SVD_WORK; overwritten.
+        Overwritten.
     """
     weights = parameters.sensor_weights
     all_one = True
-    for s in range(N_SENSORS):
+    for s in range(weights.shape[0]):
         all_one = all_one and weights[s] == 1.0
     table.n_rows[0] = built.n_rows[0]
     for k in range(int(built.n_rows[0])):
-        row = table.rows[k]
-        table.rows[k] = built.rows[k]
+        copy_row(built, k, table, k)
         if not all_one:
-            condition = negative_pseudo_inverse(row.R, weights, row.H, svd)
-            if condition > parameters.identification.max_condition:
+            condition = negative_pseudo_inverse(table.R[k], weights, table.H[k], svd)
+            if condition > parameters.own[0].identification.max_condition:
                 return False
     return True
 
 
-@kernel
+@inlined_kernel
 def find_bracket(table: TableViews, order: float, speed: float) -> Bracket:
     """Return the rows of a harmonic on both sides of a speed (rad/s).
 
@@ -95,7 +133,7 @@ def find_bracket(table: TableViews, order: float, speed: float) -> Bracket:
     """
     lower = upper = -1
     for k in range(int(table.n_rows[0])):
-        row = table.rows[k]
+        row = table.keys[k]
         if row.order != order:
             continue
         if row.speed <= speed:
@@ -109,7 +147,7 @@ def find_bracket(table: TableViews, order: float, speed: float) -> Bracket:
         return Bracket(upper, upper, 0.0, BEYOND)
     if upper < 0:
         return Bracket(lower, lower, 0.0, BEYOND)
-    low, high = table.rows[lower].speed, table.rows[upper].speed
+    low, high = table.keys[lower].speed, table.keys[upper].speed
     weight = (speed - low) / (high - low) if high > low else 0.0
     return Bracket(lower, upper, weight, WITHIN)
 
@@ -133,13 +171,13 @@ def store(table: TableViews, order: float, speed: float, R: Complex, H: Complex)
     order, speed
         Order of the harmonic and speed (rad/s).
     R, H
-        Shapes (N_SENSORS, N_AXES) (m/N) and (N_AXES, N_SENSORS) (N/m).
+        Shapes (n_sensors, n_axes) (m/N) and (n_axes, n_sensors) (N/m).
     """
     n_rows = int(table.n_rows[0])
     place, same = 0, -1
     nearest = SAME_SPEED * speed
     for k in range(n_rows):
-        row = table.rows[k]
+        row = table.keys[k]
         if row.order == order and abs(row.speed - speed) <= nearest:
             same, nearest = k, abs(row.speed - speed)
         if row.order < order or (row.order == order and row.speed < speed):
@@ -147,14 +185,13 @@ def store(table: TableViews, order: float, speed: float, R: Complex, H: Complex)
     if same >= 0:
         place = same
     else:
-        if n_rows == table.rows.shape[0]:
+        if n_rows == table.keys.shape[0]:
             return False
         for k in range(n_rows, place, -1):
-            table.rows[k] = table.rows[k - 1]
+            copy_row(table, k - 1, table, k)
         table.n_rows[0] = n_rows + 1
-    new = table.rows[place]
-    new.order = order
-    new.speed = speed
-    copy_matrix(R, new.R)
-    copy_matrix(H, new.H)
+    table.keys[place].order = order
+    table.keys[place].speed = speed
+    copy_all(R, table.R[place])
+    copy_all(H, table.H[place])
     return True

@@ -1,38 +1,36 @@
-"""The controller's memory: the record of its state, and the record of its work array."""
+"""The controller's memory: views into its state, and into its work array."""
 
 from __future__ import annotations
 
-from fmi_export.model import Array
-from fmi_export.records import record, size_of
-from rolac_controller.fourier import WINDOW
-from rolac_controller.identified_receptance import IDENTIFICATION_MEMORY
-from rolac_controller.olac import OLAC_MEMORY
-from rolac_controller.pid import PID_MEMORY
-from rolac_controller.pseudo_inverse import SVD_WORK
-from rolac_controller.receptance_table import table_size
-from rolac_controller.rig_layout import N_AXES, N_BEARINGS, N_HARMONICS, N_SENSORS
-from rolac_controller.sensor_check import CHECK_MEMORY
-from rolac_controller.sensors import SENSOR_MEMORY
+from typing import NamedTuple
 
-# The table in use follows the record in the state array; its size depends on the constants.
-STATE = record(
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import record, size_of
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex
+from rolac_controller.control_loop import N_HARMONICS
+from rolac_controller.fourier import Window, window_of, window_size
+from rolac_controller.identified_receptance import (
+    IdentificationMemory,
+    identification_memory_of,
+    identification_memory_size,
+)
+from rolac_controller.olac import OlacMemory, olac_memory_of, olac_memory_size
+from rolac_controller.pid import PID_MEMORY
+from rolac_controller.pseudo_inverse import SvdWork, svd_work_of, svd_work_size
+from rolac_controller.receptance_table import table_size
+from rolac_controller.records import Records
+from rolac_controller.sensor_check import CHECK_MEMORY
+from rolac_controller.sensors import SensorMemory, sensor_memory_of, sensor_memory_size
+from rolac_controller.sizes import Sizes, sizes_of
+
+HEAD = record(
     ("started", "f8"),  # 1 after the first sample
     ("current_limited", "f8"),  # 1 if a current was at its limit at the last sample
-    ("axes", PID_MEMORY, (N_AXES,)),
-    ("currents", "f8", (N_AXES,)),  # computed last (A)
-    ("U", "c16", (N_HARMONICS, N_AXES)),  # synchronous forces (N)
-    ("contact_shares", "f8", (N_BEARINGS,)),
-    ("sensors", SENSOR_MEMORY),
-    ("sensor_check", CHECK_MEMORY),
-    ("olac", OLAC_MEMORY),
-    ("identification", IDENTIFICATION_MEMORY),
-    ("window", WINDOW),
 )
-
-WORK = record(
-    # What was found at this sample; flags are 0 or 1.
-    ("displacements", "f8", (N_SENSORS,)),  # measured (m)
-    ("Q", "c16", (N_HARMONICS, N_SENSORS)),  # synchronous displacements (m)
+# What was found at this sample; flags are 0 or 1.
+FINDINGS = record(
     ("delta_theta", "f8"),  # angle since the sample before (rad)
     ("window_valid", "f8"),
     ("suspect_sensor", "f8"),
@@ -40,19 +38,149 @@ WORK = record(
     ("status", "f8"),  # rolac_status
     ("extrapolated", "f8"),
     ("force_limited", "f8"),
-    # Intermediate results.
-    ("u", "f8", (N_AXES,)),  # synchronous forces and test force now (N)
-    ("delta_U", "c16", (N_AXES,)),
-    ("R", "c16", (N_SENSORS, N_AXES)),
-    ("H", "c16", (N_AXES, N_SENSORS)),
-    ("svd", SVD_WORK),
-    ("inverse_S", "c16", (N_AXES, N_AXES)),  # of the notch
-    ("E", "c16", (N_AXES,)),
 )
+N_HEAD, N_FINDINGS, N_PID, N_CHECK = (size_of(r) for r in (HEAD, FINDINGS, PID_MEMORY, CHECK_MEMORY))
 
-STATE_SIZE, WORK_SIZE = size_of(STATE), size_of(WORK)
+
+class State(NamedTuple):
+    """The state; the table of receptances in use follows it in the array.
+
+    head
+        Record HEAD, in an array of one.
+    axes
+        Records PID_MEMORY, shape (n_axes,).
+    currents
+        Computed last, shape (n_axes,) (A).
+    U
+        Synchronous forces, shape (N_HARMONICS, n_axes) (N).
+    contact_shares
+        Shape (n_axes // 2,).
+    checks
+        Records CHECK_MEMORY, shape (n_sensors,).
+    """
+
+    head: Records
+    axes: Records
+    currents: Array
+    U: Complex
+    contact_shares: Array
+    sensors: SensorMemory
+    checks: Records
+    olac: OlacMemory
+    identification: IdentificationMemory
+    window: Window
+
+
+class Work(NamedTuple):
+    """The work array.
+
+    findings
+        Record FINDINGS, in an array of one.
+    displacements, Q
+        At this sample: measured, shape (n_sensors,), and synchronous, shape (N_HARMONICS, n_sensors) (m).
+    u
+        Synchronous forces and test force now, shape (n_axes,) (N).
+    delta_U, R, H, svd
+        Intermediate results of the adaptation: shapes (n_axes,), (n_sensors, n_axes), (n_axes, n_sensors).
+    inverse_S, E
+        Of the notch: shapes (n_axes, n_axes), (n_axes,).
+    """
+
+    findings: Records
+    displacements: Array
+    Q: Complex
+    u: Array
+    delta_U: Complex
+    R: Complex
+    H: Complex
+    svd: SvdWork
+    inverse_S: Complex
+    E: Complex
+
+
+@views
+def state_size(sizes: Sizes) -> int:
+    """Return the size of the state without the table."""
+    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
+    return (
+        N_HEAD
+        + n_axes * (N_PID + 1)
+        + 2 * N_HARMONICS * n_axes
+        + n_axes // 2
+        + sensor_memory_size(n_sensors)
+        + n_sensors * N_CHECK
+        + olac_memory_size(n_sensors)
+        + identification_memory_size(sizes)
+        + window_size(n_sensors)
+    )
+
+
+@views
+def state_of(state: Array, sizes: Sizes) -> State:
+    """Return views into the state."""
+    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
+    axes = N_HEAD
+    currents = axes + n_axes * N_PID
+    U = currents + n_axes
+    shares = U + 2 * N_HARMONICS * n_axes
+    sensors = shares + n_axes // 2
+    checks = sensors + sensor_memory_size(n_sensors)
+    olac = checks + n_sensors * N_CHECK
+    identification = olac + olac_memory_size(n_sensors)
+    window = identification + identification_memory_size(sizes)
+    return State(
+        part(state, 0, HEAD, 1),
+        part(state, axes, PID_MEMORY, n_axes),
+        part(state, currents, REAL, n_axes),
+        part(state, U, COMPLEX, (N_HARMONICS, n_axes)),
+        part(state, shares, REAL, n_axes // 2),
+        sensor_memory_of(state, sensors, n_sensors),
+        part(state, checks, CHECK_MEMORY, n_sensors),
+        olac_memory_of(state, olac, n_sensors),
+        identification_memory_of(state, identification, sizes),
+        window_of(state, window, n_sensors),
+    )
+
+
+@views
+def work_of(work: Array, sizes: Sizes) -> Work:
+    """Return views into the work array."""
+    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
+    displacements = N_FINDINGS
+    Q = displacements + n_sensors
+    u = Q + 2 * N_HARMONICS * n_sensors
+    delta_U = u + n_axes
+    R = delta_U + 2 * n_axes
+    H = R + 2 * n_sensors * n_axes
+    svd = H + 2 * n_sensors * n_axes
+    inverse_S = svd + svd_work_size(sizes)
+    return Work(
+        part(work, 0, FINDINGS, 1),
+        part(work, displacements, REAL, n_sensors),
+        part(work, Q, COMPLEX, (N_HARMONICS, n_sensors)),
+        part(work, u, REAL, n_axes),
+        part(work, delta_U, COMPLEX, n_axes),
+        part(work, R, COMPLEX, (n_sensors, n_axes)),
+        part(work, H, COMPLEX, (n_axes, n_sensors)),
+        svd_work_of(work, svd, sizes),
+        part(work, inverse_S, COMPLEX, (n_axes, n_axes)),
+        part(work, inverse_S + 2 * n_axes * n_axes, COMPLEX, n_axes),
+    )
 
 
 def n_state(constants: Array) -> int:
     """Return the size of the state of a controller with these constants."""
-    return STATE_SIZE + table_size(constants)
+    return state_size(sizes_of(constants)) + table_size(constants)
+
+
+def n_work(constants: Array) -> int:
+    """Return the size of the work array of a controller with these constants."""
+    sizes = sizes_of(constants)
+    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
+    return (
+        N_FINDINGS
+        + n_sensors * (1 + 2 * N_HARMONICS)
+        + 5 * n_axes
+        + 2 * n_axes * (2 * n_sensors + n_axes)
+        + svd_work_size(sizes)
+    )

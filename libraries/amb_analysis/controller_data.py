@@ -7,10 +7,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rolac_controller.control_loop import ControlLoop
 from rolac_controller.parameters import LARGEST_ORDER
-from rolac_controller.receptance_table import ROW
-from rolac_controller.rig_layout import N_AXES, N_SENSORS
+from rolac_controller.receptance_table import KEY
+from rolac_controller.sizes import SIZES
 
+Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 # A receptance is measured to about four digits; beyond this condition number none of them is significant in H.
@@ -18,10 +20,6 @@ MAX_CONDITION = 1e4
 
 # Speeds at which the thesis identifies (rad/s).
 SPEEDS = tuple(2.0 * np.pi * f for f in (5.0, 10.0, 15.0, 20.0, 22.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 35.0))
-
-# Constants of a controller without a table: all functions but ROLAC, which needs an identification first.
-NO_TABLE: NDArray[np.float64] = np.zeros(1)
-NO_TABLE.flags.writeable = False
 
 
 def condition_number(receptance: ArrayLike, weights: ArrayLike | None = None) -> float:
@@ -41,14 +39,14 @@ def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) 
     Parameters
     ----------
     receptance
-        R, shape (8, 4), complex (m/N): s1 to s8 by forces at mb1.x, mb1.y, mb2.x, mb2.y.
+        R, shape (n_sensors, n_axes), complex (m/N): sensors by forces of the bearings' axes.
     weights
-        Diagonal of W, shape (8,), non-negative; ones by default.
+        Diagonal of W, shape (n_sensors,), non-negative; ones by default.
 
     Returns
     -------
     ndarray
-        H, shape (4, 8), complex (N/m).
+        H, shape (n_axes, n_sensors), complex (N/m).
 
     Raises
     ------
@@ -65,15 +63,22 @@ def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) 
     return np.asarray(-np.linalg.pinv(weighted, rcond=0.0) * root, dtype=np.complex128)
 
 
-def pack(speeds: ArrayLike, receptances: ArrayLike, orders: Sequence[int] = (1,)) -> NDArray[np.float64]:
+def no_table(loop: ControlLoop) -> Array:
+    """Return the constants of a controller without a table: all functions but ROLAC, which must first identify."""
+    return pack_rows(loop, ())
+
+
+def pack(loop: ControlLoop, speeds: ArrayLike, receptances: ArrayLike, orders: Sequence[int] = (1,)) -> Array:
     """Return the constants of a controller: R and H at a list of speeds.
 
     Parameters
     ----------
+    loop
+        Names of its bearings and sensors.
     speeds
         Speeds, shape (n,), ascending (rad/s).
     receptances
-        R at each of them, shape (n, 8, 4), complex (m/N); for several harmonics shape (len(orders), n, 8, 4).
+        R at each of them, shape (n, n_sensors, n_axes), complex (m/N); for several harmonics (len(orders), n, ..).
     orders
         Orders of the harmonics, ascending.
 
@@ -91,40 +96,51 @@ def pack(speeds: ArrayLike, receptances: ArrayLike, orders: Sequence[int] = (1,)
     allowed = range(1, LARGEST_ORDER + 1)
     if not orders or any(n not in allowed for n in orders) or list(orders) != sorted(set(orders)):
         raise ValueError(f"orders = {list(orders)} is not allowed; they must ascend, from 1 to {LARGEST_ORDER}")
-    shape = (omega.size, N_SENSORS, N_AXES)
+    shape = (omega.size, *loop.shape)
     if r.shape not in ((len(orders), *shape), *((shape,) if len(orders) == 1 else ())):
         raise ValueError(
             f"receptances of shape {r.shape} is not allowed; {omega.size} speeds need "
             f"{shape if len(orders) == 1 else (len(orders), *shape)}"
         )
     by_order = r.reshape(len(orders), *shape)
-    return pack_rows((n, omega[k], by_order[i, k]) for i, n in enumerate(orders) for k in range(omega.size))
+    rows = ((n, omega[k], by_order[i, k]) for i, n in enumerate(orders) for k in range(omega.size))
+    return pack_rows(loop, rows)
 
 
-def pack_rows(rows: Iterable[tuple[int, float, Complex]]) -> NDArray[np.float64]:
+def pack_rows(loop: ControlLoop, rows: Iterable[tuple[int, float, Complex]]) -> Array:
     """Return the constants of a controller from (order, speed, R), ascending in order and speed; see `pack`.
 
-    They are laid out as `rolac_controller.receptance_table` reads them.
+    They are laid out as `rolac_controller.sizes` and `rolac_controller.receptance_table` read them.
     """
-    packed = []
+    keys, receptances, inverses = [], [], []
     for order, speed, receptance in rows:
         try:
-            h = inverse_receptance(receptance)
+            inverses.append(inverse_receptance(receptance))
         except ValueError as error:
             raise ValueError(f"at {speed:g} rad/s: {error}") from error
-        packed.append((order, speed, receptance, h))
-    return np.concatenate([[float(len(packed))], np.array(packed, dtype=ROW).view(np.float64)])
+        keys.append((order, speed))
+        receptances.append(receptance)
+    names = loop.sensor_names
+    parts = (
+        np.array([(len(loop.bearings), len(loop.planes))], dtype=SIZES),
+        np.array([names.index(axis.sensor) for axis in loop.axes], dtype=np.float64),
+        np.array([len(keys)], dtype=np.float64),
+        np.array(keys, dtype=KEY),
+        np.array(receptances, dtype=np.complex128),
+        np.array(inverses, dtype=np.complex128),
+    )
+    return np.concatenate([part.ravel().view(np.float64) for part in parts])
 
 
-def _weighted(receptance: ArrayLike, weights: ArrayLike | None) -> tuple[Complex, NDArray[np.float64]]:
+def _weighted(receptance: ArrayLike, weights: ArrayLike | None) -> tuple[Complex, Array]:
     """W^(1/2) R and the diagonal of W^(1/2)."""
     r = np.asarray(receptance, dtype=np.complex128)
-    w = np.ones(N_SENSORS) if weights is None else np.asarray(weights, dtype=np.float64)
-    if r.shape != (N_SENSORS, N_AXES):
-        raise ValueError(f"receptance of shape {r.shape} is not allowed; it must be ({N_SENSORS}, {N_AXES})")
+    if r.ndim != 2 or not 1 <= r.shape[1] <= r.shape[0]:
+        raise ValueError(f"receptance of shape {r.shape} is not allowed; it must have at least as many rows as columns")
     if not np.isfinite(r).all():
         raise ValueError("receptance has numbers that are not finite")
-    if w.shape != (N_SENSORS,) or not np.isfinite(w).all() or (w < 0.0).any():
-        raise ValueError(f"weights = {w} is not allowed; they must be {N_SENSORS} finite numbers >= 0")
+    w = np.ones(len(r)) if weights is None else np.asarray(weights, dtype=np.float64)
+    if w.shape != (len(r),) or not np.isfinite(w).all() or (w < 0.0).any():
+        raise ValueError(f"weights = {w} is not allowed; they must be {len(r)} finite numbers >= 0")
     root = np.sqrt(w)
     return root[:, None] * r, root

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from amb_actuator.force import Coils, current_stiffness, limited_current, negative_stiffness, nonlinear_force, pull
-from amb_actuator.interface import AXES, INTERFACE, PARAMETERS
+from amb_actuator.interface import axes_of, interface_of
+from amb_actuator.records import AXIS
 from fmi_export.model import Array
-
-AXIS: np.dtype[np.record] = PARAMETERS["axes"].base
 
 
 class Linearisation(NamedTuple):
@@ -54,7 +53,7 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
     Parameters
     ----------
     bearing, axis
-        `mb1` or `mb2`, `x` or `y`.
+        Name of the bearing, whose measured constants are those of the rig for `mb1` and `mb2`; `x` or `y`.
     changes
         Values by name without bearing and axis, `bias_current=4.3`.
 
@@ -63,9 +62,10 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
     ValueError
         If there is no such axis or parameter, a value is outside its range, or the coils cannot carry the bias.
     """
-    if (bearing, axis) not in AXES:
-        raise ValueError(f"no axis {bearing}.{axis}; there are {', '.join(f'{b}.{a}' for b, a in AXES)}")
-    variables = {name: INTERFACE[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
+    if (bearing, axis) not in axes_of([bearing]):
+        raise ValueError(f"no axis {bearing}.{axis}; there are {', '.join(f'{b}.{a}' for b, a in axes_of([bearing]))}")
+    table = interface_of([bearing])
+    variables = {name: table[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
     for name, value in changes.items():
         if name not in variables:
             raise ValueError(f"no parameter {name!r}; there are {', '.join(variables)}")

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import fnmatch
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal, get_args
@@ -20,34 +19,37 @@ from amb_analysis.controller_data import Complex, condition_number, inverse_rece
 from amb_files.atomic import write_atomically
 from amb_files.toml import read_toml, table, validate
 from amb_files.validation_errors import Unit
-from rolac_controller.interface import INTERFACE
+from rolac_controller.control_loop import ControlLoop
+from rolac_controller.interface import interface_of
 from rolac_controller.parameters import LARGEST_ORDER
 from rolac_controller.receptance_table import SAME_SPEED
-from rolac_controller.rig_layout import N_AXES, N_SENSORS
 
-Format = Literal["amb-cosim receptances 1"]
+Format = Literal["amb-cosim receptances 2"]
 (FORMAT,) = get_args(Format)
 
-# Parameters of the controller that a synchronous receptance depends on.
-_LOOP = (
-    *("sample_time", "derivative_time", "pid.direct", "mb?.k_b_?", "mb?.c_b_?", "mb?.k_integral_?", "mb?.k_s_?"),
-    *("mb?.k_i_?", "mb?.k_p_?", "mb?.k_d_?", "chain.preset", "chain.filter", "chain.delay", "chain.cutoff"),
-    *("s?.scale", "plane?.z", "plane?.offset"),
+# Parameters of the controller that a synchronous receptance depends on, besides those of axes, sensors and planes.
+_SHARED = (
+    *("sample_time", "derivative_time", "pid.direct"),
+    *("chain.preset", "chain.filter", "chain.delay", "chain.cutoff"),
 )
-LOOP_PARAMETERS = tuple(
-    v.name for v in INTERFACE.of("parameter") if any(fnmatch.fnmatchcase(v.name, pattern) for pattern in _LOOP)
-)
+_GAINS = ("k_b", "c_b", "k_integral", "k_s", "k_i", "k_p", "k_d")
 
 
-def loop_parameters(parameters: Mapping[str, float] | None = None) -> dict[str, float]:
+def loop_parameters(loop: ControlLoop, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
     """Return the parameters that a receptance depends on: those given, and the start values of the others."""
-    given = parameters or {}
-    return {name: float(given.get(name, INTERFACE[name].start)) for name in LOOP_PARAMETERS}
+    given, table = parameters or {}, interface_of(loop)
+    names = {
+        *_SHARED,
+        *(f"{bearing}.{gain}_{axis}" for bearing, axis, _ in loop.axes for gain in _GAINS),
+        *(f"{sensor}.scale" for sensor in loop.sensor_names),
+        *(f"plane{k + 1}.{name}" for k in range(len(loop.planes)) for name in ("z", "offset")),
+    }
+    return {v.name: float(given.get(v.name, v.start)) for v in table.of("parameter") if v.name in names}
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A receptance R, shape (8, 4) (m/N), of one harmonic at one speed (rad/s)."""
+    """A receptance R, shape (n_sensors, n_axes) (m/N), of one harmonic at one speed (rad/s)."""
 
     order: int
     speed: float
@@ -62,14 +64,18 @@ class ReceptanceTable:
     ----------
     rotor
         Name of the rotor; a table cannot be used for another one.
-    loop
-        The controller's parameters that they were identified with, as `loop_parameters` returns them.
+    sensors, axes
+        Names of the rows and columns of a receptance.
+    parameters
+        Those of the controller that they were identified with, as `loop_parameters` returns them.
     entries
         Ascending in order and speed.
     """
 
     rotor: str
-    loop: Mapping[str, float]
+    sensors: tuple[str, ...]
+    axes: tuple[str, ...]
+    parameters: Mapping[str, float]
     entries: tuple[Entry, ...] = ()
 
     def updated(self, speed: float, receptance: ArrayLike, order: int = 1) -> ReceptanceTable:
@@ -83,6 +89,9 @@ class ReceptanceTable:
         if not 0.0 < speed < math.inf:
             raise ValueError(f"speed = {speed:g} rad/s is not allowed; it must be > 0 rad/s")
         inverse_receptance(receptance)
+        shape = (len(self.sensors), len(self.axes))
+        if np.shape(receptance) != shape:
+            raise ValueError(f"receptance of shape {np.shape(receptance)} is not allowed; it must be {shape}")
         new = Entry(order, float(speed), np.asarray(receptance, dtype=np.complex128))
         same = [e for e in self.entries if e.order == order and abs(e.speed - speed) <= SAME_SPEED * speed]
         old = min(same, key=lambda e: abs(e.speed - speed), default=None)
@@ -106,19 +115,20 @@ class ReceptanceTable:
         matrices = np.array([inverse_receptance(e.receptance, weights) for e in of_order])
         flat = matrices.reshape(len(speeds), -1)
         h = [np.interp(speed, speeds, column.real) + 1j * np.interp(speed, speeds, column.imag) for column in flat.T]
-        return np.array(h).reshape(N_AXES, N_SENSORS), not speeds[0] <= speed <= speeds[-1]
+        return np.array(h).reshape(matrices[0].shape), not speeds[0] <= speed <= speeds[-1]
 
-    def constants(self) -> NDArray[np.float64]:
-        """Return the constants of a controller FMU with this table.
+    def constants(self, loop: ControlLoop) -> NDArray[np.float64]:
+        """Return the constants of a controller FMU of a loop with this table.
 
         Raises
         ------
         ValueError
-            If there is no entry, or an R cannot be inverted.
+            If there is no entry, the loop has other sensors or axes, or an R cannot be inverted.
         """
         if not self.entries:
             raise ValueError(f"the table of rotor {self.rotor} has no entry")
-        return pack_rows((e.order, e.speed, e.receptance) for e in self.entries)
+        _check_names(self, loop, f"the table of rotor {self.rotor}")
+        return pack_rows(loop, ((e.order, e.speed, e.receptance) for e in self.entries))
 
     def write(self, path: Path) -> None:
         """Write the table; a failure or an interruption leaves the old file as it was."""
@@ -134,18 +144,30 @@ class ReceptanceTable:
 
     def _text(self) -> str:
         head = [
-            "# Receptances R (m/N): Q = Q_0 + R U, sensors s1 to s8 (rows) by forces at mb1.x, mb1.y, mb2.x, mb2.y.",
+            "# Receptances R (m/N): Q = Q_0 + R U, displacements of sensors (rows) by forces on axes (columns).",
             f'format = "{FORMAT}"',
             f"rotor = {_quoted(self.rotor)}",
+            f"sensors = {_list(self.sensors)}",
+            f"axes = {_list(self.axes)}",
             f"entries = {len(self.entries)}",
             "",
             "[loop] # parameters of the controller that they hold for",
-            *(f"{_quoted(name)} = {value!r}" for name, value in self.loop.items()),
+            *(f"{_quoted(name)} = {value!r}" for name, value in self.parameters.items()),
         ]
         return "\n".join([*head, *(line for entry in self.entries for line in _lines(entry))]) + "\n"
 
 
-def read_table(path: Path, rotor: str | None = None, loop: Mapping[str, float] | None = None) -> ReceptanceTable:
+def empty_table(rotor: str, loop: ControlLoop, parameters: Mapping[str, float] | None = None) -> ReceptanceTable:
+    """Return a table without entries for the rotor of this name, its loop and the controller's parameters."""
+    return ReceptanceTable(rotor, loop.sensor_names, loop.axis_names, loop_parameters(loop, parameters))
+
+
+def read_table(
+    path: Path,
+    rotor: str | None = None,
+    loop: ControlLoop | None = None,
+    parameters: Mapping[str, float] | None = None,
+) -> ReceptanceTable:
     """Read a table.
 
     Parameters
@@ -155,6 +177,8 @@ def read_table(path: Path, rotor: str | None = None, loop: Mapping[str, float] |
     rotor
         Name of the rotor that the table must belong to; any by default.
     loop
+        Loop whose sensors and axes the table must have; any by default.
+    parameters
         Parameters that the table must have been identified with, as `loop_parameters` returns them; any by default.
 
     Raises
@@ -166,8 +190,12 @@ def read_table(path: Path, rotor: str | None = None, loop: Mapping[str, float] |
     name = f"table of receptances {path}"
     file = validate(read_toml(path, name), _File, name)
     entries = tuple(Entry(entry.order, entry.speed, entry.receptance) for entry in file.receptance)
-    found = ReceptanceTable(file.rotor, file.loop, entries)
-    _check_origin(found, rotor, loop, name)
+    found = ReceptanceTable(file.rotor, file.sensors, file.axes, file.loop, entries)
+    if rotor is not None and found.rotor != rotor:
+        raise ValueError(f"{name}: it is of rotor {found.rotor!r}, not of {rotor!r}")
+    if loop is not None:
+        _check_names(found, loop, name)
+    _check_parameters(found, parameters or {}, name)
     return found
 
 
@@ -195,12 +223,16 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
+def _list(names: Iterable[str]) -> str:
+    return f"[{', '.join(_quoted(name) for name in names)}]"
+
+
 def _as_matrix(value: object) -> NDArray[np.float64]:
-    rows = value if isinstance(value, list) else []
-    numbers = [number for row in rows if isinstance(row, list) and len(row) == N_AXES for number in row]
+    rows = value if isinstance(value, list) and all(isinstance(row, list) for row in value) else []
+    numbers = [number for row in rows for number in row]
     finite = all(type(number) in (int, float) and math.isfinite(number) for number in numbers)
-    if len(rows) != N_SENSORS or len(numbers) != N_SENSORS * N_AXES or not finite:
-        raise ValueError(f"it must be {N_SENSORS} rows of {N_AXES} numbers, all finite")
+    if not numbers or len({len(row) for row in rows}) != 1 or not finite:
+        raise ValueError("it must be rows of equally many numbers, all finite")
     return np.array(value, dtype=np.float64)
 
 
@@ -217,6 +249,8 @@ class _Receptance:
     imaginary: Matrix
 
     def __post_init__(self) -> None:
+        if self.real.shape != self.imaginary.shape:
+            raise ValueError(f"real is {_shape(self.real)} and imaginary {_shape(self.imaginary)}; they must be alike")
         try:
             inverse_receptance(self.receptance)
         except ValueError as error:
@@ -224,7 +258,7 @@ class _Receptance:
 
     @property
     def receptance(self) -> Complex:
-        """R = real + j imaginary, shape (8, 4)."""
+        """R = real + j imaginary, shape (n_sensors, n_axes)."""
         return self.real + 1j * self.imaginary
 
 
@@ -234,6 +268,8 @@ class _File:
 
     format: Format
     rotor: StrictStr
+    sensors: tuple[StrictStr, ...]
+    axes: tuple[StrictStr, ...]
     entries: Annotated[StrictInt, Ge(0)]
     loop: dict[str, StrictFloat]
     receptance: tuple[_Receptance, ...] = ()
@@ -243,16 +279,34 @@ class _File:
             raise ValueError(
                 f"it has {len(self.receptance)} receptances but entries = {self.entries}; the file is incomplete"
             )
+        shape = (len(self.sensors), len(self.axes))
+        for k, entry in enumerate(self.receptance):
+            if entry.real.shape != shape:
+                raise ValueError(
+                    f"receptance[{k}] of {_shape(entry.real)} is not allowed; it must be {shape[0]} rows of {shape[1]} "
+                    "numbers, sensors by axes"
+                )
         keys = [(entry.order, entry.speed) for entry in self.receptance]
         if keys != sorted(set(keys)):
             raise ValueError("receptance must ascend in order and speed")
 
 
-def _check_origin(table: ReceptanceTable, rotor: str | None, loop: Mapping[str, float] | None, file: str) -> None:
-    if rotor is not None and table.rotor != rotor:
-        raise ValueError(f"{file}: it is of rotor {table.rotor!r}, not of {rotor!r}")
-    for name, wanted in (loop or {}).items():
-        found = table.loop.get(name)
+def _shape(matrix: NDArray[np.float64]) -> str:
+    return f"{matrix.shape[0]} rows of {matrix.shape[1]} numbers"
+
+
+def _check_names(table: ReceptanceTable, loop: ControlLoop, what: str) -> None:
+    for kind, found, wanted in (
+        ("sensors", table.sensors, loop.sensor_names),
+        ("axes", table.axes, loop.axis_names),
+    ):
+        if found != wanted:
+            raise ValueError(f"{what}: its {kind} are {', '.join(found)}, not {', '.join(wanted)}")
+
+
+def _check_parameters(table: ReceptanceTable, parameters: Mapping[str, float], file: str) -> None:
+    for name, wanted in parameters.items():
+        found = table.parameters.get(name)
         if found is None or not math.isclose(found, wanted, rel_tol=1e-9, abs_tol=1e-300):
             shown = "unknown" if found is None else f"{found:g}"
             raise ValueError(f"{file}: it was identified with {name} = {shown}, not {wanted:g}; identify again")

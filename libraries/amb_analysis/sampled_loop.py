@@ -4,8 +4,8 @@
          ^-                                                  |
          +------------------- C S <-------------------------+
 
-P is the plant's response from held forces to the displacements of s1 to s8, F the response of sensors (scale, offset)
-and filter, S picks the sensor of each axis, C is the PID (`pid.response`) and D = 1/z the delay; all at
+P is the plant's response from held forces to the displacements of the sensors, F the response of sensors (scale,
+offset) and filter, S picks the sensor of each axis, C is the PID (`pid.response`) and D = 1/z the delay; all at
 z = exp(j omega h).
 """
 
@@ -17,30 +17,33 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
+from amb_analysis.controller_data import no_table
 from rolac_controller.chain import is_on
-from rolac_controller.interface import INTERFACE, PARAMETERS
+from rolac_controller.control_loop import ControlLoop
+from rolac_controller.interface import interface_of
 from rolac_controller.lowpass import coefficients
 from rolac_controller.pid import response
-from rolac_controller.rig_layout import N_AXES, N_PLANES, N_SENSORS, SENSOR_OF_AXIS
+from rolac_controller.records import Parameters, parameters_of
 from rolac_controller.sensors import plane_weight
+from rolac_controller.sizes import sizes_of
 
 Complex = NDArray[np.complex128]
 Array = NDArray[np.float64]
 
 
-def parameter_record(parameters: Mapping[str, float]) -> np.record:
-    """Return the parameters as kernels see them, record PARAMETERS: start values, and what is given by name.
+def given_parameters(loop: ControlLoop, parameters: Mapping[str, float]) -> Parameters:
+    """Return the parameters of a controller as kernels see them: start values, and what is given by name.
 
     Raises
     ------
     ValueError
         If there is no such parameter.
     """
-    values: Array = INTERFACE.start[: INTERFACE.n_parameters].copy()
+    table, constants = interface_of(loop), no_table(loop)
+    values: Array = table.start[: table.n_parameters].copy()
     for name, value in parameters.items():
-        values[INTERFACE.parameter_index(name)] = value
-    record: np.record = values.view(PARAMETERS)[0]
-    return record
+        values[table.parameter_index(name)] = value
+    return parameters_of(values, constants, sizes_of(constants))
 
 
 def zoh_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_time: float) -> Complex:
@@ -76,32 +79,38 @@ def filter_response(cutoff: float, omega: float, sample_time: float) -> complex:
     return complex((1.0 - decay - new + new * z) / (z - decay))
 
 
-def sensor_response(parameters: np.record, omega: float) -> Complex:
-    """Return F, the measured over the true vibration at omega (rad/s), shape (8, 8)."""
-    weights = np.array([[plane_weight(parameters, p, q) for q in range(N_PLANES)] for p in range(N_PLANES)])
+def sensor_response(parameters: Parameters, omega: float) -> Complex:
+    """Return F, the measured over the true vibration at omega (rad/s), shape (n_sensors, n_sensors)."""
+    own, planes = parameters.own[0], range(len(parameters.plane_positions))
+    weights = np.array([[plane_weight(parameters, p, q) for q in planes] for p in planes])
     mixed = parameters.sensor_scales[:, np.newaxis] * np.kron(weights, np.eye(2))
     passed = 1.0 + 0j
-    if is_on(parameters.chain.preset, parameters.chain.filter):
-        passed = filter_response(parameters.chain.cutoff, omega, parameters.sample_time)
+    if is_on(own.chain.preset, own.chain.filter):
+        passed = filter_response(own.chain.cutoff, omega, own.sample_time)
     return np.asarray(mixed * passed, dtype=np.complex128)
 
 
-def controller_response(parameters: np.record, omega: float) -> Complex:
-    """Return C S of the PID at omega (rad/s), shape (4, 8) (N/m): its force is -C S q for a measured vibration q."""
-    force = np.zeros((N_AXES, N_SENSORS), dtype=np.complex128)
-    direct, tau, h = parameters.pid.direct, parameters.derivative_time, parameters.sample_time
-    for axis in range(N_AXES):
-        force[axis, SENSOR_OF_AXIS[axis]] = response(parameters.axes[axis], direct, tau, h, omega)
+def controller_response(parameters: Parameters, omega: float) -> Complex:
+    """Return C S of the PID at omega (rad/s), shape (n_axes, n_sensors) (N/m): its force is -C S q for a measured q."""
+    own = parameters.own[0]
+    force = np.zeros((len(parameters.axes), len(parameters.sensor_scales)), dtype=np.complex128)
+    for axis, sensor in enumerate(parameters.sensor_of_axis):
+        gains = parameters.axes[axis]
+        force[axis, int(sensor)] = response(gains, own.pid.direct, own.derivative_time, own.sample_time, omega)
     return force
 
 
-def identified_receptance(plant: ArrayLike, omega: float, parameters: Mapping[str, float] | None = None) -> Complex:
+def identified_receptance(
+    loop: ControlLoop, plant: ArrayLike, omega: float, parameters: Mapping[str, float] | None = None
+) -> Complex:
     """Return the receptance R that the controller identifies on a linear plant: R = F (I + P D C S F)^-1 P D.
 
     Parameters
     ----------
+    loop
+        Names of the controller's bearings and sensors.
     plant
-        P at omega, shape (8, 4), complex (m/N); see `zoh_response`.
+        P at omega, shape (n_sensors, n_axes), complex (m/N); see `zoh_response`.
     omega
         Frequency of the harmonic, n Omega (rad/s).
     parameters
@@ -109,7 +118,7 @@ def identified_receptance(plant: ArrayLike, omega: float, parameters: Mapping[st
 
     Returns
     -------
-    array, shape (8, 4), complex
+    array, shape (n_sensors, n_axes), complex
         m/N.
 
     Raises
@@ -118,11 +127,12 @@ def identified_receptance(plant: ArrayLike, omega: float, parameters: Mapping[st
         If the shape is wrong or a parameter does not exist.
     """
     p: Complex = np.asarray(plant, dtype=np.complex128)
-    if p.shape != (N_SENSORS, N_AXES):
-        raise ValueError(f"plant of shape {p.shape} is not allowed; it must be ({N_SENSORS}, {N_AXES})")
-    values = parameter_record(parameters or {})
-    if is_on(values.chain.preset, values.chain.delay):
-        p = p * np.exp(-1j * omega * values.sample_time)
+    if p.shape != loop.shape:
+        raise ValueError(f"plant of shape {p.shape} is not allowed; it must be {loop.shape}")
+    values = given_parameters(loop, parameters or {})
+    own = values.own[0]
+    if is_on(own.chain.preset, own.chain.delay):
+        p = p * np.exp(-1j * omega * own.sample_time)
     F = sensor_response(values, omega)
-    loop = np.eye(N_SENSORS) + p @ controller_response(values, omega) @ F
-    return np.asarray(F @ np.linalg.solve(loop, p), dtype=np.complex128)
+    closed = np.eye(len(p)) + p @ controller_response(values, omega) @ F
+    return np.asarray(F @ np.linalg.solve(closed, p), dtype=np.complex128)

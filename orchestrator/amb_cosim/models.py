@@ -30,31 +30,29 @@ def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
     return plant(load_rotor(rotor) if rotor is not None else None)
 
 
-@made_from("amb_actuator")
-def amb_actuator(**_: Any) -> Made:
-    """Return the actuator."""
-    from amb_actuator.actuator import MODEL
+@made_from("amb_actuator", "rotor_analysis", "amb_analysis")
+def amb_actuator(rotor: Path | None = None, **_: Any) -> Made:
+    """Return the actuator for the bearings of the rotor in a file, or of the rig of the thesis."""
+    from amb_analysis.rotor_models import actuator
+    from rotor_analysis.rotor_file import load_rotor
 
-    return MODEL, np.zeros(1)
+    return actuator(load_rotor(rotor) if rotor is not None else None)
 
 
 @made_from("rolac_controller", "rotor_analysis", "amb_analysis")
 def rolac_controller(rotor: Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
-    """Return the controller with H of the table in a file, or from the rotor model from 5 to 100 Hz.
+    """Return the controller for a rotor, with H of the table in a file, or from the rotor model from 5 to 100 Hz.
 
     In the model the rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
     """
-    from amb_analysis.controller_data import pack
     from amb_analysis.receptance_file import read_table
-    from rolac_controller.controller import MODEL
-    from rotor_analysis.receptance import receptance
+    from amb_analysis.rotor_models import control_loop, controller
     from rotor_analysis.rotor_file import load_rotor
 
     description = load_rotor(rotor) if rotor is not None else load_rotor()
-    if receptances is not None:
-        return MODEL, read_table(receptances, rotor=description.name).constants()
-    speeds = 2.0 * np.pi * np.arange(5.0, 101.0)
-    return MODEL, pack(speeds, receptance(speeds, k_b=1e6, c_b=5000.0, rotor=description))
+    if receptances is None:
+        return controller(description)
+    return controller(description, read_table(receptances, description.name, control_loop(description)))
 
 
 def build(
@@ -91,9 +89,15 @@ def build(
     return build_models(MODELS, Path(folder), flavour, platforms, **options)
 
 
-def check_loop(receptances: Path, parameters: Mapping[str, float | None]) -> None:
-    """Raise a ValueError if a table was identified in another loop than that of a controller with these parameters."""
+def check_loop(receptances: Path, parameters: Mapping[str, float | None], rotor: Path | None = None) -> None:
+    """Raise a ValueError if a table was identified in another loop than that of a controller with these parameters.
+
+    The controller is that of the rotor in a file, or of the rig of the thesis.
+    """
     from amb_analysis.receptance_file import loop_parameters, read_table
+    from amb_analysis.rotor_models import control_loop
+    from rotor_analysis.rotor_file import load_rotor
 
     known = {name: value for name, value in parameters.items() if value is not None}
-    read_table(receptances, loop=loop_parameters(known))
+    loop = control_loop(load_rotor(rotor) if rotor is not None else None)
+    read_table(receptances, loop=loop, parameters=loop_parameters(loop, known))

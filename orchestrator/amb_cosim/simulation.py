@@ -120,7 +120,7 @@ def prepare(
     assembly = assemble(system, flavour, rotor=rotor, receptances=table)
     plan = plan_scenario(scenario, assembly, settings, until)
     if table is not None and controller is not None:
-        check_loop(table, plan.all_parameters(assembly.interfaces)[controller])
+        check_loop(table, plan.all_parameters(assembly.interfaces)[controller], rotor)
     return Prepared(scenario, plan, assembly)
 
 

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rig import ACTUATOR, ACTUATOR_CONSTANTS, AXES
 
-from amb_actuator.actuator import MODEL
-from amb_actuator.interface import AXES, DYNAMIC, INTERFACE, LAWS, MEASURED, NONLINEAR
+from amb_actuator.interface import DYNAMIC, LAWS, MEASURED, NONLINEAR
 from fmi_export.model import Fault, Instance
+
+INTERFACE = ACTUATOR.interface
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text())["amb"]
 H = 250e-6
@@ -175,7 +177,7 @@ def test_every_axis_has_its_own_fault_codes():
     for b, a in AXES:
         cases = ((f"{b}.{a}", 1.2e-3), (f"{b}.bias_current_{a}", 9.0), (f"{b}.voltage_limit_{a}", 2.0))
         for name, value in cases:
-            made = Instance(MODEL, np.zeros(1))
+            made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
             made["amplifier"] = DYNAMIC
             made[name] = value
             with pytest.raises(Fault) as caught:
@@ -183,7 +185,7 @@ def test_every_axis_has_its_own_fault_codes():
             assert f"{name} = {value:g}" in str(caught.value)
             assert made["fault_code"] == caught.value.code
             codes.add(caught.value.code)
-    assert codes == set(MODEL.faults)
+    assert codes == set(ACTUATOR.faults)
 
 
 @pytest.mark.parametrize(
@@ -211,7 +213,7 @@ def test_every_axis_has_its_own_fault_codes():
     ],
 )
 def test_nonsense_ends_in_a_sentence_with_value_and_limit(name, value, sentence):
-    made = Instance(MODEL, np.zeros(1))
+    made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
     made["amplifier"] = DYNAMIC
     made[name] = value
     with pytest.raises(Fault) as caught:

@@ -5,8 +5,9 @@ import math
 
 import numpy as np
 import pytest
+from rig import AXES
 
-from amb_actuator.interface import AXES, DYNAMIC, LAWS, LINEAR, MEASURED, NONLINEAR
+from amb_actuator.interface import DYNAMIC, LAWS, LINEAR, MEASURED, NONLINEAR
 
 R, L, H = 0.365, 0.0732, 250e-6
 K = 4e-7 * math.pi * 158**2 * 1399e-6 * math.cos(math.radians(22.5)) / 1.2e-3**2  # N/A^2, pull at the centre

@@ -5,8 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
-
-from amb_actuator.actuator import MODEL
+from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
 STEPS = 240
 MODES = list(itertools.product(range(3), range(2), range(2)))  # force_law, amplifier, mean_current
@@ -14,7 +13,7 @@ MODES = list(itertools.product(range(3), range(2), range(2)))  # force_law, ampl
 
 @pytest.fixture(scope="module")
 def fmu_file(build_fmu):
-    return build_fmu(MODEL)
+    return build_fmu(ACTUATOR, ACTUATOR_CONSTANTS)
 
 
 def inputs_at(n):
@@ -37,15 +36,14 @@ def from_core_alone(modes, schedule, hidden):
         from hide import hide
 
         hide(*hidden)
-    import numpy as np
 
-    from amb_actuator.actuator import INTERFACE, MODEL
+    from amb_actuator.actuator import ACTUATOR, INTERFACE
     from fmi_export.jit import COMPILED
     from fmi_export.model import Instance
 
     found = []
     for mode in modes:
-        made = Instance(MODEL, np.zeros(1))
+        made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
         for name, value in zip(("force_law", "amplifier", "mean_current"), mode, strict=True):
             made[name] = value
         made.initialise()
@@ -71,7 +69,7 @@ def from_core(schedule):
 
 
 def test_the_schedule_visits_what_there_is(from_core):
-    names = [v.name for v in MODEL.interface.of("output")]
+    names = [v.name for v in ACTUATOR.interface.of("output")]
     rows = from_core[2, 1, 0]
     for flag in ("clipped_x", "saturated_y", "voltage_limited_x"):
         column = rows[:, names.index(f"mb2.{flag}")]

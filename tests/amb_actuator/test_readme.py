@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
-from amb_actuator.actuator import MODEL
 from amb_analysis.design import (
     axis_parameters,
     current_amplitude,
@@ -26,7 +26,7 @@ PROSE = " ".join(TEXT.split())
 
 
 def test_the_code_of_the_readme_runs_draws_and_prints_what_it_says(build_fmu, run_python, tmp_path):
-    shutil.copy(build_fmu(MODEL), tmp_path)
+    shutil.copy(build_fmu(ACTUATOR, ACTUATOR_CONSTANTS), tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
     assert len(blocks) == 1
     program = f"import matplotlib\nmatplotlib.use('Agg')\n{blocks[0]}"
@@ -59,4 +59,4 @@ def test_figures_in_the_text_are_those_of_the_model():
 
 
 def test_rewriting_the_interface_table_changes_nothing():
-    assert with_table(TEXT, interface_table(MODEL)) == TEXT
+    assert with_table(TEXT, interface_table(ACTUATOR)) == TEXT

@@ -5,10 +5,11 @@ import math
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
-from amb_actuator.actuator import MODEL
-from amb_actuator.interface import INTERFACE
 from fmi_export.model import FAULT_NOT_FINITE, FAULT_RANGE, Fault, Instance
+
+INTERFACE = ACTUATOR.interface
 
 PARAMETERS, INPUTS = INTERFACE.of("parameter"), INTERFACE.of("input")
 NAMES = [v.name for v in INTERFACE.variables]
@@ -39,7 +40,7 @@ lengths = st.floats(1e-9, 10.0)
 
 def drive(parameters, inputs, lengths):
     """Code of the fault that ended a case, or None. Outputs are checked all the time, and what the fault says."""
-    made = Instance(MODEL, np.zeros(1))
+    made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
     fault = None
     try:
         run(made, parameters, inputs, lengths)
@@ -81,7 +82,7 @@ steps = st.lists(st.tuples(some(INPUTS, allowed), near, lengths), min_size=1, ma
 @given(some(PARAMETERS, allowed), steps)
 def test_values_within_the_declared_ranges_work_or_are_refused(parameters, taken):
     code = drive(parameters, [inputs | place for inputs, place, _ in taken], [h for *_, h in taken])
-    assert code is None or code in MODEL.faults
+    assert code is None or code in ACTUATOR.faults
 
 
 @settings(max_examples=200, deadline=None)
@@ -95,7 +96,7 @@ def test_anything_else_is_refused_with_its_name(parameters, inputs, h):
     ]
     if outside:
         assert code is not None
-    assert code is None or code in MODEL.faults or FAULT_RANGE <= code < FAULT_NOT_FINITE
+    assert code is None or code in ACTUATOR.faults or FAULT_RANGE <= code < FAULT_NOT_FINITE
 
 
 @settings(deadline=None)
@@ -103,4 +104,4 @@ def test_anything_else_is_refused_with_its_name(parameters, inputs, h):
 def test_rotor_a_hair_from_the_magnet_still_has_a_finite_force(name, law, side):
     at = side * math.nextafter(1.2e-3, 0.0)
     assert drive({"force_law": law, name: at}, [{}], [1e-3]) is None
-    assert drive({"force_law": law, name: side * 1.2e-3}, [{}], [1e-3]) in MODEL.faults
+    assert drive({"force_law": law, name: side * 1.2e-3}, [{}], [1e-3]) in ACTUATOR.faults

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rig import pack
 
-from amb_analysis.controller_data import SPEEDS, condition_number, inverse_receptance, pack
+from amb_analysis.controller_data import SPEEDS, condition_number, inverse_receptance
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 

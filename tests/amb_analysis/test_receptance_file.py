@@ -9,19 +9,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rig import CONTROLLER, LOOP, SIZES, given_parameters, pack
 
-from amb_analysis.controller_data import inverse_receptance, pack
-from amb_analysis.receptance_file import LOOP_PARAMETERS, ReceptanceTable, loop_parameters, read_table
-from amb_analysis.sampled_loop import parameter_record
-from rolac_controller.interface import INTERFACE
-from rolac_controller.pseudo_inverse import SVD_WORK
-from rolac_controller.receptance_table import find_bracket, interpolate, load, table_of, table_size
+from amb_analysis.controller_data import inverse_receptance
+from amb_analysis.receptance_file import empty_table, loop_parameters, read_table
+from rolac_controller.pseudo_inverse import svd_work_of, svd_work_size
+from rolac_controller.receptance_table import built_table, find_bracket, interpolate, load, table_in_use, table_size
+
+INTERFACE = CONTROLLER.interface
 
 
 @pytest.fixture
 def table(receptance):
     """Three speeds, the middle one with a second harmonic."""
-    made = ReceptanceTable("rig", loop_parameters())
+    made = empty_table("rig", LOOP)
     for speed, factor in [(62.83, 1.0), (31.4, 1j), (157.0, 0.5 - 0.5j)]:
         made = made.updated(speed, factor * receptance)
     return made.updated(62.83, 3.0 * receptance, order=2)
@@ -29,8 +30,9 @@ def table(receptance):
 
 def test_what_is_written_is_read_to_the_last_bit(table, tmp_path):
     table.write(tmp_path / "new" / "table.toml")
-    found = read_table(tmp_path / "new" / "table.toml", "rig", loop_parameters())
-    assert (found.rotor, found.loop) == (table.rotor, table.loop)
+    found = read_table(tmp_path / "new" / "table.toml", "rig", LOOP, loop_parameters(LOOP))
+    for name in ("rotor", "sensors", "axes", "parameters"):
+        assert getattr(found, name) == getattr(table, name)
     assert [(e.order, e.speed) for e in found.entries] == [(1, 31.4), (1, 62.83), (1, 157.0), (2, 62.83)]
     for a, b in zip(found.entries, table.entries, strict=True):
         np.testing.assert_array_equal(a.receptance, b.receptance)
@@ -41,7 +43,7 @@ def test_what_is_written_is_read_to_the_last_bit(table, tmp_path):
 @given(name=st.text(st.characters(exclude_categories=["Cs"])))
 def test_any_name_of_a_rotor_survives(name, tmp_path_factory):
     path = tmp_path_factory.mktemp("named") / "table.toml"
-    ReceptanceTable(name, loop_parameters()).write(path)
+    empty_table(name, LOOP).write(path)
     assert read_table(path, name).rotor == name
 
 
@@ -67,27 +69,32 @@ def test_h_is_linear_between_speeds_and_constant_beyond(table, receptance):
 
 
 def test_controller_built_with_the_table_finds_the_same_h(table):
-    constants = table.constants()
-    inside = table_of(np.zeros(table_size(constants)))
-    assert load(table_of(constants), parameter_record({}), inside, np.zeros(1, dtype=SVD_WORK)[0])
+    constants = table.constants(LOOP)
+    inside = table_in_use(np.zeros(table_size(constants)), 0, constants, SIZES)
+    assert load(
+        built_table(constants, SIZES),
+        given_parameters({}),
+        inside,
+        svd_work_of(np.zeros(svd_work_size(SIZES)), 0, SIZES),
+    )
     for speed in (20.0, 31.4, 40.0, 100.0, 200.0):
         lower, upper, weight, _ = find_bracket(inside, 1.0, speed)
         H = np.zeros((4, 8), dtype=complex)
-        interpolate(inside.rows[lower].H, inside.rows[upper].H, weight, H)
+        interpolate(inside.H[lower], inside.H[upper], weight, H)
         np.testing.assert_allclose(H, table.h_at(speed)[0], rtol=1e-12)
 
 
 def test_constants_of_one_harmonic_are_those_of_pack(receptance):
     speeds, receptances = [50.0, 100.0], [receptance, 1j * receptance]
-    table = ReceptanceTable("rig", loop_parameters())
+    table = empty_table("rig", LOOP)
     for speed, r in zip(speeds, receptances, strict=True):
         table = table.updated(speed, r)
-    np.testing.assert_array_equal(table.constants(), pack(speeds, receptances))
+    np.testing.assert_array_equal(table.constants(LOOP), pack(speeds, receptances))
 
 
 def test_empty_table_makes_no_controller():
     with pytest.raises(ValueError, match="rig has no entry"):
-        ReceptanceTable("rig", loop_parameters()).constants()
+        empty_table("rig", LOOP).constants(LOOP)
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
@@ -150,14 +157,14 @@ def test_table_of_another_loop_is_refused_with_what_differs(table, tmp_path, nam
     with pytest.raises(
         ValueError, match=rf"identified with {name} = .*, not {re.escape(f'{value:g}')}; identify again"
     ):
-        read_table(tmp_path / "table.toml", loop=loop_parameters({name: value}))
+        read_table(tmp_path / "table.toml", parameters=loop_parameters(LOOP, {name: value}))
 
 
 def test_loop_holds_what_a_receptance_depends_on_and_no_more():
     assert {"sample_time", "mb2.c_b_y", "chain.delay", "chain.cutoff", "s3.scale", "plane4.offset"} < set(
-        LOOP_PARAMETERS
+        loop_parameters(LOOP)
     )
-    others = {v.name for v in INTERFACE.of("parameter")} - set(LOOP_PARAMETERS)
+    others = {v.name for v in INTERFACE.of("parameter")} - set(loop_parameters(LOOP))
     assert {
         "rolac.alpha",
         "mb1.i_max_x",
@@ -166,8 +173,8 @@ def test_loop_holds_what_a_receptance_depends_on_and_no_more():
         "s1.weight",
         "identification.average",
     } < others
-    assert loop_parameters({"mb1.k_b_x": 3.0, "rolac.alpha": 9.0})["mb1.k_b_x"] == 3.0
-    assert "rolac.alpha" not in loop_parameters({"rolac.alpha": 9.0})
+    assert loop_parameters(LOOP, {"mb1.k_b_x": 3.0, "rolac.alpha": 9.0})["mb1.k_b_x"] == 3.0
+    assert "rolac.alpha" not in loop_parameters(LOOP, {"rolac.alpha": 9.0})
 
 
 def edit(old, new):
@@ -178,7 +185,7 @@ def edit(old, new):
     ("change", "sentence"),
     [
         (lambda text: "no table at all", "is not valid TOML"),
-        (edit("receptances 1", "receptances 2"), "format = 'amb-cosim receptances 2' is not allowed"),
+        (edit("receptances 2", "receptances 1"), "format = 'amb-cosim receptances 1' is not allowed"),
         (edit('rotor = "rig"', "rotor = 3"), "rotor = 3 is not allowed; it must be a string"),
         (
             edit("sample_time = 0.00025", "sample_time = 'fast'"),
@@ -191,12 +198,12 @@ def edit(old, new):
         (edit("speed = 31.4", "speed = nan"), r"receptance\[0\]\.speed = nan rad/s is not allowed"),
         (edit("speed = 31.4", "speed = 70.0"), "must ascend"),
         (edit("order = 1", "order = 0"), r"receptance\[0\]\.order = 0 is not allowed; it must be >= 1 and <= "),
-        (edit("real = [\n  [", "real = [\n  [1.0, "), "8 rows of 4 numbers"),
-        (edit("real = [\n  [", "real = [\n  ['x', "), "8 rows of 4 numbers"),
+        (edit("real = [\n  [", "real = [\n  [1.0, "), "rows of equally many numbers"),
+        (edit("real = [\n  [", "real = [\n  ['x', "), "rows of equally many numbers"),
         (edit("imaginary", "imag"), r"receptance\[0\]\.imaginary is missing"),
         (
             edit("real = [\n  [", "real = [\n  [inf, 1.0, 1.0, 1.0], #"),
-            r"receptance\[0\]\.real = .* is not allowed; it must be 8 rows of 4 numbers, all finite",
+            r"receptance\[0\]\.real = .* is not allowed; it must be rows of equally many numbers, all finite",
         ),
     ],
 )

@@ -6,14 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from rig import given_parameters, identified_receptance
 
-from amb_analysis.sampled_loop import (
-    controller_response,
-    identified_receptance,
-    parameter_record,
-    sensor_response,
-    zoh_response,
-)
+from amb_analysis.sampled_loop import controller_response, sensor_response, zoh_response
 from rolac_controller.parameters import BEARING_K_S
 
 OMEGA, H = 2.0 * math.pi * 16.0, 250e-6
@@ -50,13 +45,13 @@ def test_stiff_pid_leaves_a_spring_of_its_own_stiffness():
     plant = np.zeros((8, 4), dtype=complex)
     plant[[4, 5, 2, 3], range(4)] = 1.0
     r = identified_receptance(plant, OMEGA)
-    c = controller_response(parameter_record({}), OMEGA)[0, 4]
+    c = controller_response(given_parameters({}), OMEGA)[0, 4]
     np.testing.assert_allclose(r[[4, 5, 2, 3], range(4)], 1.0 / c, rtol=1e-6)
     assert c == pytest.approx(1e6 + BEARING_K_S + 5e3j * OMEGA, rel=1e-2)
 
 
 def test_sensors_off_their_planes_mix_what_is_measured():
-    f = sensor_response(parameter_record({"plane3.offset": 0.05}), OMEGA)
+    f = sensor_response(given_parameters({"plane3.offset": 0.05}), OMEGA)
     np.testing.assert_array_equal(f[:4], np.eye(8)[:4])
     assert f[4, 4] < 1.0
     np.testing.assert_allclose(f.sum(axis=1), 1.0, rtol=1e-12)

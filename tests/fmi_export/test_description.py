@@ -7,8 +7,8 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
+from rig import ACTUATOR
 
-from amb_actuator.actuator import MODEL as ACTUATOR
 from fmi_export.building.identity import guid_of
 from fmi_export.building.python_fmu import build_python_fmu
 from fmi_export.building.units import base_unit

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rig import ACTUATOR
 
-from amb_actuator.actuator import MODEL as ACTUATOR
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.python_fmu import build_python_fmu
 
@@ -21,16 +21,10 @@ ONLY_BUILDS = ("code/fmi_export/slave.py", "fmi_export.building.description")
 
 
 def models() -> dict:
-    from amb_actuator.actuator import MODEL as actuator
-    from amb_analysis.controller_data import NO_TABLE
-    from rolac_controller.controller import MODEL as controller
+    from amb_analysis.rotor_models import actuator, controller
     from rotor_analysis.plant_data import plant
 
-    return {
-        "amb_actuator": (actuator, np.zeros(1)),
-        "rolac_controller": (controller, NO_TABLE),
-        "rotor_contact": plant(),
-    }
+    return {"amb_actuator": actuator(), "rolac_controller": controller(), "rotor_contact": plant()}
 
 
 def imports(source: str) -> set[str]:

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
-from amb_actuator.actuator import MODEL as ACTUATOR
 from fmi_export.model import Instance
 from fmi_export.slave import REMEMBERED, _remember
 
@@ -65,7 +65,7 @@ def test_outputs_follow_what_is_set_throughout_initialisation_mode(build_fmu, ru
         fmu.close()
         return forces
 
-    one, two, fewer_turns, left, later = run_python(host, path=build_fmu(ACTUATOR))
+    one, two, fewer_turns, left, later = run_python(host, path=build_fmu(ACTUATOR, ACTUATOR_CONSTANTS))
     assert one > 0
     assert two == pytest.approx(2 * one, rel=1e-14)
     assert fewer_turns == pytest.approx(two / 4, rel=1e-14)
@@ -134,7 +134,7 @@ def test_two_hundred_instances_one_after_another_leave_the_process_alive(build_f
             fmu.close()
         return [len(answers), len(sys.path)]
 
-    answers, entries = run_python(host, path=build_fmu(ACTUATOR))
+    answers, entries = run_python(host, path=build_fmu(ACTUATOR, ACTUATOR_CONSTANTS))
     assert answers == 1
     assert entries < 20, "sys.path must not grow with every instance"
 
@@ -150,7 +150,9 @@ def test_two_models_run_side_by_side_in_one_process(build_fmu, lag, run_python):
         one.close()
         return answer
 
-    one, two, y, force, gradient = run_python(host, lag=build_fmu(lag), actuator=build_fmu(ACTUATOR))
+    one, two, y, force, gradient = run_python(
+        host, lag=build_fmu(lag), actuator=build_fmu(ACTUATOR, ACTUATOR_CONSTANTS)
+    )
     assert (one, two) == (0, 0)
     assert y == pytest.approx(1 - math.exp(-0.25), rel=1e-12)
     assert force == pytest.approx(1e-4 * gradient, rel=1e-14)
@@ -186,7 +188,7 @@ def test_every_log_line_names_its_instance(build_fmu, lag, run_python):
         two.close()
         return [statuses, sorted(one.log + two.log)]
 
-    statuses, log = run_python(host, lag=build_fmu(lag), actuator=build_fmu(ACTUATOR))
+    statuses, log = run_python(host, lag=build_fmu(lag), actuator=build_fmu(ACTUATOR, ACTUATOR_CONSTANTS))
     assert statuses == [2, 2]
     assert [line.split(":")[0] for line in log] == ["amb_actuator", "probe_lag"]
 
@@ -204,7 +206,7 @@ def test_a_fault_in_initialisation_can_be_put_right_before_its_end(build_fmu, ru
         fmu.close()
         return answer
 
-    before, after, status, log = run_python(host, path=build_fmu(ACTUATOR))
+    before, after, status, log = run_python(host, path=build_fmu(ACTUATOR, ACTUATOR_CONSTANTS))
     assert (before, after, status) == (1, 0, 0)
     assert log[0].startswith("amb_actuator: initialisation: mb1.x = 0.002 m is not allowed")
 

@@ -1,6 +1,6 @@
 """Saving, restoring and serialising the state of a running FMU."""
 
-from amb_actuator.actuator import MODEL as ACTUATOR
+from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
 
 def test_a_saved_state_continues_as_the_first_run_did(build_fmu, lag, run_python):
@@ -75,7 +75,7 @@ def test_the_state_of_another_fmu_or_rubbish_is_refused(build_fmu, lag, run_pyth
         theirs.close()
         return answer
 
-    *numbers, log = run_python(host, lag=build_fmu(lag), actuator=build_fmu(ACTUATOR))
+    *numbers, log = run_python(host, lag=build_fmu(lag), actuator=build_fmu(ACTUATOR, ACTUATOR_CONSTANTS))
     assert numbers == [2, 998, 0] * 2
     assert any("the state belongs to another FMU" in line for line in log)
     assert any("unreadable" in line for line in log)

@@ -14,19 +14,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from rig import AXES, DONE, FAILED, SENSOR_NAMES
+from rig import LOOP as RIG_LOOP
 
-from amb_analysis.receptance_file import ReceptanceTable, loop_parameters, read_table
+from amb_analysis.receptance_file import empty_table, loop_parameters, read_table
 from amb_cosim.cosim.simulation import Outcome
 from amb_cosim.models import check_loop
 from amb_cosim.result import Result
 from amb_cosim.scenario import load_scenario
 from amb_cosim.simulation import prepare
 from amb_cosim.studies import receptance_measurement
-from rolac_controller.enumerations import CONTACT_OCCURRED, DONE, FAILED, NO_ERROR, WAITING
-from rolac_controller.rig_layout import AXES, SENSOR_NAMES
+from rolac_controller.enumerations import CONTACT_OCCURRED, NO_ERROR, WAITING
 from rotor_analysis.rotor_file import RIG
 
-LOOP = {f"{b}.{name}_{a}": value for b, a, _ in AXES for name, value in (("k_s", 2e6), ("k_i", 563.0))}
+LOOP = {f"{b}.{name}_{a}": value for b, a in AXES for name, value in (("k_s", 2e6), ("k_i", 563.0))}
 
 
 def receptance(seed: int = 3) -> np.ndarray:
@@ -37,15 +38,14 @@ def receptance(seed: int = 3) -> np.ndarray:
 @pytest.fixture
 def table():
     """A table of the rig in the loop of the levitated system."""
-    empty = ReceptanceTable("bath_rig", loop_parameters(LOOP))
-    return empty.updated(60.0, receptance(3)).updated(100.0, receptance(4))
+    return empty_table("bath_rig", RIG_LOOP, LOOP).updated(60.0, receptance(3)).updated(100.0, receptance(4))
 
 
 def outputs(R: np.ndarray, state: int = DONE, error: int = NO_ERROR) -> xr.Dataset:
     """What a run records that ended so."""
     values = {"identification_state": state, "identification_error": error}
     for k, s in enumerate(SENSOR_NAMES):
-        for i, (b, a, _) in enumerate(AXES):
+        for i, (b, a) in enumerate(AXES):
             values |= {f"r.{s}.{b}_{a}.re": R[k, i].real, f"r.{s}.{b}_{a}.im": R[k, i].imag}
     return xr.Dataset({f"rolac_controller.{name}": ("time", [0.0, value]) for name, value in values.items()})
 
@@ -90,7 +90,7 @@ def test_speeds_that_succeed_are_kept_when_others_fail(runner, runs, tmp_path):
     )
     for line, word in zip(lines[2:], words, strict=True):
         assert word in line
-    kept = read_table(tmp_path / "t.toml", "bath_rig", loop_parameters(LOOP))
+    kept = read_table(tmp_path / "t.toml", "bath_rig", RIG_LOOP, loop_parameters(RIG_LOOP, LOOP))
     assert [entry.speed for entry in kept.entries] == [2.0 * math.pi * 10.0, 100.0]
     np.testing.assert_array_equal(kept.entries[0].receptance, receptance(1))
     np.testing.assert_array_equal(kept.entries[1].receptance, receptance(6))
@@ -172,7 +172,7 @@ WRONG = {
     "empty": (lambda t: t, 0, "format is missing"),
 }
 OTHER_LOOP = (
-    lambda t: replace(t, loop=loop_parameters(LOOP | {"mb1.c_b_x": 3e3})),
+    lambda t: replace(t, parameters=loop_parameters(RIG_LOOP, LOOP | {"mb1.c_b_x": 3e3})),
     "mb1.c_b_x = 3000, not 5000; identify again",
 )
 
@@ -241,9 +241,9 @@ def constants_of(fmu):
 def test_the_controller_is_built_with_the_table(runner, table, tmp_path):
     table.write(tmp_path / "t.toml")
     assert runner("build", "--flavour", "python", "-o", "fmus", "--receptances", "t.toml").exit_code == 0
-    np.testing.assert_array_equal(constants_of(tmp_path / "fmus" / "rolac_controller.fmu"), table.constants())
+    np.testing.assert_array_equal(constants_of(tmp_path / "fmus" / "rolac_controller.fmu"), table.constants(RIG_LOOP))
     assert runner("build", "--flavour", "python", "-o", "plain").exit_code == 0
-    assert constants_of(tmp_path / "plain" / "rolac_controller.fmu").size > table.constants().size
+    assert constants_of(tmp_path / "plain" / "rolac_controller.fmu").size > table.constants(RIG_LOOP).size
     assert (tmp_path / "fmus" / "rotor_contact.fmu").stat().st_size == (
         tmp_path / "plain" / "rotor_contact.fmu"
     ).stat().st_size
@@ -260,7 +260,7 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
     (tmp_path / "derived.toml").write_text('base = "cases/case.toml"\nsettle_cycles = 3\n')
     for path in (folder / "case.toml", tmp_path / "derived.toml"):
         prepared = prepare(load_scenario(str(path)), flavour="python")
-        np.testing.assert_array_equal(constants_of(prepared.fmus["rolac_controller"].path), table.constants())
+        np.testing.assert_array_equal(constants_of(prepared.fmus["rolac_controller"].path), table.constants(RIG_LOOP))
     (folder / "case.toml").write_text('base = "fig5_6"\nreceptances = "t.toml"\n')
     with pytest.raises(ValueError, match="it is of rotor 'mine', not of 'bath_rig'"):
         prepare(load_scenario(str(folder / "case.toml")))

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rig import ACTUATOR, AXES, CONTROLLER
 
-from amb_actuator.actuator import INTERFACE as ACTUATOR
 from amb_cosim.studies.injection import PEAK, multi_sines, schroeder_phases, settling_samples
 from amb_cosim.studies.linear_loop import (
     LinearLoop,
@@ -20,7 +20,6 @@ from amb_cosim.studies.linear_loop import (
     sensitivity_system,
 )
 from amb_cosim.studies.stability_margin import zone
-from rolac_controller.controller import INTERFACE as CONTROLLER
 from rotor_analysis.assembly import assemble
 from rotor_analysis.plant_data import plant
 from rotor_analysis.reduction import msdc
@@ -31,7 +30,11 @@ FREQUENCIES = np.array([0.5, 3.0, 11.9, 20.0, 47.0, 150.0, 348.0, 700.0])
 
 def loop(Omega: float = 90.0, sample_time: float = 250e-6, delay: int = 0, **changes: float) -> LinearLoop:
     """The loop with the FMUs' start values; `c_b=3e3` changes it in every axis of whichever FMU has it."""
-    tables = {"rotor_contact": plant()[0].interface, "amb_actuator": ACTUATOR, "rolac_controller": CONTROLLER}
+    tables = {
+        "rotor_contact": plant()[0].interface,
+        "amb_actuator": ACTUATOR.interface,
+        "rolac_controller": CONTROLLER.interface,
+    }
     parameters: dict[str, Any] = {
         name: {p.name: changes.get(p.name.split(".")[-1].removesuffix("_x").removesuffix("_y"), p.start) for p in of}
         for name, of in ((name, table.of("parameter")) for name, table in tables.items())
@@ -166,7 +169,7 @@ def test_zones_begin_at_their_limits() -> None:
 
 
 def test_injected_lines_interleave_and_fill_the_range() -> None:
-    signals, lines = multi_sines(16000, 250e-6)
+    signals, lines = multi_sines(len(AXES), 16000, 250e-6)
     assert sorted(lines.ravel()) == list(range(4, 8000))
     spectra = np.abs(np.fft.rfft(signals, axis=1))
     for own, spectrum in zip(lines, spectra, strict=True):

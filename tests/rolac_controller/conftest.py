@@ -8,11 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rig import AXES, CONTROLLER, NO_TABLE, SENSOR_NAMES
 
-from amb_analysis.controller_data import NO_TABLE
 from fmi_export.model import Array, Instance
-from rolac_controller.controller import MODEL
-from rolac_controller.rig_layout import AXES, SENSOR_NAMES
 
 Signal = Callable[[float], NDArray[np.float64]]
 Complex = NDArray[np.complex128]
@@ -24,7 +22,7 @@ class Bench:
     """A controller under test; it counts its own samples and turns the rotor by `Omega` for each."""
 
     def __init__(self, constants: Array = NO_TABLE, **parameters: float) -> None:
-        self.instance = Instance(MODEL, constants)
+        self.instance = Instance(CONTROLLER, constants)
         for name, value in parameters.items():
             self.instance[name.replace("__", ".")] = value
         self.h = self.instance["sample_time"]
@@ -61,16 +59,16 @@ class Bench:
 
     def forces(self) -> Complex:
         """Synchronous forces U of mb1.x, mb1.y, mb2.x, mb2.y (N)."""
-        return np.array([self[f"{b}.u_{a}"] * np.exp(1j * self[f"{b}.u_phase_{a}"]) for b, a, _ in AXES])
+        return np.array([self[f"{b}.u_{a}"] * np.exp(1j * self[f"{b}.u_phase_{a}"]) for b, a in AXES])
 
     def axis_forces(self) -> NDArray[np.float64]:
         """Forces K_i I that the demanded currents make (N)."""
-        return np.array([self[f"{b}.k_i_{a}"] * self[f"{b}.i_{a}"] for b, a, _ in AXES])
+        return np.array([self[f"{b}.k_i_{a}"] * self[f"{b}.i_{a}"] for b, a in AXES])
 
     def receptance(self) -> Complex:
         """The receptance that was identified last, shape (8, 4) (m/N)."""
         return np.array(
-            [[complex(self[f"r.{s}.{b}_{a}.re"], self[f"r.{s}.{b}_{a}.im"]) for b, a, _ in AXES] for s in SENSOR_NAMES]
+            [[complex(self[f"r.{s}.{b}_{a}.re"], self[f"r.{s}.{b}_{a}.im"]) for b, a in AXES] for s in SENSOR_NAMES]
         )
 
 
@@ -111,7 +109,7 @@ def bench() -> Callable[..., Bench]:
 @pytest.fixture
 def without_pid() -> dict[str, float]:
     """Parameters of a controller whose PID does nothing."""
-    return {f"{b}__{name}_{a}": 0.0 for b, a, _ in AXES for name in ("k_b", "k_s", "c_b")}
+    return {f"{b}__{name}_{a}": 0.0 for b, a in AXES for name in ("k_b", "k_s", "c_b")}
 
 
 @pytest.fixture

@@ -9,21 +9,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rig import ACTUATOR, AXES, CONTROLLER, LOOP, NO_TABLE, pack
 
-from amb_actuator.actuator import INTERFACE as ACTUATOR
 from amb_actuator.force import current_stiffness, limited_current, negative_stiffness
-from amb_analysis.controller_data import NO_TABLE, pack
 from amb_analysis.design import axis_parameters
 from fmi_export.model import Fault, Instance
-from rolac_controller.controller import FAULT_NO_TABLE, MODEL
-from rolac_controller.enumerations import ERRORS, MODES, STAGES, STATUSES
-from rolac_controller.interface import INTERFACE
+from rolac_controller.controller import FAULT_NO_TABLE
+from rolac_controller.enumerations import ERRORS, MODES, STATUSES, stage_sentences
 
-AXES = [(b, a) for b in ("mb1", "mb2") for a in "xy"]
+INTERFACE = CONTROLLER.interface
 
 
 def actuator(name):
-    return ACTUATOR[name].start
+    return ACTUATOR.interface[name].start
 
 
 @pytest.mark.parametrize(("b", "a"), AXES)
@@ -164,7 +162,7 @@ def test_run_continued_from_a_copied_state_is_identical(bench, receptance, ident
     first["identify"] = identify
     first.follow(signal, 777)
     second = everything_on(bench, receptance)
-    second.instance = Instance(MODEL, first.instance.constants)
+    second.instance = Instance(CONTROLLER, first.instance.constants)
     second.instance.values[:] = first.instance.values
     second.instance.state[:] = first.instance.state
     second.n, second.theta = first.n, first.theta
@@ -201,13 +199,15 @@ def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python
         import numpy as np
 
         from amb_analysis.controller_data import pack
+        from amb_analysis.rotor_models import control_loop
         from fmi_export.jit import COMPILED
         from fmi_export.model import Instance
-        from rolac_controller.controller import MODEL
+        from rolac_controller.controller import model_for
 
         rng = np.random.default_rng(7)
         r = 1e-6 * (rng.normal(size=(2, 8, 4)) + 1j * rng.normal(size=(2, 8, 4)))
-        x = Instance(MODEL, pack([50.0, 400.0], r))
+        loop = control_loop()
+        x = Instance(model_for(loop), pack(loop, [50.0, 400.0], r))
         for name, value in {
             "sample_time": 1e-3,
             "rolac.mode": mode,
@@ -290,7 +290,7 @@ def test_whatever_is_allowed_gives_finite_outputs_within_their_ranges(history):
     parameters, with_table, pieces = history
     rng = np.random.default_rng(7)
     r = 1e-6 * (rng.normal(size=(2, 8, 4)) + 1j * rng.normal(size=(2, 8, 4)))
-    x = Instance(MODEL, pack([50.0, 400.0], r) if with_table else NO_TABLE)
+    x = Instance(CONTROLLER, pack([50.0, 400.0], r) if with_table else NO_TABLE)
     for name, value in {**parameters, **pieces[0]}.items():
         x[name] = value
     h, n, theta = parameters["sample_time"], 0, 0.0
@@ -315,7 +315,7 @@ def test_whatever_is_allowed_gives_finite_outputs_within_their_ranges(history):
 def test_every_number_that_an_output_can_show_has_a_sentence():
     for name, sentences in [
         ("rolac_status", STATUSES),
-        ("identification_state", STAGES),
+        ("identification_state", stage_sentences(LOOP.axis_names)),
         ("identification_error", ERRORS),
     ]:
         variable = INTERFACE[name]

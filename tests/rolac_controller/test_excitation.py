@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rolac_controller.excitation import amplitude_at, force_component, periods, power_share, schroeder_phase
-from rolac_controller.interface import HARMONIC
+from rolac_controller.records import HARMONIC
 
 
 @pytest.mark.parametrize(

@@ -11,13 +11,13 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2True
 from fmpy.validation import validate_fmu
+from rig import CONTROLLER, pack
 
-from amb_analysis.controller_data import pack
 from fmi_export.building.identity import guid_of
 from fmi_export.model import Instance
-from rolac_controller.controller import MODEL
 from rolac_controller.enumerations import ADAPTING, IDENTIFYING, NO_WINDOW, NOT_STARTED, SENSOR_SUSPECT, SLOT_BEFORE
-from rolac_controller.interface import INTERFACE
+
+INTERFACE = CONTROLLER.interface
 
 H = 250e-6
 SPEED = 2.0 * math.pi * 30.3
@@ -35,7 +35,7 @@ def table():
 
 @pytest.fixture(scope="module")
 def fmu_file(table, build_fmu):
-    return build_fmu(MODEL, table)
+    return build_fmu(CONTROLLER, table)
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_validation_finds_no_problems(fmu_file):
 
 
 def test_fmu_gives_what_the_core_gives(fmu, table):
-    core = Instance(MODEL, table)
+    core = Instance(CONTROLLER, table)
     enable = references(["rolac_enable"])
     for name, value in [("mb1.k_integral_x", 1e6), ("derivative_time", 1e-3)]:
         fmu.setReal(references([name]), [value])
@@ -128,7 +128,7 @@ class Both:
 @pytest.mark.parametrize("mode", [0, 1, 2, 3])
 def test_fmu_of_the_rig_equals_the_core_while_it_identifies_and_adapts(fmu, table, mode):
     """With noise, filter, converters, delay, a fault and contact; every output, bit for bit."""
-    both = Both(fmu, Instance(MODEL, table))
+    both = Both(fmu, Instance(CONTROLLER, table))
     core = both.core
     both.set(sample_time=1e-3, chain__preset=1, chain__seed=77, rolac__mode=mode, contact__source=2, contact__aware=1)
     both.set(rolac_enable=1, contact_state=1)
@@ -188,7 +188,7 @@ def test_refused_step_sets_the_fault_code(fmu):
 
 
 def test_guid_changes_with_the_table(table):
-    assert guid_of(MODEL, table) != guid_of(MODEL, 1.01 * table)
+    assert guid_of(CONTROLLER, table) != guid_of(CONTROLLER, 1.01 * table)
 
 
 def test_fmu_says_that_its_step_is_fixed(unpacked):

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from fmi_export.jit import kernel
-from rolac_controller.fourier import CAPACITY, WINDOW, add_sample, samples_of_revolution, transform
-from rolac_controller.interface import HARMONIC
-from rolac_controller.rig_layout import N_HARMONICS, N_SENSORS
+from rolac_controller.control_loop import N_HARMONICS
+from rolac_controller.fourier import CAPACITY, add_sample, samples_of_revolution, transform, window_of, window_size
+from rolac_controller.records import HARMONIC
+
+N_SENSORS, N_AXES = 8, 4
 
 AMPLITUDES = 1e-4 * np.arange(1, 9)
 PHASES = np.linspace(-3.0, 3.0, 8)
@@ -27,9 +29,13 @@ def harmonics_of(orders):
     return harmonics
 
 
+def empty_window():
+    return window_of(np.zeros(window_size(N_SENSORS)), 0, N_SENSORS)
+
+
 def first_sensor(signal, delta, samples, start=0.0, orders=(1,)):
     """Q of the first sensor in each harmonic after driving it with `signal` of the angle."""
-    window, sensors = np.zeros(1, dtype=WINDOW)[0], np.zeros(N_SENSORS)
+    window, sensors = empty_window(), np.zeros(N_SENSORS)
     Q, harmonics = np.zeros((N_HARMONICS, N_SENSORS), dtype=complex), harmonics_of(orders)
     for n in range(samples):
         theta = start + n * delta
@@ -201,7 +207,7 @@ def run_long(window, harmonics, Q, sensors, delta, samples):
 
 @pytest.mark.parametrize("samples", [1_000_000, pytest.param(10_000_000, marks=pytest.mark.slow)])
 def test_millions_of_samples_leave_no_drift(samples):
-    window, Q = np.zeros(1, dtype=WINDOW)[0], np.zeros((N_HARMONICS, N_SENSORS), dtype=complex)
+    window, Q = empty_window(), np.zeros((N_HARMONICS, N_SENSORS), dtype=complex)
     revolution = run_long(window, harmonics_of((1, 3)), Q, np.zeros(N_SENSORS), 2.0 * math.pi / 125.0, samples)
     assert revolution == pytest.approx(125.0, abs=1e-9)
     expected = 1e-6 * np.exp(0.1j * np.arange(N_SENSORS))

@@ -6,21 +6,19 @@ import math
 
 import numpy as np
 import pytest
+from rig import DONE, FAILED, NO_TABLE, SLOT_AFTER, identified_receptance, pack
 from scipy.linalg import expm
 
-from amb_analysis.controller_data import NO_TABLE, SPEEDS, pack
-from amb_analysis.sampled_loop import identified_receptance, zoh_response
+from amb_analysis.controller_data import SPEEDS
+from amb_analysis.sampled_loop import zoh_response
 from rolac_controller.enumerations import (
     ADAPTING,
     CONTACT_OCCURRED,
     CURRENT_LIMITED,
-    DONE,
-    FAILED,
     IDENTIFYING,
     ILL_CONDITIONED,
     NO_ERROR,
     NOT_STARTED,
-    SLOT_AFTER,
     SLOT_BEFORE,
     SPEED_CHANGED,
     SWITCHED_OFF,

@@ -6,16 +6,15 @@ import math
 
 import numpy as np
 import pytest
+from rig import AXES, identified_receptance, pack
 from scipy.linalg import expm
 
-from amb_analysis.controller_data import pack
-from amb_analysis.sampled_loop import identified_receptance, zoh_response
+from amb_analysis.sampled_loop import zoh_response
 from rolac_controller.enumerations import FORCE_FREE, NOTCH
 from rolac_controller.notch import solve_in_place
-from rolac_controller.rig_layout import AXES
 
 H, K_S = 250e-6, 2e6
-GAINS = {f"{b}__k_s_{a}": K_S for b, a, _ in AXES}
+GAINS = {f"{b}__k_s_{a}": K_S for b, a in AXES}
 
 
 @pytest.fixture

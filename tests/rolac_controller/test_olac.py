@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rig import pack
 
-from amb_analysis.controller_data import inverse_receptance, pack
+from amb_analysis.controller_data import inverse_receptance
 from rolac_controller.enumerations import OLAC
 
 SAMPLES = 40

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rig import SIZES
 
 from amb_analysis.controller_data import condition_number, inverse_receptance
-from rolac_controller.pseudo_inverse import SVD_WORK, negative_pseudo_inverse
+from rolac_controller.pseudo_inverse import negative_pseudo_inverse, svd_work_of, svd_work_size
 from rolac_controller.signals import LARGEST_CONDITION
 
 
 def inverted(r, weights=None):
     """H and the condition number that the kernel finds."""
-    H, svd = np.full((4, 8), np.nan, dtype=complex), np.zeros(1, dtype=SVD_WORK)
-    svd.view(float)[:] = np.nan
+    H, svd = np.full((4, 8), np.nan, dtype=complex), svd_work_of(np.full(svd_work_size(SIZES), np.nan), 0, SIZES)
     w = np.ones(8) if weights is None else np.asarray(weights, dtype=float)
-    condition = negative_pseudo_inverse(np.ascontiguousarray(r, dtype=complex), w, H, svd[0])
+    condition = negative_pseudo_inverse(np.ascontiguousarray(r, dtype=complex), w, H, svd)
     return H, condition
 
 

@@ -6,17 +6,17 @@ import re
 from pathlib import Path
 
 import pytest
+from rig import CONTROLLER
 
 import rolac_controller
 from fmi_export.building.readme import interface_table, with_table
-from rolac_controller.controller import MODEL
 
 README = Path(rolac_controller.__file__).parent / "README.md"
 
 
 def test_rewriting_the_interface_table_changes_nothing():
     text = README.read_text(encoding="utf-8")
-    assert with_table(text, interface_table(MODEL)) == text
+    assert with_table(text, interface_table(CONTROLLER)) == text
 
 
 def test_example_in_the_readme_finds_the_vibration_it_made(run_python, tmp_path):

@@ -5,41 +5,43 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rig import NO_TABLE, SIZES, given_parameters, pack
 
-from amb_analysis.controller_data import NO_TABLE, SPEEDS, inverse_receptance, pack
-from amb_analysis.sampled_loop import parameter_record
-from rolac_controller.pseudo_inverse import SVD_WORK
+from amb_analysis.controller_data import SPEEDS, inverse_receptance
+from rolac_controller.control_loop import N_HARMONICS
+from rolac_controller.pseudo_inverse import svd_work_of, svd_work_size
 from rolac_controller.receptance_table import (
     BEYOND,
     MISSING,
     SPARE_ROWS,
     WITHIN,
+    built_table,
     find_bracket,
     interpolate,
     load,
     store,
-    table_of,
+    table_in_use,
     table_size,
 )
-from rolac_controller.rig_layout import N_HARMONICS
 
 
 def loaded(constants, weights=None):
-    table = table_of(np.zeros(table_size(constants)))
-    parameters = parameter_record({f"s{k}.weight": w for k, w in enumerate([] if weights is None else weights, 1)})
-    ok = load(table_of(constants), parameters, table, np.zeros(1, dtype=SVD_WORK)[0])
+    table = table_in_use(np.zeros(table_size(constants)), 0, constants, SIZES)
+    parameters = given_parameters({f"s{k}.weight": w for k, w in enumerate([] if weights is None else weights, 1)})
+    ok = load(built_table(constants, SIZES), parameters, table, svd_work_of(np.zeros(svd_work_size(SIZES)), 0, SIZES))
     return table if ok else None
 
 
 def matrix_at(table, speed, name="H", order=1.0):
     lower, upper, weight, coverage = find_bracket(table, order, speed)
     matrix = np.zeros((4, 8) if name == "H" else (8, 4), dtype=complex)
-    interpolate(table.rows[name][lower], table.rows[name][upper], weight, matrix)
+    of_rows = getattr(table, name)
+    interpolate(of_rows[lower], of_rows[upper], weight, matrix)
     return matrix, coverage
 
 
 def rows(table):
-    return [(row.order, row.speed) for row in table.rows[: int(table.n_rows[0])]]
+    return [(row.order, row.speed) for row in table.keys[: int(table.n_rows[0])]]
 
 
 def put(table, order, speed, r=1.0, h=1.0):
@@ -102,10 +104,10 @@ def test_new_receptances_find_their_place_whatever_the_order_they_come_in(entrie
     found = rows(table)
     assert found == sorted(set(found))
     for k, (order, speed) in enumerate(found):
-        number = int(table.rows[k].R[0, 0].real)
+        number = int(table.R[k][0, 0].real)
         assert entries[number] == (order, speed)
-        np.testing.assert_array_equal(table.rows[k].R, number + 0.5)
-        np.testing.assert_array_equal(table.rows[k].H, -number)
+        np.testing.assert_array_equal(table.R[k], number + 0.5)
+        np.testing.assert_array_equal(table.H[k], -number)
     for order, speed in entries:
         assert any(o == order and abs(s - speed) <= 0.011 * speed for o, s in found)
 
@@ -120,9 +122,10 @@ def test_full_table_takes_replacements_only():
     table = loaded(NO_TABLE)
     for k in range(SPARE_ROWS):
         assert put(table, 1.0, 10.0 * (k + 1))
-    before = table.rows.copy()
+    before = [part.copy() for part in table]
     assert not put(table, 1.0, 5.0)
-    np.testing.assert_array_equal(table.rows, before)
+    for part, old in zip(table, before, strict=True):
+        np.testing.assert_array_equal(part, old)
     assert table.n_rows[0] == SPARE_ROWS
     assert put(table, 1.0, 10.0)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rig import pack
 
-from amb_analysis.controller_data import pack
 from rolac_controller.enumerations import ADAPTING, SENSOR_SUSPECT
 
 SAMPLES = 40

@@ -6,10 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from rig import CONTROLLER, NO_TABLE, SENSOR_NAMES, SIZES
 
-from rolac_controller.interface import INPUTS, INTERFACE, PARAMETERS
-from rolac_controller.rig_layout import N_SENSORS, SENSOR_NAMES
-from rolac_controller.sensors import SENSOR_MEMORY, measure
+from rolac_controller.records import inputs_of, parameters_of
+from rolac_controller.sensors import measure, sensor_memory_of, sensor_memory_size
+
+INTERFACE = CONTROLLER.interface
+N_SENSORS, N_AXES = 8, 4
 
 LSB = 20.0 / 65536.0 / 8000.0  # m
 POSITIONS = np.array([1.948, 1.321, 0.624, 0.0])
@@ -20,10 +23,9 @@ class Chain:
 
     def __init__(self, **values):
         self.values = INTERFACE.start.copy()
-        given = INTERFACE.n_parameters + INTERFACE.n_inputs
-        self.parameters = self.values[: INTERFACE.n_parameters].view(PARAMETERS)[0]
-        self.inputs = self.values[INTERFACE.n_parameters : given].view(INPUTS)[0]
-        self.memory = np.zeros(1, dtype=SENSOR_MEMORY)[0]
+        self.parameters = parameters_of(self.values[: INTERFACE.n_parameters], NO_TABLE, SIZES)
+        self.inputs = inputs_of(self.values[INTERFACE.n_parameters :], SIZES)
+        self.memory = sensor_memory_of(np.zeros(sensor_memory_size(N_SENSORS)), 0, N_SENSORS)
         self.started = False
         self.set(**values)
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
+from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
-from amb_actuator.actuator import MODEL
 from fmi_export.model import Instance
 
 
 def running_actuator(values: Mapping[str, float] | None = None, **more: float) -> Instance:
     """Return an initialised actuator with these parameters and inputs."""
-    made = Instance(MODEL, np.zeros(1))
+    made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
     for name, value in {**(values or {}), **{n.replace("__", "."): v for n, v in more.items()}}.items():
         made[name] = value
     made.initialise()

@@ -9,14 +9,16 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.controller_data import SPEEDS, condition_number, inverse_receptance, pack
+from amb_analysis.rotor_models import control_loop
 from amb_cosim.json_data import Key
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.studies.sensor_receptance import FORCES, HERTZ, POINTS, levitated_receptance, sensor_planes
+from amb_cosim.studies.sensor_receptance import HERTZ, POINTS, levitated_receptance, sensor_planes
 from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
-from rolac_controller.receptance_table import find_bracket, interpolate, table_of
-from rolac_controller.rig_layout import N_AXES, N_SENSORS
+from rolac_controller.control_loop import ControlLoop
+from rolac_controller.receptance_table import built_table, find_bracket, interpolate
+from rolac_controller.sizes import sizes_of
 from rotor_analysis.modes import Complex
 
 
@@ -115,13 +117,14 @@ def h_matrix(
         If the rotor lacks the planes of the sensors and bearings, an argument is out of range, or an R is singular.
     """
     description = rotor_of(rotor)
+    loop = control_loop(description)
     speeds = np.unique(np.concatenate([speed_range(up_to, POINTS, SPEEDS[0]), SPEEDS]))
     R = levitated_receptance(description, speeds, k_b, c_b)
     exact = np.array([inverse_receptance(r) for r in R])
     every_hertz = HERTZ * np.arange(5.0, np.ceil(speeds[-1] / HERTZ) + 1.0)
     table_speeds = {"thesis": np.array(SPEEDS), "every_hertz": every_hertz}
     found = {
-        name: interpolated(rows, levitated_receptance(description, rows, k_b, c_b), speeds)
+        name: interpolated(loop, rows, levitated_receptance(description, rows, k_b, c_b), speeds)
         for name, rows in table_speeds.items()
     }
     return InverseReceptance(
@@ -129,7 +132,7 @@ def h_matrix(
         planes=sensor_planes(description),
         speeds=speeds / HERTZ,
         table=np.array([speed / HERTZ for speed in SPEEDS]),
-        forces=FORCES,
+        forces=loop.axis_names,
         h=exact,
         h_interpolated=found["thesis"],
         condition_number=np.array([condition_number(r) for r in R]),
@@ -139,19 +142,21 @@ def h_matrix(
     )
 
 
-def interpolated(table_speeds: Array, receptances: Complex, speeds: Array) -> Complex:
+def interpolated(loop: ControlLoop, table_speeds: Array, receptances: Complex, speeds: Array) -> Complex:
     """Return H at some speeds as the controller interpolates it in a table: linear between its speeds, constant beyond.
 
     Parameters
     ----------
+    loop
+        Names of the controller's bearings and sensors.
     table_speeds, receptances
-        Speeds of the table (rad/s), shape (m,), ascending, and R there (m/N), shape (m, 8, 4).
+        Speeds of the table (rad/s), shape (m,), ascending, and R there (m/N), shape (m, n_sensors, n_axes).
     speeds
         Speeds of H (rad/s), shape (n,).
 
     Returns
     -------
-    array, shape (n, 4, 8), complex
+    array, shape (n, n_axes, n_sensors), complex
         N/m.
 
     Raises
@@ -159,11 +164,12 @@ def interpolated(table_speeds: Array, receptances: Complex, speeds: Array) -> Co
     ValueError
         If an R cannot be inverted.
     """
-    table = table_of(pack(table_speeds, receptances))
-    H = np.empty((len(speeds), N_AXES, N_SENSORS), dtype=np.complex128)
+    constants = pack(loop, table_speeds, receptances)
+    table = built_table(constants, sizes_of(constants))
+    H = np.empty((len(speeds), *table.H.shape[1:]), dtype=np.complex128)
     for n, speed in enumerate(speeds):
         lower, upper, weight, _ = find_bracket(table, 1.0, float(speed))
-        interpolate(table.rows[lower].H, table.rows[upper].H, weight, H[n])
+        interpolate(table.H[lower], table.H[upper], weight, H[n])
     return H
 
 
@@ -174,4 +180,4 @@ def _relative_error(H: Complex, exact: Complex) -> Array:
 
 def _force_after_step(H: Complex, R: Complex) -> Array:
     """Return |I + H R|, the largest share of a synchronous force that one full step leaves, shape (n,)."""
-    return np.linalg.norm(np.eye(N_AXES) + H @ R, ord=2, axis=(1, 2))
+    return np.linalg.norm(np.eye(R.shape[2]) + H @ R, ord=2, axis=(1, 2))

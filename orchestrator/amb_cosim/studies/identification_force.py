@@ -15,12 +15,12 @@ from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
-from rolac_controller.enumerations import N_SLOTS
 from rolac_controller.excitation import FORCE, amplitude_at, periods
 from rotor_analysis.checks import require
 
 LOWEST = 5.0  # Hz, below which there is no synchronous signal
 POINTS_PER_HZ = 20
+SLOTS = 6  # of an identification of four axes
 JUMP = 30.0  # Hz, where the rule of 6.6 is not continuous
 
 
@@ -108,7 +108,7 @@ def _columns(frequencies: Sequence[float]) -> ForceColumns:
     """Return the test force at each frequency (Hz)."""
     amplitudes = [amplitude_at(f) for f in frequencies]
     slots = [periods(f) for f in frequencies]
-    durations = [N_SLOTS * n / f for n, f in zip(slots, frequencies, strict=True)]
+    durations = [SLOTS * n / f for n, f in zip(slots, frequencies, strict=True)]
     s = [FORCE / amplitude for amplitude in amplitudes]
     return ForceColumns(
         *(np.array(column, dtype=np.float64) for column in (frequencies, s, amplitudes, slots, durations))

@@ -13,14 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_actuator.interface import AXES, N_AXES
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.values import Raw
 from amb_cosim.plan import SPEED
 from amb_cosim.scenario import make_scenario
 from amb_cosim.simulation import Prepared, prepare, run_prepared
-from amb_cosim.studies.linear_loop import linear_loop
+from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from fmi_export.model import Array
 from rolac_controller.enumerations import CUSTOM
 
@@ -31,7 +30,6 @@ STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers: the error of the coupling is t
 SUBSTEP = 31.25e-6  # s, of the plant's own integration
 REMAINDER = 1e-6  # share of the transient that is left when the measurement begins
 LONGEST = 60.0  # s, of waiting for that
-INPUTS = tuple(f"amb_actuator.{bearing}.command_voltage_{axis}" for bearing, axis in AXES)
 
 
 @dataclass(frozen=True)
@@ -116,16 +114,16 @@ def schroeder_phases(powers: Array) -> Array:
     return -2.0 * math.pi * np.concatenate([[0.0], np.cumsum(np.cumsum(powers))[:-1]])
 
 
-def multi_sines(samples: int, sample_time: float) -> tuple[Array, NDArray[np.intp]]:
+def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, NDArray[np.intp]]:
     """Return one period of the injected currents (A), shape (axes, samples), and the harmonics that each consists of.
 
     All harmonics of an axis have the same power, and the peak of a current is `PEAK`.
     """
     highest = min(HIGHEST, 0.5 / sample_time)
     first, count = round(LOWEST * samples * sample_time), math.ceil(highest * samples * sample_time)
-    lines = np.arange(first, first + (count - first) // N_AXES * N_AXES).reshape(-1, N_AXES).T
+    lines = np.arange(first, first + (count - first) // n_axes * n_axes).reshape(-1, n_axes).T
     phases = schroeder_phases(np.full(lines.shape[1], 1.0 / lines.shape[1]))
-    spectrum = np.zeros((N_AXES, samples // 2 + 1), dtype=complex)
+    spectrum = np.zeros((n_axes, samples // 2 + 1), dtype=complex)
     np.put_along_axis(spectrum, lines, np.exp(1j * phases)[None, :], axis=1)
     signals = np.fft.irfft(spectrum, samples, axis=1)
     return PEAK * signals / np.abs(signals).max(axis=1, keepdims=True), lines
@@ -167,23 +165,24 @@ def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
     steps = round(loop.sample_time / plan.step_size)
     samples = 2 * round(0.5 * PERIOD / loop.sample_time)
     settling = settling_samples(decay, loop.sample_time)
-    injected, lines = multi_sines(samples, loop.sample_time)
-    gains = [loop.of_axis("amb_actuator", axis, "amplifier_gain") for axis in range(N_AXES)]
+    injected, lines = multi_sines(len(loop.axes), samples, loop.sample_time)
+    gains = [loop.of_axis("amb_actuator", axis, "amplifier_gain") for axis in range(len(loop.axes))]
     if not all(gains):
         raise ValueError(
             "amplifier_gain = 0 A/V is not allowed; it must not be 0, since currents are injected as command voltages"
         )
     last = settling + samples
     volts = injected / np.array(gains)[:, None]
+    inputs = [f"amb_actuator.{b}.command_voltage_{a}" for b, a, _ in loop.axes]
     events = tuple(
-        (n * steps, name, float(volts[k, n % samples])) for n in range(last) for k, name in enumerate(INPUTS)
+        (n * steps, name, float(volts[k, n % samples])) for n in range(last) for k, name in enumerate(inputs)
     )
     result = run_prepared(replace(prepared, plan=replace(plan, last=last * steps, events=events)))
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
-    _check_linear(result.signals)
+    _check_linear(result.signals, loop)
     first = settling + 1  # a current that the controller demands at a sample is recorded one sample later
-    demanded = [result.signals[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a in AXES]
+    demanded = [result.signals[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a, _ in loop.axes]
     currents = np.array(demanded)[:, first : first + samples]
     recorded = np.arange(settling, settling + samples) % samples
     ratio = _spectrum(currents, lines) / _spectrum(injected[:, recorded], lines)
@@ -195,14 +194,14 @@ def _spectrum(signals: Array, lines: NDArray[np.intp]) -> NDArray[np.complex128]
     return np.take_along_axis(np.fft.rfft(signals, axis=1), lines, axis=1)
 
 
-def _check_linear(dataset: Signals) -> None:
+def _check_linear(dataset: Signals, loop: LinearLoop) -> None:
     """Raise a ValueError if the rotor touched a retainer bearing or an amplifier reached a limit."""
     violations: Mapping[str, str] = {
         "rotor_contact.contact_state": "the rotor touched its retainer",
-        **{f"amb_actuator.{b}.clipped_{a}": f"the current of {b}.{a} was clipped" for b, a in AXES},
+        **{f"amb_actuator.{b}.clipped_{a}": f"the current of {b}.{a} was clipped" for b, a, _ in loop.axes},
         **{
             f"amb_actuator.{b}.voltage_limited_{a}": f"the amplifier of {b}.{a} was at its voltage limit"
-            for b, a in AXES
+            for b, a, _ in loop.axes
         },
     }
     for name, violation in violations.items():

@@ -14,24 +14,27 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import control
 import numpy as np
 
-from amb_actuator.interface import AXES, DYNAMIC, MEASURED, N_AXES
-from amb_analysis.design import AXIS, axis_parameters, linear_constants
-from amb_analysis.sampled_loop import parameter_record
+from amb_actuator.interface import DYNAMIC, MEASURED
+from amb_actuator.records import AXIS
+from amb_analysis.design import axis_parameters, linear_constants
+from amb_analysis.rotor_models import control_loop
+from amb_analysis.sampled_loop import given_parameters
 from amb_cosim.simulation import Prepared
 from fmi_export.model import Array
 from rolac_controller.chain import is_on
+from rolac_controller.control_loop import Axis, ControlLoop
 from rolac_controller.lowpass import coefficients
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RIG, load_rotor
 
-AXIS_NAMES = tuple(f"{bearing}.{axis}" for bearing, axis in AXES)
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 
 
@@ -57,9 +60,19 @@ class LinearLoop:
     delay: int = 0
     rotor: Rotor = field(default_factory=load_rotor)
 
+    @cached_property
+    def controlled(self) -> ControlLoop:
+        """Bearings and sensor planes of the rotor, and how they belong together."""
+        return control_loop(self.rotor)
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """Axes of the bearings."""
+        return self.controlled.axes
+
     def of_axis(self, component: str, axis: int, name: str) -> float:
         """Return a parameter of one axis: `k_s` of axis 3 is `mb2.k_s_y`."""
-        bearing, direction = AXES[axis]
+        bearing, direction, _ = self.axes[axis]
         return self.parameters[component][f"{bearing}.{name}_{direction}"]
 
 
@@ -70,9 +83,9 @@ def linear_loop(prepared: Prepared) -> LinearLoop:
         for component, values in prepared.plan.all_parameters(prepared.interfaces).items()
     }
     controller = parameters["rolac_controller"]
-    chain = parameter_record(controller).chain
-    delay = int(is_on(chain.preset, chain.delay))
     description = load_rotor(Path(prepared.scenario.rotor or RIG))
+    chain = given_parameters(control_loop(description), controller).own[0].chain
+    delay = int(is_on(chain.preset, chain.delay))
     return LinearLoop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)
 
 
@@ -80,7 +93,7 @@ def bearing_constants(loop: LinearLoop, axis: int) -> tuple[float, float]:
     """Return K_s (N/m) and K_i (N/A) of an axis at its centre, by the force law of the actuator."""
     if loop.parameters["amb_actuator"]["force_law"] == MEASURED:
         return loop.of_axis("amb_actuator", axis, "k_s_measured"), loop.of_axis("amb_actuator", axis, "k_i_measured")
-    bearing, direction = AXES[axis]
+    bearing, direction, _ = loop.axes[axis]
     values = {name: loop.of_axis("amb_actuator", axis, name) for name in AXIS.names or ()}
     return linear_constants(axis_parameters(bearing, direction, **values))
 
@@ -88,18 +101,18 @@ def bearing_constants(loop: LinearLoop, axis: int) -> tuple[float, float]:
 def rotor_system(loop: LinearLoop, nodes: tuple[int, ...] = ()) -> control.StateSpace:
     """Return displacements (m) over coil currents (A): M q'' + (C + Omega G) q' + (K - B K_s B^T) q = B K_i I.
 
-    Four inputs, in the order of the axes; outputs x and y of each of the nodes, by default those of the bearings.
+    Inputs in the order of the axes; outputs x and y of each of the nodes, by default those of the bearings.
     The rotor is reduced as in its FMU.
     """
     description = loop.rotor
     full = assemble(description)
     reduction = msdc(full, description.masters)
     model, outputs = reduction.model, reduction.right[full.rows(nodes or description.bearing_nodes)]
-    for bearing, node in zip(("mb1", "mb2"), description.bearing_nodes, strict=True):
-        plant = loop.parameters["rotor_contact"]
-        model = model.with_bearing(node, plant[f"{bearing}.k_b"] * np.eye(2), plant[f"{bearing}.c_b"] * np.eye(2))
-    n, B = model.size, np.eye(model.size)[:, model.rows(description.bearing_nodes)]
-    k_s, k_i = (np.diag(values) for values in zip(*(bearing_constants(loop, k) for k in range(N_AXES)), strict=True))
+    for bearing in description.bearings:
+        plant, name = loop.parameters["rotor_contact"], bearing.name
+        model = model.with_bearing(bearing.node, plant[f"{name}.k_b"] * np.eye(2), plant[f"{name}.c_b"] * np.eye(2))
+    n, n_axes, B = model.size, len(loop.axes), np.eye(model.size)[:, model.rows(description.bearing_nodes)]
+    k_s, k_i = (np.diag(values) for values in zip(*(bearing_constants(loop, k) for k in range(n_axes)), strict=True))
     Minv = np.linalg.inv(model.M)
     A = np.block(
         [
@@ -107,16 +120,17 @@ def rotor_system(loop: LinearLoop, nodes: tuple[int, ...] = ()) -> control.State
             [-Minv @ (model.K - B @ k_s @ B.T), -Minv @ (model.C + loop.Omega * model.G)],
         ]
     )
-    force = np.vstack([np.zeros((n, N_AXES)), Minv @ B @ k_i])
-    return control.ss(A, force, np.hstack([outputs, np.zeros((len(outputs), n))]), np.zeros((len(outputs), N_AXES)))
+    force = np.vstack([np.zeros((n, n_axes)), Minv @ B @ k_i])
+    return control.ss(A, force, np.hstack([outputs, np.zeros((len(outputs), n))]), np.zeros((len(outputs), n_axes)))
 
 
 def amplifier_system(loop: LinearLoop) -> control.StateSpace:
     """Return coil currents over commanded currents: 1, or omega_b/(s + omega_b) for each axis."""
+    n_axes = len(loop.axes)
     if loop.parameters["amb_actuator"]["amplifier"] != DYNAMIC:
-        return control.ss([], [], [], np.eye(N_AXES))
-    omega = 2.0 * math.pi * np.diag([loop.of_axis("amb_actuator", k, "bandwidth") for k in range(N_AXES)])
-    return control.ss(-omega, omega, np.eye(N_AXES), np.zeros((N_AXES, N_AXES)))
+        return control.ss([], [], [], np.eye(n_axes))
+    omega = 2.0 * math.pi * np.diag([loop.of_axis("amb_actuator", k, "bandwidth") for k in range(n_axes)])
+    return control.ss(-omega, omega, np.eye(n_axes), np.zeros((n_axes, n_axes)))
 
 
 def controller_system(loop: LinearLoop) -> control.StateSpace:
@@ -126,14 +140,14 @@ def controller_system(loop: LinearLoop) -> control.StateSpace:
     PID(z) = 1/K_i [ K_b + K_s + C_b (z - 1)/((tau + T) z - tau) + K_I T/(z - 1) ], F the filter before it, if any
     """
     time = loop.sample_time
-    parameters = parameter_record(loop.parameters["rolac_controller"])
+    parameters = given_parameters(loop.controlled, loop.parameters["rolac_controller"]).own[0]
     tau, chain = parameters.derivative_time, parameters.chain
     delay_and_filter = control.tf([1.0], [1.0] + [0.0] * loop.delay, time)
     if is_on(chain.preset, chain.filter):
         decay, new = coefficients(chain.cutoff, time)
         delay_and_filter *= control.tf([new, 1.0 - decay - new], [1.0, -decay], time)
     laws = []
-    for axis in range(N_AXES):
+    for axis in range(len(loop.axes)):
         k_b, k_s, c_b, k_integral, k_i = (
             loop.of_axis("rolac_controller", axis, name) for name in ("k_b", "k_s", "c_b", "k_integral", "k_i")
         )
@@ -145,7 +159,7 @@ def controller_system(loop: LinearLoop) -> control.StateSpace:
 
 
 def sensitivity_system(loop: LinearLoop) -> control.StateSpace:
-    """Return currents that reach the actuator over currents injected there, S = (1 + PID P)^-1, four by four.
+    """Return currents that reach the actuator over currents injected there, S = (1 + PID P)^-1, axes by axes.
 
     Raises
     ------
@@ -154,7 +168,7 @@ def sensitivity_system(loop: LinearLoop) -> control.StateSpace:
     """
     sampled_plant = control.sample_system(rotor_system(loop) * amplifier_system(loop), loop.sample_time, "zoh")
     closed = control.feedback(
-        control.ss([], [], [], np.eye(N_AXES), loop.sample_time), controller_system(loop) * sampled_plant
+        control.ss([], [], [], np.eye(len(loop.axes)), loop.sample_time), controller_system(loop) * sampled_plant
     )
     worst = max(closed.poles(), key=abs)
     if abs(worst) >= 1.0:
@@ -178,4 +192,4 @@ def diagonal_response(system: control.StateSpace, frequencies: Array) -> Array:
     omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
     full = control.frequency_response(system, omega, squeeze=False)
     values = full.magnitude * np.exp(1j * full.phase)
-    return np.array([values[k, k] for k in range(N_AXES)])
+    return np.array([values[k, k] for k in range(len(values))])

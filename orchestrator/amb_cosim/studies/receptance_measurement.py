@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_analysis.controller_data import MAX_CONDITION, condition_number
-from amb_analysis.receptance_file import ReceptanceTable, loop_parameters, read_table
-from amb_analysis.sampled_loop import parameter_record
+from amb_analysis.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
+from amb_analysis.sampled_loop import given_parameters
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
@@ -24,9 +24,10 @@ from amb_cosim.scenario import make_scenario
 from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from amb_cosim.studies.sampled_receptance import sampled_receptance
-from rolac_controller.enumerations import DONE, ERRORS, FAILED, GIVEN, ILL_CONDITIONED, STAGES
+from rolac_controller.control_loop import ControlLoop
+from rolac_controller.enumerations import ERRORS, GIVEN, ILL_CONDITIONED, last_stages, stage_sentences
 from rolac_controller.excitation import force_component, periods
-from rolac_controller.rig_layout import AXES, SENSOR_NAMES
+from rotor_analysis.rotor_file import RIG, load_rotor
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,7 +52,7 @@ class IdentifiedReceptance:
     periods, force
         Revolutions of a slot, and amplitude of the test force (N).
     receptance
-        R, shape (8, 4), complex (m/N); None if the identification failed.
+        R, shape (n_sensors, n_axes), complex (m/N); None if the identification failed.
     model
         R of the linear model of the same sampled loop.
     reason
@@ -99,7 +100,8 @@ def prepare_identification(
     ValueError
         If the speed is not positive or below `rolac.min_speed`, or anything else does not fit.
     """
-    revolutions = 6 * periods(Omega / (2.0 * math.pi)) + MARGIN
+    n_axes = 2 * len(load_rotor(Path(rotor_file or RIG)).bearings)
+    revolutions = (n_axes + 2) * periods(Omega / (2.0 * math.pi)) + MARGIN
     steps = math.ceil(revolutions * 2.0 * math.pi / Omega / STEP) if Omega > 0.0 else 1
     scenario = make_scenario(
         {
@@ -133,10 +135,10 @@ def table_for(prepared: Prepared, path: Path | None) -> ReceptanceTable:
         If the file is not a complete table, or is that of another rotor or loop.
     """
     loop = linear_loop(prepared)
-    wanted = loop_parameters(loop.parameters["rolac_controller"])
+    parameters = loop.parameters["rolac_controller"]
     if path is not None and path.exists():
-        return read_table(path, loop.rotor.name, wanted)
-    return ReceptanceTable(loop.rotor.name, wanted)
+        return read_table(path, loop.rotor.name, loop.controlled, loop_parameters(loop.controlled, parameters))
+    return empty_table(loop.rotor.name, loop.controlled, parameters)
 
 
 def run_identification(prepared: Prepared, progress: Progress | None = None) -> IdentifiedReceptance:
@@ -149,7 +151,7 @@ def run_identification(prepared: Prepared, progress: Progress | None = None) -> 
     result = run_prepared(prepared, progress)
     receptance, reason = None, result.outcome.failure or ""
     if result.outcome.failure is None:
-        receptance, reason = _result(result.dataset.isel(time=-1))
+        receptance, reason = _result(result.dataset.isel(time=-1), loop.controlled)
     return IdentifiedReceptance(
         speed=loop.Omega,
         order=order,
@@ -164,31 +166,33 @@ def run_identification(prepared: Prepared, progress: Progress | None = None) -> 
 
 def force_amplitude(loop: LinearLoop) -> float:
     """Return the amplitude of the test force in the first harmonic (N)."""
-    parameters = parameter_record(loop.parameters["rolac_controller"])
-    multi, scale = parameters.identification.multi != 0.0, parameters.identification.force_scale
+    parameters = given_parameters(loop.controlled, loop.parameters["rolac_controller"])
+    identification = parameters.own[0].identification
+    multi, scale = identification.multi != 0.0, identification.force_scale
     return abs(force_component(parameters.harmonics, 0, multi, scale, loop.Omega / (2.0 * math.pi)))
 
 
-def _result(outputs: xr.Dataset) -> tuple[Complex | None, str]:
+def _result(outputs: xr.Dataset, loop: ControlLoop) -> tuple[Complex | None, str]:
     """Return R at the end of a run, or None and why the identification failed."""
     state, error = (int(outputs[f"rolac_controller.identification_{name}"]) for name in ("state", "error"))
-    if state != DONE:
-        return None, ERRORS[error] if state == FAILED else f"it did not reach its end: {STAGES[state]}"
-    receptance = receptance_of(outputs)
+    stages, sentences = last_stages(len(loop.axes)), stage_sentences(loop.axis_names)
+    if state != stages.done:
+        return None, ERRORS[error] if state == stages.failed else f"it did not reach its end: {sentences[state]}"
+    receptance = receptance_of(outputs, loop)
     if condition_number(receptance) > MAX_CONDITION:  # the controller's own limit is a parameter
         return None, ERRORS[ILL_CONDITIONED]
     return receptance, ""
 
 
-def receptance_of(outputs: xr.Dataset) -> Complex:
-    """Return R, shape (8, 4), complex (m/N), from the controller's outputs at one instant."""
+def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
+    """Return R, shape (n_sensors, n_axes), complex (m/N), from the controller's outputs at one instant."""
     return np.array(
         [
             [
                 complex(*(float(outputs[f"rolac_controller.r.{s}.{b}_{a}.{part}"]) for part in ("re", "im")))
-                for b, a, _ in AXES
+                for b, a, _ in loop.axes
             ]
-            for s in SENSOR_NAMES
+            for s in loop.sensor_names
         ]
     )
 

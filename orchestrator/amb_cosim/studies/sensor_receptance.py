@@ -7,12 +7,12 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from amb_analysis.rotor_models import control_loop
 from amb_cosim.json_data import Key
 from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
-from rolac_controller.rig_layout import AXES, N_AXES, N_BEARINGS, N_PLANES
 from rotor_analysis.checks import require
 from rotor_analysis.modes import Complex
 from rotor_analysis.receptance import receptance as receptance_of
@@ -21,7 +21,6 @@ from rotor_analysis.rotor import Rotor
 HERTZ = 2.0 * np.pi  # rad/s
 LOWEST = 1.0 * HERTZ
 POINTS = 491  # of a range of speeds: every 0.1 Hz from 1 to 50 Hz
-FORCES = tuple(f"{bearing}.{axis}" for bearing, axis, _ in AXES)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -37,7 +36,7 @@ class SensorReceptance(DrawnResult):
     forces
         Names of the forces.
     receptance
-        R (m/N), complex, shape (n, 8, 4).
+        R (m/N), complex, shape (n, n_sensors, n_axes).
     """
 
     name: ClassVar[str] = "receptance"
@@ -53,7 +52,7 @@ class SensorReceptance(DrawnResult):
         title = f"{self.rotor}: largest receptance of the sensors in x"
         table = labelled_table(title, "sensor", "force", "(um/N)", "at (Hz)", "phase (deg)")
         for plane, z in enumerate(self.planes):
-            for k in range(0, N_AXES, 2):
+            for k in range(0, len(self.forces), 2):
                 curve = self.receptance[:, 2 * plane, k]
                 top = int(np.argmax(np.abs(curve)))
                 table.add_row(
@@ -69,7 +68,7 @@ class SensorReceptance(DrawnResult):
 def receptance(
     rotor: RotorSource = None, *, up_to: Number = "50 Hz", k_b: Number = "1e6 N/m", c_b: Number = "5000 N.s/m"
 ) -> SensorReceptance:
-    """Return the synchronous displacement of the eight sensors by each bearing force over the spin speed.
+    """Return the synchronous displacement of the sensors by each bearing force over the spin speed.
 
     R = S [-Omega^2 M + j Omega (C + Omega G) + K]^-1 B     (5.6)
 
@@ -89,22 +88,20 @@ def receptance(
     """
     description, speeds = rotor_of(rotor), speed_range(up_to, POINTS, LOWEST)
     R = levitated_receptance(description, speeds, k_b, c_b)
-    return SensorReceptance(description.name, sensor_planes(description), speeds / HERTZ, FORCES, R)
+    return SensorReceptance(
+        description.name, sensor_planes(description), speeds / HERTZ, control_loop(description).axis_names, R
+    )
 
 
 def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) -> Complex:
-    """Return R of a rotor on its closed bearings at some speeds (rad/s), shape (n, 8, 4) (m/N).
+    """Return R of a rotor on its closed bearings at some speeds (rad/s), shape (n, n_sensors, n_axes) (m/N).
 
     Raises
     ------
     ValueError
         If the rotor lacks planes of sensors or bearings, or stiffness (N/m) or damping (N s/m) is not positive.
     """
-    for place, nodes, wanted in (
-        ("bearings", rotor.bearing_nodes, N_BEARINGS),
-        ("sensors", rotor.sensor_nodes, N_PLANES),
-    ):
-        require(len(nodes) == wanted, f"{place} of rotor {rotor.name!r}", list(nodes), f"{wanted} nodes")
+    control_loop(rotor)
     require(bool(rotor.masters), f"reduction.masters of rotor {rotor.name!r}", "[]", "the planes of the reduced model")
     stiffness = positive(k_b, "N/m", "k-b")
     damping = positive(c_b, "N.s/m", "c-b", ", since nothing else damps the rotor")

@@ -13,7 +13,6 @@ from amb_cosim.cosim.values import Raw, quantity
 from amb_cosim.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.linear_loop import (
-    AXIS_NAMES,
     diagonal_response,
     linear_loop,
     pole_frequency,
@@ -164,7 +163,7 @@ def sensitivity(
             largest_difference_below_500_hz=float(difference[k][measured.frequencies[k] < COMPARED].max()),
             largest_difference=float(difference[k].max()),
         )
-        for k, (name, curve) in enumerate(zip(AXIS_NAMES, curves, strict=True))
+        for k, (name, curve) in enumerate(zip(loop.controlled.axis_names, curves, strict=True))
     }
     return StabilityMargin(
         speed=loop.Omega,

@@ -1,0 +1,56 @@
+"""How kernels see the constants, the parameters, inputs and outputs, and the state: an array of records of the axes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from amb_actuator.interface import SMALLEST
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import record, size_of
+
+Records = np.ndarray[tuple[int], np.dtype[np.record]]
+
+SIZES = record(("n_bearings", "f8"))  # all that the constants are
+PARAMETERS = SMALLEST.own_record("parameter")
+AXIS, AXIS_INPUTS, AXIS_OUTPUTS = (SMALLEST.element_record(kind, "axes") for kind in ("parameter", "input", "output"))
+# Deviations of the coil currents of an axis from the operating point (A), see `Coils`.
+DEVIATIONS = record(("upper", "f8"), ("lower", "f8"))
+
+N_PARAMETERS, N_DEVIATIONS = size_of(PARAMETERS), size_of(DEVIATIONS)
+
+
+class Axes(NamedTuple):
+    """The arrays of an actuator: record `PARAMETERS`, in an array of one, and records of the axes, shape (n_axes,).
+
+    given, inputs, outputs, deviations
+        Records `AXIS`, `AXIS_INPUTS`, `AXIS_OUTPUTS` and `DEVIATIONS`.
+    """
+
+    own: Records
+    given: Records
+    inputs: Records
+    deviations: Records
+    outputs: Records
+
+
+@views
+def n_axes_of(constants: Array) -> int:
+    """Return the number of axes, two of each bearing."""
+    return 2 * int(part(constants, 0, SIZES, 1)[0].n_bearings)
+
+
+@views
+def views_of(constants: Array, parameters: Array, inputs: Array, state: Array, outputs: Array) -> Axes:
+    """Return views into the arrays of an actuator with these constants."""
+    n = n_axes_of(constants)
+    return Axes(
+        part(parameters, 0, PARAMETERS, 1),
+        part(parameters, N_PARAMETERS, AXIS, n),
+        part(inputs, 0, AXIS_INPUTS, n),
+        part(state, 0, DEVIATIONS, n),
+        part(outputs, 0, AXIS_OUTPUTS, n),
+    )

@@ -1,0 +1,120 @@
+"""What a controller is connected to: magnetic bearings, sensor planes, and which plane closes the loop of a bearing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+N_HARMONICS = 4  # that can be controlled at the same time
+MAX_BEARINGS = 30  # `contact_state` has a bit for each, and FMI's integers have 32
+
+
+@dataclass(frozen=True)
+class SensorPlane:
+    """A plane with two displacement sensors; `x` and `y` name their signals, `position` is axial (m)."""
+
+    name: str
+    x: str
+    y: str
+    position: float
+
+
+class Axis(NamedTuple):
+    """An axis of a bearing, x or y, and the signal that closes its loop."""
+
+    bearing: str
+    direction: str
+    sensor: str
+
+    @property
+    def name(self) -> str:
+        """The axis as one name, `mb1.x`."""
+        return f"{self.bearing}.{self.direction}"
+
+
+class Sensor(NamedTuple):
+    """The signal of a sensor, and where it is."""
+
+    name: str
+    where: str
+
+
+@dataclass(frozen=True)
+class ControlLoop:
+    """Names of the bearings and of the sensor planes, each in the order of the variables.
+
+    bearings
+        Magnetic bearings: names.
+    planes
+        Sensor planes. All sensors serve the synchronous control.
+    feedback
+        For each bearing the name of the plane whose sensors its PID reads.
+
+    Raises
+    ------
+    ValueError
+        If there is no bearing, or a bearing has no sensor plane of its own.
+    """
+
+    bearings: tuple[str, ...]
+    planes: tuple[SensorPlane, ...]
+    feedback: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.bearings) <= MAX_BEARINGS:
+            raise ValueError(f"{len(self.bearings)} bearings is not allowed; there must be 1 to {MAX_BEARINGS}")
+        _check_feedback(self.bearings, self.feedback, [plane.name for plane in self.planes])
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """Axes x and y of each bearing in turn."""
+        plane_of = {plane.name: plane for plane in self.planes}
+        closed = [(b, plane_of[name]) for b, name in zip(self.bearings, self.feedback, strict=True)]
+        return tuple(Axis(b, a, sensor) for b, plane in closed for a, sensor in (("x", plane.x), ("y", plane.y)))
+
+    @property
+    def sensors(self) -> tuple[Sensor, ...]:
+        """Sensors x and y of each plane in turn."""
+        return tuple(Sensor(s, f"{p.name}, {a} axis") for p in self.planes for s, a in ((p.x, "x"), (p.y, "y")))
+
+    @property
+    def sensor_names(self) -> tuple[str, ...]:
+        """Names of the sensors' signals."""
+        return tuple(sensor.name for sensor in self.sensors)
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """Names of the axes, `mb1.x`."""
+        return tuple(axis.name for axis in self.axes)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Shape of a receptance: number of sensors, number of axes."""
+        return 2 * len(self.planes), 2 * len(self.bearings)
+
+    def layout(self) -> dict[str, Any]:
+        """Return the same in types of JSON, for `control_loop_from`."""
+        return asdict(self)
+
+
+def control_loop_from(layout: Mapping[str, Any]) -> ControlLoop:
+    """Return the control loop that `ControlLoop.layout` wrote."""
+    planes = tuple(SensorPlane(**plane) for plane in layout["planes"])
+    return ControlLoop(tuple(layout["bearings"]), planes, tuple(layout["feedback"]))
+
+
+def _check_feedback(bearings: Sequence[str], feedback: Sequence[str], planes: Sequence[str]) -> None:
+    for k, bearing in enumerate(bearings):
+        if k >= len(feedback) or feedback[k] not in planes:
+            named = f"plane {feedback[k]!r} is not" if k < len(feedback) else "none is"
+            raise ValueError(
+                f"bearing {bearing!r} has no sensors: {named} among the planes {', '.join(planes) or '(none)'}; its "
+                "control needs one"
+            )
+        if feedback[k] in feedback[:k]:
+            other = bearings[feedback.index(feedback[k])]
+            raise ValueError(
+                f"bearing {bearing!r} has no sensors of its own: those of plane {feedback[k]!r} close the loop of "
+                f"{other!r}; each bearing needs a sensor plane"
+            )

@@ -1,0 +1,126 @@
+"""How kernels see parameters, inputs and outputs: a record of those that stand alone, and arrays of the rest."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import size_of
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex
+from rolac_controller.control_loop import N_HARMONICS
+from rolac_controller.interface import SMALLEST
+from rolac_controller.sizes import N_SIZES, Sizes
+
+Records = np.ndarray[tuple[int], np.dtype[np.record]]
+
+PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.own_record(kind) for kind in ("parameter", "input", "output"))
+GAINS = SMALLEST.element_record("parameter", "axes")  # of the PID of one axis
+HARMONIC = SMALLEST.element_record("parameter", "harmonics")  # order and power of one harmonic
+SENSOR_FAULTS = SMALLEST.element_record("input", "faults")
+AXIS_OUTPUTS = SMALLEST.element_record("output", "axes")
+SENSOR_OUTPUTS = SMALLEST.element_record("output", "sensors")
+HARMONIC_OUTPUTS = SMALLEST.element_record("output", "harmonics")
+
+N_PARAMETERS, N_INPUTS, N_OUTPUTS = size_of(PARAMETERS), size_of(INPUTS), size_of(OUTPUTS)
+N_GAINS, N_FAULTS = size_of(GAINS), size_of(SENSOR_FAULTS)
+N_AXIS, N_SENSOR = size_of(AXIS_OUTPUTS), size_of(SENSOR_OUTPUTS)
+N_ORDERS, N_HARMONIC = N_HARMONICS * size_of(HARMONIC), N_HARMONICS * size_of(HARMONIC_OUTPUTS)
+
+
+class Parameters(NamedTuple):
+    """Record of type `PARAMETERS`, in an array of one, and the parameters of axes, harmonics, sensors and planes.
+
+    axes, harmonics
+        Records `GAINS`, shape (n_axes,), and `HARMONIC`, shape (N_HARMONICS,); the first order 0 ends them.
+    sensor_weights, sensor_scales
+        Shape (n_sensors,).
+    plane_positions, plane_offsets
+        Shape (n_planes,) (m).
+    sensor_of_axis
+        From the constants: number of the sensor that closes the loop of each axis, shape (n_axes,).
+    """
+
+    own: Records
+    axes: Records
+    harmonics: Records
+    sensor_weights: Array
+    sensor_scales: Array
+    plane_positions: Array
+    plane_offsets: Array
+    sensor_of_axis: Array
+
+
+class Inputs(NamedTuple):
+    """Record of type `INPUTS`, in an array of one; displacements (m), setpoints (m); records `SENSOR_FAULTS`."""
+
+    own: Records
+    displacements: Array
+    setpoints: Array
+    faults: Records
+
+
+class Outputs(NamedTuple):
+    """Record of type `OUTPUTS`, in an array of one; records of axes, sensors, harmonics; shares of contact; R (m/N)."""
+
+    own: Records
+    axes: Records
+    sensors: Records
+    harmonics: Records
+    contact_shares: Array
+    receptance: Complex
+
+
+@views
+def parameters_of(parameters: Array, constants: Array, sizes: Sizes) -> Parameters:
+    """Return views into the parameters, and into the constants, of a controller of these sizes."""
+    n_axes, n_sensors, n_planes = sizes.n_axes, sizes.n_sensors, sizes.n_sensors // 2
+    axes = N_PARAMETERS
+    harmonics = axes + n_axes * N_GAINS
+    weights = harmonics + N_ORDERS
+    scales = weights + n_sensors
+    positions = scales + n_sensors
+    return Parameters(
+        part(parameters, 0, PARAMETERS, 1),
+        part(parameters, axes, GAINS, n_axes),
+        part(parameters, harmonics, HARMONIC, N_HARMONICS),
+        part(parameters, weights, REAL, n_sensors),
+        part(parameters, scales, REAL, n_sensors),
+        part(parameters, positions, REAL, n_planes),
+        part(parameters, positions + n_planes, REAL, n_planes),
+        part(constants, N_SIZES, REAL, n_axes),
+    )
+
+
+@views
+def inputs_of(inputs: Array, sizes: Sizes) -> Inputs:
+    """Return views into the inputs of a controller of these sizes."""
+    displacements = N_INPUTS
+    setpoints = displacements + sizes.n_sensors
+    return Inputs(
+        part(inputs, 0, INPUTS, 1),
+        part(inputs, displacements, REAL, sizes.n_sensors),
+        part(inputs, setpoints, REAL, sizes.n_axes),
+        part(inputs, setpoints + sizes.n_axes, SENSOR_FAULTS, sizes.n_sensors),
+    )
+
+
+@views
+def outputs_of(outputs: Array, sizes: Sizes) -> Outputs:
+    """Return views into the outputs of a controller of these sizes."""
+    n_axes, n_sensors, n_bearings = sizes.n_axes, sizes.n_sensors, sizes.n_axes // 2
+    axes = N_OUTPUTS
+    sensors = axes + n_axes * N_AXIS
+    harmonics = sensors + n_sensors * N_SENSOR
+    shares = harmonics + N_HARMONIC
+    return Outputs(
+        part(outputs, 0, OUTPUTS, 1),
+        part(outputs, axes, AXIS_OUTPUTS, n_axes),
+        part(outputs, sensors, SENSOR_OUTPUTS, n_sensors),
+        part(outputs, harmonics, HARMONIC_OUTPUTS, N_HARMONICS),
+        part(outputs, shares, REAL, n_bearings),
+        part(outputs, shares + n_bearings, COMPLEX, (n_sensors, n_axes)),
+    )

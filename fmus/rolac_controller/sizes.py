@@ -1,0 +1,29 @@
+"""How many bearings and sensors a controller has, and which sensor closes the loop of an axis: in its constants."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import record, size_of
+
+# The constants begin with this record and the numbers of the sensors that close the loops of the axes; the table of
+# receptances that the FMU was built with follows.
+SIZES = record(("n_bearings", "f8"), ("n_planes", "f8"))
+N_SIZES = size_of(SIZES)
+
+
+class Sizes(NamedTuple):
+    """Numbers of axes, two of each bearing, and of sensors, two in each plane."""
+
+    n_axes: int
+    n_sensors: int
+
+
+@views
+def sizes_of(constants: Array) -> Sizes:
+    """Return the numbers of axes and sensors of a controller with these constants."""
+    head = part(constants, 0, SIZES, 1)[0]
+    return Sizes(2 * int(head.n_bearings), 2 * int(head.n_planes))

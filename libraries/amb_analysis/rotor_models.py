@@ -1,0 +1,72 @@
+"""The actuator and the controller of a rotor, with the names of its bearings and sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_actuator import actuator as amb_actuator
+from amb_analysis.controller_data import MAX_CONDITION, Array, condition_number, no_table, pack
+from amb_analysis.receptance_file import ReceptanceTable
+from fmi_export.model import Model
+from rolac_controller import controller as rolac_controller
+from rolac_controller.control_loop import ControlLoop, SensorPlane
+from rotor_analysis.receptance import receptance
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+
+# Speeds of the table of a controller for which no receptance was identified (rad/s), and its closed bearings.
+SPEEDS = 2.0 * np.pi * np.arange(5.0, 101.0)
+K_B, C_B = 1e6, 5000.0  # N/m, N s/m
+
+
+def control_loop(rotor: Rotor | None = None) -> ControlLoop:
+    """Return bearings and sensor planes of a rotor, by default the rig; the nearest plane closes a bearing's loop.
+
+    Raises
+    ------
+    ValueError
+        If the rotor has no bearing, or a bearing has no sensor plane of its own.
+    """
+    rotor = rotor or load_rotor()
+    z = rotor.shaft.nodes
+    planes = tuple(SensorPlane(s.name, s.x, s.y, z[s.node - 1]) for s in rotor.sensors)
+    nearest = (
+        min(planes, key=lambda plane, at=z[bearing.node - 1]: abs(plane.position - at), default=None)  # type: ignore[misc]
+        for bearing in rotor.bearings
+    )
+    feedback = tuple(plane.name for plane in nearest if plane is not None)
+    return ControlLoop(tuple(bearing.name for bearing in rotor.bearings), planes, feedback)
+
+
+def actuator(rotor: Rotor | None = None) -> tuple[Model, Array]:
+    """Return the actuator of a rotor, by default the rig, and its constants; errors of `actuator.model_for`."""
+    names = tuple(bearing.name for bearing in (rotor or load_rotor()).bearings)
+    return amb_actuator.model_for(names), np.array([len(names)], dtype=np.float64)
+
+
+def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None) -> tuple[Model, Array]:
+    """Return the controller of a rotor, by default the rig, and its constants.
+
+    Parameters
+    ----------
+    rotor
+        A rotor description.
+    table
+        Identified receptances. By default they are those of the rotor model on closed bearings with `K_B` and `C_B`,
+        from 5 to 100 Hz, as far as they can be inverted.
+
+    Raises
+    ------
+    ValueError
+        As `control_loop`; if the table is of other sensors or axes or has no entry.
+    """
+    rotor = rotor or load_rotor()
+    loop = control_loop(rotor)
+    model = rolac_controller.model_for(loop)
+    return model, _modelled(rotor, loop) if table is None else table.constants(loop)
+
+
+def _modelled(rotor: Rotor, loop: ControlLoop) -> Array:
+    R = receptance(SPEEDS, K_B, C_B, rotor)
+    known = np.array([condition_number(r) <= MAX_CONDITION for r in R])
+    return pack(loop, SPEEDS[known], R[known]) if known.any() else no_table(loop)
