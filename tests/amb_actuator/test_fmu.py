@@ -37,13 +37,15 @@ def from_core_alone(modes, schedule, hidden):
 
         hide(*hidden)
 
-    from amb_actuator.actuator import ACTUATOR, INTERFACE
+    import numpy as np
+
+    from amb_actuator.actuator import model_for
     from fmi_export.jit import COMPILED
     from fmi_export.model import Instance
 
-    found = []
+    model, found = model_for(["mb1", "mb2"]), []
     for mode in modes:
-        made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
+        made = Instance(model, np.array([2.0]))
         for name, value in zip(("force_law", "amplifier", "mean_current"), mode, strict=True):
             made[name] = value
         made.initialise()
@@ -52,7 +54,7 @@ def from_core_alone(modes, schedule, hidden):
             for name, value in inputs.items():
                 made[name] = value
             made.step(n * 250e-6, 250e-6)
-            rows.append([made[v.name] for v in INTERFACE.of("output")])
+            rows.append([made[v.name] for v in model.interface.of("output")])
         found.append(rows)
     return [COMPILED, found]
 

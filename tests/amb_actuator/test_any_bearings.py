@@ -1,0 +1,70 @@
+"""Actuators of other rotors than the rig: any number of bearings, of any name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from amb_actuator.actuator import MAX_BEARINGS, model_for
+from fmi_export.model import Fault, Instance
+
+H = 250e-6
+
+
+def actuator(*bearings):
+    return Instance(model_for(bearings), np.array([float(len(bearings))]))
+
+
+@pytest.mark.parametrize("count", [1, 3, 16])
+def test_every_bearing_of_any_number_acts_as_a_single_one(count):
+    """The same current at every axis gives the force of a bearing alone, to the last bit."""
+    names = [f"bearing{k}" for k in range(count)]
+    many, alone = actuator(*names), actuator("b")
+    for one, its_names in ((many, names), (alone, ["b"])):
+        one["force_law"], one["amplifier"] = 2.0, 1.0
+        for name in its_names:
+            one[f"{name}.i_x"], one[f"{name}.y"] = 1.5, 1e-4
+        one.initialise()
+        for n in range(5):
+            for name in its_names:
+                one[f"{name}.i_x"] = -2.0
+            one.step(n * H, H)
+    for name in names:
+        for output in ("f_x", "f_y", "k_xx", "i_upper_x", "v_lower_y"):
+            assert many[f"{name}.{output}"] == alone[f"b.{output}"]
+    assert alone["b.f_x"] < 0.0
+
+
+@pytest.mark.parametrize(
+    ("setting", "value", "sentence"),
+    [
+        ("last.y", 2e-3, r"last\.y = 0\.002 m is not allowed; the rotor must stay within the air gap"),
+        ("last.bias_current_y", 9.5, r"last\.bias_current_y = 9\.5 A plus last\.static_current_y = 1\.14 A"),
+        ("last.voltage_limit_y", 1.0, r"last\.voltage_limit_y = 1 V is not allowed; it must drive"),
+    ],
+)
+@pytest.mark.parametrize("others", [0, 2, 6, 15])
+def test_fault_of_the_last_axis_is_told_as_its_own(others, setting, value, sentence):
+    instance = actuator(*(f"bearing{k}" for k in range(others)), "last")
+    instance["amplifier"] = 1.0
+    instance[setting] = value
+    with pytest.raises(Fault, match=sentence) as fault:
+        instance.initialise()
+    assert fault.value.code < 100
+
+
+def test_measured_constants_of_an_unknown_bearing_are_those_of_its_geometry():
+    """With the same start values both linear laws then agree."""
+    instance = actuator("thrust_end")
+    forces = []
+    for law in (0.0, 1.0):
+        instance["force_law"], instance["thrust_end.x"], instance["thrust_end.i_x"] = law, 1e-4, 0.5
+        instance.initialise()
+        forces.append(instance["thrust_end.f_x"])
+    assert forces[0] == pytest.approx(forces[1], rel=1e-12)
+
+
+@pytest.mark.parametrize("count", [0, MAX_BEARINGS + 1])
+def test_bearings_without_a_fault_code_of_their_own_are_refused(count):
+    with pytest.raises(ValueError, match=f"{count} bearings is not allowed; there must be 1 to {MAX_BEARINGS}"):
+        model_for([f"b{k}" for k in range(count)])

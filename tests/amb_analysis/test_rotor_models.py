@@ -1,0 +1,66 @@
+"""Actuator and controller of a rotor: names and places of its file, and a table of its model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from machines import machine
+
+from amb_analysis.controller_data import no_table
+from amb_analysis.receptance_file import empty_table
+from amb_analysis.rotor_models import actuator, control_loop, controller
+from fmi_export.model import Instance
+from rotor_analysis.parts import Sensor
+from rotor_analysis.rotor_file import load_rotor
+
+
+def test_rig_reads_each_bearing_in_the_plane_at_it():
+    loop = control_loop(load_rotor())
+    assert [tuple(axis) for axis in loop.axes] == [
+        *(("mb1", "x", "s5"), ("mb1", "y", "s6"), ("mb2", "x", "s3"), ("mb2", "y", "s4")),
+    ]
+    assert [plane.position for plane in loop.planes] == [1.948, 1.321, 0.624, 0.0]
+
+
+def test_nearest_plane_closes_the_loop_of_a_bearing():
+    loop = control_loop(machine())
+    assert loop.feedback == ("probe1", "probe2", "probe3")
+    assert loop.sensor_names == ("probe1.x", "probe1.y", "probe2.x", "probe2.y", "probe3.x", "probe3.y")
+    assert loop.shape == (6, 6)
+
+
+def test_two_bearings_next_to_one_plane_are_refused():
+    rotor = machine(sensors=(Sensor("far", 1), Sensor("between", 18), Sensor("beyond", 25)))
+    rotor = replace(rotor, sensors=tuple(s for s in rotor.sensors if s.name != "beyond"))
+    with pytest.raises(ValueError, match="bearing 'mb3' has no sensors of its own: those of plane 'between'"):
+        control_loop(rotor)
+
+
+def test_rotor_without_sensors_is_refused_with_its_bearing():
+    with pytest.raises(ValueError, match="bearing 'mb1' has no sensors"):
+        control_loop(machine(sensors=()))
+
+
+def test_both_models_of_a_machine_run_with_its_names():
+    rotor = machine()
+    magnets, control = Instance(*actuator(rotor)), Instance(*controller(rotor))
+    control["probe2.x"] = 1e-5
+    control.initialise()
+    assert control["mb2.i_x"] < 0.0 == control["mb1.i_x"] == control["mb3.i_x"]
+    magnets["mb2.i_x"] = control["mb2.i_x"]
+    magnets.initialise()
+    assert magnets["mb2.f_x"] < 0.0 == magnets["mb3.f_x"]
+
+
+def test_table_of_other_sensors_is_refused(tmp_path):
+    rng = np.random.default_rng(3)
+    loop, rig = control_loop(machine()), control_loop()
+    table = empty_table("machine", loop).updated(100.0, rng.normal(size=(6, 6)) + 1j * rng.normal(size=(6, 6)))
+    with pytest.raises(ValueError, match=r"its sensors are probe1\.x, probe1\.y, .*, not s1, s2"):
+        table.constants(rig)
+    renamed = replace(loop, bearings=("mb1", "mb2", "outboard"))
+    with pytest.raises(ValueError, match=r"its axes are mb1\.x, .*, mb3\.y, not .* outboard\.y"):
+        table.constants(renamed)
+    assert table.constants(loop).size == no_table(loop).size + 2 + 4 * 36
