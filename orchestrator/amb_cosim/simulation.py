@@ -118,10 +118,24 @@ def prepare(
     if table is not None and controller is None:
         raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
     assembly = assemble(system, flavour, rotor=rotor, receptances=table)
+    if controller is not None:
+        _check_sensors(assembly, controller)
     plan = plan_scenario(scenario, assembly, settings, until)
     if table is not None and controller is not None:
         check_loop(table, plan.all_parameters(assembly.interfaces)[controller], rotor)
     return Prepared(scenario, plan, assembly)
+
+
+def _check_sensors(assembly: Assembly, controller: str) -> None:
+    """Raise ValueError if a sensor of the controller is connected to nothing: it would show zero all along."""
+    layout = assembly.fmus[controller].layout
+    for plane in layout["planes"] if layout is not None else ():
+        for sensor in (plane["x"], plane["y"]):
+            if assembly.system.source_of(f"{controller}.{sensor}") is None:
+                raise ValueError(
+                    f"{controller}.{sensor}, a sensor, must be connected, and is not; "
+                    "no component has an output of that name"
+                )
 
 
 def run_prepared(prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled") -> Result:
