@@ -42,7 +42,6 @@ def copy_all(source: Any, target: Any) -> None:
 
 
 if COMPILED:
-    from llvmlite import ir  # type: ignore[import-untyped]
     from numba import types
     from numba.core import cgutils
     from numba.core.imputils import impl_ret_borrowed
@@ -71,7 +70,7 @@ if COMPILED:
         strides = [context.get_constant(types.intp, itemsize)]
         for size in reversed(shape[1:]):
             strides.insert(0, builder.mul(strides[0], size))
-        address = builder.gep(source.data, [start], source_etype=ir.DoubleType())
+        address = builder.gep(source.data, [start], source_etype=context.get_value_type(types.float64))
         result = make_array(result_type)(context, builder)
         populate_array(
             result,
