@@ -22,7 +22,8 @@ from amb_cosim.commands.options import ROTOR, SETTINGS
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart
 from rotor_analysis.modes import damped_frequencies
-from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.packaged_rotors import RIG
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
 
 UNSTABLE = """
