@@ -11,13 +11,14 @@ from typing import Any
 class ContactSite:
     """A place where the rotor can touch: start values of its clearance and journal radius (m).
 
-    `bearing` is the bearing whose retainer it is, if it is one.
+    `bearing` is the bearing whose retainer it is, `sensor` the sensor plane in the same place, if there are.
     """
 
     name: str
     clearance: float
     journal_radius: float
     bearing: str = ""
+    sensor: str = ""
 
 
 @dataclass(frozen=True)

@@ -81,12 +81,14 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
 
 
 def _planes(rotor: Rotor, max_substep: float) -> Planes:
+    sensors = {sensor.node: sensor.name for sensor in reversed(rotor.sensors)}
     sites = (
         ContactSite(
             s.name,
             s.clearance,
             _shaft_radius(rotor, s.node) if s.journal_radius is None else s.journal_radius,
             s.bearing or "",
+            sensors.get(s.node, ""),
         )
         for s in rotor.sites
     )

@@ -1,29 +1,31 @@
-"""Reads the description of a rotor from a TOML file; `rig.toml` is one to copy."""
+"""Reads the description of a rotor from a TOML file; `rotors/bath_rig.toml` is one to copy."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from amb_files.toml import read_toml, validate
+from rotor_analysis.packaged_rotors import RIG, rotor_path
 from rotor_analysis.rotor import Mesh, Rotor
 
-RIG = Path(__file__).parent / "rig.toml"
 
-
-def load_rotor(path: Path = RIG) -> Rotor:
+def load_rotor(source: str | Path = RIG) -> Rotor:
     """Read a rotor description.
 
     Parameters
     ----------
-    path
-        TOML file of the form of `Rotor`; the rig of the thesis by default. Where it gives the shaft by sections, or
-        says `[mesh]`, the elements are divided until the first modes are as accurate as asked for.
+    source
+        The name of a rotor that comes with the package, or a TOML file of the form of `Rotor`; the rig of the thesis by
+        default. Where it gives the shaft by sections, or says `[mesh]`, the elements are divided until the first modes
+        are as accurate as asked for.
 
     Raises
     ------
     ValueError
-        If the file cannot be read, has a missing or unknown key, or a value out of range; one line for each mistake.
+        If there is no such rotor, or its file cannot be read, has a missing or unknown key, or a value out of range;
+        one line for each mistake.
     """
+    path = rotor_path(source)
     name = f"rotor file {path}"
     data = read_toml(path, name)
     rotor = validate(data, Rotor, name)

@@ -29,10 +29,10 @@ def peak(dataset: Signals, name: str) -> float | None:
 
 
 def touchable(dataset: Signals) -> list[str]:
-    """Return the retainer bearings, and the other sites that the rotor has touched."""
-    others = places(dataset).others
+    """Return the retainer bearings, and the other sites that the rotor has touched; all of them without retainers."""
+    others, retainers = places(dataset).others, places(dataset).retainers
     touched = [site for site in others if peak(dataset, f"{site}.f_n") or peak(dataset, f"{site}.impulse")]
-    return [*places(dataset).retainers, *touched]
+    return [*retainers, *touched] if retainers else list(others)
 
 
 def loaded_interval(dataset: Signals) -> tuple[float, float]:
@@ -49,6 +49,17 @@ def contact_share(dataset: Signals) -> dict[str, float | None]:
     if state is None or not within.any():
         return {str(k): None for k in values}
     return {str(k): float(np.mean(state[within] == k)) for k in values}
+
+
+def site_share(dataset: Signals) -> dict[str, float | None]:
+    """Return the share of the time between step and removal that the rotor is in contact at each site."""
+    begin, end = loaded_interval(dataset)
+    within = (cycles(dataset) >= begin) & (cycles(dataset) < end)
+    modes = {site: signal(dataset, f"{site}.mode") for site in touchable(dataset)}
+    return {
+        site: None if mode is None or not within.any() else float(np.mean(mode[within] != FREE))
+        for site, mode in modes.items()
+    }
 
 
 def in_contact(dataset: Signals) -> NDArray[np.bool_] | None:
@@ -108,8 +119,8 @@ def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
 
 
 def rolling_from(dataset: Signals) -> float | None:
-    """Return the first cycle from which a retainer bearing rolls through at least a turn of whirl without a break."""
-    starts = [start for site in places(dataset).retainers for start in _turns_rolled(dataset, site)]
+    """Return the first cycle from which the rotor rolls on a site through at least a turn of whirl without a break."""
+    starts = [start for site in places(dataset).sites for start in _turns_rolled(dataset, site)]
     return min(starts, default=None)
 
 

@@ -22,8 +22,8 @@ Made = tuple["Model", NDArray[np.float64]]
 
 
 @made_from("rotor_contact", "rotor_analysis")
-def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
-    """Return the plant for the rotor in a file, or for the rig of the thesis."""
+def rotor_contact(rotor: str | Path | None = None, **_: Any) -> Made:
+    """Return the plant of a rotor: of one that comes with the package, of a rotor file, or of the rig of the thesis."""
     from rotor_analysis.plant_data import plant
     from rotor_analysis.rotor_file import load_rotor
 
@@ -31,8 +31,8 @@ def rotor_contact(rotor: Path | None = None, **_: Any) -> Made:
 
 
 @made_from("amb_actuator", "rotor_analysis", "amb_analysis")
-def amb_actuator(rotor: Path | None = None, **_: Any) -> Made:
-    """Return the actuator for the bearings of the rotor in a file, or of the rig of the thesis."""
+def amb_actuator(rotor: str | Path | None = None, **_: Any) -> Made:
+    """Return the actuator for the bearings of a rotor, the rig of the thesis by default."""
     from amb_analysis.rotor_models import actuator
     from rotor_analysis.rotor_file import load_rotor
 
@@ -40,7 +40,7 @@ def amb_actuator(rotor: Path | None = None, **_: Any) -> Made:
 
 
 @made_from("rolac_controller", "rotor_analysis", "amb_analysis")
-def rolac_controller(rotor: Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
+def rolac_controller(rotor: str | Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
     """Return the controller for a rotor, with H of the table in a file, or from the rotor model from 5 to 100 Hz.
 
     In the model the rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
@@ -72,7 +72,7 @@ def build(
         `native` FMUs are compiled, for this machine or for the platforms named (`linux64`, `win64`, `darwin64`,
         `aarch64-linux`, `aarch64-darwin`); `python` ones are run by PythonFMU.
     rotor
-        Rotor file (TOML); the rig of the thesis by default.
+        Name of a rotor that comes with the package, or rotor file (TOML); the rig of the thesis by default.
     receptances
         Table file that the controller gets its H from; the rotor model's by default.
 
@@ -83,16 +83,16 @@ def build(
         platforms or the compiler of native FMUs are not what they must be.
     """
     options = {
-        "rotor": None if rotor is None else Path(rotor),
+        "rotor": rotor,
         "receptances": None if receptances is None else Path(receptances),
     }
     return build_models(MODELS, Path(folder), flavour, platforms, **options)
 
 
-def check_loop(receptances: Path, parameters: Mapping[str, float | None], rotor: Path | None = None) -> None:
+def check_loop(receptances: Path, parameters: Mapping[str, float | None], rotor: str | Path | None = None) -> None:
     """Raise a ValueError if a table was identified in another loop than that of a controller with these parameters.
 
-    The controller is that of the rotor in a file, or of the rig of the thesis.
+    The controller is that of a rotor, the rig of the thesis by default.
     """
     from amb_analysis.receptance_file import loop_parameters, read_table
     from amb_analysis.rotor_models import control_loop

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from itertools import zip_longest
 from typing import Any
 
@@ -24,10 +24,13 @@ class Places:
         Each bearing with its retainer, the site where the rotor touches down in it; empty where it has none.
     sites
         All contact sites.
+    measured
+        The displacements x and y of each site that is no retainer but lies in a sensor plane, by their names.
     """
 
     bearings: Mapping[str, str]
     sites: tuple[str, ...]
+    measured: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     @property
     def retainers(self) -> dict[str, str]:
@@ -55,7 +58,8 @@ class Places:
 def places(dataset: Signals) -> Places:
     """Return the places of the rotor that a data set is about."""
     stored: dict[str, Any] = json.loads(dataset.attrs[ATTRIBUTE])
-    return Places(stored["bearings"], tuple(stored["sites"]))
+    measured = {site: (x, y) for site, (x, y) in stored.get("measured", {}).items()}
+    return Places(stored["bearings"], tuple(stored["sites"]), measured)
 
 
 def places_of(assembly: Assembly) -> Places:
@@ -70,7 +74,10 @@ def places_of(assembly: Assembly) -> Places:
     if layout is not None:
         owners = {site["bearing"]: site["name"] for site in reversed(layout["sites"]) if site["bearing"]}
         bearings = {bearing: owners.get(bearing, "") for bearing in layout["bearings"]}
-        return Places(bearings, tuple(site["name"] for site in layout["sites"]))
+        signals = {sensor["name"]: (sensor["x"], sensor["y"]) for sensor in layout["sensors"]}
+        others = [site for site in layout["sites"] if site["name"] not in bearings.values()]
+        measured = {site["name"]: signals[site["sensor"]] for site in others if site["sensor"]}
+        return Places(bearings, tuple(site["name"] for site in layout["sites"]), measured)
     sites, names = _parts(plant, "output", "f_n"), _parts(plant, "input", "k_xx")
     return Places(dict(zip_longest(names, sites[: len(names)], fillvalue="")), tuple(sites))
 

@@ -106,7 +106,12 @@ def plan_scenario(
 
 def _essential(places: Places) -> tuple[str, ...]:
     """Return patterns of what summary and plots need, whatever else is recorded."""
-    of_places = (*(f"{bearing}.[xy]" for bearing in places.bearings), *(f"{site}.*" for site in places.sites))
+    measured = [name for signals in places.measured.values() for name in signals]
+    of_places = (
+        *(f"{bearing}.[xy]" for bearing in places.bearings),
+        *(f"{site}.*" for site in places.sites),
+        *measured,
+    )
     return tuple(f"rotor_contact.{name}" for name in (*of_places, "contact_state", "energy.*"))
 
 

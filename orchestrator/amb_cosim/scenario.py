@@ -103,7 +103,8 @@ class Scenario(Table):
     The speed is `Omega` until cycle 0 begins, and from then on linear through the points of `speed` and constant
     after the last; without points it stays. The run ends at `end_cycle` or `end_time`, or before that as soon as one of
     the conditions `stop` is met.
-    Models are built for the rotor in the file `rotor`, the rig by default; the controller has the H of the table of
+    Models are built for `rotor`, the name of one that comes with the package or a rotor file, the rig by default; the
+    controller has the H of the table of
     `receptances` in place of the rotor model's.
     Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
     unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs match
@@ -271,7 +272,7 @@ def _read(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     data = read_toml(source, f"scenario {name}")
     folder = source.parent if isinstance(source, Path) else Path()
     for key in ("rotor", "receptances"):
-        if isinstance(data.get(key), str):
+        if isinstance(data.get(key), str) and not (key == "rotor" and _is_packaged_rotor(data[key])):
             data[key] = str(folder / data[key])
     if isinstance(data.get("fmu"), dict):
         data["fmu"] = {c: str(fmu) if fmu in models() else str(folder / str(fmu)) for c, fmu in data["fmu"].items()}
@@ -283,6 +284,12 @@ def _read(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     if not isinstance(base, str):
         raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")
     return _overlaid(_read(base if base in packaged else str(folder / base), (*derived, name)), data)
+
+
+def _is_packaged_rotor(name: str) -> bool:
+    from rotor_analysis.packaged_rotors import packaged_rotors  # a scenario of the rig needs nothing of it
+
+    return name in packaged_rotors()
 
 
 def _overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:

@@ -48,7 +48,8 @@ def run(
     until
         End of the run in s from the beginning of cycle 0.
     rotor, receptances
-        Rotor file, and table of receptances for the controller's H, in place of the scenario's.
+        Name of a rotor that comes with the package, or rotor file, and table of receptances for the controller's H, in
+        place of the scenario's.
     flavour
         `native` FMUs, which are compiled and need no Python, or those that PythonFMU runs.
     loop
@@ -113,16 +114,16 @@ def prepare(
     system = load_system(scenario.system, {"gradient": scenario.gradient})
     for component, fmu in scenario.fmu.items():
         system = system.with_fmu(component, fmu)
-    rotor, table = (None if file is None else Path(file) for file in (scenario.rotor, scenario.receptances))
+    table = None if scenario.receptances is None else Path(scenario.receptances)
     controller = next((c.name for c in system.components if c.fmu == CONTROLLER), None)
     if table is not None and controller is None:
         raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
-    assembly = assemble(system, flavour, rotor=rotor, receptances=table)
+    assembly = assemble(system, flavour, rotor=scenario.rotor, receptances=table)
     if controller is not None:
         _check_sensors(assembly, controller)
     plan = plan_scenario(scenario, assembly, settings, until)
     if table is not None and controller is not None:
-        check_loop(table, plan.all_parameters(assembly.interfaces)[controller], rotor)
+        check_loop(table, plan.all_parameters(assembly.interfaces)[controller], scenario.rotor)
     return Prepared(scenario, plan, assembly)
 
 

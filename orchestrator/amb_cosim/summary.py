@@ -40,6 +40,8 @@ class Summary:
         Largest normal impulse of the impacts within a step at each site (N s).
     contact_share
         Share of the time between step and removal in each contact state, by the plant's output `contact_state`.
+    site_share
+        Share of the same time that the rotor is in contact at each site.
     contact_states
         What these states are: for two bearings none, RB1, RB2, both.
     first_contact, last_contact
@@ -49,9 +51,9 @@ class Summary:
     recovery
         What the step led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it.
     rolling_from
-        Cycle from which a retainer bearing rolls through a turn of its whirl or more.
+        Cycle from which the rotor rolls on a site through a turn of its whirl or more.
     whirl_speed
-        Whirl speed at each retainer at the end (rad/s); None where the rotor does not touch it then.
+        Whirl speed at each site at the end (rad/s); None where the rotor does not touch it then.
     orbit_before, orbit_after, orbit_largest
         Largest radius at each bearing in the cycle before the step, in the last cycle, and at any time (mm).
     settled_amplitude
@@ -75,6 +77,7 @@ class Summary:
     peak_impulse: AtPlaces = field(metadata={KEY: "peak_impulse_Ns"})
     contact_share: AtPlaces
     contact_states: tuple[str, ...]
+    site_share: AtPlaces
     first_contact: float | None = field(metadata={KEY: "first_contact_cycle"})
     last_contact: float | None = field(metadata={KEY: "last_contact_cycle"})
     recovered: bool | None
@@ -109,8 +112,10 @@ class Summary:
             ("synchronous part at the end", self.settled_amplitude["end"], "mm"),
         ):
             table.add_row(label, _at_places(values, unit))
-        shares = zip(self.contact_states, self.contact_share.values(), strict=True)
-        texts = [f"{name} {100 * share:.1f} %" for name, share in shares if share is not None]
+        states = dict(zip(self.contact_states, self.contact_share.values(), strict=True))
+        sites = {site.upper(): share for site, share in self.site_share.items()}
+        shares = states if set(sites) <= set(states) else sites  # the states are those of the bearings alone
+        texts = [f"{name} {100 * share:.1f} %" for name, share in shares.items() if share is not None]
         table.add_row("contact between step and removal", ", ".join(texts) or "-")
         first, last = self.first_contact, self.last_contact
         table.add_row("contact", "none" if first is None else f"from cycle {first:.4g} to {last:.4g}")
@@ -145,12 +150,13 @@ def summarise(dataset: Signals) -> Summary:
         peak_impulse={site: contact_history.peak(dataset, f"{site}.impulse") for site in sites},
         contact_share=contact_history.contact_share(dataset),
         contact_states=places(dataset).contact_states,
+        site_share=contact_history.site_share(dataset),
         first_contact=first,
         last_contact=last,
         recovered=contact_history.recovered(dataset),
         recovery=contact_history.recovery(dataset),
         rolling_from=contact_history.rolling_from(dataset),
-        whirl_speed={site: contact_history.whirl_at_the_end(dataset, site) for site in places(dataset).retainers},
+        whirl_speed={site: contact_history.whirl_at_the_end(dataset, site) for site in sites},
         orbit_before=orbit_before(dataset),
         orbit_after=orbit_after(dataset),
         orbit_largest=orbit_largest(dataset),

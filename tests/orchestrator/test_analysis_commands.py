@@ -22,7 +22,8 @@ from amb_cosim.commands.options import ROTOR, SETTINGS
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart
 from rotor_analysis.modes import damped_frequencies
-from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.packaged_rotors import RIG
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
 
 UNSTABLE = """
@@ -182,7 +183,7 @@ def test_added_study_runs_with_its_options(runner, added, tmp_path, more):
     added(mine, ROTOR, SETTINGS, click.option("--level", type=float, default=1.0), **more)
     result = runner("study", "mine", "--rotor", "pump.toml", "--level", "3", "--set", "a.b=2 mm")
     assert result.exit_code == 0, result.output
-    assert seen == {"rotor": Path("pump.toml"), "level": 3.0, "set": {"a.b": "2 mm"}}
+    assert seen == {"rotor": "pump.toml", "level": 3.0, "set": {"a.b": "2 mm"}}
     assert json.loads((tmp_path / "results" / "study_mine" / "mine.json").read_text()) == {"level": 3.0}
     assert "level 3" in result.stdout
     assert result.stderr == ""

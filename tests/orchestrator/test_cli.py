@@ -13,8 +13,9 @@ from amb_cosim.cosim.dataset import load
 from amb_cosim.cosim.fmus import model_source
 from amb_cosim.scenario import packaged_scenarios
 from amb_cosim.summary import summarise
+from rotor_analysis.packaged_rotors import RIG
 from rotor_analysis.plant_data import plant
-from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.rotor_file import load_rotor
 
 BAD = {
     "unknown scenario": (["fig4_8"], "no scenario 'fig4_8'; did you mean fig4_"),

@@ -14,7 +14,7 @@ from amb_cosim.cosim import fmus
 from amb_cosim.cosim.fmu_interface import read_interface
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
-from rotor_analysis.rotor_file import RIG
+from rotor_analysis.packaged_rotors import RIG
 
 
 def in_a_process(code: str, folder) -> str:

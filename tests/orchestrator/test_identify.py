@@ -25,7 +25,7 @@ from amb_cosim.scenario import load_scenario
 from amb_cosim.simulation import prepare
 from amb_cosim.studies import receptance_measurement
 from rolac_controller.enumerations import CONTACT_OCCURRED, NO_ERROR, WAITING
-from rotor_analysis.rotor_file import RIG
+from rotor_analysis.packaged_rotors import RIG
 
 LOOP = {f"{b}.{name}_{a}": value for b, a in AXES for name, value in (("k_s", 2e6), ("k_i", 563.0))}
 

@@ -11,7 +11,8 @@ from matplotlib.image import imread
 
 from amb_cosim import studies
 from amb_cosim.cli import main
-from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.packaged_rotors import RIG
+from rotor_analysis.rotor_file import load_rotor
 
 ROSS = Path(__file__).parents[1] / "reference" / "ross"
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from rotor_analysis.mesh_accuracy import refine_to_accuracy
+from rotor_analysis.packaged_rotors import RIG
 from rotor_analysis.parts import Bearing, Disc, Site
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.sections import Section
 from rotor_analysis.shaft import SectionedShaft
 from rotor_analysis.undamped import natural_frequencies

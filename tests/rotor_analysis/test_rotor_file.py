@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from rotor_analysis.packaged_rotors import RIG
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.rotor import ReductionOptions, Rotor
-from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
 
 STEEL = {"youngs_modulus": 2e11, "density": 7800.0, "poissons_ratio": 0.3}

@@ -11,8 +11,9 @@ from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, ru
 
 from fmi_export.model import Fault, Instance
 from rotor_analysis import plant_data
+from rotor_analysis.packaged_rotors import RIG
 from rotor_analysis.parts import Disc
-from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.interface import CONSTRAINT, NEWTON, NODAL
 
 ROTOR = load_rotor()

@@ -38,7 +38,7 @@ CLOSED_BEARINGS = (
 @click.option("--speeds", default="90,120,145", show_default=True, help="Spin speeds in rad/s, or with their unit.")
 @COUNT
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def modes(rotor_file: Path | None, mass: MassModel | None, speeds: str, count: int, as_json: bool) -> None:
+def modes(rotor_file: str | None, mass: MassModel | None, speeds: str, count: int, as_json: bool) -> None:
     """Print the damped natural frequencies, damping ratios and whirl directions of a rotor."""
     with refusing():
         result = studies.natural_frequencies(rotor_file, mass=mass, speeds=speeds, count=count)

@@ -24,7 +24,7 @@ from amb_cosim.cosim.choices import Flavour
     "this machine's by default.",
 )
 def build(
-    output: Path, rotor_file: Path | None, receptances: Path | None, flavour: Flavour, platforms: str | None
+    output: Path, rotor_file: str | None, receptances: Path | None, flavour: Flavour, platforms: str | None
 ) -> None:
     """Build the FMUs into a folder."""
     import amb_cosim

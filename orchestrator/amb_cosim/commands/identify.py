@@ -30,7 +30,7 @@ from amb_cosim.cosim.choices import Flavour
 @SETTINGS
 @FLAVOUR
 def identify(
-    speeds: str | None, output: Path, rotor_file: Path | None, settings: tuple[str, ...], flavour: Flavour
+    speeds: str | None, output: Path, rotor_file: str | None, settings: tuple[str, ...], flavour: Flavour
 ) -> None:
     """Identify the receptances of the levitated rotor, as its controller does, and keep them in a table.
 

@@ -11,9 +11,8 @@ from amb_cosim.cosim.choices import FLAVOURS, LOOPS
 ROTOR = click.option(
     "--rotor",
     "rotor_file",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Rotor file (TOML); the rig of the thesis by default.",
+    metavar="NAME|FILE",
+    help="Rotor that comes with the package, or rotor file (TOML); the rig of the thesis by default.",
 )
 FLAVOUR = click.option(
     "--flavour",

@@ -38,22 +38,23 @@ def import_model(model: Path, output: Path | None) -> None:
 
 
 @rotor.command("show")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("name")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="PNG", help="Picture to write.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def show(file: Path, output: Path | None, as_json: bool) -> None:
-    """Print the parts, mass and modes of a rotor file, and the plant's model of it; draw the rotor."""
+def show(name: str, output: Path | None, as_json: bool) -> None:
+    """Print parts, mass, modes and the plant's model of the rotor NAME, or of a rotor file; draw it."""
     from amb_cosim import studies
+    from rotor_analysis.packaged_rotors import rotor_path
     from rotor_analysis.rotor_file import load_rotor
 
     with refusing():
         if output is not None:
             check_writable(output, is_folder=False)
-        found = load_rotor(file)
+        found = load_rotor(name)
         try:
             result = studies.layout(found)
         except ValueError as error:
-            raise ValueError(f"rotor file {file}: {error}") from error
+            raise ValueError(f"rotor file {rotor_path(name)}: {error}") from error
         if output is not None:
             from amb_cosim.plots.style import write_png
 

@@ -27,7 +27,7 @@ def run(
     settings: tuple[str, ...],
     output: Path | None,
     until: float | None,
-    rotor_file: Path | None,
+    rotor_file: str | None,
     receptances: Path | None,
     flavour: Flavour,
     loop: Loop,
@@ -81,7 +81,7 @@ def simulate(
     system_file: Path,
     settings: tuple[str, ...],
     output: Path | None,
-    rotor_file: Path | None,
+    rotor_file: str | None,
     flavour: Flavour,
     loop: Loop,
 ) -> None:

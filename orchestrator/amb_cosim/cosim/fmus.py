@@ -182,18 +182,16 @@ def _key(source: Source, flavour: Flavour, options: Mapping[str, Any]) -> str:
     facts = [source.__qualname__, flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
     sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source))))
     for name, value in known.items():
-        sha.update(name.encode() + (_content(value) if isinstance(value, Path) else repr(value).encode()))
+        file = Path(value) if isinstance(value, str | Path) else None
+        sha.update(name.encode() + (_content(file) if file is not None and file.is_file() else repr(value).encode()))
     for package in (*packages, "amb_files", "fmi_export"):
         sha.update(_code(package))
     return sha.hexdigest()[:32]
 
 
 def _content(file: Path) -> bytes:
-    """Return the digest of a file; of one that cannot be read, nothing, and making the model says why."""
-    try:
-        return hashlib.sha256(file.read_bytes()).digest()
-    except OSError:
-        return b""
+    """Return the digest of a file."""
+    return hashlib.sha256(file.read_bytes()).digest()
 
 
 @cache

@@ -53,7 +53,7 @@ def simulate(
     progress
         Called now and then with the steps done and their number.
     options
-        What models are made for, such as `rotor`, the path of a rotor file.
+        What models are made for, such as `rotor`, the name of a rotor that comes with the package or a rotor file.
 
     Raises
     ------

@@ -40,11 +40,11 @@ class Plots:
         self._dataset = dataset
 
     def orbits(self) -> Figure:
-        """Draw the path of the rotor centre at each bearing: before, during and after the added unbalance."""
+        """Draw the path of the rotor centre at bearings and other sites touched, coloured by part of the run."""
         return figure(self._dataset, "orbits")
 
     def displacement(self) -> Figure:
-        """Draw radial displacement over clearance at each bearing, and the spin speed where it changes."""
+        """Draw radial displacement over clearance at the same places, and the spin speed where it changes."""
         return figure(self._dataset, "displacement")
 
     def contact(self) -> Figure:
@@ -52,7 +52,7 @@ class Plots:
         return figure(self._dataset, "contact")
 
     def whirl(self) -> Figure:
-        """Draw the whirl speed at each retainer bearing, and whether the rotor slides or rolls on them."""
+        """Draw the whirl speed at each site of `contact`, and whether the rotor slides or rolls there."""
         return figure(self._dataset, "whirl")
 
     def energy(self) -> Figure:
@@ -87,6 +87,8 @@ def figure(dataset: Signals, name: str) -> Figure:
         raise ValueError(f"figure = {name!r} is not allowed; it must be one of {', '.join(MODULES)}")
     if not _has_motion(dataset):
         raise ValueError(f"{name} cannot be drawn: the run recorded no sample of the rotor's motion at its bearings")
+    if name in ("contact", "whirl") and not places(dataset).sites:
+        raise ValueError(f"{name} cannot be drawn: the rotor has no contact site")
     if name == "energy" and energies(dataset) is None:
         raise ValueError("energy cannot be drawn: the run did not reach cycle 0, or did not record energy.*")
     import matplotlib as mpl
@@ -118,8 +120,8 @@ def chosen(dataset: Signals) -> list[str]:
     if "plot_figures" in dataset.attrs:
         requested: list[str] = json.loads(dataset.attrs["plot_figures"])
         return [name for name in requested if name != "energy" or energies(dataset) is not None]
-    names = ["displacement", "contact"] if "speed_profile" in dataset.attrs else ["orbits", "displacement", "contact"]
-    return names + ["whirl"] * (rolling_from(dataset) is not None)
+    names = ["displacement"] if "speed_profile" in dataset.attrs else ["orbits", "displacement"]
+    return names + ["contact"] * bool(places(dataset).sites) + ["whirl"] * (rolling_from(dataset) is not None)
 
 
 def _has_motion(dataset: Signals) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from amb_cosim.contact_history import touchable
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.places import places
 from amb_cosim.plots.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW
@@ -44,6 +46,24 @@ def add_title(figure: Figure, dataset: Signals) -> None:
     changing = "speed_profile" in dataset.attrs
     text = f"{speeds[0]:.4g} to {speeds[-1]:.4g}" if changing else f"{speeds[0]:.4g}"
     figure.suptitle(f"{name}, $\\Omega$ = {text} rad/s", fontsize=TITLE_SIZE)
+
+
+@dataclass(frozen=True)
+class Station:
+    """A place on the rotor whose motion is drawn: signals x and y, and its contact site; empty where there is none."""
+
+    title: str
+    x: str
+    y: str
+    site: str
+
+
+def stations(dataset: Signals) -> list[Station]:
+    """Return the bearings, and the other contact sites of `touchable` that lie in a sensor plane."""
+    found = places(dataset)
+    bearings = [Station(bearing_title(dataset, b), f"{b}.x", f"{b}.y", site) for b, site in found.bearings.items()]
+    others = [site for site in touchable(dataset) if site in found.measured]
+    return [*bearings, *(Station(site_title(dataset, site), *found.measured[site], site) for site in others)]
 
 
 def site_title(dataset: Signals, site: str) -> str:

@@ -30,8 +30,9 @@ MODES = ("free", "sliding", "rolling")
 def contact(dataset: Signals) -> Figure:
     """Draw the normal contact force at each retainer bearing and each other site touched, and the contact state."""
     sites, states = touchable(dataset), places(dataset).contact_states
-    ratios = (*[3.0] * len(sites), 0.4 * len(states))
-    figure = StyledFigure(figsize=(7.0, 4.6 * sum(ratios) / 7.6), layout="constrained")
+    bearings_alone = set(sites) == set(places(dataset).retainers)
+    ratios = (*[3.0] * len(sites), 0.4 * (len(states) if bearings_alone else len(sites) + 1))
+    figure = StyledFigure(figsize=(7.0, max(4.6 * sum(ratios) / 7.6, 3.2)), layout="constrained")
     *panels, state_panel = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
     highest = 1e-3
     for panel, site in zip(panels, sites, strict=True):
@@ -45,8 +46,11 @@ def contact(dataset: Signals) -> Figure:
         mark_events(panel, dataset, named=panel is panels[0])
     for panel in panels:
         panel.set_ylim(0.0, 1.08 * highest)
-    state_panel.set_title("Contact state", loc="left")
-    _draw_states(state_panel, dataset, "contact_state", states)
+    state_panel.set_title("Contact state" if bearings_alone else "In contact", loc="left")
+    if bearings_alone:
+        _draw_states(state_panel, dataset, "contact_state", states)
+    else:
+        _draw_contact_times(state_panel, dataset, sites)
     mark_events(state_panel, dataset, named=False)
     label_time_axis(state_panel, dataset)
     add_title(figure, dataset)
@@ -54,8 +58,8 @@ def contact(dataset: Signals) -> Figure:
 
 
 def whirl(dataset: Signals) -> Figure:
-    """Draw the whirl speed at each retainer bearing, with spin speed and rolling speed, and the mode of contact."""
-    sites = places(dataset).retainers
+    """Draw the whirl speed at each site of `touchable`, with spin speed and rolling speed, and the mode of contact."""
+    sites = touchable(dataset)
     figure = StyledFigure(figsize=(7.0, 2.9 * len(sites)), layout="constrained")
     panels = figure.subplots(2 * len(sites), 1, sharex=True, height_ratios=(3, 1) * len(sites))
     times, Omega = time_values(dataset), speed(dataset)
@@ -88,6 +92,17 @@ def _draw_states(panel: Axes, dataset: Signals, name: str, states: tuple[str, ..
     panel.step(time_values(dataset), plant_signal(dataset, name), where="post", color="black", lw=0.8)
     panel.set_ylim(-0.4, len(states) - 0.6)
     panel.set_yticks(range(len(states)), states)
+
+
+def _draw_contact_times(panel: Axes, dataset: Signals, sites: list[str]) -> None:
+    """Draw a bar for each site while the rotor is in contact there; the first site is the highest."""
+    times, rows = time_values(dataset), range(len(sites))
+    for row, site in zip(reversed(rows), sites, strict=True):
+        closed = plant_signal(dataset, f"{site}.mode") > 0.0
+        colour = colour_of(dataset, site)
+        panel.fill_between(times, row - 0.3, row + 0.3, where=closed, step="pre", color=colour, lw=0.0)
+    panel.set_ylim(-0.6, len(sites) - 0.4)
+    panel.set_yticks(list(reversed(rows)), [site.upper() for site in sites])
 
 
 def _write_no_contact(panel: Axes) -> None:

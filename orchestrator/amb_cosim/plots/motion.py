@@ -1,4 +1,4 @@
-"""Figures of the rotor's motion: orbits at the bearings, and their radius over the run."""
+"""Figures of the rotor's motion: orbits at bearings and other sites touched, and their radius over the run."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.orbits import radius
-from amb_cosim.places import places
 from amb_cosim.plots.axes import (
+    Station,
     add_title,
-    bearing_title,
     clearance,
     colour_of,
     label_time_axis,
     mark_events,
     plant_signal,
+    stations,
     time_values,
     title_padding,
 )
@@ -30,55 +29,55 @@ BEFORE, LOADED, AFTER = GREY, ORANGE, BLUE
 
 
 def orbits(dataset: Signals) -> Figure:
-    """Draw the path of the rotor centre at each bearing and the clearance, coloured by part of the run."""
-    bearings = places(dataset).bearings
-    clearances = [1e3 * clearance(dataset, site) for site in bearings.values() if site]
-    limit = 1.1 * max(clearances + _largest_coordinates(dataset))
-    figure = StyledFigure(figsize=(max(3.5 * len(bearings), 4.5), 3.9), layout="constrained")
-    panels = figure.subplots(1, len(bearings), sharex=True, sharey=True, squeeze=False)[0]
-    for panel, (mb, site) in zip(panels, bearings.items(), strict=True):
-        x, y = 1e3 * plant_signal(dataset, f"{mb}.x"), 1e3 * plant_signal(dataset, f"{mb}.y")
+    """Draw the path of the rotor centre at each station and the clearance, coloured by part of the run."""
+    drawn = stations(dataset)
+    clearances = [1e3 * clearance(dataset, station.site) for station in drawn if station.site]
+    limit = 1.1 * max(clearances + _largest_coordinates(dataset, drawn))
+    figure = StyledFigure(figsize=(max(3.5 * len(drawn), 4.5), 3.9), layout="constrained")
+    panels = figure.subplots(1, len(drawn), sharex=True, sharey=True, squeeze=False)[0]
+    for panel, station in zip(panels, drawn, strict=True):
+        x, y = 1e3 * plant_signal(dataset, station.x), 1e3 * plant_signal(dataset, station.y)
         angle = np.linspace(0.0, 2.0 * np.pi, 361)
-        if site:
-            c = 1e3 * clearance(dataset, site)
+        if station.site:
+            c = 1e3 * clearance(dataset, station.site)
             circle = {"color": "black", "lw": 1.0, "ls": DASHED, "zorder": 3, "label": "clearance"}
             panel.plot(c * np.cos(angle), c * np.sin(angle), **circle)
         for label, colour, within in run_parts(dataset):
             panel.plot(np.where(within, x, np.nan), np.where(within, y, np.nan), color=colour, lw=0.7, label=label)
-        panel.set(title=bearing_title(dataset, mb), xlabel="$x$ (mm)", aspect="equal")
+        panel.set(title=station.title, xlabel="$x$ (mm)", aspect="equal")
         panel.set(xlim=(-limit, limit), ylim=(-limit, limit))
         panel.xaxis.set_major_locator(MaxNLocator(5, symmetric=True))
         panel.yaxis.set_major_locator(MaxNLocator(5, symmetric=True))
     panels[0].set_ylabel("$y$ (mm)")
-    handles, labels = panels[0].get_legend_handles_labels()
+    with_clearance = next((k for k, station in enumerate(drawn) if station.site), 0)
+    handles, labels = panels[with_clearance].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     add_title(figure, dataset)
     return figure
 
 
 def displacement(dataset: Signals) -> Figure:
-    """Draw the radius of the motion at each bearing, over its clearance, and below it the speed where it changes."""
-    bearings, changing = places(dataset).bearings, "speed_profile" in dataset.attrs
-    figure = StyledFigure(figsize=(7.0, 2.1 * len(bearings) + 1.2 * changing), layout="constrained")
-    ratios = (3,) * len(bearings) + (2,) * changing
+    """Draw the radius of the motion at each station, over its clearance, and below it the speed where it changes."""
+    drawn, changing = stations(dataset), "speed_profile" in dataset.attrs
+    figure = StyledFigure(figsize=(7.0, 2.1 * len(drawn) + 1.2 * changing), layout="constrained")
+    ratios = (3,) * len(drawn) + (2,) * changing
     panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios, squeeze=False)[:, 0]
     highest = 1.0
-    for panel, (mb, site) in zip(panels, bearings.items(), strict=False):
-        r = radius(dataset, mb)
-        assert r is not None
-        panel.set_title(bearing_title(dataset, mb), loc="left", pad=title_padding(dataset, panel is panels[0]))
+    for panel, station in zip(panels, drawn, strict=False):
+        r = np.hypot(plant_signal(dataset, station.x), plant_signal(dataset, station.y))
+        panel.set_title(station.title, loc="left", pad=title_padding(dataset, panel is panels[0]))
         mark_events(panel, dataset, named=panel is panels[0])
-        if not site:
+        if not station.site:
             panel.plot(time_values(dataset), 1e3 * r, color="black")
             panel.set(ylabel="radius (mm)", ylim=(0.0, None))
             continue
-        relative = r / clearance(dataset, site)
+        relative = r / clearance(dataset, station.site)
         highest = max(highest, float(relative.max()))
         panel.axhline(1.0, color="black", lw=1.0, ls=DASHED)
-        panel.plot(time_values(dataset), relative, color=colour_of(dataset, site))
+        panel.plot(time_values(dataset), relative, color=colour_of(dataset, station.site))
         panel.set_ylabel("radius / clearance")
-    for panel, site in zip(panels, bearings.values(), strict=False):
-        if site:
+    for panel, station in zip(panels, drawn, strict=False):
+        if station.site:
             panel.set_ylim(0.0, 1.05 * highest)
     if changing:
         _draw_speed(panels[-1], dataset)
@@ -121,7 +120,7 @@ def run_parts(dataset: Signals) -> list[tuple[str, str, NDArray[np.bool_]]]:
     return [part for part, bound in zip(parts, (step, True, removal), strict=True) if bound is not None]
 
 
-def _largest_coordinates(dataset: Signals) -> list[float]:
-    """Return the largest |x| and |y| (mm) at each bearing."""
-    signals = (plant_signal(dataset, f"{mb}.{axis}") for mb in places(dataset).bearings for axis in "xy")
+def _largest_coordinates(dataset: Signals, drawn: list[Station]) -> list[float]:
+    """Return the largest |x| and |y| (mm) at each station."""
+    signals = (plant_signal(dataset, name) for station in drawn for name in (station.x, station.y))
     return [1e3 * float(np.nanmax(np.abs(values))) for values in signals]

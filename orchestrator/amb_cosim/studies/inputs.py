@@ -11,13 +11,13 @@ from amb_cosim.cosim.values import quantity
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.rotor_file import load_rotor
 
 Number = float | str
 """A number in the unit that is asked for, or a text with another unit of the same dimension (`"16 Hz"`)."""
 
 RotorSource = Rotor | Path | str | None
-"""A rotor, the path of a rotor file, or None for the rig of the thesis."""
+"""A rotor, the name of one that comes with the package, the path of a rotor file, or None for the rig of the thesis."""
 
 
 def rotor_of(source: RotorSource) -> Rotor:
@@ -26,9 +26,11 @@ def rotor_of(source: RotorSource) -> Rotor:
     Raises
     ------
     ValueError
-        If a file cannot be read or holds no rotor.
+        If there is no such rotor, or a file cannot be read or holds none.
     """
-    return source if isinstance(source, Rotor) else load_rotor(Path(source or RIG))
+    if source is None:
+        return load_rotor()
+    return source if isinstance(source, Rotor) else load_rotor(source)
 
 
 def spin_speed(raw: Number, name: str = "speed") -> float:

@@ -15,7 +15,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 
 import control
 import numpy as np
@@ -31,9 +30,10 @@ from rolac_controller.chain import is_on
 from rolac_controller.control_loop import Axis, ControlLoop
 from rolac_controller.lowpass import coefficients
 from rotor_analysis.assembly import assemble
+from rotor_analysis.packaged_rotors import RIG
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.rotor_file import RIG, load_rotor
+from rotor_analysis.rotor_file import load_rotor
 
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 
@@ -83,7 +83,7 @@ def linear_loop(prepared: Prepared) -> LinearLoop:
         for component, values in prepared.plan.all_parameters(prepared.interfaces).items()
     }
     controller = parameters["rolac_controller"]
-    description = load_rotor(Path(prepared.scenario.rotor or RIG))
+    description = load_rotor(prepared.scenario.rotor or RIG)
     chain = given_parameters(control_loop(description), controller).own[0].chain
     delay = int(is_on(chain.preset, chain.delay))
     return LinearLoop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)
