@@ -19,6 +19,7 @@ from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
 from amb_cosim.cosim.fmus import Fmu, provide
 from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer
+from amb_cosim.cosim.patterns import expand
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.stopping import StopObserver, Stopped
@@ -118,7 +119,7 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
     """
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
     interfaces = {c: read_interface(fmu.path, c) for c, fmu in fmus.items()}
-    system = system.connected_to(interfaces)
+    system = expand(system, interfaces)
     system.check(interfaces)
     return Assembly(system, fmus, interfaces)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -51,7 +50,7 @@ class System:
     """Components in Gauss-Seidel order, their connections, shared signals and parameters.
 
     `*` and `?` in the names of connected variables, of mandatory inputs and of parameters match what the components
-    have, see `connected_to`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a
+    have, see `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a
     run records only if it names them. `check` compares it with the components' interfaces, `wiring` lays it out for
     the master.
     """
@@ -70,49 +69,6 @@ class System:
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise ValueError(f"system {self.name}: components named twice: {', '.join(twice)}")
-
-    def connected_to(self, interfaces: Mapping[str, FmuInterface]) -> System:
-        """Return the system with its patterns replaced by the names that they match in these interfaces.
-
-        A connection whose two ends have the same pattern connects every output of the one component with the input of
-        the same name of the other, where both match and nothing else feeds that input.
-
-        Raises
-        ------
-        ValueError
-            If a pattern matches nothing, or a component is unknown.
-        """
-        literal = [link for link in self.connections if not _is_pattern(link.source)]
-        taken = {link.target for link in literal} | {t for signal in self.signals for t in signal.targets}
-        matched: dict[str, Connection] = {}
-        for link in self.connections:
-            if _is_pattern(link.source):
-                for found in self._matching(link, interfaces):
-                    if found.target not in taken:
-                        matched.setdefault(found.target, found)
-        parameters = {
-            component: {
-                name: raw for name, raw in values.items() if not _is_pattern(name) or _any(interfaces[component], name)
-            }
-            for component, values in self.parameters.items()
-            if component in interfaces
-        }
-        components = tuple(replace(c, mandatory=_mandatory(c, interfaces[c.name])) for c in self.components)
-        links = (*literal, *matched.values())
-        return replace(self, components=components, connections=links, parameters=parameters)
-
-    def _matching(self, link: Connection, interfaces: Mapping[str, FmuInterface]) -> list[Connection]:
-        (source, pattern), (target, other) = self.split(link.source), self.split(link.target)
-        if pattern != other:
-            raise ValueError(f"{link.source} and {link.target} are patterns, and must be the same one")
-        inputs = {port.name for port in interfaces[target].of("input")}
-        outputs = [port.name for port in interfaces[source].of("output")]
-        names = [name for name in fnmatch.filter(outputs, pattern) if name in inputs]
-        if not names:
-            raise ValueError(
-                f"{source} has no output, with an input of {target} of the same name, that {pattern} matches"
-            )
-        return [Connection(f"{source}.{name}", f"{target}.{name}") for name in names]
 
     @classmethod
     def load(cls, name: str | Path) -> System:
@@ -273,26 +229,6 @@ class System:
                 needs = [f"{component}.{u}" for u in interfaces[component].ports[variable].depends_on]
                 depends_on.append(tuple(position[source_of[end]] for end in needs if end in source_of))
         return Wiring(tuple(names), len(exogenous), sources, tuple(depends_on)), inputs, outputs
-
-
-def _is_pattern(name: str) -> bool:
-    return bool(set("*?[") & set(name))
-
-
-def _any(interface: FmuInterface, pattern: str) -> bool:
-    return bool(fnmatch.filter(interface.ports, pattern))
-
-
-def _mandatory(component: Component, interface: FmuInterface) -> tuple[str, ...]:
-    """Return the inputs that must be fed, patterns replaced by what they match."""
-    inputs = [port.name for port in interface.of("input")]
-    found: list[str] = []
-    for name in component.mandatory:
-        matching = fnmatch.filter(inputs, name) if _is_pattern(name) else [name]
-        if not matching:
-            raise ValueError(f"{component.name} has no input {name}, which must be connected; {suggest(name, inputs)}")
-        found += matching
-    return tuple(found)
 
 
 def _not_real(port: Port) -> bool:

@@ -1,0 +1,71 @@
+"""Names with `*` and `?` in a system: what they stand for in the interfaces of its components."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Mapping
+from dataclasses import replace
+
+from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.cosim.system import Component, Connection, System
+from amb_files.suggestions import suggest
+
+
+def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
+    """Return the system with its patterns replaced by the names that they match in these interfaces.
+
+    A connection whose two ends have the same pattern connects every output of the one component with the input of the
+    same name of the other, where both match and nothing else feeds that input.
+
+    Raises
+    ------
+    ValueError
+        If the pattern of a connection or of a mandatory input matches nothing, or a component is unknown.
+    """
+    literal = [link for link in system.connections if not _is_pattern(link.source)]
+    taken = {link.target for link in literal} | {t for signal in system.signals for t in signal.targets}
+    matched: dict[str, Connection] = {}
+    for link in system.connections:
+        if _is_pattern(link.source):
+            for found in _matching(system, link, interfaces):
+                if found.target not in taken:
+                    matched.setdefault(found.target, found)
+    parameters = {
+        component: {name: raw for name, raw in values.items() if _has(interfaces.get(component), name)}
+        for component, values in system.parameters.items()
+    }
+    components = tuple(replace(c, mandatory=_mandatory(c, interfaces[c.name])) for c in system.components)
+    return replace(system, components=components, connections=(*literal, *matched.values()), parameters=parameters)
+
+
+def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInterface]) -> list[Connection]:
+    (source, pattern), (target, other) = system.split(link.source), system.split(link.target)
+    if pattern != other:
+        raise ValueError(f"{link.source} and {link.target} are patterns, and must be the same one")
+    inputs = {port.name for port in interfaces[target].of("input")}
+    outputs = [port.name for port in interfaces[source].of("output")]
+    names = [name for name in fnmatch.filter(outputs, pattern) if name in inputs]
+    if not names:
+        raise ValueError(f"no output of {source} that {pattern} matches is an input of {target}")
+    return [Connection(f"{source}.{name}", f"{target}.{name}") for name in names]
+
+
+def _is_pattern(name: str) -> bool:
+    return bool(set("*?[") & set(name))
+
+
+def _has(interface: FmuInterface | None, name: str) -> bool:
+    """Return whether a name is no pattern, or one that matches a variable."""
+    return interface is None or not _is_pattern(name) or bool(fnmatch.filter(interface.ports, name))
+
+
+def _mandatory(component: Component, interface: FmuInterface) -> tuple[str, ...]:
+    """Return the inputs that must be fed, patterns replaced by what they match."""
+    inputs = [port.name for port in interface.of("input")]
+    found: list[str] = []
+    for name in component.mandatory:
+        matching = fnmatch.filter(inputs, name) if _is_pattern(name) else [name]
+        if not matching:
+            raise ValueError(f"{component.name} has no input {name}, which must be connected; {suggest(name, inputs)}")
+        found += matching
+    return tuple(found)

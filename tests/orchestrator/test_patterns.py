@@ -1,0 +1,70 @@
+"""Names with * and ? in a system: one file for rotors with any number of bearings."""
+
+from dataclasses import replace
+
+import pytest
+
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.patterns import expand
+from amb_cosim.cosim.system import Component, Connection, Signal, System
+
+
+def interface(inputs=(), outputs=(), parameters=()):
+    kinds = {"input": inputs, "output": outputs, "parameter": parameters}
+    names = [(name, kind) for kind, of_kind in kinds.items() for name in of_kind]
+    return FmuInterface("m", "g", "1", {name: Port(name, "Real", kind, k) for k, (name, kind) in enumerate(names)})
+
+
+def interfaces(bearings):
+    axes = [f"{b}.{a}" for b in bearings for a in "xy"]
+    return {
+        "magnet": interface(axes, [f"{b}.f_{a}" for b in bearings for a in "xy"], [f"{b}.gap" for b in bearings]),
+        "rotor": interface([*(f"{b}.f_{a}" for b in bearings for a in "xy"), "disc.f_x"], [*axes, "probe.x"]),
+    }
+
+
+SYSTEM = System(
+    "pair",
+    "",
+    (Component("magnet", "magnet", mandatory=("*.[xy]",)), Component("rotor", "rotor")),
+    (Connection("rotor.*.[xy]", "magnet.*.[xy]"), Connection("magnet.*.f_[xy]", "rotor.*.f_[xy]")),
+    parameters={"magnet": {"*.gap": 1.0, "*.k_s": 2.0}},
+)
+
+
+@pytest.mark.parametrize("bearings", [("front",), ("mb1", "mb2"), ("a", "b", "c")])
+def test_a_pattern_connects_what_both_components_have(bearings):
+    found = expand(SYSTEM, interfaces(bearings))
+    links = {(link.source, link.target) for link in found.connections}
+    expected = {(f"rotor.{b}.{a}", f"magnet.{b}.{a}") for b in bearings for a in "xy"}
+    expected |= {(f"magnet.{b}.f_{a}", f"rotor.{b}.f_{a}") for b in bearings for a in "xy"}
+    assert links == expected  # neither disc.f_x, which the magnet does not drive, nor probe.x, which it does not read
+    assert set(found.component("magnet").mandatory) == {f"{b}.{a}" for b in bearings for a in "xy"}
+    found.check(interfaces(bearings))
+
+
+def test_a_named_connection_and_a_signal_come_before_a_pattern():
+    named = (*SYSTEM.connections, Connection("rotor.probe.x", "magnet.mb1.x"))
+    signal = Signal("load", ("rotor.mb2.f_y",))
+    found = expand(replace(SYSTEM, connections=named, signals=(signal,)), interfaces(("mb1", "mb2")))
+    assert found.source_of("magnet.mb1.x") == "rotor.probe.x"
+    assert found.source_of("magnet.mb1.y") == "rotor.mb1.y"
+    assert found.source_of("rotor.mb2.f_y") is None
+
+
+def test_a_parameter_whose_pattern_matches_nothing_is_left_out():
+    assert expand(SYSTEM, interfaces(("mb1",))).parameters == {"magnet": {"*.gap": 1.0}}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"connections": (Connection("rotor.q?", "magnet.q?"),)}, r"no output of rotor that q\? matches is an input"),
+        ({"connections": (Connection("rotor.*", "magnet.*.x"),)}, "are patterns, and must be the same one"),
+        ({"connections": (Connection("roter.*", "magnet.*"),)}, "no component 'roter'; did you mean rotor"),
+        ({"components": (Component("magnet", "m", mandatory=("i?",)), Component("rotor", "r"))}, r"has no input i\?"),
+    ],
+)
+def test_a_pattern_that_cannot_be_meant_is_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        expand(replace(SYSTEM, **change), interfaces(("mb1",)))
