@@ -261,11 +261,11 @@ BAD = {
     "stiffness in metres": (["receptance", "--k-b", "3 m"], "'3 m' has unit m, which cannot be converted to N/m"),
     "rotor without sensors": (
         ["h_matrix", "--rotor", "bare.toml"],
-        "bearing 'mb1' has no sensors: none is among the planes (none)",
+        "bearing 'left' has no sensors: none is among the planes (none)",
     ),
     "sensors in one plane": (
         ["h_matrix", "--rotor", "blind.toml"],
-        "bearing 'mb2' has no sensors of its own",
+        "bearing 'right' has no sensors of its own",
     ),
     "no unbalance": (["recovery", "--steps", "8,0 g.m"], "steps = 0 kg m is not allowed; it must be > 0 kg m"),
     "unbalance in metres": (["recovery", "--steps", "8 m"], "'8 m' has unit m, which cannot be converted to kg.m"),
