@@ -9,7 +9,7 @@ import numpy as np
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.masters import condense_to_accuracy, frequency_error, needed_masters, not_reached
-from rotor_analysis.reduction import Reduction, craig_bampton, msdc, unreduced
+from rotor_analysis.reduction import Reduction, craig_bampton, craig_bampton_by_modes, msdc, unreduced
 from rotor_analysis.rotor import Mesh, Rotor
 from rotor_analysis.undamped import undamped_modes
 
@@ -72,8 +72,9 @@ def _craig_bampton_to_accuracy(full: Matrices, rotor: Rotor, masters: tuple[int,
     """The reduction with the fewest modes that make the first `count` natural frequencies accurate."""
     exact, accuracy = undamped_modes(full, rotor, count)[0], rotor.reduction.accuracy
     inner = full.size // 2 - len(masters)
+    reduced_to = craig_bampton_by_modes(full, masters)
     for modes in range(inner + 1):
-        reduction = craig_bampton(full, masters, modes)
+        reduction = reduced_to(modes)
         error = frequency_error(exact, undamped_modes(reduction.model, rotor, count)[0])
         if np.max(error) <= accuracy:
             return reduction

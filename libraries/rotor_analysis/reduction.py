@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,21 +68,35 @@ def craig_bampton(full: Matrices, planes: tuple[int, ...], modes: int) -> Reduct
     ValueError
         As `msdc`, or if there are not as many modes.
     """
+    return craig_bampton_by_modes(full, planes)(modes)
+
+
+def craig_bampton_by_modes(full: Matrices, planes: tuple[int, ...]) -> Callable[[int], Reduction]:
+    """Return a function that gives `craig_bampton` for a number of modes; what all numbers share is computed once.
+
+    Raises
+    ------
+    ValueError
+        As `craig_bampton`, the function for the number of modes.
+    """
+    from scipy.linalg import eigh  # slow to import
+
     right, left = _static(full, planes)
     masters = set(full.rows(planes))
     slaves = [row for row in range(0, full.size, 2) if row not in masters]  # along x
-    if not 0 <= modes <= len(slaves):
-        raise ValueError(f"modes = {modes} is not allowed; the rotor held at these planes has 0 to {len(slaves)}")
-    if modes == 0:
-        return _reduce(full, planes, right, left)
     at = np.ix_(slaves, slaves)
-    from scipy.linalg import eigh  # slow to import
-
-    _, shapes = eigh(full.K[at], full.M[at], subset_by_index=(0, modes - 1))
-    along_both = np.zeros((full.size, 2 * modes))
+    shapes = eigh(full.K[at], full.M[at])[1] if slaves else np.zeros((0, 0))
+    along_both = np.zeros((full.size, 2 * len(slaves)))
     for axis in (0, 1):
-        along_both[np.add(slaves, axis), axis::2] = shapes
-    return _reduce(full, planes, np.hstack([right, along_both]), np.vstack([left, along_both.T]))
+        along_both[np.add(slaves, axis).astype(int), axis::2] = shapes
+
+    def with_modes(modes: int) -> Reduction:
+        if not 0 <= modes <= len(slaves):
+            raise ValueError(f"modes = {modes} is not allowed; the rotor held at these planes has 0 to {len(slaves)}")
+        kept = along_both[:, : 2 * modes]
+        return _reduce(full, planes, np.hstack([right, kept]), np.vstack([left, kept.T]))
+
+    return with_modes
 
 
 def unreduced(full: Matrices) -> Reduction:

@@ -76,7 +76,7 @@ class Summary:
     peak_contact_force: AtPlaces = field(metadata={KEY: "peak_contact_force_N"})
     peak_impulse: AtPlaces = field(metadata={KEY: "peak_impulse_Ns"})
     contact_share: AtPlaces
-    contact_states: tuple[str, ...]
+    contact_states: list[str]
     site_share: AtPlaces
     first_contact: float | None = field(metadata={KEY: "first_contact_cycle"})
     last_contact: float | None = field(metadata={KEY: "last_contact_cycle"})
@@ -149,7 +149,7 @@ def summarise(dataset: Signals) -> Summary:
         peak_contact_force={site: contact_history.peak(dataset, f"{site}.f_n") for site in sites},
         peak_impulse={site: contact_history.peak(dataset, f"{site}.impulse") for site in sites},
         contact_share=contact_history.contact_share(dataset),
-        contact_states=places(dataset).contact_states,
+        contact_states=list(places(dataset).contact_states),
         site_share=contact_history.site_share(dataset),
         first_contact=first,
         last_contact=last,

@@ -123,15 +123,16 @@ def test_a_model_is_built_once(actuator, monkeypatch):
 
 
 def test_an_fmu_is_made_anew_for_what_it_is_made_from_alone(tmp_path, monkeypatch):
-    def provided(name, text=""):
-        rotor = tmp_path / "rotor.toml"
+    def provided(name, text="", table=""):
+        rotor, receptances = tmp_path / "rotor.toml", tmp_path / "table.toml"
         rotor.write_text(RIG.read_text(encoding="utf-8") + text, encoding="utf-8")
-        return fmus.ensure_built(name, "python", rotor=rotor).folder
+        receptances.write_text(table, encoding="utf-8")
+        return fmus.ensure_built(name, "python", rotor=rotor, receptances=receptances).folder
 
     plant, actuator = provided("rotor_contact"), provided("amb_actuator")
     assert provided("rotor_contact") == plant
     assert provided("rotor_contact", "# another file\n") != plant
-    assert provided("amb_actuator", "# another file\n") == actuator
+    assert provided("amb_actuator", table="# another table\n") == actuator
     monkeypatch.setattr(fmus, "_code", lambda package: package.encode() + b"changed")
     assert provided("amb_actuator") != actuator
 
