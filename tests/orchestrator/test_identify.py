@@ -291,7 +291,8 @@ def test_from_identification_to_a_run_with_what_it_found(cosim, tmp_path):
 @pytest.mark.slow
 def test_ctrl_c_leaves_a_complete_table_of_the_speeds_before(tmp_path):
     code = "from amb_cosim.cli import main; main(prog_name='amb-cosim')"
-    command = [sys.executable, "-c", code, "identify", "--speeds", "35 Hz,5 Hz,10 Hz", "-o", "t.toml"]
+    speeds = "35 Hz,5 Hz,10 Hz"
+    command = [sys.executable, "-c", code, "identify", "--flavour", "python", "--speeds", speeds, "-o", "t.toml"]
     path = tmp_path / "t.toml"
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         while not path.exists() and process.poll() is None:
