@@ -32,5 +32,5 @@ def rotor_path(rotor: str | Path = RIG) -> Path:
     if str(rotor) in packaged:
         return packaged[str(rotor)]
     if path.suffix != ".toml" and not path.exists():
-        raise ValueError(f"no rotor {str(rotor)!r}; {suggest(str(rotor), packaged)}, or the path of a rotor file")
+        raise ValueError(f"no rotor {str(rotor)!r}; {suggest(path.name, packaged)}")
     return path

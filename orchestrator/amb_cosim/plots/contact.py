@@ -34,7 +34,7 @@ def contact(dataset: Signals) -> Figure:
     ratios = (*[3.0] * len(sites), 0.4 * (len(states) if bearings_alone else len(sites) + 1))
     figure = StyledFigure(figsize=(7.0, max(4.6 * sum(ratios) / 7.6, 3.2)), layout="constrained")
     *panels, state_panel = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
-    highest = 1e-3
+    highest = 0.0
     for panel, site in zip(panels, sites, strict=True):
         force = 1e-3 * plant_signal(dataset, f"{site}.f_n")
         highest = max(highest, float(force.max()))
@@ -45,7 +45,7 @@ def contact(dataset: Signals) -> Figure:
             _write_no_contact(panel)
         mark_events(panel, dataset, named=panel is panels[0])
     for panel in panels:
-        panel.set_ylim(0.0, 1.08 * highest)
+        panel.set_ylim(0.0, 1.08 * (highest or 1.0))
     state_panel.set_title("Contact state" if bearings_alone else "In contact", loc="left")
     if bearings_alone:
         _draw_states(state_panel, dataset, "contact_state", states)

@@ -1,0 +1,80 @@
+"""The rotors that come with the package have the eigenvalues that ROSS computes for their sources."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import linear_sum_assignment
+
+from amb_files.toml import validate
+from rotor_analysis.modes import eigenvalues
+from rotor_analysis.packaged_rotors import packaged_rotors, rotor_path
+from rotor_analysis.plant_data import plant
+from rotor_analysis.reduced_rotor import reduction_error
+from rotor_analysis.ross_file import read_ross
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.supported_rotor import supported_rotor
+
+REFERENCE = Path(__file__).parents[1] / "reference"
+ROSS = json.loads((REFERENCE / "ross" / "results.json").read_text(encoding="utf-8"))
+PUBLISHED = json.loads((REFERENCE / "published_rotors.json").read_text(encoding="utf-8"))["ross"]["eigenvalues"]
+
+
+def largest_difference(rotor, speed, pairs):
+    """Of the eigenvalues nearest to those of ROSS, relative to their size."""
+    expected = np.array(pairs) @ [1.0, 1.0j]
+    found = eigenvalues(supported_rotor(rotor).model, speed)
+    found = found[found.imag >= 0.0]
+    chosen = linear_sum_assignment(np.abs(expected[:, np.newaxis] - found))[1]
+    return np.max(np.abs(found[chosen] - expected) / np.abs(expected))
+
+
+@pytest.mark.parametrize(("speed", "pairs"), PUBLISHED["nelson_mcvaugh"]["rayleigh"].items())
+def test_nelson_and_mcvaughs_rotor_has_the_eigenvalues_of_ross(speed, pairs):
+    assert largest_difference(load_rotor("nelson_mcvaugh"), float(speed) * np.pi / 30.0, pairs) < 5e-7
+
+
+@pytest.mark.parametrize(("speed", "pairs"), ROSS["compressor"]["eigenvalues"].items())
+def test_compressor_on_its_oil_films_has_the_eigenvalues_of_ross(speed, pairs):
+    """Timbo and Ritto's example with the oil films and gas seals that the packaged rotor leaves out."""
+    source = validate(read_ross(REFERENCE / "ross" / "compressor.toml")[0], Rotor, "compressor")
+    rotor = replace(load_rotor("compressor"), bearings=source.bearings, sites=(), sensors=(), reduction=source.reduction)
+    assert largest_difference(rotor, float(speed), pairs) < 1e-6
+
+
+@pytest.mark.parametrize("name", ["nelson_mcvaugh", "compressor"])
+def test_first_five_modes_of_the_plant_are_within_one_percent(name):
+    error = reduction_error(load_rotor(name), 5).percent
+    assert np.max(np.abs(error)) < 0.9
+    assert np.max(np.abs(error[:2])) < 0.06
+
+
+def test_magnetic_bearings_damp_the_bending_mode_of_the_compressor():
+    rotor = load_rotor("compressor")
+    held = {bearing.name: (bearing.stiffness[0][0], bearing.damping[0][0]) for bearing in rotor.bearings}
+    assert set(held) == {"mb1", "mb2"}
+    for stiffness, damping in held.values():
+        assert damping == pytest.approx(np.sqrt(rotor.mass / 2.0 * stiffness), rel=0.01)
+
+
+def test_a_rotor_is_found_by_name_and_by_path(tmp_path):
+    assert set(packaged_rotors()) == {"bath_rig", "compressor", "nelson_mcvaugh"}
+    copy = tmp_path / "mine.toml"
+    copy.write_text(rotor_path("compressor").read_text(encoding="utf-8"), encoding="utf-8")
+    assert load_rotor(copy) == load_rotor("compressor") == load_rotor(Path("compressor"))
+    assert load_rotor("bath_rig") == load_rotor()
+
+
+def test_an_unknown_name_is_answered_with_those_that_are_near():
+    with pytest.raises(ValueError, match=r"no rotor 'compresor'; did you mean compressor\?"):
+        load_rotor("compresor")
+    with pytest.raises(ValueError, match=r"no rotor 'x'; there are bath_rig, compressor, nelson_mcvaugh"):
+        load_rotor("x")
+
+
+def test_sites_know_the_sensor_plane_in_their_place():
+    sites = plant(load_rotor("compressor"))[0].layout["sites"]
+    assert {site["name"]: site["sensor"] for site in sites} == {"td1": "at_mb1", "td2": "at_mb2", "seal": "at_seal"}
