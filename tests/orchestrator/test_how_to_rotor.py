@@ -44,6 +44,7 @@ def test_the_pump_rubs_on_its_ring_and_recovers(runner, folder):
     assert len(list((folder / "results" / "pump_rub").glob("*.png"))) == 3
 
 
+@pytest.mark.slow
 def test_three_fmus_are_built_of_the_pump(runner, folder):
     run(runner, next(c for c in COMMANDS if " build " in c))
     assert {file.stem for file in folder.glob("fmus/*.fmu")} == {"rotor_contact", "amb_actuator", "rolac_controller"}
