@@ -18,7 +18,7 @@ from amb_actuator.amplifier import (
 from amb_actuator.force import Coils, force, is_beyond_knee
 from amb_actuator.interface import DYNAMIC, axes_of, interface_of
 from amb_actuator.records import N_DEVIATIONS, Axes, n_axes_of, views_of
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, views
 from fmi_export.model import Array, Model
 
 # Three kinds of fault, each with a code for every axis; the codes of the rig's four axes leave room for ten.
@@ -35,7 +35,7 @@ class AxisResponse(NamedTuple):
     lower: CoilResponse
 
 
-@kernel
+@views
 def fault_code(kind: int, axis: int, n_axes: int) -> int:
     """Return the code of a fault of one axis."""
     return 1 + kind * max(FEWEST_CODES, n_axes) + axis

@@ -51,7 +51,8 @@ def _compiled(function: F, **options: bool) -> F:
 def views(function: F) -> F:
     """Let kernels call `function`, which hands out views into its arguments; called from Python it stays Python.
 
-    It becomes part of its callers. A kernel cannot give a view to Python: it does not own the memory.
+    So does a formula that Python needs too. It becomes part of its callers. A kernel cannot give a view to Python: it
+    does not own the memory.
     """
     return numba.extending.register_jitable(inline="always")(function) if COMPILED else function
 

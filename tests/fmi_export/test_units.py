@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from fmi_export.building.units import COMMON, base_unit, parse_unit, registry, to_unit
+from fmi_export.building.units import COMMON, SI_UNITS, base_unit, parse_unit, registry, to_unit
 
 
 @pytest.mark.parametrize(
@@ -28,6 +28,15 @@ from fmi_export.building.units import COMMON, base_unit, parse_unit, registry, t
 )
 def test_base_unit_exponents_are_those_of_si(unit, expected):
     assert base_unit(unit) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    "unit", [*SI_UNITS, "N/(m.s)", "kg.m2/s2", "1/(N.m)", "1/s", "m-2/V", "A2.Ohm", "s.m/rad", "m/N"]
+)
+def test_units_of_si_are_what_pint_makes_of_them(unit, monkeypatch):
+    found = base_unit(unit)
+    monkeypatch.setattr("fmi_export.building.units._of_si", lambda _: None)
+    assert list(found.items()) == list(base_unit(unit).items())
 
 
 def test_rpm_and_degree_carry_the_radian_and_their_factor():

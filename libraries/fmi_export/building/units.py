@@ -1,7 +1,7 @@
 """Units: FMI base-unit exponents and conversions, by pint.
 
-Importing pint and reading its definitions takes longer than a run, so the conversions that values are most often
-written with are listed here; pint is loaded for all others.
+Importing pint and reading its definitions takes longer than a run or a build, so the units of SI that models use and
+the conversions that values are most often written with are listed here; pint is loaded for all others.
 """
 
 from __future__ import annotations
@@ -18,6 +18,21 @@ SI = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _PINT_NAMES = dict(
     zip(("kilogram", "meter", "second", "ampere", "kelvin", "mole", "candela", "radian"), SI, strict=True)
 )
+
+# Units of SI, as exponents of the base units; products and quotients of them need no pint.
+SI_UNITS = {
+    **{unit: {unit: 1} for unit in SI},
+    "Hz": {"s": -1},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "Ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
+    "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
+    "T": {"kg": 1, "s": -2, "A": -1},
+}
+FACTOR = re.compile(r"([A-Za-z]+)(-?\d+)?")
+QUOTIENT = re.compile(r"([^/()]+)(?:/(?:\(([^/()]+)\)|([^/().]+)))?")
 
 # One of the first unit in the second, as pint has it to the last bit.
 COMMON = {
@@ -84,6 +99,9 @@ def parse_unit(unit: str) -> pint.Unit:
 
 def base_unit(unit: str) -> dict[str, float | int]:
     """Return the exponents of the FMI base units (kg, m, s, A, K, mol, cd, rad), and `factor` where it is not one."""
+    known = _of_si(unit)
+    if known is not None:
+        return known
     parsed = parse_unit(unit)
     quantity = registry().Quantity(1.0, parsed).to_base_units()
     exponents: dict[str, float | int] = {}
@@ -94,6 +112,22 @@ def base_unit(unit: str) -> dict[str, float | int]:
     if not math.isclose(quantity.magnitude, 1.0, rel_tol=1e-12):
         exponents["factor"] = float(quantity.magnitude)
     return {name: exponents[name] for name in (*SI, "factor") if name in exponents}
+
+
+def _of_si(unit: str) -> dict[str, float | int] | None:
+    """Return the exponents of a product or quotient of `SI_UNITS` in FMI notation; None of anything else."""
+    quotient = QUOTIENT.fullmatch(unit)
+    if quotient is None:
+        return None
+    total = dict.fromkeys(SI, 0)
+    for side, sign in ((quotient[1], 1), (quotient[2] or quotient[3], -1)):
+        for factor in side.split(".") if side and side != "1" else ():
+            found = FACTOR.fullmatch(factor)
+            if found is None or found[1] not in SI_UNITS:
+                return None
+            for base, exponent in SI_UNITS[found[1]].items():
+                total[base] += sign * int(found[2] or 1) * exponent
+    return {base: exponent for base, exponent in total.items() if exponent}
 
 
 def to_unit(text: str | float, unit: str, name: str) -> float:

@@ -71,7 +71,7 @@ def _write(target: Path, content: dict[str, bytes]) -> Path:
                 entry = zipfile.ZipInfo(name, NO_TIME)
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 entry.create_system, entry.external_attr = 3, 0o100644 << 16
-                fmu.writestr(entry, content[name], compresslevel=9)
+                fmu.writestr(entry, content[name], compresslevel=6)
 
     target.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(target, archive)
