@@ -26,7 +26,7 @@ SENSOR_OUTPUTS = SMALLEST.element_record("output", "sensors")
 HARMONIC_OUTPUTS = SMALLEST.element_record("output", "harmonics")
 
 N_PARAMETERS, N_INPUTS, N_OUTPUTS = size_of(PARAMETERS), size_of(INPUTS), size_of(OUTPUTS)
-N_GAINS, N_FAULTS = size_of(GAINS), size_of(SENSOR_FAULTS)
+N_GAINS = size_of(GAINS)
 N_AXIS, N_SENSOR = size_of(AXIS_OUTPUTS), size_of(SENSOR_OUTPUTS)
 N_ORDERS, N_HARMONIC = N_HARMONICS * size_of(HARMONIC), N_HARMONICS * size_of(HARMONIC_OUTPUTS)
 
