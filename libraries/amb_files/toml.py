@@ -76,13 +76,17 @@ def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
     ValueError
         If the file cannot be read or is not valid TOML.
     """
+    return parse_toml(read_text(source, name), name)
+
+
+def read_text(source: Path | Traversable, name: str) -> str:
+    """Return the text of a file; arguments as for `read_toml`, errors too, for a file that cannot be read."""
     try:
-        text = source.read_text(encoding="utf-8")
+        return source.read_text(encoding="utf-8")
     except OSError as error:
         raise ValueError(f"{name} cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise ValueError(f"{name} cannot be read: it is not UTF-8 text (byte {error.start})") from error
-    return parse_toml(text, name)
 
 
 def validate(data: object, form: type[T], name: str) -> T:

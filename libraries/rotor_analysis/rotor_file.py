@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
-from amb_files.toml import read_toml, validate
+from amb_files.toml import parse_toml, read_text, validate
 from rotor_analysis.packaged_rotors import RIG, rotor_path
 from rotor_analysis.rotor import Mesh, Rotor
 
@@ -27,7 +28,13 @@ def load_rotor(source: str | Path = RIG) -> Rotor:
     """
     path = rotor_path(source)
     name = f"rotor file {path}"
-    data = read_toml(path, name)
+    return _rotor_of(read_text(path, name), name)
+
+
+@lru_cache(maxsize=8)
+def _rotor_of(text: str, name: str) -> Rotor:
+    """The rotor that a text describes, kept for the next model of the same rotor: a mesh may take long to refine."""
+    data = parse_toml(text, name)
     rotor = validate(data, Rotor, name)
     mesh = rotor.mesh or (Mesh() if "sections" in data["shaft"] else None)
     if mesh is None:
