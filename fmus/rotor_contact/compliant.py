@@ -32,14 +32,15 @@ from rotor_contact.interface import (
     SWITCHED_KELVIN_VOIGT,
     ULBRICH,
 )
+from rotor_contact.response import add_contact_response, set_spin_response
 from rotor_contact.site import (
     Site,
     Sites,
-    add_contact_response,
     locate_journal,
     radial_component,
     slip_velocity,
 )
+from rotor_contact.workspace import Workspace
 
 RATE_SCALE = 0.01  # m/s, over which the phase of ulbrich changes its sign
 RESOLUTION = 0.2  # of a contact's fastest time constant; a substep is no longer
@@ -110,13 +111,13 @@ def elastic_force(site: Site, delta: float) -> float:
 
 
 @kernel
-def apply_compliant(Minv: Array, sites: Sites, z: Array, Omega: float, a: Array) -> float:
+def apply_compliant(w: Workspace, z: Array, Omega: float, a: Array) -> float:
     """Add the effect of compliant contacts at z to the acceleration `a`; return the heat of their compression (W)."""
-    n = Minv.shape[0]
+    n = w.n
     q = z[:n]
     v = z[n : 2 * n]
     heat = 0.0
-    for site in sites:
+    for site in w.sites:
         if is_compliant(site):
             delta = max(locate_journal(site, q) - site.clearance, 0.0)
             rate = radial_component(site, v)
@@ -124,7 +125,8 @@ def apply_compliant(Minv: Array, sites: Sites, z: Array, Omega: float, a: Array)
             site.f_n = normal
             site.f_t = compliant_friction(site, normal, slip_velocity(site, v, Omega))
             heat += (normal - elastic_force(site, delta)) * rate
-            add_contact_response(Minv, site, normal, site.f_t, a)
+            set_spin_response(w, site)
+            add_contact_response(w, site, normal, site.f_t, a)
     return heat
 
 
@@ -134,7 +136,7 @@ def compliant_limit(Minv: Array, sites: Sites, v: Array, Omega: float, longest: 
     limit = longest
     for site in sites:
         if is_compliant(site):
-            i = site.row
+            mobility = Minv[site.row, site.row] + site.mobility
             rate = abs(radial_component(site, v))
             # the largest penetration that is possible: at first touch there is no stiffness yet
             delta = max(site.radius - site.clearance, 0.0) + rate * limit
@@ -145,7 +147,7 @@ def compliant_limit(Minv: Array, sites: Sites, v: Array, Omega: float, longest: 
             per_force = 1.5 * (site.alpha_c + site.eta / RATE_SCALE)
             damping = site.c_c + per_force * site.k_c * delta * depth
             damping = max(damping, compliant_friction_damping(site, slip_velocity(site, v, Omega)))
-            fastest = math.sqrt(Minv[i, i] * stiffness) + Minv[i, i] * damping
+            fastest = math.sqrt(mobility * stiffness) + mobility * damping
             if fastest * limit > RESOLUTION:
                 limit = RESOLUTION / fastest
     return limit

@@ -6,7 +6,9 @@ Every site has two unknowns, N_k and T_k, and two equations in every mode (4.27 
     sliding    n_k . a_k = -|v_k|^2 / r_k        T_k + mu_k sign_k N_k = 0
     rolling    n_k . a_k = -|v_k|^2 / r_k        t_k . a_k = -R_s Omega'
 
-The equation of N_k in contact is (4.15) divided by 2 r_k, that of T_k in rolling is (4.33). Those of a free site need
+r_k, v_k and a_k are displacement, velocity and acceleration of the journal from its retainer; that of a race and of a
+free spin belong to the left of the last equation. The equation of N_k in contact is (4.15) divided by 2 r_k, that of
+T_k in rolling is (4.33). Those of a free site need
 no solution, and T_k of a sliding one is put into the other equations: N_k of the constrained sites and T_k of those
 that roll are solved for. The same equations, with other right-hand sides, give impulses (`impact`) and corrections
 (`project`). Compliant contacts (`compliant`) have none. For n, t and their signs see `site`.
@@ -19,15 +21,15 @@ from fmi_export.model import Array
 from rotor_contact.friction import friction_ratio
 from rotor_contact.interface import ROLLING
 from rotor_contact.linear_solver import Equations, solve
+from rotor_contact.response import add_contact_response, set_spin_response
 from rotor_contact.site import (
     Site,
     Sites,
-    add_contact_response,
     is_constrained,
     locate_journal,
     radial_component,
     slip_velocity,
-    tangential_component,
+    square_of_velocity,
 )
 from rotor_contact.workspace import Workspace
 
@@ -46,15 +48,19 @@ def number_unknowns(sites: Sites) -> int:
 
 
 @kernel
-def write_equations(Minv: Array, sites: Sites, equations: Equations, friction: float) -> int:
+def write_equations(w: Workspace, friction: float) -> int:
     """Write the left-hand sides for the constrained sites in their modes; return the number of equations.
 
     Right-hand sides are set to zero. Row and column `site.unknown` belong to N_k, the next to T_k if the site rolls; a
     column holds the response M^-1 (-n) or M^-1 t, that of N_k of a sliding site with its friction,
     M^-1 (-n - mu sign t). `friction` is 1, or 0 to leave sliding friction out.
     """
-    size = number_unknowns(sites)
-    A, b = equations
+    size = number_unknowns(w.sites)
+    Minv, sites = w.Minv, w.sites
+    A, b = w.equations
+    for site in sites:
+        if is_constrained(site):
+            set_spin_response(w, site)
     for site in sites:
         if not is_constrained(site):
             continue
@@ -75,13 +81,18 @@ def write_equations(Minv: Array, sites: Sites, equations: Equations, friction: f
             xt = Minv[i, j + 1] * n_x - Minv[i, j] * n_y
             yt = Minv[i + 1, j + 1] * n_x - Minv[i + 1, j] * n_y
             ratio = friction_ratio(other, friction)
-            A[row, column] = -(k_x * xn + k_y * yn) + ratio * (k_x * xt + k_y * yt)
+            spin = ratio * other.spin_t - other.spin_n
+            mobility = slip_mobility = 0.0
+            if row == column:
+                mobility, slip_mobility = site.mobility, site.mobility + site.race_mobility
+            A[row, column] = -(k_x * xn + k_y * yn) + ratio * (k_x * xt + k_y * yt) + site.spin_n * spin - mobility
             if rolling:
                 A[row + 1, column] = -(k_x * yn - k_y * xn) + ratio * (k_x * yt - k_y * xt)
+                A[row + 1, column] += site.spin_t * spin + ratio * slip_mobility
             if other.mode == ROLLING:
-                A[row, column + 1] = k_x * xt + k_y * yt
+                A[row, column + 1] = k_x * xt + k_y * yt + site.spin_n * other.spin_t
                 if rolling:
-                    A[row + 1, column + 1] = k_x * yt - k_y * xt
+                    A[row + 1, column + 1] = k_x * yt - k_y * xt + site.spin_t * other.spin_t + slip_mobility
     return size
 
 
@@ -104,23 +115,22 @@ def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> b
         if is_constrained(site):
             locate_journal(site, q)
             site.slip = slip_velocity(site, v, Omega)
-    size = write_equations(w.Minv, w.sites, w.equations, 1.0)
+    size = write_equations(w, 1.0)
     if size == 0:
         return True
     for site in w.sites:
         if is_constrained(site):
-            i, row = site.row, site.unknown
-            curvature = (v[i] * v[i] + v[i + 1] * v[i + 1]) / site.radius
+            row = site.unknown
+            curvature = square_of_velocity(site, v) / site.radius
             w.equations.right_side[row] = -curvature - radial_component(site, a)
             if site.mode == ROLLING:
-                surface_acceleration = site.journal_radius * w.motion.Omega_dot
-                w.equations.right_side[row + 1] = -surface_acceleration - tangential_component(site, a)
+                w.equations.right_side[row + 1] = -slip_velocity(site, a, w.motion.Omega_dot)
     if not solve(w.equations, size):
         return False
     for site in w.sites:
         if is_constrained(site):
             site.f_n, site.f_t = multipliers(site, w.equations, 1.0)
-            add_contact_response(w.Minv, site, site.f_n, site.f_t, a)
+            add_contact_response(w, site, site.f_n, site.f_t, a)
     return True
 
 
@@ -135,7 +145,7 @@ def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
         for site in w.sites:
             if is_constrained(site):
                 locate_journal(site, q)
-        size = write_equations(w.Minv, w.sites, w.equations, 0.0)
+        size = write_equations(w, 0.0)
         if size == 0:
             return True
         for site in w.sites:
@@ -152,5 +162,5 @@ def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
         for site in w.sites:
             if is_constrained(site):
                 normal, friction = multipliers(site, w.equations, 0.0)
-                add_contact_response(w.Minv, site, normal, friction, q if target == 0 else v)
+                add_contact_response(w, site, normal, friction, q if target == 0 else v)
     return True

@@ -1,4 +1,10 @@
-"""Lateral acceleration of the rotor between contacts, with everything that is constant over a step collected once."""
+"""Acceleration of the shaft without contact, with everything that is constant over a step collected once.
+
+    M q'' + (C + Omega G) q' + R (q' - Omega J q) + K q = f        (3.1 to 3.6, with damping R that rotates)
+
+J turns by a right angle in the direction of spin. The work of the rotating damping comes from the spin: beyond a
+critical speed its force J q drives the rotor into forward whirl.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +23,7 @@ from rotor_contact.structure import Structure
 # of its force in x and y.
 BEARING = record(("row", np.int64), ("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
 Bearings = np.ndarray[tuple[int], np.dtype[np.record]]
+N_ROWS = 8  # of a motion, beyond its coefficients
 
 
 class Excitation(NamedTuple):
@@ -32,7 +39,7 @@ class Excitation(NamedTuple):
 
 
 class Coefficients(NamedTuple):
-    """The columns of K = M^-1 (K - force gradients + passive bearings) and of C = M^-1 (C + Omega G).
+    """The columns of K = M^-1 (K - Omega R J - force gradients + passive bearings) and of C = M^-1 (C + R + Omega G).
 
     Shape (n, n) each; row j is column j, so that a product runs along the memory. Omega is that at the beginning of the
     step.
@@ -42,23 +49,40 @@ class Coefficients(NamedTuple):
     C_columns: Array
 
 
+class SpinCoupling(NamedTuple):
+    """What couples the shaft to a free spin, shape (n,) each; see `bodies`.
+
+    p
+        Force on the shaft (N) against a unit of angular acceleration, which is also the torque against one of q''.
+    s
+        M^-1 p, scaled by 1/sqrt(J - p . M^-1 p).
+    """
+
+    p: Array
+    s: Array
+
+
 class Motion(NamedTuple):
     """Coefficients of q'' = steady + A cosine + B sine - K q - C q' during one step (see `Excitation`).
 
     rows
-        Shape (2 n + 6, n); `coefficients`, `accelerations` and `forces` say what they are. All kernels of a step hand
-        this tuple on, which takes the longer the more arrays there are.
+        Shape (N_ROWS + 2 n, n); `coefficients`, `accelerations`, `forces` and `spin_coupling` say what they are. All
+        kernels of a step hand this tuple on, which takes the longer the more arrays there are.
     bearings
         Records of type `BEARING`.
-    MinvG
-        M^-1 G, for speeds that change within the step, shape (n, n).
+    over_speed
+        See `Structure`: what of the coefficients changes with the speed within the step, shape (2 n, n).
+    is_damped
+        Whether the shaft has damping of its own.
     theta, Omega, Omega_dot
-        Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, spin acceleration (rad/s^2).
+        Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, spin acceleration (rad/s^2); where the
+        spin is a degree of freedom, the acceleration is 0 here.
     """
 
     rows: Array
     bearings: Bearings
-    MinvG: Array
+    over_speed: Array
+    is_damped: bool
     theta: float
     Omega: float
     Omega_dot: float
@@ -85,24 +109,38 @@ def forces(motion: Motion) -> Excitation:
     return Excitation(motion.rows[2 * n + 3], motion.rows[2 * n + 4], motion.rows[2 * n + 5])
 
 
+@views
+def spin_coupling(motion: Motion) -> SpinCoupling:
+    """Return the coupling of shaft and free spin by unbalance."""
+    n = motion.rows.shape[1]
+    return SpinCoupling(motion.rows[2 * n + 6], motion.rows[2 * n + 7])
+
+
 @kernel
 def collect_forces(
-    structure: Structure, parameters: Parameters, inputs: Inputs, theta: float, rows: Array, bearings: Bearings
+    structure: Structure,
+    parameters: Parameters,
+    inputs: Inputs,
+    start: tuple[float, float, float],
+    rows: Array,
+    bearings: Bearings,
 ) -> Motion:
     """Collect the forces of a step (3.1 to 3.6) in `rows` and `bearings`, the memory of the motion that is returned.
 
-    The coefficients K, C and the accelerations are not written yet.
+    The coefficients K, C and the accelerations are not written yet. `start` are rotor angle (rad), spin speed (rad/s)
+    and its change (rad/s^2) at the beginning.
 
     Bearing force on the rotor, for each axis: F + k_xx (x - x_ref) - k_b x - c_b x'.
     Unbalance: f_x + i f_y = u exp(i (theta + phi)) (Omega^2 - i Omega').
-    Gravity g acts like an acceleration g / sqrt(2) of the base along both axes.
+    Gravity acts like an acceleration of the base against its direction.
     """
-    n = structure.M.shape[0]
-    u = inputs.own[0]
-    motion = Motion(rows, bearings, structure.MinvG, theta, u.Omega, u.Omega_dot)
+    n = structure.K.shape[0]
+    theta, Omega, Omega_dot = start
+    u, p = inputs.own[0], parameters.own[0]
+    motion = Motion(rows, bearings, structure.over_speed, structure.is_damped, theta, Omega, Omega_dot)
     steady, cosine, sine = forces(motion)
-    gravity_xy = parameters.own[0].gravity * math.sqrt(0.5)
-    a_x, a_y = u.base_acceleration.x + gravity_xy, u.base_acceleration.y + gravity_xy
+    a_x = u.base_acceleration.x - p.gravity * math.cos(p.gravity_angle)
+    a_y = u.base_acceleration.y - p.gravity * math.sin(p.gravity_angle)
     for i in range(n):
         steady[i] = structure.B_base[i, 0] * a_x + structure.B_base[i, 1] * a_y
         cosine[i] = 0.0
@@ -145,12 +183,12 @@ def unbalance_xy(unbalance: float, phase: float) -> tuple[float, float]:
 @kernel
 def collect_coefficients(structure: Structure, motion: Motion) -> None:
     """Write the coefficients and accelerations of a step from its forces (3.13)."""
-    n = structure.M.shape[0]
+    n = structure.K.shape[0]
     K, C = coefficients(motion)
     for i in range(n):
         for j in range(n):
-            K[j, i] = structure.MinvK[i, j]
-            C[j, i] = motion.Omega * structure.MinvG[i, j]
+            K[j, i] = structure.MinvK[i, j] - motion.Omega * structure.over_speed[n + i, j]
+            C[j, i] = structure.MinvC[i, j] + motion.Omega * structure.over_speed[i, j]
     for bearing in motion.bearings:
         for axis in range(2):
             row = bearing.row + axis
@@ -177,29 +215,22 @@ def _divide_by_mass(Minv: Array, force: Array, acceleration: Array) -> None:
 
 
 @kernel
-def spin_speed(motion: Motion, tau: float) -> float:
-    """Return the spin speed (rad/s) at `tau` (s) after the beginning of the step."""
-    return motion.Omega + motion.Omega_dot * tau
-
-
-@kernel
-def unbalance_direction(motion: Motion, tau: float) -> complex:
-    """Return A + i B = exp(i theta) (Omega^2 - i Omega') (rad^2/s^2) at `tau` (s) after the beginning of the step."""
-    Omega = spin_speed(motion, tau)
-    theta = motion.theta + 0.5 * (motion.Omega + Omega) * tau
+def unbalance_direction(theta: float, Omega: float, Omega_dot: float) -> complex:
+    """Return A + i B = exp(i theta) (Omega^2 - i Omega') (rad^2/s^2) of a unit unbalance."""
     cosine = math.cos(theta)
     sine = math.sin(theta)
     square = Omega * Omega
-    return complex(square * cosine + motion.Omega_dot * sine, square * sine - motion.Omega_dot * cosine)
+    return complex(square * cosine + Omega_dot * sine, square * sine - Omega_dot * cosine)
 
 
 @kernel
-def free_acceleration(motion: Motion, tau: float, unbalance: complex, q: Array, v: Array, a: Array) -> None:
-    """Write the acceleration without contact into `a` (m/s^2), at `tau` (s) after the beginning of the step.
+def free_acceleration(motion: Motion, speed_gain: float, unbalance: complex, q: Array, v: Array, a: Array) -> None:
+    """Write the shaft's acceleration without contact into the first n of `a` (m/s^2).
 
-    `unbalance` is the `unbalance_direction` then.
+    `speed_gain` is the change of the spin speed (rad/s) since the beginning of the step, `unbalance` the
+    `unbalance_direction` now.
     """
-    n = q.shape[0]
+    n = motion.rows.shape[1]
     A, B = unbalance.real, unbalance.imag
     steady, cosine, sine = accelerations(motion)
     K, C = coefficients(motion)
@@ -209,20 +240,26 @@ def free_acceleration(motion: Motion, tau: float, unbalance: complex, q: Array, 
         K_j, C_j, q_j, v_j = K[j], C[j], q[j], v[j]
         for i in range(n):
             a[i] -= K_j[i] * q_j + C_j[i] * v_j
-    if motion.Omega_dot != 0.0:
-        delta_omega = motion.Omega_dot * tau
+    if speed_gain != 0.0:
         for i in range(n):
             for j in range(n):
-                a[i] -= delta_omega * motion.MinvG[i, j] * v[j]
+                a[i] -= speed_gain * motion.over_speed[i, j] * v[j]
+        if motion.is_damped:
+            for i in range(n):
+                for j in range(n):
+                    a[i] += speed_gain * motion.over_speed[n + i, j] * q[j]
 
 
 @kernel
 def input_power(motion: Motion, unbalance: complex, q: Array, v: Array) -> float:
-    """Return the power (W) of all forces given as inputs, without passive bearings; `unbalance` is its direction."""
+    """Return the power (W) of all forces on the shaft given as inputs, without passive bearings.
+
+    `unbalance` is its direction, or 0 where its work is not one of the inputs.
+    """
     power = 0.0
     A, B = unbalance.real, unbalance.imag
     steady, cosine, sine = forces(motion)
-    for i in range(q.shape[0]):
+    for i in range(steady.shape[0]):
         power += v[i] * (steady[i] + A * cosine[i] + B * sine[i])
     for bearing in motion.bearings:
         row = bearing.row
@@ -242,12 +279,33 @@ def damping_power(motion: Motion, v: Array) -> float:
 
 
 @kernel
+def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float, float]:
+    """Return the heat per second (W) of the shaft's damping and its torque (N m) on the spin.
+
+    With the velocity seen from the rotor, w = v - Omega J q:  heat = v . C v + w . R w,  torque = (J q) . R w.
+    """
+    n = forms.shape[1]
+    heat = torque = 0.0
+    for i in range(n):
+        fixed = rotating = 0.0
+        for j in range(0, n, 2):
+            fixed += forms[n + i, j] * v[j] + forms[n + i, j + 1] * v[j + 1]
+            rotating += forms[2 * n + i, j] * (v[j] + Omega * q[j + 1])
+            rotating += forms[2 * n + i, j + 1] * (v[j + 1] - Omega * q[j])
+        turned = q[i - 1] if i % 2 else -q[i + 1]
+        heat += v[i] * fixed + (v[i] - Omega * turned) * rotating
+        torque += turned * rotating
+    return heat, torque
+
+
+@kernel
 def quadratic_form(A: Array, x: Array) -> float:
-    """Return x^T A x."""
+    """Return x^T A x of the first n of x and the first n rows of A, which has n columns."""
+    n = A.shape[1]
     total = 0.0
-    for i in range(x.shape[0]):
+    for i in range(n):
         row = 0.0
-        for j in range(x.shape[0]):
+        for j in range(n):
             row += A[i, j] * x[j]
         total += x[i] * row
     return total

@@ -19,10 +19,9 @@ import numpy as np
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.dynamics import spin_speed
 from rotor_contact.friction import friction_excess, has_friction, reversed_slip
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
-from rotor_contact.integration import substep, substep_limit, velocity_error
+from rotor_contact.integration import spin_speed, substep, substep_limit, velocity_error
 from rotor_contact.interface import FREE, NODAL, ROLLING
 from rotor_contact.modes import resolve_modes
 from rotor_contact.path import stays_within, touch_time
@@ -86,7 +85,7 @@ def locate_touch(w: Workspace, tau: float, dt: float) -> float:
 
     Cubic estimate, refined by Newton's method on the radius; z_new is left at the touch.
     """
-    n = w.Minv.shape[0]
+    n = w.n
     stages = stages_of(w.stages)
     z, z_new = stages.z, stages.z_new
     first = -1
@@ -102,7 +101,7 @@ def locate_touch(w: Workspace, tau: float, dt: float) -> float:
     site = w.sites[first]
     for _ in range(MAX_NEWTON_STEPS):
         substep(w, tau, trial)
-        f = indicator(w.sites, z_new, n, spin_speed(w.motion, tau + trial)) - EVENT_OFFSET
+        f = indicator(w.sites, z_new, n, spin_speed(w, tau + trial, z_new)) - EVENT_OFFSET
         if abs(f) < EVENT_OFFSET - TOLERANCE:
             return trial
         beyond = locate_journal(site, z_new[:n]) / site.clearance - 1.0 - EVENT_OFFSET
@@ -122,12 +121,12 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
     Regula falsi with the Illinois modification for indicator = EVENT_OFFSET, so that the event is just past; bisection
     while the left end lies on the event itself (a site that has just opened starts on the circle).
     """
-    n = w.Minv.shape[0]
+    n = w.n
     z_new = stages_of(w.stages).z_new
     low = 0.0
     high = dt
     f_low = -EVENT_OFFSET
-    f_high = indicator(w.sites, z_new, n, spin_speed(w.motion, tau + dt)) - EVENT_OFFSET
+    f_high = indicator(w.sites, z_new, n, spin_speed(w, tau + dt, z_new)) - EVENT_OFFSET
     side = 0
     located = locate_touch(w, tau, dt)
     if located > 0.0:
@@ -139,7 +138,7 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
         if f_low < -1e-6 * f_high:
             trial = low + (high - low) * f_low / (f_low - f_high)
         substep(w, tau, trial)
-        f = indicator(w.sites, z_new, n, spin_speed(w.motion, tau + trial)) - EVENT_OFFSET
+        f = indicator(w.sites, z_new, n, spin_speed(w, tau + trial, z_new)) - EVENT_OFFSET
         if abs(f) < EVENT_OFFSET - TOLERANCE:
             return trial
         if f > 0.0:
@@ -161,7 +160,7 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
 @kernel
 def may_touch_between(w: Workspace, dt: float) -> bool:
     """Return whether the path of a free site from z to z_new may pass its retainer."""
-    n = w.Minv.shape[0]
+    n = w.n
     stages = stages_of(w.stages)
     for site in w.sites:
         if can_touch(site) and not stays_within(site, stages.z, stages.z_new, dt, n, 0.0):
@@ -172,14 +171,14 @@ def may_touch_between(w: Workspace, dt: float) -> bool:
 @kernel
 def apply_impacts(w: Workspace, Omega: float, law: int, rebounds: bool) -> bool:
     """Apply the impact law where free sites have reached their retainers; return False if no impulse was found."""
-    n = w.M.shape[0]
+    n = w.n
     z = stages_of(w.stages).z
     q = z[:n]
     v = z[n : 2 * n]
     if not mark_touching(w.sites, q, v):
         return True
     if law == NODAL:
-        nodal_impact(w.M, w.sites, v, Omega)
+        nodal_impact(w, v, Omega)
         return True
     if not rebounds:
         for site in w.sites:
@@ -193,9 +192,9 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
 
     Substeps are no longer than `solver.max_substep`, nor than fast whirl allows, and end on events. They are halved, up
     to `MAX_HALVINGS` times, where their velocities err by more than `solver.tolerance` (m/s); `memory.n_halvings` keeps
-    how often for the next step.
+    how often for the next step, `memory.tolerance_missed` tells where that was not enough.
     """
-    n = w.M.shape[0]
+    n = w.n
     stages = stages_of(w.stages)
     substeps = int(step_size / solver.max_substep + 1.0 - 1e-9)
     longest = step_size / substeps
@@ -205,12 +204,12 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
     if not resolve_modes(w, tau, shortest):
         return FAULT_SINGULAR
     while tau < step_size * (1.0 - 1e-12):
-        limit = substep_limit(w, spin_speed(w.motion, tau), longest)
+        limit = substep_limit(w, spin_speed(w, tau, stages.z), longest)
         while True:
             dt = min(step_size - tau, limit, longest * 0.5**memory.n_halvings)
             if not substep(w, tau, dt):
                 return FAULT_SINGULAR
-            event = indicator(w.sites, stages.z_new, n, spin_speed(w.motion, tau + dt)) > TOLERANCE
+            event = indicator(w.sites, stages.z_new, n, spin_speed(w, tau + dt, stages.z_new)) > TOLERANCE
             error = velocity_error(w, dt)
             accurate = error <= solver.tolerance and (event or not may_touch_between(w, dt))
             if memory.n_halvings >= MAX_HALVINGS or accurate:
@@ -227,12 +226,14 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
                 substep(w, tau, dt)
                 if largest_penetration(w.sites, stages.z_new[:n]) > MAX_PENETRATION:
                     return FAULT_TOO_MANY_EVENTS
+        elif error > solver.tolerance:
+            memory.tolerance_missed = 1.0
         tau += dt
         copy(stages.z_new, stages.z)
         copy(stages.k_new, stages.k_1)
         if event:
             events += 1
-            if not apply_impacts(w, spin_speed(w.motion, tau), law, not beyond_limit):
+            if not apply_impacts(w, spin_speed(w, tau, stages.z), law, not beyond_limit):
                 return FAULT_SINGULAR
             if not resolve_modes(w, tau, longest if beyond_limit else shortest):
                 return FAULT_SINGULAR

@@ -6,10 +6,10 @@ Without contact and under constant forces the rotor is linear,
 
 so that the state at a time h later is linear in the present one:
 
-    (q, v, v_b)(h) = P x,  (V_c, V_s) = V x,  x = (q, v, f, p, r)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
+    (q, v, o)(h) = P x,  (V_c, V_s) = V x,  x = (q, v, f, p, r)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
 
-V_c and V_s give the work of the unbalance, p V_c + r V_s, where it acts; v_b are velocities at the bearings at the
-points of Gauss's quadrature, for the heat of their damping.
+V_c and V_s give the work of the unbalance, p V_c + r V_s, where it acts; o are what the heat of damping takes at the
+points of Gauss's quadrature: the velocities at the bearings, or q and v if the shaft is damped.
 
 A communication step is divided into equal pieces, short enough for the series. Where a journal might touch in one of
 them, the step is left to `events`.
@@ -22,9 +22,9 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.dynamics import Motion, forces
+from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.path import stays_within
-from rotor_contact.propagator import N_GAUSS, Propagator, n_axes, row_of_axis
+from rotor_contact.propagator import N_GAUSS, Propagator, n_axes, n_observed, row_of_axis
 from rotor_contact.site import can_touch
 from rotor_contact.workspace import Workspace, energy_integrals, stages_of
 
@@ -61,17 +61,22 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float)
     z, motion = stages_of(w.stages).z_new, w.motion
     start, end = propagator.start, propagator.end
     _set_start(motion, tau, z, start)
-    damped = False
+    damped = motion.is_damped
     for bearing in motion.bearings:
         damped = damped or bearing.c_b != 0.0
-    size = 2 * n + (N_GAUSS * n_axes(motion) if damped else 0)
+    size = 2 * n + (N_GAUSS * n_observed(motion) if damped else 0)
     _apply_propagator(propagator.P, start, end, size)
     for site in w.sites:
         if site.enabled != 0.0 and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
             return False
     integrals = energy_integrals(z, n)
     integrals.work += _work(motion, propagator, n)
-    integrals.damping_heat += h * (_damping_heat(motion, end, n) if damped else 0.0)
+    if motion.is_damped:
+        heat, work = _shaft_heat_and_work(w, end)
+        integrals.damping_heat += h * heat
+        integrals.work += h * work
+    else:
+        integrals.damping_heat += h * (_damping_heat(motion, end, n) if damped else 0.0)
     copy(end[: 2 * n], z)
     return True
 
@@ -162,3 +167,17 @@ def _damping_heat(motion: Motion, end: Array, n: int) -> float:
             velocity = end[2 * n + k * n_axes(motion) + b]
             heat += GAUSS_WEIGHTS[k] * motion.bearings[b // 2].c_b * velocity * velocity
     return heat
+
+
+@kernel
+def _shaft_heat_and_work(w: Workspace, end: Array) -> tuple[float, float]:
+    """Return the mean heat per second of all dampers during a piece, and of it what the spin gives (W)."""
+    n = w.Minv.shape[0]
+    heat = work = 0.0
+    for k in range(N_GAUSS):
+        q = end[(2 + 2 * k) * n : (3 + 2 * k) * n]
+        v = end[(3 + 2 * k) * n : (4 + 2 * k) * n]
+        shaft_heat, torque = shaft_damping(w.forms, w.motion.Omega, q, v)
+        heat += GAUSS_WEIGHTS[k] * (shaft_heat + damping_power(w.motion, v))
+        work -= GAUSS_WEIGHTS[k] * w.motion.Omega * torque
+    return heat, work

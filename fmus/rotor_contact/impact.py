@@ -16,10 +16,10 @@ from rotor_contact.friction import (
 )
 from rotor_contact.interface import FREE, ROLLING, SLIDING
 from rotor_contact.linear_solver import solve
+from rotor_contact.response import add_contact_response
 from rotor_contact.site import (
     Site,
     Sites,
-    add_contact_response,
     can_impact,
     is_constrained,
     locate_journal,
@@ -51,19 +51,28 @@ def mark_touching(sites: Sites, q: Array, v: Array) -> bool:
 
 
 @kernel
-def nodal_impact(M: Array, sites: Sites, v: Array, Omega: float) -> None:
+def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
     """Set the radial velocity of each touching node alone to zero (4.22, 4.23), and let it slide.
 
-    This is the rule of the thesis. It does not conserve momentum: the rest of the rotor keeps its velocity. The impulse
-    reported is the momentum that the node's condensed mass loses.
+    This is the rule of the thesis, for fixed retainers. It does not conserve momentum: the rest of the rotor keeps its
+    velocity. The impulse reported is that of Newton's law, which takes the same velocity away without rebound and
+    friction.
     """
-    for site in sites:
+    before = stages_of(w.stages).before[: v.shape[0]]
+    copy(v, before)
+    for site in w.sites:
         if site.touching:
             close_in_sliding(site, v, Omega)
-            before = quadratic_form(M, v)
-            speed = remove_radial_velocity(site, v)
-            site.impulse += M[site.row, site.row] * speed
-            site.impact_heat += 0.5 * (before - quadratic_form(M, v))
+        site.mode_before = site.mode
+    consistent = _find_impulses(w, v, before, Omega, 0.0)
+    copy(before, v)
+    for site in w.sites:
+        site.mode = site.mode_before
+        if site.touching:
+            site.impulse += site.p_n if consistent else 0.0
+            kinetic = quadratic_form(w.forms, v)
+            remove_radial_velocity(site, v)
+            site.impact_heat += 0.5 * (kinetic - quadratic_form(w.forms, v))
 
 
 @kernel
@@ -81,7 +90,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
     v
         Velocities (m/s), changed in place.
     Omega
-        Spin speed (rad/s).
+        Spin speed (rad/s), where it is given.
 
     Notes
     -----
@@ -103,11 +112,12 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
         total = 0.0
         for site in w.sites:
             total += _heat(site, v, before, Omega)
-        if total < -1e-12 * (1.0 + quadratic_form(w.M, before)):
+        if total < -1e-12 * (1.0 + quadratic_form(w.forms, before)):
             continue
         for site in w.sites:
             site.impact_heat += _heat(site, v, before, Omega)
-            site.drive_work -= site.p_t * site.journal_radius * Omega
+            if site.spin < 0:
+                site.drive_work -= site.p_t * site.journal_radius * Omega
             site.impulse += site.p_n
             if site.touching and radial_component(site, v) < -1e-12:
                 site.mode = FREE
@@ -131,7 +141,7 @@ def _find_impulses(w: Workspace, v: Array, before: Array, Omega: float, friction
     `friction` is 1, or 0 to leave restitution and sliding friction out.
     """
     for _ in range(4 * w.sites.shape[0] + 2):
-        size = write_equations(w.Minv, w.sites, w.equations, friction)
+        size = write_equations(w, friction)
         for site in w.sites:
             if is_constrained(site):
                 rebound = site.rebound if site.touching and friction != 0.0 else 0.0
@@ -148,7 +158,7 @@ def _find_impulses(w: Workspace, v: Array, before: Array, Omega: float, friction
             site.p_t = 0.0
             if is_constrained(site):
                 site.p_n, site.p_t = multipliers(site, w.equations, friction)
-                add_contact_response(w.Minv, site, site.p_n, site.p_t, v)
+                add_contact_response(w, site, site.p_n, site.p_t, v)
             if site.p_n < w.sites[weakest].p_n:
                 weakest = k
         if w.sites[weakest].p_n < 0.0:

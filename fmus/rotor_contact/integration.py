@@ -7,52 +7,97 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
+from rotor_contact.bodies import accelerate_bodies, body_limit, mount_heat, power_on_bodies, race_drag
 from rotor_contact.compliant import apply_compliant, compliant_limit
 from rotor_contact.contact import apply_contact, project
-from rotor_contact.dynamics import damping_power, free_acceleration, input_power, spin_speed, unbalance_direction
+from rotor_contact.dynamics import damping_power, free_acceleration, input_power, shaft_damping, unbalance_direction
 from rotor_contact.interface import FREE, SLIDING
 from rotor_contact.site import is_constrained, slip_velocity, tangential_component
-from rotor_contact.workspace import Workspace, energy_integrals, stages_of
+from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 
 MAX_WHIRL_ANGLE = 0.035  # rad that a closed site may whirl in a substep: rolling is fast, the constraint turns with it
 MIN_SUBSTEP = 0.01  # of the longest substep; none is shorter however fast the whirl, so that a step always ends
+
+
+@kernel
+def spin_speed(w: Workspace, tau: float, z: Array) -> float:
+    """Return the spin speed (rad/s) at `tau` (s) after the beginning of the step: given, or part of the state z."""
+    row = w.spin[0].row
+    if row >= 0:
+        speed: float = z[w.n + row]
+        return speed
+    return w.motion.Omega + w.motion.Omega_dot * tau
 
 
 @inlined_kernel
 def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
     """Write d/dt of z at `tau` (s) with contact into `dz`; return False if the contact equations are singular.
 
-    Friction heat is -T v_slip; of it the drive's work is -T R_s Omega, also where nothing slips.
+    Friction heat is -T v_slip. Where the speed is given, the drive's work is -T R_s Omega, also where nothing slips.
     """
-    n = w.Minv.shape[0]
+    n = w.n
+    motion, sites, spin = w.motion, w.sites, w.spin[0]
     q = z[:n]
     v = z[n : 2 * n]
     a = dz[n : 2 * n]
     copy(v, dz)
-    Omega = spin_speed(w.motion, tau)
-    unbalance = unbalance_direction(w.motion, tau)
-    free_acceleration(w.motion, tau, unbalance, q, v, a)
-    compression = apply_compliant(w.Minv, w.sites, z, Omega, a)
+    Omega = spin_speed(w, tau, z)
+    theta = motion.theta + 0.5 * (motion.Omega + Omega) * tau
+    speed_gain = motion.Omega_dot * tau
+    if spin.row >= 0:
+        theta, speed_gain = q[spin.row], Omega - motion.Omega
+    unbalance = unbalance_direction(theta, Omega, motion.Omega_dot)
+    free_acceleration(motion, speed_gain, unbalance, q, v, a)
+    if n > w.Minv.shape[0]:
+        accelerate_bodies(w, q, v, a)
+    compression = apply_compliant(w, z, Omega, a)
     solved = apply_contact(w, q, v, Omega, a)
+    _write_powers(w, Omega, unbalance, z, dz)
+    energy_integrals(dz, n).impact_heat = compression
+    return solved
+
+
+@inlined_kernel
+def _write_powers(w: Workspace, Omega: float, unbalance: complex, z: Array, dz: Array) -> None:
+    """Write the rates of the energy integrals at z, but for the heat of compliant contacts, into `dz`."""
+    n = w.n
+    spin = w.spin[0]
+    q = z[:n]
+    v = z[n : 2 * n]
+    heat_of_sites = dz[2 * n + N_INTEGRALS :]
+    damping = damping_power(w.motion, v)
     friction = 0.0
-    work = input_power(w.motion, unbalance, q, v)
-    for site in w.sites:
+    work = input_power(w.motion, unbalance if spin.row < 0 else 0j, q, v)
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        heat = 0.0
         if site.mode != FREE:
             if site.mode == SLIDING:
-                friction -= site.f_t * slip_velocity(site, v, Omega)
-            work -= site.f_t * site.journal_radius * Omega
+                heat = -(site.f_t * slip_velocity(site, v, Omega))
+            if spin.row < 0:
+                work -= site.f_t * site.journal_radius * Omega
+        if site.race >= 0:
+            heat += race_drag(site, v[site.race]) * v[site.race]
+        friction += heat
+        heat_of_sites[k] = heat
+    if w.motion.is_damped:
+        shaft_heat, torque = shaft_damping(w.forms, Omega, q, v)
+        damping += shaft_heat
+        if spin.row < 0:
+            work -= Omega * torque
+    if n > w.Minv.shape[0]:
+        damping += mount_heat(w.sites, spin, v)
+        work += power_on_bodies(w.sites, spin, v)
     rates = energy_integrals(dz, n)
-    rates.damping_heat = damping_power(w.motion, v)
+    rates.damping_heat = damping
     rates.friction_heat = friction
-    rates.impact_heat = compression
     rates.work = work
-    return solved
 
 
 @kernel
 def substep(w: Workspace, tau: float, dt: float) -> bool:
     """Advance z to z_new by `dt` (s) from `tau`, projected onto the constraints; leave its derivative in k_new."""
-    n = w.Minv.shape[0]
+    n = w.n
     stages = stages_of(w.stages)
     z, z_new, trial = stages.z, stages.z_new, stages.trial
     k_1, k_2, k_3, k_4 = stages.k_1, stages.k_2, stages.k_3, stages.k_4
@@ -64,7 +109,7 @@ def substep(w: Workspace, tau: float, dt: float) -> bool:
         solved = derivative(w, tau + share * dt, trial, k_next) and solved
     for i in range(size):
         z_new[i] = z[i] + dt / 6.0 * (k_1[i] + 2.0 * (k_2[i] + k_3[i]) + k_4[i])
-    solved = project(w, z_new[:n], z_new[n : 2 * n], spin_speed(w.motion, tau + dt)) and solved
+    solved = project(w, z_new[:n], z_new[n : 2 * n], spin_speed(w, tau + dt, z_new)) and solved
     return derivative(w, tau + dt, z_new, stages.k_new) and solved
 
 
@@ -75,7 +120,7 @@ def velocity_error(w: Workspace, dt: float) -> float:
     A third-order formula is embedded that takes the derivative at the end in place of the last stage; the estimate is
     the difference, dt/6 (k_4 - k_new).
     """
-    n = w.Minv.shape[0]
+    n = w.n
     stages = stages_of(w.stages)
     largest = 0.0
     for i in range(n, n + w.n_translations, 2):
@@ -90,9 +135,9 @@ def substep_limit(w: Workspace, Omega: float, longest: float) -> float:
 
     No constrained site whirls by more than `MAX_WHIRL_ANGLE` in it; for compliant contacts see `compliant_limit`.
     """
-    n = w.Minv.shape[0]
+    n = w.n
     v = stages_of(w.stages).z[n : 2 * n]
-    limit = longest
+    limit = longest if n == w.Minv.shape[0] else body_limit(w.sites, longest)
     for site in w.sites:
         if is_constrained(site):
             whirl = abs(tangential_component(site, v)) / site.clearance

@@ -80,6 +80,47 @@ def _site_parameters(contact: ContactSite) -> list[Variable]:
         ),
         parameter(f"{site}.alpha_c", "s/m", f"Damping {at}, of law 5", 0.0, minimum=0.0, maximum=1e3),
         parameter(f"{site}.eta", "1", f"Loss {at}, of law 6", 0.0, minimum=0.0, maximum=0.66),
+        *_retainer_parameters(site, at),
+    ]
+
+
+def _retainer_parameters(site: str, at: str) -> list[Variable]:
+    """What makes a retainer a body: housing on a mount, race, temperature."""
+    not_negative = {"minimum": 0.0, "maximum": 1e12}
+    return [
+        parameter(
+            f"{site}.housing_mass", "kg", f"Mass of the retainer's housing {at}; 0: it is fixed", 0.0, **not_negative
+        ),
+        *(
+            parameter(
+                f"{site}.mount_stiffness_{axis}", "N/m", f"Stiffness of its mount {at} in {axis}", 0.0, **not_negative
+            )
+            for axis in "xy"
+        ),
+        *(
+            parameter(
+                f"{site}.mount_damping_{axis}", "N.s/m", f"Damping of its mount {at} in {axis}", 0.0, **not_negative
+            )
+            for axis in "xy"
+        ),
+        parameter(
+            f"{site}.race_inertia",
+            "kg.m2",
+            f"Polar inertia of what turns in the retainer {at}, race and rolling elements; 0: nothing does",
+            0.0,
+            **not_negative,
+        ),
+        parameter(f"{site}.race_drag", "N.m", f"Constant drag on the race {at}", 0.0, **not_negative),
+        parameter(f"{site}.race_viscous_drag", "N.m.s", f"Viscous drag on the race {at}", 0.0, **not_negative),
+        parameter(
+            f"{site}.heat_capacity",
+            "J/K",
+            f"Heat capacity of the retainer {at}; 0: its temperature stays",
+            0.0,
+            **not_negative,
+        ),
+        parameter(f"{site}.heat_transfer", "W/K", f"Heat given off per temperature {at}", 0.0, **not_negative),
+        parameter(f"{site}.temperature_limit", "K", f"Temperature that is allowed {at}", 393.15, **not_negative),
     ]
 
 
@@ -94,9 +135,36 @@ def _site_outputs(site: str) -> list[Variable]:
             "N",
             f"Friction force on the rotor {at}, forward (in the direction of spin) positive",
         ),
-        output(f"{site}.impulse", "N.s", f"Normal impulse of the impacts {at} during the last step"),
+        output(
+            f"{site}.impulse",
+            "N.s",
+            f"Normal impulse of the impacts {at} during the last step, such that momentum is conserved",
+        ),
         output(f"{site}.slip_velocity", "m/s", f"Velocity of the journal surface over the retainer {at}"),
         output(f"{site}.whirl_speed", "rad/s", f"Whirl speed about the centre of the clearance {at}"),
+        *(
+            output(f"{site}.housing_{axis}", "m", f"Displacement of the retainer's housing {at} in {axis}")
+            for axis in "xy"
+        ),
+        output(f"{site}.race_speed", "rad/s", f"Speed of the race {at}, positive in the direction of spin"),
+        output(f"{site}.friction_power", "W", f"Heat per second of sliding friction {at}"),
+        output(f"{site}.heat", "J", f"Heat so far of friction, race drag and impacts {at}"),
+        output(f"{site}.temperature", "K", f"Temperature of the retainer {at}"),
+        output(
+            f"{site}.passed",
+            "1",
+            f"Whether the rotor is beyond the clearance {at}, where it cannot touch because enabled is false",
+            type="Boolean",
+        ),
+        output(
+            f"{site}.beyond_reduction",
+            "1",
+            f"Whether it whirls in contact {at} faster than the frequency to which the rotor's reduction is accurate",
+            type="Boolean",
+        ),
+        output(
+            f"{site}.overheated", "1", f"Whether the retainer is beyond its temperature_limit {at}", type="Boolean"
+        ),
     ]
 
 
@@ -148,16 +216,32 @@ def interface_of(planes: Planes) -> Interface:
     sensors = [sensor for p in planes.sensors for sensor in ((p.x, p.name, "x"), (p.y, p.name, "y"))]
     return interface(
         *_model_parameters(planes.max_substep),
+        *_spin_parameters(planes.polar_inertia),
         repeated("sites", [(site,) for site in sites], _site_parameters),
         repeated("bearings", [(bearing,) for bearing in bearings], _bearing_parameters),
-        input_("Omega", "rad/s", "Spin speed at the beginning of a step", minimum=-1e4, maximum=1e4),
-        input_("Omega_dot", "rad/s2", "Spin acceleration during a step"),
+        input_(
+            "Omega",
+            "rad/s",
+            "Spin speed at the beginning of a step; with spin.free the speed at the start, then what the drive demands",
+            minimum=-1e4,
+            maximum=1e4,
+        ),
+        input_("Omega_dot", "rad/s2", "Spin acceleration during a step, without spin.free"),
+        input_("drive.torque", "N.m", "Torque of the drive at the demanded speed, with spin.free"),
+        input_("drive.torque_limit", "N.m", "Largest torque of the drive, either way; 0: it is off", minimum=0.0),
         input_("base.a_x", "m/s2", "Acceleration of the base in x", field="base_acceleration.x"),
         input_("base.a_y", "m/s2", "Acceleration of the base in y", field="base_acceleration.y"),
         repeated("axes", axes, _axis_inputs),
         repeated("discs", [(disc,) for disc in planes.discs], _disc_inputs),
         repeated("cores", [(bearing, f"the rotor at {bearing.upper()}") for bearing in bearings], _unbalance_inputs),
         output("theta", "rad", "Rotor angle, within one turn", minimum=0.0, maximum=2.0 * math.pi),
+        output("speed", "rad/s", "Spin speed at the end of the step"),
+        output(
+            "solver.tolerance_missed",
+            "1",
+            "Whether a substep of the last step was less accurate than solver.tolerance",
+            type="Boolean",
+        ),
         repeated("displacements", axes, _displacement_output),
         repeated("sensors", sensors, _sensor_output),
         repeated("sites", [(site.name,) for site in sites], _site_outputs),
@@ -205,7 +289,14 @@ def _model_parameters(max_substep: float) -> list[Variable]:
             1.0,
             type="Boolean",
         ),
-        parameter("gravity", "m/s2", "Gravity, at 45 degrees to both axes, towards negative x and y", 0.0),
+        parameter("gravity", "m/s2", "Gravity", 0.0),
+        parameter(
+            "gravity_angle",
+            "rad",
+            "Direction of gravity, from x towards y; by default towards negative x and y",
+            1.25 * math.pi,
+        ),
+        parameter("ambient_temperature", "K", "Temperature around the retainers", 293.15, minimum=0.0),
         parameter(
             "initial.orbit",
             "1",
@@ -217,14 +308,31 @@ def _model_parameters(max_substep: float) -> list[Variable]:
     ]
 
 
+def _spin_parameters(polar_inertia: float) -> list[Variable]:
+    return [
+        parameter(
+            "spin.free",
+            "1",
+            "Whether the spin is a degree of freedom: the drive, friction at the sites and unbalance change the speed",
+            0.0,
+            type="Boolean",
+        ),
+        parameter("spin.inertia", "kg.m2", "Polar inertia of rotor and drive", polar_inertia, minimum=0.0),
+        parameter("spin.drag", "N.m.s", "Viscous drag on the spin", 0.0, minimum=0.0),
+        parameter(
+            "drive.gain", "N.m.s", "Torque of the drive per speed that is missing to what Omega demands", 0.0, minimum=0.0
+        ),
+    ]
+
+
 _ENERGIES = (
-    output("energy.kinetic", "J", "Kinetic energy of the lateral motion"),
-    output("energy.strain", "J", "Strain energy of shaft, passive bearings and yielding contacts"),
-    output("energy.damping", "J", "Heat so far of passive bearing damping"),
-    output("energy.friction", "J", "Heat so far of sliding friction"),
+    output("energy.kinetic", "J", "Kinetic energy of the lateral motion, of housings, races and a free spin"),
+    output("energy.strain", "J", "Strain energy of shaft, passive bearings, mounts and yielding contacts"),
+    output("energy.damping", "J", "Heat so far of damping: passive bearings, shaft, mounts, drag of a free spin"),
+    output("energy.friction", "J", "Heat so far of sliding friction and of the drag on races"),
     output("energy.impact", "J", "Heat so far of impacts, friction in them included, and of yielding contacts"),
     output("energy.dissipated", "J", "Heat so far, the sum of the three"),
-    output("energy.work", "J", "Work so far of all inputs, the drive's against friction included"),
+    output("energy.work", "J", "Work so far of all inputs, the drive's included"),
     output("energy.balance", "J", "Gain of kinetic + strain + dissipated beyond the work; ideally zero"),
 )
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.contact import project
-from rotor_contact.dynamics import spin_speed
 from rotor_contact.friction import (
     STICK_SPEED,
     close_in_sliding,
@@ -14,7 +13,7 @@ from rotor_contact.friction import (
     reversed_slip,
     start_sliding,
 )
-from rotor_contact.integration import derivative
+from rotor_contact.integration import derivative, spin_speed
 from rotor_contact.interface import CONSTRAINT, FREE, ROLLING, SLIDING
 from rotor_contact.site import (
     Sites,
@@ -37,12 +36,12 @@ def resolve_modes(w: Workspace, tau: float, shortest: float) -> bool:
     Sites that would touch again within `shortest` (s) count as closed: the bouncing of one site, or of two in turn,
     accumulates there. Returns False if the contact equations are singular.
     """
-    n = w.Minv.shape[0]
+    n = w.n
     stages = stages_of(w.stages)
     z, k_1 = stages.z, stages.k_1
     q = z[:n]
     v = z[n : 2 * n]
-    Omega = spin_speed(w.motion, tau)
+    Omega = spin_speed(w, tau, z)
     for site in w.sites:
         site.mode_fixed = 0
         if site.enabled != 0.0 and site.law != CONSTRAINT:

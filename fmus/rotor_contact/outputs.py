@@ -6,42 +6,46 @@ import numpy as np
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
+from rotor_contact.bodies import kinetic_energy, strain_energy
 from rotor_contact.compliant import is_compliant, stored_energy
 from rotor_contact.dynamics import quadratic_form
 from rotor_contact.friction import creeps
-from rotor_contact.interface import FREE, ROLLING
+from rotor_contact.interface import FREE, ROLLING, SLIDING
 from rotor_contact.layout import State
 from rotor_contact.signals import Outputs, Parameters
 from rotor_contact.site import Site, Sites, locate_journal, slip_velocity, tangential_component
 from rotor_contact.structure import Structure
-from rotor_contact.workspace import energy_integrals
+from rotor_contact.workspace import Workspace, energy_integrals
 
 
 @kernel
 def write_outputs(
-    structure: Structure, parameters: Parameters, x: State, sites: Sites, Omega: float, outputs: Outputs
+    structure: Structure, parameters: Parameters, w: Workspace, x: State, Omega: float, outputs: Outputs
 ) -> None:
     """Write all outputs from the state `x`; `Omega` (rad/s) is the present spin speed."""
-    n = structure.M.shape[0]
+    n, sites = w.n, w.sites
     q = x.z[:n]
     v = x.z[n : 2 * n]
-    own = outputs.own[0]
-    own.theta = x.head[0].theta
+    own, head = outputs.own[0], x.head[0]
+    own.theta = head.theta
+    own.speed = Omega
+    own.solver.tolerance_missed = head.tolerance_missed
     for k in range(structure.bearings.shape[0]):
         row = int(structure.bearings[k])
         outputs.displacements[2 * k] = q[row]
         outputs.displacements[2 * k + 1] = q[row + 1]
     for i in range(outputs.sensors.shape[0]):
         outputs.sensors[i] = 0.0
-    for j in range(n):
+    for j in range(structure.K.shape[0]):
         for i in range(outputs.sensors.shape[0]):
             outputs.sensors[i] += structure.sensors[i, j] * q[j]
     for k in range(sites.shape[0]):
         locate_journal(sites[k], q)
         _write_site(sites[k], v, Omega, outputs.sites[k])
+        _write_retainer(sites[k], q, v, x.sites[k], structure.valid_to, outputs.sites[k])
     own.contact_state = _contact_state(structure, sites)
-    mechanical = write_mechanical_energy(structure, parameters, sites, x.z, own.energy)
-    _write_heat_and_work(energy_integrals(x.z, n), mechanical - x.head[0].initial_energy, own.energy)
+    mechanical = write_mechanical_energy(structure, parameters, w, x, own.energy)
+    _write_heat_and_work(energy_integrals(x.z, n), mechanical - head.initial_energy, own.energy)
 
 
 @kernel
@@ -58,7 +62,7 @@ def _contact_state(structure: Structure, sites: Sites) -> float:
 
 @kernel
 def _write_site(site: Site, v: Array, Omega: float, y: np.record) -> None:
-    """Write the outputs of a site (its radius and normal must be up to date) into `y`."""
+    """Write the outputs of the contact at a site (its radius and normal must be up to date) into `y`."""
     closed = site.mode != FREE
     slip = slip_velocity(site, v, Omega)
     y.gap = site.clearance - site.radius
@@ -72,17 +76,32 @@ def _write_site(site: Site, v: Array, Omega: float, y: np.record) -> None:
     y.f_t = site.f_t if closed else 0.0
     y.impulse = site.impulse
     y.slip_velocity = slip
+    y.friction_power = -site.f_t * slip if site.mode == SLIDING else 0.0
     y.whirl_speed = tangential_component(site, v) / site.radius if site.radius > 0.0 else 0.0
 
 
 @kernel
+def _write_retainer(site: Site, q: Array, v: Array, known: np.record, valid_to: float, y: np.record) -> None:
+    """Write the outputs of the retainer of a site, and what the model does not allow for, into `y`."""
+    y.housing_x = q[site.housing] if site.housing >= 0 else 0.0
+    y.housing_y = q[site.housing + 1] if site.housing >= 0 else 0.0
+    y.race_speed = v[site.race] if site.race >= 0 else 0.0
+    y.heat = known.heat
+    y.temperature = known.temperature
+    y.passed = 1.0 if site.enabled == 0.0 and site.radius > site.clearance else 0.0
+    y.beyond_reduction = 1.0 if site.mode != FREE and abs(y.whirl_speed) > valid_to else 0.0
+    y.overheated = 1.0 if known.temperature > site.temperature_limit else 0.0
+
+
+@kernel
 def write_mechanical_energy(
-    structure: Structure, parameters: Parameters, sites: Sites, z: Array, energy: np.record
+    structure: Structure, parameters: Parameters, w: Workspace, x: State, energy: np.record
 ) -> float:
-    """Write kinetic and strain energy (J) at z to the outputs `energy`; return their sum."""
-    n = structure.M.shape[0]
-    q = z[:n]
-    energy.kinetic = 0.5 * quadratic_form(structure.M, z[n : 2 * n])
+    """Write kinetic and strain energy (J) of the state `x` to the outputs `energy`; return their sum."""
+    n, sites = w.n, w.sites
+    q = x.z[:n]
+    v = x.z[n : 2 * n]
+    kinetic = 0.5 * quadratic_form(structure.forms, v)
     strain = 0.5 * quadratic_form(structure.K, q)
     for k in range(parameters.bearings.shape[0]):
         row = int(structure.bearings[k])
@@ -90,8 +109,15 @@ def write_mechanical_energy(
     for site in sites:
         if is_compliant(site):
             strain += stored_energy(site, max(locate_journal(site, q) - site.clearance, 0.0))
+    if n > structure.K.shape[0]:
+        kinetic += kinetic_energy(sites, v)
+        strain += strain_energy(sites, q)
+    if w.spin[0].row >= 0:
+        Omega = v[w.spin[0].row]
+        kinetic += 0.5 * w.spin[0].inertia * Omega * Omega + x.head[0].coupling
+    energy.kinetic = kinetic
     energy.strain = strain
-    total: float = energy.kinetic + strain
+    total: float = kinetic + strain
     return total
 
 

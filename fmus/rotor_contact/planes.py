@@ -42,6 +42,8 @@ class Planes:
         Where the rotor can touch, and where it is measured.
     max_substep
         Start value of solver.max_substep (s), shorter for a rotor with faster modes.
+    polar_inertia
+        Start value of spin.inertia (kg m^2).
     """
 
     discs: tuple[str, ...]
@@ -49,6 +51,7 @@ class Planes:
     sites: tuple[ContactSite, ...]
     sensors: tuple[SensorPlane, ...]
     max_substep: float = 250e-6
+    polar_inertia: float = 1.0
 
     def layout(self) -> dict[str, Any]:
         """Return the same in types of JSON, for `planes_from`."""
@@ -63,4 +66,5 @@ def planes_from(layout: Mapping[str, Any]) -> Planes:
         tuple(ContactSite(**site) for site in layout["sites"]),
         tuple(SensorPlane(**plane) for plane in layout["sensors"]),
         layout["max_substep"],
+        layout["polar_inertia"],
     )

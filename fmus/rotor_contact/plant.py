@@ -7,10 +7,12 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
+from rotor_contact.bodies import coupling_energy, least_inertia, place_bodies
 from rotor_contact.dynamics import collect_coefficients, collect_forces
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
 from rotor_contact.free_flight import propagate
-from rotor_contact.interface import interface_of
+from rotor_contact.heating import warm
+from rotor_contact.interface import NODAL, interface_of
 from rotor_contact.layout import load_sites, n_state, n_work, scratch_of, state_of, store_sites, workspace_of
 from rotor_contact.modes import resolve_modes
 from rotor_contact.outputs import write_mechanical_energy, write_outputs
@@ -19,9 +21,9 @@ from rotor_contact.propagator import build_propagator, is_built, is_time_invaria
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.structure import structure_of
-from rotor_contact.workspace import stages_of
+from rotor_contact.workspace import N_INTEGRALS, energy_integrals, stages_of
 
-FAULT_NO_ORBIT, FAULT_LONG_STEP = 3, 4
+FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL = 3, 4, 5, 6
 FAULT_OFFSET = 11  # plus the site
 MAX_SITES = 99 - FAULT_OFFSET + 1
 
@@ -32,32 +34,43 @@ MAX_SUBSTEPS = 1e6  # of one step
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
     """Set the rotor at angle zero, at rest in the centre or on its orbit; return a fault code.
 
-    Sites are free unless the orbit passes them.
+    Sites are free unless the orbit passes them. Housings and races are at rest.
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
     x, scratch = state_of(state, structure), scratch_of(work, structure)
-    z, sites = x.z, scratch.sites
-    n = structure.M.shape[0]
+    z, sites, spin, head = x.z, scratch.sites, scratch.spin[0], x.head[0]
     load_sites(structure, p, x.sites, scratch)
+    n = place_bodies(p, u, sites, spin, structure.K.shape[0])
     for k in range(sites.shape[0]):
         off_centre = math.hypot(sites[k].offset_x, sites[k].offset_y)
         if sites[k].enabled != 0.0 and off_centre >= sites[k].clearance:
             return FAULT_OFFSET + k
+        if sites[k].housing >= 0 and p.own[0].contact.impact_law == NODAL:
+            return FAULT_NODAL
+        x.sites[k].temperature = p.own[0].ambient_temperature
+    Omega = u.own[0].Omega
+    motion = collect_forces(structure, p, u, (0.0, Omega, 0.0), scratch.motion, scratch.bearings)
+    collect_coefficients(structure, motion)
+    w = workspace_of(structure, motion, scratch, n)
+    if spin.row >= 0:
+        if spin.inertia <= least_inertia(motion):
+            return FAULT_INERTIA
+        z[n + spin.row] = Omega
     if p.own[0].initial.orbit != 0.0:
-        motion = collect_forces(structure, p, u, 0.0, scratch.motion, scratch.bearings)
-        collect_coefficients(structure, motion)
-        if not start_on_orbit(motion, scratch.orbit, z[:n], z[n : 2 * n]):
+        m = structure.K.shape[0]
+        if not start_on_orbit(motion, scratch.orbit, z[:m], z[n : n + m]):
             return FAULT_NO_ORBIT
-        clamp_to_clearance(sites, z[:n], z[n : 2 * n], u.own[0].Omega)
-        start = stages_of(scratch.stages).z
-        copy(z, start)
-        if not resolve_modes(workspace_of(structure, motion, scratch), 0.0, 0.0):
+        clamp_to_clearance(sites, z[:n], z[n : 2 * n], Omega)
+        start = stages_of(w.stages).z
+        copy(z[: 2 * n + N_INTEGRALS], start)
+        if not resolve_modes(w, 0.0, 0.0):
             return FAULT_SINGULAR
-        copy(start, z)
-        store_sites(sites, x.sites, z, n)
-    x.head[0].initial_energy = write_mechanical_energy(structure, p, sites, z, y.own[0].energy)
-    write_outputs(structure, p, x, sites, u.own[0].Omega, y)
+        copy(start[: 2 * n + N_INTEGRALS], z)
+        store_sites(sites, x.sites, start, n)
+    head.coupling = coupling_energy(motion, spin, 0.0, z[n : 2 * n])
+    head.initial_energy = write_mechanical_energy(structure, p, w, x, y.own[0].energy)
+    write_outputs(structure, p, w, x, Omega, y)
     return 0
 
 
@@ -81,27 +94,49 @@ def step(
     if step_size > MAX_SUBSTEPS * p.own[0].solver.max_substep:
         return FAULT_LONG_STEP
     x, scratch = state_of(state, structure), scratch_of(work, structure)
-    head, z = x.head[0], stages_of(scratch.stages).z
+    head, spin = x.head[0], scratch.spin[0]
     load_sites(structure, p, x.sites, scratch)
-    copy(x.z, z)
-    motion = collect_forces(structure, p, u, head.theta, scratch.motion, scratch.bearings)
-    w = workspace_of(structure, motion, scratch)
+    n = place_bodies(p, u, scratch.sites, spin, structure.K.shape[0])
+    Omega, Omega_dot = u.own[0].Omega, u.own[0].Omega_dot
+    if spin.row >= 0:
+        x.z[spin.row] = head.theta
+        Omega, Omega_dot = x.z[n + spin.row], 0.0
+    motion = collect_forces(structure, p, u, (head.theta, Omega, Omega_dot), scratch.motion, scratch.bearings)
+    w = workspace_of(structure, motion, scratch, n)
+    z = stages_of(w.stages).z
+    copy(x.z[: 2 * n + N_INTEGRALS], z)
+    z[2 * n + N_INTEGRALS :] = 0.0
+    head.tolerance_missed = 0.0
     in_free_flight = False
-    if is_time_invariant(motion, step_size, x.key, head) and p.own[0].solver.exact_flight != 0.0:
+    if (
+        is_time_invariant(motion, step_size, x.key, head)
+        and p.own[0].solver.exact_flight != 0.0
+        and n == structure.K.shape[0]
+    ):
         if not is_built(scratch.propagator, x.key):
             collect_coefficients(structure, motion)
             build_propagator(structure.Minv, motion, x.key, scratch.propagator)
         in_free_flight = propagate(w, scratch.propagator, step_size)
     if not in_free_flight:
         collect_coefficients(structure, motion)
+        if spin.row >= 0 and spin.inertia <= least_inertia(motion):
+            return FAULT_INERTIA
+        # another unbalance is another kinetic energy at the same velocities
+        energy_integrals(z, n).work += coupling_energy(motion, spin, head.theta, z[n : 2 * n]) - head.coupling
         fault = advance(w, p.own[0].solver, int(p.own[0].contact.impact_law), step_size, head)
         if fault != 0:
             return fault
-    copy(z, x.z)
-    store_sites(scratch.sites, x.sites, x.z, structure.M.shape[0])
-    Omega = u.own[0].Omega + u.own[0].Omega_dot * step_size
-    head.theta = (head.theta + 0.5 * (u.own[0].Omega + Omega) * step_size) % (2.0 * math.pi)
-    write_outputs(structure, p, x, scratch.sites, Omega, y)
+    store_sites(scratch.sites, x.sites, z, n)
+    copy(z[: 2 * n + N_INTEGRALS], x.z)
+    theta = head.theta + 0.5 * (Omega + (Omega + Omega_dot * step_size)) * step_size
+    Omega += Omega_dot * step_size
+    if spin.row >= 0:
+        theta, Omega = x.z[spin.row], x.z[n + spin.row]
+        head.coupling = coupling_energy(motion, spin, theta, x.z[n : 2 * n])
+    head.theta = theta % (2.0 * math.pi)
+    for k in range(scratch.sites.shape[0]):
+        warm(scratch.sites[k], x.sites[k], z[2 * n + N_INTEGRALS + k], p.own[0].ambient_temperature, step_size)
+    write_outputs(structure, p, w, x, Omega, y)
     return 0
 
 
@@ -138,6 +173,10 @@ def _faults(planes: Planes) -> dict[int, str]:
         f"that hold the rotor, {stiffness}",
         FAULT_LONG_STEP: "the communication step is too long; it must be at most a million times solver.max_substep = "
         "{solver.max_substep} s",
+        FAULT_INERTIA: "spin.inertia = {spin.inertia} kg.m2 is not allowed with a free spin and this unbalance; "
+        "it must be the polar inertia of rotor and drive, more than that of the unbalance itself",
+        FAULT_NODAL: "contact.impact_law = 0 is not allowed where a housing can move; it must be 1, which conserves "
+        "momentum",
         **{
             FAULT_OFFSET
             + k: f"{site}.offset_x = {{{site}.offset_x}} m, {site}.offset_y = {{{site}.offset_y}} m is not "

@@ -43,7 +43,7 @@ class Propagator(NamedTuple):
     """P and V with what they were built for, and room to use and to build them.
 
     P, V
-        Shapes (5 n, 2 n + N_GAUSS n_axes) and (5 n, 2 n); row j is the effect of unit j of x.
+        Shapes (5 n, 2 n + N_GAUSS n_observed) and (5 n, 2 n); row j is the effect of unit j of x.
     key
         What they were built for.
     start, end
@@ -76,16 +76,16 @@ def key_of(array: Array, n_bearings: int) -> Key:
 
 
 @views
-def propagator_size(n: int, n_bearings: int) -> int:
+def propagator_size(n: int, n_bearings: int, is_damped: bool) -> int:
     """Return how many float64 a `Propagator` of a rotor with n degrees of freedom takes."""
-    start, end = 5 * n, 2 * n + N_GAUSS * 2 * n_bearings
+    start, end = 5 * n, 2 * n + N_GAUSS * (2 * n if is_damped else 2 * n_bearings)
     return start * (end + 2 * n) + key_size(n_bearings) + start + end + N_SERIES * n + 1
 
 
 @views
-def propagator_of(work: Array, n: int, n_bearings: int) -> Propagator:
+def propagator_of(work: Array, n: int, n_bearings: int, is_damped: bool) -> Propagator:
     """Return a `Propagator` in the beginning of an array."""
-    rows, columns = 5 * n, 2 * n + N_GAUSS * 2 * n_bearings
+    rows, columns = 5 * n, 2 * n + N_GAUSS * (2 * n if is_damped else 2 * n_bearings)
     P, rest = work[: rows * columns].reshape(rows, columns), work[rows * columns :]
     V, rest = rest[: rows * 2 * n].reshape(rows, 2 * n), rest[rows * 2 * n :]
     key, rest = key_of(rest, n_bearings), rest[key_size(n_bearings) :]
@@ -183,8 +183,8 @@ def _integrate_unit(Minv: Array, motion: Motion, propagator: Propagator, unit: i
         series[kind + 2, column] = 1.0
         row[unit] = 1.0
     for k in range(N_GAUSS):
-        for b in range(n_axes(motion)):
-            row[2 * n + k * n_axes(motion) + b] = v[row_of_axis(motion, b)]
+        for b in range(n_observed(motion)):
+            row[2 * n + k * n_observed(motion) + b] = observed(motion, q, v, b)
     cosine, sine = 1.0, 0.0
     for term in range(1, TERMS + 1):
         dt, delta_theta = h / term, 0.0 if kind == 0 else motion.Omega * h / term
@@ -208,13 +208,30 @@ def _integrate_unit(Minv: Array, motion: Motion, propagator: Propagator, unit: i
             integral[n + i] += im[i]
         for k in range(N_GAUSS):
             power = GAUSS_POINTS[k] ** term
-            for b in range(n_axes(motion)):
-                row[2 * n + k * n_axes(motion) + b] += power * v[row_of_axis(motion, b)]
+            for b in range(n_observed(motion)):
+                row[2 * n + k * n_observed(motion) + b] += power * observed(motion, q, v, b)
     cosine, sine = math.cos(motion.Omega * h), math.sin(motion.Omega * h)
     for i in range(n):  # from int v exp(i Omega (h - t)) dt to V_c and V_s
         real, imaginary = integral[i], integral[n + i]
         integral[i] = real * cosine + imaginary * sine
         integral[n + i] = real * sine - imaginary * cosine
+
+
+@kernel
+def n_observed(motion: Motion) -> int:
+    """Return how many numbers of q and v the heat of damping takes: all, or the velocities at the bearings' axes."""
+    return 2 * motion.rows.shape[1] if motion.is_damped else n_axes(motion)
+
+
+@kernel
+def observed(motion: Motion, q: Array, v: Array, b: int) -> float:
+    """Return number b of those of `n_observed`."""
+    n = motion.rows.shape[1]
+    if motion.is_damped:
+        number: float = q[b] if b < n else v[b - n]
+        return number
+    velocity: float = v[row_of_axis(motion, b)]
+    return velocity
 
 
 @kernel

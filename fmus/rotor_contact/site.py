@@ -4,7 +4,10 @@
               |  /     \\
               | |    o->|n     n outward normal, t = (-y, x)/r forward tangent (direction of spin)
               |  \\ ___ /      force on the rotor: -N n + T t, N >= 0
-              +--------> x     v_slip = Omega R_s + t . v
+              +--------> x     v_slip = Omega R_s + t . v - omega_r (R_s + c)
+
+Displacement r and velocity v of the journal are those from the retainer, which may move (`bodies`); omega_r is the
+speed of its race. Vectors are over all degrees of freedom: those of the shaft, then those of the bodies.
 """
 
 from __future__ import annotations
@@ -23,6 +26,15 @@ from rotor_contact.signals import SITE_PARAMETERS
 SITE = record(
     *((name, np.float64) for name in SITE_PARAMETERS.names or ()),
     ("row", np.int64),  # of the site's x among the degrees of freedom; y is the next
+    ("housing", np.int64),  # the same of its housing, -1 if that is fixed
+    ("race", np.int64),  # degree of freedom of its race, -1 if there is none
+    ("spin", np.int64),  # that of the rotor's spin, -1 if the speed is given
+    ("base_x", np.float64),  # acceleration of the base (m/s^2)
+    ("base_y", np.float64),
+    ("mobility", np.float64),  # 1/m of the housing (1/kg), 0 if it is fixed
+    ("race_mobility", np.float64),  # (R_s + c)^2/J of the race (1/kg), 0 if there is none
+    ("spin_n", np.float64),  # how a force along n and along t couples to a free spin, see `bodies` (1/sqrt(kg))
+    ("spin_t", np.float64),
     ("mode", np.int64),  # FREE, SLIDING or ROLLING
     ("slip_sign", np.float64),  # sign of the slip velocity that sliding friction opposes
     ("slip", np.float64),  # slip velocity (m/s) for which kinetic friction is evaluated
@@ -70,6 +82,9 @@ def locate_journal(site: Site, q: Array) -> float:
     """Return the radius |r| (m) of the journal about the centre of its retainer; store it and the normal."""
     x = q[site.row] - site.offset_x
     y = q[site.row + 1] - site.offset_y
+    if site.housing >= 0:
+        x -= q[site.housing]
+        y -= q[site.housing + 1]
     r = math.sqrt(x * x + y * y)
     site.radius = r
     site.n_x = x / r if r > 0.0 else 1.0
@@ -81,6 +96,8 @@ def locate_journal(site: Site, q: Array) -> float:
 def radial_component(site: Site, v: Array) -> float:
     """Return the outward component n . v of `v` at a site (its normal must be up to date)."""
     component: float = site.n_x * v[site.row] + site.n_y * v[site.row + 1]
+    if site.housing >= 0:
+        component -= site.n_x * v[site.housing] + site.n_y * v[site.housing + 1]
     return component
 
 
@@ -88,13 +105,41 @@ def radial_component(site: Site, v: Array) -> float:
 def tangential_component(site: Site, v: Array) -> float:
     """Return the forward component t . v of `v` at a site (its normal must be up to date)."""
     component: float = site.n_x * v[site.row + 1] - site.n_y * v[site.row]
+    if site.housing >= 0:
+        component -= site.n_x * v[site.housing + 1] - site.n_y * v[site.housing]
     return component
 
 
 @kernel
+def square_of_velocity(site: Site, v: Array) -> float:
+    """Return |v|^2 of the journal from its retainer (m^2/s^2)."""
+    v_x, v_y = v[site.row], v[site.row + 1]
+    if site.housing >= 0:
+        v_x -= v[site.housing]
+        v_y -= v[site.housing + 1]
+    square: float = v_x * v_x + v_y * v_y
+    return square
+
+
+@kernel
 def slip_velocity(site: Site, v: Array, Omega: float) -> float:
-    """Return v_slip = Omega R_s + t . v (4.10), the velocity of the journal surface over the retainer (m/s)."""
-    return Omega * site.journal_radius + tangential_component(site, v)
+    """Return v_slip (4.10), the velocity of the journal surface over that of the retainer (m/s).
+
+    `Omega` (rad/s) is the spin speed where it is given; a free spin is in `v`. The same with accelerations gives the
+    change of v_slip in contact.
+    """
+    speed = Omega if site.spin < 0 else v[site.spin]
+    slip: float = speed * site.journal_radius + tangential_component(site, v)
+    if site.race >= 0:
+        slip -= v[site.race] * race_radius(site)
+    return slip
+
+
+@kernel
+def race_radius(site: Site) -> float:
+    """Return the radius (m) at which the journal touches the race."""
+    radius: float = site.journal_radius + site.clearance
+    return radius
 
 
 @kernel
@@ -102,6 +147,9 @@ def put_on_circle(site: Site, q: Array) -> None:
     """Move the journal of a site onto its clearance circle, along its normal (which must be up to date)."""
     q[site.row] = site.offset_x + site.clearance * site.n_x
     q[site.row + 1] = site.offset_y + site.clearance * site.n_y
+    if site.housing >= 0:
+        q[site.row] += q[site.housing]
+        q[site.row + 1] += q[site.housing + 1]
 
 
 @kernel
@@ -112,12 +160,3 @@ def remove_radial_velocity(site: Site, v: Array) -> float:
     v[site.row + 1] -= speed * site.n_y
     return speed
 
-
-@kernel
-def add_contact_response(Minv: Array, site: Site, normal: float, friction: float, target: Array) -> None:
-    """Add M^-1 (-normal n + friction t) to `target`: acceleration for forces (N), velocity for impulses (N s)."""
-    j = site.row
-    f_x = -normal * site.n_x - friction * site.n_y
-    f_y = -normal * site.n_y + friction * site.n_x
-    for i in range(target.shape[0]):
-        target[i] += Minv[i, j] * f_x + Minv[i, j + 1] * f_y

@@ -13,8 +13,8 @@ from rotor_contact.dynamics import Motion
 from rotor_contact.linear_solver import Equations
 from rotor_contact.site import Sites
 
-# Integrals over time at the end of every state z: heat of passive bearings, of sliding, of impacts and compliant
-# contacts, and work of all inputs (J).
+# Integrals over time at the end of every state z: heat of all dampers, of friction, of impacts and compliant contacts,
+# and work of all inputs (J); after them, the heat of friction at each site (J).
 ENERGY_INTEGRALS = record(
     ("damping_heat", np.float64), ("friction_heat", np.float64), ("impact_heat", np.float64), ("work", np.float64)
 )
@@ -23,7 +23,9 @@ N_STAGES = 9
 
 
 class Stages(NamedTuple):
-    """States z = (q, v, energy integrals) and derivatives of one substep, each of shape (2 n + N_INTEGRALS,).
+    """States z = (q, v, energy integrals) and derivatives of one substep.
+
+    Each has the shape (2 n + N_INTEGRALS + n_sites,), n being the number of all degrees of freedom.
 
     They are the rows of `Workspace.stages`.
 
@@ -51,23 +53,31 @@ class Stages(NamedTuple):
 class Workspace(NamedTuple):
     """Rotor, motion, contact sites, contact equations and integration stages of one step.
 
-    M, Minv
-        Mass matrix (kg) and its inverse, shape (n, n).
+    n
+        Number of all degrees of freedom: those of the shaft, m in number, and of the bodies.
+    forms
+        Mass and damping matrices of the shaft, see `Structure`, shape (3 m, m).
+    Minv
+        Inverse of its mass matrix, shape (m, m).
     motion
-        Coefficients of the motion without contact.
+        Coefficients of the shaft's motion without contact.
+    spin
+        Record of type `bodies.SPIN`, in an array of one.
     sites
         Records of type `site.SITE`.
     equations
         Room for the contact equations, two for each site.
     stages
-        States and derivatives of the integration, for `stages_of`, shape (N_STAGES, 2 n + N_INTEGRALS).
+        States and derivatives of the integration, for `stages_of`, shape (N_STAGES, 2 n + N_INTEGRALS + n_sites).
     n_translations
         Number of degrees of freedom that are x and y of planes; they come first.
     """
 
-    M: Array
+    n: int
+    forms: Array
     Minv: Array
     motion: Motion
+    spin: Sites
     sites: Sites
     equations: Equations
     stages: Array
@@ -82,6 +92,6 @@ def stages_of(r: Array) -> Stages:
 
 @views
 def energy_integrals(z: Array, n: int) -> np.record:
-    """Return the energy integrals at the end of a state or of its derivative, of a rotor with n degrees of freedom."""
+    """Return the energy integrals of a state or of its derivative with n degrees of freedom."""
     integrals: np.record = z[2 * n : 2 * n + N_INTEGRALS].view(ENERGY_INTEGRALS)[0]
     return integrals

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fmi_export.model import Array, Model
-from rotor_analysis.assembly import assemble
+from rotor_analysis.assembly import MINUS_I, Matrices, assemble
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -43,15 +43,13 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
         raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
     full, reduction = assemble(rotor), reduced_rotor(rotor)
     reduced = reduction.model
-    if np.any(reduced.C):
-        raise ValueError(
-            f"shaft.mass_damping or stiffness_damping of rotor {rotor.name!r} is not 0; a plant has neither"
-        )
     translations = [row for rows in reduced.translations.values() for row in rows]
     order = translations + [row for row in range(reduced.size) if row not in set(translations)]
     place = {row: k for k, row in enumerate(order)}
     at, left, right = np.ix_(order, order), reduction.left[order], reduction.right[:, order]
-    M, K, G = reduced.M[at], reduced.K[at], reduced.G[at]
+    M, C, K, G = reduced.M[at], reduced.C[at], reduced.K[at], reduced.G[at]
+    R = np.zeros_like(C)
+    turn = np.kron(np.eye(len(M) // 2), -MINUS_I)
     Minv: Array = np.linalg.inv(M).astype(np.float64)
 
     base_motion = np.zeros((full.size, 2))
@@ -64,11 +62,14 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     number = {bearing.name: k for k, bearing in enumerate(rotor.bearings)}
     structure = Structure(
         n_translations=len(translations),
-        M=M,
+        is_damped=bool(np.any(C) or np.any(R)),
+        valid_to=np.inf,
+        forms=np.concatenate([M, C, R]),
         K=K,
         Minv=Minv,
         MinvK=Minv @ K,
-        MinvG=Minv @ G,
+        MinvC=Minv @ (C + R),
+        over_speed=np.concatenate([Minv @ G, Minv @ R @ turn]),
         B_disc=left[:, full.rows(rotor.disc_nodes)],
         B_base=-left @ full.M @ base_motion,
         sensors=right[full.rows(rotor.sensor_nodes)],
@@ -77,10 +78,19 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
         site_bearings=np.array([number.get(site.bearing or "", -1) for site in rotor.sites], dtype=np.float64),
     )
     fastest = np.sqrt(np.max(np.abs(np.linalg.eigvals(structure.MinvK))))
-    return structure, _planes(rotor, float(min(MAX_SUBSTEP, RESOLUTION / fastest)))
+    return structure, _planes(rotor, float(min(MAX_SUBSTEP, RESOLUTION / fastest)), _polar_inertia(full))
 
 
-def _planes(rotor: Rotor, max_substep: float) -> Planes:
+def _polar_inertia(full: Matrices) -> float:
+    """Return the polar inertia (kg m^2) of a rotor: what couples its tilting as a rigid body in both planes."""
+    tilt = np.zeros((2, full.size))
+    for rows in full.translations.values():
+        for axis in range(2):
+            tilt[axis, rows[axis] + 2] = 1.0
+    return float(tilt[0] @ full.G @ tilt[1])
+
+
+def _planes(rotor: Rotor, max_substep: float, polar_inertia: float) -> Planes:
     sensors = {sensor.node: sensor.name for sensor in reversed(rotor.sensors)}
     sites = (
         ContactSite(
@@ -98,6 +108,7 @@ def _planes(rotor: Rotor, max_substep: float) -> Planes:
         sites=tuple(sites),
         sensors=tuple(SensorPlane(s.name, s.x, s.y) for s in rotor.sensors),
         max_substep=max_substep,
+        polar_inertia=polar_inertia,
     )
 
 
@@ -111,16 +122,18 @@ def _shaft_radius(rotor: Rotor, node: int) -> float:
 
 def flat_constants(structure: Structure) -> Array:
     """Return a structure as `rotor_contact.structure.structure_of` reads it."""
-    n_translations, *arrays = structure
+    n_translations, is_damped, valid_to, *arrays = structure
     sizes = np.array(
         [
             (
-                len(structure.M),
+                len(structure.K),
                 n_translations,
                 structure.B_disc.shape[1] // 2,
                 len(structure.bearings),
                 len(structure.sites),
                 len(structure.sensors),
+                is_damped,
+                valid_to,
             )
         ],
         dtype=SIZES,

@@ -1,0 +1,223 @@
+"""What moves beside the shaft: housings of retainers on their mounts, races in them, and the rotor's spin.
+
+    housing    m x'' = -k_x x - c_x x' - m a_base + contact          and the same in y
+    race       J_r omega_r' = -M tanh(omega_r/omega_0) - c_r omega_r - T (R_s + c)
+    spin       J Omega' + p . q'' = M_drive - c_s Omega + sum T R_s,    M_drive = M_0 + g (Omega_demanded - Omega)
+
+M_drive is limited. T is the friction force on the rotor, forward positive; omega_0 is `RACE_SPEED_SCALE`. Unbalance
+couples a free spin to the shaft: with p = i e, e being the unbalance as a force per Omega^2,
+
+    M q'' + p Omega' = f + Omega^2 e        so that  (J - p . M^-1 p) Omega' = M_drive - c_s Omega - p . a
+
+where a is the shaft's acceleration at constant speed; damping that rotates with the shaft adds its torque. Mass matrix and energy hold the coupling; what gravity and base
+do to the unbalance itself is left out. Each body exists where its mass or inertia is given.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from fmi_export.records import record
+from rotor_contact.dynamics import Motion, accelerations, forces, shaft_damping, spin_coupling
+from rotor_contact.signals import Inputs, Parameters
+from rotor_contact.site import Site, Sites, race_radius
+from rotor_contact.workspace import Workspace
+
+RACE_SPEED_SCALE = 1.0  # rad/s, over which the constant drag of a race changes its sign
+RESOLUTION = 0.2  # of a body's fastest time constant; a substep is no longer
+
+# The spin during a step: its degree of freedom, -1 if the speed is given; inertia (kg m^2), drag (N m s), the drive's
+# demanded speed (rad/s), gain (N m s), torque and its limit (N m); and 1/sqrt(J - p . M^-1 p).
+SPIN = record(
+    ("row", np.int64),
+    ("inertia", np.float64),
+    ("drag", np.float64),
+    ("demanded", np.float64),
+    ("gain", np.float64),
+    ("torque", np.float64),
+    ("torque_limit", np.float64),
+    ("scale", np.float64),
+)
+Spin = np.record
+
+
+@kernel
+def place_bodies(parameters: Parameters, inputs: Inputs, sites: Sites, spin: Spin, n: int) -> int:
+    """Give the bodies their degrees of freedom after the n of the shaft; return how many there are in all.
+
+    Housings come first, x and y in turn, then races, then the spin.
+    """
+    u, p = inputs.own[0], parameters.own[0]
+    place = n
+    for site in sites:
+        site.housing = -1
+        if site.housing_mass > 0.0:
+            site.housing = place
+            site.mobility = 1.0 / site.housing_mass
+            site.base_x, site.base_y = u.base_acceleration.x, u.base_acceleration.y
+            place += 2
+    for site in sites:
+        site.race = -1
+        if site.race_inertia > 0.0:
+            site.race = place
+            site.race_mobility = race_radius(site) ** 2 / site.race_inertia
+            place += 1
+    spin.row = -1
+    if p.spin.free != 0.0:
+        spin.row = place
+        spin.inertia = p.spin.inertia
+        spin.drag = p.spin.drag
+        spin.demanded = u.Omega
+        spin.gain = p.drive.gain
+        spin.torque = u.drive.torque
+        spin.torque_limit = u.drive.torque_limit
+        place += 1
+    for site in sites:
+        site.spin = spin.row
+    return place
+
+
+@kernel
+def race_drag(site: Site, speed: float) -> float:
+    """Return the drag (N m) against a race that turns with `speed` (rad/s)."""
+    drag: float = site.race_drag * math.tanh(speed / RACE_SPEED_SCALE) + site.race_viscous_drag * speed
+    return drag
+
+
+@kernel
+def drive_torque(spin: Spin, Omega: float) -> float:
+    """Return the torque (N m) of the drive at the spin speed `Omega` (rad/s)."""
+    torque: float = spin.torque + spin.gain * (spin.demanded - Omega)
+    return min(max(torque, -spin.torque_limit), spin.torque_limit)
+
+
+@kernel
+def couple_spin(motion: Motion, spin: Spin, theta: float) -> float:
+    """Write the coupling of a free spin at the rotor angle `theta` (rad); return J - p . M^-1 p (kg m^2)."""
+    c, s = math.cos(theta), math.sin(theta)
+    coupling, given, caused = spin_coupling(motion), forces(motion), accelerations(motion)
+    inertia = spin.inertia
+    for i in range(coupling.p.shape[0]):
+        coupling.p[i] = c * given.sine[i] - s * given.cosine[i]
+        coupling.s[i] = c * caused.sine[i] - s * caused.cosine[i]
+        inertia -= coupling.p[i] * coupling.s[i]
+    spin.scale = 1.0 / math.sqrt(inertia) if inertia > 0.0 else 0.0
+    for i in range(coupling.s.shape[0]):
+        coupling.s[i] *= spin.scale
+    return inertia
+
+
+@kernel
+def least_inertia(motion: Motion) -> float:
+    """Return an inertia (kg m^2) beyond which J - p . M^-1 p is positive at every angle."""
+    given, caused = forces(motion), accelerations(motion)
+    total = 0.0
+    for i in range(given.cosine.shape[0]):
+        total += given.cosine[i] * caused.cosine[i] + given.sine[i] * caused.sine[i]
+    return total
+
+
+@kernel
+def accelerate_bodies(w: Workspace, q: Array, v: Array, a: Array) -> None:
+    """Write the accelerations of the bodies without contact into `a`, and change those of the shaft by the spin's."""
+    for site in w.sites:
+        if site.housing >= 0:
+            x, y = site.housing, site.housing + 1
+            a[x] = -site.mobility * (site.mount_stiffness_x * q[x] + site.mount_damping_x * v[x]) - site.base_x
+            a[y] = -site.mobility * (site.mount_stiffness_y * q[y] + site.mount_damping_y * v[y]) - site.base_y
+        if site.race >= 0:
+            a[site.race] = -race_drag(site, v[site.race]) / site.race_inertia
+    spin = w.spin[0]
+    if spin.row >= 0:
+        Omega = v[spin.row]
+        couple_spin(w.motion, spin, q[spin.row])
+        coupling = spin_coupling(w.motion)
+        torque = drive_torque(spin, Omega) - spin.drag * Omega
+        if w.motion.is_damped:
+            torque += shaft_damping(w.forms, Omega, q, v)[1]
+        for i in range(coupling.p.shape[0]):
+            torque -= coupling.p[i] * a[i]
+        a[spin.row] = torque * spin.scale * spin.scale
+        for i in range(coupling.s.shape[0]):
+            a[i] -= coupling.s[i] * (torque * spin.scale)
+
+
+@kernel
+def mount_heat(sites: Sites, spin: Spin, v: Array) -> float:
+    """Return the heat per second (W) in the mounts' dampers and of the spin's drag."""
+    power = 0.0
+    for site in sites:
+        if site.housing >= 0:
+            v_x, v_y = v[site.housing], v[site.housing + 1]
+            power += site.mount_damping_x * v_x * v_x + site.mount_damping_y * v_y * v_y
+    if spin.row >= 0:
+        power += spin.drag * v[spin.row] * v[spin.row]
+    return power
+
+
+@kernel
+def power_on_bodies(sites: Sites, spin: Spin, v: Array) -> float:
+    """Return the power (W) of the drive and, on housings, of the base's acceleration."""
+    power = 0.0
+    for site in sites:
+        if site.housing >= 0:
+            power -= site.housing_mass * (site.base_x * v[site.housing] + site.base_y * v[site.housing + 1])
+    if spin.row >= 0:
+        power += drive_torque(spin, v[spin.row]) * v[spin.row]
+    return power
+
+
+@kernel
+def kinetic_energy(sites: Sites, v: Array) -> float:
+    """Return the kinetic energy (J) of housings and races."""
+    energy = 0.0
+    for site in sites:
+        if site.housing >= 0:
+            v_x, v_y = v[site.housing], v[site.housing + 1]
+            energy += 0.5 * site.housing_mass * (v_x * v_x + v_y * v_y)
+        if site.race >= 0:
+            energy += 0.5 * site.race_inertia * v[site.race] * v[site.race]
+    return energy
+
+
+@kernel
+def strain_energy(sites: Sites, q: Array) -> float:
+    """Return the strain energy (J) of the mounts."""
+    energy = 0.0
+    for site in sites:
+        if site.housing >= 0:
+            x, y = q[site.housing], q[site.housing + 1]
+            energy += 0.5 * (site.mount_stiffness_x * x * x + site.mount_stiffness_y * y * y)
+    return energy
+
+
+@kernel
+def coupling_energy(motion: Motion, spin: Spin, theta: float, v: Array) -> float:
+    """Return the kinetic energy Omega p . v (J) that shaft and free spin share."""
+    if spin.row < 0:
+        return 0.0
+    couple_spin(motion, spin, theta)
+    p = spin_coupling(motion).p
+    energy = 0.0
+    for i in range(p.shape[0]):
+        energy += v[spin.row] * p[i] * v[i]
+    return energy
+
+
+@kernel
+def body_limit(sites: Sites, longest: float) -> float:
+    """Return the length (s) of a substep that resolves mounts and races, at most `longest`."""
+    fastest = 0.0
+    for site in sites:
+        if site.housing >= 0:
+            stiffness = max(site.mount_stiffness_x, site.mount_stiffness_y)
+            damping = max(site.mount_damping_x, site.mount_damping_y)
+            fastest = max(fastest, math.sqrt(stiffness * site.mobility) + damping * site.mobility)
+        if site.race >= 0:
+            slope = site.race_drag / RACE_SPEED_SCALE + site.race_viscous_drag
+            fastest = max(fastest, slope / site.race_inertia)
+    return RESOLUTION / fastest if fastest * longest > RESOLUTION else longest

@@ -1,0 +1,46 @@
+"""How shaft and bodies answer to a contact: M^-1 J^T for the forces along n and t, all degrees of freedom together.
+
+The journal takes -N n + T t, its housing the opposite, its race the torque -T (R_s + c), a free spin T R_s. With the
+coupling p of spin and shaft (`bodies`) a force f on the shaft and a torque r T on the spin cause
+
+    q'' = M^-1 f + s g,    Omega' = -g/sqrt(d),    g = s . f - r T/sqrt(d),    s = M^-1 p/sqrt(d),  d = J - p . M^-1 p
+"""
+
+from __future__ import annotations
+
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from rotor_contact.dynamics import spin_coupling
+from rotor_contact.site import Site, race_radius
+from rotor_contact.workspace import Workspace
+
+
+@kernel
+def set_spin_response(w: Workspace, site: Site) -> None:
+    """Store g for a unit force along n and along t at a site (its normal must be up to date)."""
+    if site.spin >= 0:
+        s = spin_coupling(w.motion).s
+        i = site.row
+        site.spin_n = s[i] * site.n_x + s[i + 1] * site.n_y
+        site.spin_t = s[i + 1] * site.n_x - s[i] * site.n_y - site.journal_radius * w.spin[0].scale
+
+
+@kernel
+def add_contact_response(w: Workspace, site: Site, normal: float, friction: float, target: Array) -> None:
+    """Add the effect of -normal n + friction t to `target`: accelerations for forces (N), velocities for impulses."""
+    j = site.row
+    f_x = -normal * site.n_x - friction * site.n_y
+    f_y = -normal * site.n_y + friction * site.n_x
+    for i in range(w.Minv.shape[0]):
+        target[i] += w.Minv[i, j] * f_x + w.Minv[i, j + 1] * f_y
+    if site.housing >= 0:
+        target[site.housing] -= site.mobility * f_x
+        target[site.housing + 1] -= site.mobility * f_y
+    if site.race >= 0:
+        target[site.race] -= friction * race_radius(site) / site.race_inertia
+    if site.spin >= 0:
+        g = friction * site.spin_t - normal * site.spin_n
+        s = spin_coupling(w.motion).s
+        for i in range(s.shape[0]):
+            target[i] += s[i] * g
+        target[site.spin] -= g * w.spin[0].scale
