@@ -183,13 +183,19 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
             f"{b}.i_lower_{a}", "A", f"Current of the lower coil pair, {at}", depends_on=current, field="lower_current"
         ),
         output(
-            f"{b}.clipped_{a}", "1", f"The demanded current was cut to the coil limits, {at}", depends_on=demand, **flag
+            f"{b}.clipped_{a}",
+            "1",
+            f"The demanded current was cut to the coil limits, {at}",
+            depends_on=demand,
+            warning=f"the demanded current is cut to what the coils allow, 0 to {{{b}.current_limit_{a}}} A each",
+            **flag,
         ),
         output(
             f"{b}.saturated_{a}",
             "1",
             f"The flux density of a coil pair is beyond the knee, where force_law 2 limits it, {at}",
             depends_on=force,
+            warning=f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which force_law 2 alone knows of",
             **flag,
         ),
         output(
@@ -197,6 +203,7 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
             "1",
             f"An amplifier was at its voltage limit during the step, {at}",
             depends_on=current,
+            warning=f"an amplifier is at its voltage limit, {{{b}.voltage_limit_{a}}} V",
             **flag,
         ),
         output(

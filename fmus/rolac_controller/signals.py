@@ -171,8 +171,8 @@ def _enumerated(sentences: tuple[str, ...]) -> str:
     return "; ".join(f"{k} {sentence}" for k, sentence in enumerate(sentences))
 
 
-def _flag(name: str, description: str, depends_on: tuple[str, ...]) -> Variable:
-    return output(name, "1", description, type="Boolean", depends_on=depends_on)
+def _flag(name: str, description: str, depends_on: tuple[str, ...], warning: str = "") -> Variable:
+    return output(name, "1", description, type="Boolean", depends_on=depends_on, warning=warning)
 
 
 def _number(name: str, description: str, maximum: float, depends_on: tuple[str, ...]) -> Variable:
@@ -193,9 +193,24 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
         _flag("rolac_active", "ROLAC is adapting its force", adaptation),
         _flag("window_valid", "The synchronous signals span a full revolution", ROTATION_INPUTS),
         _choice("rolac_status", "What ROLAC does: ", STATUSES, adaptation),
-        _flag("rolac_limited", "A synchronous force is at rolac.force_limit", adaptation),
-        _flag("h_extrapolated", "The speed is beyond the table, and H that of its nearest speed", adaptation),
-        _flag("current_limited", "A demanded current is at its limit", (*adaptation, *setpoints)),
+        _flag(
+            "rolac_limited",
+            "A synchronous force is at rolac.force_limit",
+            adaptation,
+            "a synchronous force is at its limit, {rolac.force_limit} N",
+        ),
+        _flag(
+            "h_extrapolated",
+            "The speed is beyond the table, and H that of its nearest speed",
+            adaptation,
+            "Omega = {Omega} rad/s is beyond the table of H, which is that of the nearest speed",
+        ),
+        _flag(
+            "current_limited",
+            "A demanded current is at its limit",
+            (*adaptation, *setpoints),
+            "a demanded current is at its limit, which i_min and i_max of its axis set, or the range of the DAC",
+        ),
         _number(
             "suspect_sensor",
             "Number of a sensor that does not move while others do, in the order of their displacements; 0: none",

@@ -5,7 +5,6 @@ A unit test needs no more than this, and the FMI slave wraps it.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmi_export.jit import kernel
-from fmi_export.variables import FAULT_CODE, Interface
+from fmi_export.variables import FAULT_CODE, Interface, filled
 
 Array = NDArray[np.float64]
 InitialiseKernel = Callable[[Array, Array, Array, Array, Array, Array], int]
@@ -118,6 +117,7 @@ class Instance:
         self._arrays = arrays
         self._given = (self.values, lowest, highest, given)
         self._found = (self._next_outputs, lowest[given:], highest[given:], table.n_outputs)
+        self._untold = dict(table.warnings)
         self.fault = 0
         self.message = ""
 
@@ -166,8 +166,13 @@ class Instance:
         if code >= FAULT_RANGE:
             i = code - FAULT_RANGE
             return variables[i].describe_range(float(self.values[i]))
-        sentence = self.model.faults.get(code, f"fault {code}")
-        return re.sub(r"\{([^}]+)\}", lambda match: f"{self[match[1]]:g}", sentence)
+        return filled(self.model.faults.get(code, f"fault {code}"), self.__getitem__)
+
+    def new_warnings(self) -> list[str]:
+        """Return name and sentence of each warning that is true and has not been returned before."""
+        variables = self.model.interface.variables
+        new = [at for at in self._untold if self.values[at]]
+        return [f"{variables[at].name}: {filled(self._untold.pop(at), self.__getitem__)}" for at in new]
 
     def _check_given(self) -> None:
         i = first_outside(*self._given)

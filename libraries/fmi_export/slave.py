@@ -70,6 +70,8 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
     def exit_initialization_mode(self) -> None:
         self._refresh()
         self._initialising = False
+        if not self.instance.fault:
+            self._warn("initialisation: ")
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         try:
@@ -77,6 +79,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         except Exception as error:
             self._refuse(error, f"at t = {current_time:.9g} s: ")
             return False
+        self._warn(f"at t = {current_time + step_size:.9g} s: ")
         return True
 
     def _refresh(self) -> None:
@@ -91,9 +94,17 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
     def _refuse(self, error: Exception, where: str) -> None:
         if not isinstance(error, Fault):
             self.instance.stop(FAULT_INTERNAL, str(error))
+        self._say(f"{where}{error}", Fmi2Status.error)
+
+    def _warn(self, where: str) -> None:
+        """Log each warning when it is true for the first time."""
+        for warning in self.instance.new_warnings():
+            self._say(where + warning, Fmi2Status.warning)
+
+    def _say(self, text: str, status: Fmi2Status) -> None:
         # The wrapper hands every message to the logger of the instance made last, so the text names its
         # instance; and it passes the text through a printf format.
-        self.log(f"{self.instance_name}: {where}{error}".replace("%", "%%"), Fmi2Status.error)
+        self.log(f"{self.instance_name}: {text}".replace("%", "%%"), status)
 
     # Variables ---------------------------------------------------------------------------------------------
 

@@ -8,6 +8,7 @@ all read the same table. Kernels see it as records whose fields follow from the 
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -34,6 +35,9 @@ class Variable:
     `depends_on` of an output names the inputs that reach it without delay; it says which connections of a
     co-simulation may close an algebraic loop. `field` is the variable's place in the record that kernels read,
     `sites[2].clearance`, if it is not the name itself; see `records`.
+
+    `warning` makes a Boolean output a warning: the sentence that is logged when it becomes true. `{name}` in it is
+    replaced by that variable's value.
     """
 
     name: str
@@ -47,10 +51,13 @@ class Variable:
     tunable: bool = False
     depends_on: tuple[str, ...] = ()
     field: str = ""
+    warning: str = ""
 
     def __post_init__(self) -> None:
         if not self.minimum <= self.start <= self.maximum:
             raise ValueError(f"start of {self.describe_range(self.start)}")
+        if self.warning and (self.causality, self.type) != ("output", "Boolean"):
+            raise ValueError(f"{self.name} cannot be a warning; a Boolean output can")
 
     @property
     def variability(self) -> str:
@@ -72,6 +79,16 @@ class Variable:
         bounds = " and ".join(bound for bound in (low, high) if bound)
         allowed = f"{bounds}{unit}" if bounds else "a finite number"
         return f"{self.name} = {value:g}{unit} is not allowed; it must be {allowed}"
+
+
+def named_in(sentence: str) -> list[str]:
+    """Return the names of the variables whose values a sentence shows, `{name}`."""
+    return re.findall(r"\{([^}]+)\}", sentence)
+
+
+def filled(sentence: str, value: Callable[[str], float]) -> str:
+    """Return a sentence with the values of the variables that it names."""
+    return re.sub(r"\{([^}]+)\}", lambda match: f"{value(match[1]):g}", sentence)
 
 
 def parameter(name: str, unit: str, description: str, start: float, **options: object) -> Variable:
@@ -96,7 +113,8 @@ class Interface:
     Raises
     ------
     ValueError
-        If a name occurs twice, the order is not parameters, inputs, outputs, or a dependency is no input.
+        If a name occurs twice, the order is not parameters, inputs, outputs, a dependency is no input, or a warning
+        names no variable.
     """
 
     variables: tuple[Variable, ...]
@@ -114,6 +132,9 @@ class Interface:
             unknown = set(v.depends_on) - inputs
             if unknown:
                 raise ValueError(f"{v.name} depends on {', '.join(sorted(unknown))}, which are no inputs")
+            strange = set(named_in(v.warning)) - set(names)
+            if strange:
+                raise ValueError(f"the warning of {v.name} names {', '.join(sorted(strange))}, which are no variables")
 
     @cached_property
     def position(self) -> dict[str, int]:
@@ -125,6 +146,11 @@ class Interface:
 
     def of(self, causality: Causality) -> tuple[Variable, ...]:
         return tuple(v for v in self.variables if v.causality == causality)
+
+    @cached_property
+    def warnings(self) -> dict[int, str]:
+        """Sentences of the outputs that are warnings, by value reference."""
+        return {i: v.warning for i, v in enumerate(self.variables) if v.warning}
 
     @cached_property
     def n_parameters(self) -> int:

@@ -81,6 +81,15 @@ def test_outputs_declare_the_inputs_that_reach_them_without_delay(model, fmu):
     assert declared == {v.name: set(v.depends_on) for v in model.interface.of("output")}
 
 
+def test_a_warning_is_declared_with_its_sentence(build_fmu, lag):
+    root = ElementTree.fromstring(xml_of(build_fmu(lag)))
+    declared = {
+        variable.get("name"): variable.find("Annotations/Tool[@name='amb-cosim']/Warning").get("sentence")
+        for variable in root.iterfind("ModelVariables/ScalarVariable[Annotations]")
+    }
+    assert declared == {"high": lag.interface["high"].warning}
+
+
 def test_all_outputs_are_initial_unknowns(model, fmu):
     root = ElementTree.fromstring(xml_of(fmu))
     indices = [int(u.get("index")) for u in root.iterfind("ModelStructure/InitialUnknowns/Unknown")]

@@ -176,6 +176,24 @@ def test_a_fault_is_logged_shown_as_fault_code_and_discards_the_step(build_fmu, 
     assert "stopped by an earlier fault: u = 5 V" in log[1]
 
 
+def test_a_warning_is_logged_once_and_the_step_is_done(build_fmu, lag, run_python):
+    def host(path: str) -> list:
+        from drive import Fmu
+
+        fmu = Fmu(path)
+        statuses = []
+        for n, u in enumerate((1.0, 4.0, 1.0, 3.5)):
+            fmu.set(u=u)
+            statuses += [fmu.step(n), *fmu.get("high")]
+        answer = [statuses, fmu.log]
+        fmu.close()
+        return answer
+
+    statuses, log = run_python(host, path=build_fmu(lag))
+    assert statuses == [0, 0, 0, 1, 0, 0, 0, 1]
+    assert log == ["probe_lag: at t = 0.0005 s: high: u = 4 V is above 3 V, half of what is allowed (100 %)"]
+
+
 def test_every_log_line_names_its_instance(build_fmu, lag, run_python):
     def host(lag: str, actuator: str) -> list:
         from drive import Fmu

@@ -37,6 +37,18 @@ def test_a_dependency_on_something_that_is_no_input_is_refused():
         interface(A, U, output("y", "N", "A force", depends_on=("u", "w", "a")))
 
 
+@pytest.mark.parametrize("options", [{}, {"type": "Integer"}])
+def test_only_a_boolean_output_can_be_a_warning(options):
+    with pytest.raises(ValueError, match="y cannot be a warning; a Boolean output can"):
+        output("y", "1", "Beyond a limit", warning="y is beyond its limit", **options)
+
+
+def test_a_warning_that_names_something_that_is_no_variable_is_refused():
+    flag = output("flag", "1", "Beyond a limit", type="Boolean", warning="u = {u} N is beyond {w} N and {v} N")
+    with pytest.raises(ValueError, match="the warning of flag names v, w, which are no variables"):
+        interface(U, flag)
+
+
 @pytest.mark.parametrize("start", [0.5, 3.5, math.nan, math.inf])
 def test_a_start_value_outside_its_range_is_refused(start):
     with pytest.raises(ValueError, match=rf"start of a = {start:g} m is not allowed; it must be >= 1 and <= 3 m"):

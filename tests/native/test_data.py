@@ -10,7 +10,7 @@ from ctypes import byref
 import numpy as np
 import pytest
 
-from fmi_export.building.native.data import FAULT, HEADER, PIECE, VARIABLE, model_data
+from fmi_export.building.native.data import HEADER, PIECE, SENTENCE, VARIABLE, VERSION, model_data
 from fmi_export.building.native.engines import engine_key
 from fmi_export.model import Instance
 from fmi_export.variables import Interface
@@ -48,19 +48,22 @@ def sealed(content):
 
 def sections(content):
     """Begin and end of each part of the data."""
-    *_, n_parameters, n_inputs, n_outputs, _, _, n_constants, n_faults, n_pieces, n_text = HEADER.unpack_from(content)
+    *_, n_parameters, n_inputs, n_outputs, _, _, n_constants, n_faults, n_warnings, n_pieces, n_text = (
+        HEADER.unpack_from(content)
+    )
     n = n_parameters + n_inputs + n_outputs
     sizes = {
         "magic": 8,
         "version": 8,
         "key": 32,
-        "guid": 40,
-        "counts": 72,
+        "guid": 48,
+        "counts": 80,
         "constants": 8 * n_constants,
         "start": 8 * n,
         "minima": 8 * n,
         "maxima": 8 * n,
-        "faults": FAULT.size * n_faults,
+        "faults": SENTENCE.size * n_faults,
+        "warnings": SENTENCE.size * n_warnings,
         "variables": VARIABLE.size * n,
         "pieces": PIECE.size * n_pieces,
         "types": n,
@@ -84,7 +87,7 @@ def test_a_flipped_bit_in_any_byte_is_noticed(library, content):
 
 
 def test_data_that_are_not_whole_are_refused_at_any_length(library, content):
-    for size in {0, 1, 159, 160, 161, *range(200, len(content), 97), len(content) - 1}:
+    for size in {0, 1, HEADER.size - 1, HEADER.size, HEADER.size + 1, *range(200, len(content), 97), len(content) - 1}:
         said = refusal(library, content[:size])
         assert (
             "there is no data of an FMU in it" in said if size < HEADER.size else f"it has {size} bytes instead" in said
@@ -93,8 +96,8 @@ def test_data_that_are_not_whole_are_refused_at_any_length(library, content):
 
 
 def test_data_of_a_newer_format_are_refused_as_such(library, content):
-    newer = sealed(content[:8] + struct.pack("<Q", 2) + content[16:])
-    assert "its format is number 2, but the library reads number 1" in refusal(library, newer)
+    newer = sealed(content[:8] + struct.pack("<Q", VERSION + 1) + content[16:])
+    assert f"its format is number {VERSION + 1}, but the library reads number {VERSION}" in refusal(library, newer)
 
 
 def test_data_for_another_engine_are_refused(library, content, lag):
@@ -121,7 +124,7 @@ def test_data_with_another_guid_are_refused(library, lag):
 
 
 @pytest.mark.parametrize("wild", [2**28 + 1, 2**31, 2**61, 2**64 - 1])
-@pytest.mark.parametrize("count", range(9))
+@pytest.mark.parametrize("count", range(10))
 def test_impossible_sizes_with_a_right_checksum_are_refused(library, content, count, wild):
     begin = sections(content)["counts"][0] + 8 * count
     said = refusal(library, sealed(content[:begin] + struct.pack("<Q", wild) + content[begin + 8 :]))
@@ -133,6 +136,9 @@ def test_impossible_sizes_with_a_right_checksum_are_refused(library, content, co
     [
         ("faults", 8, b"\xff\xff\xff\xff"),
         ("faults", 12, b"\xff\xff\xff\xff"),
+        ("warnings", 0, b"\xff\xff\xff\x7f"),
+        ("warnings", 4, b"\xff\xff\xff\xff"),
+        ("warnings", 8, b"\xff\xff\xff\xff"),
         ("variables", 0, b"\xff\xff\xff\x7f"),
         ("variables", 4, b"\xff\xff\xff\xff"),
         ("variables", 8, b"\xff\xff\xff\xff"),
@@ -177,7 +183,11 @@ def test_one_engine_runs_other_constants_and_another_interface(library, lag):
     def renamed(v):
         wider = {"maximum": 20.0} if v.name == "u" else {}
         return dataclasses.replace(
-            v, name=names.get(v.name, v.name), depends_on=tuple(names.get(n, n) for n in v.depends_on), **wider
+            v,
+            name=names.get(v.name, v.name),
+            depends_on=tuple(names.get(n, n) for n in v.depends_on),
+            warning=v.warning.replace("{u}", "{voltage}"),
+            **wider,
         )
 
     table = Interface(tuple(renamed(v) for v in lag.interface.variables))

@@ -132,6 +132,49 @@ def test_a_fault_in_initialization_mode_can_be_corrected(library, lag):
         fmu.begin()
 
 
+def test_a_warning_is_logged_once_until_the_instance_is_reset(library, lag):
+    from raw import OK, WARNING
+
+    core = core_of(lag)
+    core.initialise()
+    core.inputs[0] = 4.0
+    core.step(0.0, H)
+    (warning,) = core.new_warnings()
+    assert core.new_warnings() == []
+    said = (WARNING, "logStatusWarning", f"at t = 0.0005 s: {printf(warning)}")
+    with library.instantiate() as fmu:
+        for _ in range(2):
+            fmu.begin()
+            statuses = []
+            for n, u in enumerate((1.0, 4.0, 1.0, 3.5)):
+                fmu.set(u=u)
+                statuses += [fmu.step(n), *fmu.get("high")]
+            assert statuses == [OK, 0, OK, 1, OK, 0, OK, 1]
+            assert fmu.log == [said]
+            fmu.log.clear()
+            fmu.call("Reset")
+
+
+def test_a_warning_that_is_true_from_the_start_is_logged_with_the_initialisation(library):
+    from raw import WARNING
+
+    with library.instantiate() as fmu:
+        fmu.begin(u=4.0)
+        assert [(status, text.split(" u =")[0]) for status, _, text in fmu.log] == [(WARNING, "initialisation: high:")]
+        fmu.step(0)
+        assert len(fmu.log) == 1
+
+
+def test_a_step_that_is_discarded_gives_no_warning(library):
+    from raw import DISCARD
+
+    with library.instantiate() as fmu:
+        fmu.begin()
+        fmu.set(u=6.5)
+        assert fmu.step(0) == DISCARD
+        assert [status for status, _, _ in fmu.log] == [DISCARD]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "values",

@@ -9,6 +9,8 @@ from fmi_export.log_categories import LOG_CATEGORIES
 from fmi_export.model import Model
 from fmi_export.variables import LARGEST, Variable
 
+TOOL = "amb-cosim"  # whose annotations say which outputs are warnings
+
 
 def model_description(model: Model, guid: str, tool: str, version: str, needs_tool: bool = True) -> Element:
     """Return the root element of the FMI 2.0 co-simulation description of `model`.
@@ -89,4 +91,6 @@ def _scalar_variable(reference: int, v: Variable) -> Element:
         if v.maximum < LARGEST:
             value["max"] = v.literal(v.maximum)
     SubElement(element, v.type, value)
+    if v.warning:
+        SubElement(SubElement(SubElement(element, "Annotations"), "Tool", name=TOOL), "Warning", sentence=v.warning)
     return element

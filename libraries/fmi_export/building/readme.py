@@ -48,7 +48,8 @@ def _row(v: Variable) -> str:
     low = f">= {v.literal(v.minimum, DIGITS)}" if v.minimum > -LARGEST else ""
     high = f"<= {v.literal(v.maximum, DIGITS)}" if v.maximum < LARGEST else ""
     allowed = ", ".join(bound for bound in (low, high) if bound)
-    description = v.description.replace("|", "\\|")
+    warning = f". Warning: {v.warning}" if v.warning else ""
+    description = f"{v.description}{warning}".replace("|", "\\|")
     return f"| `{v.name}` | {causality} | {v.type} | {v.unit} | {start} | {allowed} | {description} |"
 
 

@@ -5,7 +5,7 @@
 
 #include "engine_key.h" /* ENGINE_KEY */
 
-enum { VERSION = 1 };
+enum { VERSION = 2 };
 static const char MAGIC[8] = "ambdata"; /* and a zero */
 static const uint64_t MOST = 1u << 28; /* of anything, so that no size overflows */
 
@@ -36,15 +36,15 @@ static uint64_t n_values(const Header *header)
 /* Size of valid data without their checksum. */
 static uint64_t size_of(const Header *header)
 {
-    return sizeof *header + 8 * header->n_constants + sizeof(FaultSentence) * header->n_faults +
-           (3 * 8 + sizeof(Variable) + 1) * n_values(header) + sizeof(Piece) * header->n_pieces + header->n_text;
+    return sizeof *header + 8 * header->n_constants + sizeof(Sentence) * header->n_faults +
+           sizeof(Sentence) * header->n_warnings + (3 * 8 + sizeof(Variable) + 1) * n_values(header) + sizeof(Piece) * header->n_pieces + header->n_text;
 }
 
 static int sizes_are_possible(const Header *header)
 {
     const uint64_t counts[] = {header->n_parameters, header->n_inputs, header->n_outputs,
                                header->n_state,      header->n_work,   header->n_constants,
-                               header->n_faults,     header->n_pieces, header->n_text};
+                               header->n_faults,     header->n_warnings, header->n_pieces, header->n_text};
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
         if (counts[i] > MOST)
             return 0;
@@ -66,8 +66,11 @@ static int references_are_possible(const Data *data, const Header *header)
         if (data->pieces[i].text >= n_text || data->pieces[i].variable < -1 ||
             data->pieces[i].variable >= data->n_values)
             return 0;
-    for (int64_t i = 0; i < data->n_faults; i++)
+    for (int64_t i = 0; i < data->n_faults + data->n_warnings; i++)
         if ((uint64_t)data->faults[i].first_piece + data->faults[i].n_pieces > header->n_pieces)
+            return 0;
+    for (int64_t i = 0; i < data->n_warnings; i++)
+        if (data->warnings[i].of < 0 || data->warnings[i].of >= data->n_values)
             return 0;
     return 1;
 }
@@ -115,13 +118,15 @@ Data data_in(const unsigned char *bytes)
         .n_work = (int64_t)header->n_work,
         .n_constants = (int64_t)header->n_constants,
         .n_faults = (int64_t)header->n_faults,
+        .n_warnings = (int64_t)header->n_warnings,
     };
     data.constants = (const double *)(header + 1);
     data.start_values = data.constants + header->n_constants;
     data.minima = data.start_values + n;
     data.maxima = data.minima + n;
-    data.faults = (const FaultSentence *)(data.maxima + n);
-    data.variables = (const Variable *)(data.faults + header->n_faults);
+    data.faults = (const Sentence *)(data.maxima + n);
+    data.warnings = data.faults + header->n_faults;
+    data.variables = (const Variable *)(data.warnings + header->n_warnings);
     data.pieces = (const Piece *)(data.variables + n);
     data.types = (const unsigned char *)(data.pieces + header->n_pieces);
     data.text = (const char *)(data.types + n);

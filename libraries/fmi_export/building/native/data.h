@@ -1,6 +1,7 @@
 /* The data of an FMU: variable table, constants and sentences, in the format that data.py writes.
 
-       header | constants | start values | minima | maxima | faults | variables | pieces | types | text | checksum
+       header | constants | start values | minima | maxima | faults | warnings | variables | pieces | types | text |
+       checksum
 
    Numbers are little-endian, as all processors here have them. The engine, which is this library, reads the bytes where
    they are; they must begin at a multiple of 16, so that the header and the constants do. */
@@ -11,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { KEY_SIZE = 32, GUID_SIZE = 40 };
+enum { KEY_SIZE = 32, GUID_SIZE = 48 };
 
 enum { TEXT_SIZE = 4096 }; /* of every sentence; data.py refuses those of a model that leave no room for what is added */
 
@@ -22,7 +23,8 @@ typedef struct {
     uint64_t version;
     char key[KEY_SIZE]; /* of the engine that the data are for, without a final zero */
     char guid[GUID_SIZE];
-    uint64_t n_parameters, n_inputs, n_outputs, n_state, n_work, n_constants, n_faults, n_pieces, n_text;
+    uint64_t n_parameters, n_inputs, n_outputs, n_state, n_work, n_constants, n_faults, n_warnings, n_pieces,
+        n_text;
 } Header;
 
 /* Texts are given by their place in `text`. */
@@ -40,16 +42,16 @@ typedef struct {
 } Piece;
 
 typedef struct {
-    int64_t code;
-    uint32_t first_piece, n_pieces; /* of its sentence */
-} FaultSentence;
+    int64_t of; /* a fault's code, or the variable that is a warning */
+    uint32_t first_piece, n_pieces;
+} Sentence;
 
 /* Where everything is. Variables are ordered parameters, inputs, outputs; the last output is the fault code. */
 typedef struct {
     const char *guid;
-    int64_t n_parameters, n_inputs, n_outputs, n_values, n_state, n_work, n_constants, n_faults;
+    int64_t n_parameters, n_inputs, n_outputs, n_values, n_state, n_work, n_constants, n_faults, n_warnings;
     const double *constants, *start_values, *minima, *maxima;
-    const FaultSentence *faults;
+    const Sentence *faults, *warnings;
     const Variable *variables;
     const Piece *pieces;
     const unsigned char *types; /* of the variables, close together */

@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 import struct
 import zlib
+from collections.abc import Mapping
 
 import numpy as np
 
 from fmi_export.model import Array, Model, Size
 from fmi_export.variables import Type, Variable
 
-MAGIC, VERSION = b"ambdata\0", 1
+MAGIC, VERSION = b"ambdata\0", 2
 TYPES: tuple[Type, ...] = ("Real", "Integer", "Boolean")
 NUMBER = 32  # characters that a number in a sentence may take
 ROOM = 3584  # bytes of the longest sentence of a model; the slave adds some of its own, up to TEXT_SIZE
@@ -32,28 +33,31 @@ def model_data(model: Model, constants: Array, guid: str, key: str) -> bytes:
     Raises
     ------
     ValueError
-        If the sentence of a fault names an unknown variable, or is too long.
+        If the sentence of a fault names an unknown variable, or a sentence is too long.
     """
     constants = np.ascontiguousarray(constants, dtype="<f8")
     table, texts = model.interface, _Texts(model.name)
     variables = b"".join(_variable(v, texts) for v in table.variables)
-    faults, pieces = _sentences(model, texts)
+    pieces: list[bytes] = []
+    faults = _sentences(model, model.faults, pieces, texts)
+    warnings = _sentences(model, table.warnings, pieces, texts)
     counts = (
         *(table.n_parameters, table.n_inputs, table.n_outputs),
         *(_size(model.n_state, constants), _size(model.n_work, constants), len(constants)),
-        *(len(model.faults), len(pieces) // PIECE.size, len(texts.content)),
+        *(len(model.faults), len(table.warnings), len(pieces), len(texts.content)),
     )
     parts = [HEADER.pack(MAGIC, VERSION, key.encode(), guid.encode(), *counts), constants.tobytes()]
     parts += [np.asarray(numbers, "<f8").tobytes() for numbers in (table.start, table.minimum, table.maximum)]
-    parts += [faults, variables, pieces, bytes(TYPES.index(v.type) for v in table.variables), bytes(texts.content)]
+    parts += [faults, warnings, variables, b"".join(pieces)]
+    parts += [bytes(TYPES.index(v.type) for v in table.variables), bytes(texts.content)]
     content = b"".join(parts)
     return content + struct.pack("<I", zlib.crc32(content))
 
 
-HEADER = struct.Struct("<8sQ32s40s9Q")
+HEADER = struct.Struct("<8sQ32s48s10Q")
 VARIABLE = struct.Struct("<4I")
 PIECE = struct.Struct("<Ii")
-FAULT = struct.Struct("<qII")
+SENTENCE = struct.Struct("<qII")
 
 
 class _Texts:
@@ -91,12 +95,11 @@ def _variable(v: Variable, texts: _Texts) -> bytes:
     return VARIABLE.pack(texts.place(v.name), texts.place(kind), texts.place(allowed), v.tunable)
 
 
-def _sentences(model: Model, texts: _Texts) -> tuple[bytes, bytes]:
-    """Return the faults and the pieces of their sentences."""
+def _sentences(model: Model, sentences: Mapping[int, str], pieces: list[bytes], texts: _Texts) -> bytes:
+    """Return the sentences of faults or warnings, by their numbers, and append what they consist of to `pieces`."""
     position = model.interface.position
-    faults: list[bytes] = []
-    pieces: list[bytes] = []
-    for code, sentence in model.faults.items():
+    packed: list[bytes] = []
+    for number, sentence in sentences.items():
         texts.check(sentence, sentence.count("{"))
         first = len(pieces)
         for text, name in re.findall(r"([^{]*)(?:\{([^}]+)\})?", sentence):
@@ -104,5 +107,5 @@ def _sentences(model: Model, texts: _Texts) -> tuple[bytes, bytes]:
                 raise ValueError(f"{model.name}: a fault's sentence names {name!r}, which is no variable: {sentence!r}")
             if text or name:
                 pieces.append(PIECE.pack(texts.place(text), position[name] if name else -1))
-        faults.append(FAULT.pack(code, first, len(pieces) - first))
-    return b"".join(faults), b"".join(pieces)
+        packed.append(SENTENCE.pack(number, first, len(pieces) - first))
+    return b"".join(packed)

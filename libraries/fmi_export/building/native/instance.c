@@ -33,21 +33,26 @@ static void explain_range(char *text, const Data *data, int64_t variable, double
     append(text, "%s", data->text + data->variables[variable].allowed);
 }
 
-/* The sentence for a fault of the kernels, with the present values of the variables it names. */
+/* A sentence with the present values of the variables it names. */
+static void explain(char *text, const Run *run, const Sentence *sentence)
+{
+    const Piece *piece = run->data.pieces + sentence->first_piece;
+    for (uint32_t i = 0; i < sentence->n_pieces; i++, piece++) {
+        append(text, "%s", run->data.text + piece->text);
+        if (piece->variable >= 0)
+            append_number(text, run->values[piece->variable]);
+    }
+}
+
+/* The sentence for a fault of the kernels. */
 static void explain_fault(char *text, const Run *run, int64_t fault)
 {
     const Data *data = &run->data;
-    for (const FaultSentence *sentence = data->faults; sentence < data->faults + data->n_faults; sentence++) {
-        if (sentence->code != fault)
-            continue;
-        const Piece *piece = data->pieces + sentence->first_piece;
-        for (uint32_t i = 0; i < sentence->n_pieces; i++, piece++) {
-            append(text, "%s", data->text + piece->text);
-            if (piece->variable >= 0)
-                append_number(text, run->values[piece->variable]);
+    for (const Sentence *sentence = data->faults; sentence < data->faults + data->n_faults; sentence++)
+        if (sentence->of == fault) {
+            explain(text, run, sentence);
+            return;
         }
-        return;
-    }
     append(text, "fault %lld", (long long)fault);
 }
 
@@ -72,6 +77,22 @@ int64_t run_stop(Run *run, int64_t fault, const char *reason)
         snprintf(outcome->reason, sizeof outcome->reason, "%s", reason);
     run->values[run->data.n_values - 1] = (double)fault;
     return fault;
+}
+
+int run_next_warning(Run *run, char *text)
+{
+    const Data *data = &run->data;
+    for (int64_t i = 0; i < data->n_warnings; i++) {
+        int64_t variable = data->warnings[i].of;
+        if (run->told[i] || run->values[variable] == 0.0)
+            continue;
+        run->told[i] = 1;
+        text[0] = '\0';
+        append(text, "%s: ", name_of(data, variable));
+        explain(text, run, &data->warnings[i]);
+        return 1;
+    }
+    return 0;
 }
 
 /* Inputs may be new at every step, parameters only after one was set. */
@@ -123,6 +144,7 @@ void run_clear(Run *run)
     memcpy(run->values, data->start_values, (size_t)data->n_values * sizeof *run->values);
     memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
     memset(run->work, 0, (size_t)data->n_work * sizeof *run->work);
+    memset(run->told, 0, (size_t)data->n_warnings);
 }
 
 int64_t run_initialise(Run *run)

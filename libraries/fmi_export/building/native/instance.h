@@ -23,6 +23,7 @@ typedef struct {
     double *values, *state;
     Outcome *outcome;
     double *next_outputs, *work;
+    unsigned char *told; /* which warnings */
 } Run;
 
 #pragma GCC visibility push(hidden)
@@ -35,6 +36,9 @@ int64_t run_initialise(Run *run);
 
 /* One step under constant inputs; 0, or the fault. Outputs keep their last good values then. */
 int64_t run_step(Run *run, double time, double step_size);
+
+/* Whether a warning is true that was not told since `run_clear`; its name and sentence go to `text` (TEXT_SIZE). */
+int run_next_warning(Run *run, char *text);
 
 /* Keep a fault and its sentence until the next initialisation. */
 int64_t run_stop(Run *run, int64_t fault, const char *reason);

@@ -97,6 +97,17 @@ static void say(const Instance *instance, fmi2Status status, const char *format,
     hand_over(&instance->host, instance->name, status, text);
 }
 
+/* Log each warning when it is true for the first time, after initialisation or at the end of a step. */
+static void warn(Instance *instance, int stepped)
+{
+    char text[TEXT_SIZE];
+    while (run_next_warning(&instance->run, text))
+        if (stepped)
+            say(instance, fmi2Warning, "at t = %.9g s: %s", instance->now->time, text);
+        else
+            say(instance, fmi2Warning, "initialisation: %s", text);
+}
+
 /* Refuse a call for good: the first reason stays as the fault. */
 static fmi2Status refuse(Instance *instance, const char *format, ...)
 {
@@ -181,7 +192,7 @@ static Instance *allocate(const unsigned char *bytes, size_t size, const char *n
     size_t now = reserve(&end, 1, sizeof(Saved)), values = reserve(&end, (size_t)data.n_values, real);
     size_t state = reserve(&end, (size_t)data.n_state, real), outputs = reserve(&end, (size_t)data.n_outputs, real);
     size_t work = reserve(&end, (size_t)data.n_work, real), copy = reserve(&end, size, 1);
-    size_t own_name = reserve(&end, strlen(name) + 1, 1);
+    size_t own_name = reserve(&end, strlen(name) + 1, 1), told = reserve(&end, (size_t)data.n_warnings, 1);
     char *block = calloc(1, end);
     if (!block)
         return NULL;
@@ -197,6 +208,7 @@ static Instance *allocate(const unsigned char *bytes, size_t size, const char *n
         .outcome = &instance->now->outcome,
         .next_outputs = (double *)(block + outputs),
         .work = (double *)(block + work),
+        .told = (unsigned char *)(block + told),
     };
     instance->name = block + own_name;
     return instance;
@@ -326,6 +338,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component component)
     if (now->outcome.fault)
         return refuse(instance, "initialisation: %s", now->outcome.reason);
     now->state = STEP_COMPLETE;
+    warn(instance, 0);
     return fmi2OK;
 }
 
@@ -348,6 +361,7 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step_size
         return fmi2Discard;
     }
     now->time = time + step_size;
+    warn(instance, 1);
     return fmi2OK;
 }
 

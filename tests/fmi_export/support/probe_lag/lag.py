@@ -18,6 +18,14 @@ INTERFACE = interface(
     output("level", "V", "Twice the input, declared to stay below 12", maximum=12.0, depends_on=("u",)),
     output("steps", "1", "Steps since the start", type="Integer"),
     output("held", "1", "The hold input of the last step", type="Boolean", depends_on=("hold",)),
+    output(
+        "high",
+        "1",
+        "The input is above 3 V",
+        type="Boolean",
+        depends_on=("u",),
+        warning="u = {u} V is above 3 V, half of what is allowed (100 %)",
+    ),
     output("fault_code", "1", "0 while all is well", type="Integer"),
 )
 TOO_MUCH = 1
@@ -32,6 +40,7 @@ def outputs_of(parameters: Array, inputs: Array, state: Array, outputs: Array) -
     outputs[1] = 2.0 * inputs[0]
     outputs[2] = state[1]
     outputs[3] = inputs[1]
+    outputs[4] = inputs[0] > 3.0
     return 0
 
 
