@@ -9,8 +9,9 @@ couples a free spin to the shaft: with p = i e, e being the unbalance as a force
 
     M q'' + p Omega' = f + Omega^2 e        so that  (J - p . M^-1 p) Omega' = M_drive - c_s Omega - p . a
 
-where a is the shaft's acceleration at constant speed; damping that rotates with the shaft adds its torque. Mass matrix and energy hold the coupling; what gravity and base
-do to the unbalance itself is left out. Each body exists where its mass or inertia is given.
+where a is the shaft's acceleration at constant speed; damping that rotates with the shaft adds its torque. Mass matrix
+and energy hold the coupling; what gravity and base do to the unbalance itself is left out. Each body exists where its
+mass or inertia is given.
 """
 
 from __future__ import annotations
@@ -98,16 +99,18 @@ def drive_torque(spin: Spin, Omega: float) -> float:
 @kernel
 def couple_spin(motion: Motion, spin: Spin, theta: float) -> float:
     """Write the coupling of a free spin at the rotor angle `theta` (rad); return J - p . M^-1 p (kg m^2)."""
-    c, s = math.cos(theta), math.sin(theta)
-    coupling, given, caused = spin_coupling(motion), forces(motion), accelerations(motion)
-    inertia = spin.inertia
-    for i in range(coupling.p.shape[0]):
-        coupling.p[i] = c * given.sine[i] - s * given.cosine[i]
-        coupling.s[i] = c * caused.sine[i] - s * caused.cosine[i]
-        inertia -= coupling.p[i] * coupling.s[i]
+    direction_x, direction_y = -math.sin(theta), math.cos(theta)
+    p, s = spin_coupling(motion)
+    _, cosine, sine = forces(motion)
+    _, cosine_effect, sine_effect = accelerations(motion)
+    inertia: float = spin.inertia
+    for i in range(p.shape[0]):
+        p[i] = direction_x * cosine[i] + direction_y * sine[i]
+        s[i] = direction_x * cosine_effect[i] + direction_y * sine_effect[i]
+        inertia -= p[i] * s[i]
     spin.scale = 1.0 / math.sqrt(inertia) if inertia > 0.0 else 0.0
-    for i in range(coupling.s.shape[0]):
-        coupling.s[i] *= spin.scale
+    for i in range(s.shape[0]):
+        s[i] *= spin.scale
     return inertia
 
 

@@ -69,14 +69,14 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float)
     for site in w.sites:
         if site.enabled != 0.0 and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
             return False
-    integrals = energy_integrals(z, n)
-    integrals.work += _work(motion, propagator, n)
+    heat = from_spin = 0.0
     if motion.is_damped:
-        heat, work = _shaft_heat_and_work(w, end)
-        integrals.damping_heat += h * heat
-        integrals.work += h * work
-    else:
-        integrals.damping_heat += h * (_damping_heat(motion, end, n) if damped else 0.0)
+        heat, from_spin = _shaft_heat_and_work(w, end)
+    elif damped:
+        heat = _damping_heat(motion, end, n)
+    integrals = energy_integrals(z, n)
+    integrals.work += _work(motion, propagator, n) + h * from_spin
+    integrals.damping_heat += h * heat
     copy(end[: 2 * n], z)
     return True
 

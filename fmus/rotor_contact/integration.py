@@ -36,7 +36,7 @@ def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
     Friction heat is -T v_slip. Where the speed is given, the drive's work is -T R_s Omega, also where nothing slips.
     """
     n = w.n
-    motion, sites, spin = w.motion, w.sites, w.spin[0]
+    motion, spin = w.motion, w.spin[0]
     q = z[:n]
     v = z[n : 2 * n]
     a = dz[n : 2 * n]

@@ -155,15 +155,24 @@ def _site_outputs(site: str) -> list[Variable]:
             "1",
             f"Whether the rotor is beyond the clearance {at}, where it cannot touch because enabled is false",
             type="Boolean",
+            warning=f"the rotor passes {site.upper()}, which {site}.enabled = false leaves out: the gap is "
+            f"{{{site}.gap}} m with a clearance of {{{site}.clearance}} m",
         ),
         output(
             f"{site}.beyond_reduction",
             "1",
             f"Whether it whirls in contact {at} faster than the frequency to which the rotor's reduction is accurate",
             type="Boolean",
+            warning=f"the whirl in contact at {site.upper()}, {{{site}.whirl_speed}} rad/s, is faster than the rotor's "
+            "reduction is accurate for: keep more planes or modes",
         ),
         output(
-            f"{site}.overheated", "1", f"Whether the retainer is beyond its temperature_limit {at}", type="Boolean"
+            f"{site}.overheated",
+            "1",
+            f"Whether the retainer is beyond its temperature_limit {at}",
+            type="Boolean",
+            warning=f"{site}.temperature = {{{site}.temperature}} K is beyond {site}.temperature_limit = "
+            f"{{{site}.temperature_limit}} K",
         ),
     ]
 
@@ -241,6 +250,8 @@ def interface_of(planes: Planes) -> Interface:
             "1",
             "Whether a substep of the last step was less accurate than solver.tolerance",
             type="Boolean",
+            warning="a substep was less accurate than solver.tolerance = {solver.tolerance} m/s; it takes a "
+            "solver.max_substep below {solver.max_substep} s",
         ),
         repeated("displacements", axes, _displacement_output),
         repeated("sensors", sensors, _sensor_output),
@@ -320,7 +331,11 @@ def _spin_parameters(polar_inertia: float) -> list[Variable]:
         parameter("spin.inertia", "kg.m2", "Polar inertia of rotor and drive", polar_inertia, minimum=0.0),
         parameter("spin.drag", "N.m.s", "Viscous drag on the spin", 0.0, minimum=0.0),
         parameter(
-            "drive.gain", "N.m.s", "Torque of the drive per speed that is missing to what Omega demands", 0.0, minimum=0.0
+            "drive.gain",
+            "N.m.s",
+            "Torque of the drive per speed that is missing to what Omega demands",
+            0.0,
+            minimum=0.0,
         ),
     ]
 

@@ -10,12 +10,12 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.records import record, size_of
-from rotor_contact.bodies import SPIN
+from rotor_contact.bodies import SPIN, place_bodies
 from rotor_contact.contact import MAX_UNKNOWNS
 from rotor_contact.dynamics import BEARING, N_ROWS, Bearings, Motion
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagator_of, propagator_size
-from rotor_contact.signals import Parameters
+from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.site import SITE, Sites
 from rotor_contact.structure import Structure, structure_of
 from rotor_contact.workspace import N_INTEGRALS, N_STAGES, Workspace, energy_integrals
@@ -30,9 +30,7 @@ HEAD = record(
     ("coupling", np.float64),  # energy that shaft and free spin share by unbalance (J)
 )
 # Mode and direction of slip; temperature (K); heat so far (J).
-SITE_STATE = record(
-    ("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64)
-)
+SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
 N_HEAD, N_SITE_STATE = size_of(HEAD), size_of(SITE_STATE)
 
 N_SITE, N_BEARING, N_SPIN = size_of(SITE), size_of(BEARING), size_of(SPIN)
@@ -167,8 +165,11 @@ def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int)
 
 
 @kernel
-def load_sites(structure: Structure, parameters: Parameters, states: Records, scratch: Scratch) -> None:
-    """Fill the sites' records from their parameters and states; what is no part of these becomes zero."""
+def load_sites(structure: Structure, parameters: Parameters, inputs: Inputs, states: Records, scratch: Scratch) -> int:
+    """Fill the records of the sites and of the spin; return the number of all degrees of freedom.
+
+    What of a site is neither parameter nor state becomes zero.
+    """
     scratch.site_rows[:, :] = 0.0
     for k in range(structure.sites.shape[0]):
         copy(parameters.sites[k], scratch.site_rows[k])
@@ -176,6 +177,7 @@ def load_sites(structure: Structure, parameters: Parameters, states: Records, sc
         site.row = int(structure.sites[k])
         site.mode = int(states[k].mode)
         site.slip_sign = states[k].slip_sign
+    return place_bodies(parameters, inputs, scratch.sites, scratch.spin[0], structure.K.shape[0])
 
 
 @kernel

@@ -7,7 +7,7 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from rotor_contact.bodies import coupling_energy, least_inertia, place_bodies
+from rotor_contact.bodies import coupling_energy, least_inertia
 from rotor_contact.dynamics import collect_coefficients, collect_forces
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
 from rotor_contact.free_flight import propagate
@@ -40,8 +40,7 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
     x, scratch = state_of(state, structure), scratch_of(work, structure)
     z, sites, spin, head = x.z, scratch.sites, scratch.spin[0], x.head[0]
-    load_sites(structure, p, x.sites, scratch)
-    n = place_bodies(p, u, sites, spin, structure.K.shape[0])
+    n = load_sites(structure, p, u, x.sites, scratch)
     for k in range(sites.shape[0]):
         off_centre = math.hypot(sites[k].offset_x, sites[k].offset_y)
         if sites[k].enabled != 0.0 and off_centre >= sites[k].clearance:
@@ -95,8 +94,7 @@ def step(
         return FAULT_LONG_STEP
     x, scratch = state_of(state, structure), scratch_of(work, structure)
     head, spin = x.head[0], scratch.spin[0]
-    load_sites(structure, p, x.sites, scratch)
-    n = place_bodies(p, u, scratch.sites, spin, structure.K.shape[0])
+    n = load_sites(structure, p, u, x.sites, scratch)
     Omega, Omega_dot = u.own[0].Omega, u.own[0].Omega_dot
     if spin.row >= 0:
         x.z[spin.row] = head.theta

@@ -5,7 +5,7 @@ import pytest
 
 from rotor_analysis.plant_data import plant
 from rotor_contact import interface
-from rotor_contact.signals import SITE_PARAMETERS, inputs_of, outputs_of, parameters_of
+from rotor_contact.signals import SITE_OUTPUTS, SITE_PARAMETERS, inputs_of, outputs_of, parameters_of
 from rotor_contact.structure import structure_of
 
 MODEL, CONSTANTS = plant()
@@ -28,6 +28,12 @@ def parameters():
     yield "solver.tolerance", p.solver.tolerance
     yield "solver.exact_flight", p.solver.exact_flight
     yield "gravity", p.gravity
+    yield "gravity_angle", p.gravity_angle
+    yield "ambient_temperature", p.ambient_temperature
+    yield "spin.free", p.spin.free
+    yield "spin.inertia", p.spin.inertia
+    yield "spin.drag", p.spin.drag
+    yield "drive.gain", p.drive.gain
     yield "initial.orbit", p.initial.orbit
     for k, site in enumerate(SITES):
         for name, value in zip(SITE_PARAMETERS.names, parts.sites[k], strict=True):
@@ -41,6 +47,8 @@ def inputs():
     parts, u = numbered(inputs_of, "input")
     yield "Omega", u.Omega
     yield "Omega_dot", u.Omega_dot
+    yield "drive.torque", u.drive.torque
+    yield "drive.torque_limit", u.drive.torque_limit
     for k, bearing in enumerate(BEARINGS):
         for i, axis in enumerate("xy"):
             yield f"{bearing}.f_{axis}", parts.axes[2 * k + i].force
@@ -59,13 +67,15 @@ def inputs():
 def outputs():
     parts, y = numbered(outputs_of, "output")
     yield "theta", y.theta
+    yield "speed", y.speed
+    yield "solver.tolerance_missed", y.solver.tolerance_missed
     for k, bearing in enumerate(BEARINGS):
         yield f"{bearing}.x", parts.displacements[2 * k]
         yield f"{bearing}.y", parts.displacements[2 * k + 1]
     for i in range(8):
         yield f"s{i + 1}", parts.sensors[i]
     for k, site in enumerate(SITES):
-        for name in ("gap", "mode", "f_n", "f_t", "impulse", "slip_velocity", "whirl_speed"):
+        for name in SITE_OUTPUTS.names:
             yield f"{site}.{name}", parts.sites[k][name]
     yield "contact_state", y.contact_state
     for name in ("kinetic", "strain", "damping", "friction", "impact", "dissipated", "work", "balance"):

@@ -148,7 +148,7 @@ def energy(instance):
     bearings = sum(
         instance[f"mb{k + 1}.k_b"] * (q[int(row)] ** 2 + q[int(row) + 1] ** 2) for k, row in enumerate(s.bearings)
     )
-    return 0.5 * (v @ s.M @ v + q @ s.K @ q + bearings)
+    return 0.5 * (v @ s.forms[:n] @ v + q @ s.K @ q + bearings)
 
 
 def masters(instance):
