@@ -199,6 +199,11 @@ def positive_speed(speed: float) -> float:
 
 def packaged_scenarios() -> dict[str, Traversable]:
     """The scenarios that come with the package, by name."""
+    return {name: file for name, file in _packaged_files().items() if not name.startswith("_")}
+
+
+def _packaged_files() -> dict[str, Traversable]:
+    """Their files, and those that only serve as a base, whose names begin with `_`."""
     folder = resources.files("amb_cosim").joinpath("scenarios")
     return {f.name.removesuffix(".toml"): f for f in sorted(folder.iterdir(), key=lambda f: f.name)}
 
@@ -262,11 +267,11 @@ def _check_speeds(scenario: Scenario) -> None:
 
 def _read(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     """Content of a scenario file, laid over that of its base; paths in a file are relative to it."""
-    packaged = packaged_scenarios()
+    packaged = _packaged_files()
     source: Traversable = packaged.get(name, Path(name))
     if not source.is_file():
         kind = "file" if name.endswith(".toml") else "scenario"
-        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged)}")
+        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged_scenarios())}")
     if name in derived:
         raise ValueError(f"scenario {name}: it is its own base ({' -> '.join((*derived, name))})")
     data = read_toml(source, f"scenario {name}")
