@@ -106,6 +106,8 @@ class Scenario(Table):
     Models are built for `rotor`, the name of one that comes with the package or a rotor file, the rig by default; the
     controller has the H of the table of
     `receptances` in place of the rotor model's.
+    `gravity` pulls on the rotor towards `gravity_angle`, from x towards y. The static currents of magnetic bearings
+    then carry the weight, and the rotor levitates at its setpoint; parameters that the scenario gives keep their values.
     Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
     unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs match
     any characters and any one character.
@@ -121,6 +123,8 @@ class Scenario(Table):
     coupling: Coupling | None = None
     communication_step: Value = "250 us"
     Omega: Value
+    gravity: Value | None = None
+    gravity_angle: Value = "225 deg"
     settle_cycles: float = Field(default=40.0, ge=0.0)
     end_cycle: float | None = Field(default=None, gt=0.0)
     end_time: Value | None = None
