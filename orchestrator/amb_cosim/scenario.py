@@ -107,7 +107,8 @@ class Scenario(Table):
     controller has the H of the table of
     `receptances` in place of the rotor model's.
     `gravity` pulls on the rotor towards `gravity_angle`, from x towards y. The static currents of magnetic bearings
-    then carry the weight, and the rotor levitates at its setpoint; parameters that the scenario gives keep their values.
+    then carry the weight, and the rotor levitates at its setpoint. Parameters that the scenario gives keep their
+    values.
     Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
     unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs match
     any characters and any one character.
