@@ -47,12 +47,13 @@ def check(axes: Axes) -> int:
     dynamic, n_axes = axes.own[0].amplifier == DYNAMIC, axes.given.shape[0]
     for k in range(n_axes):
         axis = axes.given[k]
-        operating_current = axis.static_current + axis.bias_current
+        upper_current = axis.static_current + axis.bias_current
+        larger_current = max(upper_current, axis.bias_current)
         if abs(axes.inputs[k].displacement) >= axis.gap:
             return fault_code(GAP, k, n_axes)
-        if operating_current > axis.current_limit:
+        if upper_current < 0.0 or larger_current > axis.current_limit:
             return fault_code(BIAS, k, n_axes)
-        if dynamic and axis.resistance * operating_current > axis.voltage_limit:
+        if dynamic and axis.resistance * larger_current > axis.voltage_limit:
             return fault_code(VOLTAGE, k, n_axes)
     return 0
 
@@ -74,7 +75,7 @@ def write_outputs(p: np.record, axis: np.record, u: np.record, response: AxisRes
     coils = Coils(upper.current, lower.current, 1.0 - u.coil_loss_upper, 1.0 - u.coil_loss_lower)
     if p.mean_current != 0.0:
         coils = Coils(upper.mean, lower.mean, coils.upper_turns, coils.lower_turns)
-    y.force, y.gradient = force(p.force_law, axis, x, coils)
+    y.force, y.gradient = force(p.force_law, axis, x, coils, p.total_force != 0.0)
     y.reference = x
     upper_current = axis.static_current + axis.bias_current + upper.current
     lower_current = axis.bias_current - lower.current
@@ -169,14 +170,16 @@ def model_for(bearings: Sequence[str]) -> Model:
 def _fault_sentences(axes: Sequence[tuple[str, str]]) -> dict[int, str]:
     sentences = {}
     for k, (b, a) in enumerate(axes):
-        operating = f"{b}.bias_current_{a} = {{{b}.bias_current_{a}}} A plus "
-        operating += f"{b}.static_current_{a} = {{{b}.static_current_{a}}} A"
+        bias_current = f"{b}.bias_current_{a} = {{{b}.bias_current_{a}}} A"
+        operating = f"{bias_current} plus {b}.static_current_{a} = {{{b}.static_current_{a}}} A"
         gap, bias, voltage = (fault_code(kind, k, len(axes)) for kind in (GAP, BIAS, VOLTAGE))
         sentences[gap] = (
             f"{b}.{a} = {{{b}.{a}}} m is not allowed; the rotor must stay within the air gap, "
             f"|{b}.{a}| < {{{b}.gap_{a}}} m"
         )
-        sentences[bias] = f"{operating} is not allowed; the sum must be <= {{{b}.current_limit_{a}}} A"
+        sentences[bias] = (
+            f"{operating} is not allowed; the first and the sum must be >= 0 A and <= {{{b}.current_limit_{a}}} A"
+        )
         sentences[voltage] = (
             f"{b}.voltage_limit_{a} = {{{b}.voltage_limit_{a}}} V is not allowed; it must drive {operating} "
             f"through {b}.resistance_{a} = {{{b}.resistance_{a}}} Ohm"

@@ -100,16 +100,22 @@ def pull(p: np.record, current: float, distance: float) -> Pull:
 
 
 @kernel
-def nonlinear_force(p: np.record, x: float, c: Coils) -> tuple[float, float]:
-    """Return the force (N) in excess of the static load and its gradient (N/m): P_upper - P_lower - F_0     (2.6)."""
-    upper = pull(p, c.upper_turns * (p.static_current + p.bias_current + c.upper), p.gap - x)
-    lower = pull(p, c.lower_turns * (p.bias_current - c.lower), p.gap + x)
-    static = pull(p, p.static_current + p.bias_current, p.gap).force - pull(p, p.bias_current, p.gap).force
-    return upper.force - lower.force - static, upper.per_distance + lower.per_distance
+def static_pull(p: np.record) -> float:
+    """Return the static load F_0 that a healthy axis carries at its centre without control current (N), by (2.6)."""
+    return pull(p, p.static_current + p.bias_current, p.gap).force - pull(p, p.bias_current, p.gap).force
 
 
 @kernel
-def linear_force(p: np.record, k_s: float, k_i: float, x: float, c: Coils) -> tuple[float, float]:
+def nonlinear_force(p: np.record, x: float, c: Coils, total: bool = False) -> tuple[float, float]:
+    """Return the force (N) and its gradient (N/m): P_upper - P_lower, less F_0 unless it is `total`     (2.6)."""
+    upper = pull(p, c.upper_turns * (p.static_current + p.bias_current + c.upper), p.gap - x)
+    lower = pull(p, c.lower_turns * (p.bias_current - c.lower), p.gap + x)
+    carried = 0.0 if total else static_pull(p)
+    return upper.force - lower.force - carried, upper.per_distance + lower.per_distance
+
+
+@kernel
+def linear_force(p: np.record, k_s: float, k_i: float, x: float, c: Coils, total: bool = False) -> tuple[float, float]:
     """Return the force (N) and its gradient (N/m) of the linear law F = K_s x + K_i I_c     (2.7).
 
     Where turns or bias are lost, it is (2.6) linearised about the remaining operating point. With a = I_s + I_b,
@@ -121,7 +127,8 @@ def linear_force(p: np.record, k_s: float, k_i: float, x: float, c: Coils) -> tu
         F = K_s e^2 (n_u^2 a^2 + n_l^2 b^2)/(a^2 + b^2) x + K_i e (n_u^2 a + n_l^2 b)/(a + b) I_c
             + K_i/2 [e^2 (n_u^2 a^2 - n_l^2 b^2) - (a^2 - b^2)]/(a + b)
 
-    A healthy bearing has e = 1 and the last term zero.
+    A healthy bearing has e = 1 and the last term zero. That term less its part a^2 - b^2 is the `total` force's, which
+    is F_0 = K_i/2 I_s at the centre of a healthy bearing, that of (2.6) with (2.9), and zero without currents.
     """
     a, b = p.static_current + p.bias_current, p.bias_current
     squares = a * a + b * b
@@ -132,13 +139,14 @@ def linear_force(p: np.record, k_s: float, k_i: float, x: float, c: Coils) -> tu
     n_u, n_l = c.upper_turns * c.upper_turns, c.lower_turns * c.lower_turns
     stiffness = k_s * (level * level * (n_u * a * a + n_l * b * b) / squares)
     per_current = k_i * (level * (n_u * a + n_l * b) / (a + b))
-    lost = 0.5 * k_i / (a + b) * (level * level * (n_u * a * a - n_l * b * b) - (a * a - b * b))
+    carried = 0.0 if total else a * a - b * b
+    lost = 0.5 * k_i / (a + b) * (level * level * (n_u * a * a - n_l * b * b) - carried)
     return stiffness * x + per_current * control + lost, stiffness
 
 
 @kernel
-def force(law: float, p: np.record, x: float, c: Coils) -> tuple[float, float]:
-    """Return the force (N) of an axis in excess of the static load, and its gradient over displacement (N/m).
+def force(law: float, p: np.record, x: float, c: Coils, total: bool = False) -> tuple[float, float]:
+    """Return the force (N) of an axis and its gradient over displacement (N/m).
 
     Parameters
     ----------
@@ -150,12 +158,14 @@ def force(law: float, p: np.record, x: float, c: Coils) -> tuple[float, float]:
         Displacement (m), |x| < gap.
     c
         Coil currents and working turns.
+    total
+        Whether the force is the whole one, in place of that in excess of the static load F_0.
     """
     if law == NONLINEAR:
-        return nonlinear_force(p, x, c)
+        return nonlinear_force(p, x, c, total)
     if law == MEASURED:
-        return linear_force(p, p.k_s_measured, p.k_i_measured, x, c)
-    return linear_force(p, negative_stiffness(p), current_stiffness(p), x, c)
+        return linear_force(p, p.k_s_measured, p.k_i_measured, x, c, total)
+    return linear_force(p, negative_stiffness(p), current_stiffness(p), x, c, total)
 
 
 @kernel

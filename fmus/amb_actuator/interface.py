@@ -38,7 +38,14 @@ def _magnet(b: str, a: str, at: str) -> list[Variable]:
             maximum=1.5,
         ),
         parameter(f"{b}.bias_current_{a}", "A", f"Bias current, {at} (Table 2.2)", 4.43, minimum=0.0, maximum=1e4),
-        parameter(f"{b}.static_current_{a}", "A", f"Static current, {at} (Table 2.2)", 1.14, minimum=0.0, maximum=1e4),
+        parameter(
+            f"{b}.static_current_{a}",
+            "A",
+            f"Static current; negative for a static load towards positive displacements, {at} (Table 2.2)",
+            1.14,
+            minimum=-1e4,
+            maximum=1e4,
+        ),
         parameter(
             f"{b}.current_limit_{a}", "A", f"Largest coil current, {at} (Table 2.4)", 10.0, minimum=0.0, maximum=1e4
         ),
@@ -164,7 +171,11 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
     flag: dict[str, object] = {"type": "Boolean"}
     return [
         output(
-            f"{b}.f_{a}", "N", f"Force on the rotor in excess of the static load, {at}", depends_on=force, field="force"
+            f"{b}.f_{a}",
+            "N",
+            f"Force on the rotor, in excess of the static load unless total_force, {at}",
+            depends_on=force,
+            field="force",
         ),
         output(
             f"{b}.k_{a}{a}", "N/m", f"Gradient of the force over displacement, {at}", depends_on=force, field="gradient"
@@ -256,6 +267,14 @@ _MODEL_PARAMETERS = (
         minimum=IDEAL,
         maximum=DYNAMIC,
         type="Integer",
+    ),
+    parameter(
+        "total_force",
+        "1",
+        "Forces include the pull of the static currents, which a plant with gravity needs; "
+        "otherwise they are in excess of the static load",
+        0.0,
+        type="Boolean",
     ),
     parameter(
         "mean_current",

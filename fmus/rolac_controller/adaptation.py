@@ -6,17 +6,20 @@
 With Q = Q_0 + R U and H = -(R^H W R)^-1 R^H W this is U' = -alpha (U - U_opt): the forces approach the
 weighted least-squares optimum with time constant 1/alpha, as long as the revolution over which Q is averaged is
 short against it.
+
+While it may not adapt, the forces fade, U' = -fade U, and go on from what is left once it may again: they never jump.
 """
 
 from __future__ import annotations
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rolac_controller.complex_numbers import Complex, phasor
+from rolac_controller.complex_numbers import Complex, phasor, scaled, squared_magnitude
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.records import Records
 
 ROUNDING = 1e-12
+FADED = 1e-6  # N; a fading force that is smaller is none
 
 
 @kernel
@@ -63,6 +66,29 @@ def forces_at(U: Complex, harmonics: Records, theta: float, u: Array) -> None:
         rotation = phasor(harmonics[k].order * theta)
         for axis in range(u.shape[0]):
             u[axis] += (U[k, axis] * rotation).real
+
+
+@kernel
+def fade_forces(U: Complex, share: float) -> None:
+    """Take a share, 0 to 1, from all forces, shape (N_HARMONICS, n_axes) (N), and all of what is `FADED`."""
+    for k in range(N_HARMONICS):
+        for axis in range(U.shape[1]):
+            faded = squared_magnitude(U[k, axis]) < FADED * FADED
+            U[k, axis] = 0j if faded else scaled(U[k, axis], 1.0 - share)
+
+
+@kernel
+def turn_forces(U: Complex, harmonics: Records, angle: float) -> None:
+    """Keep the forces at this moment where the rotor angle jumps by `angle` (rad): U becomes U exp(-j n angle).
+
+    Arguments as in `limit_forces`.
+    """
+    for k in range(N_HARMONICS):
+        if harmonics[k].order == 0.0:
+            break
+        rotation = phasor(-harmonics[k].order * angle)
+        for axis in range(U.shape[1]):
+            U[k, axis] *= rotation
 
 
 @kernel

@@ -13,13 +13,13 @@ from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array, Model
 from fmi_export.parts import clear
 from rolac_controller import identification, sensors
-from rolac_controller.adaptation import forces_at
+from rolac_controller.adaptation import forces_at, turn_forces
 from rolac_controller.chain import is_on
 from rolac_controller.contact import update_contact_share
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop
 from rolac_controller.converters import quantised, resolution
 from rolac_controller.enumerations import NOT_STARTED
-from rolac_controller.fourier import add_sample, last_delta_theta, samples_of_revolution, transform
+from rolac_controller.fourier import add_sample, angle_jump, last_delta_theta, samples_of_revolution, transform
 from rolac_controller.interface import interface_of
 from rolac_controller.outputs import write_identification, write_synchronous
 from rolac_controller.pid import CurrentLimits, differentiate, limit_and_integrate, pid_current
@@ -83,6 +83,9 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) ->
     """Find the displacements and synchronous components at this sample, contact, and sensors that are suspect."""
     own, findings, window = inputs.own[0], work.findings[0], state.window
     sensors.measure(parameters, inputs, state.sensors, state.head[0].started != 0.0, True, work.displacements)
+    jump = angle_jump(window, own.theta)
+    if jump != 0.0:
+        turn_forces(state.U, parameters.harmonics, jump - own.Omega * parameters.own[0].sample_time)
     add_sample(window, parameters.harmonics, own.theta, work.displacements)
     samples = samples_of_revolution(window)
     valid = window_is_valid(parameters, own.Omega, samples)

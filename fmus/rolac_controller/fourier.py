@@ -123,6 +123,16 @@ def last_delta_theta(window: Window) -> float:
 
 
 @inlined_kernel
+def angle_jump(window: Window, theta: float) -> float:
+    """Return the change from the newest angle of the window to `theta` if it exceeds `LARGEST_STEP`, else 0 (rad)."""
+    extent = window.extent[0]
+    if extent.next == extent.first:
+        return 0.0
+    change = angle_between(window.thetas[ring_index(extent.next - 1)], theta)
+    return change if abs(change) > LARGEST_STEP else 0.0
+
+
+@inlined_kernel
 def add_segment(window: Window, harmonics: Records, integral: Complex, number: float, sign: float) -> float:
     """Add (sign 1) or subtract (sign -1) the segment from sample `number` to the next to one of the two sums.
 
@@ -179,15 +189,13 @@ def add_sample(window: Window, harmonics: Records, theta: float, displacements: 
     harmonics
         Records HARMONIC, shape (N_HARMONICS,), the same at every call; the first order 0 ends them.
     theta
-        Rotor angle (rad), wrapped or not, within 1e18. A jump by more than `LARGEST_STEP` clears the window first.
+        Rotor angle (rad), wrapped or not, within 1e18. A jump (`angle_jump`) clears the window first.
     displacements
         Of the sensors, shape (n_sensors,) (m).
     """
     extent = window.extent[0]
-    if extent.next > extent.first:
-        jump = angle_between(window.thetas[ring_index(extent.next - 1)], theta)
-        if abs(jump) > LARGEST_STEP:
-            clear_window(window)
+    if angle_jump(window, theta) != 0.0:
+        clear_window(window)
     if extent.next - extent.first == CAPACITY:
         remove_oldest(window, harmonics)
     newest = ring_index(extent.next)

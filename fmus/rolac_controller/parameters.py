@@ -109,6 +109,14 @@ ADAPTATION = (
         tunable=True,
     ),
     parameter(
+        "rolac.fade",
+        "1/s",
+        "Rate at which the force fades while ROLAC is off or leaves the PID alone; from 1/sample_time on at once",
+        20.0,
+        minimum=0.0,
+        tunable=True,
+    ),
+    parameter(
         "rolac.min_speed",
         "rad/s",
         "Speed below which there is no synchronous signal and no ROLAC",

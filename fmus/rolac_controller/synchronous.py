@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fmi_export.jit import inlined_kernel
-from fmi_export.parts import clear
-from rolac_controller.adaptation import integral_step, limit_forces
+from rolac_controller.adaptation import fade_forces, integral_step, limit_forces
 from rolac_controller.contact import turn_against_displacement
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.enumerations import (
@@ -47,7 +48,7 @@ def permitted_status(parameters: Parameters, inputs: Inputs, state: State, work:
 def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
     """Advance the synchronous forces U by one sample.
 
-    They change under ADAPTING alone, stay under IDENTIFYING, and are zero under any other status.
+    They adapt under ADAPTING alone, stay under IDENTIFYING, and fade to zero under any other status.
 
     Parameters
     ----------
@@ -62,34 +63,48 @@ def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Wo
     findings = work.findings[0]
     findings.extrapolated = 0.0
     findings.force_limited = 0.0
+    if findings.status == ADAPTING and not is_covered(parameters, inputs, table, findings):
+        findings.status = NO_H
     if findings.status == ADAPTING:
         adapt(parameters, inputs, state, work, table)
     if findings.status in (ADAPTING, IDENTIFYING):
         findings.force_limited = limit_forces(state.U, parameters.harmonics, parameters.own[0].rolac.force_limit)
     else:
-        findings.extrapolated = 0.0
-        clear(state.U)
+        own = parameters.own[0]
+        fade_forces(state.U, min(own.rolac.fade * own.sample_time, 1.0))
         forget(state.olac)
+
+
+@inlined_kernel
+def is_covered(parameters: Parameters, inputs: Inputs, table: TableViews, findings: np.record) -> bool:
+    """Return whether the table has H of all harmonics for this speed; notes in `findings` where it is extrapolated."""
+    extrapolated = 0.0
+    for k in range(N_HARMONICS):
+        order = parameters.harmonics[k].order
+        if order == 0.0:
+            break
+        coverage = find_bracket(table, order, inputs.own[0].Omega).coverage
+        if coverage == MISSING or (coverage == BEYOND and not parameters.own[0].rolac.extrapolate):
+            return False
+        if coverage == BEYOND:
+            extrapolated = 1.0
+    findings.extrapolated = extrapolated
+    return True
 
 
 @inlined_kernel
 def adapt(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
     """Change the forces of all harmonics by one step of the law; arguments as in `update_forces`."""
-    own, findings, Omega = parameters.own[0], work.findings[0], inputs.own[0].Omega
+    own, Omega = parameters.own[0], inputs.own[0].Omega
     mode = own.rolac.mode
-    due = mode != OLAC or update_is_due(own.olac, findings.delta_theta, work.Q, state.olac)
+    if mode == OLAC and not update_is_due(own.olac, work.findings[0].delta_theta, work.Q, state.olac):
+        return
     for k in range(N_HARMONICS):
         order = parameters.harmonics[k].order
         if order == 0.0:
             break
-        bracket = find_bracket(table, order, Omega)
-        if bracket.coverage == BEYOND:
-            findings.extrapolated = 1.0
-        if bracket.coverage == MISSING or (bracket.coverage == BEYOND and not own.rolac.extrapolate):
-            findings.status = NO_H
-        elif due:
-            interpolate_matrix(table, bracket, mode, work)
-            step_harmonic(parameters, order * Omega, state, work, k)
+        interpolate_matrix(table, find_bracket(table, order, Omega), mode, work)
+        step_harmonic(parameters, order * Omega, state, work, k)
 
 
 @inlined_kernel

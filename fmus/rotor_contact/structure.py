@@ -32,7 +32,7 @@ class Structure(NamedTuple):
     valid_to
         Frequency (rad/s) up to which the natural frequencies are those of the full model; infinite if it is not known.
     forms
-        Mass M (kg), damping C and R (N s/m) of the shaft, one below the other, shape (3 n, n). R rotates with the rotor,
+        Mass M (kg), damping C and R (N s/m) of the shaft, one below the other, shape (3 n, n). R turns with the rotor,
         J q being q turned by a right angle in the direction of spin: its force is -R (v - Omega J q).
     K
         Stiffness (N/m), shape (n, n).

@@ -16,8 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from amb_actuator.force import Coils, current_stiffness, limited_current, negative_stiffness, nonlinear_force, pull
-from amb_actuator.interface import axes_of, interface_of
+from amb_actuator.force import (
+    Coils,
+    current_stiffness,
+    force,
+    limited_current,
+    negative_stiffness,
+    nonlinear_force,
+    pull,
+)
+from amb_actuator.interface import LINEAR, MEASURED, NONLINEAR, axes_of, interface_of
 from amb_actuator.records import AXIS
 from fmi_export.model import Array
 
@@ -72,10 +80,11 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
         if not variables[name].minimum <= value <= variables[name].maximum:
             raise ValueError(variables[name].describe_range(value))
     p: np.record = np.array([tuple(changes.get(name, v.start) for name, v in variables.items())], dtype=AXIS)[0]
-    if p.static_current + p.bias_current > p.current_limit:
+    upper_current = p.static_current + p.bias_current
+    if upper_current < 0.0 or max(upper_current, p.bias_current) > p.current_limit:
         raise ValueError(
             f"bias_current = {p.bias_current:g} A plus static_current = {p.static_current:g} A is not allowed; "
-            f"the sum must be <= {p.current_limit:g} A"
+            f"the first and the sum must be >= 0 A and <= {p.current_limit:g} A"
         )
     return p
 
@@ -83,6 +92,48 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
 def linear_constants(p: np.record) -> tuple[float, float]:
     """Return K_s (N/m) and K_i (N/A) of the linear law from the geometry of an axis     (2.8, 2.9)."""
     return float(negative_stiffness(p)), float(current_stiffness(p))
+
+
+def operating_constants(p: np.record, law: int) -> tuple[float, float]:
+    """Return K_s (N/m) and K_i (N/A) of a force law of the actuator at the operating point of an axis."""
+    if law == MEASURED:
+        return float(p.k_s_measured), float(p.k_i_measured)
+    if law == LINEAR:
+        return linear_constants(p)
+    at_rest = linearisation(p)
+    return float(at_rest.k_s), float(at_rest.k_i)
+
+
+def static_current_for(load: float, p: np.record, law: int = NONLINEAR) -> float:
+    """Return the static current I_s (A) with which an axis at its centre carries a static load under a force law.
+
+    P(I_s + I_b) - P(I_b) = load; without saturation under the linear law, and K_i/2 I_s = load under the measured one.
+
+    Parameters
+    ----------
+    load
+        Force F_0 of the axis on the rotor (N), negative towards negative displacements.
+    p
+        Parameters of the axis; its static current is ignored.
+    law
+        `force_law` of the actuator.
+
+    Raises
+    ------
+    ValueError
+        If the coils cannot carry the load.
+    """
+
+    def excess(static: float) -> float:
+        q = p.copy()
+        q.static_current = static
+        return force(law, q, 0.0, Coils(0.0, 0.0, 1.0, 1.0), True)[0] - load
+
+    least, most = -float(p.bias_current), float(p.current_limit - p.bias_current)
+    low, high = excess(least), excess(most)
+    if not low <= 0.0 <= high:
+        raise ValueError(f"load = {load:g} N is not allowed; it must be >= {low + load:g} N and <= {high + load:g} N")
+    return float(brentq(excess, least, most, xtol=1e-13)) if load != 0.0 else 0.0
 
 
 def current_range(p: np.record) -> tuple[float, float]:
@@ -205,36 +256,29 @@ def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
 def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
     """Return the remaining control force above static loads of the axis at its centre, with saturation.
 
-    Each load W sets its own static current, P(I_s + I_b) - P(I_b) = W. The remaining force is that at the largest and
-    at the least control current. Of a vertical load on a bearing, each of its two axes at 45 degrees carries 1/sqrt(2).
+    Each load sets its own static current (`static_current_for`). The remaining force is that at the largest and at the
+    least control current. Of a vertical load on a bearing, each of its two axes at 45 degrees carries 1/sqrt(2).
 
     Parameters
     ----------
     p
         Parameters of the axis; its static current is ignored.
     loads
-        Static loads of the axis, >= 0 (N), shape (n,).
+        Static loads of the axis (N), shape (n,).
 
     Raises
     ------
     ValueError
-        If a load is negative or more than the axis can carry.
+        If a load is more than the axis can carry.
     """
-
-    def carried(static: float) -> float:
-        return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
-
-    most = p.current_limit - p.bias_current
-    given = np.asarray(loads, dtype=np.float64)
-    outside = ~((given >= 0.0) & (given <= carried(most)))
-    _check("load", given, outside, "N", f">= 0 N and <= {carried(most):g} N")
     rows = []
-    for load in given:
-        static = brentq(lambda i, load=load: carried(i) - load, 0.0, most, xtol=1e-13) if load > 0.0 else 0.0
+    for load in np.asarray(loads, dtype=np.float64):
         q = p.copy()
-        q.static_current = static
+        q.static_current = static_current_for(float(load), p)
         low, high = current_range(q)
-        rows.append((static, float(linearisation(q, 0.0, high).force), -float(linearisation(q, 0.0, low).force)))
+        rows.append(
+            (q.static_current, float(linearisation(q, 0.0, high).force), -float(linearisation(q, 0.0, low).force))
+        )
     return LoadCapacity(*np.array(rows).reshape(-1, 3).T)
 
 

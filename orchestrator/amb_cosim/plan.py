@@ -11,6 +11,7 @@ from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.experiment import Event, Experiment, Plan, Profile, plan_experiment, whole_steps
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.values import Raw, convert
+from amb_cosim.gravity import Gravity, set_gravity
 from amb_cosim.places import Places, places_of
 from amb_cosim.scenario import Scenario, positive_speed
 
@@ -73,13 +74,16 @@ def plan_scenario(
     values = assembly.assignments()
     values.set(SPEED, scenario.Omega)
     values.set_defaults_of_signals()
+    given: set[str] = set()
     for component, variables in scenario.parameters.items():
         for variable, raw in variables.items():
-            values.set(f"{component}.{variable}", raw, only="parameter")
+            given.update(values.set(f"{component}.{variable}", raw, only="parameter"))
     for name, value in _scaled(scenario.inputs, scenario, values):
         values.set(name, value, only="input")
     for name, raw in (settings or {}).items():
-        values.set(name, raw)
+        given.update(values.set(name, raw))
+    if scenario.gravity is not None:
+        set_gravity(values, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor, given)
     period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size
     events: list[Event] = []
     marks: dict[str, int] = {}

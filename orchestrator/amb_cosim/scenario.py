@@ -106,6 +106,9 @@ class Scenario(Table):
     Models are built for `rotor`, the name of one that comes with the package or a rotor file, the rig by default; the
     controller has the H of the table of
     `receptances` in place of the rotor model's.
+    `gravity` pulls on the rotor towards `gravity_angle`, from x towards y. The static currents of magnetic bearings
+    then carry the weight, and the rotor levitates at its setpoint. Parameters that the scenario gives keep their
+    values.
     Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
     unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs match
     any characters and any one character.
@@ -121,6 +124,8 @@ class Scenario(Table):
     coupling: Coupling | None = None
     communication_step: Value = "250 us"
     Omega: Value
+    gravity: Value | None = None
+    gravity_angle: Value = "225 deg"
     settle_cycles: float = Field(default=40.0, ge=0.0)
     end_cycle: float | None = Field(default=None, gt=0.0)
     end_time: Value | None = None
@@ -199,6 +204,11 @@ def positive_speed(speed: float) -> float:
 
 def packaged_scenarios() -> dict[str, Traversable]:
     """The scenarios that come with the package, by name."""
+    return {name: file for name, file in _packaged_files().items() if not name.startswith("_")}
+
+
+def _packaged_files() -> dict[str, Traversable]:
+    """Their files, and those that only serve as a base, whose names begin with `_`."""
     folder = resources.files("amb_cosim").joinpath("scenarios")
     return {f.name.removesuffix(".toml"): f for f in sorted(folder.iterdir(), key=lambda f: f.name)}
 
@@ -262,11 +272,11 @@ def _check_speeds(scenario: Scenario) -> None:
 
 def _read(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     """Content of a scenario file, laid over that of its base; paths in a file are relative to it."""
-    packaged = packaged_scenarios()
+    packaged = _packaged_files()
     source: Traversable = packaged.get(name, Path(name))
     if not source.is_file():
         kind = "file" if name.endswith(".toml") else "scenario"
-        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged)}")
+        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged_scenarios())}")
     if name in derived:
         raise ValueError(f"scenario {name}: it is its own base ({' -> '.join((*derived, name))})")
     data = read_toml(source, f"scenario {name}")

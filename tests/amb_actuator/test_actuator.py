@@ -194,7 +194,8 @@ def test_every_axis_has_its_own_fault_codes():
         (
             "mb2.bias_current_y",
             9.0,
-            "mb2.bias_current_y = 9 A plus mb2.static_current_y = 1.14 A is not allowed; the sum must be <= 10 A",
+            "mb2.bias_current_y = 9 A plus mb2.static_current_y = 1.14 A is not allowed; "
+            "the first and the sum must be >= 0 A and <= 10 A",
         ),
         (
             "mb1.voltage_limit_x",

@@ -57,7 +57,7 @@ def test_parameters_are_those_of_the_table_with_changes():
         (lambda: linear_error(RIG, math.nan, 0.0), r"x = nan m is not allowed"),
         (lambda: linear_range(RIG, 1.0), r"tolerance = 1 is not allowed; it must be between 0 and 1"),
         (lambda: full_swing_bandwidth(RIG, 5.0), r"amplitude = 5 A is not allowed; it must be > 0 A and <= 4\.43 A"),
-        (lambda: load_capacity(RIG, [-1.0]), r"load = -1 N is not allowed; it must be >= 0 N and <= 1147\.41 N"),
+        (lambda: load_capacity(RIG, [-600.0]), r"load = -600 N is not allowed; it must be >= -552\.589 N and <= 1147"),
         (lambda: load_capacity(RIG, [100.0, 1200.0]), r"load = 1200 N is not allowed"),
     ],
 )

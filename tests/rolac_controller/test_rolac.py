@@ -138,7 +138,7 @@ def test_force_turns_with_the_rotor_on_top_of_the_pid(plant, receptance):
 
 
 def test_off_means_no_force_and_on_starts_from_none(plant, receptance):
-    b, run = plant(receptance)
+    b, run = plant(receptance, rolac__fade=1e4)
     assert not run(200).any()
     b["rolac_enable"] = 1.0
     first = np.abs(run(1)).max()

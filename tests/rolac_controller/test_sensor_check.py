@@ -32,7 +32,7 @@ def signal(theta):
 @pytest.mark.parametrize("fault", ["fault_dead", "fault_stuck"])
 @pytest.mark.parametrize("sensor", [1, 4, 8])
 def test_sensor_that_stands_still_for_a_revolution_leaves_the_pid_alone(running, sensor, fault):
-    b = running()
+    b = running(rolac__fade=1e4)
     b[f"s{sensor}.{fault}"] = 1.0
     b.follow(signal, SAMPLES - 1)
     assert b["rolac_status"] == ADAPTING

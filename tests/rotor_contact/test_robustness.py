@@ -26,8 +26,8 @@ def values_of(causality, scale):
     table = [v for v in MODEL.interface.of(causality) if v.name != "solver.max_substep"]
     sensible = {
         "m": 1e-3, "N": 3e3, "N/m": 3e6, "N.s/m": 1e4, "kg.m": 0.1, "rad": 7.0, "rad/s": 700.0, "m/s2": 50.0, "1": 3.0,
-        "rad/s2": 1e3, "s/m": 1.0, "m/s": 1e-4, "N.m": 100.0, "N.m.s": 1.0, "kg": 10.0, "kg.m2": 1.0, "J/K": 1e3, "W/K": 10.0,
-        "K": 400.0,
+        "rad/s2": 1e3, "s/m": 1.0, "m/s": 1e-4, "N.m": 100.0, "N.m.s": 1.0, "kg": 10.0, "kg.m2": 1.0,
+        "J/K": 1e3, "W/K": 10.0, "K": 400.0,
     }  # fmt: skip
 
     def one(v):

@@ -30,8 +30,8 @@ class Assignments:
         self.parameters: dict[str, dict[str, float]] = {c.name: {} for c in system.components}
         self.inputs: dict[str, float] = {}
 
-    def set(self, name: str, raw: Raw, only: str | None = None) -> None:
-        """Give a value to every variable that `name` matches.
+    def set(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
+        """Give a value to every variable that `name` matches, and return their names.
 
         Parameters
         ----------
@@ -43,13 +43,15 @@ class Assignments:
         ValueError
             If nothing is called so or may be set here, or the value is not allowed.
         """
-        for matching in self.matching(name):
+        names = self.matching(name)
+        for matching in names:
             target, value = self.read(matching, raw, only)
             component, _, variable = target.partition(".")
             if variable and self.interfaces[component].ports[variable].causality == "parameter":
                 self.parameters[component][variable] = value
             else:
                 self.inputs[target] = value
+        return names
 
     def set_defaults_of_signals(self) -> None:
         """Give signals without a value the start value of the first input that they feed."""
@@ -85,6 +87,12 @@ class Assignments:
     def start_value(self, name: str) -> float:
         """Return the start value of an input or a signal."""
         return self.port(name).start or 0.0
+
+    def parameter(self, name: str) -> float:
+        """Return the value of a parameter, `component.variable`: the one that was set, or its start value."""
+        component, variable = self._split(name)
+        start = self.interfaces[component].port(variable, component).start or 0.0
+        return self.parameters[component].get(variable, start)
 
     def _settable(self, end: str, causalities: tuple[str, ...]) -> Port:
         component, variable = self._split(end)

@@ -1,0 +1,34 @@
+"""The static load of the bearings: how a rotor at rest, flexible as it is, spreads its weight over them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rotor_analysis.assembly import assemble
+from rotor_analysis.rotor import Rotor
+
+
+def carried_masses(rotor: Rotor) -> dict[str, float]:
+    """Return the mass (kg) that each bearing carries while the planes of all bearings are held in line.
+
+    K q = M e + r with q = 0 at the bearings: M e is the weight per unit of gravity, -r what the bearings carry. Weight
+    in any lateral direction is spread in this way. A bearing that holds the rotor down carries a negative mass.
+
+    Raises
+    ------
+    ValueError
+        If the bearings do not hold the rotor, as a single one does not.
+    """
+    nodes = rotor.bearing_nodes
+    if len(set(nodes)) < 2:
+        raise ValueError(f"rotor {rotor.name!r} has {len(nodes)} bearings; its weight takes two or more, apart")
+    model = assemble(rotor)
+    K, M = model.K[::2, ::2], model.M[::2, ::2]  # along x: translation and slope of each node
+    along = np.zeros(len(K))
+    along[::2] = 1.0
+    weight = M @ along
+    held = np.array([2 * (node - 1) for node in nodes])
+    free = np.setdiff1d(np.arange(len(K)), held)
+    deflection = np.linalg.solve(K[np.ix_(free, free)], weight[free])
+    carried = weight[held] - K[np.ix_(held, free)] @ deflection
+    return {bearing.name: float(mass) for bearing, mass in zip(rotor.bearings, carried, strict=True)}
