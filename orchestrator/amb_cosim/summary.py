@@ -10,6 +10,7 @@ from rich.table import Table
 
 from amb_cosim import contact_history, energies
 from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.warnings import sentences, warnings_of
 from amb_cosim.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
 from amb_cosim.places import places
 from amb_cosim.text_tables import number
@@ -63,6 +64,8 @@ class Summary:
         impacts is negative where the nodal impact rule of the thesis, `contact.impact_law` 0, creates energy.
     energy_balance
         That error over the largest of all energies.
+    warnings
+        A sentence for each kind of warning that a component gave: what, where, from when until when.
     """
 
     scenario: str
@@ -90,6 +93,7 @@ class Summary:
     settled_amplitude: dict[str, AtPlaces] = field(metadata={KEY: "settled_amplitude_mm"})
     energy: dict[str, float] | None = field(metadata={KEY: "energy_J"})
     energy_balance: float | None = field(metadata={KEY: "energy_balance_relative"})
+    warnings: list[str]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values under names that hold their units, ready for JSON."""
@@ -163,6 +167,7 @@ def summarise(dataset: Signals) -> Summary:
         settled_amplitude=settled_amplitudes(dataset),
         energy=energies.final_energies(dataset),
         energy_balance=energies.relative_balance(dataset),
+        warnings=sentences(warnings_of(dataset)),
     )
 
 
