@@ -162,9 +162,7 @@ def _site_outputs(site: str) -> list[Variable]:
             f"Whether it whirls in contact {at} faster than the frequency to which the rotor's reduction is accurate",
             type="Boolean",
         ),
-        output(
-            f"{site}.overheated", "1", f"Whether the retainer is beyond its temperature_limit {at}", type="Boolean"
-        ),
+        output(f"{site}.overheated", "1", f"Whether the retainer is beyond its temperature_limit {at}", type="Boolean"),
     ]
 
 
@@ -320,7 +318,11 @@ def _spin_parameters(polar_inertia: float) -> list[Variable]:
         parameter("spin.inertia", "kg.m2", "Polar inertia of rotor and drive", polar_inertia, minimum=0.0),
         parameter("spin.drag", "N.m.s", "Viscous drag on the spin", 0.0, minimum=0.0),
         parameter(
-            "drive.gain", "N.m.s", "Torque of the drive per speed that is missing to what Omega demands", 0.0, minimum=0.0
+            "drive.gain",
+            "N.m.s",
+            "Torque of the drive per speed that is missing to what Omega demands",
+            0.0,
+            minimum=0.0,
         ),
     ]
 

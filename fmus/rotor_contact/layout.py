@@ -30,9 +30,7 @@ HEAD = record(
     ("coupling", np.float64),  # energy that shaft and free spin share by unbalance (J)
 )
 # Mode and direction of slip; temperature (K); heat so far (J).
-SITE_STATE = record(
-    ("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64)
-)
+SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
 N_HEAD, N_SITE_STATE = size_of(HEAD), size_of(SITE_STATE)
 
 N_SITE, N_BEARING, N_SPIN = size_of(SITE), size_of(BEARING), size_of(SPIN)

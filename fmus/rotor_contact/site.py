@@ -159,4 +159,3 @@ def remove_radial_velocity(site: Site, v: Array) -> float:
     v[site.row] -= speed * site.n_x
     v[site.row + 1] -= speed * site.n_y
     return speed
-

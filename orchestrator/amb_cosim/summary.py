@@ -9,6 +9,7 @@ from typing import Any
 from rich.table import Table
 
 from amb_cosim import contact_history, energies
+from amb_cosim.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.warnings import sentences, warnings_of
 from amb_cosim.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
@@ -64,8 +65,11 @@ class Summary:
         impacts is negative where the nodal impact rule of the thesis, `contact.impact_law` 0, creates energy.
     energy_balance
         That error over the largest of all energies.
+    share_beyond_reduction
+        Share of the contact force's power at each site above the frequency to which the reduced rotor is accurate.
     warnings
-        A sentence for each kind of warning that a component gave: what, where, from when until when.
+        A sentence for each kind of warning that a component gave: what, where, from when until when. And one if much of
+        the contact force's power is beyond the reduction.
     """
 
     scenario: str
@@ -93,6 +97,7 @@ class Summary:
     settled_amplitude: dict[str, AtPlaces] = field(metadata={KEY: "settled_amplitude_mm"})
     energy: dict[str, float] | None = field(metadata={KEY: "energy_J"})
     energy_balance: float | None = field(metadata={KEY: "energy_balance_relative"})
+    share_beyond_reduction: AtPlaces
     warnings: list[str]
 
     def as_dict(self) -> dict[str, Any]:
@@ -167,7 +172,8 @@ def summarise(dataset: Signals) -> Summary:
         settled_amplitude=settled_amplitudes(dataset),
         energy=energies.final_energies(dataset),
         energy_balance=energies.relative_balance(dataset),
-        warnings=sentences(warnings_of(dataset)),
+        share_beyond_reduction=share_beyond_reduction(dataset),
+        warnings=[*sentences(warnings_of(dataset)), *warnings_beyond_reduction(dataset)],
     )
 
 
