@@ -22,6 +22,7 @@ from fmi_export.records import record_of
 
 LARGEST = sys.float_info.max
 FAULT_CODE = "fault_code"  # name of the last output of every model
+TOOL = "amb-cosim"  # whose annotations in a modelDescription say which outputs are warnings
 
 Causality = Literal["parameter", "input", "output"]
 Type = Literal["Real", "Integer", "Boolean"]

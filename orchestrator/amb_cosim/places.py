@@ -26,11 +26,14 @@ class Places:
         All contact sites.
     measured
         The displacements x and y of each site that is no retainer but lies in a sensor plane, by their names.
+    valid_to
+        Frequency up to which the reduced rotor is accurate (rad/s); None where it does not say.
     """
 
     bearings: Mapping[str, str]
     sites: tuple[str, ...]
     measured: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    valid_to: float | None = None
 
     @property
     def retainers(self) -> dict[str, str]:
@@ -59,7 +62,7 @@ def places(dataset: Signals) -> Places:
     """Return the places of the rotor that a data set is about."""
     stored: dict[str, Any] = json.loads(dataset.attrs[ATTRIBUTE])
     measured = {site: (x, y) for site, (x, y) in stored.get("measured", {}).items()}
-    return Places(stored["bearings"], tuple(stored["sites"]), measured)
+    return Places(stored["bearings"], tuple(stored["sites"]), measured, stored.get("valid_to"))
 
 
 def places_of(assembly: Assembly) -> Places:
@@ -77,7 +80,8 @@ def places_of(assembly: Assembly) -> Places:
         signals = {sensor["name"]: (sensor["x"], sensor["y"]) for sensor in layout["sensors"]}
         others = [site for site in layout["sites"] if site["name"] not in bearings.values()]
         measured = {site["name"]: signals[site["sensor"]] for site in others if site["sensor"]}
-        return Places(bearings, tuple(site["name"] for site in layout["sites"]), measured)
+        valid_to = layout.get("reduction", {}).get("valid_to")
+        return Places(bearings, tuple(site["name"] for site in layout["sites"]), measured, valid_to)
     sites, names = _parts(plant, "output", "f_n"), _parts(plant, "input", "k_xx")
     return Places(dict(zip_longest(names, sites[: len(names)], fillvalue="")), tuple(sites))
 

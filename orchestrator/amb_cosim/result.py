@@ -86,7 +86,10 @@ class Result(Run):
     def _repr_html_(self) -> str:
         from rich.console import Console
 
+        from amb_cosim.text_tables import show_warnings
+
         console = Console(record=True, file=io.StringIO(), width=100, force_jupyter=False)
         console.print(self.summary.table())
+        show_warnings(self.summary.warnings, console)
         console.print(str(self.outcome))
         return console.export_html(inline_styles=True, code_format="<pre>{code}</pre>")

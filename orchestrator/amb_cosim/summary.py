@@ -9,10 +9,14 @@ from typing import Any
 from rich.table import Table
 
 from amb_cosim import contact_history, energies
+from amb_cosim.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
 from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.warnings import sentences, warnings_of
+from amb_cosim.json_data import json_data
 from amb_cosim.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
 from amb_cosim.places import places
 from amb_cosim.text_tables import number
+from amb_cosim.touchdown import Retainer, Touchdown, touchdown
 
 AtPlaces = dict[str, float | None]
 KEY = "key"  # of a field's metadata: its name in JSON, with the unit
@@ -63,6 +67,13 @@ class Summary:
         impacts is negative where the nodal impact rule of the thesis, `contact.impact_law` 0, creates energy.
     energy_balance
         That error over the largest of all energies.
+    share_beyond_reduction
+        Share of the contact force's power at each site above the frequency to which the reduced rotor is accurate.
+    touchdown
+        How the rotor fell onto its retainers; None for a run without gravity or without contact.
+    warnings
+        A sentence for each kind of warning that a component gave: what, where, from when until when. And one if much of
+        the contact force's power is beyond the reduction.
     """
 
     scenario: str
@@ -90,10 +101,13 @@ class Summary:
     settled_amplitude: dict[str, AtPlaces] = field(metadata={KEY: "settled_amplitude_mm"})
     energy: dict[str, float] | None = field(metadata={KEY: "energy_J"})
     energy_balance: float | None = field(metadata={KEY: "energy_balance_relative"})
+    share_beyond_reduction: AtPlaces
+    touchdown: Touchdown | None
+    warnings: list[str]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values under names that hold their units, ready for JSON."""
-        return {f.metadata.get(KEY, f.name): getattr(self, f.name) for f in fields(self)}
+        return {f.metadata.get(KEY, f.name): json_data(getattr(self, f.name)) for f in fields(self)}
 
     def to_json(self) -> str:
         """Return `as_dict` as JSON text."""
@@ -126,6 +140,8 @@ class Summary:
         if self.rolling_from is not None:
             whirls = ", ".join(f"{at.upper()} {number(w)} rad/s" for at, w in self.whirl_speed.items())
             table.add_row("rolling", f"from cycle {self.rolling_from:.4g}; whirl at the end {whirls}")
+        for label, text in _touchdown_rows(self.touchdown) if self.touchdown is not None else ():
+            table.add_row(label, text)
         table.add_row("simulated", f"{self.simulated:.4g} s, {number(self.real_time_factor)} times real time")
         if self.stopped is not None:
             table.add_row("stopped", self.stopped)
@@ -163,8 +179,39 @@ def summarise(dataset: Signals) -> Summary:
         settled_amplitude=settled_amplitudes(dataset),
         energy=energies.final_energies(dataset),
         energy_balance=energies.relative_balance(dataset),
+        share_beyond_reduction=share_beyond_reduction(dataset),
+        touchdown=touchdown(dataset),
+        warnings=[*sentences(warnings_of(dataset)), *warnings_beyond_reduction(dataset)],
     )
 
 
 def _at_places(values: AtPlaces, unit: str) -> str:
     return ", ".join(f"{at.upper()} {number(value)} {unit}" for at, value in values.items())
+
+
+def _touchdown_rows(found: Touchdown) -> list[tuple[str, str]]:
+    """Return labels and texts of a touchdown, for a table."""
+    hits = (f"{hit.site.upper()} {number(hit.impulse)} N s after {number(hit.after)} s" for hit in found.first_impacts)
+    ends = (("the rotor lies still", found.rest_after), ("stands still", found.standstill_after))
+    return [
+        ("release", f"{number(found.release)} s from cycle 0"),
+        ("drop", ", ".join(f"{bearing.upper()} {number(mm)} mm" for bearing, mm in found.drop.items())),
+        ("first impacts", "\n".join(hits) or "-"),
+        *((f"in {site.upper()}", _of_retainer(retainer)) for site, retainer in found.retainers.items()),
+        ("at last", ", ".join(f"{what} after {number(time)} s" for what, time in ends if time is not None) or "moving"),
+    ]
+
+
+def _of_retainer(retainer: Retainer) -> str:
+    """Return what a retainer went through, in a few lines."""
+    whirl = "" if retainer.whirl_speed is None else f" whirl at {number(abs(retainer.whirl_speed))} rad/s"
+    lines = [
+        f"free {number(retainer.free)} s, sliding {number(retainer.sliding)} s, rolling {number(retainer.rolling)} s",
+        f"{'no whirl' if retainer.whirl in (None, 'none') else retainer.whirl}{whirl}",
+        f"impulse {number(retainer.impulse)} N s, heat {number(retainer.heat)} J",
+    ]
+    if retainer.temperature is not None:
+        lines[2] += f", up to {number(retainer.temperature)} K"
+    if retainer.race_spin_up is not None:
+        lines.append(f"race at speed {number(retainer.race_spin_up)} s after the first contact")
+    return "\n".join(lines)

@@ -67,6 +67,13 @@ def rendered(parts: Iterable[TextPart]) -> str:
     return text.getvalue()
 
 
+def show_warnings(sentences: Iterable[str], console: Console | None = None) -> None:
+    """Print warnings, a line for each, to standard output by default."""
+    console = console or Console()
+    for sentence in sentences:
+        console.print(f"warning: {sentence}", markup=False, highlight=False, soft_wrap=not console.is_terminal)
+
+
 def print_parts(parts: Iterable[TextPart], console: Console | None = None) -> None:
     """Print tables and lines, to standard output by default."""
     console = console or Console()

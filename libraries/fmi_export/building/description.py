@@ -7,9 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 from fmi_export.building.units import base_unit
 from fmi_export.log_categories import LOG_CATEGORIES
 from fmi_export.model import Model
-from fmi_export.variables import LARGEST, Variable
-
-TOOL = "amb-cosim"  # whose annotations say which outputs are warnings
+from fmi_export.variables import LARGEST, TOOL, Variable
 
 
 def model_description(model: Model, guid: str, tool: str, version: str, needs_tool: bool = True) -> Element:

@@ -39,6 +39,7 @@ def run(
 
     import amb_cosim
     from amb_cosim.plan import parse_settings
+    from amb_cosim.text_tables import show_warnings
     from amb_files.atomic import write_atomically
 
     folder = output or Path("results") / Path(name).stem
@@ -65,6 +66,7 @@ def run(
         click.echo(text, nl=False)
     console = Console(stderr=summary_json == "-")
     console.print(result.summary.table())
+    show_warnings(result.summary.warnings, console)
     console.print(f"results in {folder}")
     if result.outcome.failure is not None:
         raise Failed(f"{result.outcome.failure}; what was recorded until then is in {folder}")
@@ -87,8 +89,10 @@ def simulate(
 ) -> None:
     """Run any FMI 2.0 co-simulation FMUs, as a system file (TOML) says."""
     import amb_cosim
+    from amb_cosim.cosim.warnings import sentences, warnings_of
     from amb_cosim.plan import parse_settings
     from amb_cosim.progress import progress_bar
+    from amb_cosim.text_tables import show_warnings
 
     folder = output or Path("results") / system_file.stem
     with refusing():
@@ -103,6 +107,7 @@ def simulate(
                 rotor=rotor_file,
             )
         result.save(folder)
+    show_warnings(sentences(warnings_of(result.signals)))
     click.echo(f"{result.outcome}; results in {folder}")
     if result.outcome.failure is not None:
         raise Failed(f"{result.outcome.failure}; what was recorded until then is in {folder}")

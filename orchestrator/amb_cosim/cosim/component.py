@@ -30,7 +30,10 @@ from fmi_export.exit_order import release_before_static_destructors
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
-_logs: dict[str, list[str]] = {}
+WARNING = STATUS.index("Warning")
+MOST_WARNINGS = 100  # of a component that are kept
+
+_logs: dict[str, list[tuple[int, str]]] = {}  # status and text of the messages of each instance
 _serial = itertools.count()
 
 
@@ -118,7 +121,7 @@ class FmuComponent:
             self.close()
             if isinstance(error, FmuError):
                 raise
-            raise FmuError("loading", "Error", [*self._log, str(error)]) from error
+            raise FmuError("loading", "Error", [*self._said(), str(error)]) from error
         self.inputs = self._in.values
         self.outputs = self._out.values
 
@@ -129,6 +132,7 @@ class FmuComponent:
 
     def leave(self) -> None:
         """End initialisation; raises `FmuError` if the FMU has reported a fault."""
+        before = len(self._log)
         self._call("fmi2ExitInitializationMode", self._fmu.exitInitializationMode)
         self._initialised = True
         port = self._interface.ports.get("fault_code")
@@ -137,7 +141,8 @@ class FmuComponent:
             self._call("fmi2Get", fault.read, self._fmu)
             if fault.values[0] != 0.0:
                 # Initialisation mode tries again after every change, so only what was said last still holds.
-                raise FmuError("initialisation", f"fault {fault.values[0]:g}", self._log[-1:])
+                raise FmuError("initialisation", f"fault {fault.values[0]:g}", self._said()[-1:])
+        del self._log[:before]  # what initialisation mode said on the way
 
     def write(self) -> None:
         """Send `inputs` to the FMU."""
@@ -151,6 +156,11 @@ class FmuComponent:
         """Advance from `time` by `step_size` (s)."""
         self._call("fmi2DoStep", self._fmu.doStep, time, step_size)
 
+    @property
+    def warnings(self) -> list[str]:
+        """What the FMU logged as a warning since the end of its initialisation."""
+        return [text for status, text in self._log if status == WARNING]
+
     def entry_points(self) -> EntryPoints:
         """Return the functions that `write`, `step` and `read` call; valid until `close`."""
         return EntryPoints(
@@ -162,7 +172,7 @@ class FmuComponent:
 
     def refusal(self, call: str, status: int) -> FmuError:
         """Return the error for a call that the FMU answered with a status other than OK and Warning."""
-        return FmuError(call, STATUS[status], self._log)
+        return FmuError(call, STATUS[status], self._said())
 
     def close(self) -> None:
         """Terminate and free the instance; calling it again does nothing, and it never raises."""
@@ -174,9 +184,13 @@ class FmuComponent:
             if self._initialised:
                 fmu.terminate()
         except Exception as error:  # an FMU that has failed may refuse this too, and must be freed all the same
-            self._log.append(str(error))
+            self._log.append((STATUS.index("Error"), str(error)))
         finally:
             fmu.freeInstance()
+
+    def _said(self) -> list[str]:
+        """What the FMU logged, without warnings if there is more than those."""
+        return [text for status, text in self._log if status != WARNING] or self.warnings
 
     def _call(self, name: str, function: Any, *arguments: Any) -> None:
         try:
@@ -231,14 +245,19 @@ class _Exchange:
 _KINDS = ("Real", "Integer", "Boolean")
 
 
-def _receive(_: Any, instance: bytes, status: int, category: bytes, message: bytes) -> None:
-    """Append a log message to the log of its component."""
-    name = (instance or b"").decode("utf-8", "replace")
-    if name in _logs:
-        text = message.decode("utf-8", "replace").strip()
-        _logs[name].append(text.removeprefix(f"{name}: "))
-    else:
-        printLogMessage(_, instance, status, category, message)
+def _receive(environment: Any, instance: bytes, status: int, category: bytes, message: bytes) -> None:
+    """Append a log message to the log of its component.
+
+    An FMU of PythonFMU hands it to the logger of the instance made last, and names its own instance in the text.
+    """
+    text = message.decode("utf-8", "replace").strip()
+    name, _, rest = text.partition(": ")
+    if name not in _logs:
+        name, rest = (instance or b"").decode("utf-8", "replace"), text
+    if name not in _logs:
+        printLogMessage(environment, instance, status, category, message)
+    elif status != WARNING or len(_logs[name]) < MOST_WARNINGS:
+        _logs[name].append((status, rest))
 
 
 @cache

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from amb_cosim.cosim import warnings
 from amb_cosim.cosim.experiment import port_of
 from amb_cosim.cosim.netcdf import write_netcdf
+from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.signals import Signals, SignalTable, Variable
 from amb_cosim.cosim.simulation import Outcome, Recording
 from amb_files.atomic import write_atomically
@@ -74,7 +76,8 @@ def to_signals(recording: Recording) -> SignalTable:
                 "component": component,
             },
         )
-    time = Variable(recorder.points * plan.step_size, {"units": "s", "description": "Time"})
+    times = np.asarray(recorder.points * plan.step_size, np.float64)
+    time = Variable(times, {"units": "s", "description": "Time"})
     attributes: dict[str, Any] = {
         "system": plan.system.name,
         "flavour": recording.flavour,
@@ -85,6 +88,7 @@ def to_signals(recording: Recording) -> SignalTable:
         "completed": int(outcome.failure is None),
         "failure": outcome.failure or "",
         "stopped": outcome.stopped or "",
+        warnings.ATTRIBUTE: warnings.to_json(_warnings(recording, times)),
         "outcome": json.dumps([outcome.status, outcome.time, outcome.component, outcome.reason]),
         "parameters": json.dumps(plan.all_parameters(recording.interfaces)),
         "initial_inputs": json.dumps(dict(plan.inputs)),
@@ -93,6 +97,23 @@ def to_signals(recording: Recording) -> SignalTable:
         "git_revision": git_revision() or "",
     }
     return SignalTable(variables, {"time": time}, attributes)
+
+
+def _warnings(recording: Recording, times: Array) -> list[warnings.Warned]:
+    """Return the warnings of all components."""
+    plan, columns = recording.plan, dict(zip(recording.plan.recorded, recording.recorder.table.T, strict=True))
+    return [
+        warned
+        for component, interface in recording.interfaces.items()
+        for warned in warnings.of_component(
+            component,
+            interface.ports,
+            recording.warnings[component],
+            plan.first * plan.step_size,
+            times,
+            {name: columns[f"{component}.{name}"] for name in interface.ports if f"{component}.{name}" in columns},
+        )
+    ]
 
 
 def save(dataset: SignalTable | xr.Dataset, path: Path) -> None:

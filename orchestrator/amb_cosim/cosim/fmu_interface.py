@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import fmpy
 
 from amb_files.suggestions import suggest
+from fmi_export.variables import TOOL
 
 UnitDefinition = tuple[float, ...]  # exponents of kg, m, s, A, K, mol, cd, rad, then factor and offset
 
@@ -22,7 +25,7 @@ class Port:
     """One scalar variable of an FMU.
 
     `definition` is None where the FMU does not define its unit; `depends_on` of an output names the inputs
-    that reach it without delay.
+    that reach it without delay. `warning` is the sentence of an output that is a warning.
     """
 
     name: str
@@ -36,6 +39,7 @@ class Port:
     start: float | None = None
     description: str = ""
     depends_on: tuple[str, ...] = ()
+    warning: str = ""
 
     @property
     def shown_unit(self) -> str:
@@ -110,15 +114,29 @@ def read_interface(source: Path, name: str) -> FmuInterface:
         else tuple(v.name for v in unknown.dependencies if v.causality == "input")
         for unknown in description.outputs
     }
+    warnings = _warnings(source)
     ports = {
-        v.name: _port(v, definitions, depends_on.get(v.name, ()))
+        v.name: _port(v, definitions, depends_on.get(v.name, ()), warnings.get(v.name, ""))
         for v in description.modelVariables
         if v.type != "String"
     }
     return FmuInterface(description.coSimulation.modelIdentifier, description.guid, description.version or "", ports)
 
 
-def _port(variable: Any, definitions: Mapping[str, UnitDefinition], depends_on: tuple[str, ...]) -> Port:
+def _warnings(source: Path) -> dict[str, str]:
+    """Return the sentences of the outputs that are warnings, which fmpy leaves out."""
+    name = "modelDescription.xml"
+    if source.is_dir():
+        content = (source / name).read_bytes()
+    else:
+        with zipfile.ZipFile(source) as archive:
+            content = archive.read(name)
+    variables = ElementTree.fromstring(content).iterfind("ModelVariables/ScalarVariable[Annotations]")
+    declared = ((v.get("name", ""), v.find(f"Annotations/Tool[@name='{TOOL}']/Warning")) for v in variables)
+    return {variable: warning.get("sentence", "") for variable, warning in declared if warning is not None}
+
+
+def _port(variable: Any, definitions: Mapping[str, UnitDefinition], depends_on: tuple[str, ...], warning: str) -> Port:
     declared = variable.declaredType
     unit = variable.unit or (declared.unit if declared is not None else None)
     return Port(
@@ -133,6 +151,7 @@ def _port(variable: Any, definitions: Mapping[str, UnitDefinition], depends_on: 
         start=_number(variable.start),
         description=variable.description or "",
         depends_on=depends_on,
+        warning=warning,
     )
 
 

@@ -68,13 +68,14 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Recording:
-    """What a run recorded, as far as it came."""
+    """What a run recorded, as far as it came; `warnings` are what each component logged as such."""
 
     plan: Plan
     interfaces: Mapping[str, FmuInterface]
     recorder: Recorder
     outcome: Outcome
     flavour: str
+    warnings: Mapping[str, list[str]]
 
 
 @dataclass(frozen=True)
@@ -184,7 +185,8 @@ def run_plan(
             outcome = Outcome("stopped", master.time(condition.point), None, plan.stops[condition.index].text)
         except KeyboardInterrupt:
             outcome = Outcome("interrupted", recorder.reached * plan.step_size)
-    return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour)
+        warnings = {component.name: component.warnings for component in components}
+    return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings)
 
 
 def _reporting(progress: Progress, plan: Plan, every: int) -> Observer:

@@ -1,0 +1,62 @@
+"""Share of the contact force's power beyond the reduction, of signals for which it is known."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from amb_cosim.contact_spectrum import _spectrum, share_beyond_reduction, warnings_beyond_reduction
+from amb_cosim.summary import summarise
+
+VALID_TO = 1000.0  # rad/s; the sampling of 5000 per second shows up to 15708 rad/s
+
+
+@pytest.fixture
+def pressed(synthetic):
+    """A run with a given force on RB1, of a rotor that is accurate to VALID_TO."""
+
+    def make(force, valid_to=VALID_TO):
+        dataset = synthetic()
+        places = json.loads(dataset.attrs["places"]) | {"valid_to": valid_to}
+        dataset = dataset.assign_attrs(places=json.dumps(places))
+        dataset["rotor_contact.rb1.f_n"] = "time", force(dataset["time"].values)
+        dataset["rotor_contact.rb2.f_n"] = "time", np.zeros(dataset.sizes["time"])
+        return dataset
+
+    return make
+
+
+def test_the_spectrum_is_that_of_welch():
+    values, h = np.random.default_rng(2006).normal(size=1000), 1e-3
+    frequencies, expected = signal.welch(values, 1.0 / h, nperseg=256, detrend=False)
+    omega, power = _spectrum(values, h)
+    np.testing.assert_allclose(omega, 2.0 * np.pi * frequencies)
+    np.testing.assert_allclose(power / power.sum(), expected / expected.sum(), rtol=1e-12)
+
+
+def test_power_is_split_between_two_harmonics_at_the_limit(pressed):
+    # mean squares: 300^2, 80^2 / 2, 60^2 / 2
+    dataset = pressed(lambda t: 300.0 + 80.0 * np.cos(500.0 * t) + 60.0 * np.cos(3000.0 * t))
+    found = share_beyond_reduction(dataset)
+    assert found["rb1"] == pytest.approx(1800.0 / (90000.0 + 3200.0 + 1800.0), rel=0.01)
+    assert found["rb2"] is None, "no force, no share"
+
+
+def test_a_force_below_the_limit_gives_no_warning(pressed):
+    dataset = pressed(lambda t: 300.0 + 80.0 * np.cos(500.0 * t))
+    assert share_beyond_reduction(dataset)["rb1"] < 1e-3
+    assert warnings_beyond_reduction(dataset) == []
+
+
+def test_a_force_beyond_the_limit_is_warned_of_by_site_and_limit(pressed):
+    (sentence,) = summarise(pressed(lambda t: 100.0 + 100.0 * np.cos(3000.0 * t))).warnings
+    assert sentence.startswith("much of the contact force's power is above 1000 rad/s")
+    assert "RB1 33.3 %; at most 10 % would do" in sentence
+
+
+@pytest.mark.parametrize("valid_to", [None, 2e4])
+def test_a_limit_that_is_unknown_or_beyond_the_sampling_gives_nothing(pressed, valid_to):
+    dataset = pressed(lambda t: 100.0 + 100.0 * np.cos(3000.0 * t), valid_to)
+    assert share_beyond_reduction(dataset) == {"rb1": None, "rb2": None}
+    assert warnings_beyond_reduction(dataset) == []

@@ -1,0 +1,160 @@
+"""Touchdown summaries of a synthetic fall for which they are known."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from amb_cosim.places import Places
+from amb_cosim.summary import summarise
+from amb_cosim.touchdown import touchdown
+
+H, PERIOD, CLEARANCE = 1e-3, 0.02, 0.75e-3
+RELEASE, LANDED, WHIRLED, END = 0.1, 0.2, 1.2, 3.0  # s: fall, whirl around the retainer, rest at its bottom
+DOWN = 1.25 * np.pi
+OMEGA, WHIRL = 300.0, -40.0  # rad/s
+
+
+def fall(gravity=9.81, **replaced) -> xr.Dataset:
+    """Return a fall of both journals onto their retainers, with backward whirl at 40 rad/s, then rest.
+
+    The rotor falls 0.75 mm, RB2 is touched 50 ms later, the spin falls to nothing within 2 s.
+    """
+    t = np.arange(-0.05, END + H / 2, H)
+    fallen = np.clip((t - RELEASE) / (LANDED - RELEASE), 0.0, 1.0) * CLEARANCE
+    angle = DOWN + np.where(t < WHIRLED, np.clip(t - LANDED, 0.0, None), 0.0) * WHIRL
+    x, y = fallen * np.cos(angle), fallen * np.sin(angle)
+    variables: dict[str, np.ndarray] = {"speed": np.clip(OMEGA * (1.0 - (t - RELEASE) / 2.0), 0.0, OMEGA)}
+    for bearing in ("mb1", "mb2"):
+        variables[f"{bearing}.x"], variables[f"{bearing}.y"] = x, y
+    for site, begin in (("rb1", LANDED), ("rb2", LANDED + 0.05)):
+        touches = t > begin
+        whirls = touches & (t < WHIRLED)
+        variables[f"{site}.mode"] = np.where(whirls, 1, np.where(touches, 2, 0))
+        variables[f"{site}.f_n"] = np.where(touches, 450.0, 0.0)
+        variables[f"{site}.impulse"] = np.zeros(len(t))
+        variables[f"{site}.whirl_speed"] = np.where(t < WHIRLED, WHIRL, 0.0)
+        variables[f"{site}.friction_power"] = np.where(whirls, 200.0, 0.0)
+        variables[f"{site}.heat"] = 5.0 + 200.0 * np.cumsum(whirls) * H
+        variables[f"{site}.race_speed"] = np.clip((t - begin) * 500.0, 0.0, 100.0)
+        variables[f"{site}.temperature"] = np.full(len(t), 300.0)
+    for k, (site, impulse) in enumerate((("rb1", 3.0), ("rb2", 2.0), ("rb1", 1.0), *[("rb2", 0.5)] * 5)):
+        variables[f"{site}.impulse"][np.argmax(t > LANDED) + 10 * k] = impulse
+    variables["contact_state"] = (variables["rb1.mode"] > 0) + 2 * (variables["rb2.mode"] > 0)
+    variables |= replaced
+    off = "amb_actuator.mb1.amplifier_off_x"
+    parameters = {"gravity": gravity, "gravity_angle": DOWN, "rb1.clearance": CLEARANCE, "rb2.clearance": CLEARANCE}
+    return xr.Dataset(
+        {f"rotor_contact.{name}": ("time", values) for name, values in variables.items()}
+        | {off: ("time", t >= RELEASE)},
+        {"time": ("time", t), "cycle": ("time", t / PERIOD)},
+        {
+            "scenario": "fall",
+            "flavour": "native",
+            "completed": 1,
+            "settling_s": 0.05,
+            "simulated_s": END,
+            "wall_s": 0.1,
+            "speed_rad_s": OMEGA,
+            "places": Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2")).to_json(),
+            "parameters": json.dumps({"rotor_contact": {**parameters, "rb2.heat_capacity": 100.0}}),
+        },
+    )
+
+
+@pytest.fixture(scope="module")
+def found():
+    return touchdown(fall())
+
+
+def test_the_fall_begins_with_the_amplifier_that_goes_off(found):
+    assert found.release == pytest.approx(RELEASE)
+    assert found.drop == pytest.approx({"mb1": 0.75, "mb2": 0.75}, rel=1e-6)
+    assert found.orbit == pytest.approx({"mb1": 0.75, "mb2": 0.75}, rel=1e-6)
+
+
+def test_without_a_switch_the_fall_begins_with_contact():
+    begun = touchdown(fall().drop_vars("amb_actuator.mb1.amplifier_off_x"))
+    assert begun.release == pytest.approx(LANDED, abs=1.5 * H)
+
+
+def test_the_first_five_impacts_are_told_in_their_order(found):
+    assert [(hit.site, hit.impulse) for hit in found.first_impacts] == [
+        ("rb1", 3.0),
+        ("rb2", 2.0),
+        ("rb1", 1.0),
+        ("rb2", 0.5),
+        ("rb2", 0.5),
+    ]
+    assert found.first_impacts[0].after == pytest.approx(LANDED - RELEASE, abs=1.5 * H)
+
+
+def test_backward_whirl_is_negative_and_rest_does_not_count(found):
+    assert found.retainers["rb1"].whirl == "backward"
+    assert found.retainers["rb1"].whirl_speed == pytest.approx(WHIRL)
+
+
+def test_rocking_at_the_bottom_is_no_whirl():
+    dataset = fall()
+    rocking = 30.0 * np.cos(50.0 * dataset["time"].values)
+    assert touchdown(fall(**{"rb1.whirl_speed": rocking})).retainers["rb1"].whirl == "none"
+
+
+def test_times_in_each_mode_add_up_to_the_time_from_the_release(found):
+    rb1, rb2 = found.retainers["rb1"], found.retainers["rb2"]
+    assert (rb1.free, rb1.sliding, rb1.rolling) == pytest.approx((0.1, 1.0, 1.8), abs=2 * H)
+    assert (rb2.free, rb2.sliding, rb2.rolling) == pytest.approx((0.15, 0.95, 1.8), abs=2 * H)
+    assert rb1.free + rb1.sliding + rb1.rolling == pytest.approx(END - RELEASE)
+
+
+def test_impulse_and_heat_are_those_of_each_retainer(found):
+    rb1, rb2 = found.retainers["rb1"], found.retainers["rb2"]
+    assert rb1.impulse == pytest.approx(4.0 + 450.0 * 2.8, abs=450.0 * 2 * H)
+    assert rb2.impulse == pytest.approx(4.5 + 450.0 * 2.75, abs=450.0 * 2 * H)
+    assert rb1.friction == pytest.approx(200.0, abs=1.0)
+    assert rb1.heat == pytest.approx(200.0, abs=1.0)
+    assert (rb1.temperature, rb2.temperature) == (None, 300.0)
+
+
+def test_a_race_is_at_speed_at_95_percent_of_its_largest(found):
+    assert found.retainers["rb1"].race_spin_up == pytest.approx(0.19, abs=2 * H)
+    still = touchdown(fall(**{"rb1.race_speed": np.zeros(fall().sizes["time"])}))
+    assert still.retainers["rb1"].race_spin_up is None
+
+
+def test_the_rotor_rests_when_its_whirl_has_ended(found):
+    assert found.rest_after == pytest.approx(WHIRLED - RELEASE, abs=2 * H)
+    assert found.standstill_after == pytest.approx(0.99 * 2.0, abs=2 * H)
+
+
+def test_a_rotor_that_moves_at_the_end_is_not_at_rest():
+    dataset = fall()
+    moving = 0.2 * CLEARANCE * np.sin(40.0 * dataset["time"].values)
+    assert touchdown(fall(**{"mb2.x": moving})).rest_after is None
+    assert touchdown(fall(speed=np.full(len(moving), OMEGA))).standstill_after is None
+
+
+@pytest.mark.parametrize("name", ["speed", "rb1.heat", "rb1.race_speed", "mb1.x", "rb1.mode"])
+def test_what_was_not_recorded_is_left_open(name):
+    summary = summarise(fall().drop_vars(f"rotor_contact.{name}"))
+    json.dumps(summary.as_dict(), allow_nan=False)
+    summary.table()
+
+
+def test_without_gravity_or_contact_there_is_no_touchdown(synthetic):
+    assert touchdown(fall(gravity=0.0)) is None
+    assert summarise(synthetic()).touchdown is None
+    free = {f"{site}.{name}": np.zeros(fall().sizes["time"]) for site in ("rb1", "rb2") for name in ("mode", "impulse")}
+    assert touchdown(fall(contact_state=free["rb1.mode"], **free)) is None
+
+
+def test_the_summary_has_the_touchdown_with_units():
+    summary = summarise(fall())
+    data = summary.as_dict()["touchdown"]
+    assert data["release_s"] == pytest.approx(RELEASE)
+    assert data["retainers"]["rb1"]["whirl_speed_rad_s"] == pytest.approx(WHIRL)
+    assert data["first_impacts"][0]["impulse_Ns"] == 3.0
+    assert {"drop", "first impacts", "in RB1", "at last"} <= set(summary.table().columns[0].cells)

@@ -1,0 +1,142 @@
+"""Warnings of a run: from outputs and logs of the FMUs to sentences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from amb_cosim.cosim.fmu_interface import Port
+from amb_cosim.cosim.warnings import Warned, of_component, sentences, to_json, warnings_of
+
+TIMES = np.arange(-2.0, 8.0)
+TEMPLATE = "the current is cut to {limit} A"
+PORTS = {
+    name: Port(f"{name}.cut", "Boolean", "output", k, warning=TEMPLATE.replace("limit", f"{name}.limit"))
+    for k, name in enumerate(("mb1", "mb2"))
+}
+
+
+def found(log=(), **samples):
+    recorded = {f"{name}.cut": np.isin(TIMES, true).astype(float) for name, true in samples.items()}
+    return of_component("actuator", {port.name: port for port in PORTS.values()}, log, -2.0, TIMES, recorded)
+
+
+def logged(name, time):
+    where = "initialisation" if time is None else f"at t = {time} s"
+    return f"{where}: {name}.cut: the current is cut to 10 A"
+
+
+def test_what_was_never_true_gives_no_warning():
+    assert found(mb1=[], mb2=[]) == []
+
+
+def test_a_warning_lasts_from_its_first_to_its_last_sample():
+    (warned,) = found([logged("mb1", 1.25)], mb1=[2.0, 3.0, 6.0], mb2=[])
+    assert (warned.component, warned.variable) == ("actuator", "mb1.cut")
+    assert warned.sentence == "the current is cut to 10 A"
+    assert (warned.first, warned.last, warned.share) == (1.25, 6.0, 3 / 8)
+
+
+def test_a_warning_that_was_not_recorded_is_known_from_the_log():
+    (warned,) = found([logged("mb1", 1.25)])
+    assert (warned.first, warned.last, warned.share) == (1.25, None, None)
+    assert sentences([warned]) == ["the current is cut to 10 A (mb1.cut; first at 1.25 s)"]
+
+
+def test_a_warning_without_a_log_is_known_from_the_samples():
+    (warned,) = found(mb1=[2.0, 3.0])
+    assert (warned.sentence, warned.first, warned.last) == ("the current is cut to mb1.limit A", 2.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("log", "samples", "expected"),
+    [
+        ([None], [], "before time 0 only, while the run settled"),
+        ([-1.5], [], "before time 0 only, while the run settled"),
+        ([-1.5], [1.0], "from before time 0 to 1 s, 12.5 % of the time"),
+        ([0.5], [1.0], "from 0.5 s to 1 s, 12.5 % of the time"),
+    ],
+)
+def test_what_a_warning_says_of_settling(log, samples, expected):
+    warned = found([logged("mb1", time) for time in log], mb1=samples)
+    assert sentences(warned) == [f"the current is cut to 10 A (mb1.cut; {expected})"]
+
+
+def test_alike_warnings_are_told_together():
+    warned = found([logged("mb1", 1.0), logged("mb2", 3.0)], mb1=[1.0], mb2=[3.0, 4.0])
+    assert len(warned) == 2
+    expected = "the current is cut to 10 A (mb1.cut, mb2.cut; from 1 s to 4 s, up to 25 % of the time)"
+    assert sentences(warned) == [expected]
+
+
+def test_any_other_warning_of_an_fmu_is_passed_on_once():
+    warned = found(["the table is old", "the table is old"])
+    assert sentences(warned) == ["the table is old (actuator)"]
+
+
+def test_warnings_come_back_from_a_data_set(synthetic):
+    warned = found([logged("mb1", 1.25)], mb1=[2.0])
+    assert warnings_of(synthetic(warnings=to_json(warned))) == warned
+    assert warnings_of(synthetic()) == []
+
+
+SYSTEM = """
+[[component]]
+name = "magnets"
+fmu = "amb_actuator"
+
+[[component]]
+name = "spare"
+fmu = "amb_actuator"
+
+[parameters.spare]
+"mb2.b_sat_x" = 0.5
+
+[experiment]
+communication_step = "1 ms"
+start_time = "-10 ms"
+stop_time = "20 ms"
+
+[experiment.record]
+variables = [RECORDED]
+
+[[experiment.event]]
+time = "5 ms"
+set = { "magnets.mb1.i_x" = 7.0 }
+
+[[experiment.event]]
+time = "9 ms"
+set = { "magnets.mb1.i_x" = 0.0 }
+"""
+
+
+def run_magnets(path: str, flavour: str) -> list:
+    import dataclasses
+
+    import amb_cosim
+    from amb_cosim.cosim.warnings import warnings_of
+
+    runs = [warnings_of(amb_cosim.simulate(path, flavour=flavour, loop=loop).signals) for loop in ("compiled", "plain")]
+    assert runs[0] == runs[1]
+    return [dataclasses.astuple(warned) for warned in runs[0]]
+
+
+@pytest.mark.parametrize("flavour", ["native", "python"])
+@pytest.mark.parametrize("recorded", ["*", "*.f_x"])
+def test_a_run_has_the_warnings_of_each_component(tmp_path, run_python, flavour, recorded):
+    path = tmp_path / "magnets.toml"
+    path.write_text(SYSTEM.replace("RECORDED", f'"{recorded}"'), encoding="utf-8")
+    given = [Warned(*warned) for warned in run_python(run_magnets, path=str(path), flavour=flavour)]
+    by_name = {f"{warned.component}.{warned.variable}": warned for warned in given}
+    assert sorted(by_name) == ["magnets.mb1.clipped_x", "magnets.mb1.saturated_x", "spare.mb2.saturated_x"]
+    clipped, saturated = by_name["magnets.mb1.clipped_x"], by_name["spare.mb2.saturated_x"]
+    assert clipped.sentence == "the demanded current is cut to what the coils allow, 0 to 10 A each"
+    assert clipped.first == pytest.approx(6e-3), "the end of the step that began with the command"
+    assert saturated.sentence.startswith("a coil pair saturates at 0.5 T")
+    assert saturated.first == pytest.approx(-10e-3), "from the initialisation on"
+    if recorded == "*":
+        assert clipped.last == pytest.approx(9e-3)
+        assert clipped.share == pytest.approx(4 / 21)
+        assert saturated.share == 1.0
+    else:
+        assert (clipped.last, clipped.share) == (None, None)
