@@ -59,9 +59,6 @@ def write_equations(w: Workspace, friction: float) -> int:
     Minv, sites = w.Minv, w.sites
     A, b = w.equations
     for site in sites:
-        if is_constrained(site):
-            set_spin_response(w, site)
-    for site in sites:
         if not is_constrained(site):
             continue
         i, row = site.row, site.unknown
@@ -81,19 +78,43 @@ def write_equations(w: Workspace, friction: float) -> int:
             xt = Minv[i, j + 1] * n_x - Minv[i, j] * n_y
             yt = Minv[i + 1, j + 1] * n_x - Minv[i + 1, j] * n_y
             ratio = friction_ratio(other, friction)
-            spin = ratio * other.spin_t - other.spin_n
-            mobility = slip_mobility = 0.0
-            if row == column:
-                mobility, slip_mobility = site.mobility, site.mobility + site.race_mobility
-            A[row, column] = -(k_x * xn + k_y * yn) + ratio * (k_x * xt + k_y * yt) + site.spin_n * spin - mobility
+            A[row, column] = -(k_x * xn + k_y * yn) + ratio * (k_x * xt + k_y * yt)
             if rolling:
                 A[row + 1, column] = -(k_x * yn - k_y * xn) + ratio * (k_x * yt - k_y * xt)
+            if other.mode == ROLLING:
+                A[row, column + 1] = k_x * xt + k_y * yt
+                if rolling:
+                    A[row + 1, column + 1] = k_x * yt - k_y * xt
+    if w.n > Minv.shape[0]:
+        _add_bodies(w, friction)
+    return size
+
+
+@kernel
+def _add_bodies(w: Workspace, friction: float) -> None:
+    """Add to the left-hand sides what housings, races and spin give way (`response`)."""
+    A = w.equations.matrix
+    for site in w.sites:
+        if is_constrained(site):
+            set_spin_response(w, site)
+    for site in w.sites:
+        if not is_constrained(site):
+            continue
+        row = site.unknown
+        for other in w.sites:
+            if not is_constrained(other):
+                continue
+            column, ratio = other.unknown, friction_ratio(other, friction)
+            spin = ratio * other.spin_t - other.spin_n
+            own = 1.0 if row == column else 0.0
+            slip_mobility = own * (site.mobility + site.race_mobility)
+            A[row, column] += site.spin_n * spin - own * site.mobility
+            if site.mode == ROLLING:
                 A[row + 1, column] += site.spin_t * spin + ratio * slip_mobility
             if other.mode == ROLLING:
-                A[row, column + 1] = k_x * xt + k_y * yt + site.spin_n * other.spin_t
-                if rolling:
-                    A[row + 1, column + 1] = k_x * yt - k_y * xt + site.spin_t * other.spin_t + slip_mobility
-    return size
+                A[row, column + 1] += site.spin_n * other.spin_t
+                if site.mode == ROLLING:
+                    A[row + 1, column + 1] += site.spin_t * other.spin_t + slip_mobility
 
 
 @kernel
