@@ -47,7 +47,8 @@ class Retainer:
     free, sliding, rolling
         Time from release on in each mode of contact (s).
     whirl
-        Direction in which the rotor turned about the site in contact; `none` if that was less than a turn.
+        Direction in which the rotor turned about the site from its first contact on; `none` if it did not get around by
+        a turn, or by half of all the angle that it went to and fro.
     whirl_speed
         Mean whirl speed in contact (rad/s), backward negative; a mean over the angle turned, so that a rotor at rest
         does not count.
@@ -225,11 +226,13 @@ def _whirl(dataset: Signals, site: str, start: int) -> tuple[Direction | None, f
     mode, whirl = (_after(dataset, f"{site}.{name}", start) for name in ("mode", "whirl_speed"))
     if mode is None or whirl is None:
         return None, None
-    turned = whirl * _steps(dataset, start) * (mode != FREE)
-    total = float(np.abs(turned).sum())
-    if abs(turned.sum()) < 2.0 * np.pi:
+    closed = mode != FREE
+    turned = whirl * _steps(dataset, start) * np.logical_or.accumulate(closed)
+    around, to_and_fro = float(turned.sum()), float(np.abs(turned).sum())
+    in_contact = np.abs(turned) * closed
+    if abs(around) < max(2.0 * np.pi, 0.5 * to_and_fro) or not in_contact.any():
         return "none", None
-    return "forward" if turned.sum() > 0.0 else "backward", float(np.sum(whirl * np.abs(turned))) / total
+    return "forward" if around > 0.0 else "backward", float(np.average(whirl, weights=in_contact))
 
 
 def _impulse(dataset: Signals, site: str, start: int) -> float | None:

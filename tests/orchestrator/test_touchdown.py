@@ -100,7 +100,8 @@ def test_backward_whirl_is_negative_and_rest_does_not_count(found):
 def test_rocking_at_the_bottom_is_no_whirl():
     dataset = fall()
     rocking = 30.0 * np.cos(50.0 * dataset["time"].values)
-    assert touchdown(fall(**{"rb1.whirl_speed": rocking})).retainers["rb1"].whirl == "none"
+    for whirl in (rocking, rocking + 4.0):  # the latter gets around, but mostly goes to and fro
+        assert touchdown(fall(**{"rb1.whirl_speed": whirl})).retainers["rb1"].whirl == "none"
 
 
 def test_times_in_each_mode_add_up_to_the_time_from_the_release(found):
