@@ -21,7 +21,7 @@ from amb_files.atomic import write_atomically
 from amb_files.suggestions import suggest
 from amb_files.toml import parse_toml, read_toml, validate
 
-FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy"]
+FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy", "touchdown"]
 
 
 class _Moment(Table):

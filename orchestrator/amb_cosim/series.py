@@ -25,16 +25,38 @@ def cycles(dataset: Signals) -> NDArray[np.float64]:
     return np.asarray(dataset["cycle"].values, dtype=np.float64)
 
 
+def parameters(dataset: Signals) -> dict[str, Any]:
+    """Return the parameters of the plant."""
+    found: dict[str, Any] = json.loads(dataset.attrs.get("parameters", "{}")).get(_PLANT, {})
+    return found
+
+
+def speed_changes(dataset: Signals) -> bool:
+    """Return whether the spin speed changes during the run: by a profile, or because the rotor spins freely."""
+    return "speed_profile" in dataset.attrs or _free_speed(dataset) is not None
+
+
 def speed(dataset: Signals) -> NDArray[np.float64]:
     """Return the spin speed (rad/s) at each sample."""
+    free = _free_speed(dataset)
+    if free is not None:
+        return free
     profile = json.loads(dataset.attrs.get("speed_profile", "[]")) or [(0.0, dataset.attrs["speed_rad_s"])]
     times, speeds = np.array(profile, dtype=np.float64).T
     return np.interp(dataset["time"].values, times, speeds)
 
 
+def _free_speed(dataset: Signals) -> NDArray[np.float64] | None:
+    """Return the speed of a rotor that spins freely (rad/s); None of another, or where it was not recorded."""
+    measured = signal(dataset, "speed")
+    if measured is None or not parameters(dataset).get("spin.free"):
+        return None
+    return np.asarray(measured, np.float64)
+
+
 def turns(dataset: Signals) -> NDArray[np.float64]:
     """Return the turns of the rotor at each sample from cycle 0 on; at constant speed these are the cycles."""
-    if "speed_profile" not in dataset.attrs or not dataset.sizes["time"]:
+    if not speed_changes(dataset) or not dataset.sizes["time"]:
         return cycles(dataset)
     time, Omega = dataset["time"].values, speed(dataset)
     turned = np.concatenate([[0.0], np.cumsum(0.5 * (Omega[1:] + Omega[:-1]) * np.diff(time))]) / (2.0 * np.pi)

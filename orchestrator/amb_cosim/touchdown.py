@@ -5,7 +5,6 @@ Every value is None where the data set does not hold what it takes. Times count 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
@@ -16,8 +15,8 @@ from numpy.typing import NDArray
 from amb_cosim.contact_history import FREE, ROLLING, in_contact, touchable
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.orbits import radius
-from amb_cosim.places import PLANT, places
-from amb_cosim.series import cycles, signal
+from amb_cosim.places import places
+from amb_cosim.series import cycles, parameters, signal
 
 SLIDING = 1
 N_IMPACTS = 5
@@ -47,7 +46,8 @@ class Retainer:
     free, sliding, rolling
         Time from release on in each mode of contact (s).
     whirl
-        Direction in which the rotor turned about the site in contact; `none` if that was less than a turn.
+        Direction in which the rotor turned about the site from its first contact on; `none` if it did not get around by
+        a turn, or by half of all the angle that it went to and fro.
     whirl_speed
         Mean whirl speed in contact (rad/s), backward negative; a mean over the angle turned, so that a rotor at rest
         does not count.
@@ -108,27 +108,20 @@ class Touchdown:
 
 def touchdown(dataset: Signals) -> Touchdown | None:
     """Describe the touchdown of a run; None for one without gravity or without contact."""
-    contact = in_contact(dataset)
-    parameters = _parameters(dataset)
-    if contact is None or not parameters.get("gravity") or not (contact & (cycles(dataset) >= 0.0)).any():
+    contact, given = in_contact(dataset), parameters(dataset)
+    if contact is None or not given.get("gravity") or not (contact & (cycles(dataset) >= 0.0)).any():
         return None
     start = _release(dataset, contact)
     touched = [site for site in touchable(dataset) if _is_touched(dataset, site, start)]
     return Touchdown(
         release=float(dataset["time"].values[start]),
-        drop={bearing: _drop(dataset, bearing, start, parameters) for bearing in places(dataset).bearings},
+        drop={bearing: _drop(dataset, bearing, start) for bearing in places(dataset).bearings},
         orbit={bearing: _orbit(dataset, bearing, start) for bearing in places(dataset).bearings},
         first_impacts=_first_impacts(dataset, start),
-        retainers={site: _retainer(dataset, site, start, parameters) for site in touched},
-        rest_after=_rest(dataset, start, parameters),
+        retainers={site: _retainer(dataset, site, start, given) for site in touched},
+        rest_after=_rest(dataset, start, given),
         standstill_after=_standstill(dataset, start),
     )
-
-
-def _parameters(dataset: Signals) -> dict[str, Any]:
-    """Return the parameters of the plant."""
-    found: dict[str, Any] = json.loads(dataset.attrs.get("parameters", "{}")).get(PLANT, {})
-    return found
 
 
 def _release(dataset: Signals, contact: NDArray[np.bool_]) -> int:
@@ -164,13 +157,18 @@ def _is_touched(dataset: Signals, site: str, start: int) -> bool:
     return any(values is not None and bool((values > 0.0).any()) for values in found)
 
 
-def _drop(dataset: Signals, bearing: str, start: int, parameters: Mapping[str, Any]) -> float | None:
-    x, y = (_after(dataset, f"{bearing}.{axis}", start) for axis in "xy")
-    angle = parameters.get("gravity_angle")
-    if x is None or y is None or angle is None:
+def height(dataset: Signals, x: str, y: str) -> NDArray[np.float64] | None:
+    """Return how high (m) a point of the rotor is above the centre, against gravity, at each sample."""
+    given, of_x, of_y = parameters(dataset), signal(dataset, x), signal(dataset, y)
+    if of_x is None or of_y is None or "gravity_angle" not in given:
         return None
-    fallen = np.sign(parameters["gravity"]) * (np.cos(angle) * (x - x[0]) + np.sin(angle) * (y - y[0]))
-    return 1e3 * float(fallen.max())
+    angle = given["gravity_angle"]
+    return np.asarray(-np.sign(given["gravity"]) * (np.cos(angle) * of_x + np.sin(angle) * of_y), np.float64)
+
+
+def _drop(dataset: Signals, bearing: str, start: int) -> float | None:
+    at = height(dataset, f"{bearing}.x", f"{bearing}.y")
+    return None if at is None else 1e3 * float(at[start] - at[start:].min())
 
 
 def _orbit(dataset: Signals, bearing: str, start: int) -> float | None:
@@ -188,11 +186,11 @@ def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
     return tuple(sorted(found, key=lambda impact: impact.after)[:N_IMPACTS])
 
 
-def _retainer(dataset: Signals, site: str, start: int, parameters: Mapping[str, Any]) -> Retainer:
+def _retainer(dataset: Signals, site: str, start: int, given: Mapping[str, Any]) -> Retainer:
     free, sliding, rolling = _mode_times(dataset, site, start)
     direction, whirl_speed = _whirl(dataset, site, start)
     heat, temperature = (_after(dataset, f"{site}.{name}", start) for name in ("heat", "temperature"))
-    warms = temperature is not None and bool(parameters.get(f"{site}.heat_capacity"))
+    warms = temperature is not None and bool(given.get(f"{site}.heat_capacity"))
     return Retainer(
         free=free,
         sliding=sliding,
@@ -225,11 +223,13 @@ def _whirl(dataset: Signals, site: str, start: int) -> tuple[Direction | None, f
     mode, whirl = (_after(dataset, f"{site}.{name}", start) for name in ("mode", "whirl_speed"))
     if mode is None or whirl is None:
         return None, None
-    turned = whirl * _steps(dataset, start) * (mode != FREE)
-    total = float(np.abs(turned).sum())
-    if abs(turned.sum()) < 2.0 * np.pi:
+    closed = mode != FREE
+    turned = whirl * _steps(dataset, start) * np.logical_or.accumulate(closed)
+    around, to_and_fro = float(turned.sum()), float(np.abs(turned).sum())
+    in_contact = np.abs(turned) * closed
+    if abs(around) < max(2.0 * np.pi, 0.5 * to_and_fro) or not in_contact.any():
         return "none", None
-    return "forward" if turned.sum() > 0.0 else "backward", float(np.sum(whirl * np.abs(turned))) / total
+    return "forward" if around > 0.0 else "backward", float(np.average(whirl, weights=in_contact))
 
 
 def _impulse(dataset: Signals, site: str, start: int) -> float | None:
@@ -245,13 +245,13 @@ def _race_spin_up(dataset: Signals, site: str, start: int) -> float | None:
     return float(times[np.argmax(speed >= SPUN_UP * speed.max())] - times[np.argmax(mode != FREE)])
 
 
-def _rest(dataset: Signals, start: int, parameters: Mapping[str, Any]) -> float | None:
+def _rest(dataset: Signals, start: int, given: Mapping[str, Any]) -> float | None:
     """Return the time after which the rotor stays at all bearings where it is in the last part of the run."""
     times = _times(dataset, start)
     last = times >= (1.0 - LAST_PART) * times[-1]
     moving = np.zeros(len(times), bool)
     for bearing, site in places(dataset).bearings.items():
-        clearance = parameters.get(f"{site}.clearance")
+        clearance = given.get(f"{site}.clearance")
         for axis in "xy":
             position = _after(dataset, f"{bearing}.{axis}", start)
             if position is None or clearance is None:

@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from falls import CLEARANCE, LANDED, OMEGA, fall
 from matplotlib.image import imread
 
 from amb_cosim import plots
@@ -51,6 +52,32 @@ def test_a_changing_speed_is_drawn_over_time(synthetic, tmp_path):
     assert below.get_xlabel() == "time (s)"
     assert below.get_xlim() == pytest.approx((0.0, 0.4))
     assert np.interp([0.05, 0.2, 0.35], *line.get_data()) == pytest.approx([20.0, 40.0, 60.0])
+
+
+def test_a_touchdown_is_drawn_with_what_moves_and_warms(tmp_path):
+    dataset = fall()
+    assert drawn(dataset, tmp_path) == ["touchdown", "displacement", "contact"]
+    figure = plots.Plots(dataset).touchdown()
+    orbit, _, heights, speeds, temperatures = figure.axes
+    assert orbit.get_xlim() == pytest.approx((-0.7875, 0.7875))
+    fallen, *_ = heights.lines
+    assert np.interp(LANDED, *fallen.get_data()) == pytest.approx(-1e3 * CLEARANCE)
+    assert temperatures.get_ylabel() == "temperature (°C)"
+    spin, race, _ = speeds.lines
+    assert np.interp([1.1, 2.9], *spin.get_data()) == pytest.approx([0.5 * OMEGA, 0.0], abs=1.0)
+    assert race.get_ydata().max() == 100.0
+
+
+def test_a_free_spin_is_drawn_over_time():
+    figure = plots.Plots(fall()).displacement()
+    *_, below = figure.axes
+    assert below.get_xlabel() == "time (s)"
+    assert figure.get_suptitle() == "fall, $\\Omega$ = 300 to 0 rad/s"
+
+
+def test_a_run_without_gravity_has_no_touchdown_to_draw(synthetic):
+    with pytest.raises(ValueError, match="touchdown cannot be drawn: the run is without gravity or without contact"):
+        plots.Plots(synthetic()).touchdown()
 
 
 def test_figures_show_the_cycles_that_the_scenario_asks_for(synthetic):
@@ -122,7 +149,7 @@ def test_orbits_before_and_with_rolac_are_drawn_apart(synthetic, without):
 # Figures in Python and in a notebook
 
 
-@pytest.mark.parametrize("name", plots.MODULES)
+@pytest.mark.parametrize("name", [name for name in plots.MODULES if name != "touchdown"])
 def test_every_figure_has_a_method_and_shows_itself(synthetic, name):
     figure = getattr(plots.Plots(synthetic()), name)()
     assert figure._repr_png_().startswith(b"\x89PNG")
@@ -147,7 +174,7 @@ def test_figures_that_cannot_be_drawn_are_refused(synthetic):
 
 
 def test_representation_lists_the_figures(synthetic):
-    listed = "orbits(), displacement(), contact(), whirl(), energy()"
+    listed = "orbits(), displacement(), contact(), whirl(), energy(), touchdown()"
     assert repr(plots.Plots(synthetic())) == f"Plots of synthetic: {listed}"
 
 

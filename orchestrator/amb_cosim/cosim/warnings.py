@@ -28,7 +28,7 @@ class Warned:
     component, variable
         Which output became true; `variable` is empty for any other text that an FMU logged as a warning.
     kind
-        The sentence as it was declared, without names of variables: alike for all outputs that warn of the same.
+        The sentence as it was declared, without values and places: alike for all outputs that warn of the same.
     sentence
         The sentence with the values that its variables had when it was logged.
     first, last
@@ -96,7 +96,14 @@ def _of_output(
     if samples is not None and after.any():
         last = float(max(true[-1], first)) if len(true) else first
         share = float(np.mean(samples[after] != 0.0))
-    return Warned(component, port.name, re.sub(r"\{[^}]*\}", "{}", port.warning), sentence, first, last, share)
+    return Warned(component, port.name, _kind(port), sentence, first, last, share)
+
+
+def _kind(port: Port) -> str:
+    """Return the sentence of an output without values, and without its place, `rb1` of `rb1.passed`."""
+    place, _, variable = port.name.partition(".")
+    sentence = re.sub(r"\{[^}]*\}", "{}", port.warning)
+    return re.sub(rf"\b{re.escape(place)}\b", "*", sentence, flags=re.IGNORECASE) if variable else sentence
 
 
 def to_json(warnings: Sequence[Warned]) -> str:

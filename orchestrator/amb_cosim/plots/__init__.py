@@ -13,6 +13,8 @@ from amb_cosim.cosim.signals import Signals
 from amb_cosim.energies import energies
 from amb_cosim.orbits import radius
 from amb_cosim.places import places
+from amb_cosim.series import speed_changes
+from amb_cosim.touchdown import touchdown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,6 +26,7 @@ MODULES = {
     "contact": "contact",
     "whirl": "contact",
     "energy": "energy",
+    "touchdown": "fall",
 }
 
 
@@ -59,6 +62,10 @@ class Plots:
         """Draw the energy of the lateral motion, the work done on the rotor and the heat it became."""
         return figure(self._dataset, "energy")
 
+    def touchdown(self) -> Figure:
+        """Draw orbits within the clearance, heights, speeds of rotor and races, and temperatures of a touchdown."""
+        return figure(self._dataset, "touchdown")
+
     def save(self, folder: Path | str) -> list[Path]:
         """Write the figures that suit the run to a folder, and return their paths."""
         return draw_all(self._dataset, Path(folder))
@@ -76,7 +83,7 @@ def figure(dataset: Signals, name: str) -> Figure:
     dataset
         What the run recorded, with its attributes.
     name
-        `orbits`, `displacement`, `contact`, `whirl` or `energy`.
+        `orbits`, `displacement`, `contact`, `whirl`, `energy` or `touchdown`.
 
     Raises
     ------
@@ -91,6 +98,8 @@ def figure(dataset: Signals, name: str) -> Figure:
         raise ValueError(f"{name} cannot be drawn: the rotor has no contact site")
     if name == "energy" and energies(dataset) is None:
         raise ValueError("energy cannot be drawn: the run did not reach cycle 0, or did not record energy.*")
+    if name == "touchdown" and touchdown(dataset) is None:
+        raise ValueError("touchdown cannot be drawn: the run is without gravity or without contact")
     import matplotlib as mpl
 
     from amb_cosim.plots.style import STYLE
@@ -115,12 +124,15 @@ def draw_all(dataset: Signals, folder: Path) -> list[Path]:
 def chosen(dataset: Signals) -> list[str]:
     """Return the names of the figures that the scenario asks for, or else of those that suit the run.
 
-    Orbits overlap while the speed changes; whirl is of interest where the rotor rolls on a bearing.
+    Orbits overlap while the speed changes; whirl is of interest where the rotor rolls on a bearing. The figure of a
+    touchdown has orbits of its own.
     """
     if "plot_figures" in dataset.attrs:
         requested: list[str] = json.loads(dataset.attrs["plot_figures"])
-        return [name for name in requested if name != "energy" or energies(dataset) is not None]
-    names = ["displacement"] if "speed_profile" in dataset.attrs else ["orbits", "displacement"]
+        missing = {name for name, found in (("energy", energies), ("touchdown", touchdown)) if found(dataset) is None}
+        return [name for name in requested if name not in missing]
+    landed = touchdown(dataset) is not None
+    names = ["touchdown"] * landed + ["orbits"] * (not landed and not speed_changes(dataset)) + ["displacement"]
     return names + ["contact"] * bool(places(dataset).sites) + ["whirl"] * (rolling_from(dataset) is not None)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from amb_cosim.contact_history import touchable
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.places import places
 from amb_cosim.plots.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW
-from amb_cosim.series import cycles, signal, speed, switched_on
+from amb_cosim.series import cycles, parameters, signal, speed, speed_changes, switched_on
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 
@@ -31,7 +30,7 @@ def plant_signal(dataset: Signals, name: str) -> NDArray[np.float64]:
 
 def plant_parameter(dataset: Signals, name: str) -> float:
     """Return the value that a parameter of the plant had in the run."""
-    return float(json.loads(dataset.attrs["parameters"])["rotor_contact"][name])
+    return float(parameters(dataset)[name])
 
 
 def clearance(dataset: Signals, site: str) -> float:
@@ -43,8 +42,7 @@ def add_title(figure: Figure, dataset: Signals) -> None:
     """Write the name of the scenario and its spin speed above the figure."""
     speeds = speed(dataset)
     name = Path(dataset.attrs["scenario"]).stem
-    changing = "speed_profile" in dataset.attrs
-    text = f"{speeds[0]:.4g} to {speeds[-1]:.4g}" if changing else f"{speeds[0]:.4g}"
+    text = f"{speeds[0]:.4g} to {speeds[-1]:.4g}" if speed_changes(dataset) else f"{speeds[0]:.4g}"
     figure.suptitle(f"{name}, $\\Omega$ = {text} rad/s", fontsize=TITLE_SIZE)
 
 
@@ -90,7 +88,7 @@ def time_values(dataset: Signals) -> NDArray[np.float64]:
 
 def _cycle_length(dataset: Signals) -> float:
     """Return the length of a cycle on the time axis."""
-    return float(dataset.attrs["period_s"]) if "speed_profile" in dataset.attrs else 1.0
+    return float(dataset.attrs["period_s"]) if speed_changes(dataset) else 1.0
 
 
 def _time_limits(dataset: Signals) -> tuple[float, float]:
@@ -106,7 +104,7 @@ def _time_limits(dataset: Signals) -> tuple[float, float]:
 def label_time_axis(axes: Axes, dataset: Signals) -> None:
     """Set label, limits and ticks of the time axis."""
     begin, end = _time_limits(dataset)
-    axes.set_xlabel("time (s)" if "speed_profile" in dataset.attrs else "synchronous cycles")
+    axes.set_xlabel("time (s)" if speed_changes(dataset) else "synchronous cycles")
     if end > begin:
         axes.set_xlim(begin, end)
     axes.xaxis.set_major_locator(MaxNLocator(10, integer=end - begin > 3.0, steps=[1, 2, 5, 10]))

@@ -22,7 +22,7 @@ from amb_cosim.plots.axes import (
     title_padding,
 )
 from amb_cosim.plots.style import BLUE, DASHED, GREY, ORANGE, StyledFigure
-from amb_cosim.series import cycles, speed, switched_on
+from amb_cosim.series import cycles, speed, speed_changes, switched_on
 
 # Colours of the parts of a run.
 BEFORE, LOADED, AFTER = GREY, ORANGE, BLUE
@@ -58,7 +58,7 @@ def orbits(dataset: Signals) -> Figure:
 
 def displacement(dataset: Signals) -> Figure:
     """Draw the radius of the motion at each station, over its clearance, and below it the speed where it changes."""
-    drawn, changing = stations(dataset), "speed_profile" in dataset.attrs
+    drawn, changing = stations(dataset), speed_changes(dataset)
     figure = StyledFigure(figsize=(7.0, 2.1 * len(drawn) + 1.2 * changing), layout="constrained")
     ratios = (3,) * len(drawn) + (2,) * changing
     panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios, squeeze=False)[:, 0]
