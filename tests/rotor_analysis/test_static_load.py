@@ -1,0 +1,54 @@
+"""How the bearings share the weight of a rotor: by levers where there are two, by bending where there are more."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from analysis_cases import MASS, NOTHING, L, disc_between
+
+from rotor_analysis.packaged_rotors import packaged_rotors
+from rotor_analysis.parts import Bearing
+from rotor_analysis.rigid_body import rigid_body
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
+from rotor_analysis.static_load import carried_masses
+
+
+@pytest.mark.parametrize("name", packaged_rotors())
+def test_two_bearings_share_the_weight_by_their_distance_from_its_centre(name):
+    """Of Nelson and McVaugh's overhung rotor the second bearing holds it down."""
+    rotor = load_rotor(name)
+    body, z = rigid_body(rotor), [rotor.shaft.nodes[node - 1] for node in rotor.bearing_nodes]
+    first = body.mass * (z[1] - body.centre) / (z[1] - z[0])
+    assert list(carried_masses(rotor).values()) == pytest.approx([first, body.mass - first], rel=1e-8)
+    assert (first > body.mass) == (name == "nelson_mcvaugh")
+
+
+def test_three_bearings_share_the_weight_of_a_slender_beam_by_its_bending():
+    """3/16, 5/8 and 3/16 of an even beam on three equidistant supports."""
+    bearings = tuple(Bearing(name, node) for name, node in (("left", 1), ("middle", 11), ("right", 21)))
+    shaft = Shaft(
+        tuple(np.linspace(0.0, 4.0, 21).tolist()),
+        (0.02,),
+        2.1e11,
+        7850.0,
+        0.3,
+        theory="rayleigh",
+        mass_matrix="consistent",
+    )
+    beam = Rotor("beam", shaft, bearings=bearings)
+    shares = np.array(list(carried_masses(beam).values())) / beam.mass
+    assert shares == pytest.approx([3 / 16, 5 / 8, 3 / 16], rel=1e-6)
+
+
+def test_middle_bearing_under_the_disc_carries_it_alone():
+    left, middle, right = (Bearing(name, node, NOTHING) for name, node in (("left", 1), ("middle", 2), ("right", 3)))
+    carried = carried_masses(disc_between(left, middle, right))
+    assert carried == pytest.approx({"left": 0.0, "right": 0.0, "middle": MASS}, abs=1e-9)
+
+
+def test_single_bearing_does_not_hold_a_rotor():
+    shaft = Shaft((0.0, L / 2, L), (0.03,), 2.1e11, 7850.0, 0.3)
+    with pytest.raises(ValueError, match=r"rotor 'swing' has 1 bearings; its weight takes two or more, apart"):
+        carried_masses(Rotor("swing", shaft, bearings=(Bearing("only", 2),)))

@@ -1,0 +1,98 @@
+"""Gravity in a scenario: the static currents carry the rotor's weight, each bearing its share, in any direction."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import amb_cosim
+from amb_cosim.scenario import make_scenario
+from amb_cosim.simulation import prepare
+
+WEIGHT = 96.0254 * 9.81  # N
+
+
+def levitated(**changes):
+    """The rig at 260 rad/s without unbalance, for 1.5 s."""
+    fields = {"Omega": "260 rad/s", "settle_cycles": 60, "end_cycle": 1, "gravity": "9.81 m/s2"} | changes
+    return make_scenario(fields, "levitated")
+
+
+def at_the_end(scenario, *names):
+    dataset = amb_cosim.run(scenario, progress=False).dataset
+    return [float(dataset[name].values[-1]) for name in names]
+
+
+AXES = [f"{bearing}.{axis}" for bearing in ("mb1", "mb2") for axis in "xy"]
+PLACES = [f"rotor_contact.{axis}" for axis in AXES]
+FORCES = [f"amb_actuator.{bearing}.f_{axis}" for bearing in ("mb1", "mb2") for axis in "xy"]
+
+
+@pytest.mark.parametrize("law", [0, 1, 2], ids=["linear", "measured", "nonlinear"])
+def test_levitated_rotor_sits_at_its_setpoint(law):
+    """Within 1 um; where the static currents do not carry the weight it sags by 0.37 mm."""
+    scenario = levitated(parameters={"amb_actuator": {"force_law": law}})
+    places = at_the_end(scenario, *PLACES)
+    assert max(abs(x) for x in places) < 1e-6
+
+
+def test_weight_that_nothing_carries_pulls_the_rotor_down():
+    """By a bearing's share of m g/sqrt(2) over K_b along each axis."""
+    scenario = levitated(gravity=None, parameters={"rotor_contact": {"gravity": "9.81 m/s2"}})
+    sag = {"mb1": 53.732 * 9.81 / math.sqrt(2.0) / 1e6, "mb2": 42.294 * 9.81 / math.sqrt(2.0) / 1e6}
+    for place, x in zip(PLACES, at_the_end(scenario, *PLACES), strict=True):
+        assert x == pytest.approx(-sag[place.split(".")[1]], rel=0.01)
+
+
+@pytest.mark.parametrize("angle", [225.0, 270.0, 45.0], ids=["diagonal", "along y", "upwards"])
+def test_bearings_together_pull_the_weight_against_gravity(angle):
+    scenario = levitated(gravity_angle=f"{angle} deg")
+    *forces, x = at_the_end(scenario, *FORCES, PLACES[0])
+    assert sum(forces[::2]) == pytest.approx(-WEIGHT * math.cos(math.radians(angle)), abs=1e-3)
+    assert sum(forces[1::2]) == pytest.approx(-WEIGHT * math.sin(math.radians(angle)), abs=1e-3)
+    assert abs(x) < 1e-6
+
+
+def test_static_currents_are_those_of_the_shares_of_the_weight():
+    """K_i/2 I_s = share g/sqrt(2): MB1 carries 53.7 kg, MB2 42.3 kg."""
+    given = prepare(levitated()).plan.parameters["amb_actuator"]
+    for bearing, mass in (("mb1", 53.732), ("mb2", 42.294)):
+        for axis in "xy":
+            expected = 2.0 * mass * 9.81 / math.sqrt(2.0) / 563.0
+            assert given[f"{bearing}.static_current_{axis}"] == pytest.approx(expected, rel=1e-4)
+    assert given["total_force"] == 1.0
+
+
+def test_controller_knows_the_constants_of_the_operating_point():
+    """2.8 and 2.9 with the static current that carries the weight, and the least current -(I_s + I_b)."""
+    parameters = prepare(levitated(parameters={"amb_actuator": {"force_law": 0}})).plan.parameters
+    static = parameters["amb_actuator"]["mb1.static_current_x"]
+    known = parameters["rolac_controller"]
+    per_static_and_bias = 563.15066 / (1.14 + 2 * 4.43)
+    assert known["mb1.k_i_x"] == pytest.approx(per_static_and_bias * (static + 2 * 4.43), rel=1e-6)
+    assert known["mb1.k_s_x"] / 2376955.716 == pytest.approx(
+        ((static + 4.43) ** 2 + 4.43**2) / (5.57**2 + 4.43**2), rel=1e-6
+    )
+    assert known["mb1.i_min_x"] == pytest.approx(-(static + 4.43), rel=1e-12)
+
+
+def test_parameters_of_the_scenario_win():
+    scenario = levitated(parameters={"amb_actuator": {"mb1.static_current_x": "2 A"}})
+    setting = {"rolac_controller.mb2.k_i_?": 600.0}
+    parameters = prepare(scenario, setting).plan.parameters
+    assert parameters["amb_actuator"]["mb1.static_current_x"] == 2.0
+    assert parameters["amb_actuator"]["mb1.static_current_y"] != 2.0
+    assert parameters["rolac_controller"]["mb2.k_i_y"] == 600.0
+    assert parameters["rolac_controller"]["mb1.k_i_y"] == 563.0
+
+
+def test_rotor_on_springs_has_gravity_alone():
+    parameters = prepare(levitated(system="passive", gravity_angle="3 rad")).plan.parameters["rotor_contact"]
+    assert (parameters["gravity"], parameters["gravity_angle"]) == (9.81, 3.0)
+
+
+def test_weight_that_a_bearing_cannot_carry_is_refused():
+    message = r"gravity: mb1\.x cannot carry its share of the weight: load = 1519\.\d+ N is not allowed; it must be >= "
+    with pytest.raises(ValueError, match=message):
+        prepare(levitated(gravity="40 m/s2", parameters={"amb_actuator": {"force_law": 2}}))
