@@ -72,7 +72,7 @@ class TwoBodies:
         Q[X_H] = -self.mount_stiffness[0] * q[X_H] - self.mount_damping[0] * v[X_H]
         Q[Y_H] = -self.mount_stiffness[1] * q[Y_H] - self.mount_damping[1] * v[Y_H]
         Q[THETA] = self.drive_torque
-        Q[PHI] = -self.race_drag * np.sign(v[PHI]) - self.race_viscous_drag * v[PHI]
+        Q[PHI] = -self.race_drag * math.tanh(v[PHI]) - self.race_viscous_drag * v[PHI]
         return Q
 
     def gap_row(self, q: np.ndarray) -> np.ndarray:
