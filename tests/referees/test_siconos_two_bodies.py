@@ -1,0 +1,80 @@
+"""A journal and its retainer on a mount, two bodies in contact, against Siconos.
+
+Siconos gets the same bodies in other coordinates, s = r - r_h of the journal in its retainer, and r_h of that: there
+the clearance is a circle about the origin. With r = s + r_h the matrices are S^T M S, and so on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from touchdown_cases import follow_plant, plant_of
+from two_bodies import TwoBodies, follow
+
+Siconos = Callable[..., dict[str, np.ndarray]]
+
+SPIN = 200.0  # rad/s
+MOUNTED = TwoBodies(
+    mass=10.0,
+    clearance=0.25e-3,
+    support_stiffness=2e4,
+    force=10.0 * 9.81 * np.exp(-0.6j * np.pi),
+    housing_mass=4.0,
+    mount_stiffness=(4e6, 6e6),
+    mount_damping=(400.0, 700.0),
+)
+START = np.array([0.05, 0.0, -0.02, 0.01, SPIN, 0.0])  # velocities (m/s) of the bodies, both in the middle; spin
+TO_RELATIVE = np.block([[np.eye(2), np.eye(2)], [np.zeros((2, 2)), np.eye(2)]])
+
+
+def given(model: TwoBodies) -> dict[str, np.ndarray]:
+    """The two bodies for Siconos, in coordinates s and r_h."""
+    S = TO_RELATIVE
+    spring = [model.support_stiffness] * 2 + list(model.mount_stiffness)
+    damper = [model.support_damping] * 2 + list(model.mount_damping)
+    M = np.diag([model.mass] * 2 + [model.housing_mass] * 2)
+    matrices = {name: S.T @ matrix @ S for name, matrix in {"M": M, "C": np.diag(damper), "K": np.diag(spring)}.items()}
+    return matrices | {
+        "f": S.T @ [model.force.real, model.force.imag, 0.0, 0.0],
+        "q": np.zeros(4),
+        "v": np.linalg.solve(S, START[:4]),
+        "rows": np.array([0]),
+        "clearance": np.array([model.clearance]),
+        "restitution": np.array([model.restitution]),
+        "mu": np.array([model.mu]),
+        "surface": np.array([SPIN * model.journal_radius]),
+    }
+
+
+@pytest.mark.parametrize("e", [0.0, 0.4])
+def test_frictionless_bodies_move_as_in_siconos(e: float, siconos: Siconos) -> None:
+    """Bounces that end leave 1e-8 m, since each code cuts off the last of them in its own way."""
+    model = replace(MOUNTED, restitution=e)
+    h, points = 1e-3, 40
+    answer = siconos("from_event_to_event", h=h, points=points, tolerance=1e-9, **given(model))
+    times = h * np.arange(1, points + 1)
+    bounces = e > 0.0
+    for motion in (follow(model, times, np.zeros(6), START), follow_plant(plant_of(model, np.zeros(6), START), times)):
+        assert 0 < np.count_nonzero(motion.mode) < points
+        np.testing.assert_allclose(motion.q[:, :4], answer["q"] @ TO_RELATIVE.T, atol=5e-8 if bounces else 1e-11)
+        np.testing.assert_allclose(motion.N, answer["force"][:, 0], atol=0.1 if bounces else 1e-4)
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.3])
+def test_bodies_with_friction_move_as_in_siconos(mu: float, siconos: Siconos) -> None:
+    """Siconos's time stepping converges to the motion with its step; the clearance is 2.5e-4 m."""
+    model = replace(MOUNTED, mu=mu)
+    points, span = 20, 0.04
+    times = span / points * np.arange(1, points + 1)
+    motion = follow_plant(plant_of(model, np.zeros(6), START), times)
+    difference = []
+    for every in (500, 2000):
+        h = span / points / every
+        answer = siconos("time_stepping", h=h, every=every, points=points, **given(model))
+        difference.append(np.abs(motion.q[:, :4] - answer["q"] @ TO_RELATIVE.T).max())
+    assert difference[-1] < 4e-6
+    assert difference[-1] < 0.35 * difference[0]
+    np.testing.assert_allclose(follow(model, times, np.zeros(6), START).q[:, :4], motion.q[:, :4], atol=1e-11)

@@ -1,0 +1,151 @@
+"""Touchdown in closed form: falling, rocking, races that spin up, spins that are braked, rolling, unbalance, whirl."""
+
+import math
+
+import numpy as np
+import pytest
+from rotor_cases import both, plant, rigid_rotor, run, state
+from touchdown_cases import coordinates, follow_plant, plant_of
+from two_bodies import PHI, ROLLING, SLIDING, THETA, TwoBodies, X, Y
+
+G, CLEARANCE, RADIUS = 9.81, 0.5e-3, 0.025
+HALF = 10.0  # kg, carried by either end
+FALLING = TwoBodies(mass=HALF, clearance=CLEARANCE, force=-1j * HALF * G)
+
+
+@pytest.mark.parametrize("angle", [-0.5 * math.pi, 0.3, 1.25 * math.pi])
+def test_rotor_falls_through_its_clearance_in_the_direction_of_gravity(angle):
+    """It lands after sqrt(2 c/g), with the speed g t."""
+    rotor = plant(both("rb.clearance", CLEARANCE) | {"gravity": G, "gravity_angle": angle}, rigid_rotor(2 * HALF))
+    landing, h = math.sqrt(2 * CLEARANCE / G), 1e-4
+    impulse = run(rotor, 200, ["rb1.impulse"], h)[:, 0]
+    assert np.flatnonzero(impulse).tolist() == [int(landing / h)]
+    assert impulse.sum() == pytest.approx(HALF * G * landing, rel=1e-8)
+    assert rotor["mb1.x"] + 1j * rotor["mb1.y"] == pytest.approx(CLEARANCE * np.exp(1j * angle), abs=1e-12)
+
+
+def at_angle(phi, whirl=0.0, spin=0.0):
+    """Positions and velocities with the journal on its retainer at the angle `phi` from x, whirling (rad, rad/s)."""
+    q, v = np.zeros(6), np.zeros(6)
+    place = CLEARANCE * np.exp(1j * phi)
+    q[[X, Y]] = place.real, place.imag
+    v[[X, Y]] = (1j * whirl * place).real, (1j * whirl * place).imag
+    v[THETA] = spin
+    return q, v
+
+
+def test_journal_at_the_bottom_rocks_like_a_pendulum():
+    """A point that slides without friction in a circle of radius c: sqrt(g/c)."""
+    small = 1e-3
+    quarter = 0.5 * math.pi * math.sqrt(CLEARANCE / G)
+    rotor = plant_of(FALLING, *at_angle(small - 0.5 * math.pi), SLIDING, max_substep=2e-5)
+    times = quarter * np.arange(1, 9)
+    x = follow_plant(rotor, times).q[:, X]
+    np.testing.assert_allclose(x / (CLEARANCE * small), np.cos(0.5 * math.pi * np.arange(1, 9)), atol=1e-5)
+
+
+def sliding_at_rest(mu, spin, **bodies):
+    """A journal that spin and friction hold where gravity balances them: tan(phi) = mu from the bottom."""
+    model = TwoBodies(mass=HALF, clearance=CLEARANCE, force=-1j * HALF * G, mu=mu, journal_radius=RADIUS, **bodies)
+    normal = HALF * G / math.sqrt(1 + mu**2)
+    return model, at_angle(-0.5 * math.pi - math.copysign(math.atan(mu), spin), 0.0, spin), normal
+
+
+@pytest.mark.parametrize("spin", [300.0, -300.0])
+def test_sliding_journal_rests_where_friction_holds_it_up_the_retainer(spin):
+    model, start, normal = sliding_at_rest(0.2, spin)
+    motion = follow_plant(plant_of(model, *start, SLIDING, max_substep=2e-5), np.array([0.01, 0.02]))
+    np.testing.assert_allclose(motion.q[:, :2], [start[0][:2]] * 2, atol=1e-12)
+    np.testing.assert_allclose(motion.N, normal, rtol=1e-9)
+    np.testing.assert_allclose(motion.T, -math.copysign(0.2 * normal, spin), rtol=1e-9)
+
+
+def test_constant_friction_spins_up_a_race_until_it_turns_with_the_journal():
+    """J w' = mu N (R_s + c) - M, and at the end w (R_s + c) = Omega R_s, but for the rocking of the journal."""
+    mu, spin, inertia, drag = 0.15, 200.0, 2e-4, 0.02
+    model, start, normal = sliding_at_rest(mu, spin, race_inertia=inertia, race_drag=drag)
+    rotor = plant_of(model, *start, SLIDING, max_substep=2e-5)
+    radius = RADIUS + CLEARANCE
+    acceleration = (mu * normal * radius - drag) / inertia
+    speed = follow_plant(rotor, 5e-3 * np.arange(1, 31)).v[:, PHI]
+    rising = speed < 0.9 * spin * RADIUS / radius
+    assert 5 < rising.sum() < 25
+    np.testing.assert_allclose(np.diff(speed[rising][1:]), 5e-3 * acceleration, rtol=1e-6)
+    assert speed[-1] == pytest.approx(spin * RADIUS / radius, rel=0.01)
+    assert (rotor["rb1.mode"], rotor["rb1.slip_velocity"]) == (ROLLING, pytest.approx(0.0, abs=1e-9))
+
+
+def test_friction_brakes_a_free_spin_at_a_constant_rate():
+    """J Omega' = -mu N R_s of either end; what the spin loses is heat."""
+    mu, spin, inertia = 0.1, 150.0, 4e-3
+    model, start, normal = sliding_at_rest(mu, spin, spin_inertia=inertia)
+    rotor = plant_of(model, *start, SLIDING, max_substep=2e-5)
+    times = 0.02 * np.arange(1, 6)
+    speed = follow_plant(rotor, times).v[:, THETA]
+    np.testing.assert_allclose(speed, spin - mu * normal * RADIUS / inertia * times, rtol=1e-9)
+    lost = 0.5 * inertia * (spin**2 - speed[-1] ** 2)
+    assert rotor["rb1.heat"] == pytest.approx(lost, rel=1e-7)
+    assert rotor["energy.friction"] == pytest.approx(2 * lost, rel=1e-7)
+
+
+@pytest.mark.parametrize("spin", [40.0, -40.0])
+def test_rolling_rotor_is_braked_with_the_inertia_of_its_whirl(spin):
+    """It whirls at -Omega R_s/c, so that its energy is (J + m R_s^2) Omega^2/2, which the drive takes away."""
+    inertia, torque = 4e-3, -math.copysign(0.5, spin)
+    model = TwoBodies(mass=HALF, clearance=CLEARANCE, mu=5.0, journal_radius=RADIUS, spin_inertia=inertia,
+                      drive_torque=torque)  # fmt: skip
+    rotor = plant_of(model, *at_angle(0.0, -spin * RADIUS / CLEARANCE, spin), ROLLING, max_substep=2e-6)
+    times = 0.01 * np.arange(1, 6)
+    motion = follow_plant(rotor, times)
+    assert np.all(motion.mode == ROLLING)
+    expected = spin + torque / (inertia + HALF * RADIUS**2) * times
+    np.testing.assert_allclose(motion.v[:, THETA], expected, rtol=1e-7)
+    assert rotor["rb1.whirl_speed"] == pytest.approx(-expected[-1] * RADIUS / CLEARANCE, rel=1e-7)
+    np.testing.assert_allclose(motion.N, HALF * CLEARANCE * (expected * RADIUS / CLEARANCE) ** 2, rtol=1e-6)
+    assert rotor["energy.friction"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_free_spin_and_unbalance_keep_energy_and_angular_momentum():
+    """Without drive, damping and contact both are constant, while the spin lends energy to the whirl."""
+    unbalance, inertia, k = 0.02, 0.02, 1e5
+    model = TwoBodies(mass=HALF, clearance=0.1, support_stiffness=k, unbalance=unbalance, spin_inertia=inertia)
+    v = np.zeros(6)
+    v[THETA] = math.sqrt(k / HALF)
+    rotor = plant_of(model, np.zeros(6), v, max_substep=2e-5)
+    energy, momentum, speed = [], [], []
+    n = len(coordinates(model))
+    h = 1e-3
+    for step in range(200):
+        rotor.step(step * h, h)
+        z = state(rotor)
+        r, rate = complex(*z[:2]), complex(*z[n : n + 2])
+        e, Omega = unbalance * np.exp(1j * rotor["theta"]), rotor["speed"]
+        across = (r.conjugate() * rate).imag * HALF + (r.conjugate() * 1j * Omega * e + e.conjugate() * rate).imag
+        momentum.append(inertia * Omega + across)
+        energy.append(rotor["energy.kinetic"] + rotor["energy.strain"])
+        speed.append(Omega)
+    assert np.ptp(speed) > 0.1 * speed[0]
+    np.testing.assert_allclose(momentum, inertia * v[THETA], rtol=1e-8)
+    np.testing.assert_allclose(energy, inertia * v[THETA] ** 2, rtol=1e-8)
+    assert abs(rotor["energy.balance"]) < 1e-8 * energy[0]
+
+
+def test_backward_whirl_grows_where_friction_exceeds_its_damping():
+    """On a support k, d a sliding journal whirls steadily backward where d w = mu (m w^2 - k).
+
+    N = (m w^2 - k) c presses it outward, mu N drives it against the spin, d w c brakes it: faster whirl grows up to
+    rolling, slower whirl dies.
+    """
+    k, d, mu = 2e5, 800.0, 0.2
+    steady = (d + math.sqrt(d**2 + 4 * mu**2 * HALF * k)) / (2 * mu * HALF)
+    model = TwoBodies(
+        mass=HALF, clearance=CLEARANCE, support_stiffness=k, support_damping=d, mu=mu, journal_radius=RADIUS
+    )
+    rest = follow_plant(plant_of(model, *at_angle(0.0, -steady, 400.0), SLIDING), np.array([2e-3]))
+    assert rest.N[0] == pytest.approx((HALF * steady**2 - k) * CLEARANCE, rel=1e-6)
+    slower = plant_of(model, *at_angle(0.0, -0.99 * steady, 400.0), SLIDING, max_substep=2e-5)
+    faster = plant_of(model, *at_angle(0.0, -1.01 * steady, 20.0), SLIDING, max_substep=2e-5)
+    assert follow_plant(slower, np.array([0.2])).mode[0] != ROLLING
+    assert abs(slower["mb1.x"] + 1j * slower["mb1.y"]) < 0.5 * CLEARANCE
+    assert follow_plant(faster, 0.1 * np.arange(1, 9)).mode[-1] == ROLLING
+    assert faster["rb1.whirl_speed"] == pytest.approx(-20.0 * RADIUS / CLEARANCE, rel=1e-6)

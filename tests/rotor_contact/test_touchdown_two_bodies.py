@@ -1,0 +1,112 @@
+"""Contact of two bodies, races that turn and a spin that is free, against an independent model and in closed form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from touchdown_cases import follow_plant, plant_of
+from two_bodies import FREE, PHI, SLIDING, THETA, X_H, TwoBodies, X, Y, follow
+
+MOUNTED = TwoBodies(
+    mass=10.0,
+    clearance=0.25e-3,
+    support_stiffness=2e4,
+    force=98.1 * np.exp(-0.6j * np.pi),
+    mu=0.1,
+    housing_mass=4.0,
+    mount_stiffness=(4e6, 6e6),
+    mount_damping=(400.0, 700.0),
+)
+FIXED = replace(MOUNTED, housing_mass=None)
+RACE = {"race_inertia": 1e-4, "race_drag": 0.01, "race_viscous_drag": 1e-4}
+SPIN = {"spin_inertia": 5e-3, "unbalance": 2e-3}
+CASES = {
+    "mounted": MOUNTED,
+    "mounted, without friction": replace(MOUNTED, mu=0.0),
+    "race": replace(FIXED, **RACE),
+    "free spin": replace(FIXED, **SPIN),
+    "all, rolling": replace(MOUNTED, **RACE, **SPIN, mu=0.3, drive_torque=1.0),
+}
+START = np.array([0.05, 0.0, -0.02, 0.01, 200.0, 0.0])
+SPAN, POINTS = 0.04, 40
+TIMES = SPAN / POINTS * np.arange(1, POINTS + 1)
+
+
+def starting(model):
+    """Velocities at the start, without that of a housing that is fixed."""
+    return START * [1, 1, model.housing_mass is not None, model.housing_mass is not None, 1, 1]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_bodies_move_as_integrated_independently(case):
+    model = CASES[case]
+    q, v = np.zeros(6), starting(model)
+    rotor = plant_of(model, q, v)
+    ours, expected = follow_plant(rotor, TIMES), follow(model, TIMES, q, v)
+    assert {FREE, SLIDING} <= set(expected.mode)
+    np.testing.assert_array_equal(ours.mode, expected.mode)
+    np.testing.assert_allclose(ours.q[:, :4], expected.q[:, :4], atol=1e-11)
+    np.testing.assert_allclose(ours.v[:, THETA], expected.v[:, THETA], rtol=1e-9)
+    np.testing.assert_allclose(ours.v[:, PHI], expected.v[:, PHI], atol=1e-6)
+    np.testing.assert_allclose(ours.N, expected.N, atol=1e-5)
+    np.testing.assert_allclose(ours.T, expected.T, atol=1e-5)
+    assert abs(rotor["energy.balance"]) < 1e-9 * (rotor["energy.kinetic"] + rotor["energy.dissipated"])
+
+
+def test_bouncing_bodies_move_as_integrated_independently():
+    """The last bounces, which either model cuts off in its own way, leave 1e-8 m."""
+    model = replace(CASES["all, rolling"], restitution=0.4)
+    q, v = np.zeros(6), starting(model)
+    expected = follow(model, TIMES, q, v)
+    assert len(expected.impacts) > 20
+    np.testing.assert_allclose(follow_plant(plant_of(model, q, v), TIMES).q[:, :4], expected.q[:, :4], atol=1e-7)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.6, 1.0])
+def test_impact_conserves_momentum_of_journal_and_free_housing(e):
+    m, m_h, speed, angle = 10.0, 4.0, 0.2, 0.7
+    model = TwoBodies(mass=m, clearance=1e-3, housing_mass=m_h, restitution=e)
+    n = np.array([np.cos(angle), np.sin(angle)])
+    rotor = plant_of(model, np.zeros(6), np.concatenate([speed * n, np.zeros(4)]))
+    after = 2e-3  # the gap closes at 5 ms
+    moved = follow_plant(rotor, np.array([5e-3 + after])).q[0]
+    common = m * speed / (m + m_h)
+    journal, housing = common - e * m_h * speed / (m + m_h), common + e * m * speed / (m + m_h)
+    np.testing.assert_allclose(moved[[X, Y]], n * (1e-3 + journal * after), atol=1e-12)
+    np.testing.assert_allclose(moved[[X_H, X_H + 1]], n * housing * after, atol=1e-12)
+    assert rotor["rb1.impulse"] == pytest.approx((1 + e) * speed / (1 / m + 1 / m_h), rel=1e-9)
+    assert rotor["energy.impact"] == pytest.approx((1 - e**2) * speed**2 / (1 / m + 1 / m_h), abs=1e-9)
+
+
+def in_contact(model):
+    """The journal slides forward around its retainer, whose housing carries it at rest."""
+    whirl, c = 300.0, model.clearance
+    q, v = np.zeros(6), np.zeros(6)
+    q[X], v[Y], v[THETA] = c, whirl * c, 200.0
+    return q, v
+
+
+def test_mount_that_stiffens_becomes_the_fixed_retainer():
+    """In lasting contact the difference is that of the mount's deflection: as 1/k."""
+    times = 1e-3 * np.arange(1, 11)
+    rigid = replace(FIXED, force=0.0)
+    expected = follow_plant(plant_of(rigid, *in_contact(rigid), SLIDING), times)
+    assert np.all(expected.mode == SLIDING)
+    differences = []
+    for k in (1e8, 1e9, 1e10):
+        damping = 2.0 * np.sqrt(k * 14.0)
+        model = replace(rigid, housing_mass=4.0, mount_stiffness=(k, k), mount_damping=(damping, damping))
+        ours = follow_plant(plant_of(model, *in_contact(model), SLIDING, max_substep=1e-6), times)
+        differences.append(np.abs(ours.q[:, :2] - expected.q[:, :2]).max())
+    assert differences[-1] < 1e-7
+    np.testing.assert_allclose(np.divide(differences[:-1], differences[1:]), 10.0, rtol=0.05)
+
+
+def test_retainer_without_mass_is_fixed_to_the_last_bit():
+    times = TIMES[:20]
+    q, v = np.zeros(6), starting(FIXED)
+    with_mount = replace(FIXED, mount_stiffness=(1e6, 1e6), mount_damping=(10.0, 10.0), race_drag=1.0)
+    without = replace(FIXED, mount_stiffness=(0.0, 0.0), mount_damping=(0.0, 0.0))
+    first, second = (follow_plant(plant_of(model, q, v), times) for model in (with_mount, without))
+    np.testing.assert_array_equal(first.q, second.q)
+    np.testing.assert_array_equal(first.N, second.N)
