@@ -102,7 +102,6 @@ def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) 
         If the rotor lacks planes of sensors or bearings, or stiffness (N/m) or damping (N s/m) is not positive.
     """
     control_loop(rotor)
-    require(bool(rotor.masters), f"reduction.masters of rotor {rotor.name!r}", "[]", "the planes of the reduced model")
     stiffness = positive(k_b, "N/m", "k-b")
     damping = positive(c_b, "N.s/m", "c-b", ", since nothing else damps the rotor")
     return receptance_of(speeds, stiffness, damping, rotor)
