@@ -27,9 +27,9 @@ class Damping:
     """Damping of a rotor without its bearings. What is given adds up.
 
     `mass` (1/s) and `stiffness` (s) multiply the shaft's mass and stiffness matrices. `modal` holds damping ratios of
-    the elastic modes of the free rotor, the lowest first; the last one holds for all modes beyond. `loss_factor` is that
-    of hysteretic material damping, eta = energy lost per cycle / (2 pi greatest strain energy): each elastic mode gets
-    the viscous damping of equal loss at its own frequency, zeta = eta / 2.
+    the elastic modes of the free rotor, the lowest first; the last one holds for all modes beyond. `loss_factor` is of
+    hysteretic material damping, eta = energy lost per cycle / (2 pi greatest strain energy): each elastic mode gets the
+    viscous damping of equal loss at its own frequency, zeta = eta / 2.
 
     `rotating` is the share of these that turns with the shaft, as the damping of its material and of its fits does, and
     drives whirl that is slower than the spin. Damping by `mass` is that of the surroundings and never turns.

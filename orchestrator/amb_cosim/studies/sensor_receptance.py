@@ -13,7 +13,6 @@ from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, sp
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
-from rotor_analysis.checks import require
 from rotor_analysis.modes import Complex
 from rotor_analysis.receptance import receptance as receptance_of
 from rotor_analysis.rotor import Rotor
