@@ -30,7 +30,7 @@ from rolac_controller.chain import is_on
 from rolac_controller.control_loop import Axis, ControlLoop
 from rolac_controller.lowpass import coefficients
 from rotor_analysis.assembly import assemble
-from rotor_analysis.packaged_rotors import RIG
+from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -83,7 +83,7 @@ def linear_loop(prepared: Prepared) -> LinearLoop:
         for component, values in prepared.plan.all_parameters(prepared.interfaces).items()
     }
     controller = parameters["rolac_controller"]
-    description = load_rotor(prepared.scenario.rotor or RIG)
+    description = load_rotor(prepared.scenario.rotor or DEFAULT_ROTOR)
     chain = given_parameters(control_loop(description), controller).own[0].chain
     delay = int(is_on(chain.preset, chain.delay))
     return LinearLoop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)
