@@ -75,8 +75,15 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
         sites=first_rows(rotor.site_nodes),
         site_bearings=np.array([number.get(site.bearing or "", -1) for site in rotor.sites], dtype=np.float64),
     )
-    fastest = np.sqrt(np.max(np.abs(np.linalg.eigvals(structure.MinvK))))
-    return structure, _planes(rotor, float(min(MAX_SUBSTEP, RESOLUTION / fastest)), _polar_inertia(full))
+    return structure, _planes(rotor, float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure))), _polar_inertia(full))
+
+
+def _fastest(structure: Structure) -> float:
+    """Return the largest eigenvalue (rad/s) of the free rotor at rest: of its fastest mode, or of one overdamped."""
+    if not structure.is_damped:
+        return float(np.sqrt(np.max(np.abs(np.linalg.eigvals(structure.MinvK)))))
+    identity, zero = np.eye(len(structure.K)), np.zeros_like(structure.K)
+    return float(np.max(np.abs(np.linalg.eigvals(np.block([[zero, identity], [-structure.MinvK, -structure.MinvC]])))))
 
 
 def _polar_inertia(full: Matrices) -> float:
