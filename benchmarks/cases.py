@@ -113,7 +113,7 @@ def with_unbalance(model: Matrices, Omega: float, node: int, unbalance: float) -
 
     Two more coordinates are a spinning unit vector e, e'' = -Omega^2 e; the force is u Omega^2 e.
     """
-    n, spin = model.size, Omega**2
+    model, n, spin = model.at(Omega), model.size, Omega**2
     M, C, K = np.eye(n + 2), np.zeros((n + 2, n + 2)), spin * np.eye(n + 2)
     M[:n, :n], C[:n, :n], K[:n, :n] = model.M, model.C + Omega * model.G, model.K
     K[model.translations[node], (n, n + 1)] = -unbalance * spin

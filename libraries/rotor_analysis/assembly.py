@@ -1,4 +1,4 @@
-"""Assembly of the rotor: M q'' + (C + Omega G) q' + K q = f, four degrees of freedom a node (x, y, x', y')."""
+"""Assembly of the rotor, four degrees of freedom a node (x, y, x', y'): see `Matrices`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from fmi_export.model import Array
 from rotor_analysis import beam
+from rotor_analysis.damping import damping_matrices
 from rotor_analysis.element import Element
 from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor import Rotor
@@ -19,10 +20,13 @@ MINUS_I = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 @dataclass(frozen=True)
 class Matrices:
-    """Second-order model. Rows: x and y of the first plane, x and y of the next, ... in SI units.
+    """Second-order model, M q'' + (C + R + Omega G) q' + (K - Omega R J) q = f, in SI units.
 
-    M, C, G, K
-        Square arrays; G is multiplied by the spin speed Omega.
+    Rows come in pairs, x and y of the first plane, of the next, ...; J turns each pair by a right angle, from x to y.
+    Damping that turns with the shaft resists motion relative to it, with the force -R (q' - Omega J q).
+
+    M, C, R, G, K
+        Square arrays: mass, damping in the fixed frame and in the frame of the shaft, gyroscopic matrix, stiffness.
     translations
         Node number (from 1) to the rows of its x and y.
     over_speed
@@ -31,6 +35,7 @@ class Matrices:
 
     M: Array
     C: Array
+    R: Array
     G: Array
     K: Array
     translations: dict[int, tuple[int, int]]
@@ -55,11 +60,22 @@ class Matrices:
         return replace(self, C=C, K=K)
 
     def at(self, Omega: float) -> Matrices:
-        """Return the model with the stiffness and damping that all its bearings have at spin speed Omega (rad/s)."""
+        """Return the model at spin speed Omega (rad/s) as M q'' + (C + Omega G) q' + K q = f, without R.
+
+        C and K hold the damping that turns with the shaft, and what all bearings have at this speed.
+        """
         model = replace(self, over_speed=()) if self.over_speed else self
+        if self.R.any():
+            C, K = self.C + self.R, self.K - Omega * self.R @ turned(self.size)
+            model = replace(model, C=C, R=np.zeros_like(self.R), K=K)
         for bearing in self.over_speed:
             model = model.with_bearing(bearing.node, *bearing.at(Omega))
         return model
+
+
+def turned(size: int) -> Array:
+    """Return J, which turns each pair x, y of `size` coordinates by a right angle from x to y: multiplication by i."""
+    return np.kron(np.eye(size // 2), -MINUS_I)
 
 
 def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
@@ -76,7 +92,8 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     Returns
     -------
     Matrices
-        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C is the shaft's alone.
+        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C and R are of the rotor's
+        `damping` alone.
 
     Raises
     ------
@@ -94,16 +111,18 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
         for layer in layers:
             for matrix, part in zip((M, G, K), element_matrices(layer, mass), strict=True):
                 matrix[rows, rows] += part
-    C = rotor.shaft.mass_damping * M + rotor.shaft.stiffness_damping * K + 0.0  # no -0.0
+    shaft_mass = M.copy()
     for body in rotor.bodies:
         w = 2 * (body.node - 1)
         M[w, w] += body.mass
         M[w + 1, w + 1] += body.diametral_inertia
         G[w + 1, w + 1] += body.polar_inertia
+    C, R = damping_matrices(rotor.damping, shaft_mass, M, K)
     both = np.eye(2)
     return Matrices(
         M=np.kron(M, both).astype(np.float64),
-        C=np.kron(C, both).astype(np.float64),
+        C=np.kron(C + 0.0, both).astype(np.float64),  # no -0.0
+        R=np.kron(R + 0.0, both).astype(np.float64),
         G=np.kron(G, MINUS_I),
         K=np.kron(K, both).astype(np.float64),
         translations={k + 1: (4 * k, 4 * k + 1) for k in range(len(nodes))},

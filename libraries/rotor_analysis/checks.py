@@ -19,6 +19,11 @@ def require(condition: bool, what: str, value: object, allowed: str) -> None:
         raise ValueError(f"{what} = {value} is not allowed; it must be {allowed}")
 
 
+def as_tuple(value: object) -> object:
+    """Return one value for all as a tuple of one, and a list as it is."""
+    return value if isinstance(value, list | tuple) else (value,)
+
+
 def _identifier(name: str) -> str:
     if not IDENTIFIER.fullmatch(name):
         raise ValueError("it must be letters, digits and underscores, not beginning with a digit")

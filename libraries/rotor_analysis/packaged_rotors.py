@@ -7,7 +7,7 @@ from pathlib import Path
 from amb_files.suggestions import suggest
 
 FOLDER = Path(__file__).parent / "rotors"
-RIG = FOLDER / "bath_rig.toml"
+DEFAULT_ROTOR = FOLDER / "bath_rig_thesis.toml"
 
 
 def packaged_rotors() -> dict[str, Path]:
@@ -15,7 +15,7 @@ def packaged_rotors() -> dict[str, Path]:
     return {file.stem: file for file in sorted(FOLDER.glob("*.toml"))}
 
 
-def rotor_path(rotor: str | Path = RIG) -> Path:
+def rotor_path(rotor: str | Path = DEFAULT_ROTOR) -> Path:
     """Return the file of a rotor that comes with the package, or the path as it is.
 
     Parameters

@@ -211,7 +211,7 @@ def main() -> None:
     console.print(_table(found, rig, free))
     for name, left in (
         ("fitted", found.deviations),
-        ("bath_rig.toml", deviations(rig)),
+        ("bath_rig_thesis.toml", deviations(rig)),
         ("without priors", free.deviations),
     ):
         console.print(f"{name}: deviations up to {np.max(np.abs(left)):.2f} %, rms {_rms(left):.3f} %")
@@ -230,7 +230,7 @@ def _rms(values: Array) -> float:
 def _table(found: FitResult, rig: Array, free: FitResult) -> Table:
     table = Table(title="The rig, fitted to 32 frequencies of Table 3.1", title_justify="left", box=None)
     table.add_column("parameter", no_wrap=True)
-    for column in ("bounds", "prior", "fitted", "std. deviation", "bath_rig.toml", "without priors"):
+    for column in ("bounds", "prior", "fitted", "std. deviation", "bath_rig_thesis.toml", "without priors"):
         table.add_column(column, justify="right", no_wrap=True)
     table.add_column("reason")
     for k, p in enumerate(PARAMETERS):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fmi_export.model import Array, Model
-from rotor_analysis.assembly import MINUS_I, Matrices, assemble
-from rotor_analysis.reduced_rotor import reduced_rotor
+from rotor_analysis.assembly import Matrices, assemble, turned
+from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.planes import ContactSite, Planes, SensorPlane
@@ -47,9 +47,7 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     order = translations + [row for row in range(reduced.size) if row not in set(translations)]
     place = {row: k for k, row in enumerate(order)}
     at, left, right = np.ix_(order, order), reduction.left[order], reduction.right[:, order]
-    M, C, K, G = reduced.M[at], reduced.C[at], reduced.K[at], reduced.G[at]
-    R = np.zeros_like(C)
-    turn = np.kron(np.eye(len(M) // 2), -MINUS_I)
+    M, C, R, K, G = (matrix[at] for matrix in (reduced.M, reduced.C, reduced.R, reduced.K, reduced.G))
     Minv: Array = np.linalg.inv(M).astype(np.float64)
 
     base_motion = np.zeros((full.size, 2))
@@ -63,13 +61,13 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     structure = Structure(
         n_translations=len(translations),
         is_damped=bool(np.any(C) or np.any(R)),
-        valid_to=np.inf,
+        valid_to=valid_to(full, reduced),
         forms=np.concatenate([M, C, R]),
         K=K,
         Minv=Minv,
         MinvK=Minv @ K,
         MinvC=Minv @ (C + R),
-        over_speed=np.concatenate([Minv @ G, Minv @ R @ turn]),
+        over_speed=np.concatenate([Minv @ G, Minv @ R @ turned(reduced.size)]),
         B_disc=left[:, full.rows(rotor.disc_nodes)],
         B_base=-left @ full.M @ base_motion,
         sensors=right[full.rows(rotor.sensor_nodes)],
@@ -77,8 +75,15 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
         sites=first_rows(rotor.site_nodes),
         site_bearings=np.array([number.get(site.bearing or "", -1) for site in rotor.sites], dtype=np.float64),
     )
-    fastest = np.sqrt(np.max(np.abs(np.linalg.eigvals(structure.MinvK))))
-    return structure, _planes(rotor, float(min(MAX_SUBSTEP, RESOLUTION / fastest)), _polar_inertia(full))
+    return structure, _planes(rotor, float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure))), _polar_inertia(full))
+
+
+def _fastest(structure: Structure) -> float:
+    """Return the largest eigenvalue (rad/s) of the free rotor at rest: of its fastest mode, or of one overdamped."""
+    if not structure.is_damped:
+        return float(np.sqrt(np.max(np.abs(np.linalg.eigvals(structure.MinvK)))))
+    identity, zero = np.eye(len(structure.K)), np.zeros_like(structure.K)
+    return float(np.max(np.abs(np.linalg.eigvals(np.block([[zero, identity], [-structure.MinvK, -structure.MinvC]])))))
 
 
 def _polar_inertia(full: Matrices) -> float:

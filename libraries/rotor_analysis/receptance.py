@@ -9,7 +9,7 @@ from rotor_analysis.modes import Complex
 from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.supported_rotor import supported_rotor
+from rotor_analysis.supported_rotor import supported_plant
 
 
 def receptance(speeds: Array, k_b: float = 1e6, c_b: float = 5000.0, rotor: Rotor | None = None) -> Complex:
@@ -32,7 +32,7 @@ def receptance(speeds: Array, k_b: float = 1e6, c_b: float = 5000.0, rotor: Roto
         m/N; sensors s1 .. s8 by forces mb1.x, mb1.y, mb2.x, mb2.y.
     """
     rotor = (rotor or load_rotor()).on_equal_bearings(k_b, c_b)
-    rotor_model = supported_rotor(rotor, planes=rotor.masters)
+    rotor_model = supported_plant(rotor)
     sensors = rotor_model.displacement_of(rotor.sensor_nodes)
     B = rotor_model.force_at(rotor.bearing_nodes)
     return np.array([sensors @ np.linalg.solve(dynamic_stiffness(rotor_model.model, Omega), B) for Omega in speeds])

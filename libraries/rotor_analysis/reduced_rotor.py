@@ -1,4 +1,4 @@
-"""The model of the plant: the free rotor reduced as its file says, and the error of that against the full model."""
+"""The model of the plant: the free rotor reduced as its file says, its error, and up to which frequency it holds."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ import numpy as np
 
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.damping import free_modes
 from rotor_analysis.masters import condense_to_accuracy, frequency_error, needed_masters, not_reached
 from rotor_analysis.reduction import Reduction, craig_bampton, craig_bampton_by_modes, msdc, unreduced
 from rotor_analysis.rotor import Mesh, Rotor
 from rotor_analysis.undamped import undamped_modes
+
+HOLDS_WITHIN = 0.01  # relative error of a natural frequency, up to which a mode counts as one of the rotor's
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,23 @@ def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
     percent = np.full(len(exact), np.nan)
     percent[: len(found)] = 100.0 * (found / exact[: len(found)] - 1.0)
     return ReductionError(exact, percent)
+
+
+def valid_to(full: Matrices, reduced: Matrices) -> float:
+    """Return the frequency (rad/s) up to which a reduction of the free rotor holds.
+
+    It is the natural frequency of the highest elastic mode such that this mode and all below it are within 1 % of the
+    full model's, of the undamped rotor without bearings at rest; 0 if there is none. The mesh has an error of its own.
+
+    Parameters
+    ----------
+    full, reduced
+        The free rotor and its reduction, each the same in both planes of motion.
+    """
+    (exact, _), (found, _) = (free_modes(model.M[::2, ::2], model.K[::2, ::2]) for model in (full, reduced))
+    within = frequency_error(exact[: len(found)], found) <= HOLDS_WITHIN
+    count = len(found) if within.all() else int(np.argmin(within))
+    return float(exact[count - 1]) if count else 0.0
 
 
 def _craig_bampton_to_accuracy(full: Matrices, rotor: Rotor, masters: tuple[int, ...], count: int) -> Reduction:

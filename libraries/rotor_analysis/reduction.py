@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmi_export.model import Array
-from rotor_analysis.assembly import Matrices
+from rotor_analysis.assembly import Matrices, turned
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
     """Condense a model to the translations at `planes` (MSDC, thesis 3.8 to 3.13).
 
     R_D = K_ss^-1 K_sm,  q_s = -R_D q_m;  R_E = K_ms K_ss^-1
-    X_R = X_mm - R_E X_sm - X_ms R_D + R_E X_ss R_D  for X = M, C, G     (3.12)
+    X_R = X_mm - R_E X_sm - X_ms R_D + R_E X_ss R_D  for X = M, C, R, G  (3.12)
     K_R = K_mm - R_E K_sm,  f_R = f_m - R_E f_s                          (3.11, 3.13)
 
     Parameters
@@ -44,9 +44,10 @@ def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
     Raises
     ------
     ValueError
-        If a plane has no translations in `full`, or the slaves can move freely with the masters held (K_ss singular).
+        If a plane has no translations in `full`, the slaves can move freely with the masters held (K_ss singular), or
+        a bearing elsewhere is not the same in all directions while some of the damping turns with the shaft.
     """
-    return _reduce(full, planes, *_static(full, planes))
+    return reduce_by(full, _in_turn(planes), *_static(full, planes))
 
 
 def craig_bampton(full: Matrices, planes: tuple[int, ...], modes: int) -> Reduction:
@@ -94,7 +95,7 @@ def craig_bampton_by_modes(full: Matrices, planes: tuple[int, ...]) -> Callable[
         if not 0 <= modes <= len(slaves):
             raise ValueError(f"modes = {modes} is not allowed; the rotor held at these planes has 0 to {len(slaves)}")
         kept = along_both[:, : 2 * modes]
-        return _reduce(full, planes, np.hstack([right, kept]), np.vstack([left, kept.T]))
+        return reduce_by(full, _in_turn(planes), np.hstack([right, kept]), np.vstack([left, kept.T]))
 
     return with_modes
 
@@ -129,13 +130,30 @@ def _static(full: Matrices, planes: tuple[int, ...]) -> tuple[Array, Array]:
     return right, left
 
 
-def _reduce(full: Matrices, planes: tuple[int, ...], right: Array, left: Array) -> Reduction:
+def _in_turn(planes: tuple[int, ...]) -> dict[int, tuple[int, int]]:
+    """The rows of x and y at the planes, which come first."""
+    return {node: (2 * i, 2 * i + 1) for i, node in enumerate(planes)}
+
+
+def reduce_by(full: Matrices, translations: dict[int, tuple[int, int]], right: Array, left: Array) -> Reduction:
+    """Return `full` in other coordinates, with their rows of x and y at the planes; `Reduction` says what the rest is.
+
+    Raises
+    ------
+    ValueError
+        If a bearing at no plane is not the same in all directions while some of the damping turns with the shaft.
+    """
+    J = turned(full.size)
+    if full.R.any() and not np.allclose(right @ turned(right.shape[1]), J @ right, atol=1e-9):
+        what = "since the shaft's damping turns with it, they must include bearings that are not the same in x and y"
+        raise ValueError(f"planes {list(translations)} are not allowed; {what}")
     reduced = Matrices(
         M=left @ full.M @ right,
         C=left @ full.C @ right,
+        R=left @ full.R @ right,
         G=left @ full.G @ right,
         K=left @ full.K @ right,
-        translations={node: (2 * i, 2 * i + 1) for i, node in enumerate(planes)},
+        translations=translations,
         over_speed=full.over_speed,
     )
     return Reduction(reduced, right, left)

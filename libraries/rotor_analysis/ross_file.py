@@ -48,7 +48,8 @@ def read_ross(path: Path) -> tuple[dict[str, Any], list[str]]:
         for mass in saved.masses
     ]
     bearings = [{"name": name(b.tag), "node": b.n + 1} | _coefficients(b) for b in saved.bearings]
-    content = {"name": saved.title} | _shaft(saved.elements) | {"bodies": bodies, "bearings": bearings}
+    content = {"name": saved.title} | _shaft(saved.elements) | _damping(saved.elements[0])
+    content |= {"bodies": bodies, "bearings": bearings}
     validate(content, Rotor, f"ROSS file {path}")
     return content, list(dict.fromkeys(_notes(saved)))
 
@@ -103,9 +104,6 @@ def _shaft(elements: list[SavedElement]) -> dict[str, Any]:
         shaft["inner_diameter_end"] = _collapsed([element.idr for element in base])
     if base[0].shear_method_calc != "cowper":
         shaft["shear"] = base[0].shear_method_calc
-    for key, value in (("mass_damping", base[0].alpha), ("stiffness_damping", base[0].beta)):
-        if value:
-            shaft[key] = value
     sleeves = [
         {
             "begin": nodes[element.n],
@@ -120,6 +118,12 @@ def _shaft(elements: list[SavedElement]) -> dict[str, Any]:
         if element is not first[element.n]
     ]
     return {"shaft": shaft | ({"sleeves": sleeves} if sleeves else {}), "materials": materials}
+
+
+def _damping(element: SavedElement) -> dict[str, Any]:
+    """The table `damping`, where there is any; that of ROSS is in the fixed frame."""
+    given = {"mass": element.alpha, "stiffness": element.beta}
+    return {"damping": given | {"rotating": 0.0}} if any(given.values()) else {}
 
 
 def _materials(elements: list[SavedElement]) -> tuple[dict[str, Any], Callable[[SavedMaterial], str]]:

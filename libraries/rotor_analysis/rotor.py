@@ -16,6 +16,7 @@ from pydantic import StrictFloat, StrictInt, StrictStr
 from amb_files.suggestions import suggest
 from amb_files.toml import table
 from rotor_analysis.checks import Name, Node, require
+from rotor_analysis.damping import Damping
 from rotor_analysis.element import Element, Material
 from rotor_analysis.parts import Bearing, BodyOrDisc, Part, Sensor, Site
 from rotor_analysis.shaft import Shaft, ShaftOrSections
@@ -61,7 +62,7 @@ class Mesh:
 
 @table
 class Rotor:
-    """A rotor: its shaft with bodies, bearings, contact sites and sensors, and the materials that the shaft names.
+    """A rotor: its shaft with bodies, bearings, contact sites and sensors, its damping, the materials of the shaft.
 
     Parts may be placed by `z`; the shaft then has a node there, and the parts and masters their numbers on this mesh.
 
@@ -81,6 +82,7 @@ class Rotor:
     reduction: ReductionOptions = ReductionOptions()
     materials: dict[Name, Material] = field(default_factory=dict)
     mesh: Mesh | None = None
+    damping: Damping = Damping()
 
     def __post_init__(self) -> None:
         wrong = [*self._misplaced(), *self._misnamed()]

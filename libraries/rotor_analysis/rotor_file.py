@@ -1,4 +1,4 @@
-"""Reads the description of a rotor from a TOML file; `rotors/bath_rig.toml` is one to copy."""
+"""Reads the description of a rotor from a TOML file; `rotors/bath_rig_thesis.toml` is one to copy."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from functools import lru_cache
 from pathlib import Path
 
 from amb_files.toml import parse_toml, read_text, validate
-from rotor_analysis.packaged_rotors import RIG, rotor_path
+from rotor_analysis.packaged_rotors import DEFAULT_ROTOR, rotor_path
 from rotor_analysis.rotor import Mesh, Rotor
 
 
-def load_rotor(source: str | Path = RIG) -> Rotor:
+def load_rotor(source: str | Path = DEFAULT_ROTOR) -> Rotor:
     """Read a rotor description.
 
     Parameters

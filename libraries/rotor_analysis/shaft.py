@@ -7,29 +7,21 @@ from dataclasses import fields, replace
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from annotated_types import Ge, MinLen
-from pydantic import AfterValidator, BeforeValidator, Discriminator, StrictFloat, Tag
+from annotated_types import MinLen
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag
 
 from amb_files.toml import table
-from amb_files.validation_errors import Unit
-from rotor_analysis.checks import Length, Moderate, Name, Position, Size, require
+from rotor_analysis.checks import Length, Name, Position, Size, as_tuple, require
 from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus
 from rotor_analysis.sections import PER_ELEMENT, SAME_PLACE, Piece, Section, Sleeve
 
 MassModel = Literal["consistent", "diagonal"]
 
 
-def _as_tuple(value: object) -> object:
-    """One value for all elements."""
-    return value if isinstance(value, list | tuple) else (value,)
-
-
 SHORTEST = 1e-4  # of the shaft's length; a shorter element is so stiff that rounding hides the rest
-RateOfDecay = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("1/s")]
-TimeOfDamping = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("s")]
-Diameters = Annotated[tuple[Length, ...], BeforeValidator(_as_tuple)]
-InnerDiameters = Annotated[tuple[Size, ...], BeforeValidator(_as_tuple)]
-MaterialNames = Annotated[tuple[Name | None, ...], BeforeValidator(_as_tuple)]
+Diameters = Annotated[tuple[Length, ...], BeforeValidator(as_tuple)]
+InnerDiameters = Annotated[tuple[Size, ...], BeforeValidator(as_tuple)]
+MaterialNames = Annotated[tuple[Name | None, ...], BeforeValidator(as_tuple)]
 
 
 @table
@@ -41,7 +33,7 @@ class Shaft:
     elements that are cones. Elements are of the rotor's `material` that they name, the others of E (Pa), density
     (kg/m^3) and Poisson's ratio given here. `theory` is `timoshenko`, with the `shear` coefficient of Cowper or of
     Hutchinson, or `rayleigh` without shear deformation. `mass_matrix` is `diagonal` or `consistent`. `sleeves` bend
-    with the shaft. Its damping is C = `mass_damping` (1/s) M + `stiffness_damping` (s) K.
+    with the shaft.
     """
 
     nodes: tuple[Position, ...]
@@ -57,8 +49,6 @@ class Shaft:
     shear: Shear = "cowper"
     mass_matrix: MassModel = "diagonal"
     sleeves: tuple[Sleeve, ...] = ()
-    mass_damping: RateOfDecay = 0.0
-    stiffness_damping: TimeOfDamping = 0.0
 
     def __post_init__(self) -> None:
         ascending = all(b > a for a, b in pairwise(self.nodes))
@@ -177,8 +167,6 @@ class SectionedShaft:
     shear: Shear = "cowper"
     mass_matrix: MassModel = "consistent"
     sleeves: tuple[Sleeve, ...] = ()
-    mass_damping: RateOfDecay = 0.0
-    stiffness_damping: TimeOfDamping = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sleeves", _of_material(self.sleeves, self.material))

@@ -9,7 +9,8 @@ import numpy as np
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
 from rotor_analysis.checks import require
-from rotor_analysis.reduction import Reduction, msdc, unreduced
+from rotor_analysis.reduced_rotor import reduced_rotor
+from rotor_analysis.reduction import Reduction, msdc, reduce_by, unreduced
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
 
@@ -77,3 +78,15 @@ def supported_rotor(
     if planes is None:
         return SupportedRotor(rotor, full, unreduced(full))
     return SupportedRotor(rotor, full, msdc(full, planes))
+
+
+def supported_plant(rotor: Rotor) -> SupportedRotor:
+    """Return the model of `rotor` on its bearings in the coordinates of its plant (`reduced_rotor`).
+
+    Raises
+    ------
+    ValueError
+        As `reduced_rotor`.
+    """
+    full, plant = on_bearings(assemble(rotor), rotor), reduced_rotor(rotor)
+    return SupportedRotor(rotor, full, reduce_by(full, plant.model.translations, plant.right, plant.left))

@@ -22,7 +22,7 @@ from amb_cosim.commands.options import ROTOR, SETTINGS
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart
 from rotor_analysis.modes import damped_frequencies
-from rotor_analysis.packaged_rotors import RIG
+from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
 
@@ -68,7 +68,7 @@ def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 def test_modes_of_the_rig_are_printed_as_json_and_as_text(runner):
     data = json.loads(runner("modes", "--json").stdout)
-    assert (data["rotor"], data["mass"]) == ("bath_rig", "diagonal")
+    assert (data["rotor"], data["mass"]) == ("bath_rig_thesis", "diagonal")
     assert list(data["speeds"]) == ["90", "120", "145"]
     found = data["speeds"]["90"]
     expected = damped_frequencies(supported_rotor(load_rotor()).model, 90.0, 8)
@@ -103,7 +103,7 @@ def test_study_writes_its_figure_and_its_data(runner, tmp_path, name, rotor):
     assert f"results in results/study_{name}" in result.stdout
     folder = tmp_path / "results" / f"study_{name}"
     assert sorted(path.name for path in folder.iterdir()) == [f"{name}.json", f"{name}.png"]
-    assert json.loads((folder / f"{name}.json").read_text())["rotor"] == ("pump" if rotor else "bath_rig")
+    assert json.loads((folder / f"{name}.json").read_text())["rotor"] == ("pump" if rotor else "bath_rig_thesis")
     picture = imread(folder / f"{name}.png")[:, :, :3]
     assert min(picture.shape[:2]) > 600
     ink = (picture.min(axis=2) < 0.99).mean()
@@ -201,7 +201,9 @@ def test_defaults_are_those_of_the_python_function(name):
 
 def test_result_of_a_study_shows_itself():
     diagram = studies.campbell(up_to="50 Hz", count=4)
-    assert repr(diagram).startswith("CampbellDiagram(rotor='bath_rig', mass='diagonal', speeds=<array of shape (161,)>")
+    assert repr(diagram).startswith(
+        "CampbellDiagram(rotor='bath_rig_thesis', mass='diagonal', speeds=<array of shape (161,)>"
+    )
     assert "Critical speeds" in str(diagram)
     assert diagram._repr_png_().startswith(b"\x89PNG")
     np.testing.assert_allclose(diagram.speeds[-1], 100.0 * np.pi)
@@ -225,9 +227,9 @@ def loaded_with_the_studies() -> list[str]:
 
 @pytest.mark.parametrize("rotor", [None, "pump.toml", Path("pump.toml")])
 def test_studies_take_rotors_and_their_files(runner, rotor):
-    expected = "bath_rig" if rotor is None else "pump"
+    expected = "bath_rig_thesis" if rotor is None else "pump"
     assert studies.natural_frequencies(rotor, speeds=[90.0, "10 Hz"]).rotor == expected
-    assert studies.natural_frequencies(load_rotor(Path(rotor or RIG))).rotor == expected
+    assert studies.natural_frequencies(load_rotor(Path(rotor or DEFAULT_ROTOR))).rotor == expected
 
 
 BAD = {

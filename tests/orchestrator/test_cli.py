@@ -13,7 +13,7 @@ from amb_cosim.cosim.dataset import load
 from amb_cosim.cosim.fmus import model_source
 from amb_cosim.scenario import packaged_scenarios
 from amb_cosim.summary import summarise
-from rotor_analysis.packaged_rotors import RIG
+from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.plant_data import plant
 from rotor_analysis.rotor_file import load_rotor
 
@@ -130,7 +130,7 @@ def test_build_writes_native_fmus_for_this_machine(runner, tmp_path):
 
 
 def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
-    rig = RIG.read_text(encoding="utf-8")
+    rig = DEFAULT_ROTOR.read_text(encoding="utf-8")
     (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")
     (tmp_path / "long.toml").write_text(rig.replace("node = 13", "node = 40"), encoding="utf-8")
     assert runner("build", "--flavour", "python", "--rotor", "heavy.toml", "-o", "heavy").exit_code == 0

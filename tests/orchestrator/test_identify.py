@@ -25,7 +25,7 @@ from amb_cosim.scenario import load_scenario
 from amb_cosim.simulation import prepare
 from amb_cosim.studies import receptance_measurement
 from rolac_controller.enumerations import CONTACT_OCCURRED, NO_ERROR, WAITING
-from rotor_analysis.packaged_rotors import RIG
+from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 
 LOOP = {f"{b}.{name}_{a}": value for b, a in AXES for name, value in (("k_s", 2e6), ("k_i", 563.0))}
 
@@ -38,7 +38,7 @@ def receptance(seed: int = 3) -> np.ndarray:
 @pytest.fixture
 def table():
     """A table of the rig in the loop of the levitated system."""
-    return empty_table("bath_rig", RIG_LOOP, LOOP).updated(60.0, receptance(3)).updated(100.0, receptance(4))
+    return empty_table("bath_rig_thesis", RIG_LOOP, LOOP).updated(60.0, receptance(3)).updated(100.0, receptance(4))
 
 
 def outputs(R: np.ndarray, state: int = DONE, error: int = NO_ERROR) -> xr.Dataset:
@@ -90,7 +90,7 @@ def test_speeds_that_succeed_are_kept_when_others_fail(runner, runs, tmp_path):
     )
     for line, word in zip(lines[2:], words, strict=True):
         assert word in line
-    kept = read_table(tmp_path / "t.toml", "bath_rig", RIG_LOOP, loop_parameters(RIG_LOOP, LOOP))
+    kept = read_table(tmp_path / "t.toml", "bath_rig_thesis", RIG_LOOP, loop_parameters(RIG_LOOP, LOOP))
     assert [entry.speed for entry in kept.entries] == [2.0 * math.pi * 10.0, 100.0]
     np.testing.assert_array_equal(kept.entries[0].receptance, receptance(1))
     np.testing.assert_array_equal(kept.entries[1].receptance, receptance(6))
@@ -162,7 +162,7 @@ def assert_refused(result, expected, lines=1):
 
 # Tables that are refused wherever they are given for the rig in the loop of the levitated system.
 WRONG = {
-    "another rotor": (lambda t: replace(t, rotor="pump"), None, "it is of rotor 'pump', not of 'bath_rig'"),
+    "another rotor": (lambda t: replace(t, rotor="pump"), None, "it is of rotor 'pump', not of 'bath_rig_thesis'"),
     "truncated": (lambda t: t, -400, "is not valid TOML"),
     "without its end": (
         lambda t: t,
@@ -253,8 +253,8 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
     """Also where another scenario, elsewhere, derives from it."""
     folder = tmp_path / "cases"
     folder.mkdir()
-    text = RIG.read_text(encoding="utf-8")
-    (folder / "mine.toml").write_text(text.replace('"bath_rig"', '"mine"'), encoding="utf-8")
+    text = DEFAULT_ROTOR.read_text(encoding="utf-8")
+    (folder / "mine.toml").write_text(text.replace('"bath_rig_thesis"', '"mine"'), encoding="utf-8")
     replace(table, rotor="mine").write(folder / "t.toml")
     (folder / "case.toml").write_text('base = "fig5_6"\nrotor = "mine.toml"\nreceptances = "t.toml"\n')
     (tmp_path / "derived.toml").write_text('base = "cases/case.toml"\nsettle_cycles = 3\n')
@@ -262,7 +262,7 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
         prepared = prepare(load_scenario(str(path)), flavour="python")
         np.testing.assert_array_equal(constants_of(prepared.fmus["rolac_controller"].path), table.constants(RIG_LOOP))
     (folder / "case.toml").write_text('base = "fig5_6"\nreceptances = "t.toml"\n')
-    with pytest.raises(ValueError, match="it is of rotor 'mine', not of 'bath_rig'"):
+    with pytest.raises(ValueError, match="it is of rotor 'mine', not of 'bath_rig_thesis'"):
         prepare(load_scenario(str(folder / "case.toml")))
 
 

@@ -21,8 +21,6 @@ theory = "timoshenko"
 shear = "cowper"
 mass_matrix = "consistent"
 material = "steel"
-mass_damping = 1.0
-stiffness_damping = 1e-5
 [[shaft.sections]]
 length = 0.3
 diameter = 0.05
@@ -45,6 +43,12 @@ poissons_ratio = 0.3
 youngs_modulus = 1.1e11
 density = 8800.0
 poissons_ratio = 0.34
+[damping]
+mass = 1.0
+stiffness = 1e-5
+modal = [0.01, 0.02]
+loss_factor = 0.004
+rotating = 0.5
 [mesh]
 modes = 4
 accuracy = 0.01
@@ -154,7 +158,7 @@ def mutations() -> Iterator[tuple[str, Path, dict[str, Any]]]:
             yield f"{where} not a number", path, changed(path, math.nan)
             if path[-1] not in ("stiffness", "damping", "speed", "poissons_ratio"):
                 yield f"{where} negative", path, changed(path, -1.0 if isinstance(value, float) else -1)
-        if path[-1] in REQUIRED:
+        if path[-1] in REQUIRED and path[0] != "damping":
             yield f"{where} missing", path, changed(path, delete=True)
     for path in tables(DATA):
         yield f"{'.'.join(map(str, path))} unknown key", (*path, "colour"), changed((*path, "colour"), 1.0)

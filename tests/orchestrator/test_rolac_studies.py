@@ -47,7 +47,7 @@ SENSORS = "".join(f'[[sensors]]\nname = "plane{k}"\nnode = {node}\n' for k, node
 
 
 @pytest.mark.parametrize(
-    ("name", "rotor"), [("receptance", "bath_rig"), ("h_matrix", "bath_rig"), ("test_force", None)]
+    ("name", "rotor"), [("receptance", "bath_rig_thesis"), ("h_matrix", "bath_rig_thesis"), ("test_force", None)]
 )
 def test_study_writes_its_figure_and_its_data(runner, tmp_path, name, rotor):
     result = runner("study", name)

@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 from amb_cosim import studies
 from amb_cosim.cli import main
-from rotor_analysis.packaged_rotors import RIG
+from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.rotor_file import load_rotor
 
 ROSS = Path(__file__).parents[1] / "reference" / "ross"
@@ -45,10 +45,10 @@ def test_imported_rotor_can_be_shown_and_drawn(rotor, tmp_path):
 
 
 def test_rig_is_shown_with_its_mass_its_modes_and_the_error_of_its_plant(rotor):
-    done = rotor("show", RIG)
-    assert "bath_rig: 96.03 kg, 1.948 m, 13 nodes" in done.output
+    done = rotor("show", DEFAULT_ROTOR)
+    assert "bath_rig_thesis: 96.03 kg, 1.948 m, 13 nodes" in done.output
     assert "plant: 12 coordinates by msdc, planes at nodes 1, 3, 4, 10, 11, 13" in done.output
-    data = json.loads(rotor("show", RIG, "--json").output, parse_constant=pytest.fail)
+    data = json.loads(rotor("show", DEFAULT_ROTOR, "--json").output, parse_constant=pytest.fail)
     assert data["masters"] == [1, 3, 4, 10, 11, 13]
     assert data["mass_kg"] == pytest.approx(load_rotor().mass)
     assert [abs(error) < 0.12 for error in data["error_percent"]] == [True] * 4 + [False] * 2
@@ -73,10 +73,10 @@ def test_inertias_are_those_of_the_parts():
 
 BAD = {
     "no file": (["import", "missing.toml"], "ROSS file missing.toml cannot be read: No such file or directory"),
-    "no rotor of ROSS": (["import", RIG], "it must be a rotor saved by ROSS as TOML"),
+    "no rotor of ROSS": (["import", DEFAULT_ROTOR], "it must be a rotor saved by ROSS as TOML"),
     "no folder": (["import", ROSS / "cone.toml", "-o", "away/cone.toml"], "there is no folder away"),
     "no rotor file": (["show", ROSS / "cone.toml"], "unknown key ShaftElement_Shaft Element 0"),
-    "picture in a folder": (["show", RIG, "-o", "."], "it is a folder"),
+    "picture in a folder": (["show", DEFAULT_ROTOR, "-o", "."], "it is a folder"),
 }
 
 

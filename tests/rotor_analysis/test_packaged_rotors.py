@@ -63,17 +63,17 @@ def test_magnetic_bearings_damp_the_bending_mode_of_the_compressor():
 
 
 def test_a_rotor_is_found_by_name_and_by_path(tmp_path):
-    assert set(packaged_rotors()) == {"bath_rig", "compressor", "nelson_mcvaugh"}
+    assert set(packaged_rotors()) == {"bath_rig_thesis", "compressor", "nelson_mcvaugh"}
     copy = tmp_path / "mine.toml"
     copy.write_text(rotor_path("compressor").read_text(encoding="utf-8"), encoding="utf-8")
     assert load_rotor(copy) == load_rotor("compressor") == load_rotor(Path("compressor"))
-    assert load_rotor("bath_rig") == load_rotor()
+    assert load_rotor("bath_rig_thesis") == load_rotor()
 
 
 def test_an_unknown_name_is_answered_with_those_that_are_near():
     with pytest.raises(ValueError, match=r"no rotor 'compresor'; did you mean compressor\?"):
         load_rotor("compresor")
-    with pytest.raises(ValueError, match=r"no rotor 'x'; there are bath_rig, compressor, nelson_mcvaugh"):
+    with pytest.raises(ValueError, match=r"no rotor 'x'; there are bath_rig_thesis, compressor, nelson_mcvaugh"):
         load_rotor("x")
 
 

@@ -172,4 +172,4 @@ def test_bad_input_is_refused_by_name(call, message):
 def test_undamped_rotor_at_its_critical_speed_has_no_steady_state():
     one, zero = np.eye(2), np.zeros((2, 2))
     with pytest.raises(ValueError, match=r"Omega = 3\.0 rad/s is a critical speed of an undamped rotor"):
-        steady_state(Matrices(one, zero, zero, 9.0 * one, {1: (0, 1)}), 3.0, np.ones(2, dtype=complex))
+        steady_state(Matrices(one, zero, zero, zero, 9.0 * one, {1: (0, 1)}), 3.0, np.ones(2, dtype=complex))

@@ -91,7 +91,7 @@ def test_rotors_are_hollow_conical_layered_damped_and_of_several_materials():
     assert max(len(layers) for rotor in rotors.values() for layers in rotor.elements) > 1
     assert {len(rotor.materials) for rotor in rotors.values()} >= {1, 3}
     assert any(bearing.at_speed for rotor in rotors.values() for bearing in rotor.bearings)
-    assert any(rotor.shaft.stiffness_damping for rotor in rotors.values())
+    assert any(rotor.damping.stiffness for rotor in rotors.values())
 
 
 def test_imported_file_needs_no_ross():

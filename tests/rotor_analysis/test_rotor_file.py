@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rotor_analysis.packaged_rotors import RIG
+from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -170,7 +170,7 @@ def test_all_mistakes_of_a_file_are_named_at_once(tmp_path):
 
 
 def test_rig_without_its_title_is_refused(tmp_path):
-    text = RIG.read_text(encoding="utf-8").replace('name = "bath_rig"', "")
+    text = DEFAULT_ROTOR.read_text(encoding="utf-8").replace('name = "bath_rig_thesis"', "")
     assert refused(tmp_path, text) == ["name is missing"]
 
 

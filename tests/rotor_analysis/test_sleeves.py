@@ -1,4 +1,4 @@
-"""Sleeves on the shaft, and its damping."""
+"""Sleeves on the shaft."""
 
 from dataclasses import replace
 
@@ -9,12 +9,9 @@ from rotor_analysis.assembly import assemble
 from rotor_analysis.element import Material
 from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.meshes import coarsen
-from rotor_analysis.modes import modes
-from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.sections import Section, Sleeve
-from rotor_analysis.shaft import SectionedShaft, Shaft
-from rotor_analysis.supported_rotor import supported_rotor
+from rotor_analysis.sections import Sleeve
+from rotor_analysis.shaft import Shaft
 from rotor_analysis.undamped import natural_frequencies
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
@@ -71,21 +68,3 @@ def test_mesh_keeps_the_ends_of_sleeves():
 def test_sleeve_that_cannot_be_is_refused(begin, end, outer, inner, message):
     with pytest.raises(ValueError, match=message):
         shaft((0.05,), Sleeve(begin, end, outer, inner))
-
-
-def test_shaft_damping_is_half_of_alpha_over_omega_plus_beta_omega():
-    """zeta = (alpha / omega + beta omega) / 2 of every mode of a rotor whose bearings do not store energy."""
-    alpha, beta = 3.0, 2e-5
-    sections = (Section(0.5, 0.05), Section(0.5, 0.06))
-    rotor = Rotor("free", SectionedShaft(sections, mass_damping=alpha, stiffness_damping=beta, **STEEL))
-    rotor = refine_to_accuracy(rotor, 4, 1e-3)
-    found = [mode for mode in modes(supported_rotor(rotor).model, 0.0) if mode.frequency > 100.0][:8]
-    omega = np.array([abs(mode.eigenvalue) for mode in found])
-    ratios = [mode.damping_ratio for mode in found]
-    np.testing.assert_allclose(ratios, 0.5 * (alpha / omega + beta * omega), rtol=1e-6)
-
-
-def test_shaft_damping_does_not_damp_bodies_or_bearings():
-    damped = shaft((0.05,), mass_damping=5.0)
-    on_bearing = replace(damped, bearings=(Bearing("a", 1, ((1e6, 0.0), (0.0, 1e6))),))
-    np.testing.assert_array_equal(supported_rotor(on_bearing).full.C, assemble(damped).C)

@@ -51,5 +51,5 @@ def spring(k_bearing=1e7):
 
 def clamped(model):
     """`model` with its first node held, translations and slopes."""
-    M, C, G, K = (matrix[4:, 4:] for matrix in (model.M, model.C, model.G, model.K))
-    return Matrices(M, C, G, K, {node: (x - 4, y - 4) for node, (x, y) in model.translations.items() if node > 1})
+    M, C, R, G, K = (matrix[4:, 4:] for matrix in (model.M, model.C, model.R, model.G, model.K))
+    return Matrices(M, C, R, G, K, {node: (x - 4, y - 4) for node, (x, y) in model.translations.items() if node > 1})

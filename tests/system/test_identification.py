@@ -94,7 +94,7 @@ def test_amplifiers_are_in_the_model(identify: Any) -> None:
 
 
 def test_another_rotor_has_another_receptance(identify: Any, tmp_path: Any) -> None:
-    from rotor_analysis.packaged_rotors import RIG as DESCRIPTION
+    from rotor_analysis.packaged_rotors import DEFAULT_ROTOR as DESCRIPTION
 
     heavy = tmp_path / "heavy.toml"
     heavy.write_text(DESCRIPTION.read_text(encoding="utf-8").replace("mass = 10.0", "mass = 13.0"), encoding="utf-8")

@@ -30,8 +30,8 @@ from rolac_controller.chain import is_on
 from rolac_controller.control_loop import Axis, ControlLoop
 from rolac_controller.lowpass import coefficients
 from rotor_analysis.assembly import assemble
-from rotor_analysis.packaged_rotors import RIG
-from rotor_analysis.reduction import msdc
+from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
+from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 
@@ -83,7 +83,7 @@ def linear_loop(prepared: Prepared) -> LinearLoop:
         for component, values in prepared.plan.all_parameters(prepared.interfaces).items()
     }
     controller = parameters["rolac_controller"]
-    description = load_rotor(prepared.scenario.rotor or RIG)
+    description = load_rotor(prepared.scenario.rotor or DEFAULT_ROTOR)
     chain = given_parameters(control_loop(description), controller).own[0].chain
     delay = int(is_on(chain.preset, chain.delay))
     return LinearLoop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)
@@ -105,12 +105,12 @@ def rotor_system(loop: LinearLoop, nodes: tuple[int, ...] = ()) -> control.State
     The rotor is reduced as in its FMU.
     """
     description = loop.rotor
-    full = assemble(description)
-    reduction = msdc(full, description.masters)
+    full, reduction = assemble(description), reduced_rotor(description)
     model, outputs = reduction.model, reduction.right[full.rows(nodes or description.bearing_nodes)]
     for bearing in description.bearings:
         plant, name = loop.parameters["rotor_contact"], bearing.name
         model = model.with_bearing(bearing.node, plant[f"{name}.k_b"] * np.eye(2), plant[f"{name}.c_b"] * np.eye(2))
+    model = model.at(loop.Omega)
     n, n_axes, B = model.size, len(loop.axes), np.eye(model.size)[:, model.rows(description.bearing_nodes)]
     k_s, k_i = (np.diag(values) for values in zip(*(bearing_constants(loop, k) for k in range(n_axes)), strict=True))
     Minv = np.linalg.inv(model.M)

@@ -13,7 +13,6 @@ from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, sp
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
-from rotor_analysis.checks import require
 from rotor_analysis.modes import Complex
 from rotor_analysis.receptance import receptance as receptance_of
 from rotor_analysis.rotor import Rotor
@@ -102,7 +101,6 @@ def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) 
         If the rotor lacks planes of sensors or bearings, or stiffness (N/m) or damping (N s/m) is not positive.
     """
     control_loop(rotor)
-    require(bool(rotor.masters), f"reduction.masters of rotor {rotor.name!r}", "[]", "the planes of the reduced model")
     stiffness = positive(k_b, "N/m", "k-b")
     damping = positive(c_b, "N.s/m", "c-b", ", since nothing else damps the rotor")
     return receptance_of(speeds, stiffness, damping, rotor)

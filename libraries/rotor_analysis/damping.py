@@ -1,0 +1,89 @@
+"""Damping of a rotor between its bearings, and how much of it turns with the shaft."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Ge, Le, Lt
+from pydantic import BeforeValidator, StrictFloat
+
+from amb_files.toml import table
+from amb_files.validation_errors import Unit
+from fmi_export.model import Array
+from rotor_analysis.checks import Moderate, as_tuple
+
+Rate = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("1/s")]
+Time = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("s")]
+Ratio = Annotated[StrictFloat, Ge(0.0), Lt(1.0)]
+Ratios = Annotated[tuple[Ratio, ...], BeforeValidator(as_tuple)]
+Share = Annotated[StrictFloat, Ge(0.0), Le(1.0)]
+
+N_RIGID = 2  # modes of the free rotor in one plane: translation and tilting
+
+
+@table
+class Damping:
+    """Damping of a rotor without its bearings. What is given adds up.
+
+    `mass` (1/s) and `stiffness` (s) multiply the shaft's mass and stiffness matrices. `modal` holds damping ratios of
+    the elastic modes of the free rotor, the lowest first; the last one holds for all modes beyond. `loss_factor` is of
+    hysteretic material damping, eta = energy lost per cycle / (2 pi greatest strain energy): each elastic mode gets the
+    viscous damping of equal loss at its own frequency, zeta = eta / 2.
+
+    `rotating` is the share of these that turns with the shaft, as the damping of its material and of its fits does, and
+    drives whirl that is slower than the spin. Damping by `mass` is that of the surroundings and never turns.
+    """
+
+    mass: Rate = 0.0
+    stiffness: Time = 0.0
+    modal: Ratios = ()
+    loss_factor: Ratio = 0.0
+    rotating: Share = 1.0
+
+    def ratios(self, count: int) -> Array:
+        """Return the damping ratios of the first `count` elastic modes by `modal` and `loss_factor`, shape (count,)."""
+        given = self.modal or (0.0,)
+        stated = np.array([given[min(k, len(given) - 1)] for k in range(count)])
+        return np.asarray(stated + 0.5 * self.loss_factor)
+
+
+def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
+    """Return the elastic modes of a free rotor in one plane, K phi = omega^2 M phi.
+
+    Parameters
+    ----------
+    M, K
+        Mass and stiffness over the degrees of freedom of one plane, shape (n, n), without bearings.
+
+    Returns
+    -------
+    frequencies, shapes
+        omega (rad/s), ascending, shape (n - 2,); phi in columns, with phi^T M phi = 1.
+    """
+    L = np.linalg.cholesky(M)
+    half = np.linalg.solve(L, K)
+    squares, vectors = np.linalg.eigh(np.linalg.solve(L, half.T))
+    shapes = np.linalg.solve(L.T, vectors)
+    return np.sqrt(np.maximum(squares[N_RIGID:], 0.0)), np.asarray(shapes[:, N_RIGID:])
+
+
+def damping_matrices(damping: Damping, shaft_mass: Array, M: Array, K: Array) -> tuple[Array, Array]:
+    """Return the damping in the fixed frame and that which turns with the shaft, in one plane (N s/m).
+
+    C = mass M_shaft + (1 - rotating) C_i,  R = rotating C_i,
+    C_i = stiffness K + sum over the elastic modes of 2 zeta_k omega_k (M phi_k) (M phi_k)^T
+
+    Parameters
+    ----------
+    damping
+        What the rotor file says.
+    shaft_mass, M, K
+        Mass of the shaft, mass and stiffness of the free rotor over the degrees of freedom of one plane, shape (n, n).
+    """
+    internal = damping.stiffness * K
+    if damping.modal or damping.loss_factor:
+        frequencies, shapes = free_modes(M, K)
+        momenta = M @ shapes
+        internal = internal + (momenta * (2.0 * damping.ratios(len(frequencies)) * frequencies)) @ momenta.T
+    return damping.mass * shaft_mass + (1.0 - damping.rotating) * internal, damping.rotating * internal

@@ -1,0 +1,177 @@
+"""Damping of the rotor between its bearings: proportional, modal and hysteretic, at rest and turning with the shaft."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from rotor_analysis.assembly import assemble, turned
+from rotor_analysis.damping import Damping, free_modes
+from rotor_analysis.modes import eigenvalues, modes
+from rotor_analysis.parts import Bearing, Body, Disc
+from rotor_analysis.reduced_rotor import reduced_rotor
+from rotor_analysis.response import dynamic_stiffness
+from rotor_analysis.rotor import ReductionOptions, Rotor
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
+from rotor_analysis.supported_rotor import supported_rotor
+from tests.support.analysis_cases import MASS, D, E, L, jeffcott, tensor
+
+STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
+NODES = tuple(np.linspace(0.0, 1.2, 9).tolist())
+FREE = Rotor("free", Shaft(NODES, 0.05, **STEEL), (Disc("end", 1, 5.0, 0.1, 0.02), Disc("inner", 4, 8.0, 0.1, 0.02)))
+METHODS = {
+    "msdc": ReductionOptions("msdc", (1, 3, 4, 7, 9)),
+    "craig_bampton": ReductionOptions("craig_bampton", (1, 4, 9), 3),
+    "none": ReductionOptions("none"),
+}
+
+
+def one_plane(matrix):
+    return matrix[::2, ::2]
+
+
+def elastic_ratios(rotor):
+    """Damping ratios of the elastic modes of a free rotor in one plane, lowest first."""
+    return [mode.damping_ratio for mode in modes(supported_rotor(rotor).model, 0.0) if mode.frequency > 100.0][::2]
+
+
+def test_proportional_damping_is_half_of_alpha_over_omega_plus_beta_omega():
+    """zeta = (alpha / omega + beta omega) / 2, of a shaft without bodies: `mass` is that of the shaft alone."""
+    alpha, beta = 3.0, 2e-6
+    rotor = replace(FREE, bodies=(), damping=Damping(mass=alpha, stiffness=beta))
+    found = [mode for mode in modes(supported_rotor(rotor).model, 0.0) if mode.frequency > 100.0][:8]
+    omega = np.array([abs(mode.eigenvalue) for mode in found])
+    np.testing.assert_allclose([m.damping_ratio for m in found], 0.5 * (alpha / omega + beta * omega), rtol=1e-6)
+
+
+def test_shaft_damping_does_not_damp_bodies_or_bearings():
+    damped = replace(FREE, damping=Damping(mass=5.0))
+    on_bearing = replace(damped, bearings=(Bearing("a", 1, tensor(1e6)),))
+    np.testing.assert_array_equal(supported_rotor(on_bearing).full.C, assemble(damped).C)
+    np.testing.assert_array_equal(assemble(damped).C, assemble(replace(damped, bodies=())).C)
+
+
+def test_modal_ratios_are_those_of_the_free_elastic_modes():
+    """One by one, and the last one for all beyond; the loss factor adds half of itself."""
+    found = elastic_ratios(replace(FREE, damping=Damping(modal=(0.01, 0.03, 0.02), loss_factor=0.004)))
+    np.testing.assert_allclose(found[:6], [0.012, 0.032, 0.022, 0.022, 0.022, 0.022], rtol=1e-7)
+
+
+def test_free_decay_has_the_logarithmic_decrement_of_the_ratio():
+    """x(0) / x(T) = exp(2 pi zeta / sqrt(1 - zeta^2)) over a damped period T."""
+    zeta = 0.02
+    model = assemble(replace(FREE, damping=Damping(modal=zeta, rotating=0.0)))
+    M, C, K = map(one_plane, (model.M, model.C, model.K))
+    frequencies, shapes = free_modes(M, K)
+    omega, bent, n = frequencies[0], shapes[:, 0], len(M)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    period = 2.0 * np.pi / (omega * np.sqrt(1.0 - zeta**2))
+    after = (expm(A * period) @ np.concatenate([bent, np.zeros(n)]))[:n]
+    decrement = np.log(bent[0] / after[0])
+    assert decrement == pytest.approx(2.0 * np.pi * zeta / np.sqrt(1.0 - zeta**2), rel=1e-6)
+
+
+def test_loss_factor_is_energy_lost_in_a_cycle_over_strain_energy():
+    """eta = (integral of q'^T C q' over a cycle) / (2 pi U), U the greatest strain energy, at each mode's frequency."""
+    eta = 0.01
+    model = assemble(replace(FREE, damping=Damping(loss_factor=eta, rotating=0.0)))
+    M, C, K = map(one_plane, (model.M, model.C, model.K))
+    for omega, shape in zip(*(part[..., :5].T for part in free_modes(M, K)), strict=True):
+        t = np.linspace(0.0, 2.0 * np.pi / omega, 65)[:-1]
+        velocity = -omega * np.outer(np.sin(omega * t), shape)
+        lost = np.sum(np.einsum("ti,ij,tj->t", velocity, C, velocity)) * (t[1] - t[0])
+        assert lost / (2.0 * np.pi * 0.5 * shape @ K @ shape) == pytest.approx(eta, rel=1e-9)
+
+
+@pytest.mark.parametrize("damping", [Damping(stiffness=1e-5), Damping(modal=0.02), Damping(loss_factor=0.02)])
+def test_rigid_motion_meets_no_internal_damping(damping):
+    model = assemble(replace(FREE, damping=damping))
+    along, tilting = np.zeros((2, model.size // 2))
+    along[::2], tilting[::2], tilting[1::2] = 1.0, NODES, 1.0
+    R = one_plane(model.R)
+    assert np.max(np.abs(R @ np.stack([along, tilting], axis=1))) < 1e-9 * np.max(np.abs(R))
+
+
+def internally_damped(c_e, beta, rotating=1.0):
+    """Jeffcott's rotor on stiff bearings with external damping c_e at its disc and internal damping beta k."""
+    rotor = replace(jeffcott(1e14, c_e).rotor, damping=Damping(stiffness=beta, rotating=rotating))
+    return supported_rotor(rotor, planes=(2,)).model
+
+
+def growth(model, Omega):
+    return float(np.max(eigenvalues(model, Omega).real))
+
+
+@pytest.mark.parametrize("c_e", [0.0, 20.0, 80.0])
+def test_internal_damping_makes_a_jeffcott_rotor_unstable_above_threshold(c_e):
+    """Omega_th = omega_n (1 + c_e / c_i) (Kimball 1924; Genta, Dynamics of Rotating Systems, 2005)."""
+    k = 48.0 * E * np.pi * D**4 / 64.0 / L**3
+    omega, beta = np.sqrt(k / MASS), 2e-5
+    model, threshold = internally_damped(c_e, beta), omega * (1.0 + c_e / (beta * k))
+    assert brentq(lambda Omega: growth(model, Omega), 0.5 * threshold, 2.0 * threshold) == pytest.approx(threshold)
+    assert growth(model, 0.99 * threshold) < 0.0 < growth(model, 1.01 * threshold)
+    assert growth(model, -0.99 * threshold) < 0.0 < growth(model, -1.01 * threshold)
+    for sense, whirl in ((1.0, "forward"), (-1.0, "backward")):
+        (unstable,) = (m for m in modes(model, sense * 1.01 * threshold) if m.damping_ratio < 0.0)
+        assert unstable.whirl == whirl
+
+
+def test_damping_in_the_fixed_frame_is_stable_at_any_speed():
+    for Omega in (0.0, 100.0, 1e4):
+        assert growth(internally_damped(0.0, 2e-5, rotating=0.0), Omega) < 0.0
+
+
+def test_rotating_damping_does_not_resist_a_bend_that_turns_with_the_shaft():
+    """A synchronous forward circle is at rest in the frame of the shaft; a backward one is not."""
+    Omega, forward = 300.0, np.tile([1.0, -1j], 2 * len(NODES))
+    damped, undamped = assemble(replace(FREE, damping=Damping(modal=0.05))), assemble(FREE)
+    size = np.kron(np.arange(1.0, len(NODES) + 1) ** 2, np.ones(4))  # a bent shape
+    difference = dynamic_stiffness(damped, Omega) - dynamic_stiffness(undamped, Omega)
+    scale = np.max(np.abs(difference @ (size * forward.conj())))
+    assert np.max(np.abs(difference @ (size * forward))) < 1e-10 * scale
+
+
+def test_share_that_rotates_is_taken_from_the_fixed_frame():
+    parts = [assemble(replace(FREE, damping=Damping(mass=1.0, modal=0.01, rotating=r))) for r in (0.0, 0.3, 1.0)]
+    fixed, mixed, rotating = parts
+    np.testing.assert_allclose(mixed.R, 0.3 * rotating.R, rtol=1e-12)
+    np.testing.assert_allclose(mixed.C + mixed.R, fixed.C, rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(rotating.C, assemble(replace(FREE, damping=Damping(mass=1.0))).C)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_coordinates_of_every_reduction_come_in_pairs_x_and_y(method):
+    """Turning all pairs by a right angle leaves a rotor that is the same in all directions as it is."""
+    model = reduced_rotor(replace(FREE, reduction=METHODS[method], damping=Damping(mass=1.0, modal=0.01))).model
+    J = turned(model.size)
+    for matrix in (model.M, model.C, model.R, model.G, model.K):
+        np.testing.assert_allclose(matrix @ J, J @ matrix, atol=1e-12 * np.max(np.abs(matrix)))
+    assert model.R.any()
+    np.testing.assert_allclose(model.G, -model.G.T, rtol=1e-9, atol=1e-9)
+
+
+def test_reduced_rotor_keeps_the_ratios_of_its_first_modes():
+    rotor = replace(FREE, reduction=METHODS["craig_bampton"], damping=Damping(modal=0.02))
+    found = [mode.damping_ratio for mode in modes(reduced_rotor(rotor).model, 0.0) if mode.frequency > 100.0]
+    np.testing.assert_allclose(found[:4], 0.02, rtol=1e-3)
+
+
+def test_thesis_rig_has_no_damping_to_the_last_bit():
+    model = assemble(load_rotor())
+    assert not model.C.any()
+    assert not model.R.any()
+    assert not np.signbit(model.C).any()
+    assert model.at(100.0).K is model.K
+
+
+def test_bearing_unlike_in_x_and_y_must_be_a_master_where_damping_rotates():
+    shaft = Shaft(NODES, 0.05, **STEEL)
+    bearings = (Bearing("a", 2, tensor(1e6)), Bearing("b", 8, ((1e6, 0.0), (0.0, 2e6))))
+    rotor = Rotor("on_oil", shaft, (Body("disc", 4, 5.0, 0.02, 0.04),), bearings, damping=Damping(modal=0.01))
+    assert supported_rotor(rotor, planes=(2, 4, 8)).model.size == 6
+    with pytest.raises(ValueError, match="they must include bearings that are not the same in x and y"):
+        supported_rotor(rotor, planes=(1, 4, 9))
+    assert supported_rotor(replace(rotor, damping=Damping(modal=0.01, rotating=0.0)), planes=(1, 4, 9)).model.size == 6
