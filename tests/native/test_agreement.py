@@ -57,7 +57,7 @@ def both(folder, model, constants, start):
     return Library(folder).instantiate().begin(**named(start)), core
 
 
-def largest_difference(native, core, steps, change, moving=0.5):
+def largest_difference(native, core, steps, change, moving=0.4):
     """Return the largest difference of any output, over its largest value; `change(n)` returns the inputs of step n.
 
     At least the share `moving` of the outputs must not be zero all along, so that the comparison covers them.

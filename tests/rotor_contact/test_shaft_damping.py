@@ -1,0 +1,132 @@
+"""Damping of the shaft: decay in closed form, the exact solution, energies, and what turns with the shaft."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rotor_cases import BEARINGS, H, both, memory, plant, plant_rotor, run, size_of, state
+
+from rotor_analysis.damping import Damping
+from rotor_analysis.parts import Body
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
+from rotor_contact.structure import structure_of
+
+RIG = load_rotor()
+FREE = both("rb.enabled", 0.0)
+ENERGIES = ("energy.kinetic", "energy.strain", "energy.damping", "energy.work", "energy.balance")
+
+
+def jeffcott(damping):
+    """A disc of 10 kg in the middle of a massless shaft of 1 m, and 1 kg at the bearings."""
+    shaft = Shaft(diameter=(0.02,), youngs_modulus=2.07e11, density=1e-3, poissons_ratio=0.3, nodes=(0.0, 0.5, 1.0))
+    bodies = tuple(Body(f"body{node}", node, mass, 0.0, 0.0) for node, mass in ((1, 1.0), (2, 10.0), (3, 1.0)))
+    rotor = plant_rotor("jeffcott", shaft, bodies, (1, 2, 3), (1, 3))
+    return replace(rotor, damping=damping)
+
+
+def stiff_shaft():
+    """Stiffness of that shaft against the disc (N/m), both ends held."""
+    return 48.0 * 2.07e11 * math.pi / 64.0 * 0.02**4 / 1.0**3
+
+
+def growth(beta, Omega, external, h=5e-5, steps=6000):
+    """Rate (1/s) at which a small forward whirl of a Jeffcott rotor grows, with damping `external` (N s/m) of the disc.
+
+    The ends are held by very stiff passive bearings. The damping of the disc acts as an external force.
+    """
+    x = plant(FREE | both("mb.k_b", 1e8) | {"Omega": Omega}, jeffcott(beta))
+    n, z = size_of(x), state(x)
+    omega = math.sqrt(stiff_shaft() / 10.0)
+    middle = 2
+    z[middle], z[n + middle + 1] = 1e-4, 1e-4 * omega
+    sizes = []
+    for k in range(steps):
+        v = z[n + middle : n + middle + 2]
+        z[n + middle : n + middle + 2] -= h * external / 10.0 * v
+        x.step(k * h, h)
+        sizes.append(math.hypot(z[middle], z[middle + 1]))
+    first, last = np.mean(sizes[: steps // 10]), np.mean(sizes[-steps // 10 :])
+    return math.log(last / first) / (0.9 * steps * h)
+
+
+@pytest.mark.parametrize(("ratio", "grows"), [(0.6, False), (0.95, False), (1.05, True), (1.4, True)])
+def test_internal_damping_makes_a_jeffcott_rotor_unstable_beyond_its_threshold(ratio, grows):
+    """Omega_th = omega (1 + c_e/c_i); the forward mode grows as (c_i (Omega/omega - 1) - c_e) / (2 m)."""
+    omega = math.sqrt(stiff_shaft() / 10.0)
+    beta, c_e = 2e-4, 10.0
+    c_i = beta * stiff_shaft()
+    threshold = omega * (1.0 + c_e / c_i)
+    rate = growth(Damping(stiffness=beta), ratio * threshold, c_e)
+    expected = (c_i * (ratio * threshold / omega - 1.0) - c_e) / 20.0
+    assert (rate > 0.0) == grows
+    assert rate == pytest.approx(expected, abs=0.01 * c_e / 20.0)
+
+
+def test_damping_in_the_fixed_frame_slows_whirl_at_every_speed():
+    omega = math.sqrt(stiff_shaft() / 10.0)
+    beta = 2e-4
+    rates = [growth(Damping(stiffness=beta, rotating=0.0), ratio * omega, 0.0) for ratio in (0.0, 3.0)]
+    np.testing.assert_allclose(rates, -0.5 * beta * omega**2, rtol=0.02)
+
+
+@pytest.mark.parametrize("rotating", [0.0, 0.4, 1.0])
+def test_free_flight_of_a_damped_shaft_equals_its_integration(rotating):
+    rotor = replace(RIG, damping=Damping(modal=(0.01,), stiffness=1e-5, rotating=rotating))
+    given = BEARINGS | {"Omega": 260.0, "d1.u": 1e-3, "d3.f_x": 30.0, "mb1.k_xx": 2e5, "solver.max_substep": 5e-6}
+    exact = plant(given, rotor)
+    integrated = plant(given | {"solver.exact_flight": 0.0}, rotor)
+    names = ("mb1.x", "mb1.y", "mb2.x", "mb2.y", *ENERGIES)
+    a, b = run(exact, 600, names), run(integrated, 600, names)
+    np.testing.assert_allclose(a[:, :4], b[:, :4], atol=1e-12)
+    scale = b[:, 4:8].max()
+    np.testing.assert_allclose(a[:, 4:], b[:, 4:], atol=2e-7 * scale)
+    assert np.abs(a[:, -1]).max() < 1e-7 * scale
+
+
+@pytest.mark.parametrize("free", [0.0, 1.0])
+@pytest.mark.parametrize("rotating", [0.0, 1.0])
+def test_energy_of_a_damped_shaft_is_balanced_through_contact(rotating, free):
+    rotor = replace(RIG, damping=Damping(stiffness=1e-5, rotating=rotating))
+    given = BEARINGS | both("rb.mu", 0.1) | {"Omega": 200.0, "d1.u": 40e-3, "spin.free": free}
+    x = plant(given | {"solver.tolerance": 5e-8, "solver.max_substep": 2e-5}, rotor)
+    record = run(x, 1500, ("rb1.f_n", *ENERGIES))
+    assert record[:, 0].max() > 100.0
+    assert np.abs(record[:, -1]).max() < 1e-6 * record[:, 1:5].max()
+
+
+def test_rotating_damping_heats_nothing_that_turns_bent_with_the_shaft():
+    """A bow that turns with the shaft, r ~ exp(i Omega t), does not strain it in time; in the fixed frame it does."""
+    heats = {}
+    for rotating in (0.0, 1.0):
+        x = plant(FREE, replace(RIG, damping=Damping(stiffness=1e-4, rotating=rotating)))
+        s, n, Omega = structure_of(x.constants), size_of(x), 50.0
+        q = np.zeros(n)
+        q[::2] = 1e-4 * np.sin(np.arange(n // 2))
+        v = np.zeros(n)
+        v[1::2] = Omega * q[::2]
+        C, R = s.forms[n : 2 * n], s.forms[2 * n :]
+        turned = np.zeros(n)
+        turned[1::2] = q[::2]
+        heats[rotating] = v @ C @ v + (v - Omega * turned) @ R @ (v - Omega * turned)
+    assert heats[1.0] == pytest.approx(0.0, abs=1e-12)
+    assert heats[0.0] > 0.0
+
+
+def test_undamped_rotor_has_neither_heat_nor_a_propagator_of_that_size():
+    x = plant(FREE | {"Omega": 50.0, "d1.u": 1e-3, "mb1.k_b": 1e6, "mb2.k_b": 1e6})
+    run(x, 100)
+    assert not structure_of(x.constants).is_damped
+    assert x["energy.damping"] == 0.0
+    assert memory(x).head[0].tolerance_missed == 0.0
+
+
+def test_step_size_does_not_change_a_damped_free_flight():
+    rotor = replace(RIG, damping=Damping(stiffness=1e-5))
+    ends = []
+    for k in (1, 4):
+        x = plant(BEARINGS | {"Omega": 100.0, "d2.u": 1e-3}, rotor)
+        run(x, 800 * k, h=H / k)
+        ends.append([x["mb1.x"], x["mb2.y"]])
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-12)
