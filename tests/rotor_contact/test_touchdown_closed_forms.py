@@ -5,8 +5,12 @@ import math
 import numpy as np
 import pytest
 from rotor_cases import both, plant, rigid_rotor, run, state
+from scipy.optimize import brentq
 from touchdown_cases import coordinates, follow_plant, plant_of
 from two_bodies import PHI, ROLLING, SLIDING, THETA, TwoBodies, X, Y
+
+from rotor_analysis.rigid_body import rigid_body
+from rotor_analysis.rotor_file import load_rotor
 
 G, CLEARANCE, RADIUS = 9.81, 0.5e-3, 0.025
 HALF = 10.0  # kg, carried by either end
@@ -22,6 +26,19 @@ def test_rotor_falls_through_its_clearance_in_the_direction_of_gravity(angle):
     assert np.flatnonzero(impulse).tolist() == [int(landing / h)]
     assert impulse.sum() == pytest.approx(HALF * G * landing, rel=1e-8)
     assert rotor["mb1.x"] + 1j * rotor["mb1.y"] == pytest.approx(CLEARANCE * np.exp(1j * angle), abs=1e-12)
+
+
+def test_retainers_carry_the_weight_of_the_rig_once_it_has_settled():
+    """942 N, shared by the rule of the lever; dampers that carry nothing bring it to rest."""
+    rotor = plant({"gravity": G} | both("mb.c_b", 5000.0))
+    run(rotor, 6000, h=250e-6)
+    forces = np.array([rotor["rb1.f_n"], rotor["rb2.f_n"]])
+    rig = load_rotor()
+    weight = rigid_body(rig).mass * G
+    assert weight == pytest.approx(942.0, abs=1.0)
+    assert forces.sum() == pytest.approx(weight, rel=1e-6)
+    near, far = (rig.shaft.nodes[site.node - 1] for site in rig.sites[:2])
+    assert forces[1] / forces.sum() == pytest.approx((rigid_body(rig).centre - near) / (far - near), rel=1e-6)
 
 
 def at_angle(phi, whirl=0.0, spin=0.0):
@@ -149,3 +166,34 @@ def test_backward_whirl_grows_where_friction_exceeds_its_damping():
     assert abs(slower["mb1.x"] + 1j * slower["mb1.y"]) < 0.5 * CLEARANCE
     assert follow_plant(faster, 0.1 * np.arange(1, 9)).mode[-1] == ROLLING
     assert faster["rb1.whirl_speed"] == pytest.approx(-20.0 * RADIUS / CLEARANCE, rel=1e-6)
+
+
+def test_backward_whirl_of_rotor_and_retainer_is_that_of_their_receptances():
+    """Black, J. Mech. Eng. Sci. 10 (1968): a sliding whirl exp(-i w t) keeps its size where (1 + i mu)(A + B) is real.
+
+    A and B are the receptances of rotor and retainer there; N (1 + i mu)(A + B) = -c.
+    """
+    mu = 0.2
+    model = TwoBodies(mass=HALF, clearance=CLEARANCE, support_stiffness=2e5, support_damping=800.0, mu=mu,
+                      housing_mass=3.0, mount_stiffness=(6e5, 6e5), mount_damping=(300.0, 300.0))  # fmt: skip
+
+    def receptances(w):
+        rotor = model.support_stiffness - model.mass * w**2 - 1j * w * model.support_damping
+        retainer = model.mount_stiffness[0] - model.housing_mass * w**2 - 1j * w * model.mount_damping[0]
+        return np.array([1 / rotor, 1 / retainer])
+
+    def balance(w):
+        return ((1 + 1j * mu) * receptances(w).sum()).imag
+
+    grid = np.linspace(100.0, 2000.0, 400)
+    signs = np.flatnonzero(np.diff(np.sign([balance(w) for w in grid])))
+    print(
+        [
+            (
+                grid[k],
+                brentq(balance, grid[k], grid[k + 1]),
+                -CLEARANCE / ((1 + 1j * mu) * receptances(brentq(balance, grid[k], grid[k + 1])).sum()).real,
+            )
+            for k in signs
+        ]
+    )
