@@ -33,7 +33,8 @@ def pivoted_rotor():
     """Moment of inertia about the pivot, and polar inertia, in one body at the contact."""
     polar = STATED["polar_inertia"]
     mass = (STATED["inertia"] - polar / 2) / CONTACT**2
-    shaft = Shaft((0.0, CONTACT), (2 * STATED["rotor_radius"],), youngs_modulus=2e11, density=1e-6, poissons_ratio=0.3)
+    radius = STATED["rotor_radius"]
+    shaft = Shaft(diameter=(2 * radius,), nodes=(0.0, CONTACT), youngs_modulus=2e11, density=1e-6, poissons_ratio=0.3)
     bodies = (Body("pivot", 1, PIVOT_MASS, 0.0, 0.0), Body("rotor", 2, mass, polar / 2, polar))
     house = Site("house", 2, STATED["house_radius"] - STATED["rotor_radius"], bearing="mb2")
     return Rotor("pivoted", shaft, (*bodies, *discs_at(2)), bearings(1, 2), (house,), sensors_at(2),
