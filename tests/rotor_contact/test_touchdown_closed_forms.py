@@ -53,6 +53,13 @@ def at_angle(phi, whirl=0.0, spin=0.0):
     return q, v
 
 
+def at_rest(spin):
+    """Positions and velocities of a rotor that only spins (rad/s)."""
+    v = np.zeros(6)
+    v[THETA] = spin
+    return np.zeros(6), v
+
+
 def test_journal_at_the_bottom_rocks_like_a_pendulum():
     """A point that slides without friction in a circle of radius c: sqrt(g/c)."""
     small = 1e-3
@@ -199,3 +206,60 @@ def test_backward_whirl_of_rotor_and_retainer_is_that_of_their_receptances():
     np.testing.assert_allclose(motion.N, normal, rtol=1e-6)
     np.testing.assert_allclose(motion.q[-1], q, atol=1e-6 * CLEARANCE)
     assert rotor["rb1.whirl_speed"] == pytest.approx(-w, rel=1e-6)
+
+
+def test_retainer_warms_up_by_friction_and_gives_off_heat():
+    """C T' = P - h (T - T_a) with P = mu N Omega R_s, up to its limit and beyond."""
+    spin, capacity, transfer, ambient = 300.0, 20.0, 40.0, 290.0
+    model, start, normal = sliding_at_rest(0.2, spin)
+    rotor = plant_of(model, *start, SLIDING, max_substep=1e-4, ambient_temperature=ambient,
+                     **both("rb.heat_capacity", capacity), **both("rb.heat_transfer", transfer),
+                     **both("rb.temperature_limit", ambient + 2.0))  # fmt: skip
+    power = 0.2 * normal * spin * RADIUS
+    record = run(rotor, 200, ["rb1.temperature", "rb1.friction_power", "rb1.heat", "rb1.overheated"], 5e-3)
+    t = 5e-3 * np.arange(1, 201)
+    rise = power / transfer * (1 - np.exp(-transfer / capacity * t))
+    np.testing.assert_allclose(record[:, 0], ambient + rise, atol=1e-4)
+    np.testing.assert_allclose(record[:, 1], power, rtol=1e-9)
+    np.testing.assert_allclose(record[:, 2], power * t, rtol=1e-7)
+    assert 0 < np.argmax(rise > 2.0) < 199
+    np.testing.assert_array_equal(record[:, 3], rise > 2.0)
+
+
+def test_heat_of_all_retainers_is_the_friction_and_the_impacts():
+    rotor = plant_of(replace(FALLING, mu=0.2, restitution=0.4, race_inertia=1e-4, race_drag=0.05, spin_inertia=0.01),
+                     *at_rest(200.0), max_substep=2e-5)  # fmt: skip
+    follow_plant(rotor, 1e-3 * np.arange(1, 101))
+    heat = rotor["rb1.heat"] + rotor["rb2.heat"]
+    assert heat > 1.0
+    assert heat == pytest.approx(rotor["energy.friction"] + rotor["energy.impact"], rel=1e-9)
+
+
+@pytest.mark.parametrize("torque", [2.0, -2.0])
+def test_drive_at_its_limit_turns_the_free_spin_at_a_constant_rate(torque):
+    model = TwoBodies(mass=HALF, clearance=CLEARANCE, spin_inertia=0.01, drive_torque=torque)
+    times = 0.1 * np.arange(1, 6)
+    speed = follow_plant(plant_of(model, *at_rest(50.0)), times).v[:, THETA]
+    np.testing.assert_allclose(speed, 50.0 + torque / 0.01 * times, rtol=1e-9)
+
+
+def test_speed_controller_and_drag_settle_the_free_spin_exponentially():
+    """J Omega' = g (Omega_d - Omega) - d Omega."""
+    inertia, gain, drag, demanded = 0.02, 0.3, 0.1, 120.0
+    values = {"spin.free": 1.0, "spin.inertia": inertia, "drive.gain": gain, "drive.torque_limit": 1e3, "Omega": 40.0}
+    rotor = plant(values | {"spin.drag": drag}, rigid_rotor(2 * HALF))
+    rotor["Omega"] = demanded
+    t = 0.01 * np.arange(1, 21)
+    settled = gain / (gain + drag) * demanded
+    expected = settled + (40.0 - settled) * np.exp(-(gain + drag) / inertia * t)
+    np.testing.assert_allclose(run(rotor, 20, ["speed"], 0.01)[:, 0], expected, rtol=1e-8)
+
+
+def test_base_shakes_journal_and_housing_alike():
+    """Both float: from a base that accelerates they seem to move the other way together, and the gap stays."""
+    model = TwoBodies(mass=HALF, clearance=CLEARANCE, housing_mass=3.0)
+    rotor = plant_of(model, *at_rest(0.0))
+    rotor["base.a_x"], rotor["base.a_y"] = 5.0, -2.0
+    q = follow_plant(rotor, np.array([0.02])).q[0]
+    np.testing.assert_allclose(q[:4], -0.5 * 0.02**2 * np.array([5.0, -2.0, 5.0, -2.0]), rtol=1e-9)
+    assert rotor["rb1.gap"] == pytest.approx(CLEARANCE, rel=1e-9)
