@@ -1,12 +1,18 @@
 """Touchdown in closed form: falling, rocking, races that spin up, spins that are braked, rolling, unbalance, whirl."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from rotor_cases import both, plant, rigid_rotor, run, state
+from scipy.optimize import brentq
 from touchdown_cases import coordinates, follow_plant, plant_of
 from two_bodies import PHI, ROLLING, SLIDING, THETA, TwoBodies, X, Y
+
+from rotor_analysis.damping import Damping
+from rotor_analysis.rigid_body import rigid_body
+from rotor_analysis.rotor_file import load_rotor
 
 G, CLEARANCE, RADIUS = 9.81, 0.5e-3, 0.025
 HALF = 10.0  # kg, carried by either end
@@ -24,6 +30,19 @@ def test_rotor_falls_through_its_clearance_in_the_direction_of_gravity(angle):
     assert rotor["mb1.x"] + 1j * rotor["mb1.y"] == pytest.approx(CLEARANCE * np.exp(1j * angle), abs=1e-12)
 
 
+def test_retainers_carry_the_weight_of_the_rig_once_it_has_settled():
+    """942 N, shared by the rule of the lever; much damping of the shaft brings it to rest soon."""
+    rig = replace(load_rotor(), damping=Damping(modal=(0.3,)))
+    rotor = plant({"gravity": G} | both("mb.c_b", 500.0), rig)
+    run(rotor, 4000, h=250e-6)
+    body, at = rigid_body(rig), rig.shaft.nodes
+    near, far = (at[site.node - 1] for site in rig.sites[:2])
+    share = (body.centre - near) / (far - near)
+    assert body.mass * G == pytest.approx(942.0, abs=1.0)
+    assert rotor["rb1.f_n"] == pytest.approx((1 - share) * body.mass * G, rel=1e-6)
+    assert rotor["rb2.f_n"] == pytest.approx(share * body.mass * G, rel=1e-6)
+
+
 def at_angle(phi, whirl=0.0, spin=0.0):
     """Positions and velocities with the journal on its retainer at the angle `phi` from x, whirling (rad, rad/s)."""
     q, v = np.zeros(6), np.zeros(6)
@@ -32,6 +51,13 @@ def at_angle(phi, whirl=0.0, spin=0.0):
     v[[X, Y]] = (1j * whirl * place).real, (1j * whirl * place).imag
     v[THETA] = spin
     return q, v
+
+
+def at_rest(spin):
+    """Positions and velocities of a rotor that only spins (rad/s)."""
+    v = np.zeros(6)
+    v[THETA] = spin
+    return np.zeros(6), v
 
 
 def test_journal_at_the_bottom_rocks_like_a_pendulum():
@@ -149,3 +175,91 @@ def test_backward_whirl_grows_where_friction_exceeds_its_damping():
     assert abs(slower["mb1.x"] + 1j * slower["mb1.y"]) < 0.5 * CLEARANCE
     assert follow_plant(faster, 0.1 * np.arange(1, 9)).mode[-1] == ROLLING
     assert faster["rb1.whirl_speed"] == pytest.approx(-20.0 * RADIUS / CLEARANCE, rel=1e-6)
+
+
+def test_backward_whirl_of_rotor_and_retainer_is_that_of_their_receptances():
+    """Black, J. Mech. Eng. Sci. 10 (1968): a sliding whirl exp(-i w t) keeps its size where (1 + i mu)(A + B) is real.
+
+    A and B are the receptances of rotor and retainer there; N (1 + i mu)(A + B) = -c.
+    """
+    mu = 0.2
+    model = TwoBodies(mass=HALF, clearance=CLEARANCE, support_stiffness=2e5, support_damping=800.0, mu=mu,
+                      housing_mass=3.0, mount_stiffness=(6e5, 6e5), mount_damping=(300.0, 300.0))  # fmt: skip
+
+    def receptances(w):
+        rotor = model.support_stiffness - model.mass * w**2 - 1j * w * model.support_damping
+        retainer = model.mount_stiffness[0] - model.housing_mass * w**2 - 1j * w * model.mount_damping[0]
+        return np.array([1 / rotor, 1 / retainer])
+
+    def balance(w):
+        return ((1 + 1j * mu) * receptances(w).sum()).imag
+
+    w = brentq(balance, 500.0, 1000.0)
+    rotor_shift, retainer_shift = receptances(w)
+    normal = (-CLEARANCE / ((1 + 1j * mu) * (rotor_shift + retainer_shift))).real
+    places = -normal * (1 + 1j * mu) * np.array([rotor_shift, -retainer_shift])
+    q, v = (np.concatenate([np.ravel(np.column_stack([z.real, z.imag])), np.zeros(2)])
+            for z in (places, -1j * w * places))  # fmt: skip
+    v[THETA] = 1000.0
+    rotor = plant_of(model, q, v, SLIDING, max_substep=5e-6)
+    motion = follow_plant(rotor, math.pi / w * np.arange(1, 5))
+    np.testing.assert_allclose(motion.N, normal, rtol=1e-6)
+    np.testing.assert_allclose(motion.q[-1], q, atol=1e-6 * CLEARANCE)
+    assert rotor["rb1.whirl_speed"] == pytest.approx(-w, rel=1e-6)
+
+
+def test_retainer_warms_up_by_friction_and_gives_off_heat():
+    """C T' = P - h (T - T_a) with P = mu N Omega R_s, up to its limit and beyond."""
+    spin, capacity, transfer, ambient = 300.0, 20.0, 40.0, 290.0
+    model, start, normal = sliding_at_rest(0.2, spin)
+    rotor = plant_of(model, *start, SLIDING, max_substep=1e-4, ambient_temperature=ambient,
+                     **both("rb.heat_capacity", capacity), **both("rb.heat_transfer", transfer),
+                     **both("rb.temperature_limit", ambient + 2.0))  # fmt: skip
+    power = 0.2 * normal * spin * RADIUS
+    record = run(rotor, 200, ["rb1.temperature", "rb1.friction_power", "rb1.heat", "rb1.overheated"], 5e-3)
+    t = 5e-3 * np.arange(1, 201)
+    rise = power / transfer * (1 - np.exp(-transfer / capacity * t))
+    np.testing.assert_allclose(record[:, 0], ambient + rise, atol=1e-4)
+    np.testing.assert_allclose(record[:, 1], power, rtol=1e-9)
+    np.testing.assert_allclose(record[:, 2], power * t, rtol=1e-7)
+    assert 0 < np.argmax(rise > 2.0) < 199
+    np.testing.assert_array_equal(record[:, 3], rise > 2.0)
+
+
+def test_heat_of_all_retainers_is_the_friction_and_the_impacts():
+    rotor = plant_of(replace(FALLING, mu=0.2, restitution=0.4, race_inertia=1e-4, race_drag=0.05, spin_inertia=0.01),
+                     *at_rest(200.0), max_substep=2e-5)  # fmt: skip
+    follow_plant(rotor, 1e-3 * np.arange(1, 101))
+    heat = rotor["rb1.heat"] + rotor["rb2.heat"]
+    assert heat > 1.0
+    assert heat == pytest.approx(rotor["energy.friction"] + rotor["energy.impact"], rel=1e-9)
+
+
+@pytest.mark.parametrize("torque", [2.0, -2.0])
+def test_drive_at_its_limit_turns_the_free_spin_at_a_constant_rate(torque):
+    model = TwoBodies(mass=HALF, clearance=CLEARANCE, spin_inertia=0.01, drive_torque=torque)
+    times = 0.1 * np.arange(1, 6)
+    speed = follow_plant(plant_of(model, *at_rest(50.0)), times).v[:, THETA]
+    np.testing.assert_allclose(speed, 50.0 + torque / 0.01 * times, rtol=1e-9)
+
+
+def test_speed_controller_and_drag_settle_the_free_spin_exponentially():
+    """J Omega' = g (Omega_d - Omega) - d Omega."""
+    inertia, gain, drag, demanded = 0.02, 0.3, 0.1, 120.0
+    values = {"spin.free": 1.0, "spin.inertia": inertia, "drive.gain": gain, "drive.torque_limit": 1e3, "Omega": 40.0}
+    rotor = plant(values | {"spin.drag": drag}, rigid_rotor(2 * HALF))
+    rotor["Omega"] = demanded
+    t = 0.01 * np.arange(1, 21)
+    settled = gain / (gain + drag) * demanded
+    expected = settled + (40.0 - settled) * np.exp(-(gain + drag) / inertia * t)
+    np.testing.assert_allclose(run(rotor, 20, ["speed"], 0.01)[:, 0], expected, rtol=1e-8)
+
+
+def test_base_shakes_journal_and_housing_alike():
+    """Both float: from a base that accelerates they seem to move the other way together, and the gap stays."""
+    model = TwoBodies(mass=HALF, clearance=CLEARANCE, housing_mass=3.0)
+    rotor = plant_of(model, *at_rest(0.0))
+    rotor["base.a_x"], rotor["base.a_y"] = 5.0, -2.0
+    q = follow_plant(rotor, np.array([0.02])).q[0]
+    np.testing.assert_allclose(q[:4], -0.5 * 0.02**2 * np.array([5.0, -2.0, 5.0, -2.0]), rtol=1e-9)
+    assert rotor["rb1.gap"] == pytest.approx(CLEARANCE, rel=1e-9)

@@ -11,8 +11,10 @@ from fmi_export.model import Instance
 READ = ("mb1.x", "mb1.y", "rb1.housing_x", "rb1.housing_y", "speed", "rb1.race_speed", "rb1.mode", "rb1.f_n", "rb1.f_t")
 
 
-def plant_of(model: TwoBodies, q: np.ndarray, v: np.ndarray, mode: int = FREE, max_substep: float = 2e-6) -> Instance:
-    """The plant of which either end is `model`, from the state (q, v) with its contact in `mode`."""
+def plant_of(
+    model: TwoBodies, q: np.ndarray, v: np.ndarray, mode: int = FREE, max_substep: float = 2e-6, **more: float
+) -> Instance:
+    """The plant of which either end is `model`, from the state (q, v) with its contact in `mode`, and `more` values."""
     values = both("mb.k_b", model.support_stiffness) | both("mb.c_b", model.support_damping)
     values |= both("mb.f_x", model.force.real) | both("mb.f_y", model.force.imag)
     values |= both("rb.housing_mass", model.housing_mass or 0.0) | both("rb.race_inertia", model.race_inertia or 0.0)
@@ -24,7 +26,7 @@ def plant_of(model: TwoBodies, q: np.ndarray, v: np.ndarray, mode: int = FREE, m
     if model.spin_inertia is not None:
         values |= {"spin.free": 1.0, "spin.inertia": 2.0 * model.spin_inertia}
         values |= {"drive.torque": 2.0 * model.drive_torque, "drive.torque_limit": 2.0 * abs(model.drive_torque)}
-    rotor = plant(values, rigid_rotor(2.0 * model.mass))
+    rotor = plant(values | more, rigid_rotor(2.0 * model.mass))
     _place(rotor, model, q, v, mode)
     return rotor
 
