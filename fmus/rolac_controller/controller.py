@@ -82,7 +82,9 @@ def window_is_valid(parameters: Parameters, Omega: float, samples: float) -> boo
 def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) -> None:
     """Find the displacements and synchronous components at this sample, contact, and sensors that are suspect."""
     own, findings, window = inputs.own[0], work.findings[0], state.window
-    sensors.measure(parameters, inputs, state.sensors, state.head[0].started != 0.0, True, work.displacements)
+    findings.adc_limited = sensors.measure(
+        parameters, inputs, state.sensors, state.head[0].started != 0.0, True, work.displacements
+    )
     jump = angle_jump(window, own.theta)
     if jump != 0.0:
         turn_forces(state.U, parameters.harmonics, jump - own.Omega * parameters.own[0].sample_time)
@@ -147,8 +149,9 @@ def start(parameters: Parameters, inputs: Inputs, state: State, work: Work, tabl
     """Compute the currents for the first inputs, proportional terms alone; return a fault code. It is no sample."""
     if lacks_table(inputs, state, table):
         return FAULT_NO_TABLE
-    sensors.measure(parameters, inputs, state.sensors, False, False, work.displacements)
-    work.findings[0].status = permitted_status(parameters, inputs, state, work)
+    findings = work.findings[0]
+    findings.adc_limited = sensors.measure(parameters, inputs, state.sensors, False, False, work.displacements)
+    findings.status = permitted_status(parameters, inputs, state, work)
     control(parameters, inputs, state, work, 0.0, outputs)
     write_synchronous(parameters, inputs, state, work, table, outputs)
     write_identification(inputs, state.identification, outputs)

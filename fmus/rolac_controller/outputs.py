@@ -56,6 +56,7 @@ def write_synchronous(
     own.rolac_status = findings.status
     own.rolac_limited = findings.force_limited
     own.h_extrapolated = findings.extrapolated
+    own.adc_limited = findings.adc_limited
     own.suspect_sensor = findings.suspect_sensor
     own.table_rows = table.n_rows[0]
 

@@ -98,8 +98,8 @@ def update_shown(parameters: Parameters, inputs: Inputs, memory: SensorMemory, s
 @inlined_kernel
 def measure(
     parameters: Parameters, inputs: Inputs, memory: SensorMemory, started: bool, sampling: bool, measured: Array
-) -> None:
-    """Compute what the controller reads of the sensors at this sample.
+) -> bool:
+    """Compute what the controller reads of the sensors at this sample; return whether one is beyond the ADC range.
 
     Parameters
     ----------
@@ -125,7 +125,10 @@ def measure(
             measured[s] = filter_sample(sensor.filter, sensor.shown, E, P)
         elif filtering:
             start_at_rest(sensor.filter, sensor.shown)
+    beyond_range = False
     if is_on(chain.preset, chain.adc):
         for s in range(measured.shape[0]):
-            volts = quantised(chain.sensitivity * measured[s], chain.adc_bits, chain.adc_range)
-            measured[s] = volts / chain.sensitivity
+            signal = chain.sensitivity * measured[s]
+            beyond_range = beyond_range or abs(signal) > chain.adc_range
+            measured[s] = quantised(signal, chain.adc_bits, chain.adc_range) / chain.sensitivity
+    return beyond_range

@@ -211,6 +211,12 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             (*adaptation, *setpoints),
             "a demanded current is at its limit, which i_min and i_max of its axis set, or the range of the DAC",
         ),
+        _flag(
+            "adc_limited",
+            "A displacement is beyond the range of the ADC",
+            sensors,
+            "a displacement is beyond the range of the ADC, {chain.adc_range} V at {chain.sensitivity} V/m",
+        ),
         _number(
             "suspect_sensor",
             "Number of a sensor that does not move while others do, in the order of their displacements; 0: none",

@@ -32,6 +32,7 @@ HEAD = record(
 # What was found at this sample; flags are 0 or 1.
 FINDINGS = record(
     ("delta_theta", "f8"),  # angle since the sample before (rad)
+    ("adc_limited", "f8"),
     ("window_valid", "f8"),
     ("suspect_sensor", "f8"),
     ("in_contact", "f8"),

@@ -62,7 +62,7 @@ class Result(Run):
 
     @property
     def plot(self) -> Plots:
-        """Figures of the run: `plot.orbits()`, and `displacement`, `contact`, `whirl`, `energy`."""
+        """Figures of the run: `plot.orbits()`, and `displacement`, `contact`, `whirl`, `energy`, `touchdown`."""
         from amb_cosim.plots import Plots
 
         return Plots(self.signals)

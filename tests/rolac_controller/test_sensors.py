@@ -37,7 +37,7 @@ class Chain:
         if displacements is not None:
             self.set(**dict(zip(SENSOR_NAMES, displacements, strict=True)))
         measured = np.zeros(N_SENSORS)
-        measure(self.parameters, self.inputs, self.memory, self.started, True, measured)
+        self.beyond_range = measure(self.parameters, self.inputs, self.memory, self.started, True, measured)
         self.started = True
         return measured
 
@@ -74,6 +74,16 @@ def test_adc_reads_whole_bits_of_38_nm():
 def test_adc_saturates_at_1_25_mm():
     read = custom(chain__adc=1).read(np.tile([5e-3, -5e-3], 4))
     np.testing.assert_allclose(read, np.tile([1.25e-3 - LSB, -1.25e-3], 4), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("largest", "limited"), [(1.24e-3, False), (1.26e-3, True), (-1.26e-3, True)])
+def test_the_adc_says_when_a_displacement_is_beyond_its_range(largest, limited):
+    chain = custom(chain__adc=1)
+    chain.read([0.0, largest, *[0.0] * 6])
+    assert chain.beyond_range == limited
+    ideal = custom()
+    ideal.read([0.0, largest, *[0.0] * 6])
+    assert not ideal.beyond_range
 
 
 def test_noise_has_the_stated_deviation_and_is_white_and_independent():
