@@ -30,6 +30,7 @@ from rotor_contact.workspace import Workspace
 
 RACE_SPEED_SCALE = 1.0  # rad/s, over which the constant drag of a race changes its sign
 RESOLUTION = 0.2  # of a body's fastest time constant; a substep is no longer
+SHORTEST_SUBSTEP = 1e-7  # s, that a body may ask for
 
 # The spin during a step: its degree of freedom, -1 if the speed is given; inertia (kg m^2), drag (N m s), the drive's
 # demanded speed (rad/s), gain (N m s), torque and its limit (N m); and 1/sqrt(J - p . M^-1 p).
@@ -212,9 +213,9 @@ def coupling_energy(motion: Motion, spin: Spin, theta: float, v: Array) -> float
 
 
 @kernel
-def body_limit(sites: Sites, longest: float) -> float:
-    """Return the length (s) of a substep that resolves mounts and races, at most `longest`."""
-    fastest = 0.0
+def body_limit(sites: Sites, spin: Spin) -> float:
+    """Return the length (s) of a substep that resolves mounts, races and drive; their coupling must be up to date."""
+    fastest = 1e-300
     for site in sites:
         if site.housing >= 0:
             stiffness = max(site.mount_stiffness_x, site.mount_stiffness_y)
@@ -223,4 +224,6 @@ def body_limit(sites: Sites, longest: float) -> float:
         if site.race >= 0:
             slope = site.race_drag / RACE_SPEED_SCALE + site.race_viscous_drag
             fastest = max(fastest, slope / site.race_inertia)
-    return RESOLUTION / fastest if fastest * longest > RESOLUTION else longest
+    if spin.row >= 0:
+        fastest = max(fastest, (spin.drag + spin.gain) * spin.scale * spin.scale)
+    return RESOLUTION / fastest

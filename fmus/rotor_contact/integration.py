@@ -12,7 +12,7 @@ from rotor_contact.compliant import apply_compliant, compliant_limit
 from rotor_contact.contact import apply_contact, project
 from rotor_contact.dynamics import damping_power, free_acceleration, input_power, shaft_damping, unbalance_direction
 from rotor_contact.interface import FREE, SLIDING
-from rotor_contact.site import is_constrained, slip_velocity, tangential_component
+from rotor_contact.site import is_constrained, race_radius, slip_velocity, tangential_component
 from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 
 MAX_WHIRL_ANGLE = 0.035  # rad that a closed site may whirl in a substep: rolling is fast, the constraint turns with it
@@ -115,7 +115,7 @@ def substep(w: Workspace, tau: float, dt: float) -> bool:
 
 @kernel
 def velocity_error(w: Workspace, dt: float) -> float:
-    """Estimate the error of the velocities (m/s) of the last substep, the largest of all master planes.
+    """Estimate the error of the velocities (m/s) of the last substep, the largest of all planes, housings and races.
 
     A third-order formula is embedded that takes the derivative at the end in place of the last stage; the estimate is
     the difference, dt/6 (k_4 - k_new).
@@ -126,21 +126,41 @@ def velocity_error(w: Workspace, dt: float) -> float:
     for i in range(n, n + w.n_translations, 2):
         e_x, e_y = stages.k_4[i] - stages.k_new[i], stages.k_4[i + 1] - stages.k_new[i + 1]
         largest = max(largest, e_x * e_x + e_y * e_y)
+    if n > w.Minv.shape[0]:
+        largest = max(largest, _body_error(w, stages.k_4[n:], stages.k_new[n:]))
     return dt / 6.0 * math.sqrt(largest)
+
+
+@kernel
+def _body_error(w: Workspace, a: Array, a_new: Array) -> float:
+    """Return the largest square of the difference of two accelerations at the retainers' surfaces (m^2/s^4)."""
+    largest = 0.0
+    for site in w.sites:
+        if site.housing >= 0:
+            x, y = site.housing, site.housing + 1
+            largest = max(largest, (a[x] - a_new[x]) ** 2 + (a[y] - a_new[y]) ** 2)
+        if site.race >= 0:
+            largest = max(largest, (race_radius(site) * (a[site.race] - a_new[site.race])) ** 2)
+        if site.spin >= 0:
+            largest = max(largest, (site.journal_radius * (a[site.spin] - a_new[site.spin])) ** 2)
+    return largest
 
 
 @kernel
 def substep_limit(w: Workspace, Omega: float, longest: float) -> float:
     """Return the length (s) of a substep that resolves every contact at z, at most `longest`.
 
-    No constrained site whirls by more than `MAX_WHIRL_ANGLE` in it; for compliant contacts see `compliant_limit`.
+    No constrained site whirls by more than `MAX_WHIRL_ANGLE` in it; see also `body_limit`, `compliant_limit`.
     """
     n = w.n
     v = stages_of(w.stages).z[n : 2 * n]
-    limit = longest if n == w.Minv.shape[0] else body_limit(w.sites, longest)
+    limit = longest
     for site in w.sites:
         if is_constrained(site):
             whirl = abs(tangential_component(site, v)) / site.clearance
             if whirl * limit > MAX_WHIRL_ANGLE:
                 limit = MAX_WHIRL_ANGLE / whirl
-    return compliant_limit(w.Minv, w.sites, v, Omega, max(limit, MIN_SUBSTEP * longest))
+    limit = max(limit, MIN_SUBSTEP * longest)
+    if n > w.Minv.shape[0]:
+        limit = min(limit, body_limit(w.sites, w.spin[0]))
+    return compliant_limit(w.Minv, w.sites, v, Omega, limit)

@@ -7,7 +7,7 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from rotor_contact.bodies import coupling_energy, least_inertia
+from rotor_contact.bodies import SHORTEST_SUBSTEP, body_limit, coupling_energy, least_inertia
 from rotor_contact.dynamics import collect_coefficients, collect_forces
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
 from rotor_contact.free_flight import propagate
@@ -23,7 +23,7 @@ from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.structure import structure_of
 from rotor_contact.workspace import N_INTEGRALS, energy_integrals, stages_of
 
-FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL = 3, 4, 5, 6
+FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL, FAULT_FAST = 3, 4, 5, 6, 7
 FAULT_OFFSET = 11  # plus the site
 MAX_SITES = 99 - FAULT_OFFSET + 1
 
@@ -56,6 +56,9 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         if spin.inertia <= least_inertia(motion):
             return FAULT_INERTIA
         z[n + spin.row] = Omega
+    head.coupling = coupling_energy(motion, spin, 0.0, z[n : 2 * n])
+    if n > structure.K.shape[0] and body_limit(sites, spin) < SHORTEST_SUBSTEP:
+        return FAULT_FAST
     if p.own[0].initial.orbit != 0.0:
         m = structure.K.shape[0]
         if not start_on_orbit(motion, scratch.orbit, z[:m], z[n : n + m]):
@@ -173,6 +176,8 @@ def _faults(planes: Planes) -> dict[int, str]:
         "{solver.max_substep} s",
         FAULT_INERTIA: "spin.inertia = {spin.inertia} kg.m2 is not allowed with a free spin and this unbalance; "
         "it must be the polar inertia of rotor and drive, more than that of the unbalance itself",
+        FAULT_FAST: "a housing, a race or the spin changes too fast to follow: mount_stiffness and mount_damping over "
+        "housing_mass, drag over race_inertia, drive.gain over spin.inertia must leave time constants of 0.5 us",
         FAULT_NODAL: "contact.impact_law = 0 is not allowed where a housing can move; it must be 1, which conserves "
         "momentum",
         **{

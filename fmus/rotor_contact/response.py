@@ -8,7 +8,7 @@ coupling p of spin and shaft (`bodies`) a force f on the shaft and a torque r T 
 
 from __future__ import annotations
 
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import spin_coupling
 from rotor_contact.site import Site, race_radius
@@ -25,17 +25,30 @@ def set_spin_response(w: Workspace, site: Site) -> None:
         site.spin_t = s[i + 1] * site.n_x - s[i] * site.n_y - site.journal_radius * w.spin[0].scale
 
 
-@kernel
+@inlined_kernel
 def add_contact_response(w: Workspace, site: Site, normal: float, friction: float, target: Array) -> None:
     """Add the effect of -normal n + friction t to `target`: accelerations for forces (N), velocities for impulses."""
+    _add_response_of_shaft(w.Minv, site, normal, friction, target)
+    if w.n > w.Minv.shape[0]:
+        _add_response_of_bodies(w, site, normal, friction, target)
+
+
+@kernel
+def _add_response_of_shaft(Minv: Array, site: Site, normal: float, friction: float, target: Array) -> None:
+    """Add M^-1 (-normal n + friction t) to the part of `target` that is the shaft's."""
     j = site.row
     f_x = -normal * site.n_x - friction * site.n_y
     f_y = -normal * site.n_y + friction * site.n_x
-    for i in range(w.Minv.shape[0]):
-        target[i] += w.Minv[i, j] * f_x + w.Minv[i, j + 1] * f_y
+    for i in range(Minv.shape[0]):
+        target[i] += Minv[i, j] * f_x + Minv[i, j + 1] * f_y
+
+
+@kernel
+def _add_response_of_bodies(w: Workspace, site: Site, normal: float, friction: float, target: Array) -> None:
+    """Add the effect on housing, race and spin, and that of the spin on the shaft."""
     if site.housing >= 0:
-        target[site.housing] -= site.mobility * f_x
-        target[site.housing + 1] -= site.mobility * f_y
+        target[site.housing] += site.mobility * (normal * site.n_x + friction * site.n_y)
+        target[site.housing + 1] += site.mobility * (normal * site.n_y - friction * site.n_x)
     if site.race >= 0:
         target[site.race] -= friction * race_radius(site) / site.race_inertia
     if site.spin >= 0:

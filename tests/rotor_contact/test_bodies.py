@@ -1,0 +1,74 @@
+"""Housings, races and a free spin that are stiff, light or not allowed."""
+
+import numpy as np
+import pytest
+from rotor_cases import BEARINGS, both, plant, rigid_rotor, run
+
+from fmi_export.model import Fault
+from rotor_contact.interface import NODAL
+
+RUBBING = {"gravity": 9.81, "Omega": 300.0} | both("rb.mu", 0.15) | both("rb.restitution", 0.3)
+FREE_SPIN = {"Omega": 300.0, "spin.free": 1.0, "spin.inertia": 0.4}
+STIFF = {
+    "drive": FREE_SPIN | {"drive.gain": 5e3, "drive.torque_limit": 1e4, "drive.torque": 100.0},
+    "drag": FREE_SPIN | {"spin.drag": 5e3},
+    "race": RUBBING | both("rb.race_inertia", 1e-6) | both("rb.race_drag", 0.5),
+    "mount": RUBBING
+    | both("rb.housing_mass", 0.01)
+    | both("rb.mount_stiffness_x", 1e8)
+    | both("rb.mount_stiffness_y", 1e8),
+}
+TOO_FAST = {
+    "race": both("rb.race_inertia", 1e-9) | both("rb.race_drag", 0.1),
+    "viscous race": both("rb.race_inertia", 1e-6) | both("rb.race_viscous_drag", 1e4),
+    "mount": both("rb.housing_mass", 1e-3) | both("rb.mount_stiffness_x", 1e11),
+    "drive": FREE_SPIN | {"drive.gain": 1e7},
+}
+
+
+@pytest.mark.parametrize("case", STIFF)
+def test_stiff_bodies_keep_the_energy_balance(case):
+    x = plant(STIFF[case], rigid_rotor(20.0))
+    run(x, 200)
+    size = max(x["energy.kinetic"], x["energy.dissipated"], abs(x["energy.work"]))
+    assert size > 1e-3
+    assert abs(x["energy.balance"]) < 1e-4 * size
+
+
+@pytest.mark.parametrize("case", TOO_FAST)
+def test_bodies_too_fast_to_follow_are_refused_with_the_reason(case):
+    with pytest.raises(Fault, match=r"too fast to follow: .*mount_stiffness.*race_inertia.*0\.5 us"):
+        plant(RUBBING | TOO_FAST[case], rigid_rotor(20.0))
+
+
+def test_nodal_rule_is_refused_for_a_housing_that_moves():
+    with pytest.raises(Fault, match=r"contact\.impact_law = 0 is not allowed where a housing can move; it must be 1"):
+        plant({"contact.impact_law": NODAL, "rb2.housing_mass": 1.0})
+
+
+def test_spin_without_enough_inertia_for_its_unbalance_is_refused():
+    with pytest.raises(Fault, match=r"spin\.inertia = 0\.0001 kg\.m2 is not allowed"):
+        plant({"spin.free": 1.0, "spin.inertia": 1e-4, "d1.u": 0.1})
+
+
+def test_unused_parameters_of_bodies_change_no_bit():
+    rub = BEARINGS | both("rb.mu", 0.2) | {"Omega": 200.0, "d1.u": 40e-3, "d3.u": 20e-3}
+    unused = (
+        both("rb.mount_stiffness_x", 1e7) | both("rb.race_drag", 0.1) | {"drive.torque_limit": 10.0, "spin.drag": 1.0}
+    )
+    names = ("mb1.x", "mb2.y", "rb1.f_n", "rb2.f_t", "energy.balance")
+    plain, other = (run(plant(values), 800, names) for values in (rub, rub | unused))
+    assert plain[:, 2].max() > 100.0
+    np.testing.assert_array_equal(plain, other)
+
+
+def test_heavy_housing_and_race_are_the_fixed_retainer():
+    """As mass and inertia grow without bound nothing moves; the difference falls in proportion."""
+    rub = BEARINGS | both("rb.mu", 0.2) | {"Omega": 200.0, "d1.u": 40e-3, "solver.max_substep": 2e-5}
+    fixed = run(plant(rub), 300, ("mb1.x", "mb2.y"))
+    apart = []
+    for size in (1e6, 1e8):
+        heavy = both("rb.housing_mass", size) | both("rb.race_inertia", size)
+        apart.append(np.abs(run(plant(rub | heavy), 300, ("mb1.x", "mb2.y")) - fixed).max())
+    assert apart[0] < 1e-6
+    assert apart[1] < 0.1 * apart[0]
