@@ -44,6 +44,8 @@ class Planes:
         Start value of solver.max_substep (s), shorter for a rotor with faster modes.
     polar_inertia
         Start value of spin.inertia (kg m^2).
+    valid_to
+        Frequency up to which the reduction of the rotor holds (rad/s), for those who judge a run.
     """
 
     discs: tuple[str, ...]
@@ -52,6 +54,7 @@ class Planes:
     sensors: tuple[SensorPlane, ...]
     max_substep: float = 250e-6
     polar_inertia: float = 1.0
+    valid_to: float = 0.0
 
     def layout(self) -> dict[str, Any]:
         """Return the same in types of JSON, for `planes_from`."""
@@ -67,4 +70,5 @@ def planes_from(layout: Mapping[str, Any]) -> Planes:
         tuple(SensorPlane(**plane) for plane in layout["sensors"]),
         layout["max_substep"],
         layout["polar_inertia"],
+        layout["valid_to"],
     )

@@ -75,7 +75,8 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
         sites=first_rows(rotor.site_nodes),
         site_bearings=np.array([number.get(site.bearing or "", -1) for site in rotor.sites], dtype=np.float64),
     )
-    return structure, _planes(rotor, float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure))), _polar_inertia(full))
+    max_substep = float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure)))
+    return structure, _planes(rotor, max_substep, _polar_inertia(full), structure.valid_to)
 
 
 def _fastest(structure: Structure) -> float:
@@ -95,7 +96,7 @@ def _polar_inertia(full: Matrices) -> float:
     return float(tilt[0] @ full.G @ tilt[1])
 
 
-def _planes(rotor: Rotor, max_substep: float, polar_inertia: float) -> Planes:
+def _planes(rotor: Rotor, max_substep: float, polar_inertia: float, valid_to: float) -> Planes:
     sensors = {sensor.node: sensor.name for sensor in reversed(rotor.sensors)}
     sites = (
         ContactSite(
@@ -114,6 +115,7 @@ def _planes(rotor: Rotor, max_substep: float, polar_inertia: float) -> Planes:
         sensors=tuple(SensorPlane(s.name, s.x, s.y) for s in rotor.sensors),
         max_substep=max_substep,
         polar_inertia=polar_inertia,
+        valid_to=valid_to,
     )
 
 

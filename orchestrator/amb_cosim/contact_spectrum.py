@@ -27,8 +27,8 @@ def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
     Returns
     -------
     dict
-        By site, see `contact_history.touchable`; None where the rotor's reduction names no frequency, the force was not
-        recorded or is zero, or where samples are too far apart to show that frequency.
+        By site, see `contact_history.touchable`; None where the rotor's FMU does not say up to which frequency its
+        reduction holds, and where the force was not recorded or is zero.
     """
     return {site: _share(dataset, site) for site in touchable(dataset)}
 
@@ -39,10 +39,10 @@ def warnings_beyond_reduction(dataset: Signals) -> list[str]:
     warned = [f"{site.upper()} {100.0 * share:.3g} %" for site, share in shares.items() if share > WARNED_SHARE]
     if not warned:
         return []
-    limit = number(places(dataset).valid_to)
+    limit, allowed = number(places(dataset).valid_to), f"{100.0 * WARNED_SHARE:.3g} %"
     return [
         f"much of the contact force's power is above {limit} rad/s, where the reduced rotor is no longer accurate: "
-        f"{', '.join(warned)}; at most {100.0 * WARNED_SHARE:.3g} % would do, more modes or damping may lead there"
+        f"{', '.join(warned)}, where {allowed} is allowed; a reduction with more modes reaches further"
     ]
 
 
@@ -52,7 +52,7 @@ def _share(dataset: Signals, site: str) -> float | None:
     if force is None or limit is None or np.count_nonzero(after) < 2 or not force[after].any():
         return None
     steps = np.diff(dataset["time"].values[after])
-    if not np.allclose(steps, steps[0], rtol=1e-6) or limit >= np.pi / steps[0]:
+    if not np.allclose(steps, steps[0], rtol=1e-6):
         return None
     omega, power = _spectrum(force[after], float(steps[0]))
     return float(power[omega > limit].sum() / power.sum())

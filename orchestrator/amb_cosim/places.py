@@ -80,8 +80,7 @@ def places_of(assembly: Assembly) -> Places:
         signals = {sensor["name"]: (sensor["x"], sensor["y"]) for sensor in layout["sensors"]}
         others = [site for site in layout["sites"] if site["name"] not in bearings.values()]
         measured = {site["name"]: signals[site["sensor"]] for site in others if site["sensor"]}
-        valid_to = layout.get("reduction", {}).get("valid_to")
-        return Places(bearings, tuple(site["name"] for site in layout["sites"]), measured, valid_to)
+        return Places(bearings, tuple(site["name"] for site in layout["sites"]), measured, layout.get("valid_to"))
     sites, names = _parts(plant, "output", "f_n"), _parts(plant, "input", "k_xx")
     return Places(dict(zip_longest(names, sites[: len(names)], fillvalue="")), tuple(sites))
 

@@ -55,6 +55,7 @@ def test_a_warning_without_a_log_is_known_from_the_samples():
         ([-1.5], [], "before time 0 only, while the run settled"),
         ([-1.5], [1.0], "from before time 0 to 1 s, 12.5 % of the time"),
         ([0.5], [1.0], "from 0.5 s to 1 s, 12.5 % of the time"),
+        ([1.0], [1.0], "at 1 s, 12.5 % of the time"),
     ],
 )
 def test_what_a_warning_says_of_settling(log, samples, expected):

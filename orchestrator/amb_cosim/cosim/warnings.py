@@ -144,7 +144,8 @@ def _when(alike: Sequence[Warned]) -> str:
         return f"; first at {begin}" if first >= 0.0 else f"; first {begin}"
     share = max(warned.share for warned in alike if warned.share is not None)
     most = "up to " if len(alike) > 1 else ""
-    return f"; from {begin} to {last:.4g} s, {most}{_percent(share)} of the time"
+    end = f"{last:.4g} s"
+    return f"; {f'at {end}' if begin == end else f'from {begin} to {end}'}, {most}{_percent(share)} of the time"
 
 
 def _percent(share: float) -> str:
