@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.cosim.signals import Signals
+from amb_cosim.places import places
 from amb_cosim.plots.axes import (
     Station,
     add_title,
@@ -29,18 +30,22 @@ ZERO_CELSIUS = 273.15  # K
 
 
 def touchdown(dataset: Signals) -> Figure:
-    """Draw the orbit at each station in its clearance, and below, over time, heights, speeds and temperatures."""
-    drawn = [station for station in stations(dataset) if station.site]
+    """Draw the orbit at each station in its clearance, and below, over time, heights, speeds and temperatures.
+
+    Heights are those in the bearings, where they have retainers.
+    """
+    drawn, retainers = [station for station in stations(dataset) if station.site], places(dataset).retainers
     warm = [station for station in drawn if parameters(dataset).get(f"{station.site}.heat_capacity")]
-    rows = 3 if warm else 2
-    figure = StyledFigure(figsize=(max(3.5 * len(drawn), 7.0), 3.8 + 1.7 * rows), layout="constrained")
-    grid = figure.add_gridspec(1 + rows, max(len(drawn), 1), height_ratios=[3.6, *[1.7] * rows])
+    rows, width = 3 if warm else 2, max(2.5 * len(drawn), 7.0)
+    orbit = width / max(len(drawn), 2)
+    figure = StyledFigure(figsize=(width, orbit + 0.3 + 1.7 * rows), layout="constrained")
+    grid = figure.add_gridspec(1 + rows, max(len(drawn), 1), height_ratios=[orbit, *[1.7] * rows])
     limit = 1.05 * max((_reach(dataset, station) for station in drawn), default=1.0)
     for k, station in enumerate(drawn):
         _draw_orbit(figure.add_subplot(grid[0, k]), dataset, station, limit)
     first = figure.add_subplot(grid[1, :])
     panels = [first, *(figure.add_subplot(grid[row, :], sharex=first) for row in range(2, 1 + rows))]
-    _draw_heights(panels[0], dataset, drawn)
+    _draw_heights(panels[0], dataset, [station for station in drawn if station.site in retainers] or drawn)
     _draw_speeds(panels[1], dataset, drawn)
     if warm:
         _draw_temperatures(panels[2], dataset, warm)
