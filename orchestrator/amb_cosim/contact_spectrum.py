@@ -55,16 +55,20 @@ def _share(dataset: Signals, site: str) -> float | None:
     if not np.allclose(steps, steps[0], rtol=1e-6):
         return None
     omega, power = _spectrum(force[after], float(steps[0]))
-    return float(power[omega > limit].sum() / power.sum())
+    total = power.sum()
+    return float(power[omega > limit].sum() / total) if total > 0.0 else None
 
 
 def _spectrum(values: NDArray[np.float64], h: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return frequencies (rad/s) and the power there, up to a factor.
 
-    They are those of `scipy.signal.welch`, which takes longer to import than a run.
+    They are those of `scipy.signal.welch`, which takes longer to import than a run; but samples left over at the end
+    have a segment of their own.
     """
     size = min(_SEGMENT, len(values))
-    segments = sliding_window_view(values, size)[:: max(1, size // 2)] * np.hanning(size + 1)[:-1]
+    last = len(values) - size
+    begins = np.unique([*range(0, last, max(1, size // 2)), last])
+    segments = sliding_window_view(values, size)[begins] * np.hanning(size + 1)[:-1]
     power = np.mean(np.abs(np.fft.rfft(segments)) ** 2, axis=0)
     power[1 : (size + 1) // 2] *= 2.0  # and those of negative frequencies
     return np.asarray(2.0 * np.pi * np.fft.rfftfreq(size, h), np.float64), np.asarray(power, np.float64)

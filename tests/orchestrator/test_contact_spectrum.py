@@ -28,11 +28,17 @@ def pressed(synthetic):
 
 
 def test_the_spectrum_is_that_of_welch():
-    values, h = np.random.default_rng(2006).normal(size=1000), 1e-3
+    values, h = np.random.default_rng(2006).normal(size=1024), 1e-3
     frequencies, expected = signal.welch(values, 1.0 / h, nperseg=256, detrend=False)
     omega, power = _spectrum(values, h)
     np.testing.assert_allclose(omega, 2.0 * np.pi * frequencies)
     np.testing.assert_allclose(power / power.sum(), expected / expected.sum(), rtol=1e-12)
+
+
+def test_contact_in_the_last_moment_of_a_run_counts(pressed):
+    dataset = pressed(lambda t: np.where(t > t[-1] - 0.01, 100.0 + 50.0 * np.cos(3000.0 * t), 0.0))
+    assert 0.01 < share_beyond_reduction(dataset)["rb1"] < 0.5
+    assert share_beyond_reduction(pressed(lambda t: 1.0 * (t == t[0])))["rb1"] is None, "a window begins with zero"
 
 
 def test_power_is_split_between_two_harmonics_at_the_limit(pressed):
