@@ -34,7 +34,7 @@ from amb_cosim.studies.convergence_runs import (
 )
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, number, text_table
+from amb_cosim.text_tables import TextPart, labelled_table, number, text_table
 from amb_files.atomic import write_atomically
 from fmi_export.model import Array
 from rotor_analysis.checks import require
@@ -105,8 +105,23 @@ class ContactConvergence(DrawnResult):
         return [
             table,
             f"peak: largest sample of the force (N); {window}; impact: largest impulse (N s)",
+            *self._over_starts(sites),
             *self._verdict(),
         ]
+
+    def _over_starts(self, sites: Sequence[str]) -> list[TextPart]:
+        """Return a table of the peak forces over the starts, of the scenario and of the most modes."""
+        repeated = list(dict.fromkeys(row.label for row in self.rows if row.start))
+        if not repeated:
+            return []
+        headings = [f"{site.upper()} {what}" for site in sites for what in ("least", "median", "greatest")]
+        table = labelled_table("Peak force over the starts (N)", "run", *headings)
+        for label in repeated:
+            runs = [row for row in self.rows if row.label == label]
+            peaks = [[row.sites[site].peak_force for row in runs if site in row.sites] for site in sites]
+            cells = [[np.min(peak), np.median(peak), np.max(peak)] if peak else [None] * 3 for peak in peaks]
+            table.add_row(label, *(number(value) for values in cells for value in values))
+        return [table]
 
     def _verdict(self) -> list[str]:
         lines = []

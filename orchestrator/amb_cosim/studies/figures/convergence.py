@@ -13,6 +13,7 @@ QUANTITIES = (
     ("mean_force", "mean over 1 ms (N)"),
     ("peak_impulse", "largest impact (N s)"),
 )
+NAMED = 8  # runs of a group that are named
 SITE_STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (YELLOW, "v"))
 
 
@@ -28,14 +29,15 @@ def draw(result: ContactConvergence) -> Figure:
         del groups["starts"]
     sites = list(dict.fromkeys(site for row in result.rows for site in row.sites))
     figure = StyledFigure(figsize=(9.2, 7.0), layout="constrained")
-    widths = [len(rows) + 0.6 for rows in groups.values()]
+    widths = [min(len(rows), NAMED) + 0.6 for rows in groups.values()]
     grid = figure.subplots(len(QUANTITIES), len(groups), sharey="row", sharex="col", squeeze=False, width_ratios=widths)
     for (quantity, label), line in zip(QUANTITIES, grid, strict=True):
         for axes, (varied, rows) in zip(line, groups.items(), strict=True):
             _draw_rows(axes, quantity, rows, sites)
             if quantity == QUANTITIES[0][0]:
                 axes.set_title(varied)
-            axes.set_xticks(range(len(rows)), [_name(row) for row in rows], rotation=60, ha="right")
+            if len(rows) <= NAMED:
+                axes.set_xticks(range(len(rows)), [_name(row) for row in rows], rotation=60, ha="right")
         line[0].set_ylabel(label)
         line[0].set_ylim(0.0, None)
     if sites:
