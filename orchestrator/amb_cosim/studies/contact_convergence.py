@@ -177,7 +177,8 @@ def convergence(
     """Return peak force, impulse and outcome of a scenario over retained modes, mesh, substep and perturbed starts.
 
     Modes are those that Craig and Bampton's method keeps besides the planes; a rotor condensed to planes alone has
-    none. Meshes are as fine as `[mesh]` `accuracy` of 1e-2 to 1e-4 makes them, and as given with the other mass matrix.
+    none. Meshes are as fine as `[mesh]` `accuracy` of 1e-2 to 1e-4 (1e-3 for diagonal mass) makes them, and as given
+    with the other mass matrix.
 
     Parameters
     ----------

@@ -23,11 +23,12 @@ from rotor_analysis.assembly import assemble
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR, rotor_path
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import MassModel
 
 WINDOW = 1e-3  # s, over which contact forces are averaged
 START = 1e-6  # relative change of the clearances from one start to the next
 SUBSTEP = f"{PLANT}.solver.max_substep"
-ACCURACIES = (1e-2, 1e-3, 1e-4)  # of meshes
+ACCURACIES = {"diagonal": (1e-2, 1e-3), "consistent": (1e-2, 1e-3, 1e-4)}  # of meshes, by mass matrix
 MOST_NODES = 200
 MESH_MODES = 12  # of a rotor that does not say how many modes its mesh is for
 
@@ -108,22 +109,17 @@ def varied_cases(base: Case, folder: Path) -> Iterator[Case]:
         for modes in sorted({*fewer, min(2 * kept or planes, inner)} - {kept}):
             content = data | {"reduction": given | {"method": "craig_bampton", "modes": modes}}
             yield with_rotor("modes", f"{modes} modes", modes, content)
-    reduction = data.get("reduction", {})
-    seen = {(len(rotor.shaft.nodes), rotor.shaft.mass_matrix)}
-    mesh_modes = MESH_MODES if rotor.mesh is None else rotor.mesh.modes
-    for mass in ("diagonal", "consistent"):
-        for accuracy in (None, *ACCURACIES):
-            mesh = {} if accuracy is None else {"mesh": {"modes": mesh_modes, "accuracy": accuracy}}
-            content = data | mesh | {"shaft": data["shaft"] | {"mass_matrix": mass}, "reduction": reduction}
-            case = with_rotor("mesh", f"mesh {accuracy or 'as given'}, {mass}", 0.0, content)
-            nodes = _nodes(case.rotor, kept, planes)
-            if (
-                nodes is not None
-                and (nodes, mass) not in seen
-                and (accuracy is None or mass == rotor.shaft.mass_matrix)
-            ):
-                seen.add((nodes, mass))
-                yield replace(case, label=f"{nodes} nodes, {mass}", value=nodes)
+    own = rotor.shaft.mass_matrix
+    other: MassModel = "consistent" if own == "diagonal" else "diagonal"
+    mesh_modes, seen = MESH_MODES if rotor.mesh is None else rotor.mesh.modes, {(len(rotor.shaft.nodes), own)}
+    for mass, accuracy in (*((own, accuracy) for accuracy in ACCURACIES[own]), (other, None)):
+        mesh = {} if accuracy is None else {"mesh": {"modes": mesh_modes, "accuracy": accuracy}}
+        content = data | mesh | {"shaft": data["shaft"] | {"mass_matrix": mass}}
+        case = with_rotor("mesh", f"mesh {accuracy}, {mass}", 0.0, content)
+        nodes = _nodes(case.rotor, kept, planes)
+        if nodes is not None and (nodes, mass) not in seen:
+            seen.add((nodes, mass))
+            yield replace(case, label=f"{nodes} nodes, {mass}", value=nodes)
     for parts in (2, 4):
         yield replace(base, varied="substep", label=f"substep / {parts}", value=parts, substep=1.0 / parts)
 
