@@ -47,13 +47,18 @@ def test_imported_rotor_can_be_shown_and_drawn(rotor, tmp_path):
 def test_rig_is_shown_with_its_mass_its_modes_and_the_error_of_its_plant(rotor):
     done = rotor("show", DEFAULT_ROTOR)
     assert "bath_rig_thesis: 96.03 kg, 1.948 m, 13 nodes" in done.output
-    assert "plant: 12 coordinates by msdc, planes at nodes 1, 3, 4, 10, 11, 13" in done.output
+    assert "12 coordinates by msdc, planes at nodes 1, 3, 4, 10, 11, 13; holds up to 418.4 rad/s" in done.output
+    assert "damping: none" in done.output
     data = json.loads(rotor("show", DEFAULT_ROTOR, "--json").output, parse_constant=pytest.fail)
     assert data["masters"] == [1, 3, 4, 10, 11, 13]
     assert data["mass_kg"] == pytest.approx(load_rotor().mass)
     assert [abs(error) < 0.12 for error in data["error_percent"]] == [True] * 4 + [False] * 2
     parts = {part["name"]: part for part in data["parts"]}
     assert (parts["rb1"]["kind"], parts["rb1"]["node"], parts["rb1"]["z_m"]) == ("contact site", 4, 0.624)
+
+
+def test_damping_of_a_rotor_is_shown(rotor):
+    assert "damping: 1e-05 s times stiffness, 100 % turns with the shaft" in rotor("show", "bath_rig").output
 
 
 def test_inertias_are_those_of_the_parts():

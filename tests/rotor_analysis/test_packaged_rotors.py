@@ -1,6 +1,7 @@
 """The rotors that come with the package have the eigenvalues that ROSS computes for their sources."""
 
 import json
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,9 +10,11 @@ import pytest
 from scipy.optimize import linear_sum_assignment
 
 from amb_files.toml import validate
+from rotor_analysis.assembly import assemble
+from rotor_analysis.damping import free_modes
 from rotor_analysis.modes import eigenvalues
 from rotor_analysis.packaged_rotors import packaged_rotors, rotor_path
-from rotor_analysis.plant_data import plant
+from rotor_analysis.plant_data import plant, plant_structure
 from rotor_analysis.reduced_rotor import reduction_error
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
@@ -63,7 +66,7 @@ def test_magnetic_bearings_damp_the_bending_mode_of_the_compressor():
 
 
 def test_a_rotor_is_found_by_name_and_by_path(tmp_path):
-    assert set(packaged_rotors()) == {"bath_rig_thesis", "compressor", "nelson_mcvaugh"}
+    assert set(packaged_rotors()) == {"bath_rig", "bath_rig_thesis", "compressor", "nelson_mcvaugh"}
     copy = tmp_path / "mine.toml"
     copy.write_text(rotor_path("compressor").read_text(encoding="utf-8"), encoding="utf-8")
     assert load_rotor(copy) == load_rotor("compressor") == load_rotor(Path("compressor"))
@@ -73,10 +76,37 @@ def test_a_rotor_is_found_by_name_and_by_path(tmp_path):
 def test_an_unknown_name_is_answered_with_those_that_are_near():
     with pytest.raises(ValueError, match=r"no rotor 'compresor'; did you mean compressor\?"):
         load_rotor("compresor")
-    with pytest.raises(ValueError, match=r"no rotor 'x'; there are bath_rig_thesis, compressor, nelson_mcvaugh"):
+    with pytest.raises(ValueError, match=r"no rotor 'x'; there are bath_rig, bath_rig_thesis, compressor"):
         load_rotor("x")
 
 
 def test_sites_know_the_sensor_plane_in_their_place():
     sites = plant(load_rotor("compressor"))[0].layout["sites"]
     assert {site["name"]: site["sensor"] for site in sites} == {"td1": "at_mb1", "td2": "at_mb2", "seal": "at_seal"}
+
+
+def test_recommended_rig_is_the_thesiss_but_for_mass_mesh_damping_and_modes():
+    texts = (rotor_path(name).read_text(encoding="utf-8") for name in ("bath_rig", "bath_rig_thesis"))
+    ours, thesis = (tomllib.loads(text) for text in texts)
+    assert ours["shaft"].pop("mass_matrix") == "consistent"
+    for key in ("name", "mesh", "damping", "reduction"):
+        ours.pop(key)
+        thesis.pop(key, None)
+    assert ours == thesis
+
+
+def test_recommended_rig_has_one_percent_of_damping_at_2000_rad_s():
+    rotor = load_rotor("bath_rig")
+    model = assemble(rotor)
+    M, R, K = (matrix[::2, ::2] for matrix in (model.M, model.R, model.K))
+    frequencies, shapes = free_modes(M, K)
+    ratios = np.einsum("im,ij,jm->m", shapes, R, shapes) / (2.0 * frequencies)
+    assert np.interp(2000.0, frequencies, ratios) == pytest.approx(0.01, rel=1e-3)
+    assert ratios[0] == pytest.approx(0.001, rel=0.2)
+    assert not model.C.any()
+
+
+def test_recommended_rig_holds_far_beyond_what_the_thesiss_planes_do():
+    structures = {name: plant_structure(load_rotor(name))[0] for name in ("bath_rig", "bath_rig_thesis")}
+    assert structures["bath_rig_thesis"].valid_to == pytest.approx(418.4, rel=1e-3)
+    assert structures["bath_rig"].valid_to > 4e4

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from rotor_analysis.assembly import assemble, on_bearings
+from rotor_analysis.damping import free_modes
 from rotor_analysis.masters import needed_masters
 from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.parts import Bearing, Disc, Sensor, Site
-from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error
+from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, valid_to
 from rotor_analysis.reduction import craig_bampton, msdc
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -103,6 +104,23 @@ def test_modes_of_craig_and_bampton_bring_the_frequencies_down_to_the_full_ones(
     assert reduced_rotor(rotor).model.size == assemble(RIG).size
     np.testing.assert_allclose(error.percent, 0.0, atol=1e-6)
     np.testing.assert_allclose(error.frequencies, exact)
+
+
+@pytest.mark.parametrize(("modes", "elastic"), [(0, 2), (3, 5), (8, 11)])
+def test_reduction_holds_up_to_its_last_accurate_free_mode(modes, elastic):
+    """Thesis's six planes have the rotor's first two elastic modes; the third is 8 % too fast."""
+    full = assemble(RIG)
+    reduced = craig_bampton(full, RIG.masters, modes).model
+    exact, found = (free_modes(model.M[::2, ::2], model.K[::2, ::2])[0] for model in (full, reduced))
+    assert valid_to(full, reduced) == exact[elastic - 1]
+    assert np.all(found[:elastic] / exact[:elastic] - 1.0 <= 0.01)
+    assert found[elastic] / exact[elastic] - 1.0 > 0.01
+
+
+def test_unreduced_rotor_holds_up_to_its_fastest_mode_and_a_stiff_one_up_to_none():
+    full = assemble(RIG)
+    assert valid_to(full, full) == free_modes(full.M[::2, ::2], full.K[::2, ::2])[0][-1]
+    assert valid_to(full, msdc(full, (4, 11)).model) == 0.0
 
 
 def test_held_rotor_rests_in_its_modes_under_a_static_force():

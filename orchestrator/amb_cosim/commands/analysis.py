@@ -126,6 +126,17 @@ add_study(
 )
 add_study("coupling", FLAVOUR)
 add_study(
+    "convergence",
+    click.argument("scenario", default="fig4_9"),
+    ROTOR,
+    SETTINGS,
+    click.option(
+        "--starts", type=int, default=4, show_default=True, help="Runs whose clearances differ by 1e-6; 50 if chaotic."
+    ),
+    FLAVOUR,
+    shows_progress=True,
+)
+add_study(
     "sensitivity",
     click.option("--speed", default="90 rad/s", show_default=True, help="Spin speed; also in Hz."),
     click.option("--amplifier", is_flag=True, help="Amplifiers with bandwidth and voltage limit."),

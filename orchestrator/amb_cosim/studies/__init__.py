@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from amb_cosim.studies.bearing_axis import linearisation
     from amb_cosim.studies.campbell_diagram import campbell
+    from amb_cosim.studies.contact_convergence import convergence
     from amb_cosim.studies.contact_recovery import recovery
     from amb_cosim.studies.coupling_convergence import coupling
     from amb_cosim.studies.frequency_tables import tables, thesis_tables
@@ -53,6 +54,10 @@ STUDIES = {
     "coupling": Study(
         "coupling_convergence", "Convergence of the co-simulation to the monolithic system over the communication step."
     ),
+    "convergence": Study(
+        "contact_convergence",
+        "Peak force, impulse and outcome of a scenario over the modes kept, mesh, substep and perturbed starts.",
+    ),
     "sensitivity": Study(
         "stability_margin",
         "Stability margin of the levitated rotor (ISO 14839-3), computed and measured in a co-simulation.",
@@ -85,6 +90,7 @@ __all__ = [
     "STUDIES",
     "Study",
     "campbell",
+    "convergence",
     "coupling",
     "h_matrix",
     "identify",

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 
 from amb_cosim.contact_history import contact_cycles, recovered
@@ -15,6 +12,7 @@ from amb_cosim.cosim.system_file import Record
 from amb_cosim.cosim.values import Raw, quantity
 from amb_cosim.scenario import Event, Scenario, load_scenario
 from amb_cosim.simulation import Prepared, prepare, run_prepared
+from amb_cosim.studies.processes import simulate_in_processes
 from rolac_controller.enumerations import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
 
 SCENARIO = "fig5_6"
@@ -52,8 +50,6 @@ class TrialResult:
 def simulate_all(trials: Sequence[Trial], progress: Progress) -> list[TrialResult]:
     """Simulate trials in as many processes as there are processors, and return their results.
 
-    FMUs of flavour `python` hold the interpreter's lock, so that threads would run one after the other.
-
     Raises
     ------
     ValueError
@@ -61,20 +57,7 @@ def simulate_all(trials: Sequence[Trial], progress: Progress) -> list[TrialResul
     """
     for trial in {trial.control: trial for trial in trials}.values():  # one of each, with the largest unbalance
         prepare_trial(trial)  # checks the input and builds the FMUs before processes are started
-    with ProcessPoolExecutor(
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=signal.signal,
-        initargs=(signal.SIGINT, signal.SIG_IGN),  # Ctrl-C stops this process, and this process stops the others
-    ) as pool:
-        try:
-            futures = [pool.submit(simulate_trial, trial) for trial in trials]
-            for done, future in enumerate(as_completed(futures), start=1):
-                future.result()
-                progress(done, len(trials))
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-    return [future.result() for future in futures]
+    return simulate_in_processes(simulate_trial, trials, progress)
 
 
 def simulate_trial(trial: Trial) -> TrialResult:

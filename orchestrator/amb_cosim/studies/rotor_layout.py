@@ -12,7 +12,8 @@ from amb_cosim.studies.inputs import RotorSource, rotor_of
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, number, text_table
 from fmi_export.model import Array
-from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error
+from rotor_analysis.assembly import assemble
+from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, valid_to
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 
@@ -42,8 +43,9 @@ class RotorLayout(DrawnResult):
         Of the shaft (m), and the number of nodes.
     parts
         Bodies, bearings, contact sites and sensors.
-    method, masters, coordinates
-        The plant's model: how it is made, nodes of its planes, and number of coordinates.
+    method, masters, coordinates, valid_to
+        The plant's model: how it is made, nodes of its planes, number of coordinates, and the frequency up to which it
+        holds (rad/s), see `rotor_analysis.reduced_rotor.valid_to`.
     frequencies, error
         Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and those of the
         plant's over these less one (%).
@@ -64,6 +66,7 @@ class RotorLayout(DrawnResult):
     method: str
     masters: tuple[int, ...]
     coordinates: int
+    valid_to: Annotated[float, "rad/s"]
     frequencies: Annotated[Array, "rad/s"]
     error: Annotated[Array, "%"]
     description: Annotated[Rotor, Layout.OMITTED]
@@ -85,7 +88,8 @@ class RotorLayout(DrawnResult):
             parts,
             modes,
             f"plant: {self.coordinates} coordinates by {self.method}, planes at nodes "
-            f"{', '.join(map(str, self.masters))}",
+            f"{', '.join(map(str, self.masters))}; holds up to {number(self.valid_to)} rad/s",
+            f"damping: {_damping(self.description)}",
         ]
 
 
@@ -117,10 +121,25 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
         method=str(found.reduction.method),
         masters=tuple(model.translations),
         coordinates=model.size,
+        valid_to=valid_to(assemble(found), model),
         frequencies=error.frequencies,
         error=error.percent,
         description=found,
     )
+
+
+def _damping(rotor: Rotor) -> str:
+    """The damping of a rotor without its bearings, in words."""
+    damping = rotor.damping
+    ratios = ", ".join(f"{100.0 * ratio:g} %" for ratio in damping.modal)
+    given = {
+        f"{damping.mass:g} 1/s times mass": damping.mass,
+        f"{damping.stiffness:g} s times stiffness": damping.stiffness,
+        f"{ratios} of the elastic modes": any(damping.modal),
+        f"loss factor {damping.loss_factor:g}": damping.loss_factor,
+    }
+    said = [words for words, value in given.items() if value]
+    return ", ".join([*said, f"{100.0 * damping.rotating:g} % turns with the shaft"]) if said else "none"
 
 
 def _parts(rotor: Rotor) -> Iterator[PlacedPart]:

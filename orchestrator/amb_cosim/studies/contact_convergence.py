@@ -1,0 +1,261 @@
+"""Study of how far contact forces depend on the modes kept, the mesh, the substep and the last digits of the start.
+
+A contact force is trusted if twice as many modes leave it as it is. Where runs whose clearances differ by a millionth
+differ much themselves, the case is chaotic: no single run can be trusted, and medians over many starts are compared.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.simulation import Progress
+from amb_cosim.cosim.values import Raw
+from amb_cosim.progress import progress_bar
+from amb_cosim.scenario import load_scenario
+from amb_cosim.studies.convergence_runs import (
+    START,
+    WINDOW,
+    Case,
+    CaseResult,
+    Contact,
+    prepare_case,
+    rotor_file,
+    simulate_case,
+    varied_cases,
+)
+from amb_cosim.studies.processes import simulate_in_processes
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.text_tables import TextPart, labelled_table, number, text_table
+from amb_files.atomic import write_atomically
+from fmi_export.model import Array
+from rotor_analysis.checks import require
+from rotor_analysis.rotor_file import load_rotor
+
+ORDER = ("scenario", "modes", "mesh", "substep")
+CONVERGED = 0.05  # relative change of a peak force
+CHAOTIC = 0.05  # relative scatter of a peak force over starts
+
+
+@dataclass(frozen=True)
+class ConvergenceRow:
+    """A run in the result: what differs, its name and place on an axis, its start, and its contact (`CaseResult`).
+
+    change
+        Largest relative change of a site's peak force to that of the scenario (%); None where none was touched.
+    """
+
+    varied: str
+    label: str
+    value: float
+    start: int
+    sites: dict[str, Contact]
+    recovery: str | None
+    energy_balance: float | None
+    failure: str
+    change: Annotated[float | None, "%"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactConvergence(DrawnResult):
+    """Contact of a scenario with other modes, meshes, substeps and starts.
+
+    scenario, rotor
+        Their names.
+    rows
+        The run of the scenario first, then each of the others.
+    scatter
+        Largest scatter of a peak force over the starts, greatest less smallest over the median (%); None without.
+    change
+        Largest change of a peak force with twice as many modes (%), of medians over the starts where the case is
+        chaotic; None where modes do not vary.
+    chaotic
+        Whether the scatter says so; None without starts.
+    """
+
+    name: ClassVar[str] = "convergence"
+
+    scenario: str
+    rotor: str
+    rows: tuple[ConvergenceRow, ...]
+    scatter: Annotated[float | None, "%"]
+    change: Annotated[float | None, "%"]
+    chaotic: bool | None
+
+    def text(self) -> list[TextPart]:
+        """Return a table of peak forces, impulses and outcomes, and lines that say what they mean."""
+        sites = list(dict.fromkeys(site for row in self.rows for site in row.sites))
+        headings = [f"{site.upper()} {what}" for site in sites for what in ("peak", "1 ms", "impact")]
+        title = f"Convergence of {self.scenario} with {self.rotor}"
+        table = text_table(title, ("run", *headings, "change", "outcome"), left=("run", "outcome"))
+        for row in self.rows:
+            if row.start == 0:
+                cells = [text for site in sites for text in _cells(row.sites.get(site))]
+                change = "-" if row.change is None else f"{row.change:.1f} %"
+                table.add_row(row.label, *cells, change, row.failure or row.recovery or "-")
+        window = f"{1e3 * WINDOW:g} ms: largest force averaged over it, impacts included (N)"
+        return [
+            table,
+            f"peak: largest sample of the force (N); {window}; impact: largest impulse (N s)",
+            *self._over_starts(sites),
+            *self._verdict(),
+        ]
+
+    def _over_starts(self, sites: Sequence[str]) -> list[TextPart]:
+        """Return a table of the peak forces over the starts, of the scenario and of the most modes."""
+        repeated = list(dict.fromkeys(row.label for row in self.rows if row.start))
+        if not repeated:
+            return []
+        headings = [f"{site.upper()} {what}" for site in sites for what in ("least", "median", "greatest")]
+        table = labelled_table("Peak force over the starts (N)", "run", *headings)
+        for label in repeated:
+            runs = [row for row in self.rows if row.label == label]
+            peaks = [[row.sites[site].peak_force for row in runs if site in row.sites] for site in sites]
+            cells = [[np.min(peak), np.median(peak), np.max(peak)] if peak else [None] * 3 for peak in peaks]
+            table.add_row(label, *(number(value) for values in cells for value in values))
+        return [table]
+
+    def _verdict(self) -> list[str]:
+        lines = []
+        if self.scatter is not None:
+            starts = max(row.start for row in self.rows)
+            verdict = "chaotic, medians are compared" if self.chaotic else "not chaotic"
+            scatter = f"peak forces scatter by {self.scatter:.2g} %"
+            lines.append(f"{verdict}: over {starts} starts, clearances {START:g} apart, {scatter}")
+        if self.change is not None:
+            verdict = "converged" if self.change <= 100.0 * CONVERGED else "not converged"
+            lines.append(
+                f"{verdict}: with twice as many coordinates, or all, peak forces change by up to {self.change:.2g} %"
+            )
+        return lines
+
+    def save(self, folder: Path | str) -> Path:
+        """Write data and figure, and `convergence.csv`, a line for each run and site; return the folder."""
+        folder = super().save(folder)
+        text = self.to_csv()
+        write_atomically(folder / f"{self.name}.csv", lambda path: path.write_text(text, encoding="utf-8"))
+        return folder
+
+    def to_csv(self) -> str:
+        """Return a line for each run and each site that it touched; columns hold their units."""
+        file = io.StringIO()
+        writer = csv.writer(file, lineterminator="\n")
+        forces = ("peak_force_N", "mean_force_N", "peak_impulse_Ns", "impulse_Ns")
+        writer.writerow(("varied", "label", "value", "start", "site", *forces, "outcome", "energy_balance"))
+        for row in self.rows:
+            outcome = row.failure or row.recovery or ""
+            for site, contact in row.sites.items():
+                values = (contact.peak_force, contact.mean_force, contact.peak_impulse, contact.impulse)
+                run = (row.varied, row.label, row.value, row.start)
+                writer.writerow((*run, site, *values, outcome, row.energy_balance))
+        return file.getvalue()
+
+
+def _cells(contact: Contact | None) -> Sequence[str]:
+    if contact is None:
+        return "-", "-", "-"
+    return number(contact.peak_force), number(contact.mean_force), number(contact.peak_impulse)
+
+
+def convergence(
+    scenario: str = "fig4_9",
+    *,
+    rotor: str | Path | None = None,
+    set: Mapping[str, Raw] | None = None,
+    starts: int = 4,
+    flavour: Flavour = "native",
+    progress: bool | Progress | None = None,
+) -> ContactConvergence:
+    """Return peak force, impulse and outcome of a scenario over retained modes, mesh, substep and perturbed starts.
+
+    Modes are those that Craig and Bampton's method keeps besides the planes; a rotor condensed to planes alone has
+    none. Meshes are as fine as `[mesh]` `accuracy` of 1e-2 to 1e-4 (1e-3 for diagonal mass) makes them, and as given
+    with the other mass matrix.
+
+    Parameters
+    ----------
+    scenario
+        Name of a scenario that comes with the package, or a TOML file.
+    rotor
+        Name of a rotor that comes with the package, or rotor file, in place of the scenario's.
+    set
+        Values by `component.variable` that replace the scenario's.
+    starts
+        Number of runs with clearances that differ by 1e-6, of the scenario and with twice as many modes; 0 for none.
+    flavour
+        Flavour of the FMUs.
+    progress
+        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the
+        number of runs done and of all runs.
+
+    Raises
+    ------
+    ValueError
+        If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
+    """
+    require(starts >= 0, "starts", starts, "0 or more")
+    given = load_scenario(str(scenario))
+    if rotor is not None:
+        given = given.model_copy(update={"rotor": str(rotor)})
+    file = str(rotor_file(given))
+    base = Case(given, dict(set or {}), flavour, "scenario", "scenario", 1.0, file)
+    prepare_case(base)  # checks the input and builds the FMUs before processes are started
+    with TemporaryDirectory() as folder, progress_bar(progress) as report:
+        others = list(varied_cases(base, Path(folder)))
+        own, twice = _with_starts([base], starts), _with_starts(_most_modes(others), starts)
+        cases = [*own, *twice, *(case for case in others if case not in twice)]
+        results = simulate_in_processes(simulate_case, cases, report)
+    if results[0].failure:
+        raise ValueError(f"scenario {given.name}: {results[0].failure}")
+    rows = [_row(case, result, results[0]) for case, result in zip(cases, results, strict=True)]
+    rows.sort(key=lambda row: (row.start, ORDER.index(row.varied), row.value))
+    of_own, of_twice = results[: len(own)], results[len(own) : len(own) + len(twice)]
+    scatter = _scatter(of_own) if starts else None
+    chaotic = None if scatter is None else scatter > 100.0 * CHAOTIC
+    compared = slice(None) if chaotic else slice(1)
+    change = _change(of_twice[compared], of_own[compared]) if twice else None
+    return ContactConvergence(given.name, load_rotor(file).name, tuple(rows), scatter, change, chaotic)
+
+
+def _most_modes(cases: Sequence[Case]) -> list[Case]:
+    """The case with the most modes, if modes vary."""
+    return sorted((case for case in cases if case.varied == "modes"), key=lambda case: case.value)[-1:]
+
+
+def _with_starts(cases: Sequence[Case], starts: int) -> list[Case]:
+    """A case, if there is one, and the same from perturbed starts."""
+    return [replace(case, start=k) for case in cases for k in range(starts + 1)]
+
+
+def _row(case: Case, result: CaseResult, base: CaseResult) -> ConvergenceRow:
+    change = _change([result], [base]) if result.sites else None
+    return ConvergenceRow(case.varied, case.label, case.value, case.start, **vars(result), change=change)
+
+
+def _peaks(results: Sequence[CaseResult]) -> dict[str, Array]:
+    """The peak force of each run at each site that one of them touched."""
+    sites = dict.fromkeys(site for result in results for site in result.sites)
+    return {site: np.array([r.sites[site].peak_force if site in r.sites else 0.0 for r in results]) for site in sites}
+
+
+def _scatter(results: Sequence[CaseResult]) -> float:
+    """Greatest less smallest peak force over the median, the largest of all sites (%)."""
+    return max(
+        (100.0 * float(np.ptp(peak) / np.median(peak)) for peak in _peaks(results).values() if peak.any()), default=0.0
+    )
+
+
+def _change(results: Sequence[CaseResult], base: Sequence[CaseResult]) -> float:
+    """Largest relative change of the median of a site's peak force (%)."""
+    before, after = ({site: float(np.median(peak)) for site, peak in _peaks(runs).items()} for runs in (base, results))
+    return max(
+        (100.0 * abs(after.get(site, 0.0) / peak - 1.0) for site, peak in before.items() if peak > 0.0), default=0.0
+    )

@@ -1,0 +1,157 @@
+"""The study of convergence: what it varies, how it measures contact, and what it says of runs that are known."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from amb_cosim import studies
+from amb_cosim.cosim.signals import SignalTable, Variable
+from amb_cosim.scenario import load_scenario
+from amb_cosim.studies import contact_convergence, convergence_runs
+from amb_cosim.studies.convergence_runs import Case, CaseResult, Contact, varied_cases
+from rotor_analysis.packaged_rotors import rotor_path
+from rotor_analysis.reduced_rotor import reduced_rotor
+from rotor_analysis.rotor_file import load_rotor
+
+
+def base_of(rotor):
+    return Case(load_scenario("fig4_9"), {}, "native", "scenario", "scenario", 1.0, str(rotor_path(rotor)))
+
+
+@pytest.fixture
+def cases(tmp_path):
+    return lambda rotor: list(varied_cases(base_of(rotor), tmp_path))
+
+
+@pytest.mark.parametrize(("rotor", "modes"), [("bath_rig_thesis", [3, 6]), ("bath_rig", [4, 9, 38])])
+def test_modes_are_halved_and_doubled_up_to_all_of_the_mesh(cases, rotor, modes):
+    """Six planes without modes get as many modes; 38 are all that the recommended rig has beside its planes."""
+    found = [case for case in cases(rotor) if case.varied == "modes"]
+    assert [case.value for case in found] == modes
+    for case in found:
+        model = reduced_rotor(load_rotor(case.rotor)).model
+        assert (model.size // 2 - 6, len(model.translations)) == (case.value, 6)
+
+
+def test_meshes_differ_in_nodes_or_mass_matrix_and_in_nothing_else(cases):
+    base = load_rotor("bath_rig_thesis")
+    found = [(case, load_rotor(case.rotor)) for case in cases("bath_rig_thesis") if case.varied == "mesh"]
+    described = {(len(rotor.shaft.nodes), rotor.shaft.mass_matrix) for _, rotor in found}
+    assert len(described) == len(found)
+    assert (13, "consistent") in described
+    assert (13, "diagonal") not in described
+    for case, rotor in found:
+        assert case.value == len(rotor.shaft.nodes)
+        assert rotor.mass == pytest.approx(base.mass)
+        assert rotor.damping == base.damping
+
+
+def test_substeps_are_halved_twice(cases):
+    assert [case.substep for case in cases("bath_rig_thesis") if case.varied == "substep"] == [0.5, 0.25]
+
+
+def signals_of(force, impulse, h=250e-6):
+    time = h * np.arange(len(force))
+    values = {"rotor_contact.rb1.f_n": force, "rotor_contact.rb1.impulse": impulse}
+    variables = {name: Variable(np.asarray(v, float), {}) for name, v in values.items()}
+    coordinates = {"time": Variable(time, {}), "cycle": Variable(time / 0.02, {})}
+    return SignalTable(variables, coordinates, {})
+
+
+def test_mean_force_is_momentum_received_in_a_millisecond():
+    """A constant force is its own mean; an impact of 0.2 N s adds 200 N; both count in the whole impulse."""
+    force, impulse = np.full(81, 100.0), np.zeros(81)
+    impulse[40] = 0.2
+    contact = convergence_runs._contact(signals_of(force, impulse), "rb1")
+    assert contact.peak_force == 100.0
+    assert contact.mean_force == pytest.approx(100.0 + 0.2 / 1e-3)
+    assert contact.peak_impulse == 0.2
+    assert contact.impulse == pytest.approx(100.0 * 0.02 + 0.2)
+
+
+@pytest.fixture
+def study(monkeypatch):
+    """`study(peak, starts)`: the study with `peak(case)` (N) at RB1 in place of simulations."""
+
+    def run(peak, starts=4):
+        def simulated(_, cases, progress):
+            progress(len(cases), len(cases))
+            sites = [Contact(peak(case), 2.0, 3.0, 4.0) for case in cases]
+            return [CaseResult({"rb1": site}, "recovered", 1e-8) for site in sites]
+
+        monkeypatch.setattr(contact_convergence, "prepare_case", lambda case: None)
+        monkeypatch.setattr(contact_convergence, "simulate_in_processes", simulated)
+        return studies.convergence("fig4_9", rotor="bath_rig", starts=starts, progress=False)
+
+    return run
+
+
+@pytest.mark.parametrize(("with_all", "verdict"), [(1040.0, "converged: "), (900.0, "not converged: ")])
+def test_force_has_converged_if_twice_as_many_modes_change_it_little(study, with_all, verdict):
+    result = study(lambda case: with_all if case.label == "38 modes" else 1000.0)
+    assert result.change == pytest.approx(abs(with_all / 10.0 - 100.0))
+    assert result.scatter == 0.0
+    assert not result.chaotic
+    assert verdict in f"\n{result}".splitlines()[-1][: len(verdict)]
+    assert "not chaotic" in str(result)
+
+
+def test_scattering_starts_are_called_chaotic_and_their_medians_compared(study):
+    """Single runs differ by half; the medians over the starts agree within 1 %."""
+    peaks = {0: 500.0, 1: 1000.0, 2: 1010.0, 3: 990.0, 4: 1500.0}
+    result = study(lambda case: peaks[case.start] + (10.0 if case.label.startswith("38") else 0.0))
+    assert result.chaotic
+    assert result.scatter == pytest.approx(100.0)
+    assert result.change == pytest.approx(1.0)
+    assert "chaotic, medians are compared" in str(result)
+
+
+def test_no_starts_say_nothing_of_chaos(study):
+    result = study(lambda case: 1000.0, starts=0)
+    assert (result.scatter, result.chaotic) == (None, None)
+    assert "chaotic" not in str(result)
+
+
+def test_run_that_fails_is_a_row_and_the_scenarios_own_failure_an_error(study, monkeypatch):
+    result = study(lambda case: 1000.0)
+
+    def failing(label):
+        def simulated(_, cases, progress):
+            failed = CaseResult({}, None, None, "rotor_contact failed")
+            return [failed if case.label == label else replace(failed, failure="") for case in cases]
+
+        monkeypatch.setattr(contact_convergence, "simulate_in_processes", simulated)
+        return studies.convergence("fig4_9", starts=0, progress=False)
+
+    assert "rotor_contact failed" in str(failing("3 modes"))
+    with pytest.raises(ValueError, match="scenario fig4_9: rotor_contact failed"):
+        failing("scenario")
+    assert all(row.failure == "" for row in result.rows)
+
+
+def test_study_writes_table_data_and_figure(study, tmp_path):
+    result = study(lambda case: 1000.0 + case.value)
+    folder = result.save(tmp_path / "out")
+    assert {file.name for file in folder.iterdir()} == {"convergence.csv", "convergence.json", "convergence.png"}
+    with (folder / "convergence.csv").open(encoding="utf-8") as file:
+        lines = list(csv.DictReader(file))
+    assert len(lines) == len(result.rows)
+    assert float(lines[0]["peak_force_N"]) == 1001.0
+    assert {line["varied"] for line in lines} == {"scenario", "modes", "mesh", "substep"}
+    data = json.loads((folder / "convergence.json").read_text(), parse_constant=pytest.fail)
+    assert data["rotor"] == "bath_rig"
+    assert data["scatter_percent"] == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", ["fig4_9", "fig4_12", "fig4_14"])
+def test_contact_forces_of_the_recommended_rig_have_converged(scenario):
+    newton = {"rotor_contact.contact.impact_law": 1}
+    result = studies.convergence(scenario, rotor="bath_rig", set=newton, starts=1, progress=False)
+    assert result.change < 5.0
+    assert not result.chaotic
