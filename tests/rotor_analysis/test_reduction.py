@@ -9,9 +9,12 @@ from hypothesis import strategies as st
 from rotor_cases import discs_at, sensors_at, shaft_only
 
 from rotor_analysis.assembly import assemble, on_bearings
+from rotor_analysis.damping import Damping
 from rotor_analysis.modes import damped_frequencies, eigenvalues
 from rotor_analysis.plant_data import plant_structure
+from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.reduction import msdc
+from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
 
 ROTOR = load_rotor()
@@ -104,10 +107,12 @@ def test_the_structure_of_the_plant_is_the_reduced_model():
     full = assemble(ROTOR)
     reduction = msdc(full, ROTOR.masters)
     s = plant_structure(ROTOR)[0]
-    np.testing.assert_array_equal(s.M, reduction.model.M)
+    M, MinvG = s.forms[:12], s.over_speed[:12]
+    np.testing.assert_array_equal(M, reduction.model.M)
     np.testing.assert_array_equal(s.K, reduction.model.K)
-    np.testing.assert_allclose(s.M @ s.MinvG, reduction.model.G, atol=1e-9)
-    np.testing.assert_allclose(s.M @ s.Minv, np.eye(12), atol=1e-10)
+    np.testing.assert_allclose(M @ MinvG, reduction.model.G, atol=1e-9)
+    np.testing.assert_allclose(M @ s.Minv, np.eye(12), atol=1e-10)
+    assert not s.is_damped
     np.testing.assert_array_equal(s.bearings, [4, 8])  # x of the third and fifth master
     np.testing.assert_array_equal(s.sites, [4, 8, 0, 10])  # the same, and the ends
     # sensor order: motor end, mb2, mb1, non-driven end; all are masters
@@ -117,6 +122,27 @@ def test_the_structure_of_the_plant_is_the_reduced_model():
     expected = np.zeros((12, 8))
     expected[[0, 1, 2, 3, 6, 7, 10, 11], range(8)] = 1.0
     np.testing.assert_array_equal(s.B_disc, expected)
+
+
+@pytest.mark.parametrize("method", ["msdc", "craig_bampton"])
+def test_damped_structure_of_the_plant_has_the_eigenvalues_of_the_model(method):
+    """q'' = -(M^-1 (C + R) + Omega M^-1 G) q' - (M^-1 K - Omega M^-1 R J) q."""
+    reduction = ReductionOptions(method, ROTOR.masters, 3 if method == "craig_bampton" else None)
+    rotor = replace(ROTOR, damping=Damping(mass=1.0, modal=0.02, rotating=0.7), reduction=reduction)
+    s, Omega = plant_structure(rotor)[0], 300.0
+    n = len(s.K)
+    MinvG, MinvRJ = s.over_speed[:n], s.over_speed[n:]
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [Omega * MinvRJ - s.MinvK, -s.MinvC - Omega * MinvG]])
+    found, expected = (
+        values[np.abs(values) > 10.0]
+        for values in (np.linalg.eigvals(A), eigenvalues(reduced_rotor(rotor).model, Omega))
+    )
+    assert len(found) == len(expected)
+    for value in expected:
+        assert np.min(np.abs(found - value)) < 1e-7 * abs(value)
+    M, C, R = s.forms[:n], s.forms[n : 2 * n], s.forms[2 * n :]
+    np.testing.assert_allclose(M @ s.MinvC, C + R, atol=1e-9 * np.max(C + R))
+    assert s.is_damped
 
 
 def test_sensors_and_discs_may_sit_between_the_masters():
