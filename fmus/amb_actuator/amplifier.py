@@ -4,7 +4,7 @@ The command is constant over a step, so the current obeys one first-order equati
 
     regulated            di/dt = omega (I_ref - i)          v = L di/dt + R i = L omega (I_ref - i) + R i
     at the voltage limit L di/dt = +-V - R i                as long as the regulator demands more than V
-    off                  L di/dt = -R i
+    off                  L di/dt = -V_d - R i               until i = 0; V_d = 0: the coil's resistance alone
 
 The voltage is at its limit until i reaches I_leave = (L omega I_ref -+ V)/(L omega - R), after a time that a logarithm
 gives, and does not reach the limit again before the command changes. One step is exact, however long.
@@ -97,6 +97,20 @@ def constant_voltage_response(p: np.record, i: float, v: float, h: float) -> Coi
 
 
 @kernel
+def discharge_response(p: np.record, i: float, h: float) -> CoilResponse:
+    """Advance a coil whose amplifier is off for `h` (s), from the current `i` >= 0 (A).
+
+    Diodes feed the current back to the supply, against its voltage V_d, until none is left.
+    """
+    whole_step = constant_voltage_response(p, i, -p.discharge_voltage, h)
+    if whole_step.current >= 0.0:
+        return whole_step
+    time_to_zero = p.inductance / p.resistance * math.log1p(p.resistance * i / p.discharge_voltage)
+    mean = constant_voltage_response(p, i, -p.discharge_voltage, time_to_zero).mean
+    return CoilResponse(0.0, mean * time_to_zero / h, 0.0, 0.0)
+
+
+@kernel
 def regulated_response(p: np.record, i: float, target: float, h: float) -> CoilResponse:
     """Advance a coil under the current regulator with its voltage limit.
 
@@ -150,7 +164,7 @@ def coil_step(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier:
     """
     rest, sign = pair.operating_current, pair.sign
     if u.amplifier_off != 0.0:
-        coil = constant_voltage_response(p, rest + sign * pair.deviation, 0.0, h)
+        coil = discharge_response(p, rest + sign * pair.deviation, h)
     elif u.stuck != 0.0:
         return CoilResponse(pair.deviation, pair.deviation, p.resistance * (rest + sign * pair.deviation), 0.0)
     elif amplifier == DYNAMIC:

@@ -126,6 +126,14 @@ def _amplifier(b: str, a: str, at: str) -> list[Variable]:
             minimum=1e-3,
             maximum=1e9,
         ),
+        parameter(
+            f"{b}.discharge_voltage_{a}",
+            "V",
+            f"Voltage that brings the currents down while the amplifiers are off; 0: the coils' resistance alone, {at}",
+            0.0,
+            minimum=0.0,
+            maximum=1e9,
+        ),
     ]
 
 

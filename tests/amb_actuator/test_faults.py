@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from rig import AXES
 
+from amb_actuator.amplifier import discharge_response
 from amb_actuator.interface import DYNAMIC, LAWS, LINEAR, MEASURED, NONLINEAR
+from amb_analysis.design import axis_parameters
 
 R, L, H = 0.365, 0.0732, 250e-6
 K = 4e-7 * math.pi * 158**2 * 1399e-6 * math.cos(math.radians(22.5)) / 1.2e-3**2  # N/A^2, pull at the centre
@@ -39,6 +41,30 @@ def test_switched_off_currents_decay_with_the_time_constant_of_the_coil(bearing,
             assert (actuator["mb1.v_upper_x"], actuator["mb1.v_lower_x"]) == (0.0, 0.0)
             loss = R * (6.07**2 + 3.93**2) * decay**2
             assert actuator["mb1.copper_loss_x"] == pytest.approx(loss, rel=1e-10)
+
+
+def test_supply_brings_the_currents_of_an_amplifier_that_is_off_down_to_none(bearing):
+    """L di/dt = -V - R i: from 5.57 A to zero in L/R ln(1 + R i/V), 2.7 ms at 150 V, and not beyond."""
+    voltage, h = 150.0, 1e-3
+    actuator = bearing(mb1__discharge_voltage_x=voltage)
+    time_to_zero = L / R * math.log1p(R * 5.57 / voltage)
+    assert time_to_zero == pytest.approx(2.7e-3, rel=0.01)
+    actuator["mb1.amplifier_off_x"] = 1.0
+    for n in range(1, 5):
+        actuator.step(n * h, h)
+        current = (5.57 + voltage / R) * math.exp(-R / L * n * h) - voltage / R
+        assert actuator["mb1.i_upper_x"] == pytest.approx(current if n * h < time_to_zero else 0.0, rel=1e-9)
+        assert actuator["mb1.v_upper_x"] == (-voltage if n * h < time_to_zero else 0.0)
+    assert actuator["mb1.i_lower_x"] == 0.0
+
+
+def test_mean_of_a_current_that_runs_out_is_that_of_its_parts():
+    p, i, mean = axis_parameters(discharge_voltage=150.0), 5.57, 0.0
+    for _ in range(50):
+        part = discharge_response(p, i, 1e-4)
+        i, mean = part.current, mean + part.mean / 50
+    assert i == 0.0
+    assert discharge_response(p, 5.57, 5e-3).mean == pytest.approx(mean, rel=1e-12)
 
 
 @laws
