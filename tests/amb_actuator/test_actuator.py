@@ -66,7 +66,7 @@ def test_an_axis_answers_to_its_own_variables_alone(bearing, b, a, causality):
         for i_c in (0.2, 9.0)
     ]
     own = [v for v in INTERFACE.of(causality) if of_axis(v.name, b, a)]
-    assert len(own) == (16 if causality == "parameter" else 7)
+    assert len(own) == (17 if causality == "parameter" else 7)
     for v in own:
         changed = set()
         for mode in modes:
@@ -78,6 +78,10 @@ def test_an_axis_answers_to_its_own_variables_alone(bearing, b, a, causality):
             for made in (plain, moved):
                 made[f"{b}.i_{a}"] -= 0.3  # something must be under way for a stuck current to differ
                 made.step(0.0, H)
+            changed |= differing(plain, moved)
+            for made in (plain, moved):  # the voltage of the supply matters while the amplifier is off
+                made[f"{b}.amplifier_off_{a}"] = 1.0
+                made.step(H, H)
             changed |= differing(plain, moved)
         assert changed, v.name
         assert all(of_axis(name, b, a) for name in changed), v.name
