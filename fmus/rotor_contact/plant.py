@@ -66,6 +66,7 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         clamp_to_clearance(sites, z[:n], z[n : 2 * n], Omega)
         start = stages_of(w.stages).z
         copy(z[: 2 * n + N_INTEGRALS], start)
+        start[2 * n + N_INTEGRALS :] = 0.0
         if not resolve_modes(w, 0.0, 0.0):
             return FAULT_SINGULAR
         copy(start[: 2 * n + N_INTEGRALS], z)

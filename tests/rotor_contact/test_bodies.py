@@ -72,3 +72,14 @@ def test_heavy_housing_and_race_are_the_fixed_retainer():
         apart.append(np.abs(run(plant(rub | heavy), 300, ("mb1.x", "mb2.y")) - fixed).max())
     assert apart[0] < 1e-6
     assert apart[1] < 0.1 * apart[0]
+
+
+def test_heat_at_a_site_starts_at_zero_when_the_start_is_computed_again():
+    orbit = BEARINGS | both("rb.mu", 0.2) | {"Omega": 200.0, "d1.u": 60e-3, "initial.orbit": 1.0}
+    x = plant(orbit)
+    first = x["rb1.heat"]
+    run(x, 40)
+    assert x["rb1.heat"] != first
+    x.state[:] = 0.0
+    x.initialise()
+    assert x["rb1.heat"] == first
