@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from fmi_export.model import Array, Model
@@ -28,9 +26,7 @@ def plant(rotor: Rotor | None = None) -> tuple[Model, Array]:
         If the rotor has no bearing, or cannot be reduced as its file says (`reduced_rotor`).
     """
     structure, planes = plant_structure(rotor or load_rotor())
-    model = model_for(planes)
-    layout = {**model.layout, "reduction": {"valid_to": structure.valid_to}}  # rad/s, for summaries
-    return replace(model, layout=layout), flat_constants(structure)
+    return model_for(planes), flat_constants(structure)
 
 
 def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
