@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi2.h"
+#include "fmi2Functions.h"
 #include "instance.h"
 #include "resources.h"
 
@@ -58,7 +58,8 @@ typedef struct {
     size_t saved_size;
     Run run; /* of which `now` holds what there is to save */
     double stop; /* end of the experiment (s), where the host set one */
-    fmi2CallbackFunctions host;
+    fmi2CallbackLogger logger;
+    fmi2ComponentEnvironment environment;
     int logging;
     unsigned int categories; /* one bit for each of CATEGORIES */
     const char *name;
@@ -72,11 +73,12 @@ static const char *const CATEGORIES[] = {"logStatusWarning", "logStatusDiscard",
 enum { N_CATEGORIES = sizeof CATEGORIES / sizeof *CATEGORIES, LOG_ALL = N_CATEGORIES - 1 };
 
 /* Hand a text to the host's logger, which takes it for a printf format. */
-static void hand_over(const fmi2CallbackFunctions *host, const char *name, fmi2Status status, const char *text)
+static void hand_over(fmi2CallbackLogger logger, fmi2ComponentEnvironment environment, const char *name,
+                      fmi2Status status, const char *text)
 {
     char format[2 * TEXT_SIZE];
     size_t used = 0;
-    if (!host->logger)
+    if (!logger)
         return;
     for (; *text && used < sizeof format - 2; text++) {
         if (*text == '%')
@@ -84,7 +86,7 @@ static void hand_over(const fmi2CallbackFunctions *host, const char *name, fmi2S
         format[used++] = *text;
     }
     format[used] = '\0';
-    host->logger(host->componentEnvironment, name, status, CATEGORIES[status - fmi2Warning], format);
+    logger(environment, name, status, CATEGORIES[status - fmi2Warning], format);
 }
 
 static void say(const Instance *instance, fmi2Status status, const char *format, ...)
@@ -97,7 +99,7 @@ static void say(const Instance *instance, fmi2Status status, const char *format,
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    hand_over(&instance->host, instance->name, status, text);
+    hand_over(instance->logger, instance->environment, instance->name, status, text);
 }
 
 /* Log each warning when it is true for the first time, after initialisation or at the end of a step. */
@@ -173,16 +175,18 @@ static fmi2Status unsupported(const Instance *instance, fmi2Status status, const
     return status;
 }
 
+#define REFERENCES const fmi2ValueReference references[], size_t count
+
 /* Life cycle ----------------------------------------------------------------------------------------------------- */
 
 const char *fmi2GetTypesPlatform(void)
 {
-    return "default";
+    return fmi2TypesPlatform;
 }
 
 const char *fmi2GetVersion(void)
 {
-    return "2.0";
+    return fmi2Version;
 }
 
 static void start_over(Instance *instance)
@@ -269,10 +273,11 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     else
         instance = load(name, guid, resources, reason);
     if (!instance) {
-        hand_over(host, name ? name : "", fmi2Error, reason);
+        hand_over(host->logger, host->componentEnvironment, name ? name : "", fmi2Error, reason);
         return NULL;
     }
-    instance->host = *host;
+    instance->logger = host->logger;
+    instance->environment = host->componentEnvironment;
     instance->logging = logging != fmi2False;
     instance->categories = 1u << LOG_ALL;
     start_over(instance);
