@@ -111,9 +111,9 @@ void refuse_now(Instance *instance, int states, const char *call)
             used += (size_t)snprintf(text + used, sizeof text - used, "%s'%s'", separator, names[i]);
             separator = ", ";
         }
-    if (instance->now->state == ERROR && used < sizeof text)
-        snprintf(text + used, sizeof text - used, "; stopped by an earlier fault: %s", instance->now->outcome.reason);
-    refuse(instance, "%s", text);
+    int stopped = instance->now->state == ERROR;
+    refuse(instance, "%s%s%s", text, stopped ? "; stopped by an earlier fault: " : "",
+           stopped ? instance->now->outcome.reason : "");
 }
 
 Status unsupported(const Instance *instance, Status status, const char *call, const char *why)
