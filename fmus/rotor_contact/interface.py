@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.variables import Interface, Variable, input_, interface, output, parameter, repeated
+from fmi_export.variables import Array, Interface, Variable, input_, interface, output, parameter, repeated
 from rotor_contact.planes import ContactSite, Planes, SensorPlane
 
 NODAL, NEWTON = 0, 1  # values of contact.impact_law
@@ -218,6 +218,10 @@ def _sensor_output(name: str, plane: str, axis: str) -> list[Variable]:
     return [output(name, "m", f"Sensor displacement, {plane}, in {axis}", field=".")]
 
 
+def _sensor_array(names: list[str]) -> Array:
+    return Array("sensors", f"Sensor displacements: {', '.join(names)}")
+
+
 def interface_of(planes: Planes) -> Interface:
     """Return the variables of a plant whose rotor has these planes."""
     sites, bearings = planes.sites, planes.bearings
@@ -254,7 +258,7 @@ def interface_of(planes: Planes) -> Interface:
             "solver.max_substep below {solver.max_substep} s",
         ),
         repeated("displacements", axes, _displacement_output),
-        repeated("sensors", sensors, _sensor_output),
+        repeated("sensors", sensors, _sensor_output, array=_sensor_array([name for name, *_ in sensors])),
         repeated("sites", [(site.name,) for site in sites], _site_outputs),
         _contact_state(planes),
         *_ENERGIES,

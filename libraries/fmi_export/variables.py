@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,13 @@ Type = Literal["Real", "Integer", "Boolean"]
 ORDER: tuple[Causality, ...] = get_args(Causality)  # of the variables in a table
 
 
+class Array(NamedTuple):
+    """The array that numbered variables make together where there are arrays, in FMI 3.0."""
+
+    name: str
+    description: str
+
+
 @dataclass(frozen=True)
 class Variable:
     """One FMI variable. `unit` is SI in FMI notation (`N.s/m`), `1` where dimensionless.
@@ -36,6 +43,8 @@ class Variable:
     `depends_on` of an output names the inputs that reach it without delay; it says which connections of a
     co-simulation may close an algebraic loop. `field` is the variable's place in the record that kernels read,
     `sites[2].clearance`, if it is not the name itself; see `records`.
+
+    `array` is what FMI 3.0 has in place of this variable and its neighbours.
 
     `warning` makes a Boolean output a warning: the sentence that is logged when it becomes true. `{name}` in it is
     replaced by that variable's value.
@@ -53,6 +62,7 @@ class Variable:
     depends_on: tuple[str, ...] = ()
     field: str = ""
     warning: str = ""
+    array: Array | None = None
 
     def __post_init__(self) -> None:
         if not self.minimum <= self.start <= self.maximum:
@@ -241,6 +251,7 @@ def repeated(
     members: Sequence[tuple[object, ...]],
     declare: Callable[..., Iterable[Variable]],
     shape: tuple[int, ...] | None = None,
+    array: Array | None = None,
 ) -> list[Variable]:
     """Declare the variables of several equal parts, an array of records for the kernels: `field[k]` for member k.
 
@@ -255,6 +266,8 @@ def repeated(
         follows the last dot of its name; a `field` of `"."` means that the part is one variable.
     shape
         Shape of the array; one dimension by default.
+    array
+        What the parts are together in FMI 3.0; single variables by default.
     """
     variables = []
     for k, member in enumerate(members):
@@ -262,5 +275,5 @@ def repeated(
         at = f"{field}[{','.join(str(i) for i in index)}]"
         for v in declare(*member):
             own = v.field or v.name.rpartition(".")[2]
-            variables.append(replace(v, field=at if own == "." else f"{at}.{own}"))
+            variables.append(replace(v, field=at if own == "." else f"{at}.{own}", array=array))
     return variables

@@ -16,17 +16,7 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
     Variables come in table order with value reference = position; outputs are `calculated`, listed with the
     inputs they depend on without delay, and are the initial unknowns.
     """
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=model.name,
-        guid=guid,
-        description=model.description,
-        license="BSD-3-Clause",
-        version=version,
-        generationTool=tool,
-        variableNamingConvention="structured",
-    )
+    root = Element("fmiModelDescription", {"fmiVersion": "2.0", "guid": guid, **own_attributes(model, tool, version)})
     SubElement(
         root,
         "CoSimulation",
@@ -38,10 +28,8 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
         canGetAndSetFMUstate="true",
         canSerializeFMUstate="true",
     )
-    _add_units(root, model)
-    categories = SubElement(root, "LogCategories")
-    for name, description in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=description)
+    add_units(root, model)
+    add_log_categories(root)
     SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(model.step_size))
 
     variables = SubElement(root, "ModelVariables")
@@ -59,8 +47,28 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
     return root
 
 
-def _add_units(root: Element, model: Model) -> None:
-    units = sorted({v.unit for v in model.interface.variables if v.type == "Real"})
+def own_attributes(model: Model, tool: str, version: str) -> dict[str, str]:
+    """Return the attributes of the root element that every version of FMI has."""
+    return {
+        "modelName": model.name,
+        "description": model.description,
+        "license": "BSD-3-Clause",
+        "version": version,
+        "generationTool": tool,
+        "variableNamingConvention": "structured",
+    }
+
+
+def add_log_categories(root: Element) -> None:
+    """Add the categories of the log."""
+    categories = SubElement(root, "LogCategories")
+    for name, description in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", name=name, description=description)
+
+
+def add_units(root: Element, model: Model, *further: str) -> None:
+    """Add the units of the variables, and further ones."""
+    units = sorted({*further, *(v.unit for v in model.interface.variables if v.type == "Real")})
     definitions = SubElement(root, "UnitDefinitions")
     for unit in units:
         attributes = {name: repr(value) for name, value in base_unit(unit).items()}

@@ -21,7 +21,13 @@ def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
     sha.update(json.dumps(facts).encode())
     for name, digest in digests(model.packages).items():
         sha.update(f"{name} {digest}".encode())
-    for name in ("python_fmu.py", "description.py", "units.py"):  # they decide what an archive and its description hold
+    for name in (
+        "python_fmu.py",
+        "description.py",
+        "description3.py",
+        "arrays.py",
+        "units.py",
+    ):  # they decide what an archive and its description hold
         sha.update((Path(__file__).parent / name).read_bytes())
     sha.update(np.ascontiguousarray(constants, dtype=np.float64).tobytes())
     text = sha.hexdigest()

@@ -8,7 +8,7 @@ import click
 
 from amb_cosim.commands.cli_errors import check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import FMIS, Flavour
 
 
 @click.command()
@@ -23,8 +23,15 @@ from amb_cosim.cosim.choices import Flavour
     help="Of native FMUs: linux64, win64, darwin64, aarch64-linux, aarch64-darwin, some of them with commas, or all; "
     "this machine's by default.",
 )
+@click.option(
+    "--fmi",
+    type=click.Choice([str(version) for version in FMIS]),
+    default="2",
+    show_default=True,
+    help="Version of FMI: 2.0, or 3.0 for native FMUs, which has sensors and receptance as arrays; for other tools.",
+)
 def build(
-    output: Path, rotor_file: str | None, receptances: Path | None, flavour: Flavour, platforms: str | None
+    output: Path, rotor_file: str | None, receptances: Path | None, flavour: Flavour, platforms: str | None, fmi: str
 ) -> None:
     """Build the FMUs into a folder."""
     import amb_cosim
@@ -33,7 +40,7 @@ def build(
 
     with refusing():
         check_writable(output, is_folder=True)
-        for path in amb_cosim.build(output, flavour, rotor_file, receptances, chosen):
+        for path in amb_cosim.build(output, flavour, rotor_file, receptances, chosen, 3 if fmi == "3" else 2):
             click.echo(path)
 
 

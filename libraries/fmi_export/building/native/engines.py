@@ -27,8 +27,9 @@ SHIPPED = HERE / "engines"  # in an installed package
 HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
 C_SOURCES = (
     *(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform")),
+    *(f"{HEADERS}/fmi3{part}.h" for part in ("Functions", "FunctionTypes", "PlatformTypes")),
     *("data.h", "instance.h", "kernels.h", "resources.h", "slave.h"),
-    *("data.c", "fmi2.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
+    *("data.c", "fmi2.c", "fmi3.c", "fmi3_absent.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
 )
 LOWERING = ("lowering.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")
