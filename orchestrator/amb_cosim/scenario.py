@@ -14,7 +14,8 @@ from pydantic import Field
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.fmus import models
 from amb_cosim.cosim.stopping import StopCondition
-from amb_cosim.cosim.system_file import Record, packaged_systems, stop_condition
+from amb_cosim.cosim.system_file import packaged_systems
+from amb_cosim.cosim.system_tables import Record, stop_condition
 from amb_cosim.cosim.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.values import quantity
 from amb_files.atomic import write_atomically
