@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.patterns import is_pattern
 from amb_cosim.cosim.system import Component, Connection, System
 
@@ -21,6 +21,18 @@ def original(system: System) -> System:
     """Return the system with the FMUs that it was made for."""
     components = tuple(replace(c, fmu=c.replaces or c.fmu, replaces=None) for c in system.components)
     return replace(system, components=components)
+
+
+def with_units(interface: FmuInterface, before: FmuInterface) -> FmuInterface:
+    """Return an interface whose variables without a unit have that of the variable of the same name before."""
+
+    def named(port: Port) -> Port:
+        old = before.ports.get(port.name)
+        if port.unit is not None or old is None or old.type != port.type:
+            return port
+        return replace(port, unit=old.unit, definition=old.definition)
+
+    return replace(interface, ports={name: named(port) for name, port in interface.ports.items()})
 
 
 def without_lacking(system: System, interfaces: Interfaces) -> System:
