@@ -97,6 +97,19 @@ def test_all_outputs_are_initial_unknowns(model, fmu):
     assert names == [v.name for v in model.interface.of("output")]
 
 
+def test_initial_unknowns_declare_what_they_start_from(build_fmu, lag):
+    actuator = {u.get("index"): u for u in ElementTree.fromstring(xml_of(build_fmu(ACTUATOR))).iter("Unknown")}
+    position = {v.name: str(k) for k, v in enumerate(ACTUATOR.interface.variables, 1)}
+    reference = actuator[position["mb1.x_ref"]]
+    assert (reference.get("dependencies"), reference.get("dependenciesKind")) == (position["mb1.x"], "constant")
+    gradient = actuator[position["mb1.k_xx"]].get("dependencies").split()
+    assert {position["force_law"], position["mb1.x"], position["mb1.gap_x"]} < set(gradient)
+    assert not {position["mb1.gap_y"], position["mb1.bandwidth_x"], position["mb1.f_x"]} & set(gradient)
+    assert actuator[position["mb1.voltage_limited_x"]].get("dependencies") == ""
+    unknowns = fmpy.read_model_description(str(build_fmu(lag))).initialUnknowns
+    assert {u.variable.name: u.dependencies is None for u in unknowns}["steps"]  # nothing is declared
+
+
 def test_the_abilities_the_slave_has_are_declared(fmu):
     ability = fmpy.read_model_description(str(fmu)).coSimulation
     assert ability.canGetAndSetFMUstate
