@@ -1,0 +1,72 @@
+"""Guards: the library that stands before PythonFMU's, the same one for every model on a platform."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+from collections.abc import Iterable
+from pathlib import Path
+
+from fmi_export.building.native.compiler import PLATFORMS, check_compiler, compile_library
+from fmi_export.building.native.engines import COMPILING, HERE, Engine, digest_of, find_or_compile
+
+# Platforms of PythonFMU, and the libraries that the guard needs there.
+LIBRARIES: dict[str, tuple[str, ...]] = {"linux64": ("m", "dl"), "win64": ()}
+SHARED = ("fmi2.h", "data.h", "resources.h", "data.c", "resources.c")  # with the native slave
+OWN = ("../guard/pythonfmu.h", "../guard/guard.c", "../guard/pythonfmu.c")
+
+
+def guard_key() -> str:
+    """Return an identifier, 32 hexadecimal digits, that changes with the code of the guard, with nothing else."""
+    return digest_of(LIBRARIES, *SHARED, *OWN, *COMPILING)
+
+
+def guard(platform: str) -> Engine:
+    """Return the guard for one of `LIBRARIES`.
+
+    Raises
+    ------
+    ValueError
+        If it must be compiled, and there is no compiler.
+    """
+    return find_or_compile(guard_place(platform), lambda: _compile(platform))
+
+
+def guard_place(platform: str) -> Path:
+    """Return where the guard is, below the folder of all engines."""
+    return Path(platform, f"guard-{guard_key()}")
+
+
+def check_guarded(platforms: Iterable[str]) -> list[str]:
+    """Return `platforms` without repetition, in the order of `LIBRARIES`; `all` means every one.
+
+    Raises
+    ------
+    ValueError
+        If PythonFMU has no library for one of them.
+    """
+    wanted = set(platforms)
+    unknown = sorted(wanted - {*LIBRARIES, "all"})
+    if unknown or not wanted:
+        what = f"PythonFMU has no library for {', '.join(unknown)}" if unknown else "no platform was named"
+        raise ValueError(f"{what}; FMUs of flavour python are for {', '.join(LIBRARIES)}, and all for every one")
+    return [name for name in LIBRARIES if wanted & {name, "all"}]
+
+
+def _compile(platform: str) -> Engine:
+    if importlib.util.find_spec("ziglang") is None:
+        raise ValueError(
+            f"there is no guard for FMUs of flavour python on {platform} yet, and to compile it ziglang must be "
+            "installed: pip install 'amb-cosim[native]'"
+        )
+    check_compiler()
+    sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in SHARED + OWN}
+    sources["engine_key.h"] = f'#define ENGINE_KEY "{guard_key()}"\n'
+    library = compile_library("guard", sources, platform, LIBRARIES[platform])
+    return Engine(library, f"ziglang {importlib.metadata.version('ziglang')}")
+
+
+def library_names(model: str, platform: str) -> tuple[str, str]:
+    """Return the paths in an FMU of the guard and of PythonFMU's library."""
+    suffix = PLATFORMS[platform][0]
+    return f"binaries/{platform}/{model}{suffix}", f"binaries/{platform}/{model}_pythonfmu{suffix}"
