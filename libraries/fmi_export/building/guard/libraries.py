@@ -10,19 +10,25 @@ from pathlib import Path
 from fmi_export.building.native.compiler import PLATFORMS, check_compiler, compile_library
 from fmi_export.building.native.engines import COMPILING, HERE, Engine, digest_of, find_or_compile
 
-# Platforms of PythonFMU, and the libraries that the guard needs there.
-LIBRARIES: dict[str, tuple[str, ...]] = {"linux64": ("m", "dl"), "win64": ()}
 SHARED = ("fmi2.h", "data.h", "resources.h", "data.c", "resources.c")  # with the native slave
-OWN = ("../guard/pythonfmu.h", "../guard/guard.c", "../guard/pythonfmu.c")
+OWN = (
+    *("guard.h", "pythonfmu.h", "system.h"),
+    *("answers.c", "life_cycle.c", "pythonfmu.c", "questions.c", "saved_states.c", "values.c"),
+)
+# Platforms of PythonFMU: the code for their operating system, and the libraries that it needs there.
+SYSTEMS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "linux64": ("linux.c", ("m", "dl")),
+    "win64": ("windows.c", ()),
+}
 
 
 def guard_key() -> str:
     """Return an identifier, 32 hexadecimal digits, that changes with the code of the guard, with nothing else."""
-    return digest_of(LIBRARIES, *SHARED, *OWN, *COMPILING)
+    return digest_of(SYSTEMS, *SHARED, *_own(*OWN, *(code for code, _ in SYSTEMS.values())), *COMPILING)
 
 
 def guard(platform: str) -> Engine:
-    """Return the guard for one of `LIBRARIES`.
+    """Return the guard for one of `SYSTEMS`.
 
     Raises
     ------
@@ -38,7 +44,7 @@ def guard_place(platform: str) -> Path:
 
 
 def check_guarded(platforms: Iterable[str]) -> list[str]:
-    """Return `platforms` without repetition, in the order of `LIBRARIES`; `all` means every one.
+    """Return `platforms` without repetition, in the order of `SYSTEMS`; `all` means every one.
 
     Raises
     ------
@@ -46,11 +52,11 @@ def check_guarded(platforms: Iterable[str]) -> list[str]:
         If PythonFMU has no library for one of them.
     """
     wanted = set(platforms)
-    unknown = sorted(wanted - {*LIBRARIES, "all"})
+    unknown = sorted(wanted - {*SYSTEMS, "all"})
     if unknown or not wanted:
         what = f"PythonFMU has no library for {', '.join(unknown)}" if unknown else "no platform was named"
-        raise ValueError(f"{what}; FMUs of flavour python are for {', '.join(LIBRARIES)}, and all for every one")
-    return [name for name in LIBRARIES if wanted & {name, "all"}]
+        raise ValueError(f"{what}; FMUs of flavour python are for {', '.join(SYSTEMS)}, and all for every one")
+    return [name for name in SYSTEMS if wanted & {name, "all"}]
 
 
 def _compile(platform: str) -> Engine:
@@ -60,10 +66,15 @@ def _compile(platform: str) -> Engine:
             "installed: pip install 'amb-cosim[native]'"
         )
     check_compiler()
-    sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in SHARED + OWN}
+    code, libraries = SYSTEMS[platform]
+    sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in SHARED + _own(*OWN, code)}
     sources["engine_key.h"] = f'#define ENGINE_KEY "{guard_key()}"\n'
-    library = compile_library("guard", sources, platform, LIBRARIES[platform])
+    library = compile_library("guard", sources, platform, libraries)
     return Engine(library, f"ziglang {importlib.metadata.version('ziglang')}")
+
+
+def _own(*names: str) -> tuple[str, ...]:
+    return tuple(f"../{Path(__file__).parent.name}/{name}" for name in names)
 
 
 def library_names(model: str, platform: str) -> tuple[str, str]:
