@@ -26,9 +26,18 @@ GENERAL = (
     parameter(
         "sample_time",
         "s",
-        "Time between samples, equal to the communication step",
+        "Time between samples; the longest communication step",
         250e-6,
         minimum=1e-6,
+        maximum=0.1,
+    ),
+    parameter(
+        "prediction_time",
+        "s",
+        "How far displacements and angle are extrapolated, for a master that passes them on late: in Jacobi order two "
+        "communication steps",
+        0.0,
+        minimum=0.0,
         maximum=0.1,
     ),
     parameter(

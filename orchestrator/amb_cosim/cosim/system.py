@@ -20,7 +20,8 @@ class Component:
     """An instance of an FMU: its name, the model or FMU file that it is made from, its rate, inputs that must be fed.
 
     `every` is the number of communication steps that one step of it spans; a component with a parameter `sample_time`
-    steps at that rate instead. `replaces` is the FMU whose place it takes; see `replacement`.
+    steps at that rate instead, unless its FMU takes any step. `replaces` is the FMU whose place it takes; see
+    `replacement`.
     """
 
     name: str
