@@ -22,7 +22,7 @@ from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
 from fmi_export.log_categories import LOG_CATEGORIES
-from fmi_export.model import Array, Fault, Instance, Model
+from fmi_export.model import START, Array, Fault, Instance, Model, with_starts
 
 FAULT_INTERNAL = 998
 REMEMBERED = 1000  # lists of value references; hosts use the same few in every step
@@ -41,7 +41,9 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         resources = Path(self.resources)
         self.build = amb_cosim_bootstrap.build_facts(resources)
         amb_cosim_bootstrap.refuse_other_code(self.build)
-        self.model = self.model_of(json.loads((resources / "layout.json").read_text(encoding="utf-8")))
+        layout = json.loads((resources / "layout.json").read_text(encoding="utf-8"))
+        starts = layout.pop(START, {})
+        self.model = with_starts(self.model_of(layout), starts)
         self.modelName = self.model.name
         self.guid = self.build["guid"]
         self.instance = Instance(self.model, np.load(resources / "constants.npy"))

@@ -111,6 +111,21 @@ def build_models(
     return [build(model, constants, folder) for model, constants in made]
 
 
+def build_with_starts(name: str, folder: Path, flavour: Flavour, starts: Mapping[str, float], **options: Any) -> Path:
+    """Write the FMU of a model whose parameters and inputs have these start values into `folder`; return its path.
+
+    Raises
+    ------
+    ValueError
+        If there is no such model or variable, a value is out of its range, or it cannot be made with these options.
+    """
+    from fmi_export.model import with_starts
+
+    model, constants = model_source(name, **options)
+    build, _ = _flavoured(flavour)
+    return build(with_starts(model, starts), constants, folder)
+
+
 def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model, built if need be, or the FMU file at a path.
 
