@@ -7,6 +7,7 @@ import json
 import shutil
 import sys
 import tempfile
+import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -17,7 +18,8 @@ from pythonfmu.builder import FmuBuilder
 
 from amb_files.atomic import write_atomically
 from fmi_export import amb_cosim_bootstrap as bootstrap
-from fmi_export.building.identity import digests, guid_of, package_folder
+from fmi_export.building.documentation import documentation
+from fmi_export.building.identity import DOCUMENTATION, digests, guid_of, package_folder
 from fmi_export.model import Array, Model
 
 
@@ -37,7 +39,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
     with tempfile.TemporaryDirectory(prefix="fmu-") as temporary:
         stage = Path(temporary) / "stage"
         (stage / "code").mkdir(parents=True)
-        unneeded = shutil.ignore_patterns("__pycache__", bootstrap.BUILD_ONLY)
+        unneeded = shutil.ignore_patterns("__pycache__", "*.md", DOCUMENTATION, bootstrap.BUILD_ONLY)
         for name in model.packages:
             shutil.copytree(package_folder(name), stage / "code" / name, ignore=unneeded)
         script = shutil.copy2(_script(model), stage)
@@ -49,6 +51,9 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
         files = [stage / name for name in ("code", script_helper, "constants.npy", "layout.json", "build.json")]
         with _restoring_interpreter():
             built = FmuBuilder.build_FMU(script, dest=Path(temporary), project_files=files)
+        with zipfile.ZipFile(built, "a", zipfile.ZIP_DEFLATED) as archive:
+            for name, content in documentation(model, ["pythonfmu"]).items():
+                archive.writestr(name, content)
         target = folder / f"{model.name}.fmu"
         write_atomically(target, partial(shutil.copyfile, built))
     return target
