@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
 GROUP = "amb_cosim.models"
 
-CODE = (".py", ".c", ".h", ".ll", ".toml")  # files of a package that decide what is made from it
+# Files of a package that decide what is made from it.
+CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")
 
 Constants = NDArray[np.float64]
 Source = Callable[..., "tuple[Model, Constants]"]
