@@ -1,0 +1,74 @@
+"""What passes between the parts: their inputs, which the state holds, and outputs over the pieces of a step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmi_export.jit import inlined_kernel, kernel
+from fmi_export.model import Array
+from levitated_rotor.records import Plan
+
+
+@kernel
+def first_outside(values: Array, lowest: Array, highest: Array) -> int:
+    """Return the index of the first value that is outside its range or not a number, or -1."""
+    outside = False
+    for i in range(values.shape[0]):  # without a branch: several are compared at once
+        outside |= not ((lowest[i] <= values[i]) & (values[i] <= highest[i]))
+    if outside:
+        for i in range(values.shape[0]):
+            if not lowest[i] <= values[i] <= highest[i]:
+                return i
+    return -1
+
+
+@inlined_kernel
+def give(plan: Plan, inputs: Array, elapsed: float, held: Array) -> None:
+    """Carry the inputs of the assembly to the parts; the speed is that after the time `elapsed` (s) of the step."""
+    head = plan.head[0]
+    steady = plan.given.shape[0] - int(head.n_ramped)
+    for k in range(steady):
+        held[int(plan.given[k].target)] = inputs[int(plan.given[k].source)]
+    for k in range(steady, plan.given.shape[0]):
+        rise = inputs[int(head.slope)] * elapsed
+        held[int(plan.given[k].target)] = inputs[int(plan.given[k].source)] + rise
+
+
+@inlined_kernel
+def carry(plan: Plan, own: np.record, outputs: Array, held: Array) -> bool:
+    """Carry the outputs of a part, `own` being its record, along its connections; return whether one has changed."""
+    changed = False
+    for k in range(int(own.first_link), int(own.first_link + own.n_links)):
+        link = plan.connections[k]
+        value = outputs[int(link.source)]
+        changed |= held[int(link.target)] != value
+        held[int(link.target)] = value
+    return changed
+
+
+@kernel
+def show_held(plan: Plan, held: Array, outputs: Array) -> None:
+    """Write what the parts were given as the outputs that it came from, for the sentence of a fault."""
+    for k in range(plan.connections.shape[0]):
+        link = plan.connections[k]
+        outputs[int(link.source)] = held[int(link.target)]
+
+
+@inlined_kernel
+def gather(plan: Plan, outputs: Array, gathered: Array) -> None:
+    """Gather outputs over the pieces of a step: flags that were true, and sums; shape (n_flags + n_sums,)."""
+    n_flags = plan.flags.shape[0]
+    for k in range(n_flags):
+        gathered[k] = max(gathered[k], outputs[int(plan.flags[k])])
+    for k in range(plan.sums.shape[0]):
+        gathered[n_flags + k] += outputs[int(plan.sums[k])]
+
+
+@inlined_kernel
+def show_gathered(plan: Plan, gathered: Array, outputs: Array) -> None:
+    """Write what was gathered to the outputs."""
+    n_flags = plan.flags.shape[0]
+    for k in range(n_flags):
+        outputs[int(plan.flags[k])] = gathered[k]
+    for k in range(plan.sums.shape[0]):
+        outputs[int(plan.sums[k])] = gathered[n_flags + k]

@@ -1,0 +1,165 @@
+"""How the constants of an assembly say where everything of its parts lies in its arrays.
+
+    constants:   head | parts | links | ranges | constants of the parts
+    parameters:  those of the parts in turn
+    inputs:      the assembly's own
+    outputs:     those of the parts in turn | fault code
+    state:       states of the parts in turn | held: inputs of the parts in turn
+    work:        work arrays of the parts in turn | what outputs gather over the pieces of a step
+
+Where a part has memory of its own, that begins at an even place: kernels use vectors of two numbers.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import record, size_of
+
+Records = np.ndarray[tuple[int], np.dtype[np.record]]
+
+REAL = np.dtype(np.float64)
+N_PARTS = 3
+ARRAYS = ("constants", "parameters", "held", "state", "work", "outputs")
+
+# Places of the first number, and how many; those of `held` count from the first of all parts.
+PART = record(
+    *((f"{kind}_{array}", "f8") for array in ARRAYS for kind in ("first", "n")),
+    ("first_link", "f8"),  # of the connections that start at the part
+    ("n_links", "f8"),
+)
+# A value that is carried: from an input or an output of the assembly to an input of a part in `held`.
+LINK = record(("source", "f8"), ("target", "f8"))
+HEAD = record(
+    ("n_state", "f8"),
+    ("n_work", "f8"),
+    ("n_held", "f8"),
+    ("n_outputs", "f8"),  # without the fault code
+    ("first_held", "f8"),  # in the state
+    ("first_gathered", "f8"),  # in the work array
+    ("n_given", "f8"),  # links from inputs of the assembly; the connections follow
+    ("n_ramped", "f8"),  # the last of them, which are fed the speed
+    ("slope", "f8"),  # input of the assembly that is the slope of the speed, or -1
+    ("n_connections", "f8"),
+    ("n_flags", "f8"),  # outputs that are true where they were true in a piece of the step
+    ("n_sums", "f8"),  # outputs that are sums over the pieces
+)
+N_HEAD, N_PART, N_LINK = size_of(HEAD), size_of(PART), size_of(LINK)
+
+
+class Plan(NamedTuple):
+    """Views into the constants.
+
+    head, parts
+        Records `HEAD`, in an array of one, and `PART`, in the order in which the parts step.
+    given, connections
+        Records `LINK`: from the assembly's inputs, and from outputs, those of each part side by side.
+    flags, sums
+        Outputs that gather over a step.
+    lowest_held, highest_held, codes
+        Range of each input of a part, and the fault code of leaving it.
+    lowest_outputs, highest_outputs
+        Range of each output.
+    """
+
+    head: Records
+    parts: Records
+    given: Records
+    connections: Records
+    flags: Array
+    sums: Array
+    lowest_held: Array
+    highest_held: Array
+    codes: Array
+    lowest_outputs: Array
+    highest_outputs: Array
+
+
+@views
+def plan_of(constants: Array) -> Plan:
+    """Return views into the constants of an assembly."""
+    head = part(constants, 0, HEAD, 1)
+    n_given, n_connections = int(head[0].n_given), int(head[0].n_connections)
+    n_held, n_outputs = int(head[0].n_held), int(head[0].n_outputs)
+    n_flags, n_sums = int(head[0].n_flags), int(head[0].n_sums)
+    given = N_HEAD + N_PARTS * N_PART
+    connections = given + n_given * N_LINK
+    flags = connections + n_connections * N_LINK
+    sums = flags + n_flags
+    held = sums + n_sums
+    outputs = held + 3 * n_held
+    return Plan(
+        head,
+        part(constants, N_HEAD, PART, N_PARTS),
+        part(constants, given, LINK, n_given),
+        part(constants, connections, LINK, n_connections),
+        part(constants, flags, REAL, n_flags),
+        part(constants, sums, REAL, n_sums),
+        part(constants, held, REAL, n_held),
+        part(constants, held + n_held, REAL, n_held),
+        part(constants, held + 2 * n_held, REAL, n_held),
+        part(constants, outputs, REAL, n_outputs),
+        part(constants, outputs + n_outputs, REAL, n_outputs),
+    )
+
+
+class Shared(NamedTuple):
+    """What the state and the work array hold besides those of the parts.
+
+    held
+        Inputs of the parts in turn.
+    gathered
+        What outputs gather over a step, shape (n_flags + n_sums,).
+    """
+
+    held: Array
+    gathered: Array
+
+
+@views
+def shared_of(state: Array, work: Array, plan: Plan) -> Shared:
+    """Return views into the state and the work array."""
+    head = plan.head[0]
+    return Shared(
+        part(state, int(head.first_held), REAL, int(head.n_held)),
+        part(work, int(head.first_gathered), REAL, plan.flags.shape[0] + plan.sums.shape[0]),
+    )
+
+
+class Arrays(NamedTuple):
+    """The arrays of an assembly or of a part; `held` are inputs of parts."""
+
+    constants: Array
+    parameters: Array
+    held: Array
+    state: Array
+    work: Array
+    outputs: Array
+
+
+@views
+def arrays_of(own: np.record, whole: Arrays) -> Arrays:
+    """Return the arrays of a part as views into those of the assembly; `own` is its record `PART`."""
+    return Arrays(
+        part(whole.constants, int(own.first_constants), REAL, int(own.n_constants)),
+        part(whole.parameters, int(own.first_parameters), REAL, int(own.n_parameters)),
+        part(whole.held, int(own.first_held), REAL, int(own.n_held)),
+        part(whole.state, int(own.first_state), REAL, int(own.n_state)),
+        part(whole.work, int(own.first_work), REAL, int(own.n_work)),
+        part(whole.outputs, int(own.first_outputs), REAL, int(own.n_outputs)),
+    )
+
+
+def n_state(constants: Array) -> int:
+    """Return the size of the state of an assembly with these constants."""
+    return int(plan_of(constants).head[0].n_state)
+
+
+def n_work(constants: Array) -> int:
+    """Return the size of the work array of an assembly with these constants."""
+    return int(plan_of(constants).head[0].n_work)
