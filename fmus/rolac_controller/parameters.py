@@ -26,7 +26,7 @@ GENERAL = (
     parameter(
         "sample_time",
         "s",
-        "Time between samples, equal to the communication step",
+        "Time between samples; the longest communication step",
         250e-6,
         minimum=1e-6,
         maximum=0.1,

@@ -26,8 +26,10 @@ from rolac_controller.sensors import SensorMemory, sensor_memory_of, sensor_memo
 from rolac_controller.sizes import Sizes, sizes_of
 
 HEAD = record(
-    ("started", "f8"),  # 1 after the first sample
+    ("begin", "f8"),  # time of the first sample (s)
+    ("n_samples", "f8"),  # samples taken
     ("current_limited", "f8"),  # 1 if a current was at its limit at the last sample
+    ("unused", "f8"),  # so that complex numbers begin at multiples of 16 bytes
 )
 # What was found at this sample; flags are 0 or 1.
 FINDINGS = record(

@@ -43,9 +43,9 @@ BAD = {
     "negative duration": (["fig4_9", "--until", "-1"], "until = -1 s is not allowed"),
     "duration that is no number": (["fig4_9", "--until", "nan"], "until = nan s is not allowed"),
     "duration between steps": (["fig4_9", "--until", "0.0001"], "whole multiple of the communication step 0.00025 s"),
-    "sampling between steps": (
-        ["fig4_9", "--set", "rolac_controller.sample_time=300 us"],
-        "rolac_controller.sample_time = 0.0003 s is not allowed; it must be a whole multiple of the communication step",
+    "sampling within a step": (
+        ["fig4_9", "--set", "rolac_controller.sample_time=200 us"],
+        "rolac_controller.sample_time = 0.0002 s is not allowed; it must be at least the communication step 0.00025 s",
     ),
     "output is a file": (["fig4_9", "-o", "taken"], "taken cannot be written to; it is a file"),
     "summary without a folder": (["fig4_9", "--summary-json", "no/s.json"], "no/s.json cannot be written to"),

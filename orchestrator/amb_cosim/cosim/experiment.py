@@ -17,6 +17,8 @@ from amb_files.suggestions import suggest
 
 EVERYTHING = "*"  # as a pattern of what is recorded
 
+ROUNDING = 1e-9  # relative, of times that are whole numbers of steps
+
 
 @dataclass(frozen=True)
 class Event:
@@ -150,7 +152,7 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
             raise ValueError(f"an event cannot set {name}; a profile does")
         values.inputs.setdefault(name, values.start_value(event.variable))
         events.append((round(event.time / h), name, value))
-    common = math.lcm(*(c.every for c in system.components))
+    common = math.lcm(*(_start_grid(c, values, h) for c in system.components))
     available = [
         *values.inputs,
         *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
@@ -183,7 +185,7 @@ def whole_steps(name: str, time: float, h: float) -> int:
     if not 0.0 < time < math.inf:
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be > 0 s")
     n = round(time / h)
-    if n < 1 or not math.isclose(n * h, time, rel_tol=1e-9):
+    if n < 1 or not math.isclose(n * h, time, rel_tol=ROUNDING):
         raise ValueError(
             f"{name} = {time:.12g} s is not allowed; it must be a whole multiple of the communication step {h:g} s"
         )
@@ -211,13 +213,34 @@ def _ramp(profile: Profile, values: Assignments, h: float) -> Ramp:
     return Ramp(name, tuple(points), slope)
 
 
-def _rated(component: Component, values: Assignments, h: float) -> Component:
-    """Set the rate of a component by its parameter `sample_time`, if it has one."""
+def _sample_time(component: Component, values: Assignments) -> float | None:
+    """Return the parameter `sample_time` of a component (s), if it has one."""
     port = values.interfaces[component.name].ports.get("sample_time")
     if port is None or port.causality != "parameter":
+        return None
+    return values.parameters[component.name].get("sample_time", port.start)
+
+
+def _rated(component: Component, values: Assignments, h: float) -> Component:
+    """Set the rate of a component by its sample time, unless its FMU takes any step: it then gets every step."""
+    sample_time, name = _sample_time(component, values), f"{component.name}.sample_time"
+    if sample_time is None:
         return component
-    sample_time = values.parameters[component.name].get("sample_time", port.start or h)
-    return replace(component, every=whole_steps(f"{component.name}.sample_time", sample_time, h))
+    if not values.interfaces[component.name].takes_any_step:
+        return replace(component, every=whole_steps(name, sample_time, h))
+    if component.every * h > (1.0 + ROUNDING) * sample_time:
+        raise ValueError(
+            f"{name} = {sample_time:.12g} s is not allowed; it must be at least the communication step {h:g} s"
+        )
+    return component
+
+
+def _start_grid(component: Component, values: Assignments, h: float) -> int:
+    """Return how many steps lie between the points at which a component may start so that it samples at time 0."""
+    sample_time = _sample_time(component, values)
+    samples = round(sample_time / h) if sample_time is not None else 1
+    fits = sample_time is not None and math.isclose(samples * h, sample_time, rel_tol=ROUNDING)
+    return math.lcm(component.every, samples) if fits else component.every
 
 
 def _condition(stop: StopCondition, available: Sequence[str], values: Assignments, h: float) -> Condition:

@@ -65,12 +65,16 @@ class Port:
 
 @dataclass(frozen=True)
 class FmuInterface:
-    """An FMU's identity and its variables by name, in the order of the modelDescription."""
+    """An FMU's identity and its variables by name, in the order of the modelDescription.
+
+    `takes_any_step` is whether it can handle a communication step other than its own.
+    """
 
     identifier: str
     guid: str
     version: str
     ports: Mapping[str, Port]
+    takes_any_step: bool = False
 
     def of(self, causality: str) -> tuple[Port, ...]:
         return tuple(port for port in self.ports.values() if port.causality == causality)
@@ -120,7 +124,9 @@ def read_interface(source: Path, name: str) -> FmuInterface:
         for v in description.modelVariables
         if v.type != "String"
     }
-    return FmuInterface(description.coSimulation.modelIdentifier, description.guid, description.version or "", ports)
+    ability = description.coSimulation
+    any_step = bool(ability.canHandleVariableCommunicationStepSize)
+    return FmuInterface(ability.modelIdentifier, description.guid, description.version or "", ports, any_step)
 
 
 def _warnings(source: Path) -> dict[str, str]:

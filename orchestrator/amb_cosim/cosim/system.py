@@ -20,7 +20,7 @@ class Component:
     """An instance of an FMU: its name, the model or FMU file that it is made from, its rate, inputs that must be fed.
 
     `every` is the number of communication steps that one step of it spans; a component with a parameter `sample_time`
-    steps at that rate instead.
+    steps at that rate instead, unless its FMU takes any step.
     """
 
     name: str

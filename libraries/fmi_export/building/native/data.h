@@ -35,7 +35,9 @@ typedef struct {
     uint32_t tunable;
 } Variable;
 
-/* Text, followed by the value of a variable unless `variable` is -1. */
+/* Text, followed by the value of a variable, or of one of these. */
+enum { NO_VALUE = -1, STEP_SIZE = -2 };
+
 typedef struct {
     uint32_t text;
     int32_t variable;

@@ -39,8 +39,8 @@ static void explain(char *text, const Run *run, const Sentence *sentence)
     const Piece *piece = run->data.pieces + sentence->first_piece;
     for (uint32_t i = 0; i < sentence->n_pieces; i++, piece++) {
         append(text, "%s", run->data.text + piece->text);
-        if (piece->variable >= 0)
-            append_number(text, run->values[piece->variable]);
+        if (piece->variable != NO_VALUE)
+            append_number(text, piece->variable == STEP_SIZE ? run->step_size : run->values[piece->variable]);
     }
 }
 
@@ -118,6 +118,8 @@ static int64_t finish(Run *run, int32_t raised, int64_t fault)
     char *reason = run->outcome->reason;
     if (raised != 0)
         return run_stop(run, FAULT_INTERNAL, "the model's code failed with an exception");
+    if (fault == UNCHANGED)
+        return 0;
     if (fault != 0) {
         reason[0] = '\0';
         explain_fault(reason, run, fault);
@@ -134,6 +136,7 @@ static int64_t finish(Run *run, int32_t raised, int64_t fault)
     }
     memcpy(run->values + first, run->next_outputs, (size_t)data->n_outputs * sizeof *run->values);
     run->values[data->n_values - 1] = 0.0;
+    reason[0] = '\0';
     return 0;
 }
 
@@ -177,6 +180,7 @@ int64_t run_step(Run *run, double time, double step_size)
     }
     if (check_given(run))
         return run->outcome->fault;
+    run->step_size = step_size;
     int32_t raised = kernel_step(&fault, &exception, data->constants, data->n_constants, run->values,
                                  data->n_parameters, run->values + data->n_parameters, data->n_inputs, run->state,
                                  data->n_state, run->work, data->n_work, run->next_outputs, data->n_outputs, time,

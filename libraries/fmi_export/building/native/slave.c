@@ -1,8 +1,11 @@
 /* FMI 2.0 for co-simulation around one model: the standard's state machine, checks, logging, saved states.
 
    Nothing here is global and writable, so instances share nothing. What a model is, beyond its kernels, comes from the
-   resources when an instance is made. Memory is taken once for each instance and once for each saved state. Every call that is refused answers fmi2Error, logs the reason and, but for questions that the
-   standard leaves optional, puts the instance into the error state, from which fmi2Reset and fmi2SetFMUstate lead. */
+   resources when an instance is made. Memory is taken once for each instance and once for each saved state.
+
+   Every call that is refused answers fmi2Error and logs the reason. A fault of a step and a wrong call put the instance
+   into the error state, from which fmi2Reset and fmi2SetFMUstate lead; `decline` and `unsupported` leave it as it was.
+   No step is answered with fmi2Discard, and fmi2Terminated is never true: to a host both mean an end that was wanted. */
 
 #include <limits.h>
 #include <math.h>
@@ -20,16 +23,15 @@ enum {
     INSTANTIATED = 1,
     INITIALIZATION = 2,
     STEP_COMPLETE = 4,
-    STEP_FAILED = 8,
-    TERMINATED = 16,
-    ERROR = 32,
+    TERMINATED = 8,
+    ERROR = 16,
 };
 
 enum {
-    ANY = INSTANTIATED | INITIALIZATION | STEP_COMPLETE | STEP_FAILED | TERMINATED | ERROR,
-    READABLE = INITIALIZATION | STEP_COMPLETE | STEP_FAILED | TERMINATED | ERROR,
+    ANY = INSTANTIATED | INITIALIZATION | STEP_COMPLETE | TERMINATED | ERROR,
+    READABLE = INITIALIZATION | STEP_COMPLETE | TERMINATED | ERROR,
     SETTABLE = INSTANTIATED | INITIALIZATION | STEP_COMPLETE,
-    STARTED = STEP_COMPLETE | STEP_FAILED | TERMINATED,
+    ASKABLE = STEP_COMPLETE | TERMINATED | ERROR, /* in the last, which the standard leaves out, there is most to ask */
 };
 
 static const struct {
@@ -37,7 +39,7 @@ static const struct {
     const char *name;
 } STATE_NAMES[] = {
     {INSTANTIATED, "instantiated"}, {INITIALIZATION, "initialization mode"}, {STEP_COMPLETE, "step complete"},
-    {STEP_FAILED, "step failed"},   {TERMINATED, "terminated"},              {ERROR, "error"},
+    {TERMINATED, "terminated"},     {ERROR, "error"},
 };
 
 static const char *const TYPE_NAMES[] = {"Real", "Integer", "Boolean", "String"};
@@ -55,6 +57,7 @@ typedef struct {
     Saved *now;
     size_t saved_size;
     Run run; /* of which `now` holds what there is to save */
+    double stop; /* end of the experiment (s), where the host set one */
     fmi2CallbackFunctions host;
     int logging;
     unsigned int categories; /* one bit for each of CATEGORIES */
@@ -108,6 +111,20 @@ static void warn(Instance *instance, int stepped)
             say(instance, fmi2Warning, "initialisation: %s", text);
 }
 
+/* Refuse a call that changed nothing, and live on. fmi2GetStringStatus has the reason until the next step is done. */
+static fmi2Status decline(Instance *instance, const char *format, ...)
+{
+    char text[TEXT_SIZE];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    if (!instance->now->outcome.fault)
+        snprintf(instance->now->outcome.reason, TEXT_SIZE, "%s", text);
+    say(instance, fmi2Error, "%s", text);
+    return fmi2Error;
+}
+
 /* Refuse a call for good: the first reason stays as the fault. */
 static fmi2Status refuse(Instance *instance, const char *format, ...)
 {
@@ -141,6 +158,8 @@ static int may(Instance *instance, int states, const char *call)
             used += (size_t)snprintf(text + used, sizeof text - used, "%s'%s'", separator, STATE_NAMES[i].name);
             separator = ", ";
         }
+    if (instance->now->state == ERROR && used < sizeof text)
+        snprintf(text + used, sizeof text - used, "; stopped by an earlier fault: %s", instance->now->outcome.reason);
     refuse(instance, "%s", text);
     return 0;
 }
@@ -173,6 +192,7 @@ static void start_over(Instance *instance)
     now->state = INSTANTIATED;
     now->stale = 1;
     now->time = 0.0;
+    instance->stop = INFINITY;
     run_clear(&instance->run);
 }
 
@@ -271,15 +291,15 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t c
     if (!may(instance, ANY, "fmi2SetDebugLogging"))
         return fmi2Error;
     if (count && !categories)
-        return refuse(instance, "fmi2SetDebugLogging: categories is NULL");
+        return decline(instance, "fmi2SetDebugLogging: categories is NULL");
     for (size_t i = 0; i < count; i++) {
         unsigned int k = 0;
         while (k < N_CATEGORIES && !(categories[i] && strcmp(categories[i], CATEGORIES[k]) == 0))
             k++;
         if (k == N_CATEGORIES)
-            return refuse(instance, "fmi2SetDebugLogging: there is no category %s; there are %s, %s, %s, %s and %s",
-                          categories[i] ? categories[i] : "NULL", CATEGORIES[0], CATEGORIES[1], CATEGORIES[2],
-                          CATEGORIES[3], CATEGORIES[4]);
+            return decline(instance, "fmi2SetDebugLogging: there is no category %s; there are %s, %s, %s, %s and %s",
+                           categories[i] ? categories[i] : "NULL", CATEGORIES[0], CATEGORIES[1], CATEGORIES[2],
+                           CATEGORIES[3], CATEGORIES[4]);
         chosen |= 1u << k;
     }
     instance->logging = on != fmi2False;
@@ -299,6 +319,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean has_toleranc
     if (has_stop && !(stop >= start))
         return refuse(instance, "stop time = %g s is not allowed; it must be >= %g s, the start", stop, start);
     instance->now->time = start;
+    instance->stop = has_stop ? stop : INFINITY;
     return fmi2OK;
 }
 
@@ -342,25 +363,28 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component component)
     return fmi2OK;
 }
 
+/* Whether a step ends after the end of the experiment, by more than what rounding adds up to in hosts that sum their
+   steps; the standard has it refused. */
+static int is_too_late(const Instance *instance, double time, double step_size)
+{
+    double rounding = 1e-9 * fmax(fmax(fabs(time), fabs(instance->stop)), step_size);
+    return isfinite(step_size) && time + step_size - instance->stop > rounding;
+}
+
 fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step_size, fmi2Boolean no_earlier_state)
 {
     Instance *instance = component;
     (void)no_earlier_state;
-    if (!may(instance, STEP_COMPLETE | STEP_FAILED, "fmi2DoStep"))
+    if (!may(instance, STEP_COMPLETE, "fmi2DoStep"))
         return fmi2Error;
-    Saved *now = instance->now;
-    if (now->state == STEP_FAILED) {
-        say(instance, fmi2Discard, "at t = %.9g s: stopped by an earlier fault: %s", time, now->outcome.reason);
-        return fmi2Discard;
-    }
     if (!isfinite(time))
         return refuse(instance, "fmi2DoStep: time = %g s is not allowed; it must be a finite number", time);
-    if (run_step(&instance->run, time, step_size)) {
-        now->state = STEP_FAILED;
-        say(instance, fmi2Discard, "at t = %.9g s: %s", time, now->outcome.reason);
-        return fmi2Discard;
-    }
-    now->time = time + step_size;
+    if (is_too_late(instance, time, step_size))
+        return decline(instance, "at t = %.9g s: a step of %g s would end after the stop time of the experiment, %.9g s",
+                       time, step_size, instance->stop);
+    if (run_step(&instance->run, time, step_size))
+        return refuse(instance, "at t = %.9g s: %s", time, instance->now->outcome.reason);
+    instance->now->time = time + step_size;
     warn(instance, 1);
     return fmi2OK;
 }
@@ -368,7 +392,7 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step_size
 fmi2Status fmi2Terminate(fmi2Component component)
 {
     Instance *instance = component;
-    if (!may(instance, STEP_COMPLETE | STEP_FAILED, "fmi2Terminate"))
+    if (!may(instance, STEP_COMPLETE, "fmi2Terminate"))
         return fmi2Error;
     instance->now->state = TERMINATED;
     return fmi2OK;
@@ -643,7 +667,7 @@ fmi2Status fmi2GetStatus(fmi2Component component, fmi2StatusKind kind, fmi2Statu
 fmi2Status fmi2GetRealStatus(fmi2Component component, fmi2StatusKind kind, fmi2Real *value)
 {
     Instance *instance = component;
-    if (!may(instance, STARTED, "fmi2GetRealStatus"))
+    if (!may(instance, ASKABLE, "fmi2GetRealStatus"))
         return fmi2Error;
     if (kind != fmi2LastSuccessfulTime || !value)
         return unsupported(instance, fmi2Discard, "fmi2GetRealStatus: there is fmi2LastSuccessfulTime alone");
@@ -660,16 +684,23 @@ fmi2Status fmi2GetIntegerStatus(fmi2Component component, fmi2StatusKind kind, fm
 fmi2Status fmi2GetBooleanStatus(fmi2Component component, fmi2StatusKind kind, fmi2Boolean *value)
 {
     Instance *instance = component;
-    if (!may(instance, STARTED, "fmi2GetBooleanStatus"))
+    if (!may(instance, ASKABLE, "fmi2GetBooleanStatus"))
         return fmi2Error;
     if (kind != fmi2Terminated || !value)
         return unsupported(instance, fmi2Discard, "fmi2GetBooleanStatus: there is fmi2Terminated alone");
-    *value = instance->now->state == STEP_FAILED;
+    *value = fmi2False; /* no fault is an end that the model wants */
     return fmi2OK;
 }
 
+/* Why the call before was refused, whether it was logged or not; empty if it was not. The text lives until the next
+   call. */
 fmi2Status fmi2GetStringStatus(fmi2Component component, fmi2StatusKind kind, fmi2String *value)
 {
-    (void)kind, (void)value;
-    return unsupported(component, fmi2Discard, "fmi2GetStringStatus: no step is asynchronous");
+    Instance *instance = component;
+    if (!may(instance, ASKABLE, "fmi2GetStringStatus"))
+        return fmi2Error;
+    if (kind != fmi2PendingStatus || !value)
+        return unsupported(instance, fmi2Discard, "fmi2GetStringStatus: there is fmi2PendingStatus alone");
+    *value = instance->now->outcome.reason;
+    return fmi2OK;
 }
