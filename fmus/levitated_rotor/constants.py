@@ -42,11 +42,12 @@ def constants_of(assembly: Assembly, constants: Sequence[Array]) -> Array:
     n_links = [len(links) for links in connections]
     parts = [(*place, sum(n_links[:k]), n_links[k]) for k, place in enumerate(places)]
     head = (
-        ends["state"] + ends["held"],
+        ends["state"] + ends["held"] + len(assembly.parts[0].of("output")),
         ends["work"] + len(flags) + len(sums),
         ends["held"],
         ends["outputs"],
         ends["state"],
+        assembly.parts[0].model.interface.parameter_index("sample_time"),
         ends["work"],
         len(given),
         len(ramped),
@@ -75,7 +76,7 @@ def _connections(assembly: Assembly, k: int) -> Links:
 
 
 def _places(assembly: Assembly, constants: Sequence[Array], first: int) -> tuple[list[list[int]], dict[str, int]]:
-    """Return first place and size of each array of each part, as in `PART`, and the ends of all; constants from `first`."""
+    """Return first place and size of each array of each part, as in `PART`, and all ends; constants from `first`."""
     ends = {"constants": first, "parameters": 0, "held": 0, "state": 0, "work": 0, "outputs": 0}
     places = []
     for part, own in zip(assembly.parts, constants, strict=True):

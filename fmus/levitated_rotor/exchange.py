@@ -6,7 +6,8 @@ import numpy as np
 
 from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
-from levitated_rotor.records import Plan
+from fmi_export.parts import clear, part
+from levitated_rotor.records import REAL, Plan
 
 
 @kernel
@@ -20,6 +21,23 @@ def first_outside(values: Array, lowest: Array, highest: Array) -> int:
             if not lowest[i] <= values[i] <= highest[i]:
                 return i
     return -1
+
+
+@inlined_kernel
+def inputs_fault(plan: Plan, k: int, held: Array) -> int:
+    """Return the fault code of the first input of part k that is outside its range, or 0."""
+    first, size = int(plan.parts[k].first_held), int(plan.parts[k].n_held)
+    lowest, highest = part(plan.lowest_held, first, REAL, size), part(plan.highest_held, first, REAL, size)
+    at = first_outside(part(held, first, REAL, size), lowest, highest)
+    return 0 if at < 0 else int(plan.codes[first + at])
+
+
+@inlined_kernel
+def outputs_outside(plan: Plan, first: int, stop: int, outputs: Array) -> bool:
+    """Return whether an output from number `first` up to but not including `stop` is outside its range."""
+    size = stop - first
+    lowest, highest = part(plan.lowest_outputs, first, REAL, size), part(plan.highest_outputs, first, REAL, size)
+    return first_outside(part(outputs, first, REAL, size), lowest, highest) >= 0
 
 
 @inlined_kernel
@@ -55,8 +73,10 @@ def show_held(plan: Plan, held: Array, outputs: Array) -> None:
 
 
 @inlined_kernel
-def gather(plan: Plan, outputs: Array, gathered: Array) -> None:
-    """Gather outputs over the pieces of a step: flags that were true, and sums; shape (n_flags + n_sums,)."""
+def gather(plan: Plan, outputs: Array, begins: bool, gathered: Array) -> None:
+    """Gather outputs over the pieces of a step, anew where it begins: flags that were true, and sums."""
+    if begins:
+        clear(gathered)
     n_flags = plan.flags.shape[0]
     for k in range(n_flags):
         gathered[k] = max(gathered[k], outputs[int(plan.flags[k])])

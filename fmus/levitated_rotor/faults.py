@@ -1,8 +1,8 @@
 """Fault codes of an assembly, and their sentences: those of its parts, and values between parts that are not allowed.
 
-      1 to  99  the assembly's own
-    100 to 399  100 + code of a fault of the controller, 200 + of the actuator, 300 + of the plant
-    400 to 997  an input of a part that an output feeds, or that follows the speed, is outside its range
+  1 to  99  the assembly's own
+100 to 399  100 + code of a fault of the controller, 200 + of the actuator, 300 + of the plant
+400 to 997  an input of a part that an output feeds, or that follows the speed, is outside its range
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from fmi_export.variables import Variable
 from levitated_rotor.assembly import Assembly, Part
 from levitated_rotor.interface import renamed
 
-FAULT_LOOP, FAULT_STEP = 1, 2
+FAULT_LOOP = 1
 OF_PART = 100
 FIRST_INPUT, MOST_INPUTS = 400, 598
 
@@ -26,7 +26,9 @@ def input_codes(assembly: Assembly) -> dict[str, int]:
     """
     names = [name for name, v in assembly.part_inputs.items() if _can_leave(assembly, name, v)]
     if len(names) > MOST_INPUTS:
-        raise ValueError(f"{len(names)} connected inputs with ranges is not allowed; there must be at most {MOST_INPUTS}")
+        raise ValueError(
+            f"{len(names)} connected inputs with ranges is not allowed; there must be at most {MOST_INPUTS}"
+        )
     return {name: FIRST_INPUT + k for k, name in enumerate(names)}
 
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 
+from fmi_export.model import STEP_SIZE
 from fmi_export.variables import FAULT_CODE, Interface, Variable, output
 from levitated_rotor.assembly import Assembly, Part
 
@@ -20,7 +21,11 @@ FAULT = output(FAULT_CODE, "1", "0 while all is well; the log says what else mea
 
 def renamed(assembly: Assembly, part: Part, sentence: str) -> str:
     """Return a sentence of a part in which `{name}` names variables of the assembly."""
-    return re.sub(r"\{([^}]+)\}", lambda match: f"{{{assembly.named(part, match[1])}}}", sentence)
+    return re.sub(
+        r"\{([^}]+)\}",
+        lambda match: match[0] if match[1] == STEP_SIZE else f"{{{assembly.named(part, match[1])}}}",
+        sentence,
+    )
 
 
 def _parameters(assembly: Assembly) -> Iterator[Variable]:
@@ -56,7 +61,9 @@ def _outputs(assembly: Assembly) -> Iterator[Variable]:
 def _reached_by(assembly: Assembly) -> dict[str, list[str]]:
     """Return the inputs of the assembly that reach each output without delay, in the order of the table."""
     needs = {
-        name: {assembly.named(part, u) for u in v.depends_on} for part in assembly.parts for name, v in part.of("output")
+        name: {assembly.named(part, u) for u in v.depends_on}
+        for part in assembly.parts
+        for name, v in part.of("output")
     }
     reached = {name: set(sources) for name, sources in needs.items()}
     changed = True

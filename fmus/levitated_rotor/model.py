@@ -7,6 +7,7 @@ from typing import Any
 
 from amb_actuator import actuator
 from fmi_export.model import Model
+from levitated_rotor import KERNELS_FROM
 from levitated_rotor.assembly import ROLES, Assembly, Part
 from levitated_rotor.faults import fault_sentences
 from levitated_rotor.interface import interface_of
@@ -16,8 +17,6 @@ from rolac_controller import controller
 from rolac_controller.control_loop import control_loop_from
 from rotor_contact import plant
 from rotor_contact.planes import planes_from
-
-PACKAGES = ("levitated_rotor", "rolac_controller", "amb_actuator", "rotor_contact", "fmi_export")
 
 
 def model_for(assembly: Assembly) -> Model:
@@ -38,7 +37,7 @@ def model_for(assembly: Assembly) -> Model:
         step=step,
         n_state=n_state,
         n_work=n_work,
-        packages=PACKAGES,
+        packages=("levitated_rotor", *KERNELS_FROM, "fmi_export"),
         faults=fault_sentences(assembly),
         step_size=interface[f"{assembly.parts[0].name}.sample_time"].start,
         layout=assembly.layout(),

@@ -4,7 +4,7 @@
     parameters:  those of the parts in turn
     inputs:      the assembly's own
     outputs:     those of the parts in turn | fault code
-    state:       states of the parts in turn | held: inputs of the parts in turn
+    state:       states of the parts in turn | held: inputs of the parts in turn | shown: outputs of the controller
     work:        work arrays of the parts in turn | what outputs gather over the pieces of a step
 
 Where a part has memory of its own, that begins at an even place: kernels use vectors of two numbers.
@@ -41,6 +41,7 @@ HEAD = record(
     ("n_held", "f8"),
     ("n_outputs", "f8"),  # without the fault code
     ("first_held", "f8"),  # in the state
+    ("sample_time", "f8"),  # parameter of the controller
     ("first_gathered", "f8"),  # in the work array
     ("n_given", "f8"),  # links from inputs of the assembly; the connections follow
     ("n_ramped", "f8"),  # the last of them, which are fed the speed
@@ -113,20 +114,24 @@ class Shared(NamedTuple):
 
     held
         Inputs of the parts in turn.
+    shown
+        Outputs of the controller since its last sample.
     gathered
         What outputs gather over a step, shape (n_flags + n_sums,).
     """
 
     held: Array
+    shown: Array
     gathered: Array
 
 
 @views
 def shared_of(state: Array, work: Array, plan: Plan) -> Shared:
     """Return views into the state and the work array."""
-    head = plan.head[0]
+    head, n_shown = plan.head[0], int(plan.parts[0].n_outputs)
     return Shared(
         part(state, int(head.first_held), REAL, int(head.n_held)),
+        part(state, int(head.first_held + head.n_held), REAL, n_shown),
         part(work, int(head.first_gathered), REAL, plan.flags.shape[0] + plan.sums.shape[0]),
     )
 

@@ -62,8 +62,8 @@ def _cache_of(package: str) -> Iterator[None]:
     """Let numba cache in a folder named after all the code a kernel may call.
 
     By itself numba notices a change of the file a function is in, but not of what it calls in other files,
-    and would go on running old machine code after an upgrade. A package whose kernels call those of other packages names
-    them in `KERNELS_FROM`.
+    and would go on running old machine code after an upgrade. A package whose kernels call those of others names these
+    packages in `KERNELS_FROM`.
     """
     config: Any = numba.config
     before = config.CACHE_DIR

@@ -1,4 +1,4 @@
-"""The levitated rotor as one FMU: controller, actuator and plant of a system, with a scenario's values to start with."""
+"""The levitated rotor as one FMU: controller, actuator and plant of a system, with a scenario's start values."""
 
 from __future__ import annotations
 
@@ -96,7 +96,9 @@ def _system(scenario: Scenario | None) -> System:
         )
     coupling = scenario.coupling or system.coupling
     if coupling != "gauss_seidel":
-        raise ValueError(f"{NAME} couples its parts in Gauss-Seidel order; scenario {scenario.name} asks for {coupling}")
+        raise ValueError(
+            f"{NAME} couples its parts in Gauss-Seidel order; scenario {scenario.name} asks for {coupling}"
+        )
     return system
 
 
