@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fmi_export.jit import inlined_kernel, kernel
 from rolac_controller.sampling import TOLERANCE, is_due, is_too_long
 from rolac_controller.state import HEAD
@@ -13,7 +15,7 @@ CLOCK = HEAD  # the controller's state begins with it
 
 
 @inlined_kernel
-def next_sample(clock: object, time: float, sample_time: float) -> float:
+def next_sample(clock: np.record, time: float, sample_time: float) -> float:
     """Return the instant of the next sample (s): `time` for the first."""
     return clock.begin + clock.n_samples * sample_time if clock.n_samples > 0.0 else time
 
