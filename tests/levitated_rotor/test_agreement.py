@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from ctypes import c_double, c_void_p
+from ctypes import byref
 from pathlib import Path
 from typing import Any
 
@@ -94,19 +94,21 @@ def test_steps_of_any_number_of_samples_in_a_host_that_subtracts_times(
     assert [name for name in expected if [point[name] for point in found] != expected[name]] == []
     assert max(expected["rotor_contact.rb1.impulse"]) > 0.01
     if state is not None:
-        assert host.slave.call("FreeFMUstate", c_void_p.from_buffer(state)) in (0, 3)
+        assert host.slave.call("FreeFMUstate", byref(state)) == 0
 
 
 def test_a_step_that_straddles_samples_is_cut_at_them(extracted: Callable[..., Path]) -> None:
     """Steps of 0.7 samples, against steps that end at each sample and where those end."""
-    long, fine = (Host(extracted("fig4_9")).begin(rotor_contact__d1__u=0.02) for _ in range(2))
+    long, fine = (Host(extracted("fig4_9")).begin(rotor_contact__d1__u=0.06) for _ in range(2))
     marks = sorted({0.7 * T * k for k in range(701)} | {T * k for k in range(491) if k % 7})
+    touched = False
     for k in range(700):
         assert long.step(0.7 * T * k, 0.7 * T) == 0
+        touched = touched or long.slave.get("rotor_contact.contact_state") != [0]
     for a, b in zip(marks, marks[1:], strict=False):
         assert fine.step(a, b - a) == 0
     one, other = long.read(), fine.read()
-    assert one["rotor_contact.contact_state"] > 0
+    assert touched
     for name in ("rotor_contact.mb1.x", "rotor_contact.mb2.y", "rolac_controller.mb1.i_x", "amb_actuator.mb1.f_x"):
         assert one[name] == pytest.approx(other[name], rel=1e-6), name
 
@@ -163,6 +165,4 @@ def test_one_rotor_and_scenario_of_another_size(assembled: Callable[..., Path]) 
 def test_the_last_time_is_that_of_the_step(extracted: Callable[..., Path]) -> None:
     host = Host(extracted("fig4_9")).begin()
     assert host.step(0.0, 3.3 * T) == 0
-    assert host.slave.last_time() == c_double(3.3 * T).value
-
-
+    assert host.slave.last_time() == 3.3 * T

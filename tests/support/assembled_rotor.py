@@ -40,14 +40,14 @@ def outputs_of(prepared: Prepared) -> tuple[str, ...]:
 def in_one(prepared: Prepared, fmu: Path, beside: Mapping[str, Path] | None = None, **changes: Any) -> Recording:
     """Run the same with the assembled FMU: signals, events and ramps get its names, parameters are its start values.
 
-    `beside` are other FMUs of the system, whose input `u` is fed a displacement; `changes` are of the system.
+    `beside` are other FMUs of the system, whose input `u` is fed a voltage; `changes` are of the system.
     """
     plan, others = prepared.plan, beside or {}
     system = System(
         name="one",
         description="",
         components=(*(Component(name, str(path)) for name, path in others.items()), Component(RIG, str(fmu))),
-        connections=tuple(Connection(f"{RIG}.rotor_contact.mb1.x", f"{name}.u") for name in others),
+        connections=tuple(Connection(f"{RIG}.amb_actuator.mb1.v_upper_x", f"{name}.u") for name in others),
         signals=tuple(Signal(signal.name, (f"{RIG}.{signal.name}",)) for signal in plan.system.signals),
     )
     system = replace(system, **changes)
@@ -95,7 +95,9 @@ class Host:
         self.slave: Slave = Library(folder).instantiate(logging=logging)
         ports = read_interface(folder, "host").ports
         self.outputs = [p for p in ports.values() if p.causality == "output" and p.name != "fault_code"]
-        self._kinds = [_Kind(kind, [p for p in self.outputs if p.type == kind]) for kind in ("Real", "Integer", "Boolean")]
+        self._kinds = [
+            _Kind(kind, [p for p in self.outputs if p.type == kind]) for kind in ("Real", "Integer", "Boolean")
+        ]
 
     def begin(self, start: float = 0.0, **values: float) -> Host:
         slave = self.slave
