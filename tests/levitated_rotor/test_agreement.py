@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from ctypes import byref
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,7 @@ def over_steps(three: dict[str, Any], warnings: set[str], ends: list[int]) -> di
     """Return what the outputs are at the ends of steps of several samples, from what they are at each sample."""
     found = {}
     for name, values in three.items():
-        spans = [values[a + 1 : b + 1] for a, b in zip(ends, ends[1:], strict=False)]
+        spans = [values[a + 1 : b + 1] for a, b in pairwise(ends)]
         if name.endswith(".impulse"):
             found[name] = [sum(span.tolist()) for span in spans]
         elif name in warnings:
@@ -105,7 +106,7 @@ def test_a_step_that_straddles_samples_is_cut_at_them(extracted: Callable[..., P
     for k in range(700):
         assert long.step(0.7 * T * k, 0.7 * T) == 0
         touched = touched or long.slave.get("rotor_contact.contact_state") != [0]
-    for a, b in zip(marks, marks[1:], strict=False):
+    for a, b in pairwise(marks):
         assert fine.step(a, b - a) == 0
     one, other = long.read(), fine.read()
     assert touched

@@ -64,7 +64,7 @@ def test_a_long_step_tells_the_value_at_the_sample(
 
 def test_a_fault_of_a_part_at_the_start_is_told(assembled: Callable[..., Path], extracted: Callable[..., Path]) -> None:
     prepared = prepare(scenario({"amb_actuator": {"mb2.bias_current_y": "11 A"}}))
-    with pytest.raises(StartFailed, match="mb2.bias_current_y = 11 A plus") as refused:
+    with pytest.raises(StartFailed, match=r"mb2\.bias_current_y = 11 A plus") as refused:
         separate(prepared)
     host = Host(extracted("fig4_9"))
     host.slave.set(amb_actuator__mb2__bias_current_y=11.0)

@@ -1,4 +1,4 @@
-"""The assembled FMU in place of the three components of a scenario, under the orchestrator and under a host of its own."""
+"""The assembled FMU in place of the three components of a scenario, under two hosts."""
 
 from __future__ import annotations
 
