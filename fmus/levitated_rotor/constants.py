@@ -7,14 +7,13 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from fmi_export.model import Array, Size
-from fmi_export.variables import Variable
 from levitated_rotor.assembly import Assembly
 from levitated_rotor.faults import input_codes
 from levitated_rotor.records import HEAD, N_HEAD, N_PART, N_PARTS, PART
 
 IMPULSE = "N.s"  # unit of outputs that are sums over a step
 
-Links = list[tuple[int, int]]
+Numbers = list[tuple[float, ...]]
 
 
 def constants_of(assembly: Assembly, constants: Sequence[Array]) -> Array:
@@ -23,36 +22,34 @@ def constants_of(assembly: Assembly, constants: Sequence[Array]) -> Array:
     Raises
     ------
     ValueError
-        If there are more inputs of parts that can leave their range than fault codes.
+        If there are more connections than fault codes.
     """
-    given, ramped = _given(assembly), assembly.speed_inputs
-    connections = [_connections(assembly, k) for k in range(N_PARTS)]
+    given, ramped = _given(assembly), _ramped(assembly)
+    connections, watched = ([table(assembly, k) for k in range(N_PARTS)] for table in (_connections, _watched))
     outputs = list(assembly.outputs.values())
     flags = [k for k, v in enumerate(outputs) if v.warning]
     sums = [k for k, v in enumerate(outputs) if v.unit == IMPULSE]
-    codes = input_codes(assembly)
-    tables = _padded(
-        np.array([*given, *(link for links in connections for link in links)], np.float64).ravel(),
-        np.array([*flags, *sums], np.float64),
-        *_ranges(assembly.part_inputs.values()),
-        np.array([codes.get(name, 0) for name in assembly.part_inputs], np.float64),
-        *_ranges(outputs),
-    )
+    limits = [v.minimum for v in outputs], [v.maximum for v in outputs]
+    rows = [row for table in (given, ramped, *connections, *watched) for row in table]
+    tables = _padded(np.array([number for row in (*rows, flags, sums, *limits) for number in row], np.float64))
     places, ends = _places(assembly, constants, N_HEAD + N_PARTS * N_PART + len(tables))
-    n_links = [len(links) for links in connections]
-    parts = [(*place, sum(n_links[:k]), n_links[k]) for k, place in enumerate(places)]
+    parts = [
+        (*place, *_span([len(own) for own in connections], k), *_span([len(own) for own in watched], k))
+        for k, place in enumerate(places)
+    ]
     head = (
         ends["state"] + ends["held"] + len(assembly.parts[0].of("output")),
         ends["work"] + len(flags) + len(sums),
         ends["held"],
         ends["outputs"],
         ends["state"],
-        assembly.parts[0].model.interface.parameter_index("sample_time"),
         ends["work"],
+        assembly.parts[0].model.interface.parameter_index("sample_time"),
+        list(assembly.inputs).index(assembly.slope) if ramped else -1,
         len(given),
         len(ramped),
-        list(assembly.inputs).index(assembly.slope) if ramped else -1,
-        sum(n_links),
+        sum(len(own) for own in connections),
+        sum(len(own) for own in watched),
         len(flags),
         len(sums),
     )
@@ -60,15 +57,41 @@ def constants_of(assembly: Assembly, constants: Sequence[Array]) -> Array:
     return np.concatenate([*(r.view(np.float64) for r in records), tables, *(_padded(own) for own in constants)])
 
 
-def _given(assembly: Assembly) -> Links:
-    """Return the links from inputs of the assembly; those that follow the speed are the last."""
-    last = assembly.speed_inputs
+def _given(assembly: Assembly) -> Numbers:
+    """Return the inputs of the assembly that stay as they are during a step, as runs of links."""
     source, target = (_numbers(names) for names in (assembly.inputs, assembly.part_inputs))
-    fed = [name for name in assembly.part_inputs if name not in assembly.connections]
-    return [(source[assembly.sources[name]], target[name]) for name in sorted(fed, key=lambda name: name in last)]
+    within = {*assembly.connections, *assembly.speed_inputs}
+    runs: list[list[int]] = []
+    for name in assembly.part_inputs:
+        if name in within:
+            continue
+        at, to = source[assembly.sources[name]], target[name]
+        if runs and [at, to] == [runs[-1][0] + runs[-1][2], runs[-1][1] + runs[-1][2]]:
+            runs[-1][2] += 1
+        else:
+            runs.append([at, to, 1])
+    return [tuple(run) for run in runs]
 
 
-def _connections(assembly: Assembly, k: int) -> Links:
+def _ramped(assembly: Assembly) -> Numbers:
+    """Return the links to what follows the speed within a step."""
+    source, target = (_numbers(names) for names in (assembly.inputs, assembly.part_inputs))
+    return [(source[assembly.sources[name]], target[name]) for name in assembly.speed_inputs]
+
+
+def _watched(assembly: Assembly, k: int) -> Numbers:
+    """Return the watched inputs of part k with their ranges and fault codes."""
+    codes, target = input_codes(assembly), _numbers(assembly.part_inputs)
+    own = assembly.parts[k].of("input")
+    return [(target[name], v.minimum, v.maximum, codes[name]) for name, v in own if name in codes]
+
+
+def _span(sizes: Sequence[int], k: int) -> tuple[int, int]:
+    """Return the first number of table k of several that follow one another, and how many it has."""
+    return sum(sizes[:k]), sizes[k]
+
+
+def _connections(assembly: Assembly, k: int) -> Numbers:
     """Return the links from outputs of part k."""
     source, target = (_numbers(names) for names in (assembly.outputs, assembly.part_inputs))
     own = {name for name, _ in assembly.parts[k].of("output")}
@@ -94,11 +117,6 @@ def _places(assembly: Assembly, constants: Sequence[Array], first: int) -> tuple
     return places, ends
 
 
-def _ranges(variables: Iterable[Variable]) -> tuple[Array, Array]:
-    limits = np.array([(v.minimum, v.maximum) for v in variables], np.float64)
-    return limits[:, 0], limits[:, 1]
-
-
 def _numbers(names: Iterable[str]) -> dict[str, int]:
     return {name: k for k, name in enumerate(names)}
 
@@ -111,7 +129,6 @@ def _even(size: int) -> int:
     return size + size % 2
 
 
-def _padded(*arrays: Array) -> Array:
-    """Return arrays one after another, of even length."""
-    joined = np.concatenate(arrays)
-    return np.concatenate([joined, np.zeros(len(joined) % 2)])
+def _padded(array: Array) -> Array:
+    """Return an array of even length, with a zero at its end if need be."""
+    return np.concatenate([array, np.zeros(len(array) % 2)])

@@ -26,30 +26,37 @@ def first_outside(values: Array, lowest: Array, highest: Array) -> int:
 @inlined_kernel
 def inputs_fault(plan: Plan, k: int, held: Array) -> int:
     """Return the fault code of the first input of part k that is outside its range, or 0."""
-    first, size = int(plan.parts[k].first_held), int(plan.parts[k].n_held)
-    lowest, highest = part(plan.lowest_held, first, REAL, size), part(plan.highest_held, first, REAL, size)
-    at = first_outside(part(held, first, REAL, size), lowest, highest)
-    return 0 if at < 0 else int(plan.codes[first + at])
+    own = plan.parts[k]
+    for i in range(int(own.first_watched), int(own.first_watched + own.n_watched)):
+        watched = plan.watched[i]
+        if not watched.lowest <= held[int(watched.input)] <= watched.highest:
+            return int(watched.code)
+    return 0
 
 
 @inlined_kernel
 def outputs_outside(plan: Plan, first: int, stop: int, outputs: Array) -> bool:
     """Return whether an output from number `first` up to but not including `stop` is outside its range."""
     size = stop - first
-    lowest, highest = part(plan.lowest_outputs, first, REAL, size), part(plan.highest_outputs, first, REAL, size)
+    lowest, highest = part(plan.lowest, first, REAL, size), part(plan.highest, first, REAL, size)
     return first_outside(part(outputs, first, REAL, size), lowest, highest) >= 0
 
 
 @inlined_kernel
-def give(plan: Plan, inputs: Array, elapsed: float, held: Array) -> None:
-    """Carry the inputs of the assembly to the parts; the speed is that after the time `elapsed` (s) of the step."""
-    head = plan.head[0]
-    steady = plan.given.shape[0] - int(head.n_ramped)
-    for k in range(steady):
-        held[int(plan.given[k].target)] = inputs[int(plan.given[k].source)]
-    for k in range(steady, plan.given.shape[0]):
-        rise = inputs[int(head.slope)] * elapsed
-        held[int(plan.given[k].target)] = inputs[int(plan.given[k].source)] + rise
+def give(plan: Plan, inputs: Array, held: Array) -> None:
+    """Carry the inputs of the assembly to the parts, all but the speed."""
+    for k in range(plan.given.shape[0]):
+        source, target = int(plan.given[k].source), int(plan.given[k].target)
+        for i in range(int(plan.given[k].size)):
+            held[target + i] = inputs[source + i]
+
+
+@inlined_kernel
+def give_speed(plan: Plan, inputs: Array, elapsed: float, held: Array) -> None:
+    """Carry the speed to the parts, as it is after the time `elapsed` (s) of the step."""
+    for k in range(plan.ramped.shape[0]):
+        rise = inputs[int(plan.head[0].slope)] * elapsed
+        held[int(plan.ramped[k].target)] = inputs[int(plan.ramped[k].source)] + rise
 
 
 @inlined_kernel

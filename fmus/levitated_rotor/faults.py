@@ -17,18 +17,17 @@ FIRST_INPUT, MOST_INPUTS = 400, 598
 
 
 def input_codes(assembly: Assembly) -> dict[str, int]:
-    """Return the fault code of each input of a part that can leave its range though its source is within its own.
+    """Return the fault codes of the inputs of parts whose values come from within the assembly, by name.
 
     Raises
     ------
     ValueError
         If there are more than codes.
     """
-    names = [name for name, v in assembly.part_inputs.items() if _can_leave(assembly, name, v)]
+    within = {*assembly.connections, *assembly.speed_inputs}
+    names = [name for name in assembly.part_inputs if name in within]
     if len(names) > MOST_INPUTS:
-        raise ValueError(
-            f"{len(names)} connected inputs with ranges is not allowed; there must be at most {MOST_INPUTS}"
-        )
+        raise ValueError(f"{len(names)} connected inputs is not allowed; there must be at most {MOST_INPUTS}")
     return {name: FIRST_INPUT + k for k, name in enumerate(names)}
 
 
@@ -46,13 +45,6 @@ def fault_sentences(assembly: Assembly) -> dict[int, str]:
             if name in codes:
                 sentences[codes[name]] = f"{part.name}: {_outside(assembly, part, v)}"
     return sentences
-
-
-def _can_leave(assembly: Assembly, name: str, v: Variable) -> bool:
-    source = assembly.outputs.get(assembly.sources[name])
-    if source is None:
-        return name in assembly.speed_inputs
-    return source.minimum < v.minimum or source.maximum > v.maximum
 
 
 def _outside(assembly: Assembly, part: Part, v: Variable) -> str:

@@ -20,6 +20,7 @@ from levitated_rotor.exchange import (
     carry,
     gather,
     give,
+    give_speed,
     inputs_fault,
     outputs_outside,
     show_gathered,
@@ -77,7 +78,8 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     held = shared.held
     whole = Arrays(constants, parameters, held, state, work, outputs)
     clear(held)
-    give(plan, inputs, 0.0, held)
+    give(plan, inputs, held)
+    give_speed(plan, inputs, 0.0, held)
     first, changed, passes = 0, True, 0
     while changed:
         if passes > plan.connections.shape[0] + 1:
@@ -137,10 +139,11 @@ def step(
     )
     clock, sample_time = part(c.state, 0, CLOCK, 1), c.parameters[int(plan.head[0].sample_time)]
     at, left, pieces = time, step_size, 0
+    give(plan, inputs, held)
     while left > 0.0:
         size = piece(next_sample(clock[0], at, sample_time), at, left, sample_time)
         h = whole_sample(size, at, sample_time)
-        give(plan, inputs, at - time, held)
+        give_speed(plan, inputs, at - time, held)
         k, fault = CONTROLLER, inputs_fault(plan, CONTROLLER, held)
         if fault == 0:
             fault = step_controller(c.constants, c.parameters, c.held, c.state, c.work, c.outputs, at, h)

@@ -1,6 +1,6 @@
 """How the constants of an assembly say where everything of its parts lies in its arrays.
 
-    constants:   head | parts | links | ranges | constants of the parts
+    constants:   head | parts | links | inputs watched | outputs gathered | ranges of outputs | constants of the parts
     parameters:  those of the parts in turn
     inputs:      the assembly's own
     outputs:     those of the parts in turn | fault code
@@ -32,25 +32,24 @@ PART = record(
     *((f"{kind}_{array}", "f8") for array in ARRAYS for kind in ("first", "n")),
     ("first_link", "f8"),  # of the connections that start at the part
     ("n_links", "f8"),
+    ("first_watched", "f8"),  # of its inputs that are watched
+    ("n_watched", "f8"),
 )
-# A value that is carried: from an input or an output of the assembly to an input of a part in `held`.
-LINK = record(("source", "f8"), ("target", "f8"))
+LINK = record(("source", "f8"), ("target", "f8"))  # from an input or an output of the assembly to an input in `held`
+RUN = record(("source", "f8"), ("target", "f8"), ("size", "f8"))  # links side by side
+WATCHED = record(("input", "f8"), ("lowest", "f8"), ("highest", "f8"), ("code", "f8"))  # code of leaving the range
 HEAD = record(
     ("n_state", "f8"),
     ("n_work", "f8"),
     ("n_held", "f8"),
     ("n_outputs", "f8"),  # without the fault code
     ("first_held", "f8"),  # in the state
-    ("sample_time", "f8"),  # parameter of the controller
     ("first_gathered", "f8"),  # in the work array
-    ("n_given", "f8"),  # links from inputs of the assembly; the connections follow
-    ("n_ramped", "f8"),  # the last of them, which are fed the speed
+    ("sample_time", "f8"),  # parameter of the controller
     ("slope", "f8"),  # input of the assembly that is the slope of the speed, or -1
-    ("n_connections", "f8"),
-    ("n_flags", "f8"),  # outputs that are true where they were true in a piece of the step
-    ("n_sums", "f8"),  # outputs that are sums over the pieces
+    *((f"n_{table}", "f8") for table in ("given", "ramped", "connections", "watched", "flags", "sums")),
 )
-N_HEAD, N_PART, N_LINK = size_of(HEAD), size_of(PART), size_of(LINK)
+N_HEAD, N_PART, N_LINK, N_RUN, N_WATCHED = (size_of(r) for r in (HEAD, PART, LINK, RUN, WATCHED))
 
 
 class Plan(NamedTuple):
@@ -58,54 +57,55 @@ class Plan(NamedTuple):
 
     head, parts
         Records `HEAD`, in an array of one, and `PART`, in the order in which the parts step.
-    given, connections
-        Records `LINK`: from the assembly's inputs, and from outputs, those of each part side by side.
+    given, ramped
+        From the assembly's inputs: records `RUN`, and `LINK` for what follows the speed within a step.
+    connections
+        Records `LINK` from outputs, those of each part side by side.
+    watched
+        Records `WATCHED` of inputs whose values come from within the assembly, those of each part side by side.
     flags, sums
-        Outputs that gather over a step.
-    lowest_held, highest_held, codes
-        Range of each input of a part, and the fault code of leaving it.
-    lowest_outputs, highest_outputs
+        Outputs that gather over a step: true where they were in a piece of it, and sums over the pieces.
+    lowest, highest
         Range of each output.
     """
 
     head: Records
     parts: Records
     given: Records
+    ramped: Records
     connections: Records
+    watched: Records
     flags: Array
     sums: Array
-    lowest_held: Array
-    highest_held: Array
-    codes: Array
-    lowest_outputs: Array
-    highest_outputs: Array
+    lowest: Array
+    highest: Array
 
 
 @views
 def plan_of(constants: Array) -> Plan:
     """Return views into the constants of an assembly."""
     head = part(constants, 0, HEAD, 1)
-    n_given, n_connections = int(head[0].n_given), int(head[0].n_connections)
-    n_held, n_outputs = int(head[0].n_held), int(head[0].n_outputs)
-    n_flags, n_sums = int(head[0].n_flags), int(head[0].n_sums)
+    n_given, n_ramped, n_connections = int(head[0].n_given), int(head[0].n_ramped), int(head[0].n_connections)
+    n_watched, n_flags, n_sums = int(head[0].n_watched), int(head[0].n_flags), int(head[0].n_sums)
+    n_outputs = int(head[0].n_outputs)
     given = N_HEAD + N_PARTS * N_PART
-    connections = given + n_given * N_LINK
-    flags = connections + n_connections * N_LINK
+    ramped = given + n_given * N_RUN
+    connections = ramped + n_ramped * N_LINK
+    watched = connections + n_connections * N_LINK
+    flags = watched + n_watched * N_WATCHED
     sums = flags + n_flags
-    held = sums + n_sums
-    outputs = held + 3 * n_held
+    lowest = sums + n_sums
     return Plan(
         head,
         part(constants, N_HEAD, PART, N_PARTS),
-        part(constants, given, LINK, n_given),
+        part(constants, given, RUN, n_given),
+        part(constants, ramped, LINK, n_ramped),
         part(constants, connections, LINK, n_connections),
+        part(constants, watched, WATCHED, n_watched),
         part(constants, flags, REAL, n_flags),
         part(constants, sums, REAL, n_sums),
-        part(constants, held, REAL, n_held),
-        part(constants, held + n_held, REAL, n_held),
-        part(constants, held + 2 * n_held, REAL, n_held),
-        part(constants, outputs, REAL, n_outputs),
-        part(constants, outputs + n_outputs, REAL, n_outputs),
+        part(constants, lowest, REAL, n_outputs),
+        part(constants, lowest + n_outputs, REAL, n_outputs),
     )
 
 
