@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from fmi_export.flat import copy
 from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import UNCHANGED, Array, Model
 from fmi_export.parts import clear
@@ -24,6 +25,7 @@ from rolac_controller.fourier import add_sample, angle_jump, last_delta_theta, s
 from rolac_controller.interface import interface_of
 from rolac_controller.outputs import write_identification, write_synchronous
 from rolac_controller.pid import CurrentLimits, differentiate, limit_and_integrate, pid_current
+from rolac_controller.prediction import predict
 from rolac_controller.receptance_table import TableViews, built_table, load, table_in_use
 from rolac_controller.records import Inputs, Outputs, Parameters, Records, inputs_of, outputs_of, parameters_of
 from rolac_controller.sampling import is_due, is_too_long
@@ -207,15 +209,23 @@ def step(
     """Take the sample that is due in the step, if one is; arguments as of every model (`Model.step`)."""
     sizes = sizes_of(constants)
     given, memory = parameters_of(parameters, constants, sizes), state_of(state, sizes)
-    sample_time, head = given.own[0].sample_time, memory.head[0]
+    sample_time, prediction_time, head = given.own[0].sample_time, given.own[0].prediction_time, memory.head[0]
     if is_too_long(time, step_size, sample_time):
         return FAULT_LONG_STEP
     if head.n_samples == 0.0:
         head.begin = time
-    if not is_due(head.begin + head.n_samples * sample_time, time, step_size):
+    due = is_due(head.begin + head.n_samples * sample_time, time, step_size)
+    if not due and prediction_time == 0.0:
+        return UNCHANGED
+    w = work_of(work, sizes)
+    copy(inputs, w.inputs)
+    used = inputs_of(w.inputs, sizes)
+    if prediction_time > 0.0:
+        predict(used, prediction_time, time, head, memory.last_displacements)
+    if not due:
         return UNCHANGED
     table = table_in_use(state, state_size(sizes), constants, sizes)
-    return take_sample(given, inputs_of(inputs, sizes), memory, work_of(work, sizes), table, outputs_of(outputs, sizes))
+    return take_sample(given, used, memory, w, table, outputs_of(outputs, sizes))
 
 
 def model_for(loop: ControlLoop) -> Model:

@@ -32,6 +32,15 @@ GENERAL = (
         maximum=0.1,
     ),
     parameter(
+        "prediction_time",
+        "s",
+        "How far displacements and angle are extrapolated, for a master that passes them on late: in Jacobi order two "
+        "communication steps",
+        0.0,
+        minimum=0.0,
+        maximum=0.1,
+    ),
+    parameter(
         "derivative_time",
         "s",
         "Time constant of the derivative's filter; 0: plain backward difference",

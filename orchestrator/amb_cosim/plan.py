@@ -84,7 +84,7 @@ def plan_scenario(
         given.update(values.set(name, raw))
     if scenario.gravity is not None:
         set_gravity(values, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor, given)
-    period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size
+    period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size(assembly.system.coupling)
     events: list[Event] = []
     marks: dict[str, int] = {}
     for event in scenario.event:

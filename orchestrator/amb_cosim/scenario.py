@@ -17,6 +17,7 @@ from amb_cosim.cosim.stopping import StopCondition
 from amb_cosim.cosim.system_file import Record, packaged_systems, stop_condition
 from amb_cosim.cosim.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.values import quantity
+from amb_cosim.coupling import DEFAULT_STEPS
 from amb_files.atomic import write_atomically
 from amb_files.suggestions import suggest
 from amb_files.toml import parse_toml, read_toml, validate
@@ -106,6 +107,7 @@ class Scenario(Table):
     Models are built for `rotor`, the name of one that comes with the package or a rotor file, the rig by default; the
     controller has the H of the table of
     `receptances` in place of the rotor model's.
+    `coupling` is that of the system by default, and `communication_step` 250 us, in Jacobi order 25 us.
     `gravity` pulls on the rotor towards `gravity_angle`, from x towards y. The static currents of magnetic bearings
     then carry the weight, and the rotor levitates at its setpoint. Parameters that the scenario gives keep their
     values.
@@ -122,7 +124,7 @@ class Scenario(Table):
     receptances: str | None = None
     gradient: bool = True
     coupling: Coupling | None = None
-    communication_step: Value = "250 us"
+    communication_step: Value | None = None
     Omega: Value
     gravity: Value | None = None
     gravity_angle: Value = "225 deg"
@@ -179,9 +181,10 @@ class Scenario(Table):
         """Duration of a cycle in s."""
         return 2.0 * math.pi / self.initial_speed
 
-    @property
-    def step_size(self) -> float:
-        """Communication step in s."""
+    def step_size(self, coupling: Coupling) -> float:
+        """Communication step in s, if this is the coupling of its system."""
+        if self.communication_step is None:
+            return DEFAULT_STEPS[self.coupling or coupling]
         return time_of(self.communication_step, "communication_step")
 
     def end(self, period: float) -> float:
@@ -253,7 +256,7 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
         _check_speeds(scenario)
         for stop in scenario.stop:
             stop.condition(scenario.period)
-        _ = scenario.step_size, scenario.end(scenario.period)  # both raise when they are wrong
+        _ = scenario.step_size("gauss_seidel"), scenario.end(scenario.period)  # both raise when they are wrong
     except ValueError as error:
         raise ValueError(f"{what}: {error}") from error
     return scenario
