@@ -56,6 +56,7 @@ class EngineBuildHook(BuildHookInterface[Any]):
             return
         sys.path[:0] = [str(Path(self.root) / name) for name in ("fmus", "libraries", "orchestrator")]
         from amb_cosim.cosim.loop_library import compile_loop, loop_place
+        from fmi_export.building.guard.libraries import SYSTEMS, guard, guard_place
         from fmi_export.building.native.compiler import PLATFORMS, check_platforms, host_platform
         from fmi_export.building.native.engines import engine, engine_place
 
@@ -76,6 +77,8 @@ class EngineBuildHook(BuildHookInterface[Any]):
                 engine(model, platform).write(engines / engine_place(model, platform))
 
         for platform in platforms:
+            if platform in SYSTEMS:
+                guard(platform).write(engines / guard_place(platform))
             place = loops / loop_place(platform)
             place.parent.mkdir(parents=True)
             place.write_bytes(compile_loop(platform))

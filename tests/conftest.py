@@ -200,14 +200,13 @@ def build_fmu(create_once: Callable[..., Path]) -> Callable[..., Path]:
     """`build_fmu(model, constants=None)`: path of the FMU, built once per test run."""
     import numpy as np
 
-    from fmi_export.building.identity import guid_of
-    from fmi_export.building.python_fmu import build_python_fmu
+    from fmi_export.building.python_fmu import build_python_fmu, python_guid
     from fmi_export.model import Model
 
     def build(model: Model, constants: Any = None) -> Path:
         numbers = np.zeros(1) if constants is None else constants
         home = create_once(
-            f"{model.name}-{guid_of(model, numbers).strip('{}')}",
+            f"{model.name}-{python_guid(model, numbers).strip('{}')}",
             lambda folder: build_python_fmu(model, numbers, folder),
         )
         return home / f"{model.name}.fmu"

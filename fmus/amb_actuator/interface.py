@@ -171,11 +171,20 @@ def _inputs(b: str, a: str, at: str) -> list[Variable]:
 
 
 def _outputs(b: str, a: str, at: str) -> list[Variable]:
-    demand = (f"{b}.i_{a}", f"{b}.command_voltage_{a}")
-    switches = (f"{b}.amplifier_off_{a}", f"{b}.stuck_{a}")
-    losses = (f"{b}.coil_loss_upper_{a}", f"{b}.coil_loss_lower_{a}")
+    def of_axis(*names: str) -> tuple[str, ...]:
+        return tuple(f"{b}.{name}_{a}" for name in names)
+
+    demand = of_axis("i", "command_voltage")
+    off, switches = of_axis("amplifier_off"), of_axis("amplifier_off", "stuck")
+    losses = of_axis("coil_loss_upper", "coil_loss_lower")
     current = (*demand, *switches)
     force = (*demand, f"{b}.{a}", *losses, *switches)
+    # At the start the currents are those of a steady command; nothing is stuck, and no voltage at its limit.
+    limits = of_axis("bias_current", "static_current", "current_limit", "resistance", "voltage_limit")
+    command = (*demand, *of_axis("amplifier_gain"), *limits, "amplifier")
+    currents = (*command, *off)
+    iron = (*currents, *of_axis("turns", "gap", "b_sat", "knee_width"), f"{b}.{a}", *losses)
+    gradient = (*iron, *of_axis("pole_area", "half_angle", "k_s_measured"), "force_law")
     flag: dict[str, object] = {"type": "Boolean"}
     return [
         output(
@@ -183,29 +192,47 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
             "N",
             f"Force on the rotor, in excess of the static load unless total_force, {at}",
             depends_on=force,
+            starts_from=(*gradient, *of_axis("k_i_measured"), "total_force"),
             field="force",
         ),
         output(
-            f"{b}.k_{a}{a}", "N/m", f"Gradient of the force over displacement, {at}", depends_on=force, field="gradient"
+            f"{b}.k_{a}{a}",
+            "N/m",
+            f"Gradient of the force over displacement, {at}",
+            depends_on=force,
+            starts_from=gradient,
+            field="gradient",
         ),
         output(
             f"{b}.{a}_ref",
             "m",
             f"Displacement where the force was evaluated, {at}",
             depends_on=(f"{b}.{a}",),
+            starts_as=f"{b}.{a}",
             field="reference",
         ),
         output(
-            f"{b}.i_upper_{a}", "A", f"Current of the upper coil pair, {at}", depends_on=current, field="upper_current"
+            f"{b}.i_upper_{a}",
+            "A",
+            f"Current of the upper coil pair, {at}",
+            depends_on=current,
+            starts_from=currents,
+            field="upper_current",
         ),
         output(
-            f"{b}.i_lower_{a}", "A", f"Current of the lower coil pair, {at}", depends_on=current, field="lower_current"
+            f"{b}.i_lower_{a}",
+            "A",
+            f"Current of the lower coil pair, {at}",
+            depends_on=current,
+            starts_from=currents,
+            field="lower_current",
         ),
         output(
             f"{b}.clipped_{a}",
             "1",
             f"The demanded current was cut to the coil limits, {at}",
             depends_on=demand,
+            starts_from=command,
             warning=f"the demanded current is cut to what the coils allow, 0 to {{{b}.current_limit_{a}}} A each",
             **flag,
         ),
@@ -214,6 +241,7 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
             "1",
             f"The flux density of a coil pair is beyond the knee, where force_law 2 limits it, {at}",
             depends_on=force,
+            starts_from=iron,
             warning=f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which force_law 2 alone knows of",
             **flag,
         ),
@@ -222,16 +250,34 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
             "1",
             f"An amplifier was at its voltage limit during the step, {at}",
             depends_on=current,
+            starts_from=(),
             warning=f"an amplifier is at its voltage limit, {{{b}.voltage_limit_{a}}} V",
             **flag,
         ),
         output(
-            f"{b}.v_upper_{a}", "V", f"Voltage at the upper coil pair, {at}", depends_on=current, field="upper_voltage"
+            f"{b}.v_upper_{a}",
+            "V",
+            f"Voltage at the upper coil pair, {at}",
+            depends_on=current,
+            starts_from=currents,
+            field="upper_voltage",
         ),
         output(
-            f"{b}.v_lower_{a}", "V", f"Voltage at the lower coil pair, {at}", depends_on=current, field="lower_voltage"
+            f"{b}.v_lower_{a}",
+            "V",
+            f"Voltage at the lower coil pair, {at}",
+            depends_on=current,
+            starts_from=currents,
+            field="lower_voltage",
         ),
-        output(f"{b}.copper_loss_{a}", "W", f"Heat in both coil pairs, {at}", minimum=0.0, depends_on=current),
+        output(
+            f"{b}.copper_loss_{a}",
+            "W",
+            f"Heat in both coil pairs, {at}",
+            minimum=0.0,
+            depends_on=current,
+            starts_from=currents,
+        ),
     ]
 
 
@@ -252,7 +298,7 @@ def interface_of(bearings: Sequence[str]) -> Interface:
     return interface(
         *_MODEL_PARAMETERS,
         repeated("axes", axes_of(bearings), _axis),
-        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
+        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
     )
 
 
@@ -295,4 +341,4 @@ _MODEL_PARAMETERS = (
 )
 
 # One bearing, for the record types of its axes.
-SMALLEST = interface_of(("b",))
+SMALLEST = interface_of(("b",)).with_all_parts()

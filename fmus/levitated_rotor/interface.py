@@ -16,7 +16,9 @@ def interface_of(assembly: Assembly) -> Interface:
     return Interface((*_parameters(assembly), *_inputs(assembly), *_outputs(assembly), FAULT))
 
 
-FAULT = output(FAULT_CODE, "1", "0 while all is well; the log says what else means", type="Integer")
+Needs = dict[str, set[str] | None]  # variables of the assembly that an output needs, by its name
+
+FAULT = output(FAULT_CODE, "1", "0 while all is well; the log says what else means", type="Integer", starts_from=())
 
 
 def renamed(assembly: Assembly, part: Part, sentence: str) -> str:
@@ -50,28 +52,52 @@ def _inputs(assembly: Assembly) -> Iterator[Variable]:
 
 
 def _outputs(assembly: Assembly) -> Iterator[Variable]:
-    reached = _reached_by(assembly)
+    reached, started = _closed(assembly, _reaching(assembly)), _closed(assembly, _starting(assembly))
     for part in assembly.parts:
         for name, v in part.of("output"):
+            same = assembly.named(part, v.starts_as) if v.starts_as else ""
             yield replace(
-                v, name=name, field="", depends_on=tuple(reached[name]), warning=renamed(assembly, part, v.warning)
+                v,
+                name=name,
+                field="",
+                depends_on=reached[name] or (),
+                starts_from=started[name],
+                starts_as="" if same in assembly.outputs else same,
+                warning=renamed(assembly, part, v.warning),
             )
 
 
-def _reached_by(assembly: Assembly) -> dict[str, list[str]]:
-    """Return the inputs of the assembly that reach each output without delay, in the order of the table."""
-    needs = {
+def _reaching(assembly: Assembly) -> Needs:
+    """Return what reaches each output without delay."""
+    return {
         name: {assembly.named(part, u) for u in v.depends_on}
         for part in assembly.parts
         for name, v in part.of("output")
     }
-    reached = {name: set(sources) for name, sources in needs.items()}
-    changed = True
-    while changed:
-        changed = False
-        for sources in reached.values():
-            further = set().union(*(reached.get(source, ()) for source in sources)) - sources
-            sources |= further
-            changed = changed or bool(further)
-    order = list(assembly.inputs)
-    return {name: [u for u in order if u in sources] for name, sources in reached.items()}
+
+
+def _starting(assembly: Assembly) -> Needs:
+    """Return what each output depends on at the start, None where that is not declared."""
+    needs: Needs = {}
+    for part in assembly.parts:
+        declared = part.model.interface.initial_dependencies
+        for name, v in part.of("output"):
+            of_part = declared.get(v.name)
+            needs[name] = None if of_part is None else {assembly.named(part, u) for u in of_part}
+    return needs
+
+
+def _closed(assembly: Assembly, needs: Needs) -> dict[str, tuple[str, ...] | None]:
+    """Return the parameters and inputs of the assembly that the needs of each output lead to, in the table's order."""
+    order = [name for part in assembly.parts for name, _ in part.of("parameter")] + list(assembly.inputs)
+    found: dict[str, tuple[str, ...] | None] = {}
+    for shown in needs:
+        known, new = set(), {shown}
+        while new:
+            known |= new
+            further = [needs.get(name, set()) for name in new]
+            if None in further:
+                break
+            new = {name for names in further for name in names or ()} - known
+        found[shown] = None if new else tuple(name for name in order if name in known)
+    return found

@@ -93,7 +93,28 @@ def _inputs_of_sensor(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
     return (*names[sensor % 2 :: 2], *(f"{names[sensor]}.{fault}" for fault in FAULT_INPUTS))
 
 
-def _axis(b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
+# What the displacements that the controller reads at its start depend on, beside inputs and scales of the sensors.
+MEASURED = ("chain.preset", "chain.adc", "chain.sensitivity", "chain.adc_range")
+DAC = ("chain.preset", "chain.dac", "chain.dac_bits", "chain.dac_range", "chain.amplifier_gain")
+GAINS = ("k_b", "k_s", "k_i", "k_p", "i_min", "i_max")  # that a current at rest depends on
+
+
+def _measured_at_start(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
+    """Parameters and inputs that a sensor's measured displacement depends on at the start, the ADC's bits aside."""
+    name = loop.sensor_names[sensor]
+    faults = tuple(f"{name}.fault_{kind}" for kind in ("dead", "stuck", "offset"))  # noise begins with the samples
+    others = (*loop.sensor_names[sensor % 2 :: 2], f"plane{sensor // 2 + 1}.offset", "plane_positions[*]")
+    return (name, *(others if len(loop.planes) > 1 else ()), *faults, f"{name}.scale", *MEASURED)
+
+
+def _current_at_start(loop: ControlLoop, b: str, a: str, sensor: str) -> tuple[str, ...]:
+    """Parameters and inputs that the current of an axis depends on at the start."""
+    measured = _measured_at_start(loop, loop.sensor_names.index(sensor))
+    gains = (f"{b}.{gain}_{a}" for gain in GAINS)
+    return (*measured, "chain.adc_bits", "pid.direct", *gains, f"{b}.set_{a}", *DAC)
+
+
+def _axis(b: str, a: str, adaptation: tuple[str, ...], start: tuple[str, ...]) -> list[Variable]:
     at = f"{b.upper()}, {a} axis"
     return [
         output(
@@ -101,6 +122,7 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
             "A",
             f"Demanded control current, {at}",
             depends_on=(*adaptation, f"{b}.set_{a}"),
+            starts_from=start,
             field="current",
         ),
         output(
@@ -108,6 +130,7 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
             "N",
             f"Amplitude of the synchronous force, {at}",
             depends_on=(*adaptation, *SELECTION_INPUTS),
+            starts_from=(),
             field="force_amplitude",
         ),
         output(
@@ -115,6 +138,7 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
             "rad",
             f"Phase of the synchronous force, {at}",
             depends_on=(*adaptation, *SELECTION_INPUTS),
+            starts_from=(),
             field="force_phase",
         ),
     ]
@@ -123,8 +147,22 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
 def _sensor(name: str, where: str, own_inputs: tuple[str, ...]) -> list[Variable]:
     reached = (*own_inputs, *ROTATION_INPUTS, *SELECTION_INPUTS)
     return [
-        output(f"amplitude.{name}", "m", f"Synchronous amplitude, {where}", depends_on=reached, field="amplitude"),
-        output(f"phase.{name}", "rad", f"Phase of the synchronous part, {where}", depends_on=reached, field="phase"),
+        output(
+            f"amplitude.{name}",
+            "m",
+            f"Synchronous amplitude, {where}",
+            depends_on=reached,
+            starts_from=(),
+            field="amplitude",
+        ),
+        output(
+            f"phase.{name}",
+            "rad",
+            f"Phase of the synchronous part, {where}",
+            depends_on=reached,
+            starts_from=(),
+            field="phase",
+        ),
     ]
 
 
@@ -135,12 +173,14 @@ def _harmonic(number: int, sensors: tuple[str, ...], adaptation: tuple[str, ...]
             "m",
             f"Root of the sum of squares of the amplitudes of all sensors, harmonic number {number}",
             depends_on=(*sensors, *ROTATION_INPUTS),
+            starts_from=(),
         ),
         output(
             f"harmonic{number}.force",
             "N",
             f"Root of the sum of squares of the forces of all axes, harmonic number {number}",
             depends_on=adaptation,
+            starts_from=(),
         ),
     ]
 
@@ -148,7 +188,13 @@ def _harmonic(number: int, sensors: tuple[str, ...], adaptation: tuple[str, ...]
 def _receptance(sensor: str, b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
     what = f"part of the identified receptance, {sensor} by a force at {b}.{a} (6.7)"
     return [
-        output(f"r.{sensor}.{b}_{a}.{part}", "m/N", f"{word} {what}", depends_on=(*adaptation, *SELECTION_INPUTS))
+        output(
+            f"r.{sensor}.{b}_{a}.{part}",
+            "m/N",
+            f"{word} {what}",
+            depends_on=(*adaptation, *SELECTION_INPUTS),
+            starts_from=(),
+        )
         for part, word in (("re", "Real"), ("im", "Imaginary"))
     ]
 
@@ -162,6 +208,7 @@ def _contact_share(b: str, sensors: tuple[str, ...]) -> list[Variable]:
             minimum=0.0,
             maximum=1.0,
             depends_on=(*sensors, "theta", "contact_state"),
+            starts_from=(),
             field=".",
         )
     ]
@@ -171,28 +218,43 @@ def _enumerated(sentences: tuple[str, ...]) -> str:
     return "; ".join(f"{k} {sentence}" for k, sentence in enumerate(sentences))
 
 
-def _flag(name: str, description: str, depends_on: tuple[str, ...], warning: str = "") -> Variable:
-    return output(name, "1", description, type="Boolean", depends_on=depends_on, warning=warning)
+def _flag(
+    name: str, what: str, depends_on: tuple[str, ...], warning: str = "", starts_from: tuple[str, ...] = ()
+) -> Variable:
+    return output(name, "1", what, type="Boolean", depends_on=depends_on, starts_from=starts_from, warning=warning)
 
 
-def _number(name: str, description: str, maximum: float, depends_on: tuple[str, ...]) -> Variable:
-    return output(name, "1", description, type="Integer", minimum=0, maximum=maximum, depends_on=depends_on)
+def _number(
+    name: str, what: str, maximum: float, depends_on: tuple[str, ...], starts_from: tuple[str, ...] = ()
+) -> Variable:
+    options: dict[str, object] = {"depends_on": depends_on, "starts_from": starts_from}
+    return output(name, "1", what, type="Integer", minimum=0, maximum=maximum, **options)
 
 
-def _choice(name: str, what: str, sentences: tuple[str, ...], depends_on: tuple[str, ...]) -> Variable:
-    return _number(name, what + _enumerated(sentences), len(sentences) - 1, depends_on)
+def _choice(
+    name: str, what: str, sentences: tuple[str, ...], depends_on: tuple[str, ...], starts_from: tuple[str, ...] = ()
+) -> Variable:
+    return _number(name, what + _enumerated(sentences), len(sentences) - 1, depends_on, starts_from)
 
 
 def output_variables(loop: ControlLoop) -> list[Variable]:
     """Return the outputs of a controller of this loop."""
     axes = [(bearing, axis) for bearing, axis, _ in loop.axes]
+    currents = {(b, a): _current_at_start(loop, b, a, sensor) for b, a, sensor in loop.axes}
+    measured = {name for k in range(len(loop.sensors)) for name in _measured_at_start(loop, k)}
     sensors = _sensor_inputs(loop)
     adaptation = (*sensors, *ROTATION_INPUTS, "rolac_enable", "identify", "contact_state")
     setpoints = tuple(f"{b}.set_{a}" for b, a in axes)
     return [
         _flag("rolac_active", "ROLAC is adapting its force", adaptation),
         _flag("window_valid", "The synchronous signals span a full revolution", ROTATION_INPUTS),
-        _choice("rolac_status", "What ROLAC does: ", STATUSES, adaptation),
+        _choice(
+            "rolac_status",
+            "What ROLAC does: ",
+            STATUSES,
+            adaptation,
+            starts_from=("rolac_enable", "Omega", "rolac.min_speed"),
+        ),
         _flag(
             "rolac_limited",
             "A synchronous force is at rolac.force_limit",
@@ -210,12 +272,14 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             "A demanded current is at its limit",
             (*adaptation, *setpoints),
             "a demanded current is at its limit, which i_min and i_max of its axis set, or the range of the DAC",
+            starts_from=tuple(sorted({name for start in currents.values() for name in start})),
         ),
         _flag(
             "adc_limited",
             "A displacement is beyond the range of the ADC",
             sensors,
             "a displacement is beyond the range of the ADC, {chain.adc_range} V at {chain.sensitivity} V/m",
+            starts_from=tuple(sorted(measured)),
         ),
         _number(
             "suspect_sensor",
@@ -233,12 +297,14 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             minimum=0.0,
             maximum=1.0,
             depends_on=adaptation,
+            starts_from=(),
         ),
         output(
             "identification_speed",
             "rad/s",
             "Speed of the last identification that was completed",
             depends_on=adaptation,
+            starts_from=(),
         ),
         output(
             "condition_number",
@@ -247,8 +313,9 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             minimum=0.0,
             maximum=LARGEST_CONDITION,
             depends_on=(*adaptation, *SELECTION_INPUTS),
+            starts_from=(),
         ),
-        *repeated("axes", [(b, a, adaptation) for b, a in axes], _axis),
+        *repeated("axes", [(b, a, adaptation, currents[b, a]) for b, a in axes], _axis),
         *repeated("sensors", [(*s, _inputs_of_sensor(loop, k)) for k, s in enumerate(loop.sensors)], _sensor),
         *repeated("harmonics", [(k + 1, sensors, adaptation) for k in range(N_HARMONICS)], _harmonic),
         *repeated("contact_shares", [(b, sensors) for b in loop.bearings], _contact_share),
@@ -258,5 +325,5 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             _receptance,
             shape=loop.shape,
         ),
-        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
+        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
     ]

@@ -37,6 +37,10 @@ class Variable:
     co-simulation may close an algebraic loop. `field` is the variable's place in the record that kernels read,
     `sites[2].clearance`, if it is not the name itself; see `records`.
 
+    `starts_from` of an output names the parameters and inputs that its value depends on when it is initialised:
+    variables, or `sites[*].clearance` for that of all `repeated` parts; where it is None, that may be all of them.
+    `starts_as` names one whose value it has then. Both describe an initialisation that succeeds.
+
     `warning` makes a Boolean output a warning: the sentence that is logged when it becomes true. `{name}` in it is
     replaced by that variable's value.
     """
@@ -51,6 +55,8 @@ class Variable:
     type: Type = "Real"
     tunable: bool = False
     depends_on: tuple[str, ...] = ()
+    starts_from: tuple[str, ...] | None = None
+    starts_as: str = ""
     field: str = ""
     warning: str = ""
 
@@ -114,8 +120,8 @@ class Interface:
     Raises
     ------
     ValueError
-        If a name occurs twice, the order is not parameters, inputs, outputs, a dependency is no input, or a warning
-        names no variable.
+        If a name occurs twice, the order is not parameters, inputs, outputs, a dependency is no input, an output starts
+        from something that is neither parameter nor input, or a warning names no variable.
     """
 
     variables: tuple[Variable, ...]
@@ -136,6 +142,7 @@ class Interface:
             strange = set(named_in(v.warning)) - set(names)
             if strange:
                 raise ValueError(f"the warning of {v.name} names {', '.join(sorted(strange))}, which are no variables")
+        _ = self.initial_dependencies
 
     @cached_property
     def position(self) -> dict[str, int]:
@@ -147,6 +154,47 @@ class Interface:
 
     def of(self, causality: Causality) -> tuple[Variable, ...]:
         return tuple(v for v in self.variables if v.causality == causality)
+
+    @cached_property
+    def initial_dependencies(self) -> dict[str, tuple[str, ...]]:
+        """Names of the parameters and inputs that each output depends on at its start, where that is declared."""
+        places: dict[str, list[int]] = {}
+        for i, v in enumerate(self.variables):
+            for name in _called(v) if v.causality != "output" else ():
+                places.setdefault(name, []).append(i)
+        found: dict[str, tuple[str, ...]] = {}
+        names: dict[tuple[str, ...], tuple[str, ...]] = {}  # outputs of equal parts start from the same
+        for v in self.of("output"):
+            start = _start_of(v)
+            if start is None:
+                continue
+            if start not in names:
+                unknown = [name for name in start if name not in places and not self._lacks(name)]
+                if unknown:
+                    raise ValueError(f"{v.name} starts from {', '.join(unknown)}, which are no parameters or inputs")
+                chosen = {i for name in start for i in places.get(name, ())}
+                names[start] = tuple(self.variables[i].name for i in sorted(chosen))
+            found[v.name] = names[start]
+        return found
+
+    def _lacks(self, name: str) -> bool:
+        """Return whether `name` is that of parts, `sites[*].clearance`, of which this interface has none."""
+        array, is_repeated, _ = name.partition("[*]")
+        return bool(is_repeated) and not any(v.field.startswith(f"{array}[") for v in self.variables)
+
+    def with_all_parts(self) -> Interface:
+        """Return itself, an interface that has one of each part that there can be.
+
+        Raises
+        ------
+        ValueError
+            If an output starts from parts that it has none of: no other interface of the model has them either.
+        """
+        for v in self.of("output"):
+            missing = [name for name in _start_of(v) or () if self._lacks(name)]
+            if missing:
+                raise ValueError(f"{v.name} starts from {', '.join(missing)}, of parts that no interface has")
+        return self
 
     @cached_property
     def warnings(self) -> dict[int, str]:
@@ -234,6 +282,15 @@ def _place(v: Variable) -> tuple[int, bool, bool]:
 
 def _is_repeated(v: Variable) -> bool:
     return "[" in v.field
+
+
+def _called(v: Variable) -> list[str]:
+    """Return the names that `starts_from` may call a variable by."""
+    return [v.name, re.sub(r"\[[\d,]+\]", "[*]", v.field)] if _is_repeated(v) else [v.name]
+
+
+def _start_of(v: Variable) -> tuple[str, ...] | None:
+    return (*(v.starts_from or ()), v.starts_as) if v.starts_as else v.starts_from
 
 
 def repeated(

@@ -9,8 +9,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from rig import ACTUATOR
 
-from fmi_export.building.identity import guid_of
-from fmi_export.building.python_fmu import build_python_fmu
+from fmi_export.building.python_fmu import build_python_fmu, python_guid
 from fmi_export.building.units import base_unit
 
 
@@ -36,11 +35,11 @@ def test_fmpy_finds_no_problem(fmu):
 def test_two_builds_have_the_same_guid_and_the_same_description(model, fmu, tmp_path):
     again = build_python_fmu(model, np.zeros(1), tmp_path)
     assert xml_of(again) == xml_of(fmu)
-    assert guid_of(model, np.zeros(1)) in xml_of(again).decode()
+    assert python_guid(model, np.zeros(1)) in xml_of(again).decode()
 
 
 def test_other_constants_give_another_guid(model):
-    assert guid_of(model, np.zeros(1)) != guid_of(model, np.ones(1)) != guid_of(model, np.ones(2))
+    assert python_guid(model, np.zeros(1)) != python_guid(model, np.ones(1)) != python_guid(model, np.ones(2))
 
 
 def test_variables_stand_in_the_description_as_in_the_table(model, fmu):
@@ -95,6 +94,19 @@ def test_all_outputs_are_initial_unknowns(model, fmu):
     indices = [int(u.get("index")) for u in root.iterfind("ModelStructure/InitialUnknowns/Unknown")]
     names = [model.interface.variables[i - 1].name for i in indices]
     assert names == [v.name for v in model.interface.of("output")]
+
+
+def test_initial_unknowns_declare_what_they_start_from(build_fmu, lag):
+    actuator = {u.get("index"): u for u in ElementTree.fromstring(xml_of(build_fmu(ACTUATOR))).iter("Unknown")}
+    position = {v.name: str(k) for k, v in enumerate(ACTUATOR.interface.variables, 1)}
+    reference = actuator[position["mb1.x_ref"]]
+    assert (reference.get("dependencies"), reference.get("dependenciesKind")) == (position["mb1.x"], "constant")
+    gradient = actuator[position["mb1.k_xx"]].get("dependencies").split()
+    assert {position["force_law"], position["mb1.x"], position["mb1.gap_x"]} < set(gradient)
+    assert not {position["mb1.gap_y"], position["mb1.bandwidth_x"], position["mb1.f_x"]} & set(gradient)
+    assert actuator[position["mb1.voltage_limited_x"]].get("dependencies") == ""
+    unknowns = fmpy.read_model_description(str(build_fmu(lag))).initialUnknowns
+    assert {u.variable.name: u.dependencies is None for u in unknowns}["steps"]  # nothing is declared
 
 
 def test_the_abilities_the_slave_has_are_declared(fmu):

@@ -1,12 +1,13 @@
 """Rules of the variable tables."""
 
 import math
+import re
 
 import pytest
 
 from fmi_export.building.readme import BEGIN, END, interface_table, with_table
 from fmi_export.model import Model
-from fmi_export.variables import Interface, input_, interface, output, parameter
+from fmi_export.variables import Interface, input_, interface, output, parameter, repeated
 
 A = parameter("a", "m", "A length", 2.0, minimum=1.0, maximum=3.0)
 U = input_("u", "N", "A force")
@@ -35,6 +36,33 @@ def test_a_table_out_of_order_is_refused():
 def test_a_dependency_on_something_that_is_no_input_is_refused():
     with pytest.raises(ValueError, match="y depends on a, w"):
         interface(A, U, output("y", "N", "A force", depends_on=("u", "w", "a")))
+
+
+def parts(count, starts_from):
+    """A table with so many parts, each with a parameter `k`, and an output that starts from some of them."""
+    springs = repeated("springs", [(f"s{n}",) for n in range(count)], lambda n: [parameter(f"{n}.k", "N/m", "K", 1.0)])
+    return interface(A, U, springs, output("y", "N", "A force", starts_from=starts_from))
+
+
+def test_an_output_starts_from_variables_or_from_those_of_all_parts():
+    table = parts(2, ("u", "springs[*].k", "a"))
+    assert table.initial_dependencies == {"y": ("a", "s0.k", "s1.k", "u")}
+    assert parts(0, ("u", "springs[*].k")).initial_dependencies == {"y": ("u",)}
+    assert interface(U, output("y", "N", "A force", starts_as="u")).initial_dependencies == {"y": ("u",)}
+    assert parts(2, ()).initial_dependencies == {"y": ()}
+    assert parts(2, None).initial_dependencies == {}
+
+
+@pytest.mark.parametrize("name", ["w", "y", "springs[*].c"])
+def test_a_start_from_something_that_is_given_by_nobody_is_refused(name):
+    with pytest.raises(ValueError, match=rf"y starts from {re.escape(name)}, which are no parameters or inputs"):
+        parts(2, ("u", name))
+
+
+def test_a_start_from_parts_that_no_interface_has_is_refused():
+    with pytest.raises(ValueError, match=r"y starts from spring\[\*\].k, of parts that no interface has"):
+        parts(1, ("u", "spring[*].k")).with_all_parts()
+    parts(1, ("springs[*].k",)).with_all_parts()
 
 
 @pytest.mark.parametrize("options", [{}, {"type": "Integer"}])

@@ -35,8 +35,8 @@ def test_parameters_and_outputs_are_those_of_the_parts(table, parts):
         found = [v for v in table.of(causality) if v.name != FAULT_CODE]
         assert [v.name for v in found] == [v.name for v in expected]
         for v, own in zip(found, expected, strict=True):
-            own = replace(own, start=v.start, depends_on=v.depends_on, warning=v.warning)
-            assert v == own, v.name
+            reached = {"depends_on": v.depends_on, "starts_from": v.starts_from, "starts_as": v.starts_as}
+            assert v == replace(own, start=v.start, warning=v.warning, **reached), v.name
 
 
 def test_inputs_are_those_that_nothing_in_the_system_feeds(table, parts):
@@ -63,6 +63,14 @@ def test_what_reaches_an_output_without_delay_goes_through_connections(table):
     assert {"rolac_controller.mb1.set_x", "amb_actuator.mb1.stuck_x", "rolac_controller.rolac_enable"} <= reach
     assert "rolac_controller.mb2.set_y" not in reach
     assert table["rotor_contact.mb1.x"].depends_on == ()
+
+
+def test_what_an_output_starts_from_goes_through_connections(table):
+    force = set(table.initial_dependencies["amb_actuator.mb1.f_x"])
+    assert {"amb_actuator.mb1.k_i_measured_x", "rolac_controller.mb1.set_x", "rolac_controller.mb1.k_b_x"} <= force
+    assert "rolac_controller.mb2.k_b_y" not in force
+    declared = table.initial_dependencies
+    assert [v.name for v in table.of("output") if v.name not in declared] == []
 
 
 def test_start_values_are_those_of_the_scenario(table):

@@ -14,7 +14,8 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
     """Return the root element of the FMI 2.0 co-simulation description of `model`.
 
     Variables come in table order with value reference = position; outputs are `calculated`, listed with the
-    inputs they depend on without delay, and are the initial unknowns.
+    inputs they depend on without delay. They are the initial unknowns, with what their initial
+    values depend on as far as the table declares it.
     """
     root = Element(
         "fmiModelDescription",
@@ -55,7 +56,11 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
         SubElement(outputs, "Unknown", index=index[v.name], dependencies=" ".join(index[n] for n in v.depends_on))
     unknowns = SubElement(structure, "InitialUnknowns")
     for v in model.interface.of("output"):
-        SubElement(unknowns, "Unknown", index=index[v.name])
+        unknown = SubElement(unknowns, "Unknown", index=index[v.name])
+        if v.name in model.interface.initial_dependencies:
+            unknown.set("dependencies", " ".join(index[n] for n in model.interface.initial_dependencies[v.name]))
+        if v.starts_as:
+            unknown.set("dependenciesKind", "constant")
     return root
 
 

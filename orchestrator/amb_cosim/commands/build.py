@@ -30,7 +30,7 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     "--platform",
     "platforms",
     metavar="NAMES",
-    help="Of native FMUs: linux64, win64, darwin64, aarch64-linux, aarch64-darwin, some of them with commas, or all; "
+    help="linux64, win64, and for native FMUs darwin64, aarch64-linux, aarch64-darwin; some with commas, or all; "
     "this machine's by default.",
 )
 def build(

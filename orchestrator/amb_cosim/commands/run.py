@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import click
@@ -39,7 +40,7 @@ def run(
 
     import amb_cosim
     from amb_cosim.plan import parse_settings
-    from amb_cosim.text_tables import show_warnings
+    from amb_cosim.text_tables import show_notices, show_warnings
     from amb_files.atomic import write_atomically
 
     folder = output or Path("results") / Path(name).stem
@@ -67,6 +68,7 @@ def run(
     console = Console(stderr=summary_json == "-")
     console.print(result.summary.table())
     show_warnings(result.summary.warnings, console)
+    show_notices(result.summary.notices)
     console.print(f"results in {folder}")
     if result.outcome.failure is not None:
         raise Failed(f"{result.outcome.failure}; what was recorded until then is in {folder}")
@@ -92,7 +94,7 @@ def simulate(
     from amb_cosim.cosim.warnings import sentences, warnings_of
     from amb_cosim.plan import parse_settings
     from amb_cosim.progress import progress_bar
-    from amb_cosim.text_tables import show_warnings
+    from amb_cosim.text_tables import show_notices, show_warnings
 
     folder = output or Path("results") / system_file.stem
     with refusing():
@@ -108,6 +110,7 @@ def simulate(
             )
         result.save(folder)
     show_warnings(sentences(warnings_of(result.signals)))
+    show_notices(json.loads(result.signals.attrs["notices"]))
     click.echo(f"{result.outcome}; results in {folder}")
     if result.outcome.failure is not None:
         raise Failed(f"{result.outcome.failure}; what was recorded until then is in {folder}")

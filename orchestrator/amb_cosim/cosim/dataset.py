@@ -88,6 +88,7 @@ def to_signals(recording: Recording) -> SignalTable:
         "completed": int(outcome.failure is None),
         "failure": outcome.failure or "",
         "stopped": outcome.stopped or "",
+        "notices": json.dumps(plan.notices),
         warnings.ATTRIBUTE: warnings.to_json(_warnings(recording, times)),
         "outcome": json.dumps([outcome.status, outcome.time, outcome.component, outcome.reason]),
         "parameters": json.dumps(plan.all_parameters(recording.interfaces)),

@@ -104,7 +104,7 @@ def build_models(
     names, options
         The models and what they are made for, as for `model_source`.
     flavour, platforms
-        Which flavour, and what a native FMU runs on; see `build_native_fmu`.
+        Which flavour, and what it runs on; see `build_native_fmu` and `build_python_fmu`.
     """
     made = [model_source(name, **options) for name in names]
     build, _ = _flavoured(flavour, platforms)
@@ -132,7 +132,7 @@ def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
 def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model, built and extracted into the user's cache if it is not there yet.
 
-    A native one is built for this machine. Its folder is named by what it is made from, so it changes when interface,
+    It is built for this machine. Its folder is named by what it is made from, so it changes when interface,
     code or constants do.
 
     Raises
@@ -210,12 +210,9 @@ def _code(package: str) -> bytes:
 def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None) -> tuple[Build, Guid]:
     """Return the functions that build an FMU of that flavour and give its guid."""
     if flavour == "python":
-        if platforms is not None:
-            raise ValueError("platforms are for native FMUs alone; those of flavour python run where PythonFMU does")
-        from fmi_export.building.identity import guid_of
-        from fmi_export.building.python_fmu import build_python_fmu
+        from fmi_export.building.python_fmu import build_python_fmu, python_guid
 
-        return build_python_fmu, guid_of
+        return partial(build_python_fmu, platforms=platforms), python_guid
     from fmi_export.building.native.package import build_native_fmu, native_guid
 
     return partial(build_native_fmu, platforms=platforms), native_guid

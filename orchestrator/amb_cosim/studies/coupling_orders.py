@@ -8,7 +8,7 @@ from typing import Annotated
 
 from amb_cosim.contact_history import recovery
 from amb_cosim.cosim.choices import Coupling, Flavour
-from amb_cosim.cosim.system_file import Record
+from amb_cosim.cosim.system_tables import Record
 from amb_cosim.coupling import DELAY_STEPS
 from amb_cosim.orbits import orbit_before
 from amb_cosim.scenario import load_scenario

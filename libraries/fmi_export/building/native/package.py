@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -48,7 +48,7 @@ def build_native_fmu(model: Model, constants: Array, folder: Path, platforms: It
     for platform, one in engines.items():
         content[f"binaries/{platform}/{model.name}{PLATFORMS[platform][0]}"] = one.library
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
-    return _write(folder / f"{model.name}.fmu", content)
+    return write_archive(folder / f"{model.name}.fmu", content)
 
 
 def native_guid(model: Model, constants: Array) -> str:
@@ -64,7 +64,9 @@ def _description(model: Model, guid: str, made_by: list[str]) -> bytes:
     return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def _write(target: Path, content: dict[str, bytes]) -> Path:
+def write_archive(target: Path, content: Mapping[str, bytes]) -> Path:
+    """Write `content` (by the names in the archive) to a zip file, whole or not at all, and return its path."""
+
     def archive(path: Path) -> None:
         with zipfile.ZipFile(path, "w") as fmu:
             for name in sorted(content):
