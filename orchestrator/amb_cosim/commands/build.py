@@ -10,12 +10,22 @@ from amb_cosim.commands.cli_errors import check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR
 from amb_cosim.cosim.choices import Flavour
 
+SYSTEM = "levitated"  # what is assembled without a scenario
+
 
 @click.command()
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("build"), show_default=True)
 @ROTOR
 @RECEPTANCES
 @FLAVOUR
+@click.option(
+    "--assembled",
+    is_flag=False,
+    flag_value=SYSTEM,
+    metavar="[SCENARIO]",
+    help="One FMU, levitated_rotor, in place of three: rotor, actuator and controller stepped together, with the "
+    "scenario's values (name or TOML file) to start with; without one those of the system levitated.",
+)
 @click.option(
     "--platform",
     "platforms",
@@ -24,7 +34,12 @@ from amb_cosim.cosim.choices import Flavour
     "this machine's by default.",
 )
 def build(
-    output: Path, rotor_file: str | None, receptances: Path | None, flavour: Flavour, platforms: str | None
+    output: Path,
+    rotor_file: str | None,
+    receptances: Path | None,
+    flavour: Flavour,
+    assembled: str | None,
+    platforms: str | None,
 ) -> None:
     """Build the FMUs into a folder."""
     import amb_cosim
@@ -33,6 +48,10 @@ def build(
 
     with refusing():
         check_writable(output, is_folder=True)
+        if assembled is not None:
+            scenario = None if assembled == SYSTEM else assembled
+            click.echo(amb_cosim.build_assembled(output, scenario, flavour, rotor_file, receptances, chosen))
+            return
         for path in amb_cosim.build(output, flavour, rotor_file, receptances, chosen):
             click.echo(path)
 

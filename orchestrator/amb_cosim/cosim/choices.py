@@ -10,4 +10,4 @@ FLAVOURS: tuple[Flavour, ...] = get_args(Flavour)
 Loop = Literal["compiled", "plain"]
 LOOPS: tuple[Loop, ...] = get_args(Loop)
 
-Coupling = Literal["gauss_seidel", "jacobi"]
+Coupling = Literal["gauss_seidel", "jacobi", "iterative"]

@@ -71,7 +71,8 @@ class Port:
 class FmuInterface:
     """An FMU's identity and its variables by name, in the order of the modelDescription.
 
-    `takes_any_step` is whether it can handle a communication step other than its own.
+    `takes_any_step` is whether it can handle a communication step other than its own, `saves_state` whether it can go
+    back to an earlier state.
     """
 
     identifier: str
@@ -79,6 +80,7 @@ class FmuInterface:
     version: str
     ports: Mapping[str, Port]
     takes_any_step: bool = False
+    saves_state: bool = False
 
     def of(self, causality: str) -> tuple[Port, ...]:
         return tuple(port for port in self.ports.values() if port.causality == causality)
@@ -129,8 +131,14 @@ def read_interface(source: Path, name: str) -> FmuInterface:
         if v.type != "String"
     }
     ability = description.coSimulation
-    any_step = bool(ability.canHandleVariableCommunicationStepSize)
-    return FmuInterface(ability.modelIdentifier, description.guid, description.version or "", ports, any_step)
+    return FmuInterface(
+        identifier=ability.modelIdentifier,
+        guid=description.guid,
+        version=description.version or "",
+        ports=ports,
+        takes_any_step=bool(ability.canHandleVariableCommunicationStepSize),
+        saves_state=bool(ability.canGetAndSetFMUstate),
+    )
 
 
 def _warnings(source: Path) -> dict[str, str]:

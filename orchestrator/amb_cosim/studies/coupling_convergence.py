@@ -114,14 +114,22 @@ def comparisons() -> list[Comparison]:
         "Gauss-Seidel, with gradient": Scheme(),
         "Jacobi, force held": Scheme("jacobi", gradient=False),
         "Jacobi, with gradient": Scheme("jacobi"),
+        "Jacobi, predicting": Scheme("jacobi", predicts=True),
+        "iterative, force held": Scheme("iterative", gradient=False),
     }
     currents = {
         "current at the end, force held": Scheme(gradient=False),
         "current at the end, with gradient": Scheme(),
         "mean current, force held": Scheme(gradient=False, mean_current=True),
         "mean current, with gradient": Scheme(mean_current=True),
+        "iterative, mean current, force held": Scheme("iterative", gradient=False, mean_current=True),
     }
-    gradients = {"Gauss-Seidel, force held": Scheme(gradient=False), "Gauss-Seidel, with gradient": Scheme()}
+    gradients = {
+        "Gauss-Seidel, force held": Scheme(gradient=False),
+        "Gauss-Seidel, with gradient": Scheme(),
+        "iterative, force held": Scheme("iterative", gradient=False),
+        "iterative, with gradient": Scheme("iterative"),
+    }
     return [
         Comparison("linear law, controller at 2 kHz", replace(linear, sample_time=500e-6), orders, HALVED),
         Comparison("linear law, controller at 4 kHz", linear, orders, HALVED[1:]),

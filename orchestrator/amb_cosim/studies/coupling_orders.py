@@ -29,7 +29,7 @@ class Run:
     @property
     def name(self) -> str:
         """Name of the order."""
-        names = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi"}
+        names = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
         return names[self.coupling] + (", predicting" if self.predicts else "")
 
 
