@@ -128,12 +128,8 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
             f"{body}\nimport json, pathlib\n{call}\npathlib.Path({str(answer)!r}).write_text(json.dumps(result))\n",
             encoding="utf-8",
         )
-        paths = [
-            str(SUPPORT),
-            str(NATIVE_SUPPORT),
-            str(HERE.parent),
-            *filter(None, [os.environ.get("PYTHONPATH")]),
-        ]  # and the benchmarks
+        paths = [str(SUPPORT), str(NATIVE_SUPPORT), str(HERE.parent)]  # the last for the benchmarks
+        paths += filter(None, [os.environ.get("PYTHONPATH")])
         process = subprocess.run(
             [sys.executable, str(script)],
             cwd=cwd or folder,

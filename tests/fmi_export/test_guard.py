@@ -12,8 +12,8 @@ import pytest
 
 STATES = ("instantiated", "initialization mode", "step complete", "terminated", "error")
 READABLE, SETTABLE, ASKABLE = STATES[1:], STATES[:3], STATES[2:]
-# In which states a call is allowed, after the tables of calling sequences of the standard; the last three are answered in
-# the error state too, where there is most to ask.
+# In which states a call is allowed, after the tables of calling sequences of the standard; the last three are answered
+# in the error state too, where there is most to ask.
 ALLOWED = {
     "SetDebugLogging": STATES,
     "SetupExperiment": STATES[:1],
@@ -595,7 +595,7 @@ def test_a_reset_that_python_cannot_do_is_fatal_for_the_instance_alone(fmu, run_
     assert asked == 0
 
 
-# The library ----------------------------------------------------------------------------------------------------------
+# The library ---------------------------------------------------------------------------------------------------------
 
 
 def test_the_guard_has_the_functions_of_the_standard_and_no_python(build_fmu, lag):
