@@ -71,6 +71,12 @@ def test_the_error_of_the_coupling_falls_with_the_step(run_python, system_file):
     assert 1.7 < errors[0] / errors[1] < 2.3
 
 
+def test_an_fmu_that_ends_the_simulation_is_named_with_its_reason(run_python, system_file):
+    found = run(run_python, system_file, **{"spring.k": -1.0})
+    sentence = "fmi2DoStep answered Discard: with fmi2Terminated the FMU ends the simulation"
+    assert found["outcome"] == ["failed", 0.0, sentence]
+
+
 def test_an_event_and_a_profile_drive_any_input(run_python, system_file):
     changes = """
 [[experiment.event]]

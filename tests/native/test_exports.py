@@ -8,8 +8,11 @@ import pytest
 
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
 
-HEADER = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native" / "fmi2.h"
-STANDARD = set(re.findall(r"\b(fmi2\w+)\((?=void|fmi2)", HEADER.read_text(encoding="utf-8")))
+HEADERS = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native" / "fmi_headers"
+DECLARED, MODEL_EXCHANGE, CO_SIMULATION = (
+    (HEADERS / "fmi2Functions.h").read_text().split("/* Version number */")[1].split("Functions for FMI2 for ")
+)
+STANDARD = set(re.findall(r"FMI2_Export \w+ +(\w+);", DECLARED + CO_SIMULATION))
 MACHINES = {
     "linux64": [62],
     "win64": [0x8664],

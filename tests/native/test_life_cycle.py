@@ -5,18 +5,18 @@ from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 
 import pytest
 
-STATES = ("instantiated", "initialization mode", "step complete", "step failed", "terminated", "error")
+STATES = ("instantiated", "initialization mode", "step complete", "terminated", "error")
 READABLE = STATES[1:]
 SETTABLE = STATES[:3]
 
-# In which states a call is allowed, after the tables of calling sequences of the standard; the last is this FMU's own:
-# a step after a failed one is discarded again, as the Python flavour does.
+# In which states a call is allowed, after the tables of calling sequences of the standard. A status may be asked for in
+# the error state too, which the standard leaves out: with logging off it is where a host finds the reason.
 ALLOWED = {
     "SetDebugLogging": STATES,
     "SetupExperiment": STATES[:1],
     "EnterInitializationMode": STATES[:1],
     "ExitInitializationMode": STATES[1:2],
-    "Terminate": STATES[2:4],
+    "Terminate": STATES[2:3],
     "Reset": STATES,
     "GetReal": READABLE,
     "GetInteger": READABLE,
@@ -30,9 +30,10 @@ ALLOWED = {
     "SerializedFMUstateSize": STATES,
     "FreeFMUstate": STATES,
     "SetFMUstate": STATES,
-    "GetRealStatus": STATES[2:5],
-    "GetBooleanStatus": STATES[2:5],
-    "DoStep": STATES[2:4],
+    "GetRealStatus": STATES[2:],
+    "GetBooleanStatus": STATES[2:],
+    "GetStringStatus": STATES[2:],
+    "DoStep": STATES[2:3],
 }
 
 
@@ -51,10 +52,7 @@ def bring_to(fmu, state):
     if state == "initialization mode":
         return
     fmu.call("ExitInitializationMode")
-    if state == "step failed":
-        fmu.set(u=5.0)
-        assert fmu.step(0) == 2
-    elif state == "terminated":
+    if state == "terminated":
         fmu.call("Terminate")
     elif state == "error":
         assert fmu.call("SetString", byref(c_uint(0)), c_size_t(1), byref(c_char_p(b""))) == 3
@@ -72,13 +70,14 @@ def arguments_of(function, saved):
         "SerializedFMUstateSize": (saved, byref(c_size_t())),
         "GetRealStatus": (2, byref(c_double())),
         "GetBooleanStatus": (3, byref(c_int())),
+        "GetStringStatus": (1, byref(c_char_p())),
     }.get(function, nothing if function[:3] in ("Get", "Set") else ())
 
 
 @pytest.mark.parametrize("state", STATES)
 @pytest.mark.parametrize("function", ALLOWED)
 def test_a_call_is_allowed_in_the_states_of_the_standard_only(library, function, state):
-    from raw import DISCARD, ERROR, OK
+    from raw import ERROR, OK
 
     with library.instantiate() as fmu:
         bring_to(fmu, state)
@@ -91,9 +90,9 @@ def test_a_call_is_allowed_in_the_states_of_the_standard_only(library, function,
             for name in ALLOWED[function]:
                 assert f"'{name}'" in fmu.log[0][2]
             assert fmu.call("GetReal", None, c_size_t(0), None) == OK, "outputs can be read in the error state"
-            assert fmu.get("fault_code") == [1 if state == "step failed" else 998]
+            assert fmu.get("fault_code") == [998]
         else:
-            assert status == (DISCARD if (function, state) == ("DoStep", "step failed") else OK)
+            assert status == OK
         assert fmu.call("FreeFMUstate", byref(saved)) == OK
 
 
@@ -180,11 +179,6 @@ def test_version_and_platform_are_those_of_the_standard(library):
         (lambda f: f.step(math.nan), "fmi2DoStep: time = nan s is not allowed"),
         (lambda f: f.call("SetFMUstate", None), "fmi2SetFMUstate: state is NULL"),
         (lambda f: f.call("GetFMUstate", None), "fmi2GetFMUstate: state is NULL"),
-        (
-            lambda f: f.call("SetDebugLogging", 1, c_size_t(1), byref(c_char_p(b"logNonsense"))),
-            "fmi2SetDebugLogging: there is no category logNonsense; there are logStatusWarning, ",
-        ),
-        (lambda f: f.call("SetDebugLogging", 1, c_size_t(1), None), "fmi2SetDebugLogging: categories is NULL"),
     ],
 )
 def test_a_wrong_argument_is_refused_with_the_reason(library, call, sentence):
@@ -195,7 +189,80 @@ def test_a_wrong_argument_is_refused_with_the_reason(library, call, sentence):
         assert call(fmu) == ERROR
         assert (fmu.log[0][:2], fmu.log[0][2].startswith(sentence)) == ((3, "logStatusError"), True), fmu.log
         assert fmu.get("fault_code", "time_constant") == [998, 1e-3]
+        assert fmu.reason() == fmu.log[0][2]
         assert fmu.step(0) == ERROR
+        assert fmu.log[1][2].endswith(f"; stopped by an earlier fault: {fmu.reason()}")
+
+
+@pytest.mark.parametrize(
+    ("categories", "sentence"),
+    [
+        (byref(c_char_p(b"logNonsense")), "fmi2SetDebugLogging: there is no category logNonsense; there are "),
+        (byref(c_char_p(None)), "fmi2SetDebugLogging: there is no category NULL; there are logStatusWarning, "),
+        (None, "fmi2SetDebugLogging: categories is NULL"),
+    ],
+)
+def test_a_wrong_log_category_is_refused_and_nothing_else_changes(library, categories, sentence):
+    from raw import ERROR, OK
+
+    with library.instantiate() as fmu:
+        assert fmu.call("SetDebugLogging", 0, c_size_t(1), categories) == ERROR
+        fmu.begin(u=1.0)
+        assert fmu.call("SetDebugLogging", 0, c_size_t(1), categories) == ERROR
+        assert [(status, text[: len(sentence)]) for status, _, text in fmu.log] == 2 * [(ERROR, sentence)]
+        assert (fmu.reason(), fmu.get("fault_code")) == (fmu.log[1][2], [0])
+        assert (fmu.step(0), fmu.reason()) == (OK, "")
+        fmu.set(u=5.0)
+        assert fmu.step(1) == ERROR
+        assert len(fmu.log) == 3, "it still logs"
+
+
+def test_a_step_after_the_end_of_the_experiment_is_refused_and_the_run_can_end(library):
+    from raw import ERROR, OK
+
+    with library.instantiate() as fmu:
+        fmu.setup(0.0, 1e-3)
+        fmu.call("EnterInitializationMode")
+        fmu.call("ExitInitializationMode")
+        assert [fmu.step(n) for n in range(4)] == [OK] * 4
+        before = fmu.get("y", "steps")
+        assert fmu.step(4) == ERROR
+        said = "at t = 0.001 s: a step of 0.00025 s would end after the stop time of the experiment, 0.001 s"
+        assert (fmu.log, fmu.reason()) == ([(ERROR, "logStatusError", said)], said)
+        assert (fmu.get("y", "steps", "fault_code"), fmu.last_time()) == ([*before, 0], 1e-3)
+        assert fmu.call("Terminate") == OK
+
+
+@pytest.mark.parametrize(("steps", "h"), [(1000, 1e-3), (100_000, 1e-5), (3, 1.0 / 3.0)])
+def test_a_host_that_sums_its_steps_reaches_the_stop_time(library, steps, h):
+    """With a last step of what is left, be it 1e-17 s or 1e-12 s more than what should be left."""
+    from raw import OK
+
+    stop = 100.0 + steps * h
+    with library.instantiate() as fmu:
+        fmu.setup(100.0, stop)
+        fmu.call("EnterInitializationMode")
+        fmu.call("ExitInitializationMode")
+        time = 100.0
+        for _ in range(steps):
+            assert fmu.call("DoStep", c_double(time), c_double(h), 1) == OK, fmu.log
+            time += h
+        assert time != stop or steps == 3, "the sum must differ from the product to show anything"
+        if time < stop:
+            assert fmu.call("DoStep", c_double(time), c_double(stop - time), 1) == OK, fmu.log
+        assert fmu.call("Terminate") == OK
+
+
+@pytest.mark.parametrize("h", [1e-9, 1e-17, 5e-324])
+def test_a_step_of_next_to_nothing_changes_next_to_nothing(library, h):
+    from raw import OK
+
+    with library.instantiate() as fmu:
+        fmu.begin(u=1.0)
+        fmu.step(0)
+        (y,) = fmu.get("y")
+        assert fmu.call("DoStep", c_double(250e-6), c_double(h), 1) == OK
+        assert fmu.get("y") == [pytest.approx(y, abs=2.0 * h / 1e-3 + 1e-16)]
 
 
 @pytest.mark.parametrize(("start", "stop"), [(math.nan, None), (math.inf, None), (1.0, 0.5), (0.0, math.nan)])
@@ -259,7 +326,7 @@ def test_two_instances_in_turns_run_as_each_would_alone(library):
                 run.append((fmu.set(u=sign * n), fmu.step(n), *fmu.get("y", "level", "steps")))
         assert list(rows) == [alone(1), alone(-1)]
         one.set(u=5.0)
-        assert (one.step(4), two.step(4)) == (2, 0)
+        assert (one.step(4), two.step(4)) == (3, 0)
         assert (len(one.log), len(two.log)) == (1, 0), "each instance has its own logger"
 
 
@@ -270,8 +337,8 @@ def test_two_instances_in_turns_run_as_each_would_alone(library):
         (0, (), False),
         (0, (b"logAll",), False),
         (1, (b"logAll",), True),
-        (1, (b"logStatusDiscard", b"logStatusFatal"), True),
-        (1, (b"logStatusError", b"logStatusWarning"), False),
+        (1, (b"logStatusError", b"logStatusFatal"), True),
+        (1, (b"logStatusDiscard", b"logStatusWarning"), False),
     ],
 )
 def test_messages_go_by_category(library, on, categories, heard):
@@ -283,7 +350,7 @@ def test_messages_go_by_category(library, on, categories, heard):
         assert fmu.call("SetDebugLogging", on, c_size_t(len(categories)), chosen) == OK
         fmu.set(u=5.0)
         fmu.step(0)
-        assert [category for _, category, _ in fmu.log] == (["logStatusDiscard"] if heard else [])
+        assert [category for _, category, _ in fmu.log] == (["logStatusError"] if heard else [])
 
 
 def test_every_declared_category_can_be_chosen(library):
@@ -300,7 +367,9 @@ def test_nothing_is_logged_unless_asked_for(library):
     with library.instantiate(logging=0) as fmu:
         fmu.begin()
         fmu.set(u=5.0)
-        assert (fmu.step(0), fmu.log) == (2, [])
+        assert (fmu.step(0), fmu.log) == (3, [])
+        assert fmu.reason() == "u = 5 V is 100 % too much (%s %n)", "a host that asks is told all the same"
+        assert fmu.get("fault_code") == [1]
 
 
 def test_what_the_standard_leaves_optional_is_refused_without_harm(library):
@@ -319,8 +388,9 @@ def test_what_the_standard_leaves_optional_is_refused_without_harm(library):
         assert fmu.step(0) == OK
 
 
-def test_after_a_refused_step_the_status_tells_time_and_end(library):
-    from raw import OK
+def test_a_fault_is_no_end_that_the_model_wants(library):
+    """Hosts take fmi2Terminated for success: FMPy, fmusim, PyFMI and others stop without a word."""
+    from raw import ERROR, OK
 
     with library.instantiate() as fmu:
         fmu.begin()
@@ -328,6 +398,35 @@ def test_after_a_refused_step_the_status_tells_time_and_end(library):
         ended = c_int(-1)
         assert (fmu.call("GetBooleanStatus", 3, byref(ended)), ended.value) == (OK, 0)
         fmu.set(u=5.0)
-        fmu.step(1)
+        assert fmu.step(1) == ERROR
         assert fmu.last_time() == 250e-6
-        assert (fmu.call("GetBooleanStatus", 3, byref(ended)), ended.value) == (OK, 1)
+        assert (fmu.call("GetBooleanStatus", 3, byref(ended)), ended.value) == (OK, 0)
+
+
+@pytest.mark.parametrize("h", [0.0, -1e-3, math.nan, math.inf])
+def test_a_wrong_step_size_is_an_error_with_the_reason(library, h):
+    from raw import ERROR
+
+    with library.instantiate() as fmu:
+        fmu.begin()
+        assert fmu.call("DoStep", c_double(0.5), c_double(h), 1) == ERROR
+        sentence = f"step size = {h:g} s is not allowed; it must be > 0 s and finite"
+        assert fmu.log == [(ERROR, "logStatusError", f"at t = 0.5 s: {sentence}")]
+        assert (fmu.reason(), fmu.get("fault_code"), fmu.last_time()) == (sentence, [999], 0.0)
+
+
+def test_out_of_the_error_state_leads_a_state_from_before_or_a_reset(library):
+    from raw import ERROR, OK
+
+    with library.instantiate() as fmu:
+        fmu.begin(u=1.0)
+        fmu.step(0)
+        saved, before = fmu.save(), fmu.get("y", "steps")
+        fmu.set(u=5.0)
+        assert (fmu.step(1), fmu.step(1), fmu.call("Terminate")) == (ERROR, ERROR, ERROR)
+        assert fmu.get("y", "steps", "fault_code") == [*before, 1], "the last good outputs"
+        assert fmu.call("SetFMUstate", saved) == OK
+        assert (fmu.reason(), fmu.step(1), fmu.get("steps", "fault_code")) == ("", OK, [2, 0])
+        assert fmu.call("Reset") == OK
+        fmu.begin()
+        assert (fmu.reason(), fmu.step(0), fmu.get("steps")) == ("", OK, [1])

@@ -62,7 +62,8 @@ def test_values_pass_in_both_directions_whatever_their_type(actuator):
     assert second[0] == 1.0
 
 
-def test_a_refused_step_carries_status_and_log_of_its_own_component(actuator):
+@pytest.mark.parametrize(("flavour", "status"), [("native", "Error"), ("python", "Discard")])
+def test_a_refused_step_carries_status_and_log_of_its_own_component(flavour, status):
     out = in_a_process(
         PREPARE
         + """
@@ -79,9 +80,10 @@ def test_a_refused_step_carries_status_and_log_of_its_own_component(actuator):
     for c in (good, bad):
         c.close()
     """,
-        actuator,
+        fmus.ensure_built("amb_actuator", flavour).folder,
     )
-    assert out.startswith("Discard fmi2DoStep answered Discard: at t = 0.25 s: mb1.x = 0.002 m is not allowed")
+    assert out.startswith(f"{status} fmi2DoStep answered {status}: at t = 0.25 s: mb1.x = 0.002 m is not allowed")
+    assert out.count("\n") == 1, "an instance that failed is freed without further words"
 
 
 def test_a_fault_at_initialisation_is_raised_though_the_call_succeeded(actuator):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from ctypes import Array as CArray
 from ctypes import byref, c_double, c_int, c_uint, c_void_p, cast
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from fmpy.fmi2 import (
     fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
+    fmi2Terminated,
 )
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
@@ -30,7 +32,7 @@ from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
-WARNING = STATUS.index("Warning")
+WARNING, DISCARD, ERROR = (STATUS.index(name) for name in ("Warning", "Discard", "Error"))
 MOST_WARNINGS = 100  # of a component that are kept
 
 _logs: dict[str, list[tuple[int, str]]] = {}  # status and text of the messages of each instance
@@ -101,7 +103,7 @@ class FmuComponent:
         self._instance_name = f"{name}-{next(_serial)}"
         self._log = _logs.setdefault(self._instance_name, [])
         self._fmu: Any = None
-        self._initialised = False
+        self._running = False  # between initialisation and an error, when fmi2Terminate may be called
         try:
             self._fmu = FMU2Slave(
                 guid=interface.guid,
@@ -134,7 +136,7 @@ class FmuComponent:
         """End initialisation; raises `FmuError` if the FMU has reported a fault."""
         before = len(self._log)
         self._call("fmi2ExitInitializationMode", self._fmu.exitInitializationMode)
-        self._initialised = True
+        self._running = True
         port = self._interface.ports.get("fault_code")
         if port is not None and port.causality == "output":
             fault = _Exchange([port])
@@ -172,7 +174,11 @@ class FmuComponent:
 
     def refusal(self, call: str, status: int) -> FmuError:
         """Return the error for a call that the FMU answered with a status other than OK and Warning."""
-        return FmuError(call, STATUS[status], self._said())
+        self._running = self._running and status < ERROR
+        said = self._said()
+        if status == DISCARD and call == "fmi2DoStep" and self._ended():
+            said.append("with fmi2Terminated the FMU ends the simulation")
+        return FmuError(call, STATUS[status], said)
 
     def close(self) -> None:
         """Terminate and free the instance; calling it again does nothing, and it never raises."""
@@ -181,16 +187,22 @@ class FmuComponent:
         if fmu is None or not fmu.component:
             return
         try:
-            if self._initialised:
+            if self._running:
                 fmu.terminate()
         except Exception as error:  # an FMU that has failed may refuse this too, and must be freed all the same
-            self._log.append((STATUS.index("Error"), str(error)))
+            self._log.append((ERROR, str(error)))
         finally:
             fmu.freeInstance()
 
     def _said(self) -> list[str]:
         """What the FMU logged, without warnings if there is more than those."""
         return [text for status, text in self._log if status != WARNING] or self.warnings
+
+    def _ended(self) -> bool:
+        """Whether the FMU discarded a step because it wants no other."""
+        with suppress(Exception):  # a question that an FMU need not answer
+            return bool(self._fmu.getBooleanStatus(fmi2Terminated))
+        return False
 
     def _call(self, name: str, function: Any, *arguments: Any) -> None:
         try:

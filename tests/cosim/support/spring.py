@@ -4,7 +4,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
 
 class Spring(Fmi2Slave):
-    """Force on each end from their distance."""
+    """Force on each end from their distance; one that pushes what it should pull ends the simulation."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -18,4 +18,4 @@ class Spring(Fmi2Slave):
     def do_step(self, current_time, step_size):
         self.on_left = self.k * (self.right - self.left)
         self.on_right = -self.on_left
-        return True
+        return self.k >= 0.0

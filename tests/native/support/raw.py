@@ -142,6 +142,12 @@ class Slave:
         state = c_void_p()
         return self.call("DeSerializeFMUstate", text, c_size_t(len(text)), byref(state)), state
 
+    def reason(self) -> str:
+        """Why the last call was refused, as the FMU tells a host that asks."""
+        text = c_char_p(b"nothing")
+        assert self.call("GetStringStatus", 1, byref(text)) == OK
+        return (text.value or b"").decode()
+
     def last_time(self) -> float:
         time = c_double()
         assert self.call("GetRealStatus", 2, byref(time)) == OK

@@ -25,9 +25,11 @@ from fmi_export.building.native.lowering import Kernels, lower
 
 HERE = Path(__file__).parent
 SHIPPED = HERE / "engines"  # in an installed package
+HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
 C_SOURCES = (
-    *("fmi2.h", "data.h", "instance.h", "kernels.h", "resources.h"),
-    *("data.c", "instance.c", "resources.c", "slave.c"),
+    *(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform")),
+    *("data.h", "instance.h", "kernels.h", "resources.h", "slave.h"),
+    *("data.c", "fmi2.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
 )
 LOWERING = ("lowering.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")
@@ -95,7 +97,7 @@ def engine_place(model: Kernels, platform: str) -> Path:
 
 def engine_sources(model: Kernels) -> dict[str, str]:
     """Return the sources of an engine by file name: the slave, the key, the lowered kernels."""
-    sources = {name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
+    sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
     key = f'#define ENGINE_KEY "{engine_key(model)}"\n'
     return sources | {"engine_key.h": key, "kernels.ll": _lowered(model)}
 

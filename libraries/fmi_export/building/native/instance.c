@@ -134,6 +134,7 @@ static int64_t finish(Run *run, int32_t raised, int64_t fault)
     }
     memcpy(run->values + first, run->next_outputs, (size_t)data->n_outputs * sizeof *run->values);
     run->values[data->n_values - 1] = 0.0;
+    reason[0] = '\0';
     return 0;
 }
 

@@ -12,7 +12,7 @@ enum { FAULT_INTERNAL = 998, FAULT_STEP_SIZE = 999, FAULT_RANGE = 1000, FAULT_NO
 typedef struct {
     int64_t checked; /* whether the parameters are within their ranges, as far as is known */
     int64_t fault;
-    char reason[TEXT_SIZE];
+    char reason[TEXT_SIZE]; /* of the fault, or of the call that was refused last; empty after a step that was done */
 } Outcome;
 
 /* `values` are parameters, inputs and outputs in the order of the value references. What kernels leave in `work` saves
