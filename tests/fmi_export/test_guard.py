@@ -344,7 +344,7 @@ def test_a_fault_is_an_error_with_a_reason_and_never_an_end(fmu, run_python):
     texts += [f"step size = {h} s is not allowed" for h in ("-0.001", "0", "inf")]
     for row, code, text in zip(rows, codes, texts, strict=True):
         assert row[:5] == [3, 0, 0, 0, code]
-        assert row[5].startswith(f"at t = 0.00025 s: {text}")
+        assert row[5].startswith(text)
         assert row[6:8] == [True, 250e-6], "outputs and time are those of the last step that was done"
         assert row[8:12] == [0, 0, 0, ""], "a state from before the fault leads out"
         assert row[12] == [], "logging is off"
@@ -403,7 +403,7 @@ def test_a_fault_in_initialization_mode_can_be_put_right_until_its_end(fmu, run_
         [1, "logStatusWarning", sentence],
         [3, "logStatusError", sentence],
     ]
-    assert reason == sentence
+    assert reason == sentence.removeprefix("initialisation: ")
 
 
 def try_experiments(folder: str) -> list:
