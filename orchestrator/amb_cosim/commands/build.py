@@ -26,7 +26,10 @@ from amb_cosim.cosim.choices import Flavour
 def build(
     output: Path, rotor_file: str | None, receptances: Path | None, flavour: Flavour, platforms: str | None
 ) -> None:
-    """Build the FMUs into a folder."""
+    """Build the FMUs into a folder.
+
+    Those of flavour native run in any process. Those of flavour python need Python with NumPy in the process that
+    imports them, or on the machine as a shared library."""
     import amb_cosim
 
     chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
@@ -35,6 +38,10 @@ def build(
         check_writable(output, is_folder=True)
         for path in amb_cosim.build(output, flavour, rotor_file, receptances, chosen):
             click.echo(path)
+    if flavour == "python":
+        from fmi_export.building.python_fmu import what_it_needs
+
+        click.echo(what_it_needs(), err=True)
 
 
 COMMANDS = (build,)

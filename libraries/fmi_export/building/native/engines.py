@@ -108,7 +108,7 @@ def _compile(model: Kernels, platform: str) -> Engine:
     if missing:
         raise ValueError(
             f"there is no engine of {model.name} for {platform} yet, and to compile it {' and '.join(missing)} must be "
-            "installed: pip install 'amb-cosim[native]'; FMUs of flavour python need neither"
+            "installed: pip install 'amb-cosim[native]'; FMUs of flavour python take no engine"
         )
     check_compiler()
     library = compile_library(model.name, engine_sources(model), platform)
