@@ -66,6 +66,16 @@ def python_guid(model: Model, constants: Array) -> str:
     return guid_of(model, constants, "python " + guard_key())
 
 
+def what_it_needs() -> str:
+    """Return a sentence on what an FMU that is built here asks of the process that imports it."""
+    library, _ = _this_python()
+    own = f"starts that of this machine, {library}" if library else "cannot run it: this Python is no shared library"
+    return (
+        "An FMU of flavour python runs in a process that has Python with NumPy; a process without Python "
+        f"{own}. FMUs of flavour native need no Python."
+    )
+
+
 def _built_by_pythonfmu(model: Model, constants: Array, guid: str, folder: Path) -> Path:
     """Return the FMU as PythonFMU builds it, in `folder`."""
     stage = folder / "stage"

@@ -1,9 +1,9 @@
 """Reads an SSP archive as a system and an experiment.
 
 What it takes: components that are FMI 2.0 co-simulation FMUs, in one system; connections; connectors of the system,
-each a signal; parameter bindings of components and of the system, in the document or in files; the default experiment. The
-communication step and the order come from annotations (see `structure`), the step else from the FMUs. Parameters of a
-set that no FMU has are left out, as SSP allows.
+each a signal; parameter bindings of components and of the system, in the document or in files; the default experiment.
+The communication step and the order come from annotations (see `structure`), the step else from the FMUs. Parameters of
+a set that no FMU has are left out, as SSP allows.
 """
 
 from __future__ import annotations
