@@ -1,6 +1,7 @@
 """The controller: axes under PID, all sensors Fourier-transformed, synchronous control on top.
 
-One call of `step` is one sample: inputs at its beginning, currents constant over it.
+A call of `step` takes a sample where one is due (see `sampling`): inputs at its beginning, currents constant until the
+next sample.
 """
 
 from __future__ import annotations
@@ -9,8 +10,9 @@ import math
 
 import numpy as np
 
+from fmi_export.flat import copy
 from fmi_export.jit import inlined_kernel, kernel
-from fmi_export.model import Array, Model
+from fmi_export.model import UNCHANGED, Array, Model
 from fmi_export.parts import clear
 from rolac_controller import identification, sensors
 from rolac_controller.adaptation import forces_at, turn_forces
@@ -23,18 +25,18 @@ from rolac_controller.fourier import add_sample, angle_jump, last_delta_theta, s
 from rolac_controller.interface import interface_of
 from rolac_controller.outputs import write_identification, write_synchronous
 from rolac_controller.pid import CurrentLimits, differentiate, limit_and_integrate, pid_current
+from rolac_controller.prediction import predict
 from rolac_controller.receptance_table import TableViews, built_table, load, table_in_use
 from rolac_controller.records import Inputs, Outputs, Parameters, Records, inputs_of, outputs_of, parameters_of
+from rolac_controller.sampling import is_due, is_too_long
 from rolac_controller.sensor_check import suspect_sensor
 from rolac_controller.sizes import sizes_of
 from rolac_controller.state import State, Work, n_state, n_work, state_of, state_size, work_of
 from rolac_controller.synchronous import permitted_status, update_forces
 
-STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times also rounds in the last digits of the time
-ROUNDING = 4.5e-16
 SPEED_RATIO = 2.0  # between the input Omega and the speed over the window's revolution
 
-FAULT_STEP, FAULT_NO_TABLE, FAULT_HARMONICS, FAULT_WEIGHTS, FAULT_PLANES = range(1, 6)
+FAULT_LONG_STEP, FAULT_NO_TABLE, FAULT_HARMONICS, FAULT_WEIGHTS, FAULT_PLANES = range(1, 6)
 
 
 @kernel
@@ -83,7 +85,7 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) ->
     """Find the displacements and synchronous components at this sample, contact, and sensors that are suspect."""
     own, findings, window = inputs.own[0], work.findings[0], state.window
     findings.adc_limited = sensors.measure(
-        parameters, inputs, state.sensors, state.head[0].started != 0.0, True, work.displacements
+        parameters, inputs, state.sensors, state.head[0].n_samples > 0.0, True, work.displacements
     )
     jump = angle_jump(window, own.theta)
     if jump != 0.0:
@@ -129,7 +131,7 @@ def control(
     for k in range(work.u.shape[0]):
         gains, memory = parameters.axes[k], state.axes[k]
         displacement, setpoint = work.displacements[int(parameters.sensor_of_axis[k])], inputs.setpoints[k]
-        if not head.started:
+        if head.n_samples == 0.0:
             memory.displacement = displacement
         differentiate(memory, displacement, own.derivative_time, own.sample_time)
         demand = pid_current(gains, direct, memory, setpoint) + work.u[k] / gains.k_i
@@ -170,7 +172,7 @@ def take_sample(
     work.findings[0].status = permitted_status(parameters, inputs, state, work)
     update_forces(parameters, inputs, state, work, table)
     control(parameters, inputs, state, work, parameters.own[0].sample_time, outputs)
-    state.head[0].started = 1.0
+    state.head[0].n_samples += 1.0
     write_synchronous(parameters, inputs, state, work, table, outputs)
     write_identification(inputs, state.identification, outputs)
     return 0
@@ -204,20 +206,26 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """Compute one sample, the currents to apply during the step; arguments as of every model (`Model.step`)."""
+    """Take the sample that is due in the step, if one is; arguments as of every model (`Model.step`)."""
     sizes = sizes_of(constants)
-    given = parameters_of(parameters, constants, sizes)
-    h = given.own[0].sample_time
-    if abs(step_size - h) > STEP_TOLERANCE * h + ROUNDING * abs(time):
-        return FAULT_STEP
-    return take_sample(
-        given,
-        inputs_of(inputs, sizes),
-        state_of(state, sizes),
-        work_of(work, sizes),
-        table_in_use(state, state_size(sizes), constants, sizes),
-        outputs_of(outputs, sizes),
-    )
+    given, memory = parameters_of(parameters, constants, sizes), state_of(state, sizes)
+    sample_time, prediction_time, head = given.own[0].sample_time, given.own[0].prediction_time, memory.head[0]
+    if is_too_long(time, step_size, sample_time):
+        return FAULT_LONG_STEP
+    if head.n_samples == 0.0:
+        head.begin = time
+    due = is_due(head.begin + head.n_samples * sample_time, time, step_size)
+    if not due and prediction_time == 0.0:
+        return UNCHANGED
+    w = work_of(work, sizes)
+    copy(inputs, w.inputs)
+    used = inputs_of(w.inputs, sizes)
+    if prediction_time > 0.0:
+        predict(used, prediction_time, time, head, memory.last_displacements)
+    if not due:
+        return UNCHANGED
+    table = table_in_use(state, state_size(sizes), constants, sizes)
+    return take_sample(given, used, memory, w, table, outputs_of(outputs, sizes))
 
 
 def model_for(loop: ControlLoop) -> Model:
@@ -231,7 +239,6 @@ def model_for(loop: ControlLoop) -> Model:
         n_state=n_state,
         n_work=n_work,
         packages=("rolac_controller", "fmi_export"),
-        variable_step=False,
         faults=_faults(loop),
         layout=loop.layout(),
     )
@@ -241,7 +248,8 @@ def _faults(loop: ControlLoop) -> dict[int, str]:
     orders = ", ".join(f"{{harmonic{k + 1}.order}}" for k in range(N_HARMONICS))
     positions = ", ".join(f"plane{k + 1}.z = {{plane{k + 1}.z}} m" for k in range(len(loop.planes)))
     return {
-        FAULT_STEP: "the communication step size is not allowed; it must equal sample_time = {sample_time} s",
+        FAULT_LONG_STEP: "step size = {step_size} s is not allowed; it must be <= sample_time = {sample_time} s, since "
+        "a step has inputs for one sample",
         FAULT_NO_TABLE: "rolac_enable = 1 is not allowed; this FMU was built without a table of receptances, "
         "so rolac_enable must be 0 until an identification has been requested",
         FAULT_HARMONICS: f"the orders of the harmonics, {orders}, are not allowed; they must ascend, and be 0 after "

@@ -27,7 +27,7 @@ HARMONIC_OUTPUTS = SMALLEST.element_record("output", "harmonics")
 
 N_PARAMETERS, N_INPUTS, N_OUTPUTS = size_of(PARAMETERS), size_of(INPUTS), size_of(OUTPUTS)
 N_GAINS = size_of(GAINS)
-N_AXIS, N_SENSOR = size_of(AXIS_OUTPUTS), size_of(SENSOR_OUTPUTS)
+N_FAULTS, N_AXIS, N_SENSOR = size_of(SENSOR_FAULTS), size_of(AXIS_OUTPUTS), size_of(SENSOR_OUTPUTS)
 N_ORDERS, N_HARMONIC = N_HARMONICS * size_of(HARMONIC), N_HARMONICS * size_of(HARMONIC_OUTPUTS)
 
 
@@ -93,6 +93,12 @@ def parameters_of(parameters: Array, constants: Array, sizes: Sizes) -> Paramete
         part(parameters, positions + n_planes, REAL, n_planes),
         part(constants, N_SIZES, REAL, n_axes),
     )
+
+
+@views
+def inputs_size(sizes: Sizes) -> int:
+    """Return the number of inputs of a controller of these sizes."""
+    return N_INPUTS + sizes.n_sensors + sizes.n_axes + sizes.n_sensors * N_FAULTS
 
 
 @views

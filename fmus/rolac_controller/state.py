@@ -20,14 +20,16 @@ from rolac_controller.olac import OlacMemory, olac_memory_of, olac_memory_size
 from rolac_controller.pid import PID_MEMORY
 from rolac_controller.pseudo_inverse import SvdWork, svd_work_of, svd_work_size
 from rolac_controller.receptance_table import table_size
-from rolac_controller.records import Records
+from rolac_controller.records import Records, inputs_size
 from rolac_controller.sensor_check import CHECK_MEMORY
 from rolac_controller.sensors import SensorMemory, sensor_memory_of, sensor_memory_size
 from rolac_controller.sizes import Sizes, sizes_of
 
 HEAD = record(
-    ("started", "f8"),  # 1 after the first sample
+    ("begin", "f8"),  # time of the first sample (s)
+    ("n_samples", "f8"),  # samples taken
     ("current_limited", "f8"),  # 1 if a current was at its limit at the last sample
+    ("last_time", "f8"),  # of the last step, if there is a prediction (s)
 )
 # What was found at this sample; flags are 0 or 1.
 FINDINGS = record(
@@ -58,6 +60,8 @@ class State(NamedTuple):
         Shape (n_axes // 2,).
     checks
         Records CHECK_MEMORY, shape (n_sensors,).
+    last_displacements
+        At the last step, if there is a prediction, shape (n_sensors,) (m).
     """
 
     head: Records
@@ -70,6 +74,7 @@ class State(NamedTuple):
     olac: OlacMemory
     identification: IdentificationMemory
     window: Window
+    last_displacements: Array
 
 
 class Work(NamedTuple):
@@ -85,6 +90,8 @@ class Work(NamedTuple):
         Intermediate results of the adaptation: shapes (n_axes,), (n_sensors, n_axes), (n_axes, n_sensors).
     inverse_S, E
         Of the notch: shapes (n_axes, n_axes), (n_axes,).
+    inputs
+        Those of the step, predicted; flat.
     """
 
     findings: Records
@@ -97,6 +104,7 @@ class Work(NamedTuple):
     svd: SvdWork
     inverse_S: Complex
     E: Complex
+    inputs: Array
 
 
 @views
@@ -113,6 +121,7 @@ def state_size(sizes: Sizes) -> int:
         + olac_memory_size(n_sensors)
         + identification_memory_size(sizes)
         + window_size(n_sensors)
+        + n_sensors
     )
 
 
@@ -140,6 +149,7 @@ def state_of(state: Array, sizes: Sizes) -> State:
         olac_memory_of(state, olac, n_sensors),
         identification_memory_of(state, identification, sizes),
         window_of(state, window, n_sensors),
+        part(state, window + window_size(n_sensors), REAL, n_sensors),
     )
 
 
@@ -166,6 +176,7 @@ def work_of(work: Array, sizes: Sizes) -> Work:
         svd_work_of(work, svd, sizes),
         part(work, inverse_S, COMPLEX, (n_axes, n_axes)),
         part(work, inverse_S + 2 * n_axes * n_axes, COMPLEX, n_axes),
+        part(work, inverse_S + 2 * n_axes * (n_axes + 1), REAL, inputs_size(sizes)),
     )
 
 
@@ -184,4 +195,5 @@ def n_work(constants: Array) -> int:
         + 5 * n_axes
         + 2 * n_axes * (2 * n_sensors + n_axes)
         + svd_work_size(sizes)
+        + inputs_size(sizes)
     )

@@ -6,7 +6,7 @@ A unit test needs no more than this, and the FMI slave wraps it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 InitialiseKernel = Callable[[Array, Array, Array, Array, Array, Array], int]
 StepKernel = Callable[[Array, Array, Array, Array, Array, Array, float, float], int]
 Size = int | Callable[[Array], int]
+
+UNCHANGED = -1  # what a step returns that is no fault and leaves all outputs as they are
+STEP_SIZE = "step_size"  # names the communication step in the sentence of a fault
 
 # Faults that every model shares; a model numbers its own from 1 to 99.
 FAULT_STEP_SIZE = 999
@@ -43,7 +46,9 @@ class Model:
     n_state, n_work
         Sizes of the state and of the scratch array, both float64; functions where they depend on the constants.
     faults
-        Sentence for each fault code the kernels return; `{name}` in it is replaced by that variable's value.
+        Sentence for each fault code the kernels return; `{name}` in it is replaced by that variable's value, and
+        `{step_size}` by the communication step (s). An output in it has the value that the kernel wrote in the call
+        that returned the fault.
     packages
         Names of the packages that the kernels need; they are shipped inside the FMU. The first one contains the script
         that PythonFMU loads, `<name>_fmu.py`.
@@ -54,8 +59,9 @@ class Model:
         kernels do not depend on it: sizes that do are among the constants.
 
     Matrices and tables, which any library may compute, are passed to the kernels as `constants`, a flat array that is
-    computed when the FMU is built and stored in it. A kernel writes every output on every call that returns 0. A saved
-    state consists of parameters, inputs and state. `work` is a cache; a kernel revalidates it.
+    computed when the FMU is built and stored in it. A kernel writes every output on every call that returns 0; a step
+    in which no output changes may return `UNCHANGED` instead. A saved state consists of parameters, inputs, outputs and
+    state. `work` is a cache; a kernel revalidates it.
     """
 
     name: str
@@ -74,6 +80,25 @@ class Model:
     def __post_init__(self) -> None:
         if self.interface.variables[-1].name != FAULT_CODE:
             raise ValueError(f"{self.name}: the last output must be {FAULT_CODE}")
+
+
+START = "start"  # in a layout: start values in place of those that the model's package declares
+
+
+def with_starts(model: Model, starts: Mapping[str, float]) -> Model:
+    """Return a model with other start values of parameters and inputs; its layout says so, for a slave in Python.
+
+    Raises
+    ------
+    ValueError
+        If there is no such parameter or input, or the value is out of its range.
+    """
+    unknown = set(starts) - {v.name for v in model.interface.variables if v.causality != "output"}
+    if unknown:
+        raise ValueError(f"{model.name} has no parameters or inputs {', '.join(sorted(unknown))}")
+    variables = tuple(replace(v, start=starts.get(v.name, v.start)) for v in model.interface.variables)
+    layout = {**model.layout, START: dict(starts)} if starts else model.layout
+    return replace(model, interface=Interface(variables), layout=layout)
 
 
 @kernel
@@ -118,6 +143,7 @@ class Instance:
         self._given = (self.values, lowest, highest, given)
         self._found = (self._next_outputs, lowest[given:], highest[given:], table.n_outputs)
         self._untold = dict(table.warnings)
+        self._step_size = 0.0
         self.fault = 0
         self.message = ""
 
@@ -144,8 +170,9 @@ class Instance:
         if not (0.0 < step_size < np.inf):
             raise self.stop(FAULT_STEP_SIZE, f"step size = {step_size:g} s is not allowed; it must be > 0 s and finite")
         self._check_given()
+        self._step_size = float(step_size)
         # An int would be another signature, which numba would compile.
-        self._finish(self.model.step(*self._arrays, float(time), float(step_size)))
+        self._finish(self.model.step(*self._arrays, float(time), self._step_size))
 
     def stop(self, code: int, message: str = "") -> Fault:
         """Store a fault until the next initialisation, and return the exception to raise for it."""
@@ -166,7 +193,14 @@ class Instance:
         if code >= FAULT_RANGE:
             i = code - FAULT_RANGE
             return variables[i].describe_range(float(self.values[i]))
-        return filled(self.model.faults.get(code, f"fault {code}"), self.__getitem__)
+        return filled(self.model.faults.get(code, f"fault {code}"), self._named)
+
+    def _named(self, name: str) -> float:
+        """Return what the sentence of a fault calls so; an output has the value that the kernel found."""
+        if name == STEP_SIZE:
+            return self._step_size
+        i = self.model.interface.position[name] - self._given[3]
+        return self[name] if i < 0 else float(self._next_outputs[i])
 
     def new_warnings(self) -> list[str]:
         """Return name and sentence of each warning that is true and has not been returned before."""
@@ -180,6 +214,8 @@ class Instance:
             raise self.stop(FAULT_RANGE + i)
 
     def _finish(self, fault: int) -> None:
+        if fault == UNCHANGED:
+            return
         if not fault:
             i = first_outside(*self._found)
             fault = FAULT_NOT_FINITE + self._given[3] + i if i >= 0 else 0

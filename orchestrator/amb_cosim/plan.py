@@ -77,14 +77,14 @@ def plan_scenario(
     given: set[str] = set()
     for component, variables in scenario.parameters.items():
         for variable, raw in variables.items():
-            given.update(values.set(f"{component}.{variable}", raw, only="parameter"))
+            given.update(values.give(f"{component}.{variable}", raw, only="parameter"))
     for name, value in _scaled(scenario.inputs, scenario, values):
         values.set(name, value, only="input")
     for name, raw in (settings or {}).items():
         given.update(values.set(name, raw))
     if scenario.gravity is not None:
         set_gravity(values, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor, given)
-    period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size
+    period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size(assembly.system.coupling)
     events: list[Event] = []
     marks: dict[str, int] = {}
     for event in scenario.event:
@@ -126,7 +126,8 @@ def _scaled(
     scaled: list[tuple[str, Raw]] = []
     for component, of_component in variables.items():
         for variable, raw in of_component.items():
-            for name in values.matching(f"{component}.{variable}"):
+            given = f"{component}.{variable}"
+            for name in () if values.drops(given, "input") else values.matching(given):
                 port = values.port(name)
                 if port.causality == "input" and port.unit == UNBALANCE:
                     _, value = values.read(name, raw, "input")

@@ -16,6 +16,9 @@ from amb_cosim.cosim.signals import SignalTable, Variable
 from amb_cosim.cosim.simulation import Assembly, Progress, Recording, assemble, run_plan
 from amb_cosim.cosim.system_file import load_system
 from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.warnings import ATTRIBUTE as WARNINGS
+from amb_cosim.cosim.warnings import Warned, to_json, warnings_of
+from amb_cosim.coupling import doubt
 from amb_cosim.models import CONTROLLER, check_loop
 from amb_cosim.places import ATTRIBUTE as PLACES
 from amb_cosim.places import places_of
@@ -130,13 +133,16 @@ def prepare(
 def _check_sensors(assembly: Assembly, controller: str) -> None:
     """Raise ValueError if a sensor of the controller is connected to nothing: it would show zero all along."""
     layout = assembly.fmus[controller].layout
-    for plane in layout["planes"] if layout is not None else ():
-        for sensor in (plane["x"], plane["y"]):
-            if assembly.system.source_of(f"{controller}.{sensor}") is None:
-                raise ValueError(
-                    f"{controller}.{sensor}, a sensor, must be connected, and is not; "
-                    "no component has an output of that name"
-                )
+    planes = layout["planes"] if layout is not None else ()
+    sensors = [f"{controller}.{plane[axis]}" for plane in planes for axis in ("x", "y")]
+    unfed = [sensor for sensor in sensors if assembly.system.source_of(sensor) is None]
+    if unfed:
+        raise ValueError(
+            "\n".join(
+                f"{sensor}, a sensor, must be connected, and is not; no component has an output of that name"
+                for sensor in unfed
+            )
+        )
 
 
 def run_prepared(prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled") -> Result:
@@ -145,10 +151,23 @@ def run_prepared(prepared: Prepared, progress: Progress | None = None, loop: Loo
     return Result(_labelled(prepared, recording), recording.outcome)
 
 
+def _doubt(prepared: Prepared) -> str | None:
+    """Return why the coupling of a loop is in doubt, or None; there is a loop if connections lead both ways."""
+    system = prepared.plan.system
+    links = {(system.split(link.source)[0], system.split(link.target)[0]) for link in system.connections}
+    if not any((target, source) in links for source, target in links):
+        return None
+    parameters = prepared.plan.all_parameters(prepared.interfaces)
+    predicted = max(of_one.get("prediction_time") or 0.0 for of_one in parameters.values())
+    return doubt(prepared.scenario.coupling or system.coupling, prepared.plan.step_size, predicted)
+
+
 def _labelled(prepared: Prepared, recording: Recording) -> SignalTable:
     """What a run recorded, with the coordinate `cycle`, turns of the initial speed, and what the scenario says."""
     scenario, plan, recorder = prepared.scenario, prepared.plan, recording.recorder
     signals = to_signals(recording)
+    sentence = _doubt(prepared)
+    warned = [*warnings_of(signals), *([Warned("coupling", "", sentence, sentence)] if sentence else [])]
     time = Variable(signals["time"].values, {"units": "s", "description": "Time from the beginning of cycle 0"})
     cycle = Variable(time.values / plan.period, {"units": "1", "description": "Turns of the initial speed"})
     attributes: dict[str, Any] = {
@@ -157,6 +176,7 @@ def _labelled(prepared: Prepared, recording: Recording) -> SignalTable:
         "source": scenario.source,
         "speed_rad_s": plan.speed,
         "period_s": plan.period,
+        WARNINGS: to_json(warned),
         PLACES: places_of(prepared.assembly).to_json(),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }

@@ -136,3 +136,40 @@ def test_each_model_agrees_with_its_core(unpacked, name):
     moving = 0.2 if name == "rolac_controller" else 0.5
     difference, _ = largest_difference(native, core, 400, change, moving)
     assert difference == 0.0 if platform.system() == "Linux" else difference < 1e-12
+
+
+def test_the_controller_agrees_at_steps_within_a_sample(unpacked):
+    """Also from a state saved between two samples: what holds until the next one comes back with it."""
+    from amb_cosim.cosim.fmus import model_source
+
+    model, constants = model_source("rolac_controller")
+    native, core = both(unpacked(model, constants), model, constants, START["rolac_controller"])
+    outputs = [v.name for v in model.interface.of("output")]
+    h, rng = 0.3 * H, np.random.default_rng(7)
+    given = 1e-5 * rng.standard_normal((60, 8))
+
+    def advance(first, last):
+        rows = []
+        for n in range(first, last):
+            values = {f"s{i + 1}": float(x) for i, x in enumerate(given[n])}
+            assert native.set(**values) == 0
+            assert native.step(n, h) == 0, native.log
+            rows.append(native.get(*outputs))
+        return np.array(rows)
+
+    ours = advance(0, 20)
+    state = native.save()
+    ours = np.vstack([ours, advance(20, 60)])
+    theirs = []
+    for n, row in enumerate(given):
+        for i, x in enumerate(row):
+            core[f"s{i + 1}"] = float(x)
+        core.step(n * h, h)
+        theirs.append(core.outputs.copy())
+    np.testing.assert_array_equal(ours, theirs)
+    changes = np.any(np.diff(ours, axis=0) != 0.0, axis=1)
+    assert np.count_nonzero(changes) == 17, "one for each sample after the first: 59 of 0.3 samples contain 17 instants"
+    assert native.call("SetFMUstate", state) == 0
+    np.testing.assert_array_equal(advance(20, 60), ours[20:])
+    assert native.step(60, 1.5 * H) > 1
+    assert "step size = 0.000375 s is not allowed; it must be <= sample_time" in str(native.log)

@@ -190,6 +190,29 @@ def test_sample_time_sets_the_rate_and_settling_fits_it():
     assert p.first <= -2 * PERIOD / H
 
 
+def sampler_of_any_step(scenario=SCENARIO, **settings):
+    interfaces = INTERFACES | {"sampler": replace(INTERFACES["sampler"], takes_any_step=True)}
+    given = {f"sampler.{name}": value for name, value in settings.items()}
+    return plan_scenario(parse_scenario(scenario, "mine"), Assembly(SYSTEM, {}, interfaces), given)
+
+
+@pytest.mark.parametrize("sample_time", ["250 us", "1.75 ms", "300 us"])
+def test_an_fmu_that_takes_any_step_gets_every_step(sample_time):
+    assert [c.every for c in sampler_of_any_step(sample_time=sample_time).system.components] == [1, 1]
+
+
+def test_settling_begins_so_that_a_sample_meets_the_beginning_of_cycle_0():
+    p = sampler_of_any_step(sample_time="1.75 ms")
+    assert p.first % 7 == 0
+    assert p.first <= -2 * PERIOD / H
+
+
+def test_a_step_longer_than_a_sample_is_refused():
+    message = r"sampler\.sample_time = 0\.0002 s is not allowed; it must be at least the communication step 0\.00025 s"
+    with pytest.raises(ValueError, match=message):
+        sampler_of_any_step(sample_time="200 us")
+
+
 def test_a_pattern_sets_all_that_match():
     p = plan({"sampler.k_?": 5, "rotor.*.u": "1 g.m"})
     assert p.parameters["sampler"] == {"k_x": 5.0, "k_y": 5.0}

@@ -24,19 +24,6 @@ def studied() -> list[dict[str, Any]]:
     return [json_data(compare(replace(c, steps=(125e-6, 62.5e-6, 31.25e-6)), duration=0.05)) for c in comparisons()]
 
 
-def against_undelayed() -> list[float]:
-    """Error of a Jacobi co-simulation against the system without the sample of delay, at two communication steps."""
-    import numpy as np
-
-    from amb_cosim.studies.coupled_orbit import Scheme, cosimulated
-    from amb_cosim.studies.monolithic import Levitation, free_orbit
-
-    case = Levitation(Omega=120.0, disc="d3", unbalance=0.02)
-    exact = free_orbit(case, 200)
-    errors = [np.abs(cosimulated(case, Scheme("jacobi"), step, 200) - exact).max() for step in (62.5e-6, 15.625e-6)]
-    return [float(error / np.abs(exact).max()) for error in errors]
-
-
 @pytest.fixture(scope="module")
 def schemes(run_once: Callable[..., Any]) -> Callable[[str, str], dict[str, Any]]:
     """Errors and order of a scheme in the comparison whose title begins so."""
@@ -77,9 +64,3 @@ def test_dynamic_amplifier_needs_mean_current_and_gradient_for_order_two(schemes
     }
     assert orders.pop(("mean current", "with gradient")) == pytest.approx(2.0, abs=0.05)
     assert list(orders.values()) == pytest.approx([1.0, 1.0, 1.0], abs=0.15)
-
-
-def test_jacobi_order_converges_to_a_controller_that_is_a_sample_late(run_python: Callable[..., Any]) -> None:
-    coarse, fine = run_python(against_undelayed, timeout=300)
-    assert fine == pytest.approx(coarse, rel=0.2)
-    assert fine > 0.05

@@ -107,9 +107,8 @@ def test_jacobi_and_gauss_seidel_order_differ(case: str, reference: Reference) -
 @pytest.mark.parametrize("step", [250, 125])
 @pytest.mark.parametrize("case", CASES)
 def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -> None:
-    """With steps of 125 us the controller steps at every second point only, in both masters."""
+    """With steps of 125 us the controller samples in every second step."""
     ours = reference(case, "jacobi", step, nanoseconds=True)
-    assert ours["system"]["every"]["rolac_controller"] == 250 // step
     theirs = run_function(sys.executable, masters.__file__, "with_libcosim", **ours["system"])["series"]
     assert deviations(theirs, ours["series"], first=1) == {}
     rounded = deviations(theirs, reference(case, "jacobi", step)["series"], first=1)

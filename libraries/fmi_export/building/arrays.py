@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 from dataclasses import dataclass, replace
 
 from fmi_export.variables import Interface, Variable
@@ -68,23 +67,17 @@ def lengths(table: Interface) -> list[int]:
 
 
 def _shape(variables: tuple[Variable, ...]) -> tuple[int, ...]:
-    """Return the shape of an array from the indices in the fields of its elements; the parts of each come last."""
     first = variables[0]
     if first.array is None:
         return ()
-    alike = {replace(v, name="", description="", start=first.start, field="", depends_on=()) for v in variables}
-    if len(alike) > 1:
+    if len({_without_its_own(v) for v in variables}) > 1:
         raise ValueError(f"the elements of the array {first.array.name} differ: {first.name} is not like the others")
-    indices = [tuple(int(i) for i in _index_of(v.field).split(",")) for v in variables]
-    shape = tuple(1 + max(of_one) for of_one in zip(*indices, strict=True))
-    parts = len(variables) // len(set(indices))
-    if parts * math.prod(shape) != len(variables) or indices != sorted(indices):
-        raise ValueError(f"the elements of the array {first.array.name} do not fill a shape of {shape}")
-    return shape if parts == 1 else (*shape, parts)
+    if math.prod(first.array.shape) != len(variables):
+        raise ValueError(f"{len(variables)} variables do not fill the array {first.array.name} of {first.array.shape}")
+    return first.array.shape
 
 
-def _index_of(field: str) -> str:
-    found = re.search(r"\[([\d,]+)\]", field)
-    if found is None:
-        raise ValueError(f"{field} has no index, and cannot be in an array")
-    return found[1]
+def _without_its_own(v: Variable) -> Variable:
+    """Return a variable without what each element of an array may have for itself."""
+    start = min(max(0.0, v.minimum), v.maximum)
+    return replace(v, name="", description="", field="", start=start, depends_on=(), starts_from=None, starts_as="")

@@ -13,4 +13,4 @@ FMIS: tuple[Fmi, ...] = get_args(Fmi)
 Loop = Literal["compiled", "plain"]
 LOOPS: tuple[Loop, ...] = get_args(Loop)
 
-Coupling = Literal["gauss_seidel", "jacobi"]
+Coupling = Literal["gauss_seidel", "jacobi", "iterative"]

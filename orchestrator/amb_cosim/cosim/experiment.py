@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.replacement import notices
 from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
 from amb_cosim.cosim.stopping import Condition, StopCondition
 from amb_cosim.cosim.system import Component, System
@@ -16,6 +17,8 @@ from amb_cosim.cosim.values import Raw
 from amb_files.suggestions import suggest
 
 EVERYTHING = "*"  # as a pattern of what is recorded
+
+ROUNDING = 1e-9  # relative, of times that are whole numbers of steps
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,8 @@ class Plan:
     """An experiment on the time grid: communication point n is at the time n h.
 
     `parameters` holds what components start with, `inputs` the first values of signals and scheduled inputs by name,
-    `events` their changes as (point, name, value). What `stops` judge is recorded.
+    `events` their changes as (point, name, value). What `stops` judge is recorded. `notices` say what
+    components that replace others do without.
     """
 
     system: System
@@ -104,6 +108,7 @@ class Plan:
     stops: tuple[Condition, ...] = ()
     record_every: int = 1
     record_from: int = 0
+    notices: tuple[str, ...] = ()
 
     def all_parameters(self, interfaces: Mapping[str, FmuInterface]) -> dict[str, dict[str, float | None]]:
         """Return every parameter of every component: the value that was set, or its start value."""
@@ -145,16 +150,19 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
     ramped = {name for ramp in ramps for name in (ramp.variable, ramp.slope) if name is not None}
     events = []
     for event in experiment.events:
+        if values.drops(event.variable, "input"):
+            continue
         name, value = values.read(event.variable, event.value, "input")
         if name in ramped:
             raise ValueError(f"an event cannot set {name}; a profile does")
         values.inputs.setdefault(name, values.start_value(event.variable))
         events.append((round(event.time / h), name, value))
-    common = math.lcm(*(c.every for c in system.components))
+    common = math.lcm(*(_start_grid(c, values, h) for c in system.components))
     available = [
         *values.inputs,
         *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
     ]
+    patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
     first = common * math.floor(experiment.start_time / h / common)
     return Plan(
         system=system,
@@ -165,10 +173,11 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         inputs=values.inputs,
         events=tuple(events),
         ramps=ramps,
-        recorded=_recorded(experiment, system.unrecorded, available),
+        recorded=_recorded(replace(experiment, recorded=patterns), system.unrecorded, available),
         stops=tuple(_condition(stop, available, values, h) for stop in experiment.stops),
         record_every=experiment.record_every,
         record_from=first if experiment.record_settling else 0,
+        notices=tuple(notices(system, interfaces, values.inputs, values.dropped)),
     )
 
 
@@ -183,7 +192,7 @@ def whole_steps(name: str, time: float, h: float) -> int:
     if not 0.0 < time < math.inf:
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be > 0 s")
     n = round(time / h)
-    if n < 1 or not math.isclose(n * h, time, rel_tol=1e-9):
+    if n < 1 or not math.isclose(n * h, time, rel_tol=ROUNDING):
         raise ValueError(
             f"{name} = {time:.12g} s is not allowed; it must be a whole multiple of the communication step {h:g} s"
         )
@@ -211,13 +220,34 @@ def _ramp(profile: Profile, values: Assignments, h: float) -> Ramp:
     return Ramp(name, tuple(points), slope)
 
 
-def _rated(component: Component, values: Assignments, h: float) -> Component:
-    """Set the rate of a component by its parameter `sample_time`, if it has one."""
+def _sample_time(component: Component, values: Assignments) -> float | None:
+    """Return the parameter `sample_time` of a component (s), if it has one."""
     port = values.interfaces[component.name].ports.get("sample_time")
     if port is None or port.causality != "parameter":
+        return None
+    return values.parameters[component.name].get("sample_time", port.start)
+
+
+def _rated(component: Component, values: Assignments, h: float) -> Component:
+    """Set the rate of a component by its sample time, unless its FMU takes any step: it then gets every step."""
+    sample_time, name = _sample_time(component, values), f"{component.name}.sample_time"
+    if sample_time is None:
         return component
-    sample_time = values.parameters[component.name].get("sample_time", port.start or h)
-    return replace(component, every=whole_steps(f"{component.name}.sample_time", sample_time, h))
+    if not values.interfaces[component.name].takes_any_step:
+        return replace(component, every=whole_steps(name, sample_time, h))
+    if component.every * h > (1.0 + ROUNDING) * sample_time:
+        raise ValueError(
+            f"{name} = {sample_time:.12g} s is not allowed; it must be at least the communication step {h:g} s"
+        )
+    return component
+
+
+def _start_grid(component: Component, values: Assignments, h: float) -> int:
+    """Return how many steps lie between the points at which a component may start so that it samples at time 0."""
+    sample_time = _sample_time(component, values)
+    samples = round(sample_time / h) if sample_time is not None else 1
+    fits = sample_time is not None and math.isclose(samples * h, sample_time, rel_tol=ROUNDING)
+    return math.lcm(component.every, samples) if fits else component.every
 
 
 def _condition(stop: StopCondition, available: Sequence[str], values: Assignments, h: float) -> Condition:

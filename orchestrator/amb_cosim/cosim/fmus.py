@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
 GROUP = "amb_cosim.models"
 
-CODE = (".py", ".c", ".h", ".ll", ".toml")  # files of a package that decide what is made from it
+# Files of a package that decide what is made from it.
+CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")
 
 Constants = NDArray[np.float64]
 Source = Callable[..., "tuple[Model, Constants]"]
@@ -105,11 +106,26 @@ def build_models(
     names, options
         The models and what they are made for, as for `model_source`.
     flavour, platforms, fmi
-        Which flavour, what a native FMU runs on, and for which version of FMI; see `build_native_fmu`.
+        Which flavour, what it runs on, and for which version of FMI; see `build_native_fmu` and `build_python_fmu`.
     """
     made = [model_source(name, **options) for name in names]
     build, _ = _flavoured(flavour, platforms, fmi)
     return [build(model, constants, folder) for model, constants in made]
+
+
+def build_with_starts(name: str, folder: Path, flavour: Flavour, starts: Mapping[str, float], **options: Any) -> Path:
+    """Write the FMU of a model whose parameters and inputs have these start values into `folder`; return its path.
+
+    Raises
+    ------
+    ValueError
+        If there is no such model or variable, a value is out of its range, or it cannot be made with these options.
+    """
+    from fmi_export.model import with_starts
+
+    model, constants = model_source(name, **options)
+    build, _ = _flavoured(flavour)
+    return build(with_starts(model, starts), constants, folder)
 
 
 def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
@@ -133,7 +149,7 @@ def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
 def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model, built and extracted into the user's cache if it is not there yet.
 
-    A native one is built for this machine. Its folder is named by what it is made from, so it changes when interface,
+    It is built for this machine. Its folder is named by what it is made from, so it changes when interface,
     code or constants do.
 
     Raises
@@ -211,14 +227,11 @@ def _code(package: str) -> bytes:
 def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None, fmi: Fmi = 2) -> tuple[Build, Guid]:
     """Return the functions that build an FMU of that flavour and give its guid."""
     if flavour == "python":
-        if platforms is not None:
-            raise ValueError("platforms are for native FMUs alone; those of flavour python run where PythonFMU does")
         if fmi != 2:
             raise ValueError("FMI 3.0 is for native FMUs alone; PythonFMU writes those of flavour python for FMI 2.0")
-        from fmi_export.building.identity import guid_of
-        from fmi_export.building.python_fmu import build_python_fmu
+        from fmi_export.building.python_fmu import build_python_fmu, python_guid
 
-        return build_python_fmu, guid_of
+        return partial(build_python_fmu, platforms=platforms), python_guid
     from fmi_export.building.native.package import build_native_fmu, native_guid
 
     return partial(build_native_fmu, platforms=platforms, fmi=fmi), native_guid

@@ -21,6 +21,7 @@ from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer
 from amb_cosim.cosim.patterns import expand
 from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.replacement import missing_ports, original, with_units, without_lacking
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.stopping import StopObserver, Stopped
 from amb_cosim.cosim.system import System
@@ -97,7 +98,7 @@ class Assembly:
         values = Assignments(self.system, self.interfaces)
         for component, variables in self.system.parameters.items():
             for variable, raw in variables.items():
-                values.set(f"{component}.{variable}", raw, only="parameter")
+                values.give(f"{component}.{variable}", raw, only="parameter")
         return values
 
 
@@ -120,7 +121,16 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
     """
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
     interfaces = {c: read_interface(fmu.path, c) for c, fmu in fmus.items()}
-    system = expand(system, interfaces)
+    if system.replaced:
+        before = original(system)
+        first = {c.name: read_interface(provide(c.fmu, flavour, **options).path, c.name) for c in before.components}
+        interfaces = {name: with_units(interface, first[name]) for name, interface in interfaces.items()}
+        system = expand(without_lacking(system, interfaces), interfaces)
+        missing = missing_ports(system, interfaces, expand(before, first))
+        if missing:
+            raise ValueError("\n".join(missing))
+    else:
+        system = expand(system, interfaces)
     system.check(interfaces)
     return Assembly(system, fmus, interfaces)
 
@@ -142,8 +152,9 @@ def run_plan(
     progress
         Called now and then with the steps done and their number.
     loop
-        The `compiled` loop and the `plain` one, which calls the FMUs from Python, give the same to the last bit.
-        Where there is no compiled one (see `loop_library`), the plain one runs.
+        Of an explicit coupling; an iterative one runs in the plain loop. The `compiled` loop and the `plain` one, which
+        calls the FMUs from Python, give the same to the last bit. Where there is no compiled one (see `loop_library`),
+        the plain one runs.
     coupling
         In place of the system's.
 
@@ -151,8 +162,14 @@ def run_plan(
     ------
     StartFailed, FmuError
         If an FMU cannot be loaded or refuses to start.
+    ValueError
+        If the coupling is iterative, and an FMU cannot save its state, or steps at a rate of its own.
     """
     system = plan.system
+    coupling = coupling or system.coupling
+    if coupling == "iterative":
+        _check_states(assembly)
+        loop = "plain"
     if loop == "compiled" and load_loop() is None:
         loop = "plain"
     wiring, inputs, outputs = system.wiring(assembly.interfaces, list(plan.inputs), plan.recorded)
@@ -165,7 +182,7 @@ def run_plan(
             component = FmuComponent(c.name, folder, interface, *exchanged, plan.parameters[c.name], c.every)
             stack.callback(component.close)
             components.append(component)
-        master = Master(components, wiring, plan.step_size, coupling or system.coupling)
+        master = Master(components, wiring, plan.step_size, coupling)
         master.exogenous[:] = list(plan.inputs.values())
         master.initialise(plan.first)
         schedules = plan.schedules(wiring.names)
@@ -187,6 +204,16 @@ def run_plan(
             outcome = Outcome("interrupted", recorder.reached * plan.step_size)
         warnings = {component.name: component.warnings for component in components}
     return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings)
+
+
+def _check_states(assembly: Assembly) -> None:
+    """Raise ValueError if an FMU cannot save its state."""
+    unable = [name for name, interface in assembly.interfaces.items() if not interface.saves_state]
+    if unable:
+        raise ValueError(
+            f"coupling = 'iterative' is not allowed with {', '.join(unable)}: it repeats steps, and an FMU cannot save "
+            "and restore its state there (canGetAndSetFMUstate)"
+        )
 
 
 def _reporting(progress: Progress, plan: Plan, every: int) -> Observer:

@@ -13,7 +13,6 @@ with N = 0 for the linear law, and the difference of the force to K_s r + F for 
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,8 +39,6 @@ class Levitation:
 
     k_i
         Current stiffness (N/A); it matters only to the law (2.6), which depends on the current itself.
-    delay
-        Samples between a displacement and the current that responds to it.
     bandwidth
         Bandwidth of the amplifiers (Hz); None for ideal ones.
     nonlinear
@@ -56,7 +53,6 @@ class Levitation:
     k_b: float = 1e6
     c_b: float = 5000.0
     sample_time: float = 250e-6
-    delay: int = 0
     bandwidth: float | None = None
     nonlinear: bool = False
 
@@ -90,7 +86,6 @@ class MonolithicSystem:
         self.z = np.zeros(2 * n + 5, dtype=complex)
         self.z[2 * n] = 1.0
         self.previous = self.bearings
-        self._delayed_commands = deque([np.zeros(2, dtype=complex)] * levitation.delay)
 
     @property
     def bearings(self) -> Complex:
@@ -102,8 +97,7 @@ class MonolithicSystem:
         levitation, displacement = self.levitation, self.bearings
         difference = displacement - self.previous
         stiffness, damping = levitation.k_b + levitation.k_s, levitation.c_b
-        self._delayed_commands.append(-stiffness * displacement - damping * difference / levitation.sample_time)
-        self.z[self.command] = self._delayed_commands.popleft()
+        self.z[self.command] = -stiffness * displacement - damping * difference / levitation.sample_time
         if levitation.bandwidth is None:
             self.z[self.force] = self.z[self.command]
         self.previous = displacement

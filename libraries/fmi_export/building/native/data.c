@@ -65,7 +65,7 @@ static int references_are_possible(const Data *data, const Header *header)
             return 0;
     }
     for (uint64_t i = 0; i < header->n_pieces; i++)
-        if (data->pieces[i].text >= n_text || data->pieces[i].variable < -1 ||
+        if (data->pieces[i].text >= n_text || data->pieces[i].variable < STEP_SIZE ||
             data->pieces[i].variable >= data->n_values)
             return 0;
     for (int64_t i = 0; i < data->n_faults + data->n_warnings; i++)

@@ -36,7 +36,9 @@ typedef struct {
     uint32_t length; /* in FMI 3.0: 1, or of the array that begins here, or 0 within an array */
 } Variable;
 
-/* Text, followed by the value of a variable unless `variable` is -1. */
+/* Text, followed by the value of a variable, or of one of these. */
+enum { NO_VALUE = -1, STEP_SIZE = -2 };
+
 typedef struct {
     uint32_t text;
     int32_t variable;

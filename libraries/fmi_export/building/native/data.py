@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fmi_export.building.arrays import lengths
-from fmi_export.model import Array, Model, Size
+from fmi_export.model import STEP_SIZE, Array, Model, Size
 from fmi_export.variables import Type, Variable
 
 MAGIC, VERSION = b"ambdata\0", 3
@@ -99,15 +99,15 @@ def _variable(v: Variable, length: int, texts: _Texts) -> bytes:
 
 def _sentences(model: Model, sentences: Mapping[int, str], pieces: list[bytes], texts: _Texts) -> bytes:
     """Return the sentences of faults or warnings, by their numbers, and append what they consist of to `pieces`."""
-    position = model.interface.position
+    position = {**model.interface.position, STEP_SIZE: -2, "": -1}
     packed: list[bytes] = []
     for number, sentence in sentences.items():
         texts.check(sentence, sentence.count("{"))
         first = len(pieces)
         for text, name in re.findall(r"([^{]*)(?:\{([^}]+)\})?", sentence):
-            if name and name not in position:
+            if name not in position:
                 raise ValueError(f"{model.name}: a fault's sentence names {name!r}, which is no variable: {sentence!r}")
             if text or name:
-                pieces.append(PIECE.pack(texts.place(text), position[name] if name else -1))
+                pieces.append(PIECE.pack(texts.place(text), position[name]))
         packed.append(SENTENCE.pack(number, first, len(pieces) - first))
     return b"".join(packed)

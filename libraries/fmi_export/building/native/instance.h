@@ -8,6 +8,9 @@
 /* Faults that every model shares. */
 enum { FAULT_INTERNAL = 998, FAULT_STEP_SIZE = 999, FAULT_RANGE = 1000, FAULT_NOT_FINITE = 100000 };
 
+/* What a kernel returns for a step that is no fault and leaves all outputs as they are. */
+enum { UNCHANGED = -1 };
+
 /* What there is to save besides `values` and `state`. */
 typedef struct {
     int64_t checked; /* whether the parameters are within their ranges, as far as is known */
@@ -23,6 +26,7 @@ typedef struct {
     double *values, *state;
     Outcome *outcome;
     double *next_outputs, *work;
+    double step_size; /* of the present step (s) */
     unsigned char *told; /* which warnings */
 } Run;
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree
@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 from amb_files.atomic import write_atomically
 from fmi_export.building.description import model_description
 from fmi_export.building.description3 import model_description3
+from fmi_export.building.documentation import documentation
 from fmi_export.building.identity import guid_of
 from fmi_export.building.native.compiler import FOLDERS3, PLATFORMS, check_platforms, host_platform
 from fmi_export.building.native.data import model_data
@@ -20,6 +21,7 @@ from fmi_export.building.native.engines import engine, engine_key
 from fmi_export.model import Array, Model
 
 Fmi = Literal[2, 3]  # version
+ICON, ICON3 = "model.png", "terminalsAndIcons/icon.png"  # where an importer looks for it, in FMI 3.0 the latter
 NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
 
 
@@ -55,8 +57,9 @@ def build_native_fmu(
     for platform, one in engines.items():
         for place in FOLDERS3[platform] if fmi == 3 else (platform,):
             content[f"binaries/{place}/{model.name}{PLATFORMS[platform][0]}"] = one.library
+    content |= {ICON3 if fmi == 3 and name == ICON else name: file for name, file in documentation(model).items()}
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
-    return _write(folder / f"{model.name}.fmu", content)
+    return write_archive(folder / f"{model.name}.fmu", content)
 
 
 def native_guid(model: Model, constants: Array, fmi: Fmi = 2) -> str:
@@ -75,7 +78,9 @@ def _description(model: Model, guid: str, made_by: list[str], fmi: Fmi) -> bytes
     return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def _write(target: Path, content: dict[str, bytes]) -> Path:
+def write_archive(target: Path, content: Mapping[str, bytes]) -> Path:
+    """Write `content` (by the names in the archive) to a zip file, whole or not at all, and return its path."""
+
     def archive(path: Path) -> None:
         with zipfile.ZipFile(path, "w") as fmu:
             for name in sorted(content):

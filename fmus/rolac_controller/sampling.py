@@ -1,0 +1,36 @@
+"""When the controller samples: at its own instants, whatever the communication step.
+
+The instants are t_n = begin + n T with T = `sample_time`; `begin` is the time of the first step. A step [t, t + h) that
+contains an instant takes the sample with the inputs it has, and the currents hold until the next one:
+
+    t_n           |               |               |               |
+    h = T/4       *   .   .   .   *   .   .   .   *   .   .   .   *        * sample, . nothing changes
+    h = 0.7 T     *          .          *          *          *            up to h before its instant
+
+An instant at the end of a step belongs to the next one. Masters round: n h differs from t_n in its last digits, and a
+sum of steps drifts from it by up to n^2 1e-16 h, 2e-5 h after a million. The last `TOLERANCE` h of a step therefore
+count as its end, which delays a sample by much less than a step that straddles its instant advances it. A sum that has
+drifted further has its samples taken a step earlier, and with h = T it cannot lose any: a step takes one at most.
+
+A step longer than T would contain two instants and have inputs for one.
+"""
+
+from __future__ import annotations
+
+from fmi_export.jit import inlined_kernel
+
+TOLERANCE = 1e-3  # of the communication step
+LONGEST_STEP = 1.0 + 1e-9  # samples, as a master with another rounding of sample_time has it
+ROUNDING = 4.5e-16  # relative; of the time, which a master subtracts to find the step
+
+
+@inlined_kernel
+def is_due(instant: float, time: float, step_size: float) -> bool:
+    """Return whether the step of `step_size` from `time` takes the sample of this instant (all in s)."""
+    return instant < time + (1.0 - TOLERANCE) * step_size
+
+
+@inlined_kernel
+def is_too_long(time: float, step_size: float, sample_time: float) -> bool:
+    """Return whether the step of `step_size` from `time` is longer than the sample time beyond rounding (all in s)."""
+    return step_size > LONGEST_STEP * sample_time + ROUNDING * abs(time)

@@ -1,0 +1,127 @@
+"""When the controller samples, whatever the communication step."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rolac_controller.sampling import is_due, is_too_long
+
+T = 250e-6
+
+
+def times(h, steps, begin=0.0, summed=False):
+    """Times of the steps of a master that counts its steps, or of one that sums them."""
+    if not summed:
+        return [begin + n * h for n in range(steps)]
+    found = [begin]
+    for _ in range(steps - 1):
+        found.append(found[-1] + h)
+    return found
+
+
+def currents(bench, moments, h):
+    """Currents of MB1 after each step; its displacement falls into another sixteenth of a sample at each of them."""
+    b = bench(mb1__k_integral_x=1e6)
+    found = []
+    for t in moments:
+        b["s5"] = 1e-5 * np.sin(300.0 * round(16 * (t - moments[0]) / T) * T / 16)
+        b.instance.step(t, h)
+        found.append(b["mb1.i_x"])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("begin", [0.0, -0.0731, 1e4])
+@pytest.mark.parametrize("summed", [False, True])
+@pytest.mark.parametrize("parts", [2, 4, 16])
+def test_steps_within_a_sample_hold_its_currents(bench, parts, summed, begin):
+    samples = 60
+    whole = currents(bench, times(T, samples, begin), T)
+    found = currents(bench, times(T / parts, parts * samples, begin, summed), T / parts)
+    assert len(set(whole.tolist())) == samples
+    np.testing.assert_array_equal(found, np.repeat(whole, parts))
+
+
+def steps_with_a_sample(bench, lengths):
+    """Whether each of the steps of these lengths (s) takes a sample."""
+    b = bench()
+    t, taken = 0.0, []
+    for n, h in enumerate(lengths):
+        b["s5"] = 1e-9 * (n + 1)
+        before = b["mb1.i_x"]
+        b.instance.step(t, h)
+        t += h
+        taken.append(b["mb1.i_x"] != before)
+    return taken
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.lists(st.integers(1, 97), min_size=1, max_size=80))
+def test_a_step_takes_the_sample_whose_instant_it_contains(parts):
+    """Steps of any length, in parts of a sample; the instants are counted in whole numbers."""
+    from rig import CONTROLLER, NO_TABLE
+
+    from fmi_export.model import Instance
+
+    def bench():
+        made = Instance(CONTROLLER, NO_TABLE)
+        made.initialise()
+        made.instance = made
+        return made
+
+    ends = np.cumsum(parts)
+    expected = [(end - 1) // 97 > (end - part - 1) // 97 for part, end in zip(parts, ends.tolist(), strict=True)]
+    assert steps_with_a_sample(bench, [part * T / 97 for part in parts]) == expected
+
+
+def test_a_step_that_straddles_an_instant_takes_the_sample_with_its_inputs(bench):
+    """An instant at the end of a step, here at 7 T, belongs to the next."""
+    assert steps_with_a_sample(bench, [0.7 * T] * 11) == [n in (0, 1, 2, 4, 5, 7, 8, 10) for n in range(11)]
+    assert steps_with_a_sample(bench, [0.3 * T, T, T, 0.7 * T, T]) == [True, True, True, False, True]
+
+
+@pytest.mark.parametrize(("sample_time", "parts"), [(T, 1), (T, 10), (1.0 / 3000.0, 7), (1e-4, 3)])
+@pytest.mark.parametrize("summed", [False, True])
+def test_no_sample_is_lost_or_shifted_in_a_long_run(sample_time, parts, summed):
+    """A sum of a million steps drifts by 2e-5 of a step."""
+    h, t, samples, late = sample_time / parts, 0.0, 0, 0
+    for n in range(300_000):
+        if is_due(samples * sample_time, t, h):
+            samples += 1
+            late += n % parts
+        t = t + h if summed else (n + 1) * h
+    assert samples == -(-300_000 // parts)
+    assert late == 0
+
+
+def test_a_sum_that_has_drifted_far_still_takes_a_sample_in_each_step():
+    """A step of a sample whose time runs ahead of the count by a hundredth of a sample."""
+    assert [is_due(n * T, n * T + 0.01 * T, T) for n in range(5)] == [True] * 5
+
+
+@pytest.mark.parametrize("n", [0, 1, 12345, 4 * 3600 * 4000, 365 * 24 * 3600 * 4000])
+def test_a_step_that_a_master_got_by_subtracting_times_is_no_longer_than_a_sample(n):
+    assert not is_too_long(n * T, (n + 1) * T - n * T, T)
+    exact = Fraction(T) * (1 + Fraction(1, 10**8))
+    assert is_too_long(0.0, float(exact), T)
+
+
+def test_a_saved_state_brings_back_the_instants(bench):
+    """A copy made between two samples takes the next one where the original does."""
+    first, second = bench(), bench()
+    h, lengths = 0.3 * T, range(20)
+    for n in lengths:
+        first["s5"] = 1e-6 * n
+        first.instance.step(n * h, h)
+    second.instance.values[:] = first.instance.values
+    second.instance.state[:] = first.instance.state
+    for n in range(20, 40):
+        for b in (first, second):
+            b["s5"] = 1e-6 * n
+            b.instance.step(n * h, h)
+        np.testing.assert_array_equal(first.instance.values, second.instance.values)
+    assert first["mb1.i_x"] != 0.0
