@@ -6,7 +6,7 @@ A unit test needs no more than this, and the FMI slave wraps it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -80,6 +80,25 @@ class Model:
     def __post_init__(self) -> None:
         if self.interface.variables[-1].name != FAULT_CODE:
             raise ValueError(f"{self.name}: the last output must be {FAULT_CODE}")
+
+
+START = "start"  # in a layout: start values in place of those that the model's package declares
+
+
+def with_starts(model: Model, starts: Mapping[str, float]) -> Model:
+    """Return a model with other start values of parameters and inputs; its layout says so, for a slave in Python.
+
+    Raises
+    ------
+    ValueError
+        If there is no such parameter or input, or the value is out of its range.
+    """
+    unknown = set(starts) - {v.name for v in model.interface.variables if v.causality != "output"}
+    if unknown:
+        raise ValueError(f"{model.name} has no parameters or inputs {', '.join(sorted(unknown))}")
+    variables = tuple(replace(v, start=starts.get(v.name, v.start)) for v in model.interface.variables)
+    layout = {**model.layout, START: dict(starts)} if starts else model.layout
+    return replace(model, interface=Interface(variables), layout=layout)
 
 
 @kernel

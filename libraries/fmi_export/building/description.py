@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from xml.etree.ElementTree import Element, SubElement
 
-from fmi_export.building.units import base_unit
+from fmi_export.building.units import DISPLAYED, base_unit, display_unit
 from fmi_export.log_categories import LOG_CATEGORIES
 from fmi_export.model import Model
 from fmi_export.variables import LARGEST, TOOL, Variable
@@ -40,6 +41,7 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
         canSerializeFMUstate="true",
     )
     _add_units(root, model)
+    _add_enumerations(root, model)
     categories = SubElement(root, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
         SubElement(categories, "Category", name=name, description=description)
@@ -65,11 +67,34 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
 
 
 def _add_units(root: Element, model: Model) -> None:
-    units = sorted({v.unit for v in model.interface.variables if v.type == "Real"})
+    reals = [v for v in model.interface.variables if v.type == "Real"]
     definitions = SubElement(root, "UnitDefinitions")
-    for unit in units:
-        attributes = {name: repr(value) for name, value in base_unit(unit).items()}
-        SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", attributes)
+    for unit in sorted({v.unit for v in reals}):
+        definition = SubElement(definitions, "Unit", name=unit)
+        SubElement(definition, "BaseUnit", _numbers(base_unit(unit)))
+        for shown in sorted({_shown_in(v) for v in reals if v.unit == unit} - {""}):
+            SubElement(definition, "DisplayUnit", {"name": shown} | _numbers(display_unit(unit, shown)))
+
+
+def _numbers(values: Mapping[str, float]) -> dict[str, str]:
+    return {name: repr(value) for name, value in values.items()}
+
+
+def _shown_in(v: Variable) -> str:
+    """Return the display unit of a Real, empty where that is its unit."""
+    return v.display_unit or DISPLAYED.get(v.unit, "")
+
+
+def _add_enumerations(root: Element, model: Model) -> None:
+    if not model.interface.enumerations:
+        return
+    definitions = SubElement(root, "TypeDefinitions")
+    for enumeration in model.interface.enumerations.values():
+        items = SubElement(SubElement(definitions, "SimpleType", name=enumeration.name), "Enumeration")
+        for number, (name, description) in enumerate(enumeration.items):
+            item = SubElement(items, "Item", name=name, value=str(number))
+            if description:
+                item.set("description", description)
 
 
 def _scalar_variable(reference: int, v: Variable) -> Element:
@@ -88,12 +113,17 @@ def _scalar_variable(reference: int, v: Variable) -> Element:
         value["start"] = v.literal(v.start)
     if v.type == "Real":
         value["unit"] = v.unit
+        if _shown_in(v):
+            value["displayUnit"] = _shown_in(v)
     if v.type != "Boolean":
         if v.minimum > -LARGEST:
             value["min"] = v.literal(v.minimum)
         if v.maximum < LARGEST:
             value["max"] = v.literal(v.maximum)
-    SubElement(element, v.type, value)
+    if v.enumeration:
+        SubElement(element, "Enumeration", {"declaredType": v.enumeration.name} | value)
+    else:
+        SubElement(element, v.type, value)
     if v.warning:
         SubElement(SubElement(SubElement(element, "Annotations"), "Tool", name=TOOL), "Warning", sentence=v.warning)
     return element

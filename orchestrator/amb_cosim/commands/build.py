@@ -41,7 +41,10 @@ def build(
     assembled: str | None,
     platforms: str | None,
 ) -> None:
-    """Build the FMUs into a folder."""
+    """Build the FMUs into a folder.
+
+    Those of flavour native run in any process. Those of flavour python need Python with NumPy in the process that
+    imports them, or on the machine as a shared library."""
     import amb_cosim
 
     chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
@@ -54,6 +57,10 @@ def build(
             return
         for path in amb_cosim.build(output, flavour, rotor_file, receptances, chosen):
             click.echo(path)
+    if flavour == "python":
+        from fmi_export.building.python_fmu import what_it_needs
+
+        click.echo(what_it_needs(), err=True)
 
 
 COMMANDS = (build,)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -35,7 +36,15 @@ def run(
     no_plots: bool,
     summary_json: str | None,
 ) -> None:
-    """Run the scenario NAME, or the one in a TOML file."""
+    """Run the scenario NAME, the one in a TOML file, or an SSP archive."""
+    if Path(name).suffix == ".ssp":
+        given = {"--rotor": rotor_file, "--receptances": receptances, "--summary-json": summary_json}
+        with refusing():
+            unused = [option for option, value in given.items() if value is not None]
+            if unused:
+                raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which has its FMUs in it")
+        _simulate(Path(name), settings, output, loop, stop_time=until)
+        return
     from rich.console import Console
 
     import amb_cosim
@@ -89,7 +98,12 @@ def simulate(
     flavour: Flavour,
     loop: Loop,
 ) -> None:
-    """Run any FMI 2.0 co-simulation FMUs, as a system file (TOML) says."""
+    """Run any FMI 2.0 co-simulation FMUs, as a system file (TOML) or an SSP archive says."""
+    _simulate(system_file, settings, output, loop, flavour=flavour, rotor=rotor_file)
+
+
+def _simulate(system_file: Path, settings: tuple[str, ...], output: Path | None, loop: Loop, **options: Any) -> None:
+    """Run a system file or an SSP archive, save what was recorded, and tell how it ended."""
     import amb_cosim
     from amb_cosim.cosim.warnings import sentences, warnings_of
     from amb_cosim.plan import parse_settings
@@ -103,10 +117,9 @@ def simulate(
             result = amb_cosim.simulate(
                 system_file,
                 set=parse_settings(settings),
-                flavour=flavour,
                 loop=loop,
                 progress=report,
-                rotor=rotor_file,
+                **options,
             )
         result.save(folder)
     show_warnings(sentences(warnings_of(result.signals)))

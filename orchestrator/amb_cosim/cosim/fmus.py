@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
 GROUP = "amb_cosim.models"
 
-CODE = (".py", ".c", ".h", ".ll", ".toml")  # files of a package that decide what is made from it
+# Files of a package that decide what is made from it.
+CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")
 
 Constants = NDArray[np.float64]
 Source = Callable[..., "tuple[Model, Constants]"]
@@ -109,6 +110,21 @@ def build_models(
     made = [model_source(name, **options) for name in names]
     build, _ = _flavoured(flavour, platforms)
     return [build(model, constants, folder) for model, constants in made]
+
+
+def build_with_starts(name: str, folder: Path, flavour: Flavour, starts: Mapping[str, float], **options: Any) -> Path:
+    """Write the FMU of a model whose parameters and inputs have these start values into `folder`; return its path.
+
+    Raises
+    ------
+    ValueError
+        If there is no such model or variable, a value is out of its range, or it cannot be made with these options.
+    """
+    from fmi_export.model import with_starts
+
+    model, constants = model_source(name, **options)
+    build, _ = _flavoured(flavour)
+    return build(with_starts(model, starts), constants, folder)
 
 
 def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.patterns import is_pattern
@@ -85,13 +86,11 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
         own = [link for link in wanted if component.replaces is not None and link.touches(component.name)]
         outputs = _lacking(component, (link.source for link in own), interfaces, "output")
         inputs = _lacking(component, (link.target for link in own), interfaces, "input")
-        if outputs or inputs:
-            listed = [f"the outputs {', '.join(outputs)}"] * bool(outputs) + [f"the inputs {', '.join(inputs)}"] * bool(
-                inputs
-            )
-            lines.append(
-                f"{component.name}: {component.fmu} must have {' and '.join(listed)}, which other components need"
-            )
+        found = {"outputs": outputs, "inputs": inputs}
+        ports = [f"the {kind} {', '.join(names)}" for kind, names in found.items() if names]
+        if ports:
+            file = Path(component.fmu).name
+            lines.append(f"{component.name}: {file} must have {' and '.join(ports)}, which other components need")
     lines += _silent_signals(system, before)
     return lines
 
@@ -112,7 +111,7 @@ def notices(system: System, interfaces: Interfaces, given: Iterable[str], droppe
         name = component.name
         lacks = [end.partition(".")[2] for end in dropped if end.startswith(f"{name}.")]
         if lacks:
-            found.append(f"{name}: {component.fmu} has no {', '.join(lacks)}; what is said of it is dropped")
+            found.append(f"{name}: {Path(component.fmu).name} has no {', '.join(lacks)}; what is said of it is dropped")
         unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in known]
         if unfed:
             found.append(f"{name}: nothing feeds {', '.join(unfed)}; start values hold")
@@ -147,7 +146,7 @@ def _incomplete_options(system: System, interfaces: Interfaces, before: System) 
 
 
 def _lacking(component: Component, ends: Iterable[str], interfaces: Interfaces, causality: str) -> list[str]:
-    own = (end for end in ends if end.startswith(f"{component.name}."))
+    own = dict.fromkeys(end for end in ends if end.startswith(f"{component.name}."))
     return [end.partition(".")[2] for end in own if not _has(interfaces, end, causality)]
 
 

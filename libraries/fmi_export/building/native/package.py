@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 
 from amb_files.atomic import write_atomically
 from fmi_export.building.description import model_description
+from fmi_export.building.documentation import documentation
 from fmi_export.building.identity import guid_of
 from fmi_export.building.native.compiler import PLATFORMS, check_platforms, host_platform
 from fmi_export.building.native.data import model_data
@@ -47,6 +48,7 @@ def build_native_fmu(model: Model, constants: Array, folder: Path, platforms: It
     content = {"modelDescription.xml": _description(model, guid, made_by), "resources/model.bin": data}
     for platform, one in engines.items():
         content[f"binaries/{platform}/{model.name}{PLATFORMS[platform][0]}"] = one.library
+    content |= documentation(model)
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
     return write_archive(folder / f"{model.name}.fmu", content)
 
