@@ -1,9 +1,9 @@
 """Reads an SSP archive as a system and an experiment.
 
 What it takes: components that are FMI 2.0 co-simulation FMUs, in one system; connections; connectors of the system,
-each a signal; parameter bindings of components and of the system, in the document or in files; the default experiment. The
-communication step and the order come from annotations (see `structure`), the step else from the FMUs. Parameters of a
-set that no FMU has are left out, as SSP allows.
+each a signal; parameter bindings of components and of the system, in the document or in files; the default experiment.
+The communication step and the order come from annotations (see `structure`), the step else from the FMUs. Parameters of
+a set that no FMU has are left out, as SSP allows.
 """
 
 from __future__ import annotations
@@ -68,9 +68,13 @@ def load_ssp(
         parameters=parameters,
     )
     own = folder / EXPERIMENT
-    if own.is_file() and step_size is None and stop_time is None:
+    if own.is_file():
         table = validate(parse_toml(own.read_text(encoding="utf-8"), f"{what}: {EXPERIMENT}"), ExperimentTable, what)
-        return system, _on_the_grid(table.experiment()), {**inputs, **table.inputs}
+        changes = {"step_size": step_size, "stop_time": stop_time}
+        experiment = replace(
+            table.experiment(), **{name: value for name, value in changes.items() if value is not None}
+        )
+        return system, _on_the_grid(experiment), {**inputs, **table.inputs}
     return system, reader.experiment(step_size, stop_time), inputs
 
 
