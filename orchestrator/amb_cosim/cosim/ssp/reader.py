@@ -70,10 +70,9 @@ def load_ssp(
     own = folder / EXPERIMENT
     if own.is_file():
         table = validate(parse_toml(own.read_text(encoding="utf-8"), f"{what}: {EXPERIMENT}"), ExperimentTable, what)
-        changes = {"step_size": step_size, "stop_time": stop_time}
-        experiment = replace(
-            table.experiment(), **{name: value for name, value in changes.items() if value is not None}
-        )
+        experiment = table.experiment()
+        end = experiment.stop_time if stop_time is None else stop_time
+        experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
         return system, _on_the_grid(experiment), {**inputs, **table.inputs}
     return system, reader.experiment(step_size, stop_time), inputs
 
