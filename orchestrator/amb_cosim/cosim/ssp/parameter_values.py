@@ -27,7 +27,7 @@ def parameter_set(name: str, values: Mapping[str, float], ports: Mapping[str, Po
         The component's variables.
     """
     root = etree.Element(tag("ssv:ParameterSet"), nsmap={p: NAMESPACES[p] for p in ("ssv", "ssc")})
-    root.attrib.update(version=VERSION, name=name)
+    root.attrib.update(dict(version=VERSION, name=name))
     parameters = etree.SubElement(root, tag("ssv:Parameters"))
     for variable, value in values.items():
         parameter = etree.SubElement(parameters, tag("ssv:Parameter"), name=variable)

@@ -68,9 +68,12 @@ def load_ssp(
         parameters=parameters,
     )
     own = folder / EXPERIMENT
-    if own.is_file() and step_size is None and stop_time is None:
+    if own.is_file():
         table = validate(parse_toml(own.read_text(encoding="utf-8"), f"{what}: {EXPERIMENT}"), ExperimentTable, what)
-        return system, _on_the_grid(table.experiment()), {**inputs, **table.inputs}
+        experiment = table.experiment()
+        end = experiment.stop_time if stop_time is None else stop_time
+        experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
+        return system, _on_the_grid(experiment), {**inputs, **table.inputs}
     return system, reader.experiment(step_size, stop_time), inputs
 
 

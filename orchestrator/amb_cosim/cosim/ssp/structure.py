@@ -86,7 +86,7 @@ class Described:
 def system_structure(run: Described) -> bytes:
     """Return the document of a run."""
     root = etree.Element(tag("ssd:SystemStructureDescription"), nsmap={**NAMESPACES, **TOOLS})
-    root.attrib.update(version=VERSION, name=run.name, generationTool=run.generator)
+    root.attrib.update(dict(version=VERSION, name=run.name, generationTool=run.generator))
     system = etree.SubElement(root, tag("ssd:System"), name="root")
     if run.plan.system.description:
         system.set("description", run.plan.system.description)
@@ -101,7 +101,7 @@ def system_structure(run: Described) -> bytes:
     for start, source, end, target in run.links():
         link = etree.SubElement(connections, tag("ssd:Connection"))
         link.attrib.update({} if start is None else {"startElement": start})
-        link.attrib.update(startConnector=source, endElement=end, endConnector=target)
+        link.attrib.update(dict(startConnector=source, endElement=end, endConnector=target))
     if not len(connections):
         system.remove(connections)
     _annotate(system, "ssd", _openmodelica(run.plan.step_size))
@@ -160,7 +160,7 @@ def _openmodelica(step_size: float) -> tuple[str, Any]:
     annotations = etree.Element(tag("oms:Annotations", TOOLS))
     information = etree.SubElement(annotations, tag("oms:SimulationInformation", TOOLS))
     master = etree.SubElement(information, tag("oms:FixedStepMaster", TOOLS), description="oms-ma")
-    master.attrib.update(stepSize=f"{step_size:.9f}", absoluteTolerance="0.0001", relativeTolerance="0.0001")
+    master.attrib.update(dict(stepSize=f"{step_size:.9f}", absoluteTolerance="0.0001", relativeTolerance="0.0001"))
     return "org.openmodelica", annotations
 
 
