@@ -182,9 +182,9 @@ class Scenario(Table):
         return 2.0 * math.pi / self.initial_speed
 
     def step_size(self, coupling: Coupling) -> float:
-        """Communication step in s, if this is the coupling of its system."""
+        """Communication step in s, in this coupling."""
         if self.communication_step is None:
-            return DEFAULT_STEPS[self.coupling or coupling]
+            return DEFAULT_STEPS[coupling]
         return time_of(self.communication_step, "communication_step")
 
     def end(self, period: float) -> float:
