@@ -107,7 +107,8 @@ class Scenario(Table):
     Models are built for `rotor`, the name of one that comes with the package or a rotor file, the rig by default; the
     controller has the H of the table of
     `receptances` in place of the rotor model's.
-    `coupling` is that of the system by default, and `communication_step` 250 us, in Jacobi order 25 us.
+    `coupling` is that of the system by default, and `communication_step` 250 us, in Jacobi order 25 us, where a
+    controller with the parameter `prediction_time` predicts by two communication steps unless told otherwise.
     `gravity` pulls on the rotor towards `gravity_angle`, from x towards y. The static currents of magnetic bearings
     then carry the weight, and the rotor levitates at its setpoint. Parameters that the scenario gives keep their
     values.
