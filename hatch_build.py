@@ -43,7 +43,9 @@ class Kernels(NamedTuple):
     @classmethod
     def in_module(cls, name: str, module: str) -> Kernels:
         code = importlib.import_module(module)
-        return cls(name, code.initialise, code.step, (module.partition(".")[0], "fmi_export"))
+        package = importlib.import_module(module.partition(".")[0])
+        others = getattr(package, "KERNELS_FROM", ())
+        return cls(name, code.initialise, code.step, (package.__name__, *others, "fmi_export"))
 
 
 class EngineBuildHook(BuildHookInterface[Any]):
@@ -54,6 +56,7 @@ class EngineBuildHook(BuildHookInterface[Any]):
             return
         sys.path[:0] = [str(Path(self.root) / name) for name in ("fmus", "libraries", "orchestrator")]
         from amb_cosim.cosim.loop_library import compile_loop, loop_place
+        from fmi_export.building.guard.libraries import SYSTEMS, guard, guard_place
         from fmi_export.building.native.compiler import PLATFORMS, check_platforms, host_platform
         from fmi_export.building.native.engines import engine, engine_place
 
@@ -74,6 +77,8 @@ class EngineBuildHook(BuildHookInterface[Any]):
                 engine(model, platform).write(engines / engine_place(model, platform))
 
         for platform in platforms:
+            if platform in SYSTEMS:
+                guard(platform).write(engines / guard_place(platform))
             place = loops / loop_place(platform)
             place.parent.mkdir(parents=True)
             place.write_bytes(compile_loop(platform))

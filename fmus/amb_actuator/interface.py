@@ -7,11 +7,32 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from amb_actuator.flux import saturation_flux
-from fmi_export.variables import Interface, Variable, input_, interface, output, parameter, repeated
+from fmi_export.variables import (
+    Enumeration,
+    Interface,
+    Variable,
+    input_,
+    interface,
+    one_of,
+    output,
+    parameter,
+    repeated,
+)
 
-LAWS = ("linear", "measured", "nonlinear")
-LINEAR, MEASURED, NONLINEAR = range(len(LAWS))  # values of `force_law`
-IDEAL, DYNAMIC = 0, 1  # values of `amplifier`
+FORCE_LAW = Enumeration(
+    "ForceLaw",
+    (
+        ("linear", "constants from the geometry (2.8, 2.9)"),
+        ("measured", "linear too, constants measured (Fig. 2.5)"),
+        ("nonlinear", "square of current over gap (2.6), with saturation"),
+    ),
+)
+LAWS = FORCE_LAW.names
+LINEAR, MEASURED, NONLINEAR = range(len(LAWS))
+AMPLIFIER = Enumeration(
+    "Amplifier", (("ideal", "the currents are there at once"), ("dynamic", "bandwidth and voltage limit"))
+)
+IDEAL, DYNAMIC = range(2)
 
 # K_s (N/m) and K_i (N/A) of force_law 1: measured on the rig (Fig. 2.5); elsewhere those of the geometry, (2.8, 2.9).
 MEASURED_CONSTANTS = {"mb1": (1.944e6, 544.0), "mb2": (2.156e6, 539.0)}
@@ -140,7 +161,7 @@ def _amplifier(b: str, a: str, at: str) -> list[Variable]:
 def _inputs(b: str, a: str, at: str) -> list[Variable]:
     return [
         input_(f"{b}.i_{a}", "A", f"Demanded control current, {at}", field="demanded_current"),
-        input_(f"{b}.{a}", "m", f"Rotor displacement from the centre, {at}", field="displacement"),
+        input_(f"{b}.{a}", "m", f"Rotor displacement from the centre, {at}", field="displacement", display_unit="um"),
         input_(
             f"{b}.command_voltage_{a}",
             "V",
@@ -171,11 +192,20 @@ def _inputs(b: str, a: str, at: str) -> list[Variable]:
 
 
 def _outputs(b: str, a: str, at: str) -> list[Variable]:
-    demand = (f"{b}.i_{a}", f"{b}.command_voltage_{a}")
-    switches = (f"{b}.amplifier_off_{a}", f"{b}.stuck_{a}")
-    losses = (f"{b}.coil_loss_upper_{a}", f"{b}.coil_loss_lower_{a}")
+    def of_axis(*names: str) -> tuple[str, ...]:
+        return tuple(f"{b}.{name}_{a}" for name in names)
+
+    demand = of_axis("i", "command_voltage")
+    off, switches = of_axis("amplifier_off"), of_axis("amplifier_off", "stuck")
+    losses = of_axis("coil_loss_upper", "coil_loss_lower")
     current = (*demand, *switches)
     force = (*demand, f"{b}.{a}", *losses, *switches)
+    # At the start the currents are those of a steady command; nothing is stuck, and no voltage at its limit.
+    limits = of_axis("bias_current", "static_current", "current_limit", "resistance", "voltage_limit")
+    command = (*demand, *of_axis("amplifier_gain"), *limits, "amplifier")
+    currents = (*command, *off)
+    iron = (*currents, *of_axis("turns", "gap", "b_sat", "knee_width"), f"{b}.{a}", *losses)
+    gradient = (*iron, *of_axis("pole_area", "half_angle", "k_s_measured"), "force_law")
     flag: dict[str, object] = {"type": "Boolean"}
     return [
         output(
@@ -183,29 +213,48 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
             "N",
             f"Force on the rotor, in excess of the static load unless total_force, {at}",
             depends_on=force,
+            starts_from=(*gradient, *of_axis("k_i_measured"), "total_force"),
             field="force",
         ),
         output(
-            f"{b}.k_{a}{a}", "N/m", f"Gradient of the force over displacement, {at}", depends_on=force, field="gradient"
+            f"{b}.k_{a}{a}",
+            "N/m",
+            f"Gradient of the force over displacement, {at}",
+            depends_on=force,
+            starts_from=gradient,
+            field="gradient",
         ),
         output(
             f"{b}.{a}_ref",
             "m",
             f"Displacement where the force was evaluated, {at}",
             depends_on=(f"{b}.{a}",),
+            starts_as=f"{b}.{a}",
+            display_unit="um",
             field="reference",
         ),
         output(
-            f"{b}.i_upper_{a}", "A", f"Current of the upper coil pair, {at}", depends_on=current, field="upper_current"
+            f"{b}.i_upper_{a}",
+            "A",
+            f"Current of the upper coil pair, {at}",
+            depends_on=current,
+            starts_from=currents,
+            field="upper_current",
         ),
         output(
-            f"{b}.i_lower_{a}", "A", f"Current of the lower coil pair, {at}", depends_on=current, field="lower_current"
+            f"{b}.i_lower_{a}",
+            "A",
+            f"Current of the lower coil pair, {at}",
+            depends_on=current,
+            starts_from=currents,
+            field="lower_current",
         ),
         output(
             f"{b}.clipped_{a}",
             "1",
             f"The demanded current was cut to the coil limits, {at}",
             depends_on=demand,
+            starts_from=command,
             warning=f"the demanded current is cut to what the coils allow, 0 to {{{b}.current_limit_{a}}} A each",
             **flag,
         ),
@@ -214,6 +263,7 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
             "1",
             f"The flux density of a coil pair is beyond the knee, where force_law 2 limits it, {at}",
             depends_on=force,
+            starts_from=iron,
             warning=f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which force_law 2 alone knows of",
             **flag,
         ),
@@ -222,16 +272,34 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
             "1",
             f"An amplifier was at its voltage limit during the step, {at}",
             depends_on=current,
+            starts_from=(),
             warning=f"an amplifier is at its voltage limit, {{{b}.voltage_limit_{a}}} V",
             **flag,
         ),
         output(
-            f"{b}.v_upper_{a}", "V", f"Voltage at the upper coil pair, {at}", depends_on=current, field="upper_voltage"
+            f"{b}.v_upper_{a}",
+            "V",
+            f"Voltage at the upper coil pair, {at}",
+            depends_on=current,
+            starts_from=currents,
+            field="upper_voltage",
         ),
         output(
-            f"{b}.v_lower_{a}", "V", f"Voltage at the lower coil pair, {at}", depends_on=current, field="lower_voltage"
+            f"{b}.v_lower_{a}",
+            "V",
+            f"Voltage at the lower coil pair, {at}",
+            depends_on=current,
+            starts_from=currents,
+            field="lower_voltage",
         ),
-        output(f"{b}.copper_loss_{a}", "W", f"Heat in both coil pairs, {at}", minimum=0.0, depends_on=current),
+        output(
+            f"{b}.copper_loss_{a}",
+            "W",
+            f"Heat in both coil pairs, {at}",
+            minimum=0.0,
+            depends_on=current,
+            starts_from=currents,
+        ),
     ]
 
 
@@ -252,30 +320,13 @@ def interface_of(bearings: Sequence[str]) -> Interface:
     return interface(
         *_MODEL_PARAMETERS,
         repeated("axes", axes_of(bearings), _axis),
-        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
+        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
     )
 
 
 _MODEL_PARAMETERS = (
-    parameter(
-        "force_law",
-        "1",
-        "0 linear with constants from the geometry (2.8, 2.9), 1 linear with measured constants (Fig. 2.5), "
-        "2 nonlinear (2.6) with saturation",
-        LINEAR,
-        minimum=0,
-        maximum=len(LAWS) - 1,
-        type="Integer",
-    ),
-    parameter(
-        "amplifier",
-        "1",
-        "0 ideal: the currents are there at once; 1 dynamic: bandwidth and voltage limit",
-        IDEAL,
-        minimum=IDEAL,
-        maximum=DYNAMIC,
-        type="Integer",
-    ),
+    parameter("force_law", "1", "How force follows from displacement and currents", LINEAR, **one_of(FORCE_LAW)),
+    parameter("amplifier", "1", "How the currents follow what is demanded", IDEAL, **one_of(AMPLIFIER)),
     parameter(
         "total_force",
         "1",
@@ -295,4 +346,4 @@ _MODEL_PARAMETERS = (
 )
 
 # One bearing, for the record types of its axes.
-SMALLEST = interface_of(("b",))
+SMALLEST = interface_of(("b",)).with_all_parts()

@@ -14,4 +14,4 @@ def interface_of(loop: ControlLoop) -> Interface:
 
 
 # One of each, for the record types of the parts.
-SMALLEST = interface_of(ControlLoop(("b",), (SensorPlane("p", "p.x", "p.y", 0.0),), ("p",)))
+SMALLEST = interface_of(ControlLoop(("b",), (SensorPlane("p", "p.x", "p.y", 0.0),), ("p",))).with_all_parts()

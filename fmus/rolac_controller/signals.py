@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from fmi_export.variables import Variable, input_, output, repeated
+from fmi_export.variables import Array, Enumeration, Variable, input_, one_of, output, repeated
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop
-from rolac_controller.enumerations import ERRORS, STATUSES, stage_sentences
+from rolac_controller.enumerations import ERRORS, STATUSES, stages
 
 LARGEST_ANGLE = 1e9  # rad, 18 days at full speed; it still resolves 1e-7 rad
 LARGEST_SPEED = 1e4  # rad/s
@@ -20,18 +20,22 @@ def _faults(name: str, where: str) -> list[Variable]:
     return [
         fault("dead", "1", "the sensor shows 0", type="Boolean"),
         fault("stuck", "1", "the sensor stays as it is", type="Boolean"),
-        fault("offset", "m", "the sensor shows so much more", minimum=-0.1, maximum=0.1),
-        fault("noise", "m", "standard deviation of a burst of noise", minimum=0.0, maximum=0.1),
+        fault("offset", "m", "the sensor shows so much more", minimum=-0.1, maximum=0.1, display_unit="um"),
+        fault("noise", "m", "standard deviation of a burst of noise", minimum=0.0, maximum=0.1, display_unit="um"),
     ]
 
 
 def _displacement(name: str, where: str) -> list[Variable]:
-    return [input_(name, "m", f"Displacement, {where}", minimum=-0.1, maximum=0.1, field=".")]
+    return [input_(name, "m", f"Displacement, {where}", minimum=-0.1, maximum=0.1, field=".", display_unit="um")]
+
+
+def _displacement_array(loop: ControlLoop) -> Array:
+    return Array("sensors", f"Displacements at the sensors {', '.join(loop.sensor_names)}")
 
 
 def _setpoint(b: str, a: str) -> list[Variable]:
     description = f"Setpoint of the displacement, {b.upper()}, {a} axis"
-    return [input_(f"{b}.set_{a}", "m", description, minimum=-0.1, maximum=0.1, field=".")]
+    return [input_(f"{b}.set_{a}", "m", description, minimum=-0.1, maximum=0.1, field=".", display_unit="um")]
 
 
 def input_variables(loop: ControlLoop) -> list[Variable]:
@@ -40,7 +44,7 @@ def input_variables(loop: ControlLoop) -> list[Variable]:
         *_OWN_INPUTS,
         _contact_state(loop.bearings),
         # The range is wide, but narrow enough to reject values in mm or um.
-        *repeated("displacements", loop.sensors, _displacement),
+        *repeated("displacements", loop.sensors, _displacement, array=_displacement_array(loop)),
         *repeated("setpoints", [(bearing, axis) for bearing, axis, _ in loop.axes], _setpoint),
         *repeated("faults", loop.sensors, _faults),
     ]
@@ -49,7 +53,7 @@ def input_variables(loop: ControlLoop) -> list[Variable]:
 def _contact_state(bearings: tuple[str, ...]) -> Variable:
     """Which journals touch, as a sum of 1, 2, 4, ... in the order of the bearings."""
     parts = ", ".join(f"{2**k} at {bearing.upper()}" for k, bearing in enumerate(bearings))
-    description = f"For contact.source 2: 0 no contact, else the sum of {parts}"
+    description = f"With contact.source given: 0 no contact, else the sum of {parts}"
     largest = 2 ** len(bearings) - 1
     return input_("contact_state", "1", description, type="Integer", minimum=0, maximum=largest)
 
@@ -93,7 +97,28 @@ def _inputs_of_sensor(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
     return (*names[sensor % 2 :: 2], *(f"{names[sensor]}.{fault}" for fault in FAULT_INPUTS))
 
 
-def _axis(b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
+# What the displacements that the controller reads at its start depend on, beside inputs and scales of the sensors.
+MEASURED = ("chain.preset", "chain.adc", "chain.sensitivity", "chain.adc_range")
+DAC = ("chain.preset", "chain.dac", "chain.dac_bits", "chain.dac_range", "chain.amplifier_gain")
+GAINS = ("k_b", "k_s", "k_i", "k_p", "i_min", "i_max")  # that a current at rest depends on
+
+
+def _measured_at_start(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
+    """Parameters and inputs that a sensor's measured displacement depends on at the start, the ADC's bits aside."""
+    name = loop.sensor_names[sensor]
+    faults = tuple(f"{name}.fault_{kind}" for kind in ("dead", "stuck", "offset"))  # noise begins with the samples
+    others = (*loop.sensor_names[sensor % 2 :: 2], f"plane{sensor // 2 + 1}.offset", "plane_positions[*]")
+    return (name, *(others if len(loop.planes) > 1 else ()), *faults, f"{name}.scale", *MEASURED)
+
+
+def _current_at_start(loop: ControlLoop, b: str, a: str, sensor: str) -> tuple[str, ...]:
+    """Parameters and inputs that the current of an axis depends on at the start."""
+    measured = _measured_at_start(loop, loop.sensor_names.index(sensor))
+    gains = (f"{b}.{gain}_{a}" for gain in GAINS)
+    return (*measured, "chain.adc_bits", "pid.direct", *gains, f"{b}.set_{a}", *DAC)
+
+
+def _axis(b: str, a: str, adaptation: tuple[str, ...], start: tuple[str, ...]) -> list[Variable]:
     at = f"{b.upper()}, {a} axis"
     return [
         output(
@@ -101,6 +126,7 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
             "A",
             f"Demanded control current, {at}",
             depends_on=(*adaptation, f"{b}.set_{a}"),
+            starts_from=start,
             field="current",
         ),
         output(
@@ -108,6 +134,7 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
             "N",
             f"Amplitude of the synchronous force, {at}",
             depends_on=(*adaptation, *SELECTION_INPUTS),
+            starts_from=(),
             field="force_amplitude",
         ),
         output(
@@ -115,6 +142,7 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
             "rad",
             f"Phase of the synchronous force, {at}",
             depends_on=(*adaptation, *SELECTION_INPUTS),
+            starts_from=(),
             field="force_phase",
         ),
     ]
@@ -123,8 +151,23 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
 def _sensor(name: str, where: str, own_inputs: tuple[str, ...]) -> list[Variable]:
     reached = (*own_inputs, *ROTATION_INPUTS, *SELECTION_INPUTS)
     return [
-        output(f"amplitude.{name}", "m", f"Synchronous amplitude, {where}", depends_on=reached, field="amplitude"),
-        output(f"phase.{name}", "rad", f"Phase of the synchronous part, {where}", depends_on=reached, field="phase"),
+        output(
+            f"amplitude.{name}",
+            "m",
+            f"Synchronous amplitude, {where}",
+            depends_on=reached,
+            starts_from=(),
+            field="amplitude",
+            display_unit="um",
+        ),
+        output(
+            f"phase.{name}",
+            "rad",
+            f"Phase of the synchronous part, {where}",
+            depends_on=reached,
+            starts_from=(),
+            field="phase",
+        ),
     ]
 
 
@@ -135,12 +178,15 @@ def _harmonic(number: int, sensors: tuple[str, ...], adaptation: tuple[str, ...]
             "m",
             f"Root of the sum of squares of the amplitudes of all sensors, harmonic number {number}",
             depends_on=(*sensors, *ROTATION_INPUTS),
+            display_unit="um",
+            starts_from=(),
         ),
         output(
             f"harmonic{number}.force",
             "N",
             f"Root of the sum of squares of the forces of all axes, harmonic number {number}",
             depends_on=adaptation,
+            starts_from=(),
         ),
     ]
 
@@ -148,9 +194,21 @@ def _harmonic(number: int, sensors: tuple[str, ...], adaptation: tuple[str, ...]
 def _receptance(sensor: str, b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
     what = f"part of the identified receptance, {sensor} by a force at {b}.{a} (6.7)"
     return [
-        output(f"r.{sensor}.{b}_{a}.{part}", "m/N", f"{word} {what}", depends_on=(*adaptation, *SELECTION_INPUTS))
+        output(
+            f"r.{sensor}.{b}_{a}.{part}",
+            "m/N",
+            f"{word} {what}",
+            depends_on=(*adaptation, *SELECTION_INPUTS),
+            starts_from=(),
+        )
         for part, word in (("re", "Real"), ("im", "Imaginary"))
     ]
+
+
+def _receptance_array(loop: ControlLoop) -> Array:
+    rows, columns = ", ".join(loop.sensor_names), ", ".join(loop.axis_names)
+    description = f"Identified receptance (6.7): sensor ({rows}), force ({columns}), real and imaginary part"
+    return Array("receptance", description)
 
 
 def _contact_share(b: str, sensors: tuple[str, ...]) -> list[Variable]:
@@ -162,37 +220,49 @@ def _contact_share(b: str, sensors: tuple[str, ...]) -> list[Variable]:
             minimum=0.0,
             maximum=1.0,
             depends_on=(*sensors, "theta", "contact_state"),
+            starts_from=(),
             field=".",
         )
     ]
 
 
-def _enumerated(sentences: tuple[str, ...]) -> str:
-    return "; ".join(f"{k} {sentence}" for k, sentence in enumerate(sentences))
+def _flag(
+    name: str, what: str, depends_on: tuple[str, ...], warning: str = "", starts_from: tuple[str, ...] = ()
+) -> Variable:
+    return output(name, "1", what, type="Boolean", depends_on=depends_on, starts_from=starts_from, warning=warning)
 
 
-def _flag(name: str, description: str, depends_on: tuple[str, ...], warning: str = "") -> Variable:
-    return output(name, "1", description, type="Boolean", depends_on=depends_on, warning=warning)
+def _number(
+    name: str, what: str, maximum: float, depends_on: tuple[str, ...], starts_from: tuple[str, ...] = ()
+) -> Variable:
+    options: dict[str, object] = {"depends_on": depends_on, "starts_from": starts_from}
+    return output(name, "1", what, type="Integer", minimum=0, maximum=maximum, **options)
 
 
-def _number(name: str, description: str, maximum: float, depends_on: tuple[str, ...]) -> Variable:
-    return output(name, "1", description, type="Integer", minimum=0, maximum=maximum, depends_on=depends_on)
-
-
-def _choice(name: str, what: str, sentences: tuple[str, ...], depends_on: tuple[str, ...]) -> Variable:
-    return _number(name, what + _enumerated(sentences), len(sentences) - 1, depends_on)
+def _choice(
+    name: str, what: str, values: Enumeration, depends_on: tuple[str, ...], starts_from: tuple[str, ...] = ()
+) -> Variable:
+    return output(name, "1", what, depends_on=depends_on, starts_from=starts_from, **one_of(values))
 
 
 def output_variables(loop: ControlLoop) -> list[Variable]:
     """Return the outputs of a controller of this loop."""
     axes = [(bearing, axis) for bearing, axis, _ in loop.axes]
+    currents = {(b, a): _current_at_start(loop, b, a, sensor) for b, a, sensor in loop.axes}
+    measured = {name for k in range(len(loop.sensors)) for name in _measured_at_start(loop, k)}
     sensors = _sensor_inputs(loop)
     adaptation = (*sensors, *ROTATION_INPUTS, "rolac_enable", "identify", "contact_state")
     setpoints = tuple(f"{b}.set_{a}" for b, a in axes)
     return [
         _flag("rolac_active", "ROLAC is adapting its force", adaptation),
         _flag("window_valid", "The synchronous signals span a full revolution", ROTATION_INPUTS),
-        _choice("rolac_status", "What ROLAC does: ", STATUSES, adaptation),
+        _choice(
+            "rolac_status",
+            "What ROLAC does",
+            STATUSES,
+            adaptation,
+            starts_from=("rolac_enable", "Omega", "rolac.min_speed"),
+        ),
         _flag(
             "rolac_limited",
             "A synchronous force is at rolac.force_limit",
@@ -210,12 +280,14 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             "A demanded current is at its limit",
             (*adaptation, *setpoints),
             "a demanded current is at its limit, which i_min and i_max of its axis set, or the range of the DAC",
+            starts_from=tuple(sorted({name for start in currents.values() for name in start})),
         ),
         _flag(
             "adc_limited",
             "A displacement is beyond the range of the ADC",
             sensors,
             "a displacement is beyond the range of the ADC, {chain.adc_range} V at {chain.sensitivity} V/m",
+            starts_from=tuple(sorted(measured)),
         ),
         _number(
             "suspect_sensor",
@@ -224,8 +296,8 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             sensors,
         ),
         _number("table_rows", "Speeds in the table of H, times harmonics", 1e6, adaptation),
-        _choice("identification_state", "", stage_sentences(loop.axis_names), adaptation),
-        _choice("identification_error", "Why an identification failed: ", ERRORS, adaptation),
+        _choice("identification_state", "Stage of the identification", stages(loop.axis_names), adaptation),
+        _choice("identification_error", "Why the identification failed", ERRORS, adaptation),
         output(
             "identification_progress",
             "1",
@@ -233,12 +305,14 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             minimum=0.0,
             maximum=1.0,
             depends_on=adaptation,
+            starts_from=(),
         ),
         output(
             "identification_speed",
             "rad/s",
             "Speed of the last identification that was completed",
             depends_on=adaptation,
+            starts_from=(),
         ),
         output(
             "condition_number",
@@ -247,8 +321,9 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             minimum=0.0,
             maximum=LARGEST_CONDITION,
             depends_on=(*adaptation, *SELECTION_INPUTS),
+            starts_from=(),
         ),
-        *repeated("axes", [(b, a, adaptation) for b, a in axes], _axis),
+        *repeated("axes", [(b, a, adaptation, currents[b, a]) for b, a in axes], _axis),
         *repeated("sensors", [(*s, _inputs_of_sensor(loop, k)) for k, s in enumerate(loop.sensors)], _sensor),
         *repeated("harmonics", [(k + 1, sensors, adaptation) for k in range(N_HARMONICS)], _harmonic),
         *repeated("contact_shares", [(b, sensors) for b in loop.bearings], _contact_share),
@@ -257,6 +332,7 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             [(sensor, b, a, adaptation) for sensor in loop.sensor_names for b, a in axes],
             _receptance,
             shape=loop.shape,
+            array=_receptance_array(loop),
         ),
-        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
+        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
     ]

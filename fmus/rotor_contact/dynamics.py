@@ -127,10 +127,10 @@ def collect_forces(
 ) -> Motion:
     """Collect the forces of a step (3.1 to 3.6) in `rows` and `bearings`, the memory of the motion that is returned.
 
-    The coefficients K, C and the accelerations are not written yet. `start` are rotor angle (rad), spin speed (rad/s)
-    and its change (rad/s^2) at the beginning.
+    The coefficients K, C and the accelerations are not written yet, and the magnetic bearings have no force
+    (`add_magnetic_forces`). `start` are rotor angle (rad), spin speed (rad/s) and its change (rad/s^2) at the
+    beginning.
 
-    Bearing force on the rotor, for each axis: F + k_xx (x - x_ref) - k_b x - c_b x'.
     Unbalance: f_x + i f_y = u exp(i (theta + phi)) (Omega^2 - i Omega').
     Gravity acts like an acceleration of the base against its direction.
     """
@@ -165,11 +165,23 @@ def collect_forces(
         cosine[row + 1] += u_y
         sine[row] -= u_y
         sine[row + 1] += u_x
+        bearing.gradient[0] = bearing.gradient[1] = 0.0
+    return motion
+
+
+@kernel
+def add_magnetic_forces(inputs: Inputs, motion: Motion) -> None:
+    """Add the forces of the magnetic bearings to those of a motion.
+
+    Bearing force on the rotor, for each axis: F + k_xx (x - x_ref) - k_b x - c_b x'.
+    """
+    steady = forces(motion).steady
+    for k in range(motion.bearings.shape[0]):
+        bearing = motion.bearings[k]
         for i in range(2):
             axis = inputs.axes[2 * k + i]
             bearing.gradient[i] = axis.gradient
-            steady[row + i] += axis.force - axis.gradient * axis.reference
-    return motion
+            steady[bearing.row + i] += axis.force - axis.gradient * axis.reference
 
 
 @kernel

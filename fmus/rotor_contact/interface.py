@@ -4,32 +4,54 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.variables import Interface, Variable, input_, interface, output, parameter, repeated
+from fmi_export.variables import (
+    Array,
+    Enumeration,
+    Interface,
+    Variable,
+    input_,
+    interface,
+    one_of,
+    output,
+    parameter,
+    repeated,
+)
+from rotor_contact import start_values
 from rotor_contact.planes import ContactSite, Planes, SensorPlane
 
-NODAL, NEWTON = 0, 1  # values of contact.impact_law
-FREE, SLIDING, ROLLING = 0, 1, 2  # values of a site's mode
-
-# Values of a site's law: the constraint, and the classical laws of 4.2 in the order of the thesis.
-LAWS = ("constraint", "linear", "hertz", "kelvin_voigt", "kirk", "hunt_crossley", "ulbrich", "switched_kelvin_voigt")
+IMPACT_LAW = Enumeration(
+    "ImpactLaw",
+    (
+        ("nodal", "the radial velocity of the touching node alone becomes zero (4.22, 4.23)"),
+        ("newton", "momentum-consistent impact with restitution"),
+    ),
+)
+NODAL, NEWTON = range(2)
+CONTACT_MODE = Enumeration("ContactMode", (("free", ""), ("sliding", ""), ("rolling", "")))
+FREE, SLIDING, ROLLING = range(3)
+CONTACT_LAW = Enumeration(  # the constraint, and the classical laws of 4.2 in the order of the thesis
+    "ContactLaw",
+    (
+        ("constraint", "rigid"),
+        ("linear", "spring"),
+        ("hertz", "power 3/2 of the penetration"),
+        ("kelvin_voigt", "spring and damper"),
+        ("kirk", "spring and damper that engage with the penetration"),
+        ("hunt_crossley", "Hertz with damping"),
+        ("ulbrich", "Hertz with loss"),
+        ("switched_kelvin_voigt", "spring and damper without pull"),
+    ),
+)
+LAWS = CONTACT_LAW.names
 CONSTRAINT, LINEAR, HERTZ, KELVIN_VOIGT, KIRK, HUNT_CROSSLEY, ULBRICH, SWITCHED_KELVIN_VOIGT = range(len(LAWS))
 
 
 def _site_parameters(contact: ContactSite) -> list[Variable]:
     site = contact.name
     at = f"at {site.upper()}"
-    laws = ", ".join(f"{number} {name}" for number, name in enumerate(LAWS))
     return [
         parameter(f"{site}.enabled", "1", f"Whether the rotor can touch {at}", 1.0, type="Boolean"),
-        parameter(
-            f"{site}.law",
-            "1",
-            f"Contact law {at}: {laws}",
-            CONSTRAINT,
-            type="Integer",
-            minimum=0,
-            maximum=len(LAWS) - 1,
-        ),
+        parameter(f"{site}.law", "1", f"Contact law {at}", CONSTRAINT, **one_of(CONTACT_LAW)),
         parameter(f"{site}.clearance", "m", f"Radial clearance {at}", contact.clearance, minimum=1e-6, maximum=0.1),
         parameter(f"{site}.mu", "1", f"Coefficient of friction {at}", 0.0, minimum=0.0, maximum=10.0),
         parameter(
@@ -124,37 +146,77 @@ def _retainer_parameters(site: str, at: str) -> list[Variable]:
     ]
 
 
-def _site_outputs(site: str) -> list[Variable]:
+def _site_outputs(site: str, planes: Planes) -> list[Variable]:
     at = f"at {site.upper()}"
+    journal = start_values.journal(planes, site)
+    forces = start_values.forces(planes)
     return [
-        output(f"{site}.gap", "m", f"Clearance left {at}, zero in contact, negative if the contact yields"),
-        output(f"{site}.mode", "1", f"0 free, 1 sliding, 2 rolling {at}", type="Integer", minimum=0, maximum=2),
-        output(f"{site}.f_n", "N", f"Normal contact force {at}, inward on the rotor"),
+        output(
+            f"{site}.gap",
+            "m",
+            f"Clearance left {at}, zero in contact, negative if the contact yields",
+            starts_from=journal,
+            display_unit="um",
+        ),
+        output(
+            f"{site}.mode",
+            "1",
+            f"Mode of contact {at}",
+            starts_from=forces,
+            **one_of(CONTACT_MODE),
+        ),
+        output(f"{site}.f_n", "N", f"Normal contact force {at}, inward on the rotor", starts_from=forces),
         output(
             f"{site}.f_t",
             "N",
             f"Friction force on the rotor {at}, forward (in the direction of spin) positive",
+            starts_from=forces,
         ),
         output(
             f"{site}.impulse",
             "N.s",
             f"Normal impulse of the impacts {at} during the last step, such that momentum is conserved",
+            starts_from=(),
         ),
-        output(f"{site}.slip_velocity", "m/s", f"Velocity of the journal surface over the retainer {at}"),
-        output(f"{site}.whirl_speed", "rad/s", f"Whirl speed about the centre of the clearance {at}"),
+        output(
+            f"{site}.slip_velocity",
+            "m/s",
+            f"Velocity of the journal surface over the retainer {at}",
+            starts_from=start_values.slip(planes, site),
+        ),
+        output(
+            f"{site}.whirl_speed",
+            "rad/s",
+            f"Whirl speed about the centre of the clearance {at}",
+            starts_from=journal,
+        ),
         *(
-            output(f"{site}.housing_{axis}", "m", f"Displacement of the retainer's housing {at} in {axis}")
+            output(
+                f"{site}.housing_{axis}",
+                "m",
+                f"Displacement of the retainer's housing {at} in {axis}",
+                starts_from=(),
+                display_unit="um",
+            )
             for axis in "xy"
         ),
-        output(f"{site}.race_speed", "rad/s", f"Speed of the race {at}, positive in the direction of spin"),
-        output(f"{site}.friction_power", "W", f"Heat per second of sliding friction {at}"),
-        output(f"{site}.heat", "J", f"Heat so far of friction, race drag and impacts {at}"),
-        output(f"{site}.temperature", "K", f"Temperature of the retainer {at}"),
+        output(
+            f"{site}.race_speed", "rad/s", f"Speed of the race {at}, positive in the direction of spin", starts_from=()
+        ),
+        output(
+            f"{site}.friction_power",
+            "W",
+            f"Heat per second of sliding friction {at}",
+            starts_from=start_values.sliding(planes),
+        ),
+        output(f"{site}.heat", "J", f"Heat so far of friction, race drag and impacts {at}", starts_from=()),
+        output(f"{site}.temperature", "K", f"Temperature of the retainer {at}", starts_as="ambient_temperature"),
         output(
             f"{site}.passed",
             "1",
             f"Whether the rotor is beyond the clearance {at}, where it cannot touch because enabled is false",
             type="Boolean",
+            starts_from=journal,
             warning=f"the rotor passes {site.upper()}, which {site}.enabled = false leaves out: the gap is "
             f"{{{site}.gap}} m with a clearance of {{{site}.clearance}} m",
         ),
@@ -163,6 +225,7 @@ def _site_outputs(site: str) -> list[Variable]:
             "1",
             f"Whether it whirls in contact {at} faster than the frequency to which the rotor's reduction is accurate",
             type="Boolean",
+            starts_from=start_values.sliding_contact(planes),
             warning=f"the whirl in contact at {site.upper()}, {{{site}.whirl_speed}} rad/s, is faster than the rotor's "
             "reduction is accurate for: keep more planes or modes",
         ),
@@ -171,6 +234,7 @@ def _site_outputs(site: str) -> list[Variable]:
             "1",
             f"Whether the retainer is beyond its temperature_limit {at}",
             type="Boolean",
+            starts_from=("ambient_temperature", f"{site}.temperature_limit"),
             warning=f"{site}.temperature = {{{site}.temperature}} K is beyond {site}.temperature_limit = "
             f"{{{site}.temperature_limit}} K",
         ),
@@ -190,7 +254,13 @@ def _axis_inputs(bearing: str, axis: str) -> list[Variable]:
     return [
         input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),
         input_(f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"),
-        input_(f"{bearing}.{axis}_ref", "m", f"Displacement at which that force holds, {at}", field="reference"),
+        input_(
+            f"{bearing}.{axis}_ref",
+            "m",
+            f"Displacement at which that force holds, {at}",
+            field="reference",
+            display_unit="um",
+        ),
     ]
 
 
@@ -210,19 +280,26 @@ def _disc_inputs(disc: str) -> list[Variable]:
     ]
 
 
-def _displacement_output(bearing: str, axis: str) -> list[Variable]:
-    return [output(f"{bearing}.{axis}", "m", f"Displacement at {bearing.upper()} in {axis}", field=".")]
+def _displacement_output(name: str, what: str, starts_from: tuple[str, ...]) -> list[Variable]:
+    return [output(name, "m", what, starts_from=starts_from, field=".", display_unit="um")]
 
 
-def _sensor_output(name: str, plane: str, axis: str) -> list[Variable]:
-    return [output(name, "m", f"Sensor displacement, {plane}, in {axis}", field=".")]
+def _sensor_array(names: list[str]) -> Array:
+    return Array("sensors", f"Sensor displacements: {', '.join(names)}")
 
 
 def interface_of(planes: Planes) -> Interface:
     """Return the variables of a plant whose rotor has these planes."""
     sites, bearings = planes.sites, planes.bearings
     axes = [(bearing, axis) for bearing in bearings for axis in "xy"]
-    sensors = [sensor for p in planes.sensors for sensor in ((p.x, p.name, "x"), (p.y, p.name, "y"))]
+    displacements = [
+        (f"{b}.{a}", f"Displacement at {b.upper()} in {a}", start_values.displacement(planes, b, a)) for b, a in axes
+    ]
+    sensors = [
+        (name, f"Sensor displacement, {p.name}, in {a}", start_values.displacement(planes, p.name, a))
+        for p in planes.sensors
+        for name, a in ((p.x, "x"), (p.y, "y"))
+    ]
     return interface(
         *_model_parameters(planes.max_substep),
         *_spin_parameters(planes.polar_inertia),
@@ -243,22 +320,23 @@ def interface_of(planes: Planes) -> Interface:
         repeated("axes", axes, _axis_inputs),
         repeated("discs", [(disc,) for disc in planes.discs], _disc_inputs),
         repeated("cores", [(bearing, f"the rotor at {bearing.upper()}") for bearing in bearings], _unbalance_inputs),
-        output("theta", "rad", "Rotor angle, within one turn", minimum=0.0, maximum=2.0 * math.pi),
-        output("speed", "rad/s", "Spin speed at the end of the step"),
+        output("theta", "rad", "Rotor angle, within one turn", minimum=0.0, maximum=2.0 * math.pi, starts_from=()),
+        output("speed", "rad/s", "Spin speed at the end of the step", starts_as="Omega"),
         output(
             "solver.tolerance_missed",
             "1",
             "Whether a substep of the last step was less accurate than solver.tolerance",
             type="Boolean",
+            starts_from=(),
             warning="a substep was less accurate than solver.tolerance = {solver.tolerance} m/s; it takes a "
             "solver.max_substep below {solver.max_substep} s",
         ),
-        repeated("displacements", axes, _displacement_output),
-        repeated("sensors", sensors, _sensor_output),
-        repeated("sites", [(site.name,) for site in sites], _site_outputs),
+        repeated("displacements", displacements, _displacement_output),
+        repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
+        repeated("sites", [(site.name, planes) for site in sites], _site_outputs),
         _contact_state(planes),
-        *_ENERGIES,
-        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer"),
+        *_energies(planes),
+        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
     )
 
 
@@ -270,21 +348,13 @@ def _contact_state(planes: Planes) -> Variable:
     ]
     largest = 2 ** len(planes.bearings) - 1
     description = f"Contact in the bearings: 0 none, else the sum of {', '.join(parts)}"
-    return output("contact_state", "1", description, type="Integer", minimum=0, maximum=largest)
+    start = start_values.forces(planes) if any(site.bearing in planes.bearings for site in planes.sites) else ()
+    return output("contact_state", "1", description, type="Integer", minimum=0, maximum=largest, starts_from=start)
 
 
 def _model_parameters(max_substep: float) -> list[Variable]:
     return [
-        parameter(
-            "contact.impact_law",
-            "1",
-            "0 nodal: the radial velocity of the touching node alone becomes zero (4.22, 4.23); "
-            "1 newton: momentum-consistent impact with restitution",
-            NEWTON,
-            minimum=NODAL,
-            maximum=NEWTON,
-            type="Integer",
-        ),
+        parameter("contact.impact_law", "1", "What an impact does to the velocities", NEWTON, **one_of(IMPACT_LAW)),
         parameter("solver.max_substep", "s", "Longest integration step", max_substep, minimum=1e-9, maximum=1e-3),
         parameter(
             "solver.tolerance",
@@ -340,18 +410,42 @@ def _spin_parameters(polar_inertia: float) -> list[Variable]:
     ]
 
 
-_ENERGIES = (
-    output("energy.kinetic", "J", "Kinetic energy of the lateral motion, of housings, races and a free spin"),
-    output("energy.strain", "J", "Strain energy of shaft, passive bearings, mounts and yielding contacts"),
-    output("energy.damping", "J", "Heat so far of damping: passive bearings, shaft, mounts, drag of a free spin"),
-    output("energy.friction", "J", "Heat so far of sliding friction and of the drag on races"),
-    output("energy.impact", "J", "Heat so far of impacts, friction in them included, and of yielding contacts"),
-    output("energy.dissipated", "J", "Heat so far, the sum of the three"),
-    output("energy.work", "J", "Work so far of all inputs, the drive's included"),
-    output("energy.balance", "J", "Gain of kinetic + strain + dissipated beyond the work; ideally zero"),
-)
+def _energies(planes: Planes) -> list[Variable]:
+    return [
+        output(
+            "energy.kinetic",
+            "J",
+            "Kinetic energy of the lateral motion, of housings, races and a free spin",
+            starts_from=(*start_values.motion(planes), "spin.free", "spin.inertia"),
+        ),
+        output(
+            "energy.strain",
+            "J",
+            "Strain energy of shaft, passive bearings, mounts and yielding contacts",
+            starts_from=start_values.strain(planes),
+        ),
+        output(
+            "energy.damping",
+            "J",
+            "Heat so far of damping: passive bearings, shaft, mounts, drag of a free spin",
+            starts_from=(),
+        ),
+        output("energy.friction", "J", "Heat so far of sliding friction and of the drag on races", starts_from=()),
+        output(
+            "energy.impact",
+            "J",
+            "Heat so far of impacts, friction in them included, and of yielding contacts",
+            starts_from=(),
+        ),
+        output("energy.dissipated", "J", "Heat so far, the sum of the three", starts_from=()),
+        output("energy.work", "J", "Work so far of all inputs, the drive's included", starts_from=()),
+        output(
+            "energy.balance", "J", "Gain of kinetic + strain + dissipated beyond the work; ideally zero", starts_from=()
+        ),
+    ]
+
 
 # One of each, for the record types of the parts.
 SMALLEST = interface_of(
     Planes(("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (SensorPlane("p", "p.x", "p.y"),)),
-)
+).with_all_parts()

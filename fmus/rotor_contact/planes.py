@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 
@@ -46,6 +46,10 @@ class Planes:
         Start value of spin.inertia (kg m^2).
     valid_to
         Frequency up to which the reduction of the rotor holds (rad/s), for those who judge a run.
+    moved_by
+        For a bearing, sensor plane or site, by name: sites whose journal moves it while the rest of the rotor stays.
+    mixes_axes
+        Whether a steady load in x deflects the rotor in y, by damping that rotates with the shaft.
     """
 
     discs: tuple[str, ...]
@@ -55,6 +59,8 @@ class Planes:
     max_substep: float = 250e-6
     polar_inertia: float = 1.0
     valid_to: float = 0.0
+    moved_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    mixes_axes: bool = False
 
     def layout(self) -> dict[str, Any]:
         """Return the same in types of JSON, for `planes_from`."""
@@ -71,4 +77,6 @@ def planes_from(layout: Mapping[str, Any]) -> Planes:
         layout["max_substep"],
         layout["polar_inertia"],
         layout["valid_to"],
+        {place: tuple(sites) for place, sites in layout["moved_by"].items()},
+        layout["mixes_axes"],
     )

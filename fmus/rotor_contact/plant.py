@@ -8,7 +8,7 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
 from rotor_contact.bodies import SHORTEST_SUBSTEP, body_limit, coupling_energy, least_inertia
-from rotor_contact.dynamics import collect_coefficients, collect_forces
+from rotor_contact.dynamics import add_magnetic_forces, collect_coefficients, collect_forces
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
 from rotor_contact.free_flight import propagate
 from rotor_contact.heating import warm
@@ -34,7 +34,8 @@ MAX_SUBSTEPS = 1e6  # of one step
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
     """Set the rotor at angle zero, at rest in the centre or on its orbit; return a fault code.
 
-    Sites are free unless the orbit passes them. Housings and races are at rest.
+    Sites are free unless the orbit passes them. Housings and races are at rest. The orbit is that in the passive
+    bearings: with the magnetic ones it would depend on forces that depend on it.
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
@@ -64,6 +65,8 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         if not start_on_orbit(motion, scratch.orbit, z[:m], z[n : n + m]):
             return FAULT_NO_ORBIT
         clamp_to_clearance(sites, z[:n], z[n : 2 * n], Omega)
+        add_magnetic_forces(u, motion)
+        collect_coefficients(structure, motion)
         start = stages_of(w.stages).z
         copy(z[: 2 * n + N_INTEGRALS], start)
         start[2 * n + N_INTEGRALS :] = 0.0
@@ -104,6 +107,7 @@ def step(
         x.z[spin.row] = head.theta
         Omega, Omega_dot = x.z[n + spin.row], 0.0
     motion = collect_forces(structure, p, u, (head.theta, Omega, Omega_dot), scratch.motion, scratch.bearings)
+    add_magnetic_forces(u, motion)
     w = workspace_of(structure, motion, scratch, n)
     z = stages_of(w.stages).z
     copy(x.z[: 2 * n + N_INTEGRALS], z)

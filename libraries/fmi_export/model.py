@@ -6,7 +6,7 @@ A unit test needs no more than this, and the FMI slave wraps it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -47,7 +47,8 @@ class Model:
         Sizes of the state and of the scratch array, both float64; functions where they depend on the constants.
     faults
         Sentence for each fault code the kernels return; `{name}` in it is replaced by that variable's value, and
-        `{step_size}` by the communication step (s).
+        `{step_size}` by the communication step (s). An output in it has the value that the kernel wrote in the call
+        that returned the fault.
     packages
         Names of the packages that the kernels need; they are shipped inside the FMU. The first one contains the script
         that PythonFMU loads, `<name>_fmu.py`.
@@ -79,6 +80,25 @@ class Model:
     def __post_init__(self) -> None:
         if self.interface.variables[-1].name != FAULT_CODE:
             raise ValueError(f"{self.name}: the last output must be {FAULT_CODE}")
+
+
+START = "start"  # in a layout: start values in place of those that the model's package declares
+
+
+def with_starts(model: Model, starts: Mapping[str, float]) -> Model:
+    """Return a model with other start values of parameters and inputs; its layout says so, for a slave in Python.
+
+    Raises
+    ------
+    ValueError
+        If there is no such parameter or input, or the value is out of its range.
+    """
+    unknown = set(starts) - {v.name for v in model.interface.variables if v.causality != "output"}
+    if unknown:
+        raise ValueError(f"{model.name} has no parameters or inputs {', '.join(sorted(unknown))}")
+    variables = tuple(replace(v, start=starts.get(v.name, v.start)) for v in model.interface.variables)
+    layout = {**model.layout, START: dict(starts)} if starts else model.layout
+    return replace(model, interface=Interface(variables), layout=layout)
 
 
 @kernel
@@ -176,7 +196,11 @@ class Instance:
         return filled(self.model.faults.get(code, f"fault {code}"), self._named)
 
     def _named(self, name: str) -> float:
-        return self._step_size if name == STEP_SIZE else self[name]
+        """Return what the sentence of a fault calls so; an output has the value that the kernel found."""
+        if name == STEP_SIZE:
+            return self._step_size
+        i = self.model.interface.position[name] - self._given[3]
+        return self[name] if i < 0 else float(self._next_outputs[i])
 
     def new_warnings(self) -> list[str]:
         """Return name and sentence of each warning that is true and has not been returned before."""

@@ -1,8 +1,11 @@
 """The pythonfmu slave of any model: it holds an instance and passes calls on.
 
-Nothing may leave a slave method as an exception: pythonfmu's wrapper would corrupt reference counts and crash
-the host later. Every method therefore catches, logs and sets `fault_code`; the next step then answers False
-(fmi2Discard).
+The guard before PythonFMU's library lets calls come here in the order of the standard alone, with references that
+exist, are of the right type and may be set now, and with states of this FMU that are whole. What is wrong beyond that
+is logged as an error, with which the guard answers the call, and stays as `fault_code`. The guard says at what time.
+
+Nothing may leave a slave method as an exception: PythonFMU would corrupt reference counts, and the guard would not call
+it any more.
 """
 
 from __future__ import annotations
@@ -18,9 +21,8 @@ from numpy.typing import NDArray
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-from fmi_export.exit_order import release_before_static_destructors
 from fmi_export.log_categories import LOG_CATEGORIES
-from fmi_export.model import Array, Fault, Instance, Model
+from fmi_export.model import START, Array, Fault, Instance, Model, with_starts
 
 FAULT_INTERNAL = 998
 REMEMBERED = 1000  # lists of value references; hosts use the same few in every step
@@ -38,14 +40,14 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
         resources = Path(self.resources)
         self.build = amb_cosim_bootstrap.build_facts(resources)
-        release_before_static_destructors(resources.parent / "binaries" / "linux64" / f"{self.build['model']}.so")
         amb_cosim_bootstrap.refuse_other_code(self.build)
-        self.model = self.model_of(json.loads((resources / "layout.json").read_text(encoding="utf-8")))
+        layout = json.loads((resources / "layout.json").read_text(encoding="utf-8"))
+        starts = layout.pop(START, {})
+        self.model = with_starts(self.model_of(layout), starts)
         self.modelName = self.model.name
         self.guid = self.build["guid"]
         self.instance = Instance(self.model, np.load(resources / "constants.npy"))
-        self._readable: dict[tuple[int, ...], NDArray[np.intp]] = {}
-        self._settable: dict[tuple[int, ...], NDArray[np.intp]] = {}
+        self._known: dict[tuple[int, ...], NDArray[np.intp]] = {}
         self._initialising = True
         self._stale = True
 
@@ -70,41 +72,49 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
     def exit_initialization_mode(self) -> None:
         self._refresh()
         self._initialising = False
-        if not self.instance.fault:
-            self._warn("initialisation: ")
+        if self.instance.fault:
+            self._say_fault()
+        else:
+            self._warn()
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         try:
             self.instance.step(current_time, step_size)
         except Exception as error:
-            self._refuse(error, f"at t = {current_time:.9g} s: ")
+            self._refuse(error)
             return False
-        self._warn(f"at t = {current_time + step_size:.9g} s: ")
+        self._warn()
         return True
 
-    def _refresh(self) -> None:
-        """Initialise again if a variable was set: outputs are up to date throughout initialisation mode."""
-        if self._initialising and self._stale:
-            self._stale = False
-            try:
-                self.instance.initialise()
-            except Exception as error:
-                self._refuse(error, "initialisation: ")
+    def _refresh(self) -> bool:
+        """Initialise again if a variable was set, so that outputs are up to date throughout initialisation mode.
 
-    def _refuse(self, error: Exception, where: str) -> None:
-        if not isinstance(error, Fault):
+        Returns whether that brought a fault, which can still be put right there.
+        """
+        if not (self._initialising and self._stale):
+            return False
+        self._stale = False
+        try:
+            self.instance.initialise()
+        except Fault:
+            return True
+        except Exception as error:
             self.instance.stop(FAULT_INTERNAL, str(error))
-        self._say(f"{where}{error}", Fmi2Status.error)
+            return True
+        return False
 
-    def _warn(self, where: str) -> None:
+    def _refuse(self, error: Exception, where: str = "") -> None:
+        if not isinstance(error, Fault):
+            self.instance.stop(FAULT_INTERNAL, f"{where}{error}")
+        self._say_fault()
+
+    def _say_fault(self) -> None:
+        self.log(self.instance.message, Fmi2Status.error)
+
+    def _warn(self) -> None:
         """Log each warning when it is true for the first time."""
         for warning in self.instance.new_warnings():
-            self._say(where + warning, Fmi2Status.warning)
-
-    def _say(self, text: str, status: Fmi2Status) -> None:
-        # The wrapper hands every message to the logger of the instance made last, so the text names its
-        # instance; and it passes the text through a printf format.
-        self.log(f"{self.instance_name}: {text}".replace("%", "%%"), status)
+            self.log(warning, Fmi2Status.warning)
 
     # Variables ---------------------------------------------------------------------------------------------
 
@@ -123,12 +133,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         try:
-            key = (self._initialising, *vrs)
-            where = self._settable.get(key)
-            if where is None:
-                self._check_settable(vrs)
-                where = _remember(self._settable, key, vrs)
-            self.instance.values[where] = values
+            self.instance.values[self._where(vrs)] = values
         except Exception as error:
             self._refuse(error, f"set {vrs}: ")
         self._stale = True
@@ -141,35 +146,23 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
     def _read(self, vrs: list[int]) -> Array:
         try:
-            if self._initialising:
-                self._refresh()
-            key = tuple(vrs)
-            where = self._readable.get(key)
-            if where is None:
-                where = _remember(self._readable, key, vrs)
-            return self.instance.values[where]
+            if self._refresh():
+                self._say_fault()
+            return self.instance.values[self._where(vrs)]
         except Exception as error:
             self._refuse(error, f"get {vrs}: ")
             return np.zeros(len(vrs))
 
-    def _check_settable(self, vrs: list[int]) -> None:
-        """Raise ValueError for outputs, and for fixed parameters after initialisation."""
-        table = self.model.interface
-        outputs = table.n_parameters + table.n_inputs
-        low = 0 if self._initialising else table.n_parameters
-        for vr in vrs:
-            if not 0 <= vr < len(table.variables):
-                raise ValueError(f"there is no value reference {vr}")
-            if vr >= outputs or (vr < low and not table.variables[vr].tunable):
-                v = table.variables[vr]
-                raise ValueError(f"{v.name} is a {v.variability} {v.causality} and cannot be set now")
+    def _where(self, vrs: list[int]) -> NDArray[np.intp]:
+        key = tuple(vrs)
+        where = self._known.get(key)
+        return _remember(self._known, key, vrs) if where is None else where
 
     # State -------------------------------------------------------------------------------------------------
 
     def _get_fmu_state(self) -> dict[str, Any]:
         instance = self.instance
         return {
-            "guid": self.guid,
             "values": instance.values.tobytes(),
             "state": instance.state.tobytes(),
             "fault": instance.fault,
@@ -180,8 +173,6 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         try:
-            if state["guid"] != self.guid:
-                raise ValueError(f"the state belongs to another FMU (guid {state['guid']})")
             self.instance.values[:] = np.frombuffer(state["values"])
             self.instance.state[:] = np.frombuffer(state["state"])
             self.instance.fault = state["fault"]
@@ -198,11 +189,8 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        try:
-            text: dict[str, Any] = json.loads(state.decode())
-            return text | {k: base64.b64decode(text[k]) for k in ("values", "state")}
-        except Exception as error:  # there is no instance to log to; setting this state gives the reason
-            return {"guid": f"unreadable: {error}"}
+        text: dict[str, Any] = json.loads(state.decode())
+        return text | {k: base64.b64decode(text[k]) for k in ("values", "state")}
 
 
 def _remember(known: dict[tuple[int, ...], NDArray[np.intp]], key: tuple[int, ...], vrs: list[int]) -> NDArray[np.intp]:

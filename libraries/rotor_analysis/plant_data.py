@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from fmi_export.model import Array, Model
@@ -15,6 +17,7 @@ from rotor_contact.structure import SIZES, Structure
 
 MAX_SUBSTEP = 250e-6  # s, of a rotor without fast modes
 RESOLUTION = 1.0  # rad of the fastest mode in a substep
+ROUNDING = 1e-9  # share of a site's displacement in that of another place that counts as none
 
 
 def plant(rotor: Rotor | None = None) -> tuple[Model, Array]:
@@ -76,7 +79,21 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
         site_bearings=np.array([number.get(site.bearing or "", -1) for site in rotor.sites], dtype=np.float64),
     )
     max_substep = float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure)))
-    return structure, _planes(rotor, max_substep, _polar_inertia(full), structure.valid_to)
+    planes = _planes(rotor, max_substep, _polar_inertia(full), structure.valid_to)
+    return structure, replace(planes, moved_by=_moved_by(planes, structure), mixes_axes=bool(np.any(R)))
+
+
+def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:
+    """Return the sites whose journal's displacement alone, the other coordinates zero, moves each place."""
+    rows = dict(zip((site.name for site in planes.sites), structure.sites.astype(int), strict=True))
+    unit = np.eye(len(structure.K))
+    weights = {name: unit[row] for name, row in rows.items()}
+    weights |= {name: unit[int(row)] for name, row in zip(planes.bearings, structure.bearings, strict=True)}
+    weights |= {sensor.name: structure.sensors[2 * k] for k, sensor in enumerate(planes.sensors)}
+    return {
+        place: tuple(site for site, row in rows.items() if abs(weight[row]) > ROUNDING)
+        for place, weight in weights.items()
+    }
 
 
 def _fastest(structure: Structure) -> float:

@@ -25,7 +25,8 @@ def set_gravity(values: Assignments, gravity: Gravity, rotor: str | None, given:
     """Let gravity pull on the rotor, and its magnetic bearings, if there are any, carry the weight at their centres.
 
     The forces of the bearings become total forces, each axis gets the static current that carries its share of the
-    weight, and the controller K_s, K_i and the least current of that operating point.
+    weight, and the controller K_s, K_i and the least current of that operating point. A bearing that replaces the
+    magnetic ones and has no `total_force` carries its share in its own way.
 
     Parameters
     ----------
@@ -46,7 +47,8 @@ def set_gravity(values: Assignments, gravity: Gravity, rotor: str | None, given:
     missing.set(f"{PLANT}.gravity_angle", gravity.angle)
     if ACTUATOR in values.interfaces:
         missing.set(f"{ACTUATOR}.total_force", True)
-        _carry_weight(missing, rotor)
+        if not {f"{PLANT}.gravity", f"{ACTUATOR}.total_force"} & {*values.dropped}:
+            _carry_weight(missing, rotor)
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class _MissingParameters:
     def set(self, name: str, value: Raw) -> None:
         """Set a parameter, unless it was given."""
         if name not in self.given:
-            self.values.set(name, value, only="parameter")
+            self.values.give(name, value, only="parameter")
 
 
 def _carry_weight(missing: _MissingParameters, rotor: str | None) -> None:

@@ -81,7 +81,8 @@ def places_of(assembly: Assembly) -> Places:
         others = [site for site in layout["sites"] if site["name"] not in bearings.values()]
         measured = {site["name"]: signals[site["sensor"]] for site in others if site["sensor"]}
         return Places(bearings, tuple(site["name"] for site in layout["sites"]), measured, layout.get("valid_to"))
-    sites, names = _parts(plant, "output", "f_n"), _parts(plant, "input", "k_xx")
+    sites, forces = _parts(plant, "output", "f_n"), _parts(plant, "input", "f_x")
+    names = [name for name in _parts(plant, "output", "x") if name in forces]
     return Places(dict(zip_longest(names, sites[: len(names)], fillvalue="")), tuple(sites))
 
 

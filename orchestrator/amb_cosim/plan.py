@@ -80,7 +80,7 @@ def plan_scenario(
     given: set[str] = set()
     for component, variables in scenario.parameters.items():
         for variable, raw in variables.items():
-            given.update(values.set(f"{component}.{variable}", raw, only="parameter"))
+            given.update(values.give(f"{component}.{variable}", raw, only="parameter"))
     for name, value in _scaled(scenario.inputs, scenario, values):
         values.set(name, value, only="input")
     for name, raw in (settings or {}).items():
@@ -133,7 +133,8 @@ def _scaled(
     scaled: list[tuple[str, Raw]] = []
     for component, of_component in variables.items():
         for variable, raw in of_component.items():
-            for name in values.matching(f"{component}.{variable}"):
+            given = f"{component}.{variable}"
+            for name in () if values.drops(given, "input") else values.matching(given):
                 port = values.port(name)
                 if port.causality == "input" and port.unit == UNBALANCE:
                     _, value = values.read(name, raw, "input")

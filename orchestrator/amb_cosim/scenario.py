@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from importlib import resources
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
@@ -12,15 +10,14 @@ import tomli_w
 from pydantic import Field
 
 from amb_cosim.cosim.choices import Coupling
-from amb_cosim.cosim.fmus import models
 from amb_cosim.cosim.stopping import StopCondition
-from amb_cosim.cosim.system_file import Record, packaged_systems, stop_condition
+from amb_cosim.cosim.system_tables import Record, stop_condition
 from amb_cosim.cosim.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.values import quantity
 from amb_cosim.coupling import DEFAULT_STEPS
+from amb_cosim.scenario_file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
 from amb_files.atomic import write_atomically
-from amb_files.suggestions import suggest
-from amb_files.toml import parse_toml, read_toml, validate
+from amb_files.toml import parse_toml, validate
 
 FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy", "touchdown"]
 
@@ -155,11 +152,11 @@ class Scenario(Table):
         ValueError
             If a field does not exist or a value is not allowed.
         """
-        return make_scenario(_overlaid(self._data(), fields), self.name)
+        return make_scenario(overlaid(self._data(), fields), self.name)
 
     def save(self, path: str | Path) -> Path:
-        """Write the scenario as a TOML file that `load` reads, and return its path."""
-        text = tomli_w.dumps(self._data())
+        """Write the scenario as a TOML file that `load` reads, paths in it relative to the file; return its path."""
+        text = tomli_w.dumps(with_paths(self._data(), relative_to(Path(path).parent)))
         write_atomically(Path(path), lambda file: file.write_text(text, encoding="utf-8"))
         return Path(path)
 
@@ -206,17 +203,6 @@ def positive_speed(speed: float) -> float:
     return speed
 
 
-def packaged_scenarios() -> dict[str, Traversable]:
-    """The scenarios that come with the package, by name."""
-    return {name: file for name, file in _packaged_files().items() if not name.startswith("_")}
-
-
-def _packaged_files() -> dict[str, Traversable]:
-    """Their files, and those that only serve as a base, whose names begin with `_`."""
-    folder = resources.files("amb_cosim").joinpath("scenarios")
-    return {f.name.removesuffix(".toml"): f for f in sorted(folder.iterdir(), key=lambda f: f.name)}
-
-
 def scenarios() -> dict[str, str]:
     """Return the names of the scenarios that come with the package, and what happens in each."""
     return {name: load_scenario(name).description for name in packaged_scenarios()}
@@ -225,14 +211,14 @@ def scenarios() -> dict[str, str]:
 def load_scenario(name: str) -> Scenario:
     """Read the scenario called `name`, or the TOML file at that path.
 
-    A file with a `base`, the name or path of another one, only says what differs from it.
+    A file with a `base`, the name or path of another one, only says what differs from it; see `scenario_file`.
 
     Raises
     ------
     ValueError
         If there is none, or it is wrong; the message is one line for each mistake.
     """
-    return make_scenario(_read(name), name)
+    return make_scenario(read_scenario(name), name)
 
 
 def parse_scenario(text: str, name: str) -> Scenario:
@@ -272,44 +258,3 @@ def _check_speeds(scenario: Scenario) -> None:
             raise ValueError(f"speed point at {moment:g} s is not allowed; it must be {what}")
         positive_speed(quantity(point.Omega, "rad/s", "Omega"))
         before = moment
-
-
-def _read(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Content of a scenario file, laid over that of its base; paths in a file are relative to it."""
-    packaged = _packaged_files()
-    source: Traversable = packaged.get(name, Path(name))
-    if not source.is_file():
-        kind = "file" if name.endswith(".toml") else "scenario"
-        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged_scenarios())}")
-    if name in derived:
-        raise ValueError(f"scenario {name}: it is its own base ({' -> '.join((*derived, name))})")
-    data = read_toml(source, f"scenario {name}")
-    folder = source.parent if isinstance(source, Path) else Path()
-    for key in ("rotor", "receptances"):
-        if isinstance(data.get(key), str) and not (key == "rotor" and _is_packaged_rotor(data[key])):
-            data[key] = str(folder / data[key])
-    if isinstance(data.get("fmu"), dict):
-        data["fmu"] = {c: str(fmu) if fmu in models() else str(folder / str(fmu)) for c, fmu in data["fmu"].items()}
-    if isinstance(data.get("system"), str) and data["system"] not in packaged_systems():
-        data["system"] = str(folder / data["system"])
-    base = data.pop("base", None)
-    if base is None:
-        return data
-    if not isinstance(base, str):
-        raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")
-    return _overlaid(_read(base if base in packaged else str(folder / base), (*derived, name)), data)
-
-
-def _is_packaged_rotor(name: str) -> bool:
-    from rotor_analysis.packaged_rotors import packaged_rotors  # a scenario of the rig needs nothing of it
-
-    return name in packaged_rotors()
-
-
-def _overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    """`below` with what `above` says instead; tables are merged, everything else is replaced."""
-    merged = dict(below)
-    for key, value in above.items():
-        both = isinstance(value, dict) and isinstance(merged.get(key), dict)
-        merged[key] = _overlaid(merged[key], value) if both else value
-    return merged

@@ -133,13 +133,16 @@ def prepare(
 def _check_sensors(assembly: Assembly, controller: str) -> None:
     """Raise ValueError if a sensor of the controller is connected to nothing: it would show zero all along."""
     layout = assembly.fmus[controller].layout
-    for plane in layout["planes"] if layout is not None else ():
-        for sensor in (plane["x"], plane["y"]):
-            if assembly.system.source_of(f"{controller}.{sensor}") is None:
-                raise ValueError(
-                    f"{controller}.{sensor}, a sensor, must be connected, and is not; "
-                    "no component has an output of that name"
-                )
+    planes = layout["planes"] if layout is not None else ()
+    sensors = [f"{controller}.{plane[axis]}" for plane in planes for axis in ("x", "y")]
+    unfed = [sensor for sensor in sensors if assembly.system.source_of(sensor) is None]
+    if unfed:
+        raise ValueError(
+            "\n".join(
+                f"{sensor}, a sensor, must be connected, and is not; no component has an output of that name"
+                for sensor in unfed
+            )
+        )
 
 
 def run_prepared(prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled") -> Result:

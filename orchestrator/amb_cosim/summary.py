@@ -74,6 +74,8 @@ class Summary:
     warnings
         A sentence for each kind of warning that a component gave: what, where, from when until when. And one if much of
         the contact force's power is beyond the reduction.
+    notices
+        What components that replace others do without.
     """
 
     scenario: str
@@ -104,6 +106,7 @@ class Summary:
     share_beyond_reduction: AtPlaces
     touchdown: Touchdown | None
     warnings: list[str]
+    notices: list[str]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values under names that hold their units, ready for JSON."""
@@ -182,6 +185,7 @@ def summarise(dataset: Signals) -> Summary:
         share_beyond_reduction=share_beyond_reduction(dataset),
         touchdown=touchdown(dataset),
         warnings=[*sentences(warnings_of(dataset)), *warnings_beyond_reduction(dataset)],
+        notices=json.loads(dataset.attrs.get("notices", "[]")),
     )
 
 

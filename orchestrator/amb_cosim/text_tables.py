@@ -74,6 +74,13 @@ def show_warnings(sentences: Iterable[str], console: Console | None = None) -> N
         console.print(f"warning: {sentence}", markup=False, highlight=False, soft_wrap=not console.is_terminal)
 
 
+def show_notices(sentences: Iterable[str]) -> None:
+    """Print what components that replace others do without, a line for each, to standard error."""
+    console = Console(stderr=True)
+    for sentence in sentences:
+        console.print(f"notice: {sentence}", markup=False, highlight=False, soft_wrap=True)
+
+
 def print_parts(parts: Iterable[TextPart], console: Console | None = None) -> None:
     """Print tables and lines, to standard output by default."""
     console = console or Console()

@@ -9,8 +9,8 @@ import pytest
 from fmpy.validation import validate_fmu
 from rig import ACTUATOR
 
-from fmi_export.building.identity import guid_of
-from fmi_export.building.python_fmu import build_python_fmu
+from fmi_export.building.integers import with_integers
+from fmi_export.building.python_fmu import build_python_fmu, python_guid
 from fmi_export.building.units import base_unit
 
 
@@ -36,11 +36,11 @@ def test_fmpy_finds_no_problem(fmu):
 def test_two_builds_have_the_same_guid_and_the_same_description(model, fmu, tmp_path):
     again = build_python_fmu(model, np.zeros(1), tmp_path)
     assert xml_of(again) == xml_of(fmu)
-    assert guid_of(model, np.zeros(1)) in xml_of(again).decode()
+    assert python_guid(model, np.zeros(1)) in xml_of(again).decode()
 
 
 def test_other_constants_give_another_guid(model):
-    assert guid_of(model, np.zeros(1)) != guid_of(model, np.ones(1)) != guid_of(model, np.ones(2))
+    assert python_guid(model, np.zeros(1)) != python_guid(model, np.ones(1)) != python_guid(model, np.ones(2))
 
 
 def test_variables_stand_in_the_description_as_in_the_table(model, fmu):
@@ -48,7 +48,8 @@ def test_variables_stand_in_the_description_as_in_the_table(model, fmu):
     assert [v.name for v in described] == [v.name for v in model.interface.variables]
     for reference, (d, v) in enumerate(zip(described, model.interface.variables, strict=True)):
         assert d.valueReference == reference
-        assert (d.type, d.causality, d.variability) == (v.type, v.causality, v.variability)
+        kind = "Enumeration" if v.enumeration else v.type
+        assert (d.type, d.causality, d.variability) == (kind, v.causality, v.variability)
         assert d.description == v.description
         if v.type == "Real":
             assert d.unit == v.unit
@@ -75,6 +76,50 @@ def test_every_unit_is_defined_with_its_base_exponents(model, fmu):
             assert getattr(base, exponent) == expected.get(exponent, 0), (unit, exponent)
 
 
+def test_a_switch_is_an_enumeration_whose_values_have_names(build_fmu):
+    described = {v.name: v for v in fmpy.read_model_description(str(build_fmu(ACTUATOR))).modelVariables}
+    law = described["force_law"]
+    assert (law.type, law.start, law.min, law.max) == ("Enumeration", "0", "0", "2")
+    assert [(item.value, item.name) for item in law.declaredType.items] == [
+        ("0", "linear"),
+        ("1", "measured"),
+        ("2", "nonlinear"),
+    ]
+    assert all(item.description for item in law.declaredType.items)
+
+
+def test_a_copy_describes_enumerations_as_integers(build_fmu, tmp_path):
+    fmu = build_fmu(ACTUATOR)
+    copy = with_integers(fmu, tmp_path / "copy.fmu")
+    assert validate_fmu(str(copy)) == []
+    given, copied = (fmpy.read_model_description(str(path)) for path in (fmu, copy))
+    assert (given.guid, len(given.modelVariables)) == (copied.guid, len(copied.modelVariables))
+    assert copied.typeDefinitions == []
+    facts = [[(v.name, v.valueReference, v.start, v.min, v.max) for v in d.modelVariables] for d in (given, copied)]
+    assert facts[0] == facts[1]
+    assert {v.type for v in copied.modelVariables} == {"Real", "Integer", "Boolean"}
+    with zipfile.ZipFile(fmu) as before, zipfile.ZipFile(copy) as after:
+        names = [name for name in before.namelist() if name != "modelDescription.xml"]
+        assert all(before.read(name) == after.read(name) for name in names)
+
+
+def test_types_have_other_names_than_variables(model):
+    assert not set(model.interface.enumerations) & set(model.interface.position)
+
+
+def test_values_are_shown_in_the_units_of_the_field(build_fmu):
+    description = fmpy.read_model_description(str(build_fmu(ACTUATOR)))
+    shown = {v.name: v.displayUnit for v in description.modelVariables if v.type == "Real"}
+    assert (shown["mb1.x"], shown["mb1.gap_x"], shown["mb1.half_angle_x"]) == ("um", "mm", "deg")
+    assert (shown["mb1.bandwidth_x"], shown["mb1.f_x"], shown["mb1.k_xx"]) == (None, None, "N/um")
+    factors = {u.name: {d.name: float(d.factor) for d in u.displayUnits} for u in description.unitDefinitions}
+    assert factors["m"] == {"mm": 1e3, "um": 1e6}
+    assert factors["rad"]["deg"] == pytest.approx(180.0 / np.pi)
+    assert {
+        name for name, unit in shown.items() if unit and unit not in factors[ACTUATOR.interface[name].unit]
+    } == set()
+
+
 def test_outputs_declare_the_inputs_that_reach_them_without_delay(model, fmu):
     structure = fmpy.read_model_description(str(fmu)).outputs
     declared = {o.variable.name: {d.name for d in o.dependencies} for o in structure}
@@ -95,6 +140,19 @@ def test_all_outputs_are_initial_unknowns(model, fmu):
     indices = [int(u.get("index")) for u in root.iterfind("ModelStructure/InitialUnknowns/Unknown")]
     names = [model.interface.variables[i - 1].name for i in indices]
     assert names == [v.name for v in model.interface.of("output")]
+
+
+def test_initial_unknowns_declare_what_they_start_from(build_fmu, lag):
+    actuator = {u.get("index"): u for u in ElementTree.fromstring(xml_of(build_fmu(ACTUATOR))).iter("Unknown")}
+    position = {v.name: str(k) for k, v in enumerate(ACTUATOR.interface.variables, 1)}
+    reference = actuator[position["mb1.x_ref"]]
+    assert (reference.get("dependencies"), reference.get("dependenciesKind")) == (position["mb1.x"], "constant")
+    gradient = actuator[position["mb1.k_xx"]].get("dependencies").split()
+    assert {position["force_law"], position["mb1.x"], position["mb1.gap_x"]} < set(gradient)
+    assert not {position["mb1.gap_y"], position["mb1.bandwidth_x"], position["mb1.f_x"]} & set(gradient)
+    assert actuator[position["mb1.voltage_limited_x"]].get("dependencies") == ""
+    unknowns = fmpy.read_model_description(str(build_fmu(lag))).initialUnknowns
+    assert {u.variable.name: u.dependencies is None for u in unknowns}["steps"]  # nothing is declared
 
 
 def test_the_abilities_the_slave_has_are_declared(fmu):

@@ -16,7 +16,7 @@ from fmi_export.building.native.package import native_guid
 from fmi_export.model import Instance
 
 HERE = Path(__file__).parent / "support"
-NATIVE = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native"
+HEADERS = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native" / "fmi_headers"
 H = 250e-6
 
 pytestmark = [
@@ -33,7 +33,7 @@ def build_host(cc, target, path):
         "-std=gnu11",
         "-O1",
         "-Wno-everything",
-        f"-I{NATIVE}",
+        f"-I{HEADERS}",
         HERE / "host.c",
         "-o",
         path,
@@ -180,7 +180,7 @@ def sanitized(cc, tmp_path_factory):
         sources = sorted(folder.glob("*.c"))
         for command in (
             [*flags, *strict, "-shared", "-fPIC", "-o", folder / "fmu.so", *sources, folder / "kernels.o", "-lm"],
-            [*flags, f"-I{NATIVE}", "-o", folder / "host", HERE / "host.c", "-ldl"],
+            [*flags, f"-I{HEADERS}", "-o", folder / "host", HERE / "host.c", "-ldl"],
         ):
             process = subprocess.run(["gcc", *map(str, command)], capture_output=True, text=True, check=False)
             assert process.returncode == 0, process.stderr

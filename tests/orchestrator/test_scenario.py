@@ -75,6 +75,20 @@ def test_integers_must_be_whole():
         convert("1.5", COUNT, "n")
 
 
+LAW = Port("law", "Integer", "parameter", 4, minimum=0.0, maximum=2.0, items={"rigid": 0, "spring": 1, "damper": 2})
+
+
+@pytest.mark.parametrize(("raw", "expected"), [("spring", 1.0), (" damper ", 2.0), (2, 2.0), ("1", 1.0), ("0", 0.0)])
+def test_a_value_of_an_enumeration_is_its_name_or_its_number(raw, expected):
+    assert convert(raw, LAW, "law") == expected
+
+
+@pytest.mark.parametrize("raw", ["springs", "Spring", "spring 1", 3, "-1", 1.5, "1 m", ""])
+def test_anything_else_is_refused_with_all_names(raw):
+    with pytest.raises(ValueError, match=r"is not allowed; it must be one of 0 \(rigid\), 1 \(spring\), 2 \(damper\)"):
+        convert(raw, LAW, "law")
+
+
 @pytest.mark.parametrize(("raw", "expected"), [(True, 1.0), ("true", 1.0), ("0", 0.0), (False, 0.0), ("1", 1.0)])
 def test_booleans_are_read(raw, expected):
     assert convert(raw, SWITCH, "on") == expected
@@ -142,7 +156,10 @@ def test_a_value_must_be_a_scalar():
         (MINIMAL.replace("end_cycle = 10", ""), "a scenario needs either end_cycle or end_time"),
         (MINIMAL.replace("end_cycle = 10", "end_time = '-1 s'"), "end_time = -1 s is not allowed; it must be > 0 s"),
         (MINIMAL + "[plot]\nfigures = ['orbit']", "plot.figures[0] = 'orbit' is not allowed; it must be 'orbits', "),
-        (MINIMAL + "coupling = 'magic'", "coupling = 'magic' is not allowed; it must be 'gauss_seidel', 'jacobi' or 'iterative'"),
+        (
+            MINIMAL + "coupling = 'magic'",
+            "coupling = 'magic' is not allowed; it must be 'gauss_seidel', 'jacobi' or 'iterative'",
+        ),
     ],
 )
 def test_mistakes_are_explained(text, expected):
@@ -238,6 +255,47 @@ def test_a_scenario_with_a_base_says_only_what_differs(tmp_path):
     assert scenario.end_cycle == 7.0
     assert scenario.inputs["rotor_contact"] == {**base.inputs["rotor_contact"], "d2.u": "1 g.m"}
     assert scenario.event == base.event
+
+
+def test_a_scenario_removes_what_its_base_says(tmp_path):
+    removed = ["event", "rotor_contact.d1.u", "rotor_contact.contact.*", "rolac_controller.rolac_enable"]
+    (tmp_path / "mine.toml").write_text(f'base = "fig4_9"\nremove = {removed}\n', encoding="utf-8")
+    mine, base = load_scenario(str(tmp_path / "mine.toml")), load_scenario("fig4_9")
+    assert mine.event == ()
+    assert mine.inputs == {"rotor_contact": {}, "rolac_controller": {}}
+    assert mine.parameters == {"rotor_contact": {}}
+    assert mine.end_cycle == base.end_cycle
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            'base = "fig4_9"\nremove = ["rotor_contact.d1.v"]',
+            "the base has no 'rotor_contact.d1.v'; did you mean rotor_con",
+        ),
+        ('base = "fig4_9"\nremove = ["gravity"]', "the base has no 'gravity'"),
+        ('base = "fig4_9"\nremove = "event"', "remove = 'event' is not allowed; it must be a list of names"),
+        ('remove = ["event"]\nOmega = 90\nend_cycle = 1', "remove has no use without a base"),
+    ],
+)
+def test_remove_names_what_the_base_says(tmp_path, text, message):
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        load_scenario(str(tmp_path / "mine.toml"))
+
+
+def test_a_saved_scenario_finds_its_files_from_its_own_folder(tmp_path, monkeypatch):
+    (tmp_path / "from").mkdir()
+    (tmp_path / "to").mkdir()
+    text = 'base = "fig4_9"\nrotor = "my.toml"\nsystem = "levitated"\nfmu = {a = "../a.fmu", b = "rotor_contact"}\n'
+    (tmp_path / "from" / "mine.toml").write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    load_scenario("from/mine.toml").save("to/saved.toml")
+    saved = load_scenario("to/saved.toml")
+    assert (saved.system, saved.fmu["b"]) == ("levitated", "rotor_contact")
+    assert (tmp_path / saved.rotor).resolve() == tmp_path / "from" / "my.toml"
+    assert (tmp_path / saved.fmu["a"]).resolve() == tmp_path / "a.fmu"
 
 
 def test_a_base_that_leads_back_to_itself_is_refused(tmp_path):

@@ -90,14 +90,22 @@ def test_gravity_pulls_along_both_axes_by_its_component():
 def test_start_on_the_orbit_is_the_steady_state(Omega):
     u = [3e-4, 0, 2e-4 * np.exp(1j), 0]
     values = BEARINGS | {"Omega": Omega, "d1.u": 3e-4, "d3.u": 2e-4, "d3.phi": 1.0, "initial.orbit": 1.0}
-    x = plant(values | {"mb1.f_x": 20.0})
+    x = plant(values | {"d1.f_x": 20.0})
     orbit = OnePlane.of(ROTOR, 1e6, 5000.0).orbit(Omega, u)
-    lift = np.linalg.solve(OnePlane.of(ROTOR, 1e6).K, 20.0 * np.eye(6)[2])
+    lift = np.linalg.solve(OnePlane.of(ROTOR, 1e6).K, 20.0 * np.eye(6)[0])
     np.testing.assert_allclose(masters(x)[0], orbit + lift, atol=1e-12)
     np.testing.assert_allclose(masters(x)[1], 1j * Omega * orbit, atol=1e-10)
     run(x, 400)
     turned = orbit * np.exp(1j * Omega * 400 * H) + lift
     np.testing.assert_allclose(masters(x)[0], turned, atol=1e-5 * np.max(np.abs(orbit)))
+
+
+def test_the_orbit_at_the_start_is_that_in_the_passive_bearings():
+    values = BEARINGS | {"Omega": 90.0, "d1.u": 3e-4, "initial.orbit": 1.0}
+    pulled = plant(values | {"mb1.f_x": 20.0, "mb2.k_yy": 1e5, "mb2.y_ref": 1e-4})
+    np.testing.assert_array_equal(masters(pulled), masters(plant(values)))
+    pulled.step(0.0, H)
+    assert pulled["mb1.x"] > run(plant(values), 1, ["mb1.x"])[0, 0]
 
 
 def test_orbit_beyond_the_clearance_starts_in_contact_there():

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 TESTS = Path(__file__).parents[1]
-SOURCES = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native"
+HEADERS = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native" / "fmi_headers"
 KEEPS = {"Real": "r", "Integer": "i", "Boolean": "b"}
 
 pytestmark = pytest.mark.slow
@@ -59,7 +59,7 @@ def test_a_c_program_gets_the_numbers_of_the_orchestrator_for_fig4_9(tmp_path: P
     from amb_cosim.simulation import prepare, run_prepared
 
     prepared = prepare(load_scenario("fig4_9"), flavour="native")
-    command = [sys.executable, "-m", "ziglang", "cc", "-std=gnu11", "-O1", f"-I{SOURCES}"]
+    command = [sys.executable, "-m", "ziglang", "cc", "-std=gnu11", "-O1", f"-I{HEADERS}"]
     command += [str(TESTS / "native" / "support" / "co_simulation.c"), "-o", str(tmp_path / "host"), "-ldl"]
     subprocess.run(command, check=True, timeout=300)
     program, names = instructions(prepared)

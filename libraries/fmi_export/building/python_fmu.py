@@ -1,4 +1,4 @@
-"""Builds the pythonfmu flavour of a model: script, code, constants and description in one archive."""
+"""Builds the python flavour of a model: PythonFMU's archive of script, code and constants, behind a guard."""
 
 from __future__ import annotations
 
@@ -6,22 +6,28 @@ import importlib.metadata
 import json
 import shutil
 import sys
+import sysconfig
 import tempfile
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from pythonfmu.builder import FmuBuilder
 
-from amb_files.atomic import write_atomically
 from fmi_export import amb_cosim_bootstrap as bootstrap
-from fmi_export.building.identity import digests, guid_of, package_folder
+from fmi_export.building.documentation import documentation
+from fmi_export.building.guard.libraries import check_guarded, guard, guard_key, library_names
+from fmi_export.building.identity import DOCUMENTATION, digests, guid_of, package_folder
+from fmi_export.building.native.compiler import host_platform
+from fmi_export.building.native.data import model_data
+from fmi_export.building.native.package import write_archive
 from fmi_export.model import Array, Model
 
 
-def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
+def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: Iterable[str] | None = None) -> Path:
     """Write `<model.name>.fmu` into `folder` and return its path; the file appears complete or not at all.
 
     Parameters
@@ -32,26 +38,78 @@ def build_python_fmu(model: Model, constants: Array, folder: Path) -> Path:
         Its constants, flat float64.
     folder
         Where the FMU goes; made if it is missing.
+    platforms
+        FMI names of the platforms that it runs on, or `all`; this machine's by default; see `guard.libraries`.
+
+    Raises
+    ------
+    ValueError
+        If PythonFMU has no library for a platform, or the guard before it must be compiled and cannot be.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    chosen = check_guarded([host_platform()] if platforms is None else platforms)
+    guid = python_guid(model, constants)
+    guards = {platform: guard(platform) for platform in chosen}
     with tempfile.TemporaryDirectory(prefix="fmu-") as temporary:
-        stage = Path(temporary) / "stage"
-        (stage / "code").mkdir(parents=True)
-        unneeded = shutil.ignore_patterns("__pycache__", bootstrap.BUILD_ONLY)
-        for name in model.packages:
-            shutil.copytree(package_folder(name), stage / "code" / name, ignore=unneeded)
-        script = shutil.copy2(_script(model), stage)
-        shutil.copy2(bootstrap.__file__, stage)
-        np.save(stage / "constants.npy", np.ascontiguousarray(constants, dtype=np.float64))
-        (stage / "layout.json").write_text(json.dumps(dict(model.layout), indent=1), encoding="utf-8")
-        (stage / "build.json").write_text(json.dumps(_build_facts(model, constants), indent=1), encoding="utf-8")
-        script_helper = bootstrap.__name__.split(".")[-1] + ".py"
-        files = [stage / name for name in ("code", script_helper, "constants.npy", "layout.json", "build.json")]
-        with _restoring_interpreter():
-            built = FmuBuilder.build_FMU(script, dest=Path(temporary), project_files=files)
-        target = folder / f"{model.name}.fmu"
-        write_atomically(target, partial(shutil.copyfile, built))
-    return target
+        content = _content(_built_by_pythonfmu(model, constants, guid, Path(temporary)))
+    libraries = {name: content.pop(name) for name in list(content) if name.startswith("binaries/")}
+    for platform, one in guards.items():
+        guarding, pythonfmu = library_names(model.name, platform)
+        content |= {guarding: one.library, pythonfmu: libraries[guarding]}
+    content |= documentation(model, ["pythonfmu"])
+    content["resources/model.bin"] = _guarded_variables(model, guid)
+    content["resources/python.txt"] = "\n".join(_this_python()).encode()
+    return write_archive(folder / f"{model.name}.fmu", content)
+
+
+def python_guid(model: Model, constants: Array) -> str:
+    """Return an identifier that changes with the interface, the code (of the guard too) or the constants."""
+    return guid_of(model, constants, "python " + guard_key())
+
+
+def what_it_needs() -> str:
+    """Return a sentence on what an FMU that is built here asks of the process that imports it."""
+    library, _ = _this_python()
+    own = f"starts that of this machine, {library}" if library else "cannot run it: this Python is no shared library"
+    return (
+        "An FMU of flavour python runs in a process that has Python with NumPy; a process without Python "
+        f"{own}. FMUs of flavour native need no Python."
+    )
+
+
+def _built_by_pythonfmu(model: Model, constants: Array, guid: str, folder: Path) -> Path:
+    """Return the FMU as PythonFMU builds it, in `folder`."""
+    stage = folder / "stage"
+    (stage / "code").mkdir(parents=True)
+    unneeded = shutil.ignore_patterns("__pycache__", "*.md", DOCUMENTATION, bootstrap.BUILD_ONLY)
+    for name in model.packages:
+        shutil.copytree(package_folder(name), stage / "code" / name, ignore=unneeded)
+    script = shutil.copy2(_script(model), stage)
+    shutil.copy2(bootstrap.__file__, stage)
+    np.save(stage / "constants.npy", np.ascontiguousarray(constants, dtype=np.float64))
+    (stage / "layout.json").write_text(json.dumps(dict(model.layout), indent=1), encoding="utf-8")
+    (stage / "build.json").write_text(json.dumps(_build_facts(model, guid), indent=1), encoding="utf-8")
+    script_helper = bootstrap.__name__.split(".")[-1] + ".py"
+    files = [stage / name for name in ("code", script_helper, "constants.npy", "layout.json", "build.json")]
+    with _restoring_interpreter():
+        return Path(FmuBuilder.build_FMU(script, dest=folder, project_files=files))
+
+
+def _content(archive: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(archive) as fmu:
+        return {name: fmu.read(name) for name in fmu.namelist()}
+
+
+def _guarded_variables(model: Model, guid: str) -> bytes:
+    """Return what the guard knows of the model: its variables and the guid."""
+    return model_data(replace(model, n_state=1, n_work=1, faults={}), np.zeros(0), guid, guard_key())
+
+
+def _this_python() -> tuple[str, str]:
+    """Return library (empty where there is none) and interpreter of this Python, which a host without one starts."""
+    name = "python3.dll" if sys.platform == "win32" else str(sysconfig.get_config_var("INSTSONAME"))
+    folder = sys.base_prefix if sys.platform == "win32" else sysconfig.get_config_var("LIBDIR")
+    library = Path(folder or "", name)
+    return str(library) if library.is_file() and library.suffix != ".a" else "", sys.executable
 
 
 def _script(model: Model) -> Path:
@@ -65,11 +123,11 @@ def _script(model: Model) -> Path:
     return script
 
 
-def _build_facts(model: Model, constants: Array) -> dict[str, object]:
+def _build_facts(model: Model, guid: str) -> dict[str, object]:
     versions = {name: importlib.metadata.version(name) for name in ("amb-cosim", "pythonfmu")}
     return {
         "model": model.name,
-        "guid": guid_of(model, constants),
+        "guid": guid,
         "version": versions["amb-cosim"],
         "tool": f"amb-cosim {versions['amb-cosim']} with PythonFMU {versions['pythonfmu']}",
         "packages": digests(model.packages),

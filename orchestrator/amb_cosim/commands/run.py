@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -16,6 +18,7 @@ from amb_cosim.cosim.choices import Flavour, Loop
 @SETTINGS
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results; default results/NAME.")
 @click.option("--until", type=float, metavar="SECONDS", help="End of the run, from the beginning of cycle 0.")
+@click.option("--step", metavar="TIME", help="Communication step of an SSP archive that says none, such as 1ms.")
 @ROTOR
 @RECEPTANCES
 @FLAVOUR
@@ -27,6 +30,7 @@ def run(
     settings: tuple[str, ...],
     output: Path | None,
     until: float | None,
+    step: str | None,
     rotor_file: str | None,
     receptances: Path | None,
     flavour: Flavour,
@@ -34,17 +38,30 @@ def run(
     no_plots: bool,
     summary_json: str | None,
 ) -> None:
-    """Run the scenario NAME, or the one in a TOML file."""
+    """Run the scenario NAME, the one in a TOML file, or an SSP archive."""
+    if Path(name).suffix == ".ssp":
+        from amb_cosim.cosim.tables import time_of
+
+        given = {"--rotor": rotor_file, "--receptances": receptances, "--summary-json": summary_json}
+        with refusing():
+            unused = [option for option, value in given.items() if value is not None]
+            if unused:
+                raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which has its FMUs in it")
+            step_size = None if step is None else time_of(step, "--step")
+        _simulate(Path(name), settings, output, loop, stop_time=until, step_size=step_size)
+        return
     from rich.console import Console
 
     import amb_cosim
     from amb_cosim.plan import parse_settings
-    from amb_cosim.text_tables import show_warnings
+    from amb_cosim.text_tables import show_notices, show_warnings
     from amb_files.atomic import write_atomically
 
     folder = output or Path("results") / Path(name).stem
     copy = Path(summary_json) if summary_json not in (None, "-") else None
     with refusing():
+        if step is not None:
+            raise ValueError("--step is for SSP archives; a scenario says communication_step")
         scenario = amb_cosim.Scenario.load(name)
         check_writable(folder, is_folder=True)
         if copy is not None:
@@ -67,6 +84,7 @@ def run(
     console = Console(stderr=summary_json == "-")
     console.print(result.summary.table())
     show_warnings(result.summary.warnings, console)
+    show_notices(result.summary.notices)
     console.print(f"results in {folder}")
     if result.outcome.failure is not None:
         raise Failed(f"{result.outcome.failure}; what was recorded until then is in {folder}")
@@ -87,12 +105,17 @@ def simulate(
     flavour: Flavour,
     loop: Loop,
 ) -> None:
-    """Run any FMI 2.0 co-simulation FMUs, as a system file (TOML) says."""
+    """Run any FMI 2.0 co-simulation FMUs, as a system file (TOML) or an SSP archive says."""
+    _simulate(system_file, settings, output, loop, flavour=flavour, rotor=rotor_file)
+
+
+def _simulate(system_file: Path, settings: tuple[str, ...], output: Path | None, loop: Loop, **options: Any) -> None:
+    """Run a system file or an SSP archive, save what was recorded, and tell how it ended."""
     import amb_cosim
     from amb_cosim.cosim.warnings import sentences, warnings_of
     from amb_cosim.plan import parse_settings
     from amb_cosim.progress import progress_bar
-    from amb_cosim.text_tables import show_warnings
+    from amb_cosim.text_tables import show_notices, show_warnings
 
     folder = output or Path("results") / system_file.stem
     with refusing():
@@ -101,13 +124,13 @@ def simulate(
             result = amb_cosim.simulate(
                 system_file,
                 set=parse_settings(settings),
-                flavour=flavour,
                 loop=loop,
                 progress=report,
-                rotor=rotor_file,
+                **options,
             )
         result.save(folder)
     show_warnings(sentences(warnings_of(result.signals)))
+    show_notices(json.loads(result.signals.attrs["notices"]))
     click.echo(f"{result.outcome}; results in {folder}")
     if result.outcome.failure is not None:
         raise Failed(f"{result.outcome.failure}; what was recorded until then is in {folder}")

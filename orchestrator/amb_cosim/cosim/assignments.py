@@ -23,12 +23,15 @@ class Assignments:
         Values of parameters by component and name.
     inputs
         Values of signals and of other inputs, by name.
+    dropped
+        Names to which `give` gave nothing.
     """
 
     def __init__(self, system: System, interfaces: Mapping[str, FmuInterface]) -> None:
         self.system, self.interfaces = system, interfaces
         self.parameters: dict[str, dict[str, float]] = {c.name: {} for c in system.components}
         self.inputs: dict[str, float] = {}
+        self.dropped: list[str] = []
 
     def set(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
         """Give a value to every variable that `name` matches, and return their names.
@@ -52,6 +55,22 @@ class Assignments:
             else:
                 self.inputs[target] = value
         return names
+
+    def give(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
+        """Do the same as `set`, but drop the value if the component replaces one that has such a variable."""
+        return [] if self.drops(name, only) else self.set(name, raw, only)
+
+    def drops(self, name: str, only: str | None = None) -> bool:
+        """Return whether a component that replaces another lacks what `name` matches; it then stands in `dropped`."""
+        component, _, pattern = name.partition(".")
+        if component not in self.system.replaced:
+            return False
+        causalities = ("parameter", "input") if only is None else (only,)
+        known = [p.name for p in self.interfaces[component].ports.values() if p.causality in causalities]
+        dropped = not fnmatch.filter(known, pattern)
+        if dropped and name not in self.dropped:
+            self.dropped.append(name)
+        return dropped
 
     def set_defaults_of_signals(self) -> None:
         """Give signals without a value the start value of the first input that they feed."""

@@ -27,8 +27,8 @@ from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.errors import FmuError
+from amb_cosim.cosim.exit_order import release_before_static_destructors
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
-from fmi_export.exit_order import release_before_static_destructors
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.replacement import notices
 from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
 from amb_cosim.cosim.stopping import Condition, StopCondition
 from amb_cosim.cosim.system import Component, System
@@ -91,7 +92,8 @@ class Plan:
     """An experiment on the time grid: communication point n is at the time n h.
 
     `parameters` holds what components start with, `inputs` the first values of signals and scheduled inputs by name,
-    `events` their changes as (point, name, value). What `stops` judge is recorded.
+    `events` their changes as (point, name, value). What `stops` judge is recorded. `notices` say what
+    components that replace others do without.
     """
 
     system: System
@@ -106,6 +108,7 @@ class Plan:
     stops: tuple[Condition, ...] = ()
     record_every: int = 1
     record_from: int = 0
+    notices: tuple[str, ...] = ()
 
     def all_parameters(self, interfaces: Mapping[str, FmuInterface]) -> dict[str, dict[str, float | None]]:
         """Return every parameter of every component: the value that was set, or its start value."""
@@ -147,6 +150,8 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
     ramped = {name for ramp in ramps for name in (ramp.variable, ramp.slope) if name is not None}
     events = []
     for event in experiment.events:
+        if values.drops(event.variable, "input"):
+            continue
         name, value = values.read(event.variable, event.value, "input")
         if name in ramped:
             raise ValueError(f"an event cannot set {name}; a profile does")
@@ -157,6 +162,7 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         *values.inputs,
         *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
     ]
+    patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
     first = common * math.floor(experiment.start_time / h / common)
     return Plan(
         system=system,
@@ -167,10 +173,11 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         inputs=values.inputs,
         events=tuple(events),
         ramps=ramps,
-        recorded=_recorded(experiment, system.unrecorded, available),
+        recorded=_recorded(replace(experiment, recorded=patterns), system.unrecorded, available),
         stops=tuple(_condition(stop, available, values, h) for stop in experiment.stops),
         record_every=experiment.record_every,
         record_from=first if experiment.record_settling else 0,
+        notices=tuple(notices(system, interfaces, values.inputs, values.dropped)),
     )
 
 

@@ -20,13 +20,14 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
     Raises
     ------
     ValueError
-        If the pattern of a connection or of a mandatory input matches nothing, or a component is unknown.
+        If the pattern of a connection or of a mandatory input matches nothing, no input is called as one that is to be
+        left alone, or a component is unknown. Inherited and optional connections may match nothing.
     """
-    literal = [link for link in system.connections if not _is_pattern(link.source)]
+    literal = [link for link in system.connections if not is_pattern(link.source)]
     taken = {link.target for link in literal} | {t for signal in system.signals for t in signal.targets}
     matched: dict[str, Connection] = {}
     for link in system.connections:
-        if _is_pattern(link.source):
+        if is_pattern(link.source):
             for found in _matching(system, link, interfaces):
                 if found.target not in taken:
                     matched.setdefault(found.target, found)
@@ -35,7 +36,17 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
         for component, values in system.parameters.items()
     }
     components = tuple(replace(c, mandatory=_mandatory(c, interfaces[c.name])) for c in system.components)
-    return replace(system, components=components, connections=(*literal, *matched.values()), parameters=parameters)
+    return replace(
+        system,
+        components=components,
+        connections=(*literal, *matched.values()),
+        parameters=parameters,
+    )
+
+
+def is_pattern(name: str) -> bool:
+    """Return whether a name has characters that stand for others."""
+    return bool(set("*?[") & set(name))
 
 
 def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInterface]) -> list[Connection]:
@@ -45,27 +56,27 @@ def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInte
     inputs = {port.name for port in interfaces[target].of("input")}
     outputs = [port.name for port in interfaces[source].of("output")]
     names = [name for name in fnmatch.filter(outputs, pattern) if name in inputs]
-    if not names:
+    if not names and not link.inherited and link.option is None:
         raise ValueError(f"no output of {source} that {pattern} matches is an input of {target}")
-    return [Connection(f"{source}.{name}", f"{target}.{name}") for name in names]
-
-
-def _is_pattern(name: str) -> bool:
-    return bool(set("*?[") & set(name))
+    for left in link.but:
+        if not fnmatch.filter(inputs, left) and not link.inherited:
+            raise ValueError(f"remove: {target} has no parameter or input {left!r}; {suggest(left, inputs)}")
+    names = [name for name in names if not any(fnmatch.fnmatchcase(name, left) for left in link.but)]
+    return [replace(link, source=f"{source}.{name}", target=f"{target}.{name}", but=()) for name in names]
 
 
 def _has(interface: FmuInterface | None, name: str) -> bool:
     """Return whether a name is no pattern, or one that matches a variable."""
-    return interface is None or not _is_pattern(name) or bool(fnmatch.filter(interface.ports, name))
+    return interface is None or not is_pattern(name) or bool(fnmatch.filter(interface.ports, name))
 
 
 def _mandatory(component: Component, interface: FmuInterface) -> tuple[str, ...]:
-    """Return the inputs that must be fed, patterns replaced by what they match."""
+    """Return the inputs that must be fed, patterns replaced by what they match; one that replaces may lack them."""
     inputs = [port.name for port in interface.of("input")]
     found: list[str] = []
     for name in component.mandatory:
-        matching = fnmatch.filter(inputs, name) if _is_pattern(name) else [name]
-        if not matching:
+        matching = fnmatch.filter(inputs, name) if is_pattern(name) or component.replaces is not None else [name]
+        if not matching and component.replaces is None:
             raise ValueError(f"{component.name} has no input {name}, which must be connected; {suggest(name, inputs)}")
         found += matching
     return tuple(found)

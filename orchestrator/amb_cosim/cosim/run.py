@@ -34,6 +34,8 @@ def simulate(
     flavour: Flavour = "native",
     loop: Loop = "compiled",
     progress: Progress | None = None,
+    step_size: float | None = None,
+    stop_time: float | None = None,
     **options: Any,
 ) -> Simulation:
     """Run a system of FMI 2.0 co-simulation FMUs.
@@ -41,9 +43,9 @@ def simulate(
     Parameters
     ----------
     system
-        A `System`, or the path of a system file.
+        A `System`, or the path of a system file or of an SSP archive.
     experiment
-        What is done with it; by default what the table `experiment` of the file says.
+        What is done with it; by default what the table `experiment` of the file says, or the archive.
     set
         Values by `component.variable`, or by a signal's name, in place of the file's.
     flavour
@@ -52,6 +54,8 @@ def simulate(
         `compiled`, or `plain` Python for reference; the results are the same to the last bit.
     progress
         Called now and then with the steps done and their number.
+    step_size, stop_time
+        Of an SSP archive, in s, in place of what it says itself.
     options
         What models are made for, such as `rotor`, the name of a rotor that comes with the package or a rotor file.
 
@@ -63,7 +67,14 @@ def simulate(
         If an FMU cannot be loaded or refuses to start.
     """
     inputs: Mapping[str, Raw] = {}
-    if not isinstance(system, System):
+    if not isinstance(system, System) and Path(system).suffix == ".ssp":
+        from amb_cosim.cosim.ssp import load_ssp  # loads XML libraries
+
+        system, own, inputs = load_ssp(system, step_size, stop_time)
+        experiment = experiment or own
+    elif not isinstance(system, System):
+        if step_size is not None or stop_time is not None:
+            raise ValueError("step_size and stop_time are for SSP archives; a system file has them in its experiment")
         if experiment is None:
             experiment, inputs = load_experiment(system)
         system = load_system(system)
@@ -72,7 +83,7 @@ def simulate(
     assembly = assemble(system, flavour, **options)
     values = assembly.assignments()
     for name, raw in inputs.items():
-        values.set(name, raw, only="input")
+        values.give(name, raw, only="input")
     for name, raw in (set or {}).items():
         values.set(name, raw)
     recording = run_plan(assembly, plan_experiment(experiment, values), progress, loop)

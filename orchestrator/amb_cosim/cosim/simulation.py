@@ -21,6 +21,7 @@ from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer
 from amb_cosim.cosim.patterns import expand
 from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.replacement import missing_ports, original, with_units, without_lacking
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.stopping import StopObserver, Stopped
 from amb_cosim.cosim.system import System
@@ -97,7 +98,7 @@ class Assembly:
         values = Assignments(self.system, self.interfaces)
         for component, variables in self.system.parameters.items():
             for variable, raw in variables.items():
-                values.set(f"{component}.{variable}", raw, only="parameter")
+                values.give(f"{component}.{variable}", raw, only="parameter")
         return values
 
 
@@ -120,7 +121,16 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
     """
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
     interfaces = {c: read_interface(fmu.path, c) for c, fmu in fmus.items()}
-    system = expand(system, interfaces)
+    if system.replaced:
+        before = original(system)
+        first = {c.name: read_interface(provide(c.fmu, flavour, **options).path, c.name) for c in before.components}
+        interfaces = {name: with_units(interface, first[name]) for name, interface in interfaces.items()}
+        system = expand(without_lacking(system, interfaces), interfaces)
+        missing = missing_ports(system, interfaces, expand(before, first))
+        if missing:
+            raise ValueError("\n".join(missing))
+    else:
+        system = expand(system, interfaces)
     system.check(interfaces)
     return Assembly(system, fmus, interfaces)
 

@@ -20,21 +20,34 @@ class Component:
     """An instance of an FMU: its name, the model or FMU file that it is made from, its rate, inputs that must be fed.
 
     `every` is the number of communication steps that one step of it spans; a component with a parameter `sample_time`
-    steps at that rate instead, unless its FMU takes any step.
+    steps at that rate instead, unless its FMU takes any step. `replaces` is the FMU whose place it takes; see
+    `replacement`.
     """
 
     name: str
     fmu: str
     every: int = 1
     mandatory: tuple[str, ...] = ()
+    replaces: str | None = None
 
 
 @dataclass(frozen=True)
 class Connection:
-    """An output carried to an input of another component; both ends are written `component.variable`."""
+    """An output carried to an input of another component; both ends are written `component.variable`.
+
+    `option` names a group of connections that the system can do without, all of them or none. An `inherited` one was
+    made for an FMU that another has replaced. A pattern leaves alone the inputs that `but` names, patterns too.
+    """
 
     source: str
     target: str
+    option: str | None = None
+    inherited: bool = False
+    but: tuple[str, ...] = ()
+
+    def touches(self, component: str) -> bool:
+        """Return whether an end belongs to a component."""
+        return any(end.startswith(f"{component}.") for end in (self.source, self.target))
 
 
 @dataclass(frozen=True)
@@ -86,8 +99,18 @@ class System:
 
     def with_fmu(self, name: str, fmu: str) -> System:
         """Return the system with another model or FMU file for a component."""
-        changed = replace(self.component(name), fmu=fmu)
-        return replace(self, components=tuple(changed if c.name == name else c for c in self.components))
+        old = self.component(name)
+        if fmu == old.fmu:
+            return self
+        changed = replace(old, fmu=fmu, replaces=old.replaces or old.fmu)
+        links = tuple(replace(link, inherited=True) if link.touches(name) else link for link in self.connections)
+        components = tuple(changed if c.name == name else c for c in self.components)
+        return replace(self, components=components, connections=links)
+
+    @property
+    def replaced(self) -> tuple[str, ...]:
+        """Names of the components that replace those which the system was made for."""
+        return tuple(c.name for c in self.components if c.replaces is not None)
 
     def split(self, end: str) -> tuple[str, str]:
         """Split `component.variable` into its two names."""
@@ -120,7 +143,8 @@ class System:
         ------
         ValueError
             For an unknown component or variable, a wrong causality, types or units that differ, an input fed
-            twice and a mandatory input fed by nothing; the message names both ends and what would be valid.
+            twice and mandatory inputs fed by nothing, one line for each; the message names both ends and what would
+            be valid.
         """
         fed: dict[str, str] = {}
         for source, target in self._feeds():
@@ -140,12 +164,21 @@ class System:
             first, *others = signal.targets
             for other in others:
                 _check_match(first, self.port(first, interfaces), other, self.port(other, interfaces))
-        for component in self.components:
-            for variable in component.mandatory:
-                target = f"{component.name}.{variable}"
-                self._check_end(target, "input", interfaces)
-                if target not in fed:
-                    raise ValueError(f"{target} must be connected, and is not; {self._possible(target, interfaces)}")
+        mandatory = [
+            f"{component.name}.{variable}" for component in self.components for variable in component.mandatory
+        ]
+        for target in mandatory:
+            self._check_end(target, "input", interfaces)
+        unfed = [target for target in mandatory if target not in fed]
+        if unfed:
+            possible = [(target, self._possible(target, interfaces)) for target in unfed]
+            raise ValueError(
+                "\n".join(f"{target} must be connected, and is not; {options}" for target, options in possible)
+            )
+
+    def fed(self) -> set[str]:
+        """Return the inputs that a connection or a signal feeds."""
+        return {target for _, target in self._feeds()}
 
     def port(self, end: str, interfaces: Mapping[str, FmuInterface]) -> Port:
         """Return the variable `component.variable`; raises ValueError if there is none."""

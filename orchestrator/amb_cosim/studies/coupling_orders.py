@@ -8,7 +8,7 @@ from typing import Annotated
 
 from amb_cosim.contact_history import contact_cycles, recovery
 from amb_cosim.cosim.choices import Coupling, Flavour, Loop
-from amb_cosim.cosim.system_file import Record
+from amb_cosim.cosim.system_tables import Record
 from amb_cosim.coupling import PREDICTION, delay
 from amb_cosim.orbits import orbit_before
 from amb_cosim.scenario import load_scenario

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from amb_cosim.contact_history import contact_cycles, recovered
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
-from amb_cosim.cosim.system_file import Record
+from amb_cosim.cosim.system_tables import Record
 from amb_cosim.cosim.values import Raw, quantity
 from amb_cosim.scenario import Event, Scenario, load_scenario
 from amb_cosim.simulation import Prepared, prepare, run_prepared

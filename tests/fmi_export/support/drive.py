@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import fmpy
 from fmpy.fmi1 import FMICallException
-
-DISCARD = 2
 
 
 class Fmu:
@@ -54,5 +53,6 @@ class Fmu:
         return 0
 
     def close(self) -> None:
-        self.fmi.terminate()
+        with suppress(FMICallException):  # after a fault
+            self.fmi.terminate()
         self.fmi.freeInstance()

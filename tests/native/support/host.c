@@ -18,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi2.h"
+#include "fmi2Functions.h"
 #include "logger.h"
 
 #ifdef _WIN32

@@ -25,6 +25,15 @@ PLATFORMS: dict[str, tuple[str, tuple[str, ...]]] = {
     "aarch64-darwin": (".dylib", ("aarch64-macos.11.0",)),
 }
 
+# The same in FMI 3.0, where a universal macOS library has two folders.
+FOLDERS3 = {
+    "linux64": ("x86_64-linux",),
+    "win64": ("x86_64-windows",),
+    "darwin64": ("x86_64-darwin", "aarch64-darwin"),
+    "aarch64-linux": ("aarch64-linux",),
+    "aarch64-darwin": ("aarch64-darwin",),
+}
+
 OPTIONS = (
     "-shared",
     "-O2",
@@ -74,8 +83,12 @@ def check_platforms(platforms: Iterable[str]) -> list[str]:
     return [name for name in PLATFORMS if wanted & {name, "all"}]
 
 
-def compile_library(name: str, sources: Mapping[str, str], target_platform: str) -> bytes:
+def compile_library(
+    name: str, sources: Mapping[str, str], target_platform: str, libraries: Iterable[str] = ("m",)
+) -> bytes:
     """Compile sources (C, LLVM assembly, headers; by file name) to the shared library `name` for a platform.
+
+    `libraries` of the platform are linked to it.
 
     Raises
     ------
@@ -89,10 +102,11 @@ def compile_library(name: str, sources: Mapping[str, str], target_platform: str)
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8", newline="\n")
         inputs = sorted(f"../{file}" for file in sources if not file.endswith(".h"))
+        links = [f"-l{library}" for library in libraries]
         slices = []
         for target in targets:
             (folder / target).mkdir()
-            _zig(["-target", target, *OPTIONS, "-o", f"{name}{suffix}", *inputs, "-lm"], folder / target)
+            _zig(["-target", target, *OPTIONS, "-o", f"{name}{suffix}", *inputs, *links], folder / target)
             slices.append((folder / target / f"{name}{suffix}").read_bytes())
     return slices[0] if len(slices) == 1 else universal(slices)
 

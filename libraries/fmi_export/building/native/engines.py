@@ -10,6 +10,7 @@ import hashlib
 import importlib.metadata
 import importlib.util
 import json
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,9 +25,13 @@ from fmi_export.building.native.lowering import Kernels, lower
 
 HERE = Path(__file__).parent
 SHIPPED = HERE / "engines"  # in an installed package
+HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
+FMI2_HEADERS = tuple(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform"))
 C_SOURCES = (
-    *("fmi2.h", "data.h", "instance.h", "kernels.h", "resources.h"),
-    *("data.c", "instance.c", "resources.c", "slave.c"),
+    *FMI2_HEADERS,
+    *(f"{HEADERS}/fmi3{part}.h" for part in ("Functions", "FunctionTypes", "PlatformTypes")),
+    *("data.h", "instance.h", "kernels.h", "resources.h", "slave.h"),
+    *("data.c", "fmi2.c", "fmi3.c", "fmi3_absent.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
 )
 LOWERING = ("lowering.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")
@@ -61,7 +66,7 @@ def engine_key(model: Kernels) -> str:
 
     Neither numba nor the C compiler is asked.
     """
-    return _digest(_kernels(model), *C_SOURCES, *LOWERING, *COMPILING)
+    return digest_of(_kernels(model), *C_SOURCES, *LOWERING, *COMPILING)
 
 
 def engine(model: Kernels, platform: str) -> Engine:
@@ -72,12 +77,16 @@ def engine(model: Kernels, platform: str) -> Engine:
     ValueError
         If it must be compiled, and a compiler is missing or a kernel needs Python when it runs.
     """
-    place = engine_place(model, platform)
+    return find_or_compile(engine_place(model, platform), lambda: _compile(model, platform))
+
+
+def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
+    """Return the library at a place below the shipped or the kept ones; it is compiled and kept if it is in neither."""
     kept = _cache() / "engines" / place
     for folder in (SHIPPED / place, kept):
         if folder.is_dir():
             return Engine.read(folder)
-    compiled = _compile(model, platform)
+    compiled = compile_anew()
     with suppress(OSError):  # without a cache the next build takes as long
         compiled.write(kept)
     return compiled
@@ -90,7 +99,7 @@ def engine_place(model: Kernels, platform: str) -> Path:
 
 def engine_sources(model: Kernels) -> dict[str, str]:
     """Return the sources of an engine by file name: the slave, the key, the lowered kernels."""
-    sources = {name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
+    sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
     key = f'#define ENGINE_KEY "{engine_key(model)}"\n'
     return sources | {"engine_key.h": key, "kernels.ll": _lowered(model)}
 
@@ -100,7 +109,7 @@ def _compile(model: Kernels, platform: str) -> Engine:
     if missing:
         raise ValueError(
             f"there is no engine of {model.name} for {platform} yet, and to compile it {' and '.join(missing)} must be "
-            "installed: pip install 'amb-cosim[native]'; FMUs of flavour python need neither"
+            "installed: pip install 'amb-cosim[native]'; FMUs of flavour python take no engine"
         )
     check_compiler()
     library = compile_library(model.name, engine_sources(model), platform)
@@ -110,7 +119,7 @@ def _compile(model: Kernels, platform: str) -> Engine:
 def _lowered(model: Kernels) -> str:
     """Return the lowered kernels, from the user's cache where they are there: all platforms share them."""
     facts = [_kernels(model), _versions("numba", "llvmlite"), machine()]
-    kept = _cache() / f"kernels-{model.name}-{_digest(facts, *LOWERING)}.ll"
+    kept = _cache() / f"kernels-{model.name}-{digest_of(facts, *LOWERING)}.ll"
     if kept.is_file():
         return kept.read_text(encoding="utf-8")
     assembly = lower(model)
@@ -126,7 +135,8 @@ def _kernels(model: Kernels) -> list[object]:
     return [model.name, [f"{f.__module__}.{f.__qualname__}" for f in functions], digests(model.packages)]
 
 
-def _digest(facts: object, *files: str) -> str:
+def digest_of(facts: object, *files: str) -> str:
+    """Return a hash, 32 hexadecimal digits, of facts and of files, whose names are relative to this folder."""
     sha = hashlib.sha256(json.dumps(facts).encode())
     for name in files:
         sha.update(name.encode() + b"\0" + (HERE / name).read_bytes() + b"\0")

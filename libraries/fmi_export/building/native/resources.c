@@ -11,7 +11,7 @@
 
 #include "data.h"
 
-static const char FILE_NAME[] = "/model.bin";
+static const char NO_MEMORY[] = "there is no memory for the path of the resources";
 enum { SHOWN = 400 }; /* characters of a location in a reason */
 
 static char lower(char c)
@@ -61,9 +61,12 @@ static int has_scheme(const char *location)
     return length > 1 && location[length] == ':' && location[length + 1] == '/';
 }
 
-/* Path of the file at a location, in memory that the caller frees; NULL with a reason if it is no path. */
-static char *path_of(const char *location, char *reason)
+char *resource_folder(const char *location, char *reason)
 {
+    if (!location || !*location) {
+        snprintf(reason, TEXT_SIZE, "the host gave no resource location, in which the data of the model are");
+        return NULL;
+    }
     const char *path = after(location, "file:");
     int encoded = path != NULL;
     if (!encoded)
@@ -83,23 +86,22 @@ static char *path_of(const char *location, char *reason)
         snprintf(reason, TEXT_SIZE, "the resource location %.*s is not on this machine", SHOWN, location);
         return NULL;
     }
-    char *result = malloc(strlen(path) + sizeof FILE_NAME);
-    if (!result) {
-        snprintf(reason, TEXT_SIZE, "there is no memory for the path of the resources");
+    char *folder = malloc(strlen(path) + 1);
+    if (!folder) {
+        snprintf(reason, TEXT_SIZE, "%s", NO_MEMORY);
         return NULL;
     }
-    strcpy(result, path);
+    strcpy(folder, path);
     if (encoded)
-        decode_percent(result);
+        decode_percent(folder);
 #ifdef _WIN32
-    if (result[0] == '/' && has_drive(result + 1))
-        memmove(result, result + 1, strlen(result));
+    if (folder[0] == '/' && has_drive(folder + 1))
+        memmove(folder, folder + 1, strlen(folder));
 #endif
-    size_t length = strlen(result);
-    while (length > 0 && (result[length - 1] == '/' || result[length - 1] == '\\'))
-        result[--length] = '\0';
-    strcpy(result + length, FILE_NAME);
-    return result;
+    size_t length = strlen(folder);
+    while (length > 0 && (folder[length - 1] == '/' || folder[length - 1] == '\\'))
+        folder[--length] = '\0';
+    return folder;
 }
 
 static FILE *open_file(const char *path)
@@ -141,11 +143,14 @@ static unsigned char *content_of(FILE *file, size_t *size)
     return bytes;
 }
 
-static unsigned char *bytes_of_file(const char *location, size_t *size, char *reason)
+unsigned char *file_bytes(const char *folder, const char *name, size_t *size, char *reason)
 {
-    char *path = path_of(location, reason);
-    if (!path)
+    char *path = malloc(strlen(folder) + strlen(name) + 2);
+    if (!path) {
+        snprintf(reason, TEXT_SIZE, "%s", NO_MEMORY);
         return NULL;
+    }
+    sprintf(path, "%s/%s", folder, name);
     FILE *file = open_file(path);
     unsigned char *bytes = file ? content_of(file, size) : NULL;
     if (!bytes)
@@ -200,10 +205,11 @@ static unsigned char *bytes_of_uri(const char *rest, size_t *size, char *reason)
 
 unsigned char *resource_bytes(const char *location, size_t *size, char *reason)
 {
-    if (!location || !*location) {
-        snprintf(reason, TEXT_SIZE, "the host gave no resource location, in which the data of the model are");
-        return NULL;
-    }
-    const char *rest = after(location, "data:");
-    return rest ? bytes_of_uri(rest, size, reason) : bytes_of_file(location, size, reason);
+    const char *rest = location ? after(location, "data:") : NULL;
+    if (rest)
+        return bytes_of_uri(rest, size, reason);
+    char *folder = resource_folder(location, reason);
+    unsigned char *bytes = folder ? file_bytes(folder, "model.bin", size, reason) : NULL;
+    free(folder);
+    return bytes;
 }

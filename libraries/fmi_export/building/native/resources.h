@@ -11,6 +11,13 @@
    there are none. A location is a file URI, a path, or the bytes themselves as a data URI in base64. */
 unsigned char *resource_bytes(const char *location, size_t *size, char *reason);
 
+/* The folder at a location, which is a file URI or a path, without a final slash, in memory that the caller frees; NULL
+   with a `reason` if it is no folder of this machine. Whether it exists is not asked. */
+char *resource_folder(const char *location, char *reason);
+
+/* The bytes of a file in a folder, in memory that the caller frees; NULL with a `reason` if it cannot be read. */
+unsigned char *file_bytes(const char *folder, const char *name, size_t *size, char *reason);
+
 #pragma GCC visibility pop
 
 #endif

@@ -1,0 +1,1 @@
+"""The library that stands before PythonFMU's in FMUs of flavour python, and refuses what that would not survive."""

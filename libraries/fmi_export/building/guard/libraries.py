@@ -1,0 +1,83 @@
+"""Guards: the library that stands before PythonFMU's, the same one for every model on a platform."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+from collections.abc import Iterable
+from pathlib import Path
+
+from fmi_export.building.native.compiler import PLATFORMS, check_compiler, compile_library
+from fmi_export.building.native.engines import COMPILING, FMI2_HEADERS, HERE, Engine, digest_of, find_or_compile
+
+SHARED = (*FMI2_HEADERS, "data.h", "resources.h", "data.c", "resources.c")  # with the native slave
+OWN = (
+    *("guard.h", "pythonfmu.h", "system.h"),
+    *("answers.c", "life_cycle.c", "pythonfmu.c", "questions.c", "saved_states.c", "values.c"),
+)
+# Platforms of PythonFMU: the code for their operating system, and the libraries that it needs there.
+SYSTEMS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "linux64": ("linux.c", ("m", "dl")),
+    "win64": ("windows.c", ()),
+}
+
+
+def guard_key() -> str:
+    """Return an identifier, 32 hexadecimal digits, that changes with the code of the guard, with nothing else."""
+    return digest_of(SYSTEMS, *SHARED, *_own(*OWN, *(code for code, _ in SYSTEMS.values())), *COMPILING)
+
+
+def guard(platform: str) -> Engine:
+    """Return the guard for one of `SYSTEMS`.
+
+    Raises
+    ------
+    ValueError
+        If it must be compiled, and there is no compiler.
+    """
+    return find_or_compile(guard_place(platform), lambda: _compile(platform))
+
+
+def guard_place(platform: str) -> Path:
+    """Return where the guard is, below the folder of all engines."""
+    return Path(platform, f"guard-{guard_key()}")
+
+
+def check_guarded(platforms: Iterable[str]) -> list[str]:
+    """Return `platforms` without repetition, in the order of `SYSTEMS`; `all` means every one.
+
+    Raises
+    ------
+    ValueError
+        If PythonFMU has no library for one of them.
+    """
+    wanted = set(platforms)
+    unknown = sorted(wanted - {*SYSTEMS, "all"})
+    if unknown or not wanted:
+        what = f"PythonFMU has no library for {', '.join(unknown)}" if unknown else "no platform was named"
+        raise ValueError(f"{what}; FMUs of flavour python are for {', '.join(SYSTEMS)}, and all for every one")
+    return [name for name in SYSTEMS if wanted & {name, "all"}]
+
+
+def _compile(platform: str) -> Engine:
+    if importlib.util.find_spec("ziglang") is None:
+        raise ValueError(
+            f"there is no guard for FMUs of flavour python on {platform} yet, and to compile it ziglang must be "
+            "installed: pip install 'amb-cosim[native]'"
+        )
+    check_compiler()
+    code, libraries = SYSTEMS[platform]
+    sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in SHARED + _own(*OWN, code)}
+    sources["engine_key.h"] = f'#define ENGINE_KEY "{guard_key()}"\n'
+    library = compile_library("guard", sources, platform, libraries)
+    return Engine(library, f"ziglang {importlib.metadata.version('ziglang')}")
+
+
+def _own(*names: str) -> tuple[str, ...]:
+    return tuple(f"../{Path(__file__).parent.name}/{name}" for name in names)
+
+
+def library_names(model: str, platform: str) -> tuple[str, str]:
+    """Return the paths in an FMU of the guard and of PythonFMU's library."""
+    suffix = PLATFORMS[platform][0]
+    return f"binaries/{platform}/{model}{suffix}", f"binaries/{platform}/{model}_pythonfmu{suffix}"

@@ -1,0 +1,325 @@
+/* The face of an instance in FMI 2.0 for co-simulation. */
+
+#include "fmi2Functions.h"
+#include "slave.h"
+
+#include <stdlib.h>
+
+#define REFERENCES const fmi2ValueReference references[], size_t count
+
+/* Hand a text to the host's logger, which takes it for a printf format. */
+static void tell(const Host *host, const char *name, Status status, const char *category, const char *text)
+{
+    char format[2 * TEXT_SIZE];
+    size_t used = 0;
+    for (; *text && used < sizeof format - 2; text++) {
+        if (*text == '%')
+            format[used++] = '%';
+        format[used++] = *text;
+    }
+    format[used] = '\0';
+    ((fmi2CallbackLogger)host->logger)(host->environment, name, (fmi2Status)status, category, format);
+}
+
+static const Face FACE = {
+    .states = {"instantiated", "initialization mode", "step complete", "terminated", "error"},
+    .tell = tell,
+};
+
+enum {
+    READABLE = INITIALIZATION | STEP_COMPLETE | TERMINATED | ERROR,
+    SETTABLE = INSTANTIATED | INITIALIZATION | STEP_COMPLETE,
+    ASKABLE = STEP_COMPLETE | TERMINATED | ERROR, /* in the last, which the standard leaves out, there is most to ask */
+};
+
+/* Life cycle ----------------------------------------------------------------------------------------------------- */
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void)
+{
+    return fmi2Version;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
+{
+    (void)visible;
+    if (!functions)
+        return NULL;
+    Host host = {&FACE, functions->componentEnvironment, (void (*)(void))functions->logger};
+    if (type != fmi2CoSimulation) {
+        slave_refuse_new(&host, name, "this is an FMU for co-simulation, not for model exchange");
+        return NULL;
+    }
+    return slave_new(name, guid, resources, &host, logging != fmi2False);
+}
+
+void fmi2FreeInstance(fmi2Component component)
+{
+    free(component);
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t count, const fmi2String categories[])
+{
+    Instance *instance = component;
+    unsigned int chosen;
+    Status status = slave_categories(instance, __func__, categories, count, &chosen);
+    if (status == STATUS_OK)
+        instance->heard = on != fmi2False ? chosen : 0;
+    return (fmi2Status)status;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean has_stop, fmi2Real stop)
+{
+    (void)has_tolerance, (void)tolerance;
+    return (fmi2Status)slave_set_times(component, __func__, start, has_stop, stop);
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component component)
+{
+    return (fmi2Status)slave_enter_initialization(component, __func__);
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component component)
+{
+    return (fmi2Status)slave_exit_initialization(component, __func__);
+}
+
+fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step_size, fmi2Boolean no_earlier_state)
+{
+    (void)no_earlier_state;
+    return (fmi2Status)slave_step(component, __func__, time, step_size);
+}
+
+fmi2Status fmi2Terminate(fmi2Component component)
+{
+    return (fmi2Status)slave_terminate(component, __func__);
+}
+
+fmi2Status fmi2Reset(fmi2Component component)
+{
+    return (fmi2Status)slave_reset(component, __func__);
+}
+
+/* Variables ------------------------------------------------------------------------------------------------------ */
+
+/* Before values are read: state, pointers, references and types; outputs up to date. */
+static Status before_get(Instance *instance, const char *call, Type type, REFERENCES, const void *values)
+{
+    if (!may(instance, READABLE, call))
+        return STATUS_ERROR;
+    if (count && (!references || !values))
+        return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+    for (size_t i = 0; i < count; i++)
+        if (!is_variable(instance, references[i], type))
+            return wrong_reference(instance, call, references[i]);
+    return refresh(instance);
+}
+
+/* Before values are set: the same, and that each may be set now. */
+static Status before_set(Instance *instance, const char *call, Type type, REFERENCES, const void *values)
+{
+    if (!may(instance, SETTABLE, call))
+        return STATUS_ERROR;
+    if (count && (!references || !values))
+        return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+    for (size_t i = 0; i < count; i++) {
+        if (!is_variable(instance, references[i], type))
+            return wrong_reference(instance, call, references[i]);
+        if (!is_settable(instance, references[i]))
+            return cannot_be_set(instance, call, references[i]);
+    }
+    instance->now->stale = 1;
+    return STATUS_OK;
+}
+
+fmi2Status fmi2GetReal(fmi2Component component, REFERENCES, fmi2Real values[])
+{
+    Instance *instance = component;
+    Status status = before_get(instance, __func__, TYPE_REAL, references, count, values);
+    for (size_t i = 0; i < count && status <= STATUS_WARNING; i++)
+        values[i] = instance->run.values[references[i]];
+    return (fmi2Status)status;
+}
+
+fmi2Status fmi2GetInteger(fmi2Component component, REFERENCES, fmi2Integer values[])
+{
+    Instance *instance = component;
+    Status status = before_get(instance, __func__, TYPE_INTEGER, references, count, values);
+    for (size_t i = 0; i < count && status <= STATUS_WARNING; i++)
+        if (slave_integer(instance, __func__, references[i], &values[i]) != STATUS_OK)
+            return fmi2Error;
+    return (fmi2Status)status;
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component component, REFERENCES, fmi2Boolean values[])
+{
+    Instance *instance = component;
+    Status status = before_get(instance, __func__, TYPE_BOOLEAN, references, count, values);
+    for (size_t i = 0; i < count && status <= STATUS_WARNING; i++)
+        values[i] = instance->run.values[references[i]] != 0.0;
+    return (fmi2Status)status;
+}
+
+/* There are no strings, so that these two refuse all but an empty list. */
+fmi2Status fmi2GetString(fmi2Component component, REFERENCES, fmi2String values[])
+{
+    return (fmi2Status)before_get(component, __func__, TYPE_STRING, references, count, values);
+}
+
+fmi2Status fmi2SetString(fmi2Component component, REFERENCES, const fmi2String values[])
+{
+    return (fmi2Status)before_set(component, __func__, TYPE_STRING, references, count, values);
+}
+
+fmi2Status fmi2SetReal(fmi2Component component, REFERENCES, const fmi2Real values[])
+{
+    Instance *instance = component;
+    Status status = before_set(instance, __func__, TYPE_REAL, references, count, values);
+    for (size_t i = 0; i < count && status == STATUS_OK; i++)
+        instance->run.values[references[i]] = values[i];
+    return (fmi2Status)status;
+}
+
+fmi2Status fmi2SetInteger(fmi2Component component, REFERENCES, const fmi2Integer values[])
+{
+    Instance *instance = component;
+    Status status = before_set(instance, __func__, TYPE_INTEGER, references, count, values);
+    for (size_t i = 0; i < count && status == STATUS_OK; i++)
+        instance->run.values[references[i]] = values[i];
+    return (fmi2Status)status;
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component component, REFERENCES, const fmi2Boolean values[])
+{
+    Instance *instance = component;
+    Status status = before_set(instance, __func__, TYPE_BOOLEAN, references, count, values);
+    for (size_t i = 0; i < count && status == STATUS_OK; i++)
+        instance->run.values[references[i]] = values[i] != fmi2False;
+    return (fmi2Status)status;
+}
+
+/* Saved states --------------------------------------------------------------------------------------------------- */
+
+fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
+{
+    return (fmi2Status)slave_save(component, __func__, state);
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
+{
+    return (fmi2Status)slave_restore(component, __func__, state);
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state)
+{
+    return (fmi2Status)slave_forget(component, __func__, state);
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size)
+{
+    return (fmi2Status)slave_serialised_size(component, __func__, state, size);
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    return (fmi2Status)slave_serialise(component, __func__, state, bytes, size);
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+{
+    return (fmi2Status)slave_deserialise(component, __func__, bytes, size, state);
+}
+
+/* Status --------------------------------------------------------------------------------------------------------- */
+
+static fmi2Status cannot_tell(Instance *instance, const char *call, const char *why)
+{
+    return (fmi2Status)unsupported(instance, STATUS_DISCARD, call, why);
+}
+
+fmi2Status fmi2GetStatus(fmi2Component component, fmi2StatusKind kind, fmi2Status *value)
+{
+    (void)kind, (void)value;
+    return cannot_tell(component, __func__, "no step is asynchronous");
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component component, fmi2StatusKind kind, fmi2Real *value)
+{
+    Instance *instance = component;
+    if (!may(instance, ASKABLE, __func__))
+        return fmi2Error;
+    if (kind != fmi2LastSuccessfulTime || !value)
+        return cannot_tell(instance, __func__, "there is fmi2LastSuccessfulTime alone");
+    *value = instance->now->time;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component component, fmi2StatusKind kind, fmi2Integer *value)
+{
+    (void)kind, (void)value;
+    return cannot_tell(component, __func__, "there is no such status");
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component component, fmi2StatusKind kind, fmi2Boolean *value)
+{
+    Instance *instance = component;
+    if (!may(instance, ASKABLE, __func__))
+        return fmi2Error;
+    if (kind != fmi2Terminated || !value)
+        return cannot_tell(instance, __func__, "there is fmi2Terminated alone");
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+/* Why the call before was refused, whether it was logged or not; empty if it was not. The text lives until the next
+   call. */
+fmi2Status fmi2GetStringStatus(fmi2Component component, fmi2StatusKind kind, fmi2String *value)
+{
+    Instance *instance = component;
+    if (!may(instance, ASKABLE, __func__))
+        return fmi2Error;
+    if (kind != fmi2PendingStatus || !value)
+        return cannot_tell(instance, __func__, "there is fmi2PendingStatus alone");
+    *value = instance->now->outcome.reason;
+    return fmi2OK;
+}
+
+/* Optional parts of the standard --------------------------------------------------------------------------------- */
+
+static fmi2Status not_here(Instance *instance, const char *call, const char *why)
+{
+    return (fmi2Status)unsupported(instance, STATUS_ERROR, call, why);
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknowns[], size_t n_unknowns,
+                                        const fmi2ValueReference knowns[], size_t n_knowns, const fmi2Real dv_known[],
+                                        fmi2Real dv_unknown[])
+{
+    (void)unknowns, (void)n_unknowns, (void)knowns, (void)n_knowns, (void)dv_known, (void)dv_unknown;
+    return not_here(component, __func__, "this FMU gives no derivatives");
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, REFERENCES, const fmi2Integer orders[],
+                                       const fmi2Real values[])
+{
+    (void)references, (void)count, (void)orders, (void)values;
+    return not_here(component, __func__, "inputs are constant during a step");
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, REFERENCES, const fmi2Integer orders[],
+                                        fmi2Real values[])
+{
+    (void)references, (void)count, (void)orders, (void)values;
+    return not_here(component, __func__, "this FMU gives no derivatives");
+}
+
+fmi2Status fmi2CancelStep(fmi2Component component)
+{
+    return not_here(component, __func__, "there is no step to cancel, none is asynchronous");
+}

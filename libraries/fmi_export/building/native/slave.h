@@ -1,0 +1,151 @@
+/* An instance of a model as a host of FMI runs it: states, checks, log, saved states. Nothing here knows a version of FMI;
+   `fmi2.c` and `fmi3.c` are the faces it has for them.
+
+   Functions get the name of the FMI call for their messages. Every call that is refused answers STATUS_ERROR and logs the
+   reason. A fault of a step and a wrong call put the instance into the error state, from which a reset and a state from
+   before lead; `decline` and `unsupported` leave it as it was. No step is answered with STATUS_DISCARD, and no fault is an
+   end that the model wants: FMI 3.0 promises with the former the state from before the step, and hosts take the latter for
+   success. */
+
+#ifndef AMB_SLAVE_H
+#define AMB_SLAVE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "instance.h"
+
+/* In numbers as fmi2Status and fmi3Status. */
+typedef enum { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR } Status;
+
+/* States of the standards that a slave without asynchronous steps and event mode can be in. */
+enum { INSTANTIATED = 1, INITIALIZATION = 2, STEP_COMPLETE = 4, TERMINATED = 8, ERROR = 16, N_STATES = 5 };
+enum { ANY = INSTANTIATED | INITIALIZATION | STEP_COMPLETE | TERMINATED | ERROR };
+
+typedef struct Host Host;
+
+/* What the versions of FMI differ in beyond their functions. */
+typedef struct {
+    const char *states[N_STATES]; /* their names */
+    void (*tell)(const Host *host, const char *instance, Status status, const char *category, const char *text);
+} Face;
+
+struct Host {
+    const Face *face;
+    void *environment;
+    void (*logger)(void); /* of the type that the face knows; may be NULL */
+};
+
+/* A saved state; the values and the state of the run follow. */
+typedef struct {
+    _Alignas(16) char guid[GUID_SIZE]; /* first, so that the state of another FMU is known by it */
+    int32_t state;
+    int32_t stale; /* something was set in initialization mode that the outputs do not show yet */
+    double time;   /* end of the last successful step (s) */
+    Outcome outcome;
+} Saved;
+
+typedef struct {
+    Saved *now;
+    size_t saved_size;
+    Run run;     /* of which `now` holds what there is to save */
+    double stop; /* end of the experiment (s), infinite where the host set none */
+    Host host;
+    unsigned int heard; /* one bit for each category of messages that are logged */
+    const char *name;
+} Instance;
+
+#pragma GCC visibility push(hidden)
+
+/* Refusals ------------------------------------------------------------------------------------------------------- */
+
+/* Refuse a call that the present state does not allow, with what state the instance is in and which would do. */
+void refuse_now(Instance *instance, int states, const char *call);
+
+/* Refuse a call for good: the first reason stays as the fault. */
+Status refuse(Instance *instance, const char *format, ...);
+
+/* Refuse a call that changed nothing, and live on. */
+Status decline(Instance *instance, const char *format, ...);
+
+/* A question that the standards leave optional: refused, and the instance lives on. */
+Status unsupported(const Instance *instance, Status status, const char *call, const char *why);
+
+/* Life cycle ----------------------------------------------------------------------------------------------------- */
+
+/* A new instance with the data at a resource location; NULL if there can be none, and the logger has the reason. */
+Instance *slave_new(const char *name, const char *guid, const char *location, const Host *host, int logging);
+void slave_refuse_new(const Host *host, const char *name, const char *reason);
+
+/* The categories with these names, as bits of `heard`; all if there are no names. */
+Status slave_categories(Instance *instance, const char *call, const char *const names[], size_t count,
+                        unsigned int *chosen);
+Status slave_set_times(Instance *instance, const char *call, double start, int has_stop, double stop);
+Status slave_enter_initialization(Instance *instance, const char *call);
+Status slave_exit_initialization(Instance *instance, const char *call);
+Status slave_step(Instance *instance, const char *call, double time, double step_size);
+Status slave_terminate(Instance *instance, const char *call);
+Status slave_reset(Instance *instance, const char *call);
+
+/* Variables ------------------------------------------------------------------------------------------------------ */
+
+/* Refuse a reference for which `is_variable` is false. */
+Status wrong_reference(Instance *instance, const char *call, uint32_t reference);
+
+/* Refuse to set a variable that exists. */
+Status cannot_be_set(Instance *instance, const char *call, uint32_t reference);
+
+/* Initialise again, so that outputs are right throughout initialization mode. A fault can still be put right there, and is
+   a warning. */
+Status slave_initialise_again(Instance *instance);
+
+/* The value of an Integer, unless it does not fit into one. */
+Status slave_integer(Instance *instance, const char *call, uint32_t reference, int32_t *value);
+
+/* Saved states --------------------------------------------------------------------------------------------------- */
+
+Status slave_save(Instance *instance, const char *call, void **state);
+Status slave_restore(Instance *instance, const char *call, const void *state);
+Status slave_forget(Instance *instance, const char *call, void **state);
+Status slave_serialised_size(Instance *instance, const char *call, const void *state, size_t *size);
+Status slave_serialise(Instance *instance, const char *call, const void *state, void *bytes, size_t size);
+Status slave_deserialise(Instance *instance, const char *call, const void *bytes, size_t size, void **state);
+
+#pragma GCC visibility pop
+
+/* What every call and every value needs is inline. */
+
+/* Whether `call` may come now; if not it is refused. */
+static inline int may(Instance *instance, int states, const char *call)
+{
+    if (!instance)
+        return 0;
+    if (instance->now->state & states)
+        return 1;
+    refuse_now(instance, states, call);
+    return 0;
+}
+
+static inline int is_variable(const Instance *instance, uint32_t reference, Type type)
+{
+    return reference < instance->run.data.n_values && instance->run.data.types[reference] == type;
+}
+
+/* Whether a variable may be set now: outputs never, fixed parameters not after initialization. */
+static inline int is_settable(Instance *instance, uint32_t reference)
+{
+    const Data *data = &instance->run.data;
+    if (reference >= data->n_parameters)
+        return reference < first_output(data);
+    instance->now->outcome.checked = 0;
+    return data->variables[reference].tunable || instance->now->state != STEP_COMPLETE;
+}
+
+/* Before values are read: outputs up to date, if something was set in initialization mode since. */
+static inline Status refresh(Instance *instance)
+{
+    int right = instance->now->state != INITIALIZATION || !instance->now->stale;
+    return right ? STATUS_OK : slave_initialise_again(instance);
+}
+
+#endif

@@ -1,0 +1,57 @@
+"""The command that writes a scenario as an SSP archive."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from amb_cosim.commands.cli_errors import check_writable, refusing
+from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR, SETTINGS
+from amb_cosim.cosim.choices import Flavour
+
+
+@click.command("export-ssp")
+@click.argument("name")
+@SETTINGS
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="The archive; default NAME.ssp.")
+@click.option("--until", type=float, metavar="SECONDS", help="End of the run, from the beginning of cycle 0.")
+@ROTOR
+@RECEPTANCES
+@FLAVOUR
+@click.option(
+    "--connectors",
+    is_flag=True,
+    help="Make signals and inputs that change connectors of the system; libcosim refuses these.",
+)
+def export_ssp(
+    name: str,
+    settings: tuple[str, ...],
+    output: Path | None,
+    until: float | None,
+    rotor_file: str | None,
+    receptances: Path | None,
+    flavour: Flavour,
+    connectors: bool,
+) -> None:
+    """Write the scenario NAME, or the one in a TOML file, with its FMUs as an SSP 1.0 archive for other tools."""
+    from amb_cosim.exchange import export
+    from amb_cosim.plan import parse_settings
+
+    path = output or Path(f"{Path(name).stem}.ssp")
+    with refusing():
+        check_writable(path, is_folder=False)
+        export(
+            name,
+            path,
+            set=parse_settings(settings),
+            until=until,
+            rotor=rotor_file,
+            receptances=receptances,
+            flavour=flavour,
+            connectors=connectors,
+        )
+    click.echo(path)
+
+
+COMMANDS = (export_ssp,)

@@ -1,0 +1,12 @@
+"""System Structure and Parameterization (SSP 1.0): a planned run as an archive, and archives as systems.
+
+    export_ssp   write a planned run: FMUs, wiring, parameters, default experiment
+    load_ssp     read an archive, of this package or of another tool, as a system and an experiment
+
+Modelica Association, System Structure and Parameterization, version 1.0, 2019.
+"""
+
+from amb_cosim.cosim.ssp.archive import export_ssp
+from amb_cosim.cosim.ssp.reader import load_ssp
+
+__all__ = ["export_ssp", "load_ssp"]

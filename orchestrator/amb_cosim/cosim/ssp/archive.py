@@ -1,0 +1,101 @@
+"""Writes a planned run as an SSP archive: structure, parameter sets, FMUs, notes."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.experiment import Plan
+from amb_cosim.cosim.fmus import build_with_starts, models
+from amb_cosim.cosim.simulation import Assembly
+from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT, NOTES, experiment_table, notes
+from amb_cosim.cosim.ssp.parameter_values import parameter_set
+from amb_cosim.cosim.ssp.structure import Described, system_structure
+from amb_files.atomic import write_atomically
+
+STRUCTURE = "SystemStructure.ssd"
+NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
+
+
+def export_ssp(
+    path: Path,
+    assembly: Assembly,
+    plan: Plan,
+    coupling: str,
+    *,
+    name: str,
+    flavour: Flavour = "native",
+    connectors: bool = False,
+    **options: Any,
+) -> Path:
+    """Write a planned run to `path` and return it; the file appears complete or not at all.
+
+    Models of this project are built with the run's parameters and first inputs as start values, so that tools that
+    ignore parameter bindings run the same; FMU files are taken as they are.
+
+    Parameters
+    ----------
+    assembly, plan, coupling
+        The components, what is run, and in which order.
+    name
+        Of the system.
+    flavour, options
+        What models are built in and for; see `fmus.model_source`.
+    connectors
+        Whether signals and inputs that change are connectors of the system: some tools need them to change inputs,
+        others (libcosim) refuse them.
+
+    Raises
+    ------
+    ValueError
+        If an FMU cannot be built, or the run cannot be written as SSP.
+    """
+    system = plan.system
+    starts = {c.name: dict(plan.parameters[c.name]) for c in system.components}
+    for signal, value in plan.inputs.items():
+        shared = system.signal(signal)
+        for end in shared.targets if shared is not None else (signal,):
+            component, variable = system.split(end)
+            starts[component][variable] = value
+    files = {c.name: f"resources/{c.name}" for c in system.components}
+    run = Described(
+        name=name,
+        plan=plan,
+        interfaces=assembly.interfaces,
+        sources={component: f"{file}.fmu" for component, file in files.items()},
+        bindings={component: f"{file}.ssv" for component, file in files.items() if starts[component]},
+        coupling=coupling,
+        generator=f"amb-cosim {version('amb-cosim')}",
+        connectors=connectors,
+    )
+    content = {STRUCTURE: system_structure(run), EXPERIMENT: experiment_table(run)}
+    for component, place in run.bindings.items():
+        content[place] = parameter_set(component, starts[component], assembly.interfaces[component].ports)
+    for c in system.components:
+        content[run.sources[c.name]] = _fmu(assembly, c.name, c.fmu, flavour, starts[c.name], options)
+    content[NOTES] = notes(run, baked=all(c.fmu in models() for c in system.components))
+    write_atomically(path, lambda file: _zip(content, file))
+    return path
+
+
+def _fmu(
+    assembly: Assembly, name: str, fmu: str, flavour: Flavour, starts: Mapping[str, float], options: Mapping[str, Any]
+) -> bytes:
+    if fmu not in models():
+        return assembly.fmus[name].path.read_bytes()
+    with tempfile.TemporaryDirectory(prefix="ssp-") as folder:
+        return build_with_starts(fmu, Path(folder), flavour, starts, **options).read_bytes()
+
+
+def _zip(content: Mapping[str, bytes], path: Path) -> None:
+    with zipfile.ZipFile(path, "w") as archive:
+        for name in sorted(content):
+            entry = zipfile.ZipInfo(name, NO_TIME)
+            entry.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
+            entry.create_system, entry.external_attr = 3, 0o100644 << 16
+            archive.writestr(entry, content[name])

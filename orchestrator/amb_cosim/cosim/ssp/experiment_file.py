@@ -1,0 +1,115 @@
+"""What SSP has no words for, in an archive's own corner: the experiment as a system file has it, and notes to read.
+
+SSP 1.0 has a start and a stop time. Events, profiles, stop conditions and what is recorded stand in `EXPERIMENT`, which
+`load_ssp` reads, and in `NOTES` in words.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import tomli_w
+
+from amb_cosim.cosim.ssp.structure import Described
+
+EXPERIMENT, NOTES = "extra/amb-cosim/experiment.toml", "extra/amb-cosim/README.md"
+
+
+def experiment_table(run: Described) -> bytes:
+    """Return the table `experiment` of a system file, times on the grid of the communication step, as TOML."""
+    plan, h = run.plan, run.plan.step_size
+    table: dict[str, Any] = {
+        "communication_step": h,
+        "start_time": plan.first * h,
+        "stop_time": plan.last * h,
+        "inputs": {name: _typed(run, name, value) for name, value in plan.inputs.items()},
+        "event": [{"time": n * h, "set": {name: _typed(run, name, value)}} for n, name, value in plan.events],
+        "profile": [
+            {"variable": r.variable, "points": [[n * h, value] for n, value in r.points]}
+            | ({"slope": r.slope} if r.slope is not None else {})
+            for r in plan.ramps
+        ],
+        "stop": [
+            {
+                "variable": stop.signal,
+                "above" if stop.above else "below": stop.limit,
+                "from_time": stop.first * h,
+                "hold_time": stop.hold * h,
+            }
+            for stop in plan.stops
+        ],
+        "record": {
+            "variables": list(plan.recorded),
+            "every": plan.record_every,
+            "settling": plan.record_from == plan.first and plan.first < 0,
+        },
+    }
+    return tomli_w.dumps({key: value for key, value in table.items() if value != []}).encode()
+
+
+def notes(run: Described, baked: bool) -> bytes:
+    """Return what a user of another tool must know, in words."""
+    plan, h = run.plan, run.plan.step_size
+    order = ", ".join(c.name for c in plan.system.components)
+    sequence = {
+        "gauss_seidel": f"Sequential (Gauss-Seidel): step the components in the order {order}; each reads what those "
+        "before it have at the end of their step.",
+        "jacobi": "Parallel (Jacobi): all components read what the others had at the beginning of the step.",
+        "iterative": "Iterated: steps are repeated from saved states until inputs fit the end of the step. A tool that "
+        f"cannot do so may step the components one after another, in the order {order}.",
+    }[run.coupling]
+    parts = [
+        f"# {run.name}",
+        plan.system.description,
+        f"Written by {run.generator}. What follows is not in SystemStructure.ssd, for SSP 1.0 has no words for it, or "
+        "in annotations alone.",
+        "## Order and step",
+        f"{sequence} Communication step: {h:g} s, from {plan.first * h:.9g} s to {plan.last * h:.9g} s.",
+    ]
+    slow = [f"`{c.name}`: {c.every} communication steps" for c in plan.system.components if c.every > 1]
+    if slow:
+        parts.append("Components with steps of their own: " + "; ".join(slow) + ".")
+    if baked:
+        parts.append(
+            "Parameters and first inputs are start values of the FMUs too: a tool that ignores parameter bindings "
+            "has the same run."
+        )
+    else:
+        parts.append("Parameters and first inputs are in the parameter bindings alone: a tool must apply them.")
+    rows = [
+        f"| {name} | {', '.join(f'`{end}`' for end in ends)} | {_first(run, name)} |"
+        for name, ends in run.changing.items()
+    ]
+    if rows:
+        how = (
+            "connectors of the system"
+            if run.connectors
+            else "no connectors; each input has its first value as its start"
+        )
+        parts.append(
+            f"## Signals\n\nOne value for several inputs, or an input that changes; {how}.\n\n"
+            "| signal | inputs | first value |\n| --- | --- | --- |\n" + "\n".join(rows)
+        )
+    events = [f"| {n * h:.9g} | {name} | {_typed(run, name, value)!r} |" for n, name, value in sorted(plan.events)]
+    events += [
+        f"| {n * h:.9g} | {r.variable} (linear between points) | {v!r} |" for r in plan.ramps for n, v in r.points
+    ]
+    if events:
+        table = "| time in s | input | value |\n| --- | --- | --- |\n" + "\n".join(events)
+        parts.append(
+            f"## Events\n\nFrom a time on, inputs have new values; set them before the step from that time.\n\n{table}"
+        )
+    if plan.stops:
+        parts.append("## Stop conditions\n\n" + "\n".join(f"- {stop.text}" for stop in plan.stops))
+    return ("\n\n".join(part for part in parts if part) + "\n").encode()
+
+
+def _first(run: Described, name: str) -> str:
+    value = run.plan.inputs.get(name)
+    return repr(_typed(run, name, (run.port(name).start or 0.0) if value is None else value))
+
+
+def _typed(run: Described, name: str, value: float) -> float | int | bool:
+    """Return a value as one of its variable's type."""
+    kind = run.port(name).type
+    return float(value) if kind == "Real" else bool(value) if kind == "Boolean" else int(value)

@@ -1,0 +1,85 @@
+"""Parameter sets of SSP (.ssv): values by name, each with the type that the FMU's variable has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from lxml import etree
+
+from amb_cosim.cosim.fmu_interface import Port
+from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, VERSION, document, tag
+from amb_cosim.cosim.values import Raw
+
+Given = Raw | tuple[str, str]  # a number or truth value, an enumerator's name, or number and unit
+
+
+def parameter_set(name: str, values: Mapping[str, float], ports: Mapping[str, Port]) -> bytes:
+    """Return a document with the values of a component.
+
+    Parameters
+    ----------
+    name
+        Of the set.
+    values
+        By variable, in the unit of the FMU; Booleans are 0 and 1.
+    ports
+        The component's variables.
+    """
+    root = etree.Element(tag("ssv:ParameterSet"), nsmap={p: NAMESPACES[p] for p in ("ssv", "ssc")})
+    root.attrib.update(dict(version=VERSION, name=name))
+    parameters = etree.SubElement(root, tag("ssv:Parameters"))
+    for variable, value in values.items():
+        parameter = etree.SubElement(parameters, tag("ssv:Parameter"), name=variable)
+        port = ports[variable]
+        element = etree.SubElement(parameter, tag(f"ssv:{port.type}"), value=text_of(value, port))
+        if port.type == "Real" and port.unit and port.definition is not None:
+            element.set("unit", port.unit)
+    units = {p.unit: p for p in map(ports.__getitem__, values) if p.type == "Real" and p.unit and p.definition}
+    add_units(etree.SubElement(root, tag("ssv:Units")) if units else None, units.values())
+    return document(root, PARAMETERS)
+
+
+def text_of(value: float, port: Port) -> str:
+    """Return a value as XML has it."""
+    if port.type == "Boolean":
+        return "true" if value else "false"
+    return repr(float(value)) if port.type == "Real" else str(int(value))
+
+
+def add_units(parent: Any, ports: Iterable[Port]) -> None:
+    """Add the definitions of the units that ports have."""
+    names = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+    for port in ports:
+        *exponents, factor, offset = port.definition or (0,) * len(names) + (1.0, 0.0)
+        unit = etree.SubElement(parent, tag("ssc:Unit"), name=port.unit or "1")
+        base = {name: str(int(power)) for name, power in zip(names, exponents, strict=True) if power}
+        base |= {"factor": repr(factor)} if factor != 1.0 else {}
+        base |= {"offset": repr(offset)} if offset != 0.0 else {}
+        etree.SubElement(unit, tag("ssc:BaseUnit"), base)
+
+
+def read_parameters(root: Any, what: str) -> dict[str, Given]:
+    """Return the values of a parameter set by name.
+
+    Raises
+    ------
+    ValueError
+        For a type that FMI 2.0 co-simulation has no numbers for.
+    """
+    found: dict[str, Given] = {}
+    for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
+        name, element = parameter.get("name"), parameter[0]
+        kind, text = etree.QName(element).localname, element.get("value")
+        if kind == "Real":
+            unit = element.get("unit")
+            found[name] = float(text) if unit is None else (text, unit)
+        elif kind == "Integer":
+            found[name] = int(text)
+        elif kind == "Boolean":
+            found[name] = text.strip() in ("true", "1")
+        elif kind == "Enumeration":
+            found[name] = text
+        else:
+            raise ValueError(f"{what}: parameter {name} is a {kind}; there are Real, Integer, Boolean and Enumeration")
+    return found

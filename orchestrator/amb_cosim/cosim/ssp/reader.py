@@ -1,0 +1,288 @@
+"""Reads an SSP archive as a system and an experiment.
+
+What it takes: components that are FMI 2.0 co-simulation FMUs, in one system; connections; connectors of the system,
+each a signal; parameter bindings of components and of the system, in the document or in files; the default experiment.
+The communication step and the order come from annotations (see `structure`), the step else from the FMUs. Parameters of
+a set that no FMU has are left out, as SSP allows.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import zipfile
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, get_args
+from urllib.parse import unquote, urlsplit
+
+import fmpy
+
+from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.experiment import Experiment
+from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
+from amb_cosim.cosim.fmus import cache_folder
+from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT
+from amb_cosim.cosim.ssp.parameter_values import Given, read_parameters
+from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, STRUCTURE, parse, tag
+from amb_cosim.cosim.ssp.structure import OWN, TOOLS
+from amb_cosim.cosim.system import Component, Connection, Signal, System
+from amb_cosim.cosim.system_tables import ExperimentTable
+from amb_cosim.cosim.values import Raw
+from amb_files.atomic import create_atomically
+from amb_files.toml import parse_toml, validate
+
+FMU_TYPES = (None, "application/x-fmu-sharedlibrary")
+NAMES = {**NAMESPACES, **TOOLS}
+
+
+def load_ssp(
+    path: str | Path, step_size: float | None = None, stop_time: float | None = None
+) -> tuple[System, Experiment, dict[str, Raw]]:
+    """Return the system of an archive, its experiment, and the first values of inputs.
+
+    Parameters
+    ----------
+    path
+        The archive.
+    step_size, stop_time
+        In s, in place of the archive's.
+
+    Raises
+    ------
+    ValueError
+        If it is no SSP 1.0 archive, holds what is not taken, or lacks a step or a stop time.
+    """
+    what = f"archive {path}"
+    folder = _unpacked(Path(path), what)
+    root = parse(_file(folder, "SystemStructure.ssd", what).read_bytes(), STRUCTURE, f"{what}: SystemStructure.ssd")
+    reader = _Reader(root, folder, what)
+    parameters, inputs = reader.values()
+    system = System(
+        name=Path(path).stem,
+        description=reader.system.get("description") or "",
+        components=reader.components(),
+        connections=tuple(reader.connections()),
+        signals=reader.signals(),
+        coupling=_coupling(root, what),
+        parameters=parameters,
+    )
+    own = folder / EXPERIMENT
+    if own.is_file():
+        table = validate(parse_toml(own.read_text(encoding="utf-8"), f"{what}: {EXPERIMENT}"), ExperimentTable, what)
+        experiment = table.experiment()
+        end = experiment.stop_time if stop_time is None else stop_time
+        experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
+        return system, _on_the_grid(experiment), {**inputs, **table.inputs}
+    return system, reader.experiment(step_size, stop_time), inputs
+
+
+def _unpacked(path: Path, what: str) -> Path:
+    """Extract an archive into the user's cache, into a folder named by its content."""
+    if not path.is_file():
+        raise ValueError(f"no {what}")
+    if not zipfile.is_zipfile(path):
+        raise ValueError(f"{what} is no SSP: it is no zip archive")
+    home = cache_folder() / f"{path.stem}-{hashlib.sha256(path.read_bytes()).hexdigest()[:32]}"
+
+    def fill(stage: Path) -> None:
+        stage.mkdir(parents=True, exist_ok=True)
+        with zipfile.ZipFile(path) as archive:
+            archive.extractall(stage)
+
+    create_atomically(home, fill)
+    return home
+
+
+def _file(folder: Path, source: str, what: str) -> Path:
+    """Return the file of a relative URI within the archive."""
+    uri = urlsplit(source)
+    file = (folder / unquote(uri.path)).resolve()
+    if uri.scheme or uri.netloc or uri.fragment or not file.is_relative_to(folder.resolve()) or not file.is_file():
+        raise ValueError(f"{what} has no file {source!r}; sources must be relative paths of files in it")
+    return file
+
+
+class _Reader:
+    """The structure of an archive that was extracted to `folder`."""
+
+    def __init__(self, root: Any, folder: Path, what: str) -> None:
+        self.root, self.folder, self.what = root, folder, what
+        self.system = root.find("ssd:System", NAMES)
+        self.elements: dict[str, Any] = {}
+        for element in self.system.iterfind("ssd:Elements/*", NAMES):
+            name = element.get("name")
+            if element.tag != tag("ssd:Component") or element.get("type") not in FMU_TYPES:
+                raise ValueError(f"{what}: element {name} is no FMU; systems in systems and dictionaries are not taken")
+            if "." in name or element.get("implementation") == "ModelExchange":
+                said = "has a dot in its name" if "." in name else "asks for model exchange"
+                raise ValueError(f"{what}: component {name} {said}, which is not taken")
+            self.elements[name] = element
+        self.files = {name: _file(folder, element.get("source"), what) for name, element in self.elements.items()}
+        self.interfaces = {name: read_interface(file, name) for name, file in self.files.items()}
+
+    def components(self) -> tuple[Component, ...]:
+        """Components in the order of the document; those with steps of their own have them from annotations."""
+        base = _number(self.root, ".//osp:FixedStepAlgorithm", "baseStepSize")
+        every: dict[str, int] = {}
+        for name, element in self.elements.items():
+            hint = _number(element, ".//osp:StepSizeHint", "value")
+            every[name] = max(1, round(hint / base)) if hint and base else 1
+        return tuple(Component(name, str(file), every[name]) for name, file in self.files.items())
+
+    def connections(self) -> Iterator[Connection]:
+        """Connections between components."""
+        for link in self._links():
+            if link.get("startElement") and link.get("endElement"):
+                source = f"{link.get('startElement')}.{link.get('startConnector')}"
+                target = f"{link.get('endElement')}.{link.get('endConnector')}"
+                yield Connection(*self._directed(source, target))
+
+    def signals(self) -> tuple[Signal, ...]:
+        """Connectors of the system that feed inputs."""
+        targets: dict[str, list[str]] = {}
+        for link in self._links():
+            ends = [(link.get(f"{side}Element"), link.get(f"{side}Connector")) for side in ("start", "end")]
+            own = [variable for element, variable in ends if element is None]
+            inner = [f"{element}.{variable}" for element, variable in ends if element is not None]
+            if own and inner and self._causality(inner[0]) != "output":
+                targets.setdefault(own[0], []).append(inner[0])
+        return tuple(Signal(name, tuple(ends)) for name, ends in targets.items())
+
+    def values(self) -> tuple[dict[str, dict[str, Raw]], dict[str, Raw]]:
+        """Values of parameters by component and name, and of inputs by `component.variable`."""
+        parameters: dict[str, dict[str, Raw]] = {name: {} for name in self.elements}
+        inputs: dict[str, Raw] = {}
+        fed = {link.target for link in self.connections()}
+        given = [(f"{name}.", element) for name, element in self.elements.items()] + [("", self.system)]
+        for prefix, element in given:  # what the system says of a component counts more
+            for name, value in self._bound(element):
+                component, _, variable = f"{prefix}{name}".partition(".")
+                port = self.interfaces[component].ports.get(variable) if component in self.interfaces else None
+                if port is None or f"{component}.{variable}" in fed:
+                    continue
+                number = self._number(component, variable, value)
+                if port.causality == "input":
+                    inputs[f"{component}.{variable}"] = number
+                else:
+                    parameters[component][variable] = number
+        return parameters, inputs
+
+    def experiment(self, step_size: float | None, stop_time: float | None) -> Experiment:
+        """The default experiment."""
+        table = self.root.find("ssd:DefaultExperiment", NAMES)
+        start, stop = (
+            None if table is None or table.get(name) is None else float(table.get(name))
+            for name in ("startTime", "stopTime")
+        )
+        step = step_size or self._step()
+        end = stop if stop_time is None else stop_time
+        if step is None or end is None:
+            missing = "communication step" if step is None else "stop time"
+            raise ValueError(f"{self.what} says no {missing}; it must be given")
+        return _on_the_grid(Experiment(step_size=step, stop_time=end, start_time=start or 0.0))
+
+    def _step(self) -> float | None:
+        """The communication step: that of an annotation, or the shortest that an FMU is made for."""
+        for path, name in (
+            (f".//{OWN}", "stepSize"),
+            (".//osp:FixedStepAlgorithm", "baseStepSize"),
+            (".//oms:FixedStepMaster", "stepSize"),
+        ):
+            step = _number(self.root, path, name)
+            if step:
+                return step
+        experiments = [fmpy.read_model_description(str(file)).defaultExperiment for file in self.files.values()]
+        steps = [float(e.stepSize) for e in experiments if e is not None and e.stepSize is not None]
+        return min(steps, default=None)
+
+    def _links(self) -> Iterator[Any]:
+        for link in self.system.iterfind("ssd:Connections/ssd:Connection", NAMES):
+            for element in link:
+                if element.tag == tag("ssc:LinearTransformation"):
+                    same = float(element.get("factor", 1.0)) == 1.0 and float(element.get("offset", 0.0)) == 0.0
+                elif element.tag == tag("ssd:ConnectionGeometry"):
+                    same = True
+                else:
+                    same = False
+                if not same:
+                    ends = f"{link.get('startElement')}.{link.get('startConnector')}"
+                    raise ValueError(
+                        f"{self.what}: the connection from {ends} transforms its value, which is not taken"
+                    )
+            yield link
+
+    def _directed(self, source: str, target: str) -> tuple[str, str]:
+        """Return output and input of a connection; SSP does not say in which order they stand."""
+        turned = self._causality(source) == "input" and self._causality(target) == "output"
+        return (target, source) if turned else (source, target)
+
+    def _causality(self, end: str) -> str | None:
+        component, _, variable = end.partition(".")
+        interface: FmuInterface | None = self.interfaces.get(component)
+        port = None if interface is None else interface.ports.get(variable)
+        return None if port is None else port.causality
+
+    def _bound(self, element: Any) -> Iterator[tuple[str, Given]]:
+        """Names and values of the parameter sets that an element is bound to."""
+        for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NAMES):
+            if binding.find("ssd:ParameterMapping", NAMES) is not None:
+                raise ValueError(f"{self.what}: a binding of {element.get('name')} has a mapping, which is not taken")
+            source = binding.get("source")
+            if source is None:
+                found = binding.find("ssd:ParameterValues/ssv:ParameterSet", NAMES)
+            else:
+                base = self.folder
+                if binding.get("sourceBase") == "component":
+                    raise ValueError(f"{self.what}: {source} lies in an FMU, where it is not read")
+                found = parse(_file(base, source, self.what).read_bytes(), PARAMETERS, f"{self.what}: {source}")
+            prefix = binding.get("prefix") or ""
+            for name, value in read_parameters(found, self.what).items() if found is not None else ():
+                yield f"{prefix}{name}", value
+
+    def _number(self, component: str, variable: str, value: Given) -> Raw:
+        """Return a value as the system takes it: with its unit where it has another one, enumerators as numbers."""
+        port = self.interfaces[component].ports[variable]
+        if isinstance(value, tuple):
+            text, unit = value
+            return float(text) if port.unit in (None, unit) else f"{text} {unit}"
+        if not isinstance(value, str):
+            return value
+        items = _enumerators(self.files[component], variable)
+        if value not in items:
+            allowed = ", ".join(items) or "numbers"
+            raise ValueError(f"{self.what}: {component}.{variable} = {value} is not allowed; there are {allowed}")
+        return items[value]
+
+
+def _coupling(root: Any, what: str) -> Coupling:
+    """The order of an annotation: of this package, or that of libcosim, whose algorithm is parallel."""
+    own = root.find(f".//{OWN}")
+    if own is not None:
+        known: tuple[Coupling, ...] = get_args(Coupling)
+        for coupling in known:
+            if own.get("coupling") == coupling:
+                return coupling
+        raise ValueError(f"{what}: coupling = {own.get('coupling')} is not allowed; there are {', '.join(known)}")
+    return "jacobi" if root.find(".//osp:FixedStepAlgorithm", NAMES) is not None else "gauss_seidel"
+
+
+def _on_the_grid(experiment: Experiment) -> Experiment:
+    """Return an experiment that begins at the communication point that its start time means, up to rounding."""
+    points = experiment.start_time / experiment.step_size
+    near = round(points)
+    if abs(points - near) > 1e-6:
+        return experiment
+    return replace(experiment, start_time=(near + 0.25) * experiment.step_size)
+
+
+def _number(root: Any, path: str, name: str) -> float | None:
+    element = root.find(path, NAMES)
+    return None if element is None or element.get(name) is None else float(element.get(name))
+
+
+def _enumerators(file: Path, variable: str) -> dict[str, int]:
+    """Return the values of the enumerators of a variable by name."""
+    description = fmpy.read_model_description(str(file))
+    declared = next((v.declaredType for v in description.modelVariables if v.name == variable), None)
+    return {item.name: int(item.value) for item in getattr(declared, "items", None) or ()}

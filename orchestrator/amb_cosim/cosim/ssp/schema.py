@@ -1,0 +1,67 @@
+"""Names of SSP 1.0 in XML, and the check of a document against its schema, which FMPy carries."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import fmpy
+from lxml import etree
+
+VERSION = "1.0"
+STRUCTURE, PARAMETERS = "SystemStructureDescription.xsd", "SystemStructureParameterValues.xsd"
+NAMESPACES = {
+    "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+    "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
+    "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
+}
+
+
+def tag(name: str, namespaces: dict[str, str] | None = None) -> str:
+    """Return a qualified name, `ssd:System`, as the XML library writes it."""
+    prefix, _, local = name.partition(":")
+    return f"{{{(namespaces or NAMESPACES)[prefix]}}}{local}"
+
+
+def document(root: Any, schema: str) -> bytes:
+    """Return a document as text, checked against its schema.
+
+    Raises
+    ------
+    ValueError
+        If it does not follow the schema.
+    """
+    etree.indent(root)
+    check(root, schema, "the document")
+    return bytes(etree.tostring(root, encoding="UTF-8", xml_declaration=True))
+
+
+def parse(content: bytes, schema: str, what: str) -> Any:
+    """Return the root of a document that follows a schema.
+
+    Raises
+    ------
+    ValueError
+        If it is no XML, or does not follow the schema; the message begins with `what` and has the line.
+    """
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True)
+    try:
+        root = etree.fromstring(content, parser)
+    except etree.XMLSyntaxError as error:
+        raise ValueError(f"{what} is no XML: {error}") from error
+    check(root, schema, what)
+    return root
+
+
+def check(root: Any, schema: str, what: str) -> None:
+    """Raise a ValueError, which begins with `what`, unless a document follows a schema of SSP 1.0."""
+    loaded = _schema(schema)
+    if not loaded.validate(root):
+        first = loaded.error_log[0]
+        raise ValueError(f"{what} does not follow SSP 1.0, line {first.line}: {first.message}")
+
+
+@cache
+def _schema(name: str) -> Any:
+    return etree.XMLSchema(file=str(Path(fmpy.__file__).parent / "ssp" / "schema" / name))

@@ -1,0 +1,136 @@
+"""Reads the TOML of a scenario, laid over that of its base; paths in a file are relative to it.
+
+A file with a `base`, the name or path of another one, only says what differs from it: tables are merged, everything
+else is replaced. `remove` takes away what the base says: keys of a scenario (`gravity`, `event`), entries of a table
+(`plot.cycles`, `fmu.rotor_contact`), and the parameters and first inputs of components (`rotor_contact.contact.law`);
+`*` and `?` match others.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from fnmatch import fnmatchcase
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+from amb_cosim.cosim.fmus import models
+from amb_cosim.cosim.system_file import packaged_systems
+from amb_files.suggestions import suggest
+from amb_files.toml import read_toml
+
+PATHS = (
+    "rotor",
+    "receptances",
+    "system",
+)  # keys of a scenario that may hold a path; `fmu` holds one for each component
+OF_COMPONENTS = ("parameters", "inputs")
+
+
+def packaged_scenarios() -> dict[str, Traversable]:
+    """The scenarios that come with the package, by name."""
+    return {name: file for name, file in packaged_files().items() if not name.startswith("_")}
+
+
+def packaged_files() -> dict[str, Traversable]:
+    """Their files, and those that only serve as a base, whose names begin with `_`."""
+    folder = resources.files("amb_cosim").joinpath("scenarios")
+    return {f.name.removesuffix(".toml"): f for f in sorted(folder.iterdir(), key=lambda f: f.name)}
+
+
+def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Return the content of a scenario file, laid over that of its base; paths are then relative to the working folder.
+
+    Parameters
+    ----------
+    name
+        Name of a scenario that comes with the package, or the path of a file.
+    derived
+        The files that have this one as their base.
+
+    Raises
+    ------
+    ValueError
+        If there is none, it cannot be read, or it removes what is not there.
+    """
+    packaged = packaged_files()
+    source: Traversable = packaged.get(name, Path(name))
+    if not source.is_file():
+        kind = "file" if name.endswith(".toml") else "scenario"
+        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged_scenarios())}")
+    if name in derived:
+        raise ValueError(f"scenario {name}: it is its own base ({' -> '.join((*derived, name))})")
+    data = read_toml(source, f"scenario {name}")
+    folder = source.parent if isinstance(source, Path) else Path()
+    data = with_paths(data, lambda path: str(folder / path))
+    base, remove = data.pop("base", None), data.pop("remove", [])
+    if not isinstance(remove, list) or not all(isinstance(entry, str) for entry in remove):
+        raise ValueError(f"scenario {name}: remove = {remove!r} is not allowed; it must be a list of names")
+    if base is None:
+        if remove:
+            raise ValueError(f"scenario {name}: remove has no use without a base")
+        return data
+    if not isinstance(base, str):
+        raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")
+    below = read_scenario(base if base in packaged else str(folder / base), (*derived, name))
+    for entry in remove:
+        try:
+            below = _without(below, entry)
+        except ValueError as error:
+            raise ValueError(f"scenario {name}: {error}") from error
+    return overlaid(below, data)
+
+
+def with_paths(data: dict[str, Any], place: Callable[[str], str]) -> dict[str, Any]:
+    """Return a scenario's data with `place` of every path in it; names of what comes with the package stay."""
+
+    def placed(key: str, value: Any) -> Any:
+        return value if not isinstance(value, str) or _is_packaged(key, value) else place(value)
+
+    changed = {key: placed(key, data[key]) for key in PATHS if key in data}
+    if isinstance(data.get("fmu"), dict):
+        changed["fmu"] = {component: placed("fmu", fmu) for component, fmu in data["fmu"].items()}
+    return data | changed
+
+
+def relative_to(folder: Path) -> Callable[[str], str]:
+    """Return a function that turns a path relative to the working folder into one relative to `folder`."""
+    return lambda path: path if Path(path).is_absolute() else os.path.relpath(path, folder)
+
+
+def _is_packaged(key: str, name: str) -> bool:
+    if key == "rotor":
+        from rotor_analysis.packaged_rotors import packaged_rotors  # a scenario of the rig needs nothing of it
+
+        return name in packaged_rotors()
+    return (key == "fmu" and name in models()) or (key == "system" and name in packaged_systems())
+
+
+def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:
+    """Return a scenario's data without what `entry` names; raises ValueError if it names nothing."""
+    head, dot, rest = entry.partition(".")
+    if not dot and head in data:
+        return {key: value for key, value in data.items() if key != head}
+    if isinstance(data.get(head), dict) and rest in data[head]:
+        return data | {head: {key: value for key, value in data[head].items() if key != rest}}
+    reduced, known = dict(data), [key for key in data if key not in ("description", "source")]
+    for key in OF_COMPONENTS:
+        values = data.get(key, {}).get(head, {})
+        left = {name: raw for name, raw in values.items() if name != rest and not fnmatchcase(name, rest)}
+        known += [f"{head}.{name}" for name in values]
+        if len(left) < len(values):
+            reduced[key] = reduced[key] | {head: left}
+    if reduced == data:
+        raise ValueError(f"remove: the base has no {entry!r}; {suggest(entry, known)}")
+    return reduced
+
+
+def overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """`below` with what `above` says instead; tables are merged, everything else is replaced."""
+    merged = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, dict) and isinstance(merged.get(key), dict)
+        merged[key] = overlaid(merged[key], value) if both else value
+    return merged

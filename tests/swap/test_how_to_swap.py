@@ -1,0 +1,87 @@
+"""The how-to about swapping a component: its files and commands do what they say."""
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HOW_TO = Path(__file__).parents[2] / "docs" / "how-to" / "swap_a_component.md"
+BLOCKS = re.findall(r"```(\w+)\n(.*?)```", HOW_TO.read_text(encoding="utf-8"), re.DOTALL)
+COMMANDS = [line for kind, text in BLOCKS if kind == "sh" for line in text.splitlines()]
+MESSAGES = [text.strip() for kind, text in BLOCKS if kind == "text"]
+
+
+@pytest.fixture(scope="module")
+def folder(create_once):
+    """The files of the how-to, each named in its first line, after the command that builds the FMU."""
+
+    def fill(folder):
+        for kind, text in BLOCKS:
+            if kind in ("toml", "python"):
+                (folder / text.split()[1]).write_text(text, encoding="utf-8")
+        execute(next(c for c in COMMANDS if c.startswith("pythonfmu")), folder)
+
+    return create_once("how_to_swap", fill)
+
+
+def execute(line, folder, code=0):
+    name, *arguments = shlex.split(line)
+    program = {
+        "pythonfmu": ["-m", "pythonfmu"],
+        "amb-cosim": ["-c", "from amb_cosim.cli import main; main()"],
+    }[name]
+    done = subprocess.run(
+        [sys.executable, *program, *arguments], cwd=folder, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == code, done.stderr
+    return done
+
+
+def run_command(of):
+    return next(line for line in COMMANDS if f"run {of}" in line)
+
+
+def test_the_rotor_recovers_with_the_controller_of_the_page(folder):
+    done = execute(run_command("my_rig.toml"), folder)
+    assert MESSAGES[0] in done.stderr
+    summary = json.loads((folder / "results" / "my_rig" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["recovery"] == "recovered"
+    assert [f"notice: {notice}" for notice in summary["notices"]] == [MESSAGES[0]]
+
+
+def test_removed_settings_are_gone_and_a_new_parameter_holds(folder):
+    execute(run_command("stiffer.toml"), folder)
+    from amb_cosim.cosim.dataset import load
+
+    data = load(folder / "results" / "stiffer" / "result.nc")
+    parameters = json.loads(data.attrs["parameters"])
+    assert parameters["rolac_controller"] == {"k_p": 3.5e6, "k_d": 6000.0, "k_i": 563.0}
+    assert parameters["rotor_contact"]["contact.impact_law"] == 1
+    assert data["rotor_contact.rb1.f_n"].max() == 0.0, "without the step of unbalance nothing touches"
+
+
+def test_what_is_missing_is_told_as_the_page_says(folder, tmp_path):
+    script = (folder / "pd_controller.py").read_text(encoding="utf-8")
+    (tmp_path / "pd_controller.py").write_text(script.replace(', "mb2.{}x", "mb2.{}y"', ""), encoding="utf-8")
+    (tmp_path / "my_rig.toml").write_text((folder / "my_rig.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    execute("pythonfmu build -f pd_controller.py", tmp_path)
+    done = execute(run_command("my_rig.toml"), tmp_path, code=2)
+    assert done.stderr.strip().splitlines() == [MESSAGES[1]]
+
+
+def test_an_fmu_with_other_names_is_wired_by_the_system_file(folder, tmp_path):
+    script = (folder / "pd_controller.py").read_text(encoding="utf-8")
+    for bearing, side in (("mb1.{}", "left_{}"), ("mb2.{}", "right_{}")):
+        script = script.replace(bearing, side)
+    (tmp_path / "other.py").write_text(script.replace("PdController", "OtherNames"), encoding="utf-8")
+    execute("pythonfmu build -f other.py", tmp_path)
+    (tmp_path / "renamed.toml").write_text((folder / "renamed.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / "other.toml").write_text('base = "fig4_9"\nsystem = "renamed.toml"\n', encoding="utf-8")
+    done = execute("amb-cosim run other.toml --no-plots --until 0.1 --summary-json -", tmp_path)
+    other = json.loads(done.stdout)
+    assert other["orbit_largest_mm"]["mb1"] == pytest.approx(0.0102, rel=0.01)
+    assert other["notices"] == [MESSAGES[0].replace("notice: ", "").replace("PdController", "OtherNames")]

@@ -1,0 +1,98 @@
+"""Each component of the rig replaced by another's FMU: the rig runs, and the results are those that they must be."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rotor_analysis.response import unbalance_response
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.supported_rotor import supported_plant, supported_rotor
+
+
+def simulated(scenario: dict[str, Any], folder: str) -> dict[str, Any]:
+    import json
+    from pathlib import Path
+
+    import tomli_w
+
+    import amb_cosim
+
+    path = Path(folder) / "swapped.toml"
+    path.write_text(tomli_w.dumps(scenario), encoding="utf-8")
+    result = amb_cosim.run(path, progress=False)
+    assert result.outcome.failure is None, result.outcome.failure
+    names = [f"rotor_contact.{b}.{a}" for b in ("mb1", "mb2") for a in "xy"]
+    return {
+        "cycle": result.dataset.cycle.values.tolist(),
+        "motion": [result.dataset[name].values.tolist() for name in names],
+        "units": result.dataset["rotor_contact.mb1.x"].attrs["units"],
+        "summary": json.loads(result.summary.to_json()),
+    }
+
+
+@pytest.fixture(scope="module")
+def run(run_once, tmp_path_factory):
+    """`run(fmu=.., ...)`: `fig4_9` with replaced components, whose paths are relative to the scenario's file."""
+    folder = tmp_path_factory.mktemp("scenarios")
+
+    def run_it(fmu: dict[str, Path] | None = None, **changes: Any) -> dict[str, Any]:
+        files = {component: os.path.relpath(path, folder) for component, path in (fmu or {}).items()}
+        return run_once(simulated, scenario={"base": "fig4_9", "fmu": files, **changes}, folder=str(folder))
+
+    return run_it
+
+
+def before_the_step(found: dict[str, Any]) -> np.ndarray:
+    return np.array(found["motion"])[:, np.array(found["cycle"]) < 5.0]
+
+
+def test_a_c_controller_of_four_inputs_does_what_the_pid_does(run, c_controller):
+    pid, swapped = run(), run({"rolac_controller": c_controller})
+    expected = before_the_step(pid)
+    np.testing.assert_allclose(before_the_step(swapped), expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+    assert swapped["summary"]["recovery"] == "recovered"
+    assert swapped["summary"]["notices"] == [
+        "rolac_controller: pd_controller.fmu has no rolac_enable; what is said of it is dropped"
+    ]
+
+
+def test_a_python_controller_gives_the_same_bits_as_the_c_one(run, c_controller, python_fmus):
+    swapped = [run({"rolac_controller": fmu}) for fmu in (c_controller, python_fmus / "PdController.fmu")]
+    assert swapped[0]["motion"] == swapped[1]["motion"]
+
+
+def test_linear_bearings_are_the_linear_law_with_held_forces(run, python_fmus):
+    held = run(gradient=False)
+    swapped = run({"amb_actuator": python_fmus / "LinearActuator.fmu"})
+    expected = before_the_step(held)
+    np.testing.assert_allclose(before_the_step(swapped), expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+    assert swapped["summary"]["recovery"] == "recovered"
+
+
+def test_the_whole_rotor_differs_from_the_reduced_one_as_its_response_does(run, python_fmus):
+    """The ratio of the orbits is that of the unbalance responses on bearings with K_b and C_b."""
+    quiet = {"event": [], "end_cycle": 5}
+    swapped = run({"rotor_contact": python_fmus / "FullRotor.fmu"}, **quiet)
+    reduced = run(gradient=False, **quiet)
+    rotor = load_rotor().on_equal_bearings(1e6, 5000.0)
+    responses = [
+        np.abs(unbalance_response(model, {1: 0.5e-3}, np.array([260.0]), rotor.bearing_nodes)[0, :, 0])
+        for model in (supported_rotor(rotor), supported_plant(rotor))
+    ]
+    orbits = [
+        [found["summary"]["settled_amplitude_mm"]["end"][bearing] for bearing in ("mb1", "mb2")]
+        for found in (swapped, reduced)
+    ]
+    expected = responses[0] / responses[1]
+    np.testing.assert_allclose(np.divide(*orbits), expected, rtol=2e-4)
+    assert abs(expected[0] - 1.0) > 2e-3, "a difference that shows"
+    assert swapped["summary"]["site_share"] == {}, "it has nothing to touch"
+    assert swapped["units"] == "m", "a variable without a unit has that of the variable it replaces"
+    dropped, unfed = swapped["summary"]["notices"]
+    assert "has no solver.tolerance, contact.impact_law" in dropped
+    assert "nothing feeds d2.u, d3.u, d4.u" in unfed

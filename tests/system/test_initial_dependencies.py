@@ -1,0 +1,160 @@
+"""The initial unknowns depend on what they are declared to depend on, and on nothing else."""
+
+from __future__ import annotations
+
+from graphlib import TopologicalSorter
+from xml.etree import ElementTree
+
+import fmpy
+import numpy as np
+import pytest
+from machines import machine
+from perturbation import observed_dependencies, random_value
+
+from amb_analysis.controller_data import pack
+from amb_analysis.rotor_models import actuator, control_loop, controller
+from amb_cosim.cosim.fmu_interface import read_interface
+from amb_cosim.cosim.patterns import expand
+from amb_cosim.cosim.system_file import load_system
+from fmi_export.building.description import model_description
+from rotor_analysis.parts import Bearing
+from rotor_analysis.plant_data import plant
+from rotor_analysis.rotor_file import load_rotor
+
+
+def some(names, table, rng, share=0.5):
+    """Random values for some of the variables called so."""
+    return {name: random_value(table[name], rng) for name in names if rng.random() < share}
+
+
+def named(table, *ends):
+    """Names of the parameters and inputs that end so."""
+    return [v.name for v in table.variables if v.causality != "output" and v.name.endswith(ends)]
+
+
+def scenes_of_plant(model, rng, count):
+    """Rotors on their orbit: at rest or turning, deflected or whirling, free, touching or beyond what can touch."""
+    table = model.interface
+    bodies = named(table, ".housing_mass", ".race_inertia", ".enabled", ".law")
+    friction = named(table, ".mu", ".mu_static", ".stribeck_velocity")
+    loads = named(table, ".f_x", ".f_y", ".k_xx", ".k_yy", "x_ref", "y_ref")
+    for k in range(count):
+        scene = {
+            "initial.orbit": float(k % 8 > 0),
+            "Omega": rng.choice([0.0, 0.0, 10.0, -60.0, 200.0]),
+            "gravity": 9.81,
+        }
+        scene |= {name: 10.0 ** rng.uniform(5.5, 7) for name in named(table, ".k_b")}
+        scene |= {name: 10.0 ** rng.uniform(2, 4) for name in named(table, ".c_b")}
+        scene |= {name: 10.0 ** rng.uniform(-4, -1.5) for name in named(table, ".u") if rng.random() < 0.5}
+        scene |= {name: 10.0 ** rng.uniform(-5.5, -3) for name in named(table, ".clearance")}
+        scene |= some(bodies, table, rng, 0.2) | some(friction, table, rng, 0.7) | some(loads, table, rng, 0.4)
+        scene |= some(named(table, ".phi"), table, rng)
+        if k % 3 == 0:
+            scene |= {"spin.free": 1.0, "drive.torque": rng.uniform(-100, 100), "drive.torque_limit": 100.0}
+        yield scene
+
+
+def scenes_of_actuator(model, rng, count):
+    """Currents within and beyond their limits, in and off the centre, healthy and not."""
+    table = model.interface
+    demands = [*named(table, ".i_x", ".i_y"), *(v.name for v in table.of("input") if "command_voltage" in v.name)]
+    faults = [v.name for v in table.of("input") if "coil_loss" in v.name or "amplifier_off" in v.name]
+    limits = [v.name for v in table.of("parameter") if "voltage_limit" in v.name]  # 2 V is what the bias takes
+    for _ in range(count):
+        scene = {"force_law": float(rng.integers(3)), "amplifier": float(rng.integers(2))}
+        scene |= some(["total_force"], table, rng) | some(faults, table, rng, 0.1)
+        scene |= {name: rng.uniform(2.1, 4.0) for name in limits} | {name: rng.uniform(-6, 6) for name in demands}
+        yield scene | {name: rng.uniform(-1e-3, 1e-3) for name in named(table, ".x", ".y")}
+
+
+def scenes_of_controller(model, rng, count):
+    """One sensor beside the others that shows so much that currents or the converters reach their limits."""
+    table = model.interface
+    measured = [v.name for v in table.of("input") if v.field.startswith("displacements")]
+    switches = ["chain.preset", "chain.adc", "chain.dac", "pid.direct"]
+    for k in range(count):
+        shown = measured[k % len(measured)]
+        scene = {"rolac_enable": float(k % 2), "Omega": rng.uniform(0, 200), "chain.preset": float(k // 8 % 3)}
+        scene |= {name: rng.normal(scale=1e-6) for name in measured} | some(switches, table, rng, 0.3)
+        scene |= {name: rng.uniform(-0.3, 0.3) for name in named(table, ".offset") if rng.random() < 0.5}
+        if k % 3:
+            scene[shown] = rng.uniform(0.5e-3, 2e-3) * rng.choice([-1.0, 1.0])
+        else:
+            scene[f"{shown}.fault_offset"] = rng.uniform(0.5e-3, 2e-3) * rng.choice([-1.0, 1.0])
+        yield scene
+
+
+def controller_with_a_short_table(rotor):
+    """The controller of a rotor, with two rows in place of ninety, which every start copies."""
+    model, _ = controller(rotor)
+    loop = control_loop(rotor)
+    R = np.random.default_rng(1).normal(size=(2, *loop.shape)) + 0j
+    return model, pack(loop, np.array([50.0, 400.0]), R)
+
+
+SMALL = machine(bodies=(), sites=(), sensors=(), bearings=(Bearing("mb1", 2), Bearing("mb2", 24)))
+
+
+def cases():
+    """The three models of rotors that differ: builder, rotor, scenes, their number, and that of the edges."""
+    yield pytest.param(plant, SMALL, scenes_of_plant, 50, 300, id="plant-without-sites")
+    yield pytest.param(plant, "nelson_mcvaugh", scenes_of_plant, 400, 300, id="plant-one-site")
+    for name in ("compressor", "bath_rig_thesis"):  # a switch of one of several contacts is rarely seen
+        yield pytest.param(plant, name, scenes_of_plant, 500, 0, id=f"plant-{name}", marks=pytest.mark.slow)
+    for name, marks in (("bath_rig_thesis", ()), ("compressor", pytest.mark.slow)):
+        yield pytest.param(actuator, name, scenes_of_actuator, 200, 300, id=f"actuator-{name}", marks=marks)
+        short = controller_with_a_short_table
+        yield pytest.param(short, name, scenes_of_controller, 200, 300, id=f"controller-{name}", marks=marks)
+
+
+@pytest.mark.parametrize(("build", "rotor", "scenes", "count", "n_edges"), list(cases()))
+def test_initial_outputs_depend_on_what_is_declared(build, rotor, scenes, count, n_edges):
+    model, constants = build(load_rotor(rotor) if isinstance(rotor, str) else rotor)
+    rng = np.random.default_rng(7)
+    found = observed_dependencies(model, constants, scenes(model, rng, count), rng, n_edges)
+    declared = {name: set(knowns) for name, knowns in model.interface.initial_dependencies.items()}
+    assert {name: found[name] - declared[name] for name in declared if found[name] - declared[name]} == {}
+    if not n_edges:  # without edges it counts for a discrete output what changes another output of its part
+        for v in model.interface.of("output"):
+            if v.type != "Real":
+                part = v.name.rpartition(".")[0]
+                found[v.name] = set().union(*(found[name] for name in found if name.startswith(part)))
+    assert {name: declared[name] - found[name] for name in declared if declared[name] - found[name]} == {}
+
+
+def test_a_plant_with_many_modes_depends_on_no_more_than_declared():
+    model, constants = plant(load_rotor("bath_rig"))
+    rng = np.random.default_rng(7)
+    found = observed_dependencies(model, constants, scenes_of_plant(model, rng, 8), rng, 0)
+    declared = model.interface.initial_dependencies
+    assert {name: found[name] - set(declared[name]) for name in found if found[name] - set(declared[name])} == {}
+
+
+@pytest.fixture(scope="module")
+def described(tmp_path_factory):
+    """The modelDescriptions of the three models, as importers read them: interface and initial unknowns by name."""
+    found = {}
+    for model, _ in (plant(), actuator(), controller()):
+        folder = tmp_path_factory.mktemp(model.name)
+        ElementTree.ElementTree(model_description(model, "{}", "a test", "1")).write(folder / "modelDescription.xml")
+        unknowns = fmpy.read_model_description(str(folder)).initialUnknowns
+        found[model.name] = read_interface(folder, model.name), unknowns
+    return found
+
+
+@pytest.mark.parametrize("name", ["levitated", "levitated_free_spin", "passive"])
+def test_no_loop_closes_at_the_initialisation(name, described):
+    """Each output can be read once what it depends on is set, whatever order that takes."""
+    interfaces = {component: interface for component, (interface, _) in described.items()}
+    system = load_system(name)
+    wired = expand(system, {c.name: interfaces[c.name] for c in system.components})
+    source = {link.target: link.source for link in wired.connections}
+    graph = {}
+    for component in system.components:
+        for unknown in described[component.name][1]:
+            fed = (source.get(f"{component.name}.{known.name}") for known in unknown.dependencies)
+            graph[f"{component.name}.{unknown.variable.name}"] = {output for output in fed if output}
+    assert name == "passive" or {"rotor_contact.mb1.x", "rolac_controller.mb1.i_x"} <= graph["amb_actuator.mb1.f_x"]
+    order = list(TopologicalSorter(graph).static_order())  # a loop is a CycleError
+    assert set(order) == set(graph)
