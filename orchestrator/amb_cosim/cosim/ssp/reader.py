@@ -139,13 +139,17 @@ class _Reader:
                 yield Connection(*self._directed(source, target))
 
     def signals(self) -> tuple[Signal, ...]:
-        """Connectors of the system that feed inputs."""
-        targets: dict[str, list[str]] = {}
+        """Connectors of the system that feed inputs, and signals that this package's annotation names."""
+        targets: dict[str, list[str]] = {
+            signal.get("name"): [end.get("name") for end in signal.iterfind("amb:Target", NAMES)]
+            for signal in self.root.iterfind(f".//{OWN}/amb:Signal", NAMES)
+        }
+        annotated = frozenset(targets)
         for link in self._links():
             ends = [(link.get(f"{side}Element"), link.get(f"{side}Connector")) for side in ("start", "end")]
             own = [variable for element, variable in ends if element is None]
             inner = [f"{element}.{variable}" for element, variable in ends if element is not None]
-            if own and inner and self._causality(inner[0]) != "output":
+            if own and inner and own[0] not in annotated and self._causality(inner[0]) != "output":
                 targets.setdefault(own[0], []).append(inner[0])
         return tuple(Signal(name, tuple(ends)) for name, ends in targets.items())
 

@@ -6,7 +6,7 @@ no steps and no order of components; they stand in annotations, one for each too
 
     com.opensimulationplatform    libcosim: base step, and a step for each component
     org.openmodelica              OMSimulator: fixed-step master
-    amb-cosim                     this package: base step, coupling, order
+    amb-cosim                     this package: base step, order, and signals that feed several inputs
 """
 
 from __future__ import annotations
@@ -152,7 +152,11 @@ def _experiment(root: Any, run: Described) -> None:
     etree.SubElement(algorithm, tag("osp:FixedStepAlgorithm", TOOLS), baseStepSize=repr(plan.step_size))
     own = etree.Element(OWN, stepSize=repr(plan.step_size), coupling=run.coupling)
     for component in plan.system.components:
-        etree.SubElement(own, f"{{{TOOLS['amb']}}}Step", component=component.name, every=str(component.every))
+        etree.SubElement(own, tag("amb:Step", TOOLS), component=component.name, every=str(component.every))
+    for signal in plan.system.signals:
+        element = etree.SubElement(own, tag("amb:Signal", TOOLS), name=signal.name)
+        for end in signal.targets:
+            etree.SubElement(element, tag("amb:Target", TOOLS), name=end)
     _annotate(experiment, "ssd", ("com.opensimulationplatform", algorithm), (TOOL, own))
 
 
