@@ -43,7 +43,9 @@ class Kernels(NamedTuple):
     @classmethod
     def in_module(cls, name: str, module: str) -> Kernels:
         code = importlib.import_module(module)
-        return cls(name, code.initialise, code.step, (module.partition(".")[0], "fmi_export"))
+        package = importlib.import_module(module.partition(".")[0])
+        others = getattr(package, "KERNELS_FROM", ())
+        return cls(name, code.initialise, code.step, (package.__name__, *others, "fmi_export"))
 
 
 class EngineBuildHook(BuildHookInterface[Any]):

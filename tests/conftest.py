@@ -32,9 +32,10 @@ hypothesis.settings.load_profile("patient")
 if os.environ.get("CI"):
     hypothesis.settings.load_profile("repeatable")
 
-SUPPORT = Path(__file__).parent / "fmi_export" / "support"  # modules that subprocesses can import
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(HERE / "native" / "support")]  # cases, probes, tools
+# Modules that subprocesses can import too: probes and hosts, and calls of a library as in C.
+SUPPORT, NATIVE_SUPPORT = HERE / "fmi_export" / "support", HERE / "native" / "support"
+sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(NATIVE_SUPPORT)]
 
 
 MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
@@ -127,7 +128,8 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
             f"{body}\nimport json, pathlib\n{call}\npathlib.Path({str(answer)!r}).write_text(json.dumps(result))\n",
             encoding="utf-8",
         )
-        paths = [str(SUPPORT), str(HERE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]  # and the benchmarks
+        paths = [str(SUPPORT), str(NATIVE_SUPPORT), str(HERE.parent)]  # the last for the benchmarks
+        paths += filter(None, [os.environ.get("PYTHONPATH")])
         process = subprocess.run(
             [sys.executable, str(script)],
             cwd=cwd or folder,

@@ -7,11 +7,32 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from amb_actuator.flux import saturation_flux
-from fmi_export.variables import Interface, Variable, input_, interface, output, parameter, repeated
+from fmi_export.variables import (
+    Enumeration,
+    Interface,
+    Variable,
+    input_,
+    interface,
+    one_of,
+    output,
+    parameter,
+    repeated,
+)
 
-LAWS = ("linear", "measured", "nonlinear")
-LINEAR, MEASURED, NONLINEAR = range(len(LAWS))  # values of `force_law`
-IDEAL, DYNAMIC = 0, 1  # values of `amplifier`
+FORCE_LAW = Enumeration(
+    "ForceLaw",
+    (
+        ("linear", "constants from the geometry (2.8, 2.9)"),
+        ("measured", "linear too, constants measured (Fig. 2.5)"),
+        ("nonlinear", "square of current over gap (2.6), with saturation"),
+    ),
+)
+LAWS = FORCE_LAW.names
+LINEAR, MEASURED, NONLINEAR = range(len(LAWS))
+AMPLIFIER = Enumeration(
+    "Amplifier", (("ideal", "the currents are there at once"), ("dynamic", "bandwidth and voltage limit"))
+)
+IDEAL, DYNAMIC = range(2)
 
 # K_s (N/m) and K_i (N/A) of force_law 1: measured on the rig (Fig. 2.5); elsewhere those of the geometry, (2.8, 2.9).
 MEASURED_CONSTANTS = {"mb1": (1.944e6, 544.0), "mb2": (2.156e6, 539.0)}
@@ -140,7 +161,7 @@ def _amplifier(b: str, a: str, at: str) -> list[Variable]:
 def _inputs(b: str, a: str, at: str) -> list[Variable]:
     return [
         input_(f"{b}.i_{a}", "A", f"Demanded control current, {at}", field="demanded_current"),
-        input_(f"{b}.{a}", "m", f"Rotor displacement from the centre, {at}", field="displacement"),
+        input_(f"{b}.{a}", "m", f"Rotor displacement from the centre, {at}", field="displacement", display_unit="um"),
         input_(
             f"{b}.command_voltage_{a}",
             "V",
@@ -209,6 +230,7 @@ def _outputs(b: str, a: str, at: str) -> list[Variable]:
             f"Displacement where the force was evaluated, {at}",
             depends_on=(f"{b}.{a}",),
             starts_as=f"{b}.{a}",
+            display_unit="um",
             field="reference",
         ),
         output(
@@ -303,25 +325,8 @@ def interface_of(bearings: Sequence[str]) -> Interface:
 
 
 _MODEL_PARAMETERS = (
-    parameter(
-        "force_law",
-        "1",
-        "0 linear with constants from the geometry (2.8, 2.9), 1 linear with measured constants (Fig. 2.5), "
-        "2 nonlinear (2.6) with saturation",
-        LINEAR,
-        minimum=0,
-        maximum=len(LAWS) - 1,
-        type="Integer",
-    ),
-    parameter(
-        "amplifier",
-        "1",
-        "0 ideal: the currents are there at once; 1 dynamic: bandwidth and voltage limit",
-        IDEAL,
-        minimum=IDEAL,
-        maximum=DYNAMIC,
-        type="Integer",
-    ),
+    parameter("force_law", "1", "How force follows from displacement and currents", LINEAR, **one_of(FORCE_LAW)),
+    parameter("amplifier", "1", "How the currents follow what is demanded", IDEAL, **one_of(AMPLIFIER)),
     parameter(
         "total_force",
         "1",

@@ -1,4 +1,4 @@
-"""Values of parameters and outputs that are one of a list, and the sentences that describe them."""
+"""Values of parameters and outputs that are one of a list: numbers, names and meanings."""
 
 from __future__ import annotations
 
@@ -6,31 +6,53 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from fmi_export.jit import kernel
+from fmi_export.variables import Enumeration
 
-# Values of rolac.mode.
-MODES = ("rolac", "olac", "notch", "force_free")
-ROLAC, OLAC, NOTCH, FORCE_FREE = range(len(MODES))
+# Of rolac.mode.
+MODES = Enumeration(
+    "SynchronousControl",
+    (
+        ("rolac", "recursive open-loop adaptive control (5.22)"),
+        ("olac", "an update whenever the vibration is steady"),
+        ("notch", "generalised notch: no synchronous current"),
+        ("force_free", "no synchronous bearing force"),
+    ),
+)
+ROLAC, OLAC, NOTCH, FORCE_FREE = range(4)
 
-# Values of chain.preset.
-PRESETS = ("ideal", "rig", "custom")
-IDEAL, RIG, CUSTOM = range(len(PRESETS))
+# Of chain.preset.
+PRESETS = Enumeration(
+    "SignalChain", (("ideal", "no effects"), ("rig", "all effects"), ("custom", "those whose switches are on"))
+)
+IDEAL, RIG, CUSTOM = range(3)
 
-# Values of contact.source.
+# Of contact.source.
+SOURCES = Enumeration(
+    "ContactSource",
+    (
+        ("none", "not at all"),
+        ("sensors", "by the sensors at the bearings and contact.clearance"),
+        ("given", "by the input contact_state"),
+    ),
+)
 NO_SOURCE, OWN_SENSORS, GIVEN = range(3)
 
-# Values of rolac_status. From TOO_SLOW on the PID works alone.
-STATUSES = (
-    "off",
-    "adapting",
-    "forces held while an identification runs",
-    "PID alone: Omega is below rolac.min_speed",
-    "PID alone: no full revolution in the window, or theta does not turn as Omega says",
-    "PID alone: the table has no H for the speed (several harmonics: for one of them)",
-    "PID alone: suspect_sensor does not move",
+# Of rolac_status. From TOO_SLOW on the PID works alone.
+STATUSES = Enumeration(
+    "RolacStatus",
+    (
+        ("off", ""),
+        ("adapting", ""),
+        ("identifying", "forces held while an identification runs"),
+        ("too_slow", "PID alone: Omega is below rolac.min_speed"),
+        ("no_window", "PID alone: no full revolution in the window, or theta does not turn as Omega says"),
+        ("no_h", "PID alone: the table has no H for the speed; with several harmonics, for one of them"),
+        ("sensor_suspect", "PID alone: suspect_sensor does not move"),
+    ),
 )
-OFF, ADAPTING, IDENTIFYING, TOO_SLOW, NO_WINDOW, NO_H, SENSOR_SUSPECT = range(len(STATUSES))
+OFF, ADAPTING, IDENTIFYING, TOO_SLOW, NO_WINDOW, NO_H, SENSOR_SUSPECT = range(7)
 
-# Values of identification_state. The slots begin with SLOT_BEFORE; one for each axis and `LastStages` follow.
+# Of identification_state. The slots begin with SLOT_BEFORE; one for each axis and `LastStages` follow.
 NOT_STARTED, WAITING, SLOT_BEFORE = range(3)
 
 
@@ -49,30 +71,36 @@ def last_stages(n_axes: int) -> LastStages:
     return LastStages(slot_after, slot_after + 1, slot_after + 2)
 
 
-def stage_sentences(axes: Iterable[str]) -> tuple[str, ...]:
-    """Return what the values of identification_state mean, for axes of these names."""
-    return (
-        "none yet",
-        "waiting for a valid window",
-        "idle slot before",
-        *(f"force at {axis}" for axis in axes),
-        "idle slot after",
-        "done",
-        "failed",
+def stages(axes: Iterable[str]) -> Enumeration:
+    """Return the values of identification_state, for axes of these names."""
+    return Enumeration(
+        "IdentificationStage",
+        (
+            ("not_started", "none yet"),
+            ("waiting", "waiting for a valid window"),
+            ("before", "idle slot before"),
+            *((axis.replace(".", "_"), f"force at {axis}") for axis in axes),
+            ("after", "idle slot after"),
+            ("done", ""),
+            ("failed", ""),
+        ),
     )
 
 
-# Values of identification_error.
-ERRORS = (
-    "none",
-    "identify was switched off",
-    "the window became invalid",
-    "the speed changed",
-    "a current reached its limit",
-    "contact",
-    "the vibration without force changed",
-    "the receptance is ill-conditioned",
-    "the table is full",
+# Of identification_error.
+ERRORS = Enumeration(
+    "IdentificationError",
+    (
+        ("none", ""),
+        ("switched_off", "identify was switched off"),
+        ("window_lost", "the window became invalid"),
+        ("speed_changed", "the speed changed"),
+        ("current_limited", "a current reached its limit"),
+        ("contact", ""),
+        ("vibration_changed", "the vibration without force changed"),
+        ("ill_conditioned", "the receptance is ill-conditioned"),
+        ("table_full", "the table is full"),
+    ),
 )
 (
     NO_ERROR,
@@ -84,4 +112,4 @@ ERRORS = (
     VIBRATION_CHANGED,
     ILL_CONDITIONED,
     TABLE_FULL,
-) = range(len(ERRORS))
+) = range(9)

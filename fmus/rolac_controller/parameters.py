@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.variables import Variable, parameter, repeated
+from fmi_export.variables import Array, Variable, one_of, parameter, repeated
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop, SensorPlane
-from rolac_controller.enumerations import CUSTOM, FORCE_FREE, GIVEN, PRESETS
+from rolac_controller.enumerations import IDEAL, MODES, NO_SOURCE, PRESETS, ROLAC, SOURCES
 
 # 2.8 and 2.9 with Table 2.2: the linear law that the actuator starts with.
 BEARING_K_S, BEARING_K_I = 2376955.7160887653, 563.1506658084571
@@ -101,18 +101,11 @@ def _weight(sensor: str, where: str) -> list[Variable]:
 
 
 ADAPTATION = (
-    _choice(
-        "rolac.mode",
-        "0 ROLAC (5.22); 1 OLAC: an update whenever the vibration is steady; 2 generalised notch: no synchronous "
-        "current; 3 no synchronous bearing force",
-        0,
-        0,
-        FORCE_FREE,
-    ),
+    parameter("rolac.mode", "1", "Law of the synchronous control", ROLAC, **one_of(MODES)),
     parameter(
         "rolac.alpha",
         "1/s",
-        "Adaptation rate of ROLAC, and of modes 2 and 3; 0 holds the force (5.22)",
+        "Adaptation rate of ROLAC, notch and force_free; 0 holds the force (5.22)",
         7.0,
         minimum=0.0,
         tunable=True,
@@ -157,14 +150,7 @@ ADAPTATION = (
         tunable=True,
     ),
     _choice("olac.updates", "Updates after OLAC is switched on; 0: no end", 0, 0, 10**6),
-    _choice(
-        "contact.source",
-        "How contact is known: 0 not at all; 1 by the sensors at the bearings and contact.clearance; "
-        "2 by the input contact_state",
-        0,
-        0,
-        GIVEN,
-    ),
+    parameter("contact.source", "1", "How contact is known", NO_SOURCE, **one_of(SOURCES)),
     _switch("contact.aware", "In contact the adaptation counts with the contact, which contact.source tells", False),
     parameter(
         "contact.lead",
@@ -186,7 +172,7 @@ ADAPTATION = (
     parameter(
         "contact.threshold",
         "1",
-        "Displacement over clearance from which contact.source 1 takes a journal to be in contact",
+        "Displacement over clearance from which contact.source sensors takes a journal to be in contact",
         0.98,
         minimum=0.0,
         maximum=1.0,
@@ -232,20 +218,20 @@ IDENTIFICATION = (
 
 # Table 2.3 and section 2.4; cut-off, noise and seed are assumed.
 CHAIN = (
-    _choice(
-        "chain.preset",
-        "Signal chain: " + ", ".join(f"{k} {name}" for k, name in enumerate(PRESETS)) + " (the switches below)",
-        0,
-        0,
-        CUSTOM,
-    ),
+    parameter("chain.preset", "1", "Effects of the signal chain", IDEAL, **one_of(PRESETS)),
     _switch("chain.noise", "Sensor noise"),
     _switch("chain.filter", "Anti-aliasing filter"),
     _switch("chain.adc", "Quantisation and range of the ADC"),
     _switch("chain.dac", "Quantisation and range of the DAC"),
     _switch("chain.delay", "Currents one sample late"),
     parameter(
-        "chain.noise_rms", "m", "Standard deviation of the sensor noise (assumed)", 0.5e-6, minimum=0.0, maximum=1e-2
+        "chain.noise_rms",
+        "m",
+        "Standard deviation of the sensor noise (assumed)",
+        0.5e-6,
+        minimum=0.0,
+        maximum=1e-2,
+        display_unit="um",
     ),
     _choice("chain.seed", "Seed of the noise", 1, 0, 2**31 - 1),
     parameter(
@@ -283,6 +269,7 @@ def _plane_offset(number: int, plane: SensorPlane) -> list[Variable]:
 def parameter_variables(loop: ControlLoop) -> list[Variable]:
     """Return the parameters of a controller of this loop."""
     planes = list(enumerate(loop.planes, 1))
+    sensors, where = ", ".join(loop.sensor_names), ", ".join(plane.name for plane in loop.planes)
     return [
         *GENERAL,
         *ADAPTATION,
@@ -290,8 +277,28 @@ def parameter_variables(loop: ControlLoop) -> list[Variable]:
         *CHAIN,
         *repeated("axes", [(bearing, axis) for bearing, axis, _ in loop.axes], _axis),
         *repeated("harmonics", [(k + 1,) for k in range(N_HARMONICS)], _harmonic),
-        *repeated("sensor_weights", loop.sensors, _weight),
-        *repeated("sensor_scales", loop.sensors, _scale),
-        *repeated("plane_positions", planes, _plane_position),
-        *repeated("plane_offsets", planes, _plane_offset),
+        *repeated(
+            "sensor_weights",
+            loop.sensors,
+            _weight,
+            array=Array("sensor_weights", f"Weights in the synchronous control, {sensors}"),
+        ),
+        *repeated(
+            "sensor_scales",
+            loop.sensors,
+            _scale,
+            array=Array("sensor_scales", f"Sensitivities over the nominal one, {sensors}"),
+        ),
+        *repeated(
+            "plane_positions",
+            planes,
+            _plane_position,
+            array=Array("plane_positions", f"Axial positions of the sensor planes, {where}"),
+        ),
+        *repeated(
+            "plane_offsets",
+            planes,
+            _plane_offset,
+            array=Array("plane_offsets", f"Axial offsets of the sensors from there, {where}"),
+        ),
     ]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from fmi_export.variables import Variable, input_, output, repeated
+from fmi_export.variables import Array, Enumeration, Variable, input_, one_of, output, repeated
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop
-from rolac_controller.enumerations import ERRORS, STATUSES, stage_sentences
+from rolac_controller.enumerations import ERRORS, STATUSES, stages
 
 LARGEST_ANGLE = 1e9  # rad, 18 days at full speed; it still resolves 1e-7 rad
 LARGEST_SPEED = 1e4  # rad/s
@@ -20,18 +20,22 @@ def _faults(name: str, where: str) -> list[Variable]:
     return [
         fault("dead", "1", "the sensor shows 0", type="Boolean"),
         fault("stuck", "1", "the sensor stays as it is", type="Boolean"),
-        fault("offset", "m", "the sensor shows so much more", minimum=-0.1, maximum=0.1),
-        fault("noise", "m", "standard deviation of a burst of noise", minimum=0.0, maximum=0.1),
+        fault("offset", "m", "the sensor shows so much more", minimum=-0.1, maximum=0.1, display_unit="um"),
+        fault("noise", "m", "standard deviation of a burst of noise", minimum=0.0, maximum=0.1, display_unit="um"),
     ]
 
 
 def _displacement(name: str, where: str) -> list[Variable]:
-    return [input_(name, "m", f"Displacement, {where}", minimum=-0.1, maximum=0.1, field=".")]
+    return [input_(name, "m", f"Displacement, {where}", minimum=-0.1, maximum=0.1, field=".", display_unit="um")]
+
+
+def _displacement_array(loop: ControlLoop) -> Array:
+    return Array("sensors", f"Displacements at the sensors {', '.join(loop.sensor_names)}")
 
 
 def _setpoint(b: str, a: str) -> list[Variable]:
     description = f"Setpoint of the displacement, {b.upper()}, {a} axis"
-    return [input_(f"{b}.set_{a}", "m", description, minimum=-0.1, maximum=0.1, field=".")]
+    return [input_(f"{b}.set_{a}", "m", description, minimum=-0.1, maximum=0.1, field=".", display_unit="um")]
 
 
 def input_variables(loop: ControlLoop) -> list[Variable]:
@@ -40,7 +44,7 @@ def input_variables(loop: ControlLoop) -> list[Variable]:
         *_OWN_INPUTS,
         _contact_state(loop.bearings),
         # The range is wide, but narrow enough to reject values in mm or um.
-        *repeated("displacements", loop.sensors, _displacement),
+        *repeated("displacements", loop.sensors, _displacement, array=_displacement_array(loop)),
         *repeated("setpoints", [(bearing, axis) for bearing, axis, _ in loop.axes], _setpoint),
         *repeated("faults", loop.sensors, _faults),
     ]
@@ -49,7 +53,7 @@ def input_variables(loop: ControlLoop) -> list[Variable]:
 def _contact_state(bearings: tuple[str, ...]) -> Variable:
     """Which journals touch, as a sum of 1, 2, 4, ... in the order of the bearings."""
     parts = ", ".join(f"{2**k} at {bearing.upper()}" for k, bearing in enumerate(bearings))
-    description = f"For contact.source 2: 0 no contact, else the sum of {parts}"
+    description = f"With contact.source given: 0 no contact, else the sum of {parts}"
     largest = 2 ** len(bearings) - 1
     return input_("contact_state", "1", description, type="Integer", minimum=0, maximum=largest)
 
@@ -154,6 +158,7 @@ def _sensor(name: str, where: str, own_inputs: tuple[str, ...]) -> list[Variable
             depends_on=reached,
             starts_from=(),
             field="amplitude",
+            display_unit="um",
         ),
         output(
             f"phase.{name}",
@@ -173,6 +178,7 @@ def _harmonic(number: int, sensors: tuple[str, ...], adaptation: tuple[str, ...]
             "m",
             f"Root of the sum of squares of the amplitudes of all sensors, harmonic number {number}",
             depends_on=(*sensors, *ROTATION_INPUTS),
+            display_unit="um",
             starts_from=(),
         ),
         output(
@@ -199,6 +205,12 @@ def _receptance(sensor: str, b: str, a: str, adaptation: tuple[str, ...]) -> lis
     ]
 
 
+def _receptance_array(loop: ControlLoop) -> Array:
+    rows, columns = ", ".join(loop.sensor_names), ", ".join(loop.axis_names)
+    description = f"Identified receptance (6.7): sensor ({rows}), force ({columns}), real and imaginary part"
+    return Array("receptance", description)
+
+
 def _contact_share(b: str, sensors: tuple[str, ...]) -> list[Variable]:
     return [
         output(
@@ -212,10 +224,6 @@ def _contact_share(b: str, sensors: tuple[str, ...]) -> list[Variable]:
             field=".",
         )
     ]
-
-
-def _enumerated(sentences: tuple[str, ...]) -> str:
-    return "; ".join(f"{k} {sentence}" for k, sentence in enumerate(sentences))
 
 
 def _flag(
@@ -232,9 +240,9 @@ def _number(
 
 
 def _choice(
-    name: str, what: str, sentences: tuple[str, ...], depends_on: tuple[str, ...], starts_from: tuple[str, ...] = ()
+    name: str, what: str, values: Enumeration, depends_on: tuple[str, ...], starts_from: tuple[str, ...] = ()
 ) -> Variable:
-    return _number(name, what + _enumerated(sentences), len(sentences) - 1, depends_on, starts_from)
+    return output(name, "1", what, depends_on=depends_on, starts_from=starts_from, **one_of(values))
 
 
 def output_variables(loop: ControlLoop) -> list[Variable]:
@@ -250,7 +258,7 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
         _flag("window_valid", "The synchronous signals span a full revolution", ROTATION_INPUTS),
         _choice(
             "rolac_status",
-            "What ROLAC does: ",
+            "What ROLAC does",
             STATUSES,
             adaptation,
             starts_from=("rolac_enable", "Omega", "rolac.min_speed"),
@@ -288,8 +296,8 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             sensors,
         ),
         _number("table_rows", "Speeds in the table of H, times harmonics", 1e6, adaptation),
-        _choice("identification_state", "", stage_sentences(loop.axis_names), adaptation),
-        _choice("identification_error", "Why an identification failed: ", ERRORS, adaptation),
+        _choice("identification_state", "Stage of the identification", stages(loop.axis_names), adaptation),
+        _choice("identification_error", "Why the identification failed", ERRORS, adaptation),
         output(
             "identification_progress",
             "1",
@@ -324,6 +332,7 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             [(sensor, b, a, adaptation) for sensor in loop.sensor_names for b, a in axes],
             _receptance,
             shape=loop.shape,
+            array=_receptance_array(loop),
         ),
         output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
     ]

@@ -4,33 +4,54 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.variables import Interface, Variable, input_, interface, output, parameter, repeated
+from fmi_export.variables import (
+    Array,
+    Enumeration,
+    Interface,
+    Variable,
+    input_,
+    interface,
+    one_of,
+    output,
+    parameter,
+    repeated,
+)
 from rotor_contact import start_values
 from rotor_contact.planes import ContactSite, Planes, SensorPlane
 
-NODAL, NEWTON = 0, 1  # values of contact.impact_law
-FREE, SLIDING, ROLLING = 0, 1, 2  # values of a site's mode
-
-# Values of a site's law: the constraint, and the classical laws of 4.2 in the order of the thesis.
-LAWS = ("constraint", "linear", "hertz", "kelvin_voigt", "kirk", "hunt_crossley", "ulbrich", "switched_kelvin_voigt")
+IMPACT_LAW = Enumeration(
+    "ImpactLaw",
+    (
+        ("nodal", "the radial velocity of the touching node alone becomes zero (4.22, 4.23)"),
+        ("newton", "momentum-consistent impact with restitution"),
+    ),
+)
+NODAL, NEWTON = range(2)
+CONTACT_MODE = Enumeration("ContactMode", (("free", ""), ("sliding", ""), ("rolling", "")))
+FREE, SLIDING, ROLLING = range(3)
+CONTACT_LAW = Enumeration(  # the constraint, and the classical laws of 4.2 in the order of the thesis
+    "ContactLaw",
+    (
+        ("constraint", "rigid"),
+        ("linear", "spring"),
+        ("hertz", "power 3/2 of the penetration"),
+        ("kelvin_voigt", "spring and damper"),
+        ("kirk", "spring and damper that engage with the penetration"),
+        ("hunt_crossley", "Hertz with damping"),
+        ("ulbrich", "Hertz with loss"),
+        ("switched_kelvin_voigt", "spring and damper without pull"),
+    ),
+)
+LAWS = CONTACT_LAW.names
 CONSTRAINT, LINEAR, HERTZ, KELVIN_VOIGT, KIRK, HUNT_CROSSLEY, ULBRICH, SWITCHED_KELVIN_VOIGT = range(len(LAWS))
 
 
 def _site_parameters(contact: ContactSite) -> list[Variable]:
     site = contact.name
     at = f"at {site.upper()}"
-    laws = ", ".join(f"{number} {name}" for number, name in enumerate(LAWS))
     return [
         parameter(f"{site}.enabled", "1", f"Whether the rotor can touch {at}", 1.0, type="Boolean"),
-        parameter(
-            f"{site}.law",
-            "1",
-            f"Contact law {at}: {laws}",
-            CONSTRAINT,
-            type="Integer",
-            minimum=0,
-            maximum=len(LAWS) - 1,
-        ),
+        parameter(f"{site}.law", "1", f"Contact law {at}", CONSTRAINT, **one_of(CONTACT_LAW)),
         parameter(f"{site}.clearance", "m", f"Radial clearance {at}", contact.clearance, minimum=1e-6, maximum=0.1),
         parameter(f"{site}.mu", "1", f"Coefficient of friction {at}", 0.0, minimum=0.0, maximum=10.0),
         parameter(
@@ -135,15 +156,14 @@ def _site_outputs(site: str, planes: Planes) -> list[Variable]:
             "m",
             f"Clearance left {at}, zero in contact, negative if the contact yields",
             starts_from=journal,
+            display_unit="um",
         ),
         output(
             f"{site}.mode",
             "1",
-            f"0 free, 1 sliding, 2 rolling {at}",
-            type="Integer",
-            minimum=0,
-            maximum=2,
+            f"Mode of contact {at}",
             starts_from=forces,
+            **one_of(CONTACT_MODE),
         ),
         output(f"{site}.f_n", "N", f"Normal contact force {at}, inward on the rotor", starts_from=forces),
         output(
@@ -172,7 +192,11 @@ def _site_outputs(site: str, planes: Planes) -> list[Variable]:
         ),
         *(
             output(
-                f"{site}.housing_{axis}", "m", f"Displacement of the retainer's housing {at} in {axis}", starts_from=()
+                f"{site}.housing_{axis}",
+                "m",
+                f"Displacement of the retainer's housing {at} in {axis}",
+                starts_from=(),
+                display_unit="um",
             )
             for axis in "xy"
         ),
@@ -230,7 +254,13 @@ def _axis_inputs(bearing: str, axis: str) -> list[Variable]:
     return [
         input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),
         input_(f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"),
-        input_(f"{bearing}.{axis}_ref", "m", f"Displacement at which that force holds, {at}", field="reference"),
+        input_(
+            f"{bearing}.{axis}_ref",
+            "m",
+            f"Displacement at which that force holds, {at}",
+            field="reference",
+            display_unit="um",
+        ),
     ]
 
 
@@ -251,7 +281,11 @@ def _disc_inputs(disc: str) -> list[Variable]:
 
 
 def _displacement_output(name: str, what: str, starts_from: tuple[str, ...]) -> list[Variable]:
-    return [output(name, "m", what, starts_from=starts_from, field=".")]
+    return [output(name, "m", what, starts_from=starts_from, field=".", display_unit="um")]
+
+
+def _sensor_array(names: list[str]) -> Array:
+    return Array("sensors", f"Sensor displacements: {', '.join(names)}")
 
 
 def interface_of(planes: Planes) -> Interface:
@@ -298,7 +332,7 @@ def interface_of(planes: Planes) -> Interface:
             "solver.max_substep below {solver.max_substep} s",
         ),
         repeated("displacements", displacements, _displacement_output),
-        repeated("sensors", sensors, _displacement_output),
+        repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
         repeated("sites", [(site.name, planes) for site in sites], _site_outputs),
         _contact_state(planes),
         *_energies(planes),
@@ -320,16 +354,7 @@ def _contact_state(planes: Planes) -> Variable:
 
 def _model_parameters(max_substep: float) -> list[Variable]:
     return [
-        parameter(
-            "contact.impact_law",
-            "1",
-            "0 nodal: the radial velocity of the touching node alone becomes zero (4.22, 4.23); "
-            "1 newton: momentum-consistent impact with restitution",
-            NEWTON,
-            minimum=NODAL,
-            maximum=NEWTON,
-            type="Integer",
-        ),
+        parameter("contact.impact_law", "1", "What an impact does to the velocities", NEWTON, **one_of(IMPACT_LAW)),
         parameter("solver.max_substep", "s", "Longest integration step", max_substep, minimum=1e-9, maximum=1e-3),
         parameter(
             "solver.tolerance",

@@ -47,7 +47,8 @@ class Model:
         Sizes of the state and of the scratch array, both float64; functions where they depend on the constants.
     faults
         Sentence for each fault code the kernels return; `{name}` in it is replaced by that variable's value, and
-        `{step_size}` by the communication step (s).
+        `{step_size}` by the communication step (s). An output in it has the value that the kernel wrote in the call
+        that returned the fault.
     packages
         Names of the packages that the kernels need; they are shipped inside the FMU. The first one contains the script
         that PythonFMU loads, `<name>_fmu.py`.
@@ -195,7 +196,11 @@ class Instance:
         return filled(self.model.faults.get(code, f"fault {code}"), self._named)
 
     def _named(self, name: str) -> float:
-        return self._step_size if name == STEP_SIZE else self[name]
+        """Return what the sentence of a fault calls so; an output has the value that the kernel found."""
+        if name == STEP_SIZE:
+            return self._step_size
+        i = self.model.interface.position[name] - self._given[3]
+        return self[name] if i < 0 else float(self._next_outputs[i])
 
     def new_warnings(self) -> list[str]:
         """Return name and sentence of each warning that is true and has not been returned before."""

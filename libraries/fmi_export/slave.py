@@ -2,7 +2,7 @@
 
 The guard before PythonFMU's library lets calls come here in the order of the standard alone, with references that
 exist, are of the right type and may be set now, and with states of this FMU that are whole. What is wrong beyond that
-is logged as an error, with which the guard answers the call, and stays as `fault_code`.
+is logged as an error, with which the guard answers the call, and stays as `fault_code`. The guard says at what time.
 
 Nothing may leave a slave method as an exception: PythonFMU would corrupt reference counts, and the guard would not call
 it any more.
@@ -72,36 +72,49 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
     def exit_initialization_mode(self) -> None:
         self._refresh()
         self._initialising = False
-        if not self.instance.fault:
-            self._warn("initialisation: ")
+        if self.instance.fault:
+            self._say_fault()
+        else:
+            self._warn()
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         try:
             self.instance.step(current_time, step_size)
         except Exception as error:
-            self._refuse(error, f"at t = {current_time:.9g} s: ")
+            self._refuse(error)
             return False
-        self._warn(f"at t = {current_time + step_size:.9g} s: ")
+        self._warn()
         return True
 
-    def _refresh(self) -> None:
-        """Initialise again if a variable was set: outputs are up to date throughout initialisation mode."""
-        if self._initialising and self._stale:
-            self._stale = False
-            try:
-                self.instance.initialise()
-            except Exception as error:
-                self._refuse(error, "initialisation: ")
+    def _refresh(self) -> bool:
+        """Initialise again if a variable was set, so that outputs are up to date throughout initialisation mode.
 
-    def _refuse(self, error: Exception, where: str) -> None:
-        if not isinstance(error, Fault):
+        Returns whether that brought a fault, which can still be put right there.
+        """
+        if not (self._initialising and self._stale):
+            return False
+        self._stale = False
+        try:
+            self.instance.initialise()
+        except Fault:
+            return True
+        except Exception as error:
             self.instance.stop(FAULT_INTERNAL, str(error))
-        self.log(f"{where}{error}", Fmi2Status.error)
+            return True
+        return False
 
-    def _warn(self, where: str) -> None:
+    def _refuse(self, error: Exception, where: str = "") -> None:
+        if not isinstance(error, Fault):
+            self.instance.stop(FAULT_INTERNAL, f"{where}{error}")
+        self._say_fault()
+
+    def _say_fault(self) -> None:
+        self.log(self.instance.message, Fmi2Status.error)
+
+    def _warn(self) -> None:
         """Log each warning when it is true for the first time."""
         for warning in self.instance.new_warnings():
-            self.log(where + warning, Fmi2Status.warning)
+            self.log(warning, Fmi2Status.warning)
 
     # Variables ---------------------------------------------------------------------------------------------
 
@@ -133,8 +146,8 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
     def _read(self, vrs: list[int]) -> Array:
         try:
-            if self._initialising:
-                self._refresh()
+            if self._refresh():
+                self._say_fault()
             return self.instance.values[self._where(vrs)]
         except Exception as error:
             self._refuse(error, f"get {vrs}: ")

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,39 @@ Type = Literal["Real", "Integer", "Boolean"]
 ORDER: tuple[Causality, ...] = get_args(Causality)  # of the variables in a table
 
 
+class Array(NamedTuple):
+    """The array that numbered variables make together in FMI 3.0; `repeated` gives its shape."""
+
+    name: str
+    description: str
+    shape: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Enumeration:
+    """Values of a switch or a status: the numbers from 0 on, each with a name and a description.
+
+    `name` is that of the type in a modelDescription, in capitals like a class.
+    """
+
+    name: str
+    items: tuple[tuple[str, str], ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(name for name, _ in self.items)
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What the values mean: their descriptions, or names where these say it all."""
+        return tuple(description or name for name, description in self.items)
+
+    def in_words(self) -> str:
+        """All numbers with their names and descriptions, in one line."""
+        values = (f"{k} {name}{what and f': {what}'}" for k, (name, what) in enumerate(self.items))
+        return "; ".join(values)
+
+
 @dataclass(frozen=True)
 class Variable:
     """One FMI variable. `unit` is SI in FMI notation (`N.s/m`), `1` where dimensionless.
@@ -37,9 +70,14 @@ class Variable:
     co-simulation may close an algebraic loop. `field` is the variable's place in the record that kernels read,
     `sites[2].clearance`, if it is not the name itself; see `records`.
 
+    `array` is what FMI 3.0 has in place of this variable and its neighbours.
+
     `starts_from` of an output names the parameters and inputs that its value depends on when it is initialised:
     variables, or `sites[*].clearance` for that of all `repeated` parts; where it is None, that may be all of them.
     `starts_as` names one whose value it has then. Both describe an initialisation that succeeds.
+
+    `display_unit` is what a Real is shown in, where that is not what values of its unit usually are
+    (`building.units.DISPLAYED`). `enumeration` gives the values of an Integer names; see `one_of`.
 
     `warning` makes a Boolean output a warning: the sentence that is logged when it becomes true. `{name}` in it is
     replaced by that variable's value.
@@ -59,10 +97,19 @@ class Variable:
     starts_as: str = ""
     field: str = ""
     warning: str = ""
+    enumeration: Enumeration | None = None
+    display_unit: str = ""
+    array: Array | None = None
 
     def __post_init__(self) -> None:
         if not self.minimum <= self.start <= self.maximum:
             raise ValueError(f"start of {self.describe_range(self.start)}")
+        if self.enumeration and (self.type, self.minimum, self.maximum) != (
+            "Integer",
+            0,
+            len(self.enumeration.items) - 1,
+        ):
+            raise ValueError(f"{self.name} must be an Integer of all values of {self.enumeration.name}; see `one_of`")
         if self.warning and (self.causality, self.type) != ("output", "Boolean"):
             raise ValueError(f"{self.name} cannot be a warning; a Boolean output can")
 
@@ -80,12 +127,20 @@ class Variable:
 
     def describe_range(self, value: float) -> str:
         """Return a sentence for a value that is not allowed: name, value, unit and the allowed range."""
+        if self.enumeration:
+            names = ", ".join(f"{k} ({name})" for k, name in enumerate(self.enumeration.names))
+            return f"{self.name} = {value:g} is not allowed; it must be one of {names}"
         unit = "" if self.unit == "1" else f" {self.unit}"
         low = f">= {self.minimum:g}" if self.minimum > -LARGEST else ""
         high = f"<= {self.maximum:g}" if self.maximum < LARGEST else ""
         bounds = " and ".join(bound for bound in (low, high) if bound)
         allowed = f"{bounds}{unit}" if bounds else "a finite number"
         return f"{self.name} = {value:g}{unit} is not allowed; it must be {allowed}"
+
+
+def one_of(enumeration: Enumeration) -> dict[str, Any]:
+    """Return the options of a variable that has one of these values."""
+    return {"type": "Integer", "minimum": 0, "maximum": len(enumeration.items) - 1, "enumeration": enumeration}
 
 
 def named_in(sentence: str) -> list[str]:
@@ -142,6 +197,9 @@ class Interface:
             strange = set(named_in(v.warning)) - set(names)
             if strange:
                 raise ValueError(f"the warning of {v.name} names {', '.join(sorted(strange))}, which are no variables")
+        for kind in {v.enumeration for v in self.variables if v.enumeration}:
+            if kind != self.enumerations[kind.name]:
+                raise ValueError(f"there are two enumerations called {kind.name}")
         _ = self.initial_dependencies
 
     @cached_property
@@ -195,6 +253,11 @@ class Interface:
             if missing:
                 raise ValueError(f"{v.name} starts from {', '.join(missing)}, of parts that no interface has")
         return self
+
+    @cached_property
+    def enumerations(self) -> dict[str, Enumeration]:
+        """The enumerations that variables have, by name, in the order of the table."""
+        return {v.enumeration.name: v.enumeration for v in self.variables if v.enumeration}
 
     @cached_property
     def warnings(self) -> dict[int, str]:
@@ -298,6 +361,7 @@ def repeated(
     members: Sequence[tuple[object, ...]],
     declare: Callable[..., Iterable[Variable]],
     shape: tuple[int, ...] | None = None,
+    array: Array | None = None,
 ) -> list[Variable]:
     """Declare the variables of several equal parts, an array of records for the kernels: `field[k]` for member k.
 
@@ -312,12 +376,16 @@ def repeated(
         follows the last dot of its name; a `field` of `"."` means that the part is one variable.
     shape
         Shape of the array; one dimension by default.
+    array
+        What the parts are together in FMI 3.0; single variables by default.
     """
     variables = []
+    size = shape or (len(members),)
     for k, member in enumerate(members):
-        index = np.unravel_index(k, shape or (len(members),))
-        at = f"{field}[{','.join(str(i) for i in index)}]"
-        for v in declare(*member):
+        at = f"{field}[{','.join(str(i) for i in np.unravel_index(k, size))}]"
+        parts = list(declare(*member))
+        whole = array and array._replace(shape=size if len(parts) == 1 else (*size, len(parts)))
+        for v in parts:
             own = v.field or v.name.rpartition(".")[2]
-            variables.append(replace(v, field=at if own == "." else f"{at}.{own}"))
+            variables.append(replace(v, field=at if own == "." else f"{at}.{own}", array=whole))
     return variables

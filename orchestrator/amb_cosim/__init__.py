@@ -8,6 +8,7 @@
     Scenario     a scenario as an object: load, changed, check, save
     Result       a run: dataset, summary, plot, outcome, save; Result.load reads one from its folder
     build        write the FMUs of rotor, actuator and controller, for use in any tool
+    build_assembled  write one FMU that holds all three, for masters that could not couple them well
     identify     identify receptances of the levitated rotor by co-simulation, into a table for ROLAC
     studies      questions answered by analysis or by many runs: Campbell diagram, sensitivity, recovery, ...
     simulate     run any FMI 2.0 co-simulation FMUs from a system file
@@ -26,6 +27,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from amb_cosim import cosim as cosim
     from amb_cosim import studies as studies
+    from amb_cosim.assembled import build_assembled as build_assembled
     from amb_cosim.cosim.run import simulate as simulate
     from amb_cosim.cosim.system import System as System
     from amb_cosim.models import build as build
@@ -41,6 +43,7 @@ _MODULES = {
     "Scenario": "scenario",
     "Result": "result",
     "build": "models",
+    "build_assembled": "assembled",
     "identify": "studies.receptance_identification",
     "studies": "studies",
     "simulate": "cosim.run",

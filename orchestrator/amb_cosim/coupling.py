@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from amb_cosim.cosim.choices import Coupling
 
 DELAY_STEPS = 2  # of the force after the displacement that it answers, in Jacobi order
-DEFAULT_STEPS: Mapping[Coupling, float] = {"gauss_seidel": 250e-6, "jacobi": 25e-6}  # s
+DEFAULT_STEPS: Mapping[Coupling, float] = {"gauss_seidel": 250e-6, "jacobi": 25e-6, "iterative": 250e-6}  # s
 LONGEST_DELAY = 100e-6  # s; the orbit of fig4_9 is then within 5 % of that in Gauss-Seidel order
 
 

@@ -153,8 +153,7 @@ def test_fault_of_the_input_reaches_the_log_and_the_fault_code(fmu_file, run_pyt
         2,
         4,
         0.0,
-        "amb_actuator: at t = 0 s: mb2.y = -0.0013 m is not allowed; "
-        "the rotor must stay within the air gap, |mb2.y| < 0.0012 m",
+        "at t = 0 s: mb2.y = -0.0013 m is not allowed; the rotor must stay within the air gap, |mb2.y| < 0.0012 m",
     ]
 
 

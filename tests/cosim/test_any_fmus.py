@@ -77,6 +77,24 @@ def test_an_fmu_that_ends_the_simulation_is_named_with_its_reason(run_python, sy
     assert found["outcome"] == ["failed", 0.0, sentence]
 
 
+def test_fmus_that_save_no_state_are_refused_where_steps_are_repeated(run_python, system_file):
+    def refusal(path: str) -> str:
+        import amb_cosim
+
+        try:
+            amb_cosim.simulate(path)
+        except ValueError as error:
+            return str(error)
+        return ""
+
+    path = system_file.with_name("iterative.toml")
+    path.write_text('coupling = "iterative"\n' + system_file.read_text(encoding="utf-8"), encoding="utf-8")
+    assert run_python(refusal, path=str(path)) == (
+        "coupling = 'iterative' is not allowed with spring, left, right: it repeats steps, and an FMU cannot save and "
+        "restore its state there (canGetAndSetFMUstate)"
+    )
+
+
 def test_an_event_and_a_profile_drive_any_input(run_python, system_file):
     changes = """
 [[experiment.event]]

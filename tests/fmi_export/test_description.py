@@ -9,6 +9,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from rig import ACTUATOR
 
+from fmi_export.building.integers import with_integers
 from fmi_export.building.python_fmu import build_python_fmu, python_guid
 from fmi_export.building.units import base_unit
 
@@ -47,7 +48,8 @@ def test_variables_stand_in_the_description_as_in_the_table(model, fmu):
     assert [v.name for v in described] == [v.name for v in model.interface.variables]
     for reference, (d, v) in enumerate(zip(described, model.interface.variables, strict=True)):
         assert d.valueReference == reference
-        assert (d.type, d.causality, d.variability) == (v.type, v.causality, v.variability)
+        kind = "Enumeration" if v.enumeration else v.type
+        assert (d.type, d.causality, d.variability) == (kind, v.causality, v.variability)
         assert d.description == v.description
         if v.type == "Real":
             assert d.unit == v.unit
@@ -72,6 +74,50 @@ def test_every_unit_is_defined_with_its_base_exponents(model, fmu):
         expected = base_unit(unit)
         for exponent in ("kg", "m", "s", "A", "rad"):
             assert getattr(base, exponent) == expected.get(exponent, 0), (unit, exponent)
+
+
+def test_a_switch_is_an_enumeration_whose_values_have_names(build_fmu):
+    described = {v.name: v for v in fmpy.read_model_description(str(build_fmu(ACTUATOR))).modelVariables}
+    law = described["force_law"]
+    assert (law.type, law.start, law.min, law.max) == ("Enumeration", "0", "0", "2")
+    assert [(item.value, item.name) for item in law.declaredType.items] == [
+        ("0", "linear"),
+        ("1", "measured"),
+        ("2", "nonlinear"),
+    ]
+    assert all(item.description for item in law.declaredType.items)
+
+
+def test_a_copy_describes_enumerations_as_integers(build_fmu, tmp_path):
+    fmu = build_fmu(ACTUATOR)
+    copy = with_integers(fmu, tmp_path / "copy.fmu")
+    assert validate_fmu(str(copy)) == []
+    given, copied = (fmpy.read_model_description(str(path)) for path in (fmu, copy))
+    assert (given.guid, len(given.modelVariables)) == (copied.guid, len(copied.modelVariables))
+    assert copied.typeDefinitions == []
+    facts = [[(v.name, v.valueReference, v.start, v.min, v.max) for v in d.modelVariables] for d in (given, copied)]
+    assert facts[0] == facts[1]
+    assert {v.type for v in copied.modelVariables} == {"Real", "Integer", "Boolean"}
+    with zipfile.ZipFile(fmu) as before, zipfile.ZipFile(copy) as after:
+        names = [name for name in before.namelist() if name != "modelDescription.xml"]
+        assert all(before.read(name) == after.read(name) for name in names)
+
+
+def test_types_have_other_names_than_variables(model):
+    assert not set(model.interface.enumerations) & set(model.interface.position)
+
+
+def test_values_are_shown_in_the_units_of_the_field(build_fmu):
+    description = fmpy.read_model_description(str(build_fmu(ACTUATOR)))
+    shown = {v.name: v.displayUnit for v in description.modelVariables if v.type == "Real"}
+    assert (shown["mb1.x"], shown["mb1.gap_x"], shown["mb1.half_angle_x"]) == ("um", "mm", "deg")
+    assert (shown["mb1.bandwidth_x"], shown["mb1.f_x"], shown["mb1.k_xx"]) == (None, None, "N/um")
+    factors = {u.name: {d.name: float(d.factor) for d in u.displayUnits} for u in description.unitDefinitions}
+    assert factors["m"] == {"mm": 1e3, "um": 1e6}
+    assert factors["rad"]["deg"] == pytest.approx(180.0 / np.pi)
+    assert {
+        name for name, unit in shown.items() if unit and unit not in factors[ACTUATOR.interface[name].unit]
+    } == set()
 
 
 def test_outputs_declare_the_inputs_that_reach_them_without_delay(model, fmu):

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from fmi_export.model import FAULT_NOT_FINITE, FAULT_RANGE, FAULT_STEP_SIZE, Fault, Instance
+from fmi_export.model import FAULT_NOT_FINITE, FAULT_RANGE, FAULT_STEP_SIZE, Fault, Instance, Model
+from fmi_export.variables import input_, interface, output
 
 H = 250e-6
 
@@ -92,6 +93,29 @@ def test_a_fault_of_the_kernel_is_explained_with_the_present_values(instance):
     with pytest.raises(Fault) as caught:
         instance.step(0.0, H)
     assert str(caught.value) == "u = 5 V is 100 % too much (%s %n)"
+
+
+def test_an_output_in_the_sentence_of_a_fault_has_the_value_that_the_kernel_found():
+    table = interface(
+        input_("u", "V", "Input"), output("y", "V", "Output"), output("fault_code", "1", "", type="Integer")
+    )
+
+    def initialise(constants, parameters, inputs, state, work, outputs):
+        outputs[0] = inputs[0]
+        return 1 if inputs[0] > 2.0 else 0
+
+    def step(constants, parameters, inputs, state, work, outputs, time, step_size):
+        return initialise(constants, parameters, inputs, state, work, outputs)
+
+    model = Model(
+        "one", "", table, initialise, step, 0, 0, (), {1: "y = {y} V is too much for a step of {step_size} s"}
+    )
+    made = Instance(model, np.zeros(1))
+    made.initialise()
+    made["u"] = 3.0
+    with pytest.raises(Fault, match=r"y = 3 V is too much for a step of 0\.00025 s"):
+        made.step(0.0, H)
+    assert made["y"] == 0.0
 
 
 @pytest.mark.parametrize("step_size", [0.0, -1e-3, math.nan, math.inf])

@@ -4,7 +4,7 @@ import pytest
 
 CALLER = """
 from fmi_export.jit import kernel
-from cached.callee import two
+from {package}.callee import two
 
 @kernel
 def doubled(x):
@@ -29,14 +29,16 @@ def host(folder: str) -> list:
     return [doubled(3.0), sum(doubled.stats.cache_hits.values())]
 
 
-def test_kernel_is_compiled_again_when_a_kernel_that_it_calls_changed(run_python, tmp_path):
-    package = tmp_path / "cached"
-    package.mkdir()
-    (package / "__init__.py").touch()
-    (package / "caller.py").write_text(CALLER)
+@pytest.mark.parametrize("package", ["cached", "other"])
+def test_kernel_is_compiled_again_when_a_kernel_that_it_calls_changed(run_python, tmp_path, package):
+    """The other kernel is of the same package, or of one that the caller's package names in `KERNELS_FROM`."""
+    for name in {"cached", package}:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text(f"KERNELS_FROM = ({package!r},)")
+    (tmp_path / "cached" / "caller.py").write_text(CALLER.format(package=package))
     results = []
     for value in (2.0, 2.0, 5.0):
-        (package / "callee.py").write_text(CALLEE.format(value))
+        (tmp_path / package / "callee.py").write_text(CALLEE.format(value))
         results.append(run_python(host, folder=tmp_path))
     (first, _), (again, hits), (changed, _) = results
     assert (first, again, changed) == (6.0, 6.0, 15.0)

@@ -4,7 +4,16 @@ import math
 
 import pytest
 
-from fmi_export.building.units import COMMON, SI_UNITS, base_unit, parse_unit, registry, to_unit
+from fmi_export.building.units import (
+    COMMON,
+    DISPLAYED,
+    SI_UNITS,
+    base_unit,
+    display_unit,
+    parse_unit,
+    registry,
+    to_unit,
+)
 
 
 @pytest.mark.parametrize(
@@ -105,3 +114,25 @@ def test_a_decimal_comma_is_not_taken_for_a_whole_number():
 def test_a_fractional_exponent_is_refused():
     with pytest.raises(ValueError, match="fractional exponent"):
         base_unit("m^(1/2)")
+
+
+@pytest.mark.parametrize(("unit", "name", "value", "shown"), [
+    ("rad/s", "rpm", 100.0 * math.pi, 3000.0),
+    ("rad", "deg", math.pi, 180.0),
+    ("m", "um", 0.75e-3, 750.0),
+    ("kg.m", "g.mm", 25e-3, 25000.0),
+    ("K", "degC", 293.15, 20.0),
+    ("N/m", "N/um", 2e6, 2.0),
+])  # fmt: skip
+def test_a_display_unit_shows_a_value_as_the_field_writes_it(unit, name, value, shown):
+    conversion = display_unit(unit, name)
+    assert conversion["factor"] * value + conversion.get("offset", 0.0) == pytest.approx(shown)
+
+
+def test_a_display_unit_of_another_dimension_is_refused():
+    with pytest.raises(ValueError, match="cannot be converted to rad/s"):
+        display_unit("rad/s", "mm")
+
+
+def test_every_usual_display_unit_can_be_converted():
+    assert all(display_unit(unit, name)["factor"] > 0.0 for unit, name in DISPLAYED.items())

@@ -5,9 +5,9 @@ import re
 
 import pytest
 
-from fmi_export.building.readme import BEGIN, END, interface_table, with_table
+from fmi_export.building.readme import BEGIN, END, full_description, interface_table, with_table
 from fmi_export.model import Model
-from fmi_export.variables import Interface, input_, interface, output, parameter, repeated
+from fmi_export.variables import Enumeration, Interface, input_, interface, one_of, output, parameter, repeated
 
 A = parameter("a", "m", "A length", 2.0, minimum=1.0, maximum=3.0)
 U = input_("u", "N", "A force")
@@ -63,6 +63,28 @@ def test_a_start_from_parts_that_no_interface_has_is_refused():
     with pytest.raises(ValueError, match=r"y starts from spring\[\*\].k, of parts that no interface has"):
         parts(1, ("u", "spring[*].k")).with_all_parts()
     parts(1, ("springs[*].k",)).with_all_parts()
+
+
+LAW = Enumeration("Law", (("rigid", "a constraint"), ("spring", "")))
+
+
+def test_an_enumeration_gives_the_values_from_zero_on_names():
+    law = parameter("law", "1", "Law", 1, **one_of(LAW))
+    assert (law.type, law.minimum, law.maximum) == ("Integer", 0, 1)
+    assert law.describe_range(3.0) == "law = 3 is not allowed; it must be one of 0 (rigid), 1 (spring)"
+    assert full_description(law) == "Law. 0 rigid: a constraint; 1 spring"
+
+
+@pytest.mark.parametrize("options", [{"maximum": 2}, {"type": "Real"}])
+def test_a_range_that_is_not_that_of_the_enumeration_is_refused(options):
+    with pytest.raises(ValueError, match="law must be an Integer of all values of Law"):
+        parameter("law", "1", "Law", 1, **(one_of(LAW) | options))
+
+
+def test_two_enumerations_of_one_name_are_refused():
+    other = Enumeration("Law", (("soft", ""), ("spring", "")))
+    with pytest.raises(ValueError, match="there are two enumerations called Law"):
+        interface(parameter("a", "1", "A", 0, **one_of(LAW)), parameter("b", "1", "B", 0, **one_of(other)))
 
 
 @pytest.mark.parametrize("options", [{}, {"type": "Integer"}])

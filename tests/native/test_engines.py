@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from fmi_export.building.guard.libraries import SYSTEMS, guard_place
 from fmi_export.building.native import engines
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
 from fmi_export.building.native.engines import Engine, engine, engine_key, engine_place
@@ -87,7 +88,7 @@ def test_without_engine_and_compiler_the_build_says_what_to_install(run_python, 
     said = run_python(without_compilers, folder=tmp_path, shipped=tmp_path / "nothing")
     assert said == (
         f"there is no engine of probe_lag for {host_platform()} yet, and to compile it numba and ziglang must be "
-        "installed: pip install 'amb-cosim[native]'; FMUs of flavour python need neither"
+        "installed: pip install 'amb-cosim[native]'; FMUs of flavour python take no engine"
     )
 
 
@@ -101,6 +102,7 @@ def hook(empty, monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT))
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr("amb_cosim.cosim.loop_library.compile_loop", lambda _: b"loop")
+    monkeypatch.setattr("fmi_export.building.guard.libraries._compile", lambda _: Engine(b"guard", "a compiler"))
 
     def run(platforms: str | None, version: str = "standard") -> tuple[dict, set[str]]:
         if platforms is None:
@@ -112,10 +114,11 @@ def hook(empty, monkeypatch):
         )
         data: dict = {"force_include": {}, "pure_python": True}
         build.initialize(version, data)
-        files = {
-            path.relative_to(folder).parts[0] for folder in data["force_include"] for path in Path(folder).glob("*/*")
-        }
+        paths = {path.relative_to(folder) for folder in data["force_include"] for path in Path(folder).glob("*/*")}
         build.finalize(version, data, "")
+        guards = {platform for platform in SYSTEMS if guard_place(platform) in paths}
+        files = {path.parts[0] for path in paths}
+        assert guards == files & {*SYSTEMS}, "a guard for each platform that PythonFMU has a library for"
         return data, files
 
     return run

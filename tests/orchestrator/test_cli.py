@@ -133,7 +133,9 @@ def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
     rig = DEFAULT_ROTOR.read_text(encoding="utf-8")
     (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")
     (tmp_path / "long.toml").write_text(rig.replace("node = 13", "node = 40"), encoding="utf-8")
-    assert runner("build", "--flavour", "python", "--rotor", "heavy.toml", "-o", "heavy").exit_code == 0
+    built = runner("build", "--flavour", "python", "--rotor", "heavy.toml", "-o", "heavy")
+    assert built.exit_code == 0
+    assert "An FMU of flavour python runs in a process that has Python with NumPy; a process without" in built.output
 
     def constants_of(name):
         with zipfile.ZipFile(tmp_path / "heavy" / f"{name}.fmu") as archive:
@@ -189,12 +191,12 @@ def test_settings_replace_first_values_in_any_unit(cosim, tmp_path):
     assert (current[0::2][:19] == current[1::2][:19]).all(), "held for two communication steps"
 
 
-@pytest.mark.parametrize(("flavour", "call"), [("native", "fmi2ExitInitializationMode"), ("python", "initialisation")])
-def test_an_fmu_that_refuses_to_start_ends_with_its_own_words(cosim, tmp_path, flavour, call):
+@pytest.mark.parametrize("flavour", ["native", "python"])
+def test_an_fmu_that_refuses_to_start_ends_with_its_own_words(cosim, tmp_path, flavour):
     setting = "amb_actuator.mb1.bias_current_x=9 A"
     done = cosim("run", "fig4_9", "--until", "0.01", "--set", setting, "--flavour", flavour)
     assert done.returncode == 2
-    assert f"amb_actuator: {call} answered" in done.stderr
+    assert "amb_actuator: fmi2ExitInitializationMode answered" in done.stderr
     assert done.stderr.count("mb1.bias_current_x = 9 A plus mb1.static_current_x = 1.14 A is not allowed") == 1
     assert "Traceback" not in done.stderr
     assert list(tmp_path.iterdir()) == []

@@ -142,7 +142,9 @@ def test_an_fmu_is_made_anew_for_what_it_is_made_from_alone(tmp_path, monkeypatc
 def test_unknown_models_and_paths_are_refused(tmp_path):
     with pytest.raises(ValueError, match="no model 'amb_actuators'; did you mean amb_actuator"):
         fmus.ensure_built("amb_actuators")
-    with pytest.raises(ValueError, match="it must be a path or one of amb_actuator, rolac_controller, rotor_contact"):
+    with pytest.raises(
+        ValueError, match="it must be a path or one of amb_actuator, levitated_rotor, rolac_controller, rotor_contact"
+    ):
         fmus.provide(str(tmp_path / "none.fmu"))
 
 

@@ -75,6 +75,20 @@ def test_integers_must_be_whole():
         convert("1.5", COUNT, "n")
 
 
+LAW = Port("law", "Integer", "parameter", 4, minimum=0.0, maximum=2.0, items={"rigid": 0, "spring": 1, "damper": 2})
+
+
+@pytest.mark.parametrize(("raw", "expected"), [("spring", 1.0), (" damper ", 2.0), (2, 2.0), ("1", 1.0), ("0", 0.0)])
+def test_a_value_of_an_enumeration_is_its_name_or_its_number(raw, expected):
+    assert convert(raw, LAW, "law") == expected
+
+
+@pytest.mark.parametrize("raw", ["springs", "Spring", "spring 1", 3, "-1", 1.5, "1 m", ""])
+def test_anything_else_is_refused_with_all_names(raw):
+    with pytest.raises(ValueError, match=r"is not allowed; it must be one of 0 \(rigid\), 1 \(spring\), 2 \(damper\)"):
+        convert(raw, LAW, "law")
+
+
 @pytest.mark.parametrize(("raw", "expected"), [(True, 1.0), ("true", 1.0), ("0", 0.0), (False, 0.0), ("1", 1.0)])
 def test_booleans_are_read(raw, expected):
     assert convert(raw, SWITCH, "on") == expected

@@ -79,6 +79,63 @@ def cosimulate(run_once: Callable[..., Any]) -> Callable[..., tuple[np.ndarray, 
     return run
 
 
+def orders() -> list[dict[str, Any]]:
+    """Runs of fig4_9 in Gauss-Seidel order, and in Jacobi order at its default step and at 250 us."""
+    from amb_cosim.scenario import load_scenario
+    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.studies.coupling_orders import RECORDED
+
+    found = []
+    for change, prediction in [
+        ({}, 0.0),
+        ({"coupling": "jacobi"}, 0.0),
+        ({"coupling": "jacobi", "communication_step": "250 us"}, 0.0),
+        ({"coupling": "jacobi", "communication_step": "250 us"}, 500e-6),
+    ]:
+        scenario = load_scenario("fig4_9").changed(**change).model_copy(update={"record": RECORDED})
+        result = run_prepared(prepare(scenario, {"rolac_controller.prediction_time": prediction}))
+        summary = result.summary
+        warnings = [text for text in summary.warnings if "Jacobi" in text]
+        found.append({"orbit": summary.orbit_before, "recovery": summary.recovery, "warnings": warnings})
+    return found
+
+
+@pytest.fixture(scope="module")
+def in_orders(run_once: Callable[..., Any]) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = run_once(orders, timeout=1500)
+    return found
+
+
+def deviation(found: dict[str, Any], reference: dict[str, Any]) -> float:
+    return max(abs(found["orbit"][at] / radius - 1.0) for at, radius in reference["orbit"].items())
+
+
+def test_jacobi_order_levitates_the_rig_at_its_default_step(in_orders: Any, regression: Any) -> None:
+    """Within 5 % of the orbit in Gauss-Seidel order, and it recovers from the step of unbalance."""
+    sequential, late, *_ = in_orders
+    for at, radius in late["orbit"].items():
+        regression(f"orbit of {at} in Jacobi order (mm)", radius, rel=1e-3)
+    assert 0.005 < deviation(late, sequential) < 0.05
+    assert [run["recovery"] for run in (sequential, late)] == ["recovered"] * 2
+    assert sequential["warnings"] == late["warnings"] == []
+
+
+def test_jacobi_order_at_steps_of_a_sample_is_warned_of(in_orders: Any) -> None:
+    trapped = in_orders[2]
+    assert trapped["recovery"] == "trapped"
+    (warning,) = trapped["warnings"]
+    assert (
+        "communication_step = 250 us in Jacobi order each force answers the displacements of 500 us before" in warning
+    )
+    assert "Steps of up to 50 us, or rolac_controller.prediction_time = 500 us, help (coupling)" in warning
+
+
+def test_a_controller_that_predicts_levitates_the_rig_in_jacobi_order(in_orders: Any) -> None:
+    sequential, predicting = in_orders[0], in_orders[3]
+    assert deviation(predicting, sequential) < 0.05
+    assert (predicting["recovery"], predicting["warnings"]) == ("recovered", [])
+
+
 FREE = Levitation(Omega=120.0, disc="d3", unbalance=0.02)
 RUBBING = Levitation(
     Omega=260.0, disc="d1", unbalance=0.0255

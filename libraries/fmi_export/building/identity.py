@@ -13,6 +13,13 @@ import numpy as np
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.model import Array, Model
 
+DOCUMENTATION = "documentation"  # folder of a package with the pictures of its model
+
+DESCRIBING = (  # files here that decide what an archive holds, beside code and data
+    *("python_fmu.py", "description.py", "description3.py", "arrays.py"),
+    *("units.py", "documentation.py", "readme.py"),
+)
+
 
 def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
     """Return an identifier that changes with the model, its code, the constants or `flavour`, with nothing else."""
@@ -21,8 +28,12 @@ def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
     sha.update(json.dumps(facts).encode())
     for name, digest in digests(model.packages).items():
         sha.update(f"{name} {digest}".encode())
-    for name in ("python_fmu.py", "description.py", "units.py"):  # they decide what an archive and its description hold
-        sha.update((Path(__file__).parent / name).read_bytes())
+    here, own = Path(__file__).parent, package_folder(model.packages[0])
+    for name in DESCRIBING:
+        sha.update((here / name).read_bytes())
+    for file in (own / "README.md", *sorted((own / DOCUMENTATION).glob("*"))):
+        if file.is_file():
+            sha.update(file.read_bytes())
     sha.update(np.ascontiguousarray(constants, dtype=np.float64).tobytes())
     text = sha.hexdigest()
     return f"{{{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:32]}}}"

@@ -18,8 +18,9 @@ import numpy as np
 from pythonfmu.builder import FmuBuilder
 
 from fmi_export import amb_cosim_bootstrap as bootstrap
+from fmi_export.building.documentation import documentation
 from fmi_export.building.guard.libraries import check_guarded, guard, guard_key, library_names
-from fmi_export.building.identity import digests, guid_of, package_folder
+from fmi_export.building.identity import DOCUMENTATION, digests, guid_of, package_folder
 from fmi_export.building.native.compiler import host_platform
 from fmi_export.building.native.data import model_data
 from fmi_export.building.native.package import write_archive
@@ -54,6 +55,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
     for platform, one in guards.items():
         guarding, pythonfmu = library_names(model.name, platform)
         content |= {guarding: one.library, pythonfmu: libraries[guarding]}
+    content |= documentation(model, ["pythonfmu"])
     content["resources/model.bin"] = _guarded_variables(model, guid)
     content["resources/python.txt"] = "\n".join(_this_python()).encode()
     return write_archive(folder / f"{model.name}.fmu", content)
@@ -64,11 +66,21 @@ def python_guid(model: Model, constants: Array) -> str:
     return guid_of(model, constants, "python " + guard_key())
 
 
+def what_it_needs() -> str:
+    """Return a sentence on what an FMU that is built here asks of the process that imports it."""
+    library, _ = _this_python()
+    own = f"starts that of this machine, {library}" if library else "cannot run it: this Python is no shared library"
+    return (
+        "An FMU of flavour python runs in a process that has Python with NumPy; a process without Python "
+        f"{own}. FMUs of flavour native need no Python."
+    )
+
+
 def _built_by_pythonfmu(model: Model, constants: Array, guid: str, folder: Path) -> Path:
     """Return the FMU as PythonFMU builds it, in `folder`."""
     stage = folder / "stage"
     (stage / "code").mkdir(parents=True)
-    unneeded = shutil.ignore_patterns("__pycache__", bootstrap.BUILD_ONLY)
+    unneeded = shutil.ignore_patterns("__pycache__", "*.md", DOCUMENTATION, bootstrap.BUILD_ONLY)
     for name in model.packages:
         shutil.copytree(package_folder(name), stage / "code" / name, ignore=unneeded)
     script = shutil.copy2(_script(model), stage)

@@ -27,6 +27,13 @@ def interface_table(model: Model) -> str:
     return "\n".join(rows)
 
 
+def full_description(v: Variable) -> str:
+    """Return the description of a variable with the meaning of its values and its warning."""
+    values = f". {v.enumeration.in_words()}" if v.enumeration else ""
+    warning = f". Warning: {v.warning}" if v.warning else ""
+    return f"{v.description}{values}{warning}"
+
+
 def with_table(readme: str, table: str) -> str:
     """Return the text of a README with `table` between its two markers.
 
@@ -48,9 +55,11 @@ def _row(v: Variable) -> str:
     low = f">= {v.literal(v.minimum, DIGITS)}" if v.minimum > -LARGEST else ""
     high = f"<= {v.literal(v.maximum, DIGITS)}" if v.maximum < LARGEST else ""
     allowed = ", ".join(bound for bound in (low, high) if bound)
-    warning = f". Warning: {v.warning}" if v.warning else ""
-    description = f"{v.description}{warning}".replace("|", "\\|")
-    return f"| `{v.name}` | {causality} | {v.type} | {v.unit} | {start} | {allowed} | {description} |"
+    kind = "Enumeration" if v.enumeration else v.type
+    if v.enumeration:
+        allowed, start = "", start and v.enumeration.names[int(v.start)]
+    description = full_description(v).replace("|", "\\|")
+    return f"| `{v.name}` | {causality} | {kind} | {v.unit} | {start} | {allowed} | {description} |"
 
 
 @click.command(help=__doc__)

@@ -52,10 +52,38 @@ COMMON = {
     ("N/mm", "N/m"): 1e3,
     ("N/um", "N/m"): 1e6,
     ("kN/mm", "N/m"): 1e6,
+    ("um/N", "m/N"): 1e-6,
+    ("mm2", "m2"): 1e-6,
     ("mA", "A"): 1e-3,
     ("mH", "H"): 1e-3,
     ("%", "1"): 1e-2,
 }
+
+# What importers show values of a unit in, unless the variable says otherwise.
+DISPLAYED = {
+    "rad/s": "rpm",
+    "rad": "deg",
+    "m": "mm",
+    "m2": "mm2",
+    "s": "us",
+    "K": "degC",
+    "kg.m": "g.mm",
+    "N/m": "N/um",
+    "m/N": "um/N",
+}
+
+
+def display_unit(unit: str, name: str) -> dict[str, float]:
+    """Return `factor` and, where there is one, `offset` of a display unit: factor times a value in `unit` plus offset.
+
+    Raises
+    ------
+    ValueError
+        If it is no unit of the same dimension.
+    """
+    if (unit, name) == ("K", "degC"):
+        return {"factor": 1.0, "offset": -273.15}
+    return {"factor": 1.0 / to_unit(f"1 {name}", unit, f"the display unit {name}")}
 
 
 @cache

@@ -19,7 +19,7 @@ FLAVOUR = click.option(
     type=click.Choice(FLAVOURS),
     default="native",
     show_default=True,
-    help="Compiled FMUs that need no Python, or ones that PythonFMU runs.",
+    help="Compiled FMUs that need no Python, or ones that PythonFMU runs, in a process that has Python.",
 )
 RECEPTANCES = click.option(
     "--receptances",

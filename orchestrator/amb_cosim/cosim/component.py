@@ -104,6 +104,7 @@ class FmuComponent:
         self._log = _logs.setdefault(self._instance_name, [])
         self._fmu: Any = None
         self._running = False  # between initialisation and an error, when fmi2Terminate may be called
+        self._state = c_void_p()
         try:
             self._fmu = FMU2Slave(
                 guid=interface.guid,
@@ -158,6 +159,14 @@ class FmuComponent:
         """Advance from `time` by `step_size` (s)."""
         self._call("fmi2DoStep", self._fmu.doStep, time, step_size)
 
+    def save(self) -> None:
+        """Keep the state of the FMU, in place of the one that was kept before."""
+        self._call("fmi2GetFMUstate", self._fmu.fmi2GetFMUstate, self._fmu.component, byref(self._state))
+
+    def restore(self) -> None:
+        """Bring back the state that was kept."""
+        self._call("fmi2SetFMUstate", self._fmu.fmi2SetFMUstate, self._fmu.component, self._state)
+
     @property
     def warnings(self) -> list[str]:
         """What the FMU logged as a warning since the end of its initialisation."""
@@ -187,6 +196,8 @@ class FmuComponent:
         if fmu is None or not fmu.component:
             return
         try:
+            if self._state:
+                fmu.fmi2FreeFMUstate(fmu.component, byref(self._state))
             if self._running:
                 fmu.terminate()
         except Exception as error:  # an FMU that has failed may refuse this too, and must be freed all the same

@@ -14,6 +14,7 @@ import numpy as np
 
 from amb_cosim.cosim import warnings
 from amb_cosim.cosim.experiment import port_of
+from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.netcdf import write_netcdf
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.signals import Signals, SignalTable, Variable
@@ -57,6 +58,13 @@ class Run:
         save(self._recorded, path)
 
 
+def _flags(port: Port) -> dict[str, Any]:
+    """Return the names of an Enumeration's values as the CF conventions have them."""
+    if not port.items:
+        return {}
+    return {"flag_values": np.array([*port.items.values()], np.int32), "flag_meanings": " ".join(port.items)}
+
+
 def to_signals(recording: Recording) -> SignalTable:
     """Return everything that a run recorded with its labels, over `time` (s).
 
@@ -74,6 +82,7 @@ def to_signals(recording: Recording) -> SignalTable:
                 "description": port.description,
                 "causality": port.causality,
                 "component": component,
+                **_flags(port),
             },
         )
     times = np.asarray(recorder.points * plan.step_size, np.float64)

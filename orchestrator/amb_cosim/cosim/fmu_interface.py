@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -25,7 +25,8 @@ class Port:
     """One scalar variable of an FMU.
 
     `definition` is None where the FMU does not define its unit; `depends_on` of an output names the inputs
-    that reach it without delay. `warning` is the sentence of an output that is a warning.
+    that reach it without delay. `warning` is the sentence of an output that is a warning. `items` are the names of the
+    values of an Enumeration, which is an Integer otherwise.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Port:
     description: str = ""
     depends_on: tuple[str, ...] = ()
     warning: str = ""
+    items: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def shown_unit(self) -> str:
@@ -55,6 +57,8 @@ class Port:
         """Allowed values in words."""
         if self.type == "Boolean":
             return "true or false"
+        if self.items:
+            return f"one of {', '.join(f'{value} ({name})' for name, value in self.items.items())}"
         low = f">= {self.minimum:g}" if self.minimum > -math.inf else ""
         high = f"<= {self.maximum:g}" if self.maximum < math.inf else ""
         bounds = " and ".join(bound for bound in (low, high) if bound)
@@ -67,7 +71,8 @@ class Port:
 class FmuInterface:
     """An FMU's identity and its variables by name, in the order of the modelDescription.
 
-    `takes_any_step` is whether it can handle a communication step other than its own.
+    `takes_any_step` is whether it can handle a communication step other than its own, `saves_state` whether it can go
+    back to an earlier state.
     """
 
     identifier: str
@@ -75,6 +80,7 @@ class FmuInterface:
     version: str
     ports: Mapping[str, Port]
     takes_any_step: bool = False
+    saves_state: bool = False
 
     def of(self, causality: str) -> tuple[Port, ...]:
         return tuple(port for port in self.ports.values() if port.causality == causality)
@@ -104,6 +110,10 @@ def read_interface(source: Path, name: str) -> FmuInterface:
         description = fmpy.read_model_description(str(source))
     except Exception as error:
         raise ValueError(f"{name}: {source} is no FMU that can be read ({_first_line(error)})") from error
+    if description.fmiVersion.startswith("3."):
+        raise ValueError(
+            f"{name}: {source} is an FMU of FMI {description.fmiVersion}; this master runs those of FMI 2.0"
+        )
     if not description.fmiVersion.startswith("2.") or description.coSimulation is None:
         raise ValueError(f"{name}: {source} is no FMI 2.0 co-simulation FMU")
     definitions = {
@@ -125,8 +135,14 @@ def read_interface(source: Path, name: str) -> FmuInterface:
         if v.type != "String"
     }
     ability = description.coSimulation
-    any_step = bool(ability.canHandleVariableCommunicationStepSize)
-    return FmuInterface(ability.modelIdentifier, description.guid, description.version or "", ports, any_step)
+    return FmuInterface(
+        identifier=ability.modelIdentifier,
+        guid=description.guid,
+        version=description.version or "",
+        ports=ports,
+        takes_any_step=bool(ability.canHandleVariableCommunicationStepSize),
+        saves_state=bool(ability.canGetAndSetFMUstate),
+    )
 
 
 def _warnings(source: Path) -> dict[str, str]:
@@ -145,6 +161,7 @@ def _warnings(source: Path) -> dict[str, str]:
 def _port(variable: Any, definitions: Mapping[str, UnitDefinition], depends_on: tuple[str, ...], warning: str) -> Port:
     declared = variable.declaredType
     unit = variable.unit or (declared.unit if declared is not None else None)
+    items = declared.items if declared is not None and variable.type == "Enumeration" else ()
     return Port(
         name=variable.name,
         type="Integer" if variable.type == "Enumeration" else variable.type,
@@ -158,6 +175,7 @@ def _port(variable: Any, definitions: Mapping[str, UnitDefinition], depends_on: 
         description=variable.description or "",
         depends_on=depends_on,
         warning=warning,
+        items={item.name: int(item.value) for item in items},
     )
 
 

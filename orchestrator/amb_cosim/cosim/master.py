@@ -1,4 +1,4 @@
-"""The master algorithm: explicit coupling on an integer time grid. It deals with components and numbers, not with FMI.
+"""The master algorithm: explicit or iterative coupling on an integer time grid, of components and numbers, not of FMI.
 
 All signals are in one flat array `values`: the exogenous inputs first, then the outputs of each component.
 A component's inputs are gathered from it, its outputs are written to it. Communication points are
@@ -17,13 +17,14 @@ import numpy as np
 
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.errors import StartFailed, StepFailed
+from amb_cosim.cosim.iteration import MOST_REPETITIONS, Iteration, Unsettled
 from amb_cosim.cosim.schedules import Array, IntArray, Schedule
 
 Observer = Callable[[int, Array], None]
 
 
 class Participant(Protocol):
-    """What the algorithm needs of a component."""
+    """What the algorithm needs of a component; `save` and `restore` its state in iterative coupling alone."""
 
     name: str
     every: int
@@ -35,6 +36,8 @@ class Participant(Protocol):
     def write(self) -> None: ...
     def read(self) -> None: ...
     def step(self, time: float, step_size: float) -> None: ...
+    def save(self) -> None: ...
+    def restore(self) -> None: ...
     def close(self) -> None: ...
 
 
@@ -55,12 +58,15 @@ class Wiring:
         For each component, the positions that its inputs are gathered from.
     depends_on
         For each position, the positions that reach it without delay.
+    weights
+        For each component, how much the value at the end of a step counts for each input; see `iteration`.
     """
 
     names: tuple[str, ...]
     n_exogenous: int
     sources: tuple[IntArray, ...]
     depends_on: tuple[tuple[int, ...], ...]
+    weights: tuple[Array, ...] = ()
 
 
 class Master(Generic[P]):
@@ -77,7 +83,8 @@ class Master(Generic[P]):
     coupling
         `gauss_seidel`: every component sees the outputs that the components before it have at the end of
         their steps. `jacobi`: all see the outputs at the beginning of the step, and a slower component's
-        outputs appear when its step has passed.
+        outputs appear when its step has passed. `iterative`: steps are repeated until inputs fit the outputs at
+        their end, see `iteration`.
     start_time
         t_0 in s, the time of communication point 0.
 
@@ -100,6 +107,7 @@ class Master(Generic[P]):
         self.coupling = coupling
         self.start_time = start_time
         self.values = np.zeros(len(wiring.names))
+        self._iteration = Iteration(self.components, wiring.sources, wiring.weights)
         self.exogenous = self.values[: wiring.n_exogenous]
         self.slots: list[slice] = []
         first = wiring.n_exogenous
@@ -162,7 +170,9 @@ class Master(Generic[P]):
             If a component does not complete a step. Observers have seen everything up to it.
         """
         self.check_start(first)
-        advance = self._gauss_seidel if self.coupling == "gauss_seidel" else self._jacobi
+        advance = {"gauss_seidel": self._gauss_seidel, "jacobi": self._jacobi, "iterative": self._iterative}[
+            self.coupling
+        ]
         for n in range(first, last + 1):
             for schedule in schedules:
                 schedule(n, self.exogenous)
@@ -172,8 +182,12 @@ class Master(Generic[P]):
                 advance(n)
 
     def check_start(self, first: int) -> None:
-        """Raise ValueError where a slower component is between its points at point `first`."""
+        """Raise ValueError where a slower component is between its points at point `first`, or cannot be repeated."""
         for component in self.components:
+            if component.every > 1 and self.coupling == "iterative":
+                raise ValueError(
+                    f"{component.name} steps every {component.every} points; in iterative coupling it must at each"
+                )
             if first % component.every:
                 raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")
 
@@ -193,6 +207,20 @@ class Master(Generic[P]):
         for i, component in enumerate(self.components):
             if (n + 1) % component.every == 0:
                 self._guarded(n, component, self._take, i)
+
+    def _iterative(self, n: int) -> None:
+        def advance(i: int) -> None:
+            component = self.components[i]
+            self._guarded(n, component, component.write)
+            self._guarded(n, component, self._step, i, n)
+            self._guarded(n, component, self._take, i)
+
+        try:
+            self._iteration.step(self.values, advance)
+        except Unsettled as error:
+            name, source = self.components[error.component].name, self.wiring.names[error.source]
+            reason = f"what it gets of {source} still changes after {MOST_REPETITIONS} repetitions of the step"
+            raise StepFailed(name, self.time(n), f"{reason}; a shorter communication step helps") from error
 
     @staticmethod
     def _starting(component: Participant, action: Callable[..., None], *arguments: float) -> None:

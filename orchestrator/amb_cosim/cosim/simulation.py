@@ -152,8 +152,9 @@ def run_plan(
     progress
         Called now and then with the steps done and their number.
     loop
-        The `compiled` loop and the `plain` one, which calls the FMUs from Python, give the same to the last bit.
-        Where there is no compiled one (see `loop_library`), the plain one runs.
+        Of an explicit coupling; an iterative one runs in the plain loop. The `compiled` loop and the `plain` one, which
+        calls the FMUs from Python, give the same to the last bit. Where there is no compiled one (see `loop_library`),
+        the plain one runs.
     coupling
         In place of the system's.
 
@@ -161,8 +162,14 @@ def run_plan(
     ------
     StartFailed, FmuError
         If an FMU cannot be loaded or refuses to start.
+    ValueError
+        If the coupling is iterative, and an FMU cannot save its state, or steps at a rate of its own.
     """
     system = plan.system
+    coupling = coupling or system.coupling
+    if coupling == "iterative":
+        _check_states(assembly)
+        loop = "plain"
     if loop == "compiled" and load_loop() is None:
         loop = "plain"
     wiring, inputs, outputs = system.wiring(assembly.interfaces, list(plan.inputs), plan.recorded)
@@ -175,7 +182,7 @@ def run_plan(
             component = FmuComponent(c.name, folder, interface, *exchanged, plan.parameters[c.name], c.every)
             stack.callback(component.close)
             components.append(component)
-        master = Master(components, wiring, plan.step_size, coupling or system.coupling)
+        master = Master(components, wiring, plan.step_size, coupling)
         master.exogenous[:] = list(plan.inputs.values())
         master.initialise(plan.first)
         schedules = plan.schedules(wiring.names)
@@ -197,6 +204,16 @@ def run_plan(
             outcome = Outcome("interrupted", recorder.reached * plan.step_size)
         warnings = {component.name: component.warnings for component in components}
     return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings)
+
+
+def _check_states(assembly: Assembly) -> None:
+    """Raise ValueError if an FMU cannot save its state."""
+    unable = [name for name, interface in assembly.interfaces.items() if not interface.saves_state]
+    if unable:
+        raise ValueError(
+            f"coupling = 'iterative' is not allowed with {', '.join(unable)}: it repeats steps, and an FMU cannot save "
+            "and restore its state there (canGetAndSetFMUstate)"
+        )
 
 
 def _reporting(progress: Progress, plan: Plan, every: int) -> Observer:

@@ -261,7 +261,23 @@ class System:
             for variable in variables:
                 needs = [f"{component}.{u}" for u in interfaces[component].ports[variable].depends_on]
                 depends_on.append(tuple(position[source_of[end]] for end in needs if end in source_of))
-        return Wiring(tuple(names), len(exogenous), sources, tuple(depends_on)), inputs, outputs
+        weights = tuple(
+            np.array([self._weight(source_of[f"{name}.{u}"], interfaces[name], interfaces) for u in variables])
+            for name, variables in inputs.items()
+        )
+        return Wiring(tuple(names), len(exogenous), sources, tuple(depends_on), weights), inputs, outputs
+
+    def _weight(self, source: str, target: FmuInterface, interfaces: Mapping[str, FmuInterface]) -> float:
+        """Return how much the value of a source at the end of a step counts for an input of `target`.
+
+        See `iteration`. What is no output is exogenous, and constant over the step.
+        """
+        port = self.port(source, interfaces) if "." in source else None
+        sample_time = target.ports.get("sample_time")
+        samples = sample_time is not None and sample_time.causality == "parameter"
+        if port is None or port.causality != "output" or port.type != "Real" or samples:
+            return 0.0
+        return 1.0 if port.depends_on else 0.5
 
 
 def _not_real(port: Port) -> bool:

@@ -26,7 +26,7 @@ def quantity(raw: Raw, unit: str, name: str) -> float:
 
 
 def convert(raw: Raw, port: Port, name: str) -> float:
-    """Convert `raw` to a number in the unit of `port`; booleans are 0 and 1.
+    """Convert `raw` to a number in the unit of `port`; booleans are 0 and 1, names of an Enumeration their values.
 
     Raises
     ------
@@ -38,11 +38,15 @@ def convert(raw: Raw, port: Port, name: str) -> float:
         if text not in _BOOLEANS:
             raise ValueError(f"{name} = {raw} is not allowed; it must be true or false")
         return _BOOLEANS[text]
+    if port.items and isinstance(raw, str) and not _is_number(raw):
+        if raw.strip() not in port.items:
+            raise ValueError(f"{name} = {raw} is not allowed; it must be {port.allowed()}")
+        return float(port.items[raw.strip()])
     value = quantity(raw, port.unit or "1", name)
-    within = math.isfinite(value) and port.minimum <= value <= port.maximum
-    if port.type == "Integer" and value != math.floor(value if math.isfinite(value) else 0.5):
+    within = value in port.items.values() if port.items else port.minimum <= value <= port.maximum
+    if port.type == "Integer" and not port.items and value != math.floor(value if math.isfinite(value) else 0.5):
         raise ValueError(f"{name} = {raw} is not allowed; it must be a whole number {_bounds(port)}".rstrip())
-    if not within:
+    if not (within and math.isfinite(value)):
         given = f" ({raw})" if isinstance(raw, str) and not _is_number(raw) else ""
         raise ValueError(f"{name} = {value:.9g}{port.shown_unit}{given} is not allowed; it must be {port.allowed()}")
     return value

@@ -8,6 +8,7 @@ import numpy as np
 
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
 from amb_cosim.cosim.choices import Coupling, Flavour
+from amb_cosim.coupling import DELAY_STEPS
 from amb_cosim.scenario import Scenario, make_scenario
 from amb_cosim.simulation import prepare, run_prepared
 from amb_cosim.studies.monolithic import Complex, Levitation
@@ -17,11 +18,16 @@ SUBSTEP = 15.625e-6  # s, of the plant's own integration; the shortest communica
 
 @dataclass(frozen=True)
 class Scheme:
-    """How FMUs are coupled: order of the master, force with its gradient or held, force of a step's mean current."""
+    """How FMUs are coupled.
+
+    Order of the master; force with its gradient or held; force of a step's mean current or of that at its end; whether
+    the controller predicts its displacements by the delay of the order.
+    """
 
     coupling: Coupling = "gauss_seidel"
     gradient: bool = True
     mean_current: bool = False
+    predicts: bool = False
 
 
 def cosimulated(
@@ -88,6 +94,7 @@ def scenario(levitation: Levitation, scheme: Scheme, step: float, samples: int, 
                 "amb_actuator": actuator,
                 "rolac_controller": {
                     "sample_time": levitation.sample_time,
+                    "prediction_time": DELAY_STEPS * step if scheme.predicts else 0.0,
                     "*.k_s_?": levitation.k_s,
                     "*.k_i_?": levitation.k_i,
                     "*.k_b_?": levitation.k_b,

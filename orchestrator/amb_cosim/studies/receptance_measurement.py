@@ -25,7 +25,7 @@ from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from amb_cosim.studies.sampled_receptance import sampled_receptance
 from rolac_controller.control_loop import ControlLoop
-from rolac_controller.enumerations import ERRORS, GIVEN, ILL_CONDITIONED, last_stages, stage_sentences
+from rolac_controller.enumerations import ERRORS, GIVEN, ILL_CONDITIONED, last_stages, stages
 from rolac_controller.excitation import force_component, periods
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.rotor_file import load_rotor
@@ -176,12 +176,14 @@ def force_amplitude(loop: LinearLoop) -> float:
 def _result(outputs: xr.Dataset, loop: ControlLoop) -> tuple[Complex | None, str]:
     """Return R at the end of a run, or None and why the identification failed."""
     state, error = (int(outputs[f"rolac_controller.identification_{name}"]) for name in ("state", "error"))
-    stages, sentences = last_stages(len(loop.axes)), stage_sentences(loop.axis_names)
-    if state != stages.done:
-        return None, ERRORS[error] if state == stages.failed else f"it did not reach its end: {sentences[state]}"
+    last, sentences = last_stages(len(loop.axes)), stages(loop.axis_names).sentences
+    if state != last.done:
+        return None, ERRORS.sentences[
+            error
+        ] if state == last.failed else f"it did not reach its end: {sentences[state]}"
     receptance = receptance_of(outputs, loop)
     if condition_number(receptance) > MAX_CONDITION:  # the controller's own limit is a parameter
-        return None, ERRORS[ILL_CONDITIONED]
+        return None, ERRORS.sentences[ILL_CONDITIONED]
     return receptance, ""
 
 

@@ -52,21 +52,37 @@ void say(const Instance *instance, fmi2Status status, const char *text)
         hand_over(&instance->host, instance->name, status, text);
 }
 
+void say_when(const Instance *instance, char *text, fmi2Status status, const char *what)
+{
+    const char *colon = ": ";
+    *text = '\0';
+    if (instance->doing == INITIALISING)
+        snprintf(text, TEXT_SIZE, "initialisation");
+    else if (instance->doing == STEPPING)
+        snprintf(text, TEXT_SIZE, "at t = %.9g s", status <= fmi2Warning ? instance->end : instance->begin);
+    else
+        colon = "";
+    size_t used = strlen(text);
+    snprintf(text + used, TEXT_SIZE - used, "%s%s", colon, what);
+}
+
 static const char EXCEPTION[] = "Fatal py exception encountered: ";
 
-/* The logger that PythonFMU calls. An error is kept, and told when the call that it comes from is answered; PythonFMU
-   gives no arguments to the text, whose percent signs stand for themselves, and says on a first line in which of its
-   functions there was an exception. */
+/* An error is kept, and told when the call that it comes from is answered. PythonFMU gives no arguments to the text, whose
+   percent signs stand for themselves, and says on a first line in which of its functions there was an exception. */
 void hear(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                 fmi2String text, ...)
+          fmi2String what, ...)
 {
     Instance *instance = environment;
-    const char *cause = strncmp(text, EXCEPTION, strlen(EXCEPTION)) == 0 ? strchr(text, '\n') : NULL;
+    const char *cause = strncmp(what, EXCEPTION, strlen(EXCEPTION)) == 0 ? strchr(what, '\n') : NULL;
+    char text[TEXT_SIZE];
     (void)name, (void)category;
-    if (status <= fmi2Warning || *instance->heard)
-        say(instance, status, text);
-    else
-        snprintf(instance->heard, sizeof instance->heard, "%s", cause ? cause + 1 : text);
+    if (status > fmi2Warning && !*instance->heard) {
+        snprintf(instance->heard, sizeof instance->heard, "%s", cause ? cause + 1 : what);
+        return;
+    }
+    say_when(instance, text, status, what);
+    say(instance, status, text);
 }
 
 #define FORMAT(text) \
@@ -76,26 +92,35 @@ void hear(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status stat
     vsnprintf(text, sizeof text, format, arguments); \
     va_end(arguments)
 
-/* Refuse a call that changed nothing, and live on. fmi2GetStringStatus has the reason until the next step is done. */
-fmi2Status decline(Instance *instance, const char *format, ...)
+/* Note and tell why a call is refused; the first reason stays. */
+static void tell_why(Instance *instance, const char *reason, const char *text)
 {
-    FORMAT(text);
-    if (instance->now.state != ERROR && instance->now.state != LOST)
-        snprintf(instance->now.reason, TEXT_SIZE, "%s", text);
+    if (!(instance->now.state & (ERROR | LOST)))
+        snprintf(instance->now.reason, TEXT_SIZE, "%s", reason);
     say(instance, fmi2Error, text);
+}
+
+static fmi2Status stop(Instance *instance, const char *reason, const char *text)
+{
+    tell_why(instance, reason, text);
+    if (instance->now.state != LOST) {
+        instance->now.state = ERROR;
+        instance->now.fault = FAULT_MISUSE;
+    }
     return fmi2Error;
 }
 
-/* Refuse a call for good: the first reason stays. */
+fmi2Status decline(Instance *instance, const char *format, ...)
+{
+    FORMAT(text);
+    tell_why(instance, text, text);
+    return fmi2Error;
+}
+
 fmi2Status refuse(Instance *instance, const char *format, ...)
 {
     FORMAT(text);
-    decline(instance, "%s", text);
-    if (instance->now.state == LOST)
-        return fmi2Error;
-    instance->now.state = ERROR;
-    instance->now.fault = FAULT_MISUSE;
-    return fmi2Error;
+    return stop(instance, text, text);
 }
 
 /* Whether `call` may come now; if not it is refused, with what state the instance is in and which would do. */
@@ -106,6 +131,7 @@ int may(Instance *instance, int states, const char *call)
     if (!instance)
         return 0;
     *instance->heard = '\0';
+    instance->doing = instance->now.state == INITIALIZATION ? INITIALISING : NOTHING;
     if (instance->now.state & states)
         return 1;
     for (size_t i = 0; i < N_STATES; i++)
@@ -123,19 +149,20 @@ int may(Instance *instance, int states, const char *call)
     return 0;
 }
 
-/* What PythonFMU's answer comes to. After an exception that left a method it has released what it still uses, so that it
-   is not called any more. */
+/* After an exception that left a method PythonFMU has released what it still uses, so that it is not called any more. */
 fmi2Status answer(Instance *instance, fmi2Status status, const char *call)
 {
+    char text[TEXT_SIZE];
     if (status == fmi2OK && !*instance->heard)
         return fmi2OK;
     if (!*instance->heard)
         snprintf(instance->heard, sizeof instance->heard, "%s failed in Python, without a reason", call);
+    say_when(instance, text, fmi2Error, instance->heard);
     if (status <= fmi2Discard)
-        return refuse(instance, "%s", instance->heard);
+        return stop(instance, instance->heard, text);
     snprintf(instance->now.reason, TEXT_SIZE, "%s", instance->heard);
     instance->now.state = LOST;
-    say(instance, fmi2Fatal, instance->heard);
+    say(instance, fmi2Fatal, text);
     return fmi2Fatal;
 }
 

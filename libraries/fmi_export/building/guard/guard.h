@@ -6,8 +6,10 @@
 #include <stdint.h>
 
 #include "data.h"
-#include "fmi2.h"
+#include "fmi2Functions.h"
 #include "pythonfmu.h"
+
+#define REFERENCES const fmi2ValueReference references[], size_t count
 
 enum { FAULT_MISUSE = 998, ALL_MESSAGES = 1 << 4 /* of the categories */ };
 
@@ -27,6 +29,8 @@ enum {
     SETTABLE = INSTANTIATED | INITIALIZATION | STEP_COMPLETE,
     ASKABLE = STEP_COMPLETE | TERMINATED | ERROR | LOST,
 };
+
+enum { NOTHING, INITIALISING, STEPPING };
 
 /* What this library saves of an instance; the rest is PythonFMU's. */
 typedef struct {
@@ -48,6 +52,8 @@ typedef struct {
     int logging;
     unsigned int categories;     /* of the messages that the host wants, one bit for each */
     char heard[TEXT_SIZE];       /* the first error that Python reported in the present call */
+    int doing;                   /* what, in the present call */
+    double begin, end;           /* of the present step (s) */
     const char *name, *folder;   /* the second is that of the resources */
     fmi2Boolean visible;
 } Instance;
@@ -66,8 +72,11 @@ fmi2Status refuse(Instance *instance, const char *format, ...);
 /* Refuse a call that changed nothing, and live on. fmi2GetStringStatus has the reason until the next step is done. */
 fmi2Status decline(Instance *instance, const char *format, ...);
 
-/* What PythonFMU's answer to `call` comes to. */
+/* What PythonFMU's answer to `call` comes to: a refusal if Python reported an error. */
 fmi2Status answer(Instance *instance, fmi2Status status, const char *call);
+
+/* Write to `text` (TEXT_SIZE) when it was that Python said something in the present call, and what. */
+void say_when(const Instance *instance, char *text, fmi2Status status, const char *what);
 
 /* Hand a text to the host's logger if the host wants it. */
 void say(const Instance *instance, fmi2Status status, const char *text);
@@ -80,10 +89,5 @@ void hear(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status stat
 void hand_over(const fmi2CallbackFunctions *host, const char *name, fmi2Status status, const char *text);
 
 #pragma GCC visibility pop
-
-static inline fmi2ValueReference fault_code(const Instance *instance)
-{
-    return (fmi2ValueReference)instance->data.n_values - 1;
-}
 
 #endif

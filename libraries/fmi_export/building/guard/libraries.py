@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from fmi_export.building.native.compiler import PLATFORMS, check_compiler, compile_library
-from fmi_export.building.native.engines import COMPILING, HERE, Engine, digest_of, find_or_compile
+from fmi_export.building.native.engines import COMPILING, FMI2_HEADERS, HERE, Engine, digest_of, find_or_compile
 
-SHARED = ("fmi2.h", "data.h", "resources.h", "data.c", "resources.c")  # with the native slave
+SHARED = (*FMI2_HEADERS, "data.h", "resources.h", "data.c", "resources.c")  # with the native slave
 OWN = (
     *("guard.h", "pythonfmu.h", "system.h"),
     *("answers.c", "life_cycle.c", "pythonfmu.c", "questions.c", "saved_states.c", "values.c"),

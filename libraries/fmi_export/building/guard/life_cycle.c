@@ -16,12 +16,12 @@ enum { NAME_SIZE = 256 };
 
 const char *fmi2GetTypesPlatform(void)
 {
-    return "default";
+    return fmi2TypesPlatform;
 }
 
 const char *fmi2GetVersion(void)
 {
-    return "2.0";
+    return fmi2Version;
 }
 
 static void start_over(Instance *instance)
@@ -113,9 +113,8 @@ static Instance *make(const char *name, const char *guid, const char *location, 
     free(folder);
     if (!instance)
         return NULL;
-    const fmi2CallbackFunctions own = {hear, host->allocateMemory, host->freeMemory, NULL, instance};
-    memcpy(&instance->host, host, sizeof own);
-    memcpy(&instance->own, &own, sizeof own);
+    instance->host = *host;
+    instance->own = (fmi2CallbackFunctions){hear, host->allocateMemory, host->freeMemory, NULL, instance};
     instance->visible = visible;
     if (open_pythonfmu(&instance->python, instance->folder, reason) && begin_python(instance, reason))
         return instance;
@@ -181,22 +180,13 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component component)
     return answer(instance, instance->python.EnterInitializationMode(instance->slave), "fmi2EnterInitializationMode");
 }
 
-/* Python says what is wrong when it finds it; a fault that was not put right since is still in its fault code. */
 fmi2Status fmi2ExitInitializationMode(fmi2Component component)
 {
     Instance *instance = component;
     if (!may(instance, INITIALIZATION, "fmi2ExitInitializationMode"))
         return fmi2Error;
-    fmi2ValueReference reference = fault_code(instance);
-    fmi2Integer fault = 0;
-    fmi2Status status = instance->python.ExitInitializationMode(instance->slave);
-    if (status == fmi2OK)
-        status = PYTHON(GetInteger, &reference, 1, &fault);
-    if (fault && !*instance->heard)
-        snprintf(instance->heard, sizeof instance->heard, "%s", instance->now.reason);
-    if (!fault && !*instance->heard)
-        instance->now.state = STEP_COMPLETE;
-    return answer(instance, fault ? fmi2Discard : status, "fmi2ExitInitializationMode");
+    instance->now.state = STEP_COMPLETE;
+    return answer(instance, instance->python.ExitInitializationMode(instance->slave), "fmi2ExitInitializationMode");
 }
 
 /* Whether a step ends after the end of the experiment, by more than what rounding adds up to in hosts that sum their
@@ -217,9 +207,12 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step_size
     if (is_too_late(instance, time, step_size))
         return decline(instance, "at t = %.9g s: a step of %g s would end after the stop time of the experiment, %.9g s",
                        time, step_size, instance->stop);
+    instance->doing = STEPPING;
+    instance->begin = time;
+    instance->end = time + step_size;
     fmi2Status status = answer(instance, PYTHON(DoStep, time, step_size, no_earlier_state), "fmi2DoStep");
     if (status == fmi2OK) {
-        instance->now.time = time + step_size;
+        instance->now.time = instance->end;
         *instance->now.reason = '\0';
     }
     return status;

@@ -3,7 +3,7 @@
 #ifndef AMB_PYTHONFMU_H
 #define AMB_PYTHONFMU_H
 
-#include "fmi2.h"
+#include "fmi2Functions.h"
 
 #define PYTHONFMU_FUNCTIONS(X) \
     X(Instantiate) X(FreeInstance) X(SetupExperiment) X(EnterInitializationMode) X(ExitInitializationMode) \

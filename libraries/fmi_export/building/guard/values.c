@@ -1,7 +1,5 @@
 /* Reading and setting variables. */
 
-#include <stdio.h>
-
 #include "guard.h"
 
 static const char *const TYPE_NAMES[] = {"Real", "Integer", "Boolean", "String"};
@@ -62,8 +60,9 @@ static fmi2Status answer_get(Instance *instance, fmi2Status status, const char *
 {
     if (instance->now.state != INITIALIZATION || status != fmi2OK || !*instance->heard)
         return answer(instance, status, call);
-    snprintf(instance->now.reason, TEXT_SIZE, "%s", instance->heard);
-    say(instance, fmi2Warning, instance->heard);
+    char text[TEXT_SIZE];
+    say_when(instance, text, fmi2Warning, instance->heard);
+    say(instance, fmi2Warning, text);
     return fmi2Warning;
 }
 
@@ -91,10 +90,11 @@ static fmi2Status answer_get(Instance *instance, fmi2Status status, const char *
 static void show_own_fault(const Instance *instance, Type type, REFERENCES, void *values)
 {
     fmi2Integer *numbers = values;
+    fmi2ValueReference fault_code = (fmi2ValueReference)instance->data.n_values - 1;
     if (type != TYPE_INTEGER || !instance->now.fault)
         return;
     for (size_t i = 0; i < count; i++)
-        if (references[i] == fault_code(instance) && !numbers[i])
+        if (references[i] == fault_code && !numbers[i])
             numbers[i] = instance->now.fault;
 }
 

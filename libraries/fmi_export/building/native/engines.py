@@ -26,10 +26,12 @@ from fmi_export.building.native.lowering import Kernels, lower
 HERE = Path(__file__).parent
 SHIPPED = HERE / "engines"  # in an installed package
 HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
+FMI2_HEADERS = tuple(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform"))
 C_SOURCES = (
-    *(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform")),
+    *FMI2_HEADERS,
+    *(f"{HEADERS}/fmi3{part}.h" for part in ("Functions", "FunctionTypes", "PlatformTypes")),
     *("data.h", "instance.h", "kernels.h", "resources.h", "slave.h"),
-    *("data.c", "fmi2.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
+    *("data.c", "fmi2.c", "fmi3.c", "fmi3_absent.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
 )
 LOWERING = ("lowering.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")
@@ -107,7 +109,7 @@ def _compile(model: Kernels, platform: str) -> Engine:
     if missing:
         raise ValueError(
             f"there is no engine of {model.name} for {platform} yet, and to compile it {' and '.join(missing)} must be "
-            "installed: pip install 'amb-cosim[native]'; FMUs of flavour python need neither"
+            "installed: pip install 'amb-cosim[native]'; FMUs of flavour python take no engine"
         )
     check_compiler()
     library = compile_library(model.name, engine_sources(model), platform)

@@ -33,24 +33,27 @@ static void explain_range(char *text, const Data *data, int64_t variable, double
     append(text, "%s", data->text + data->variables[variable].allowed);
 }
 
-/* A sentence with the present values of the variables it names. */
-static void explain(char *text, const Run *run, const Sentence *sentence)
+/* A sentence with the present values of the variables it names, of outputs those in `outputs`. */
+static void explain(char *text, const Run *run, const Sentence *sentence, const double *outputs)
 {
     const Piece *piece = run->data.pieces + sentence->first_piece;
+    int64_t first = first_output(&run->data);
     for (uint32_t i = 0; i < sentence->n_pieces; i++, piece++) {
         append(text, "%s", run->data.text + piece->text);
-        if (piece->variable != NO_VALUE)
-            append_number(text, piece->variable == STEP_SIZE ? run->step_size : run->values[piece->variable]);
+        if (piece->variable == STEP_SIZE)
+            append_number(text, run->step_size);
+        else if (piece->variable != NO_VALUE)
+            append_number(text, piece->variable < first ? run->values[piece->variable] : outputs[piece->variable - first]);
     }
 }
 
-/* The sentence for a fault of the kernels. */
+/* The sentence for a fault of the kernels; outputs have the values that they had found. */
 static void explain_fault(char *text, const Run *run, int64_t fault)
 {
     const Data *data = &run->data;
     for (const Sentence *sentence = data->faults; sentence < data->faults + data->n_faults; sentence++)
         if (sentence->of == fault) {
-            explain(text, run, sentence);
+            explain(text, run, sentence, run->next_outputs);
             return;
         }
     append(text, "fault %lld", (long long)fault);
@@ -89,7 +92,7 @@ int run_next_warning(Run *run, char *text)
         run->told[i] = 1;
         text[0] = '\0';
         append(text, "%s: ", name_of(data, variable));
-        explain(text, run, &data->warnings[i]);
+        explain(text, run, &data->warnings[i], run->values + first_output(data));
         return 1;
     }
     return 0;

@@ -1,0 +1,169 @@
+"""Hosts without Python that load an FMU of flavour python: it brings its Python, or says why it cannot."""
+
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from fmi_export.building import python_fmu
+from fmi_export.building.native.compiler import host_platform
+from fmi_export.model import Instance
+
+LIBPYTHON = Path(sysconfig.get_config_var("LIBDIR") or "", sysconfig.get_config_var("INSTSONAME") or "")
+NATIVE = Path(python_fmu.__file__).parent / "native"
+SUPPORT = Path(__file__).parents[1] / "native" / "support"
+H = 250e-6
+
+pytestmark = [
+    pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="hosts are built and run on Linux"),
+    pytest.mark.skipif(not shutil.which("cc"), reason="needs a C compiler"),
+    pytest.mark.skipif(
+        not (LIBPYTHON.is_file() and ".so" in LIBPYTHON.name), reason="needs Python as a shared library"
+    ),
+]
+
+# Loads the FMU several times, makes two instances each time, and leaves one alive; a library that is named first is
+# loaded for this program alone.
+ROUNDS = r"""
+#include <dlfcn.h>
+#include <stdlib.h>
+static void logger(void *e, const char *n, int s, const char *c, const char *m, ...) {}
+static struct { void (*log)(void *, const char *, int, const char *, const char *, ...);
+                void *(*calloc)(size_t, size_t); void (*free)(void *); void *finished, *environment;
+} callbacks = {logger, calloc, free, NULL, NULL};
+int main(int n, char **argument) {
+    if (n > 4 && !dlopen(argument[4], RTLD_NOW | RTLD_LOCAL)) return 10;
+    for (int round = 0; round < 3; round++) {
+        void *fmu = dlopen(argument[1], RTLD_NOW), *instances[2];
+        if (!fmu) return 11;
+        void *(*instantiate)() = (void *(*)())dlsym(fmu, "fmi2Instantiate");
+        int (*enter)(void *) = (int (*)(void *))dlsym(fmu, "fmi2EnterInitializationMode");
+        int (*leave)(void *) = (int (*)(void *))dlsym(fmu, "fmi2ExitInitializationMode");
+        int (*step)(void *, double, double, int) = (int (*)(void *, double, double, int))dlsym(fmu, "fmi2DoStep");
+        void (*release)(void *) = (void (*)(void *))dlsym(fmu, "fmi2FreeInstance");
+        for (int i = 0; i < 2; i++) {
+            void *instance = instances[i] = instantiate("lag", 1, argument[2], argument[3], &callbacks, 0, 0);
+            if (!instance) return 12;
+            if (enter(instance) || leave(instance) || step(instance, 0.0, 250e-6, 1)) return 13;
+        }
+        release(instances[1]);
+        if (round != 1) release(instances[0]);
+        dlclose(fmu);
+    }
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """`compiled(source, *options)`: path of what the C compiler makes of a file."""
+    folder = tmp_path_factory.mktemp("hosts")
+
+    def compile_file(source: Path, *options: str) -> Path:
+        target = folder / source.stem
+        headers = f"-I{NATIVE / 'fmi_headers'}"
+        command = ["cc", "-std=gnu11", "-w", headers, *options, str(source), "-o", str(target), "-ldl"]
+        subprocess.run(command, check=True)
+        return target
+
+    return compile_file
+
+
+@pytest.fixture
+def fmu(build_fmu, lag, tmp_path):
+    with zipfile.ZipFile(build_fmu(lag)) as archive:
+        archive.extractall(tmp_path / "fmu")
+    return tmp_path / "fmu"
+
+
+def arguments(fmu: Path) -> list[str]:
+    library = fmu / "binaries" / host_platform() / "probe_lag.so"
+    guid = ElementTree.parse(fmu / "modelDescription.xml").getroot().get("guid")
+    return [str(library), str(guid), (fmu / "resources").as_uri()]
+
+
+def run(command: list, program: str = "", **environment: str) -> subprocess.CompletedProcess:
+    """Run a host with nothing in its environment that names a Python."""
+    return subprocess.run(
+        list(map(str, command)),
+        input=program,
+        env={"PATH": os.defpath, "HOME": "/nonexistent", **environment},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("loaded", [[], [LIBPYTHON]], ids=["no Python", "a Python of its own"])
+def test_a_host_without_python_runs_instances_and_ends_cleanly(fmu, compiled, tmp_path, loaded):
+    (tmp_path / "rounds.c").write_text(ROUNDS)
+    environment = {"PYTHONPATH": sysconfig.get_path("purelib"), "PYTHONHOME": sys.base_prefix} if loaded else {}
+    process = run([compiled(tmp_path / "rounds.c"), *arguments(fmu), *loaded], **environment)
+    assert process.returncode == 0, process.stderr
+
+
+def test_a_host_without_python_gets_the_numbers_of_the_core(fmu, compiled, lag):
+    core = Instance(lag, np.zeros(1))
+    core["u"] = 1.0
+    core.initialise()
+    for n in range(8):
+        core.step(n * H, H)
+    begin = ["new 0", "real 0 3 1.0", "setup 0 0", "enter 0", "exit 0", "step 0 0 5 0.00025", "save 0"]
+    rest = ["step 0 5 3 0.00025", "read 0 5", "restore 0", "step 0 5 3 0.00025", "read 0 5", "terminate 0", "free 0"]
+    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "".join(f"{line}\n" for line in begin + rest))
+    assert process.returncode == 0, process.stderr
+    answers = [line.split() for line in process.stdout.splitlines()]
+    assert {answer[0] for answer in answers} == {"0"}, process.stderr
+    read = [float.fromhex(answer[1]) for answer in answers if len(answer) > 1 and "x" in answer[1]]
+    assert read == [core["y"]] * 2
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_any_calls_with_any_arguments_are_survived(fmu, compiled, seed):
+    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], f"fuzz {seed} 3000\n")
+    assert process.returncode == 0, process.stderr[-2000:]
+
+
+def said(process: subprocess.CompletedProcess) -> str:
+    assert process.returncode == 0, process.stderr
+    assert process.stdout.split() == ["3"], "no instance"
+    assert process.stderr.startswith("fmu0 3 logStatusError ")
+    return process.stderr
+
+
+def test_without_any_python_there_is_no_instance_but_a_reason(fmu, compiled, tmp_path):
+    (tmp_path / "fake.c").write_text("int nothing;\n")
+    (tmp_path / "fake").mkdir()
+    shutil.move(compiled(tmp_path / "fake.c", "-shared", "-fPIC"), tmp_path / "fake" / "libpython3.40.so.1.0")
+    (fmu / "resources" / "python.txt").write_text("/nowhere/libpython.so\n/nowhere/python")
+    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n", LD_LIBRARY_PATH=str(tmp_path / "fake"))
+    text = said(process)
+    assert "this FMU needs Python, but the process has none, and neither /nowhere/libpython.so" in text
+    assert "LD_LIBRARY_PATH" in text
+    assert "flavour native" in text
+
+
+def test_a_python_without_numpy_is_named_as_the_reason(fmu, compiled, tmp_path):
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "bare"], check=True)
+    program = tmp_path / "bare" / "bin" / "python"
+    (fmu / "resources" / "python.txt").write_text(f"{LIBPYTHON}\n{program}")
+    text = said(run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n"))
+    assert "No module named 'numpy'" in text
+
+
+def test_a_missing_library_of_pythonfmu_is_named_as_the_reason(fmu, compiled):
+    library = fmu / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
+    library.unlink()
+    text = said(run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n"))
+    assert "PythonFMU's library cannot be loaded: " in text
+    assert str(library) in text

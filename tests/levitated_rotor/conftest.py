@@ -1,0 +1,53 @@
+"""The assembled rotor as a native FMU, built once for each scenario."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def assembled(create_once: Callable[..., Path]) -> Callable[..., Path]:
+    """`assembled(scenario=None)`: path of the FMU; skips the test where it cannot be compiled."""
+    pytest.importorskip("numba")
+    pytest.importorskip("ziglang", reason="a native FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
+
+    def build(scenario: str | Path | None = None) -> Path:
+        from amb_cosim import build_assembled
+
+        name = "levitated" if scenario is None else Path(scenario).stem
+        home = create_once(f"assembled-{name}", lambda folder: build_assembled(folder, scenario))
+        return home / "levitated_rotor.fmu"
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def extracted(assembled: Callable[..., Path], create_once: Callable[..., Path]) -> Callable[..., Path]:
+    """The same argument; folder of the extracted FMU."""
+
+    def extract(scenario: str | Path | None = None) -> Path:
+        fmu = assembled(scenario)
+
+        def fill(folder: Path) -> None:
+            with zipfile.ZipFile(fmu) as archive:
+                archive.extractall(folder)
+
+        return create_once(f"{fmu.parent.name}-extracted", fill)
+
+    return extract
+
+
+@pytest.fixture(scope="session")
+def native_lag(create_once: Callable[..., Path]) -> Path:
+    """A native FMU of a first-order lag, to stand beside."""
+    import numpy as np
+    from probe_lag.lag import MODEL
+
+    from fmi_export.building.native.package import build_native_fmu
+
+    home = create_once("native-lag", lambda folder: build_native_fmu(MODEL, np.zeros(1), folder))
+    return home / f"{MODEL.name}.fmu"

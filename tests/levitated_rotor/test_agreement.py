@@ -1,0 +1,169 @@
+"""The assembled FMU does what the orchestrator does with three: to the last bit, in any host, at any step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from ctypes import byref
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from assembled_rotor import RIG, Host, T, differing, in_one, inputs_at, separate, series
+
+from amb_cosim.scenario import load_scenario
+from amb_cosim.simulation import Prepared, prepare
+
+SCENARIOS = ("fig4_9", "fig5_6", pytest.param("fig6_13", marks=pytest.mark.slow))
+
+SHORT = {"settle_cycles": 2, "end_cycle": 12}  # of fig4_9: contact all the same
+
+
+def short(**changes: Any) -> Prepared:
+    return prepare(load_scenario("fig4_9").changed(**{**SHORT, **changes}))
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_it_equals_the_orchestrator_to_the_last_bit(name: str, assembled: Callable[..., Path]) -> None:
+    prepared = prepare(load_scenario(name))
+    three, one = separate(prepared), in_one(prepared, assembled(name))
+    assert three.outcome.status == one.outcome.status == "completed"
+    found = series(three)
+    assert differing(series(one), found) == []
+    assert set(found["rotor_contact.contact_state"]) >= {0.0, 1.0, 2.0}
+    assert three.warnings.keys() == {"rolac_controller", "amb_actuator", "rotor_contact"}
+    told = [text.replace(": ", f": {component}.", 1) for component, texts in three.warnings.items() for text in texts]
+    assert sorted(one.warnings[RIG]) == sorted(told)
+
+
+@pytest.mark.parametrize("step", [25.0, 125.0])
+def test_at_fractions_of_the_sample_time_too(step: float, assembled: Callable[..., Path]) -> None:
+    """The controller samples at its own instants; actuator and rotor step with the master."""
+    prepared = short(communication_step=f"{step} us", settle_cycles=0, end_cycle=7)
+    assert differing(series(in_one(prepared, assembled("fig4_9"))), series(separate(prepared))) == []
+
+
+def test_in_jacobi_order_it_is_the_same(assembled: Callable[..., Path], native_lag: Path) -> None:
+    prepared = short()
+    beside = in_one(prepared, assembled("fig4_9"), {"lag": native_lag}, coupling="jacobi")
+    assert differing(series(beside), series(separate(prepared))) == []
+
+
+def over_steps(three: dict[str, Any], warnings: set[str], ends: list[int]) -> dict[str, list[float]]:
+    """Return what the outputs are at the ends of steps of several samples, from what they are at each sample."""
+    found = {}
+    for name, values in three.items():
+        spans = [values[a + 1 : b + 1] for a, b in pairwise(ends)]
+        if name.endswith(".impulse"):
+            found[name] = [sum(span.tolist()) for span in spans]
+        elif name in warnings:
+            found[name] = [max(span) for span in spans]
+        else:
+            found[name] = [span[-1] for span in spans]
+    return found
+
+
+@pytest.mark.parametrize("rollback", [False, True])
+def test_steps_of_any_number_of_samples_in_a_host_that_subtracts_times(
+    rollback: bool, extracted: Callable[..., Path]
+) -> None:
+    """Communication points are n T, computed, and steps their differences, as in PyFMI; logging is off."""
+    prepared = short()
+    plan, three = prepared.plan, series(separate(prepared))
+    warnings = {f"{c}.{p.name}" for c, i in prepared.interfaces.items() for p in i.of("output") if p.warning}
+    changes, sizes = inputs_at(plan, plan.first, plan.last), [1, 3, 2, 7, 1, 1, 12]
+    host = Host(extracted("fig4_9"))
+    host.begin(plan.first * T, **{name.replace(".", "__"): value for name, value in plan.inputs.items()})
+    n, ends, found, state = plan.first, [0], [], None
+    while n < plan.last:
+        host.set(changes.get(n, {}))
+        stop = min([plan.last, n + sizes[len(found) % len(sizes)], *(at for at in changes if at > n)])
+        if rollback and len(found) % 10 == 3:
+            state = host.slave.save(state)
+            kept = host.read()
+            host.set({"rotor_contact.d1.u": 0.02, "rolac_controller.mb1.set_x": 1e-4})
+            assert host.step(n * T, 1.7 * T) == 0
+            assert host.step(n * T + 1.7 * T, 0.6 * T) == 0
+            assert host.slave.call("SetFMUstate", state) == 0
+            assert host.read() == kept
+        assert host.step(n * T, stop * T - n * T) == 0
+        n = stop
+        ends.append(n - plan.first)
+        found.append(host.read())
+    expected = over_steps(three, warnings, ends)
+    assert [name for name in expected if [point[name] for point in found] != expected[name]] == []
+    assert max(expected["rotor_contact.rb1.impulse"]) > 0.01
+    if state is not None:
+        assert host.slave.call("FreeFMUstate", byref(state)) == 0
+
+
+def test_a_step_that_straddles_samples_is_cut_at_them(extracted: Callable[..., Path]) -> None:
+    """Steps of 0.7 samples, against steps that end at each sample and where those end."""
+    long, fine = (Host(extracted("fig4_9")).begin(rotor_contact__d1__u=0.06) for _ in range(2))
+    marks = sorted({0.7 * T * k for k in range(701)} | {T * k for k in range(491) if k % 7})
+    touched = False
+    for k in range(700):
+        assert long.step(0.7 * T * k, 0.7 * T) == 0
+        touched = touched or long.slave.get("rotor_contact.contact_state") != [0]
+    for a, b in pairwise(marks):
+        assert fine.step(a, b - a) == 0
+    one, other = long.read(), fine.read()
+    assert touched
+    for name in ("rotor_contact.mb1.x", "rotor_contact.mb2.y", "rolac_controller.mb1.i_x", "amb_actuator.mb1.f_x"):
+        assert one[name] == pytest.approx(other[name], rel=1e-6), name
+
+
+def test_the_speed_rises_within_a_long_step(extracted: Callable[..., Path]) -> None:
+    slope, n = 400.0, 8  # rad/s2
+    fine, long = (Host(extracted("fig4_9")).begin(Omega_dot=slope) for _ in range(2))
+    for k in range(4 * n):
+        fine.set({"Omega": 260.0 + slope * k * T})
+        assert fine.step(k * T, T) == 0
+    for k in range(4):
+        long.set({"Omega": 260.0 + slope * k * n * T})
+        assert long.step(k * n * T, n * T) == 0
+    one, other = fine.read(), long.read()
+    for name in ("rotor_contact.speed", "rotor_contact.theta", "rotor_contact.mb1.x", "rolac_controller.mb1.i_x"):
+        assert one[name] == pytest.approx(other[name], rel=1e-9), name
+
+
+def test_a_saved_state_goes_through_bytes(extracted: Callable[..., Path]) -> None:
+    first = Host(extracted("fig5_6")).begin()
+    for k in range(40):
+        assert first.step(0.4 * T * k, 0.4 * T) == 0
+    text = first.slave.serialise(first.slave.save())
+    second = Host(extracted("fig5_6")).begin()
+    status, state = second.slave.deserialise(text)
+    assert status == 0
+    assert second.slave.call("SetFMUstate", state) == 0
+    for k in range(40, 80):
+        assert first.step(0.4 * T * k, 0.4 * T) == second.step(0.4 * T * k, 0.4 * T) == 0
+    assert first.read() == second.read()
+
+
+def test_fmpy_simulates_it(assembled: Callable[..., Path], run_python: Callable[..., Any]) -> None:
+    def simulate(fmu: str) -> list[float]:
+        from fmpy import simulate_fmu
+
+        return simulate_fmu(fmu, stop_time=0.1, output=["rotor_contact.mb1.x"])["rotor_contact.mb1.x"].tolist()
+
+    found = run_python(simulate, fmu=assembled("fig4_9"))
+    prepared = short(settle_cycles=0, end_cycle=5)
+    expected = series(separate(prepared))["rotor_contact.mb1.x"]
+    n = len(found)
+    assert n > 100
+    every = 400 // (n - 1)
+    assert np.array_equal(found[1:], expected[every : every * n : every])
+
+
+def test_one_rotor_and_scenario_of_another_size(assembled: Callable[..., Path]) -> None:
+    prepared = prepare(load_scenario("compressor_levitated").changed(settle_cycles=0, end_cycle=2))
+    three, one = separate(prepared), in_one(prepared, assembled("compressor_levitated"))
+    assert differing(series(one), series(three)) == []
+
+
+def test_the_last_time_is_that_of_the_step(extracted: Callable[..., Path]) -> None:
+    host = Host(extracted("fig4_9")).begin()
+    assert host.step(0.0, 3.3 * T) == 0
+    assert host.slave.last_time() == 3.3 * T

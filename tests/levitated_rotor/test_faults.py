@@ -1,0 +1,96 @@
+"""A fault of a part names its component and the value, at the sample where the orchestrator has it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from assembled_rotor import Host, T, in_one, separate
+
+from amb_cosim.cosim.errors import StartFailed
+from amb_cosim.scenario import load_scenario
+from amb_cosim.simulation import Prepared, prepare
+
+# A magnet so near that the rotor reaches it; no retainers, and a rotor that runs away from its sensors.
+NEAR = {"amb_actuator": {"mb?.gap_?": "0.1 mm", "mb?.k_s_measured_?": 0.0}}
+AWAY = {
+    "rotor_contact": {"rb?.enabled": False, "eb?.enabled": False},
+    "amb_actuator": {"mb?.gap_?": 1.0},
+    "rolac_controller": {"mb?.k_b_?": -1e7},
+}
+
+
+def scenario(parameters: dict[str, Any]) -> Any:
+    changes = {"settle_cycles": 0, "end_cycle": 8, "inputs": {"rotor_contact": {"d1.u": "30 g.m"}}}
+    return load_scenario("fig4_9").changed(parameters=parameters, **changes)
+
+
+@pytest.fixture(scope="module", params=["NEAR", "AWAY"])
+def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Prepared, Path]:
+    mine = scenario({"NEAR": NEAR, "AWAY": AWAY}[request.param])
+    return prepare(mine), mine.save(tmp_path_factory.mktemp("scenario") / f"{request.param.lower()}.toml")
+
+
+def test_it_stops_where_the_orchestrator_does_and_says_the_same(case: Any, assembled: Callable[..., Path]) -> None:
+    prepared, file = case
+    three, one = separate(prepared).outcome, in_one(prepared, assembled(file)).outcome
+    assert three.status == one.status == "failed"
+    assert three.component in ("amb_actuator", "rolac_controller")
+    assert one.time == three.time
+    assert one.reason == three.reason.replace(": ", f": {three.component}: ", 2).replace(f"{three.component}: ", "", 1)
+
+
+@pytest.mark.parametrize("samples", [1, 5, 0.7])
+def test_a_long_step_tells_the_value_at_the_sample(
+    case: Any, samples: float, assembled: Callable[..., Path], extracted: Callable[..., Path]
+) -> None:
+    prepared, file = case
+    three = separate(prepared).outcome
+    host, k = Host(extracted(file)).begin(), 0
+    while host.step(k * samples * T, samples * T) == 0:
+        before, k = host.read(), k + 1
+    told = three.reason.partition(": at t = ")[2].partition(": ")[2]
+    said = host.slave.reason()
+    if samples != 0.7:
+        assert f"{three.component}: {told}" in said
+    assert f"{three.component}: " in said
+    assert k * samples * T == pytest.approx(three.time, abs=1.01 * max(samples, 1.0) * T)
+    assert host.read() == before, "outputs keep their last good values"
+    (code,) = host.slave.get("fault_code")
+    assert 200 < code < 300 if three.component == "amb_actuator" else 400 <= code < 998
+
+
+def test_a_fault_of_a_part_at_the_start_is_told(assembled: Callable[..., Path], extracted: Callable[..., Path]) -> None:
+    prepared = prepare(scenario({"amb_actuator": {"mb2.bias_current_y": "11 A"}}))
+    with pytest.raises(StartFailed, match=r"mb2\.bias_current_y = 11 A plus") as refused:
+        separate(prepared)
+    host = Host(extracted("fig4_9"))
+    host.slave.set(amb_actuator__mb2__bias_current_y=11.0)
+    host.slave.setup()
+    assert host.slave.call("EnterInitializationMode") == 0
+    assert host.slave.call("ExitInitializationMode") == 3
+    assert str(refused.value).rpartition("initialisation: ")[2] in host.slave.reason()
+    assert "amb_actuator: amb_actuator.mb2" not in host.slave.reason()
+
+
+def test_a_value_outside_its_range_is_named(extracted: Callable[..., Path]) -> None:
+    host = Host(extracted("fig4_9")).begin()
+    host.slave.set(Omega=2e4)
+    assert host.step(0.0, T) != 0
+    assert "Omega = 20000 rad/s is not allowed; it must be >= -10000 and <= 10000 rad/s" in host.slave.reason()
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+def test_an_output_that_is_no_number_ends_the_step_where_it_arose(samples: int, extracted: Callable[..., Path]) -> None:
+    """A force beyond all bounds; the fault is that of the plant's output, not of what it would do to the controller."""
+    host = Host(extracted("fig4_9")).begin()
+    assert host.step(0.0, T) == 0
+    before = host.read()
+    host.set({"rotor_contact.d1.f_x": 1e300, "rotor_contact.d2.f_x": -1e308})
+    assert host.step(T, samples * T) != 0
+    assert host.slave.reason().partition(": ")[2].startswith("rotor_contact.")
+    (code,) = host.slave.get("fault_code")
+    assert code >= 100_000 or 300 < code < 400
+    assert host.read() == before

@@ -1,0 +1,127 @@
+"""What the assembly shows of its parts, and what can be assembled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from amb_cosim.assembled import levitated_rotor
+from amb_cosim.models import amb_actuator, rolac_controller, rotor_contact
+from amb_cosim.scenario import load_scenario, parse_scenario
+from fmi_export.variables import FAULT_CODE
+
+PARTS = {"rolac_controller": rolac_controller, "amb_actuator": amb_actuator, "rotor_contact": rotor_contact}
+
+
+@pytest.fixture(scope="module")
+def table():
+    return levitated_rotor("fig4_9")[0].interface
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return {name: make()[0].interface for name, make in PARTS.items()}
+
+
+def test_parameters_and_outputs_are_those_of_the_parts(table, parts):
+    for causality in ("parameter", "output"):
+        expected = [
+            replace(v, name=f"{part}.{v.name}", field="")
+            for part, own in parts.items()
+            for v in own.of(causality)
+            if v.name != FAULT_CODE
+        ]
+        found = [v for v in table.of(causality) if v.name != FAULT_CODE]
+        assert [v.name for v in found] == [v.name for v in expected]
+        for v, own in zip(found, expected, strict=True):
+            reached = {"depends_on": v.depends_on, "starts_from": v.starts_from, "starts_as": v.starts_as}
+            assert v == replace(own, start=v.start, warning=v.warning, **reached), v.name
+
+
+def test_inputs_are_those_that_nothing_in_the_system_feeds(table, parts):
+    names = [v.name for v in table.of("input")]
+    assert names[:2] == ["Omega", "Omega_dot"]
+    for name in ("rotor_contact.d1.u", "rotor_contact.d1.f_x", "amb_actuator.mb1.stuck_x", "rotor_contact.base.a_x"):
+        assert name in names
+    for name in ("rolac_controller.rolac_enable", "rolac_controller.s1.fault_dead", "rolac_controller.mb1.set_x"):
+        assert name in names
+    fed = [name for name in names if name.endswith((".i_x", ".mb1.x", ".k_xx", ".theta", ".contact_state", ".s1"))]
+    assert fed == []
+    every = sum(len(own.of("input")) for own in parts.values())
+    connections = 4 + 4 + 4 + 8 + 8 + 2  # currents, displacements, forces, gradients, sensors, angle and contact
+    assert len(names) == every - connections - 1
+
+
+def test_a_shared_signal_is_allowed_what_all_its_inputs_are(table, parts):
+    assert table["Omega"].maximum == parts["rolac_controller"]["Omega"].maximum
+    assert table["Omega"].unit == "rad/s"
+
+
+def test_what_reaches_an_output_without_delay_goes_through_connections(table):
+    reach = set(table["amb_actuator.mb1.f_x"].depends_on)
+    assert {"rolac_controller.mb1.set_x", "amb_actuator.mb1.stuck_x", "rolac_controller.rolac_enable"} <= reach
+    assert "rolac_controller.mb2.set_y" not in reach
+    assert table["rotor_contact.mb1.x"].depends_on == ()
+
+
+def test_what_an_output_starts_from_goes_through_connections(table):
+    force = set(table.initial_dependencies["amb_actuator.mb1.f_x"])
+    assert {"amb_actuator.mb1.k_i_measured_x", "rolac_controller.mb1.set_x", "rolac_controller.mb1.k_b_x"} <= force
+    assert "rolac_controller.mb2.k_b_y" not in force
+    declared = table.initial_dependencies
+    assert [v.name for v in table.of("output") if v.name not in declared] == []
+
+
+def test_start_values_are_those_of_the_scenario(table):
+    start = {v.name: v.start for v in table.variables}
+    assert start["Omega"] == 260.0
+    assert start["rotor_contact.d1.u"] == pytest.approx(0.5e-3)
+    assert start["rotor_contact.contact.impact_law"] == 0
+    assert start["amb_actuator.mb1.k_s_measured_x"] == 2e6
+    assert start["rotor_contact.eb1.enabled"] == 0
+
+
+def test_without_a_scenario_they_are_those_of_the_system():
+    start = {v.name: v.start for v in levitated_rotor()[0].interface.variables}
+    assert start["rotor_contact.contact.impact_law"] == 1
+    assert start["rolac_controller.mb1.k_s_x"] == 2e6
+    assert start["Omega"] == 0.0
+
+
+def test_a_scenario_brings_its_rotor():
+    model, _ = levitated_rotor("compressor_levitated")
+    names = {v.name for v in model.interface.variables}
+    rig = {v.name for v in levitated_rotor("fig4_9")[0].interface.variables}
+    assert names - rig
+    assert model.interface["Omega"].start == pytest.approx(load_scenario("compressor_levitated").initial_speed)
+
+
+def test_a_measured_speed_is_no_input_of_the_controller():
+    model, _ = levitated_rotor(load_scenario("fig4_9").changed(system="levitated_free_spin"))
+    assert "Omega" in {v.name for v in model.interface.of("input")}
+    assert "rolac_controller.Omega" not in {v.name for v in model.interface.variables}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"system": "passive"}, "rolac_controller, amb_actuator, rotor_contact, in this order"),
+        ({"coupling": "jacobi"}, "asks for jacobi"),
+    ],
+)
+def test_what_cannot_be_assembled_is_refused(changes, words):
+    text = 'Omega = "90 rad/s"\nend_cycle = 1\n'
+    with pytest.raises(ValueError, match=words):
+        levitated_rotor(parse_scenario(text, "mine").changed(**changes))
+
+
+def test_the_layout_makes_the_same_model():
+    import json
+
+    from levitated_rotor.model import model_from
+
+    model, _ = levitated_rotor("fig5_6")
+    again = model_from(json.loads(json.dumps(dict(model.layout))))
+    assert again.interface == model.interface
+    assert again.faults == model.faults

@@ -1,0 +1,127 @@
+"""The assembled FMU in tools: validators, the command line, system files, the README's code, flavour python."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib import util
+from pathlib import Path
+from typing import Any
+
+import pytest
+from assembled_rotor import Host, T
+from click.testing import CliRunner
+from fmpy.validation import validate_fmu
+
+README = Path(util.find_spec("levitated_rotor").origin).parent / "README.md"
+
+SYSTEM = """
+[[component]]
+name = "rig"
+fmu = "{fmu}"
+
+[[signal]]
+name = "Omega"
+targets = ["rig.Omega"]
+
+[experiment]
+communication_step = "1 ms"
+stop_time = "0.3 s"
+inputs = {{ "Omega" = "260 rad/s", "rig.rotor_contact.d1.u" = "0.5 g.m" }}
+
+[[experiment.event]]
+time = "0.12 s"
+set = {{ "rig.rotor_contact.d1.u" = "25.5 g.m" }}
+"""
+
+
+def test_fmpy_finds_it_valid(assembled: Callable[..., Path]) -> None:
+    assert validate_fmu(str(assembled("fig4_9"))) == []
+
+
+def test_fmutool_finds_no_fault_in_it(assembled: Callable[..., Path], tmp_path: Path) -> None:
+    pytest.importorskip("fmu_manipulation_toolbox", reason="extra: peers")
+    check = subprocess.run(
+        [sys.executable, "-m", "fmu_manipulation_toolbox.cli.fmutool", "-input", assembled("fig4_9"), "-check"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    said = check.stdout + check.stderr
+    assert check.returncode == 0, said
+    assert "No semantic error" in said
+    assert "WARNING" not in said
+    assert "ERROR" not in said
+
+
+def test_a_system_file_has_it_as_its_only_component(assembled: Callable[..., Path], tmp_path: Path) -> None:
+    from amb_cosim import simulate
+
+    shutil.copy(assembled("fig4_9"), tmp_path)
+    file = tmp_path / "rig.toml"
+    file.write_text(SYSTEM.format(fmu="levitated_rotor.fmu"), encoding="utf-8")
+    run = simulate(file)
+    assert run.outcome.status == "completed"
+    force = run.dataset["rig.rotor_contact.rb1.f_n"].values
+    contact = run.dataset["rig.rotor_contact.contact_state"].values
+    assert contact[:120].max() == 0
+    assert contact[120:].max() > 0
+    assert force.max() > 100.0
+
+
+def test_the_command_line_builds_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Flavour python takes no compiler; the options are those of a build of three."""
+    from amb_cosim.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    runner = CliRunner()
+    for arguments, name in (("--assembled fig5_6", "a"), ("--assembled", "b"), ("--assembled --rotor compressor", "c")):
+        done = runner.invoke(main, ["build", *arguments.split(), "--flavour", "python", "-o", name])
+        assert done.exit_code == 0, done.output
+        assert done.output.split() == [f"{name}/levitated_rotor.fmu"]
+        assert validate_fmu(f"{name}/levitated_rotor.fmu") == []
+    refused = runner.invoke(main, ["build", "--assembled", "fig4_99", "-o", "d"])
+    assert refused.exit_code == 2
+    assert "fig4_99" in refused.output
+    assert not Path("d").exists()
+
+
+def test_flavour_python_gives_the_same(extracted: Callable[..., Path], run_python: Callable[..., Any]) -> None:
+    """Its kernels, run by Python itself, through contact at steps of a sample and a half."""
+
+    def plain() -> dict[str, float]:
+        import os
+
+        os.environ["NUMBA_DISABLE_JIT"] = "1"
+        from amb_cosim.assembled import levitated_rotor
+        from fmi_export.model import Instance
+
+        instance = Instance(*levitated_rotor("fig4_9"))
+        instance["rotor_contact.d1.u"] = 0.3
+        instance.initialise()
+        for k in range(40):
+            instance.step(k * 1.5 * 250e-6, 1.5 * 250e-6)
+        return {v.name: instance[v.name] for v in instance.model.interface.of("output")}
+
+    host = Host(extracted("fig4_9")).begin(rotor_contact__d1__u=0.3)
+    for k in range(40):
+        assert host.step(k * 1.5 * T, 1.5 * T) == 0
+    found, expected = host.read(), run_python(plain)
+    assert expected.pop("fault_code") == 0
+    assert expected["rotor_contact.contact_state"] > 0
+    assert found == expected
+
+
+def test_the_code_of_the_readme_runs(
+    assembled: Callable[..., Path], run_python: Callable[..., Any], tmp_path: Path
+) -> None:
+    shutil.copy(assembled("fig4_9"), tmp_path)
+    (block,) = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+    largest, force = run_python(f"{block}\nresult = [float(np.abs(run[n]).max()) for n in names]", cwd=tmp_path)
+    assert largest < 0.8e-3
+    assert 100.0 < force < 1e5
