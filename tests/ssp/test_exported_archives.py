@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import zipfile
 from importlib.util import find_spec
 from pathlib import Path
@@ -10,9 +11,13 @@ import fmpy.ssp
 import pytest
 import tools
 import xmlschema
+from click.testing import CliRunner
 from fmpy.ssp.ssd import read_ssd
+from lxml import etree
 
+from amb_cosim.cli import main
 from amb_cosim.cosim.ssp import load_ssp
+from amb_cosim.cosim.ssp.schema import NAMESPACES
 
 SCENARIO = """
 description = "An unbalanced rotor from rest, with an event"
@@ -81,7 +86,8 @@ def sequential(archive):
 
 @pytest.fixture(scope="module")
 def jacobi(archive):
-    return archive("jacobi", JACOBI)
+    """For libcosim and ecos, which have no Enumerations."""
+    return archive("jacobi", JACOBI, integers=True)
 
 
 @pytest.mark.parametrize("connectors", [False, True])
@@ -119,6 +125,30 @@ def test_connectors_of_the_system_feed_the_same_inputs(archive, sequential):
     ends = {connector.name for connector in read_ssd(str(archive("connectors", SEQUENTIAL))).system.connectors}
     assert ends == {"Omega", "Omega_dot", "rotor_contact.d1.u", "rolac_controller.rolac_enable"}
     assert with_connectors[1:] == without[1:]
+
+
+@pytest.mark.parametrize(("integers", "kind"), [(False, "Enumeration"), (True, "Integer")])
+def test_switches_are_enumerations_or_integers_throughout(sequential, jacobi, integers, kind):
+    path = jacobi if integers else sequential
+    with zipfile.ZipFile(path) as content, tempfile.TemporaryDirectory() as folder:
+        document = etree.fromstring(content.read("resources/amb_actuator.ssv"))
+        described = fmpy.read_model_description(content.extract("resources/amb_actuator.fmu", folder))
+    bound = document.find(".//ssv:Parameter[@name='force_law']", NAMESPACES)[0]
+    variable = next(v for v in described.modelVariables if v.name == "force_law")
+    assert etree.QName(bound).localname == variable.type == kind
+    items = {item.name: item.value for item in variable.declaredType.items} if variable.declaredType else {}
+    assert items.get(bound.get("value"), bound.get("value")) == variable.start == "1"
+
+
+def test_the_command_writes_the_same_archive(sequential, tmp_path):
+    (tmp_path / "rig.toml").write_text(SEQUENTIAL, encoding="utf-8")
+    done = CliRunner().invoke(main, ["export-ssp", str(tmp_path / "rig.toml"), "-o", str(tmp_path / "rig.ssp")])
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "rig.ssp").read_bytes() == sequential.read_bytes()
+    refused = CliRunner().invoke(main, ["export-ssp", "fig4_99", "-o", str(tmp_path / "none.ssp")])
+    assert refused.exit_code == 2
+    assert "did you mean fig4_9" in refused.output
+    assert not (tmp_path / "none.ssp").exists()
 
 
 def test_what_ssp_cannot_say_is_in_the_notes(sequential):

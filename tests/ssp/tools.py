@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 
-def exported(scenario: str, archive: str, flavour: str = "native", connectors: bool = False) -> list[str]:
+def exported(
+    scenario: str, archive: str, flavour: str = "native", connectors: bool = False, integers: bool = False
+) -> list[str]:
     """Write a scenario (TOML) as an archive; return the names in it."""
     import zipfile
 
     from amb_cosim.exchange import export
     from amb_cosim.scenario import parse_scenario
 
-    export(parse_scenario(scenario, "rig"), archive, flavour=flavour, connectors=connectors)
+    export(parse_scenario(scenario, "rig"), archive, flavour=flavour, connectors=connectors, integers=integers)
     return zipfile.ZipFile(archive).namelist()
 
 

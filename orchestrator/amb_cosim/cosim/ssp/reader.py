@@ -245,18 +245,12 @@ class _Reader:
                 yield f"{prefix}{name}", value
 
     def _number(self, component: str, variable: str, value: Given) -> Raw:
-        """Return a value as the system takes it: with its unit where it has another one, enumerators as numbers."""
+        """Return a value as the system takes it: with its unit where the FMU's variable has another one."""
         port = self.interfaces[component].ports[variable]
         if isinstance(value, tuple):
             text, unit = value
             return float(text) if port.unit in (None, unit) else f"{text} {unit}"
-        if not isinstance(value, str):
-            return value
-        items = _enumerators(self.files[component], variable)
-        if value not in items:
-            allowed = ", ".join(items) or "numbers"
-            raise ValueError(f"{self.what}: {component}.{variable} = {value} is not allowed; there are {allowed}")
-        return items[value]
+        return value
 
 
 def _coupling(root: Any, what: str) -> Coupling:
@@ -283,10 +277,3 @@ def _on_the_grid(experiment: Experiment) -> Experiment:
 def _number(root: Any, path: str, name: str) -> float | None:
     element = root.find(path, NAMES)
     return None if element is None or element.get(name) is None else float(element.get(name))
-
-
-def _enumerators(file: Path, variable: str) -> dict[str, int]:
-    """Return the values of the enumerators of a variable by name."""
-    description = fmpy.read_model_description(str(file))
-    declared = next((v.declaredType for v in description.modelVariables if v.name == variable), None)
-    return {item.name: int(item.value) for item in getattr(declared, "items", None) or ()}
