@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 
-def exported(scenario: str, archive: str, flavour: str = "native", connectors: bool = False) -> list[str]:
+def exported(
+    scenario: str, archive: str, flavour: str = "native", connectors: bool = False, integers: bool = False
+) -> list[str]:
     """Write a scenario (TOML) as an archive; return the names in it."""
     import zipfile
 
     from amb_cosim.exchange import export
     from amb_cosim.scenario import parse_scenario
 
-    export(parse_scenario(scenario, "rig"), archive, flavour=flavour, connectors=connectors)
+    export(parse_scenario(scenario, "rig"), archive, flavour=flavour, connectors=connectors, integers=integers)
     return zipfile.ZipFile(archive).namelist()
 
 
@@ -81,3 +83,37 @@ def with_fmpy(archive: str, stop_time: float, step_size: float) -> dict[str, lis
 
     found = simulate_ssp(archive, stop_time=stop_time, step_size=step_size)
     return {name: found[name].tolist() for name in found.dtype.names}
+
+
+def with_ecos(archive: str, recorded: list[str], steps: int, step_size: float) -> dict[str, list[Any]]:
+    """Return the recorded outputs by ecos, which takes wiring and FMUs from the archive."""
+    import ctypes
+    import sys
+    import zipfile
+    from contextlib import suppress
+    from pathlib import Path
+
+    import fmpy
+
+    with suppress(OSError):  # ecos needs oneTBB: the wheel's, which no loader finds, or else the system's
+        ctypes.CDLL(f"{sys.prefix}/lib/libtbb.so.12", ctypes.RTLD_GLOBAL)
+    from ecospy import EcosSimulation
+
+    zipfile.ZipFile(archive).extractall("unpacked")
+    kinds = {
+        f"{file.stem}.{v.name}": {"Real": "real", "Integer": "integer", "Enumeration": "integer", "Boolean": "bool"}[
+            v.type
+        ]
+        for file in Path("unpacked/resources").glob("*.fmu")
+        for v in fmpy.read_model_description(str(file)).modelVariables
+    }
+    series: dict[str, list[Any]] = {name: [] for name in recorded}
+    with EcosSimulation(step_size, ssp_path=archive) as simulation:
+        simulation.init()
+        for n in range(steps + 1):
+            if n:
+                simulation.step()
+            for name in recorded:
+                series[name].append(getattr(simulation, f"get_{kinds[name]}")(name.replace(".", "::", 1)))
+        simulation.terminate()
+    return series
