@@ -1,5 +1,6 @@
 """A host without Python: it runs the FMU on this machine, under sanitizers and valgrind, and on other platforms."""
 
+import importlib
 import re
 import subprocess
 import sys
@@ -181,6 +182,7 @@ def sanitized(cc, tmp_path_factory):
         for command in (
             [*flags, *strict, "-shared", "-fPIC", "-o", folder / "fmu.so", *sources, folder / "kernels.o", "-lm"],
             [*flags, f"-I{HEADERS}", "-o", folder / "host", HERE / "host.c", "-ldl"],
+            [*flags, f"-I{HEADERS}", "-o", folder / "fuzz3", HERE / "fuzz3.c", "-ldl"],
         ):
             process = subprocess.run(["gcc", *map(str, command)], capture_output=True, text=True, check=False)
             assert process.returncode == 0, process.stderr
@@ -194,6 +196,15 @@ def test_sanitizers_find_nothing_in_a_run_and_in_calls_in_any_order(sanitized, l
     host, *fmu = sanitized(lag, np.zeros(1))
     answers, _ = run([host], *fmu, [*lag_program.lines, *(f"fuzz {seed} 100000" for seed in range(1, 6))])
     lag_program.check(answers)
+
+
+@pytest.mark.slow
+def test_sanitizers_find_nothing_in_calls_of_fmi_3_in_any_order(sanitized):
+    host, library, guid, resources = sanitized(importlib.import_module("probe_matrix.model").MODEL, np.zeros(1))
+    for seed in range(1, 6):
+        command = [host.with_name("fuzz3"), library, guid, resources, str(seed), "100000"]
+        process = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+        assert process.returncode == 0, f"ended with {process.returncode}: {process.stderr[-3000:]}"
 
 
 @pytest.mark.slow
