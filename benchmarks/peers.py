@@ -28,6 +28,15 @@ def step_time(advance: Callable[[int], object], steps: int) -> float:
     return (time.perf_counter() - begin) / (steps - 1)
 
 
+def described_as_integers(fmus: dict[str, str]) -> dict[str, str]:
+    """Return copies of FMUs in the working folder that describe Enumerations as Integers: libcosim and ecos need it."""
+    from pathlib import Path
+
+    from fmi_export.building.integers import with_integers
+
+    return {name: str(with_integers(Path(path), Path(f"{name}.fmu").absolute())) for name, path in fmus.items()}
+
+
 def with_libcosim(
     fmus: dict[str, str],
     start: dict[str, dict[str, Any]],
@@ -55,7 +64,7 @@ def with_libcosim(
     SubElement(root, "BaseStepSize").text = repr(step_size)
     SubElement(root, "Algorithm").text = "fixedStep"
     simulators, links = SubElement(root, "Simulators"), SubElement(root, "Connections")
-    for name, path in fmus.items():
+    for name, path in described_as_integers(fmus).items():
         simulator = {"name": name, "source": Path(path).as_uri(), "stepSize": repr(every[name] * step_size)}
         initial = SubElement(SubElement(simulators, "Simulator", simulator), "InitialValues")
         for variable, value in start[name].items():
@@ -114,6 +123,7 @@ def with_ecos(
     from ecospy import EcosSimulation, EcosSimulationStructure
 
     assert set(every.values()) == {1}
+    fmus = described_as_integers(fmus)
     kinds = {
         f"{name}.{v.name}": {"Real": "real", "Integer": "integer", "Boolean": "bool"}[v.type]
         for name, path in fmus.items()

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fmi_export.model import STEP_SIZE
-from fmi_export.variables import FAULT_CODE, Interface, Variable, output
+from fmi_export.variables import FAULT_CODE, Array, Interface, Variable, output
 from levitated_rotor.assembly import Assembly, Part
 
 
@@ -30,10 +30,15 @@ def renamed(assembly: Assembly, part: Part, sentence: str) -> str:
     )
 
 
+def _array(assembly: Assembly, part: Part, v: Variable) -> Array | None:
+    return v.array and v.array._replace(name=assembly.named(part, v.array.name))
+
+
 def _parameters(assembly: Assembly) -> Iterator[Variable]:
     for part in assembly.parts:
         for name, v in part.of("parameter"):
-            yield replace(v, name=name, field="", start=assembly.start.get(name, v.start))
+            array = _array(assembly, part, v)
+            yield replace(v, name=name, field="", start=assembly.start.get(name, v.start), array=array)
 
 
 def _inputs(assembly: Assembly) -> Iterator[Variable]:
@@ -45,6 +50,7 @@ def _inputs(assembly: Assembly) -> Iterator[Variable]:
             first,
             name=name,
             field="",
+            array=None,
             minimum=max(v.minimum for v in (first, *others)),
             maximum=min(v.maximum for v in (first, *others)),
             start=assembly.start.get(name, first.start),
@@ -64,6 +70,7 @@ def _outputs(assembly: Assembly) -> Iterator[Variable]:
                 starts_from=started[name],
                 starts_as="" if same in assembly.outputs else same,
                 warning=renamed(assembly, part, v.warning),
+                array=_array(assembly, part, v),
             )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.variables import Variable, one_of, parameter, repeated
+from fmi_export.variables import Array, Variable, one_of, parameter, repeated
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop, SensorPlane
 from rolac_controller.enumerations import IDEAL, MODES, NO_SOURCE, PRESETS, ROLAC, SOURCES
 
@@ -269,6 +269,7 @@ def _plane_offset(number: int, plane: SensorPlane) -> list[Variable]:
 def parameter_variables(loop: ControlLoop) -> list[Variable]:
     """Return the parameters of a controller of this loop."""
     planes = list(enumerate(loop.planes, 1))
+    sensors, where = ", ".join(loop.sensor_names), ", ".join(plane.name for plane in loop.planes)
     return [
         *GENERAL,
         *ADAPTATION,
@@ -276,8 +277,28 @@ def parameter_variables(loop: ControlLoop) -> list[Variable]:
         *CHAIN,
         *repeated("axes", [(bearing, axis) for bearing, axis, _ in loop.axes], _axis),
         *repeated("harmonics", [(k + 1,) for k in range(N_HARMONICS)], _harmonic),
-        *repeated("sensor_weights", loop.sensors, _weight),
-        *repeated("sensor_scales", loop.sensors, _scale),
-        *repeated("plane_positions", planes, _plane_position),
-        *repeated("plane_offsets", planes, _plane_offset),
+        *repeated(
+            "sensor_weights",
+            loop.sensors,
+            _weight,
+            array=Array("sensor_weights", f"Weights in the synchronous control, {sensors}"),
+        ),
+        *repeated(
+            "sensor_scales",
+            loop.sensors,
+            _scale,
+            array=Array("sensor_scales", f"Sensitivities over the nominal one, {sensors}"),
+        ),
+        *repeated(
+            "plane_positions",
+            planes,
+            _plane_position,
+            array=Array("plane_positions", f"Axial positions of the sensor planes, {where}"),
+        ),
+        *repeated(
+            "plane_offsets",
+            planes,
+            _plane_offset,
+            array=Array("plane_offsets", f"Axial offsets of the sensors from there, {where}"),
+        ),
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fmi_export.variables import Enumeration, Variable, input_, one_of, output, repeated
+from fmi_export.variables import Array, Enumeration, Variable, input_, one_of, output, repeated
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop
 from rolac_controller.enumerations import ERRORS, STATUSES, stages
 
@@ -29,6 +29,10 @@ def _displacement(name: str, where: str) -> list[Variable]:
     return [input_(name, "m", f"Displacement, {where}", minimum=-0.1, maximum=0.1, field=".", display_unit="um")]
 
 
+def _displacement_array(loop: ControlLoop) -> Array:
+    return Array("sensors", f"Displacements at the sensors {', '.join(loop.sensor_names)}")
+
+
 def _setpoint(b: str, a: str) -> list[Variable]:
     description = f"Setpoint of the displacement, {b.upper()}, {a} axis"
     return [input_(f"{b}.set_{a}", "m", description, minimum=-0.1, maximum=0.1, field=".", display_unit="um")]
@@ -40,7 +44,7 @@ def input_variables(loop: ControlLoop) -> list[Variable]:
         *_OWN_INPUTS,
         _contact_state(loop.bearings),
         # The range is wide, but narrow enough to reject values in mm or um.
-        *repeated("displacements", loop.sensors, _displacement),
+        *repeated("displacements", loop.sensors, _displacement, array=_displacement_array(loop)),
         *repeated("setpoints", [(bearing, axis) for bearing, axis, _ in loop.axes], _setpoint),
         *repeated("faults", loop.sensors, _faults),
     ]
@@ -201,6 +205,12 @@ def _receptance(sensor: str, b: str, a: str, adaptation: tuple[str, ...]) -> lis
     ]
 
 
+def _receptance_array(loop: ControlLoop) -> Array:
+    rows, columns = ", ".join(loop.sensor_names), ", ".join(loop.axis_names)
+    description = f"Identified receptance (6.7): sensor ({rows}), force ({columns}), real and imaginary part"
+    return Array("receptance", description)
+
+
 def _contact_share(b: str, sensors: tuple[str, ...]) -> list[Variable]:
     return [
         output(
@@ -322,6 +332,7 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             [(sensor, b, a, adaptation) for sensor in loop.sensor_names for b, a in axes],
             _receptance,
             shape=loop.shape,
+            array=_receptance_array(loop),
         ),
         output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
     ]

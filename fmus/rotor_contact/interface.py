@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from fmi_export.variables import (
+    Array,
     Enumeration,
     Interface,
     Variable,
@@ -283,6 +284,10 @@ def _displacement_output(name: str, what: str, starts_from: tuple[str, ...]) -> 
     return [output(name, "m", what, starts_from=starts_from, field=".", display_unit="um")]
 
 
+def _sensor_array(names: list[str]) -> Array:
+    return Array("sensors", f"Sensor displacements: {', '.join(names)}")
+
+
 def interface_of(planes: Planes) -> Interface:
     """Return the variables of a plant whose rotor has these planes."""
     sites, bearings = planes.sites, planes.bearings
@@ -327,7 +332,7 @@ def interface_of(planes: Planes) -> Interface:
             "solver.max_substep below {solver.max_substep} s",
         ),
         repeated("displacements", displacements, _displacement_output),
-        repeated("sensors", sensors, _displacement_output),
+        repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
         repeated("sites", [(site.name, planes) for site in sites], _site_outputs),
         _contact_state(planes),
         *_energies(planes),

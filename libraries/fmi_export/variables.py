@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,14 @@ TOOL = "amb-cosim"  # whose annotations in a modelDescription say which outputs 
 Causality = Literal["parameter", "input", "output"]
 Type = Literal["Real", "Integer", "Boolean"]
 ORDER: tuple[Causality, ...] = get_args(Causality)  # of the variables in a table
+
+
+class Array(NamedTuple):
+    """The array that numbered variables make together in FMI 3.0; `repeated` gives its shape."""
+
+    name: str
+    description: str
+    shape: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -62,6 +70,8 @@ class Variable:
     co-simulation may close an algebraic loop. `field` is the variable's place in the record that kernels read,
     `sites[2].clearance`, if it is not the name itself; see `records`.
 
+    `array` is what FMI 3.0 has in place of this variable and its neighbours.
+
     `starts_from` of an output names the parameters and inputs that its value depends on when it is initialised:
     variables, or `sites[*].clearance` for that of all `repeated` parts; where it is None, that may be all of them.
     `starts_as` names one whose value it has then. Both describe an initialisation that succeeds.
@@ -89,6 +99,7 @@ class Variable:
     warning: str = ""
     enumeration: Enumeration | None = None
     display_unit: str = ""
+    array: Array | None = None
 
     def __post_init__(self) -> None:
         if not self.minimum <= self.start <= self.maximum:
@@ -350,6 +361,7 @@ def repeated(
     members: Sequence[tuple[object, ...]],
     declare: Callable[..., Iterable[Variable]],
     shape: tuple[int, ...] | None = None,
+    array: Array | None = None,
 ) -> list[Variable]:
     """Declare the variables of several equal parts, an array of records for the kernels: `field[k]` for member k.
 
@@ -364,12 +376,16 @@ def repeated(
         follows the last dot of its name; a `field` of `"."` means that the part is one variable.
     shape
         Shape of the array; one dimension by default.
+    array
+        What the parts are together in FMI 3.0; single variables by default.
     """
     variables = []
+    size = shape or (len(members),)
     for k, member in enumerate(members):
-        index = np.unravel_index(k, shape or (len(members),))
-        at = f"{field}[{','.join(str(i) for i in index)}]"
-        for v in declare(*member):
+        at = f"{field}[{','.join(str(i) for i in np.unravel_index(k, size))}]"
+        parts = list(declare(*member))
+        whole = array and array._replace(shape=size if len(parts) == 1 else (*size, len(parts)))
+        for v in parts:
             own = v.field or v.name.rpartition(".")[2]
-            variables.append(replace(v, field=at if own == "." else f"{at}.{own}"))
+            variables.append(replace(v, field=at if own == "." else f"{at}.{own}", array=whole))
     return variables

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
 from amb_cosim.cosim.fmus import build_models, model_source
 from amb_cosim.cosim.patterns import expand
@@ -34,6 +34,7 @@ def build_assembled(
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
     platforms: Iterable[str] | None = None,
+    fmi: Fmi = 2,
 ) -> Path:
     """Write the FMU `levitated_rotor`, which holds rotor, actuator and controller, into a folder and return its path.
 
@@ -44,7 +45,7 @@ def build_assembled(
         `Scenario`, a name or the path of a TOML file; the system `levitated` by default.
     rotor, receptances
         In place of the scenario's; see `build`.
-    folder, flavour, platforms
+    folder, flavour, platforms, fmi
         As for `build`.
 
     Raises
@@ -53,7 +54,7 @@ def build_assembled(
         If the scenario or a file is wrong, its system is not of these three components, or the FMU cannot be built.
     """
     options = {"scenario": scenario, "rotor": rotor, "receptances": receptances}
-    (path,) = build_models((NAME,), Path(folder), flavour, platforms, **options)
+    (path,) = build_models((NAME,), Path(folder), flavour, platforms, fmi, **options)
     return path
 
 

@@ -21,6 +21,7 @@ def export(
     receptances: str | Path | None = None,
     flavour: Flavour = "native",
     connectors: bool = False,
+    integers: bool = False,
 ) -> Path:
     """Write a scenario with its FMUs as an SSP 1.0 archive and return its path.
 
@@ -30,8 +31,9 @@ def export(
         As for `amb_cosim.run`.
     path
         The archive.
-    connectors
-        Whether signals and inputs that change are connectors of the system; see `cosim.ssp.export_ssp`.
+    connectors, integers
+        Whether signals and inputs that change are connectors of the system, and Enumerations Integers; see
+        `cosim.ssp.export_ssp`.
 
     Raises
     ------
@@ -54,6 +56,7 @@ def export(
         name=scenario.name,
         flavour=flavour,
         connectors=connectors,
+        integers=integers,
         rotor=scenario.rotor,
         receptances=table,
     )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_cosim.cosim.fmus import build_models, made_from
 
 if TYPE_CHECKING:
@@ -61,6 +61,7 @@ def build(
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
     platforms: Iterable[str] | None = None,
+    fmi: Fmi = 2,
 ) -> list[Path]:
     """Write the FMUs of the three models into a folder and return their paths.
 
@@ -75,6 +76,8 @@ def build(
         Name of a rotor that comes with the package, or rotor file (TOML); the rig of the thesis by default.
     receptances
         Table file that the controller gets its H from; the rotor model's by default.
+    fmi
+        Version of FMI of native FMUs, 2 or 3; those for 3.0 are for other tools, `run` and `simulate` take none.
 
     Raises
     ------
@@ -86,7 +89,7 @@ def build(
         "rotor": rotor,
         "receptances": None if receptances is None else Path(receptances),
     }
-    return build_models(MODELS, Path(folder), flavour, platforms, **options)
+    return build_models(MODELS, Path(folder), flavour, platforms, fmi, **options)
 
 
 def check_loop(receptances: Path, parameters: Mapping[str, float | None], rotor: str | Path | None = None) -> None:

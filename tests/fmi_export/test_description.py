@@ -9,6 +9,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from rig import ACTUATOR
 
+from fmi_export.building.integers import with_integers
 from fmi_export.building.python_fmu import build_python_fmu, python_guid
 from fmi_export.building.units import base_unit
 
@@ -85,6 +86,21 @@ def test_a_switch_is_an_enumeration_whose_values_have_names(build_fmu):
         ("2", "nonlinear"),
     ]
     assert all(item.description for item in law.declaredType.items)
+
+
+def test_a_copy_describes_enumerations_as_integers(build_fmu, tmp_path):
+    fmu = build_fmu(ACTUATOR)
+    copy = with_integers(fmu, tmp_path / "copy.fmu")
+    assert validate_fmu(str(copy)) == []
+    given, copied = (fmpy.read_model_description(str(path)) for path in (fmu, copy))
+    assert (given.guid, len(given.modelVariables)) == (copied.guid, len(copied.modelVariables))
+    assert copied.typeDefinitions == []
+    facts = [[(v.name, v.valueReference, v.start, v.min, v.max) for v in d.modelVariables] for d in (given, copied)]
+    assert facts[0] == facts[1]
+    assert {v.type for v in copied.modelVariables} == {"Real", "Integer", "Boolean"}
+    with zipfile.ZipFile(fmu) as before, zipfile.ZipFile(copy) as after:
+        names = [name for name in before.namelist() if name != "modelDescription.xml"]
+        assert all(before.read(name) == after.read(name) for name in names)
 
 
 def test_types_have_other_names_than_variables(model):

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmi_export.building.native.package import build_native_fmu, native_guid
+from fmi_export.building.native.package import Fmi, build_native_fmu, native_guid
 from fmi_export.model import Model
 
 
@@ -48,13 +48,13 @@ def compiler() -> None:
 
 @pytest.fixture(scope="session")
 def native(compiler: None, create_once: Callable[..., Path]) -> Callable[..., Path]:
-    """`native(model, constants=None, platforms=None)`: path of the FMU, built once per test run."""
+    """`native(model, constants=None, platforms=None, fmi=2)`: path of the FMU, built once per test run."""
 
-    def build(model: Model, constants: Any = None, platforms: Sequence[str] | None = None) -> Path:
+    def build(model: Model, constants: Any = None, platforms: Sequence[str] | None = None, fmi: Fmi = 2) -> Path:
         numbers = np.zeros(1) if constants is None else constants
-        facts = [native_guid(model, numbers), model.step.__qualname__, model.initialise.__qualname__, platforms]
+        facts = [native_guid(model, numbers, fmi), model.step.__qualname__, model.initialise.__qualname__, platforms]
         name = f"{model.name}-{hashlib.sha256(repr(facts).encode()).hexdigest()[:32]}"
-        home = create_once(name, lambda folder: build_native_fmu(model, numbers, folder, platforms))
+        home = create_once(name, lambda folder: build_native_fmu(model, numbers, folder, platforms, fmi))
         return home / f"{model.name}.fmu"
 
     return build

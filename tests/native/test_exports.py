@@ -13,6 +13,7 @@ DECLARED, MODEL_EXCHANGE, CO_SIMULATION = (
     (HEADERS / "fmi2Functions.h").read_text().split("/* Version number */")[1].split("Functions for FMI2 for ")
 )
 STANDARD = set(re.findall(r"FMI2_Export \w+ +(\w+);", DECLARED + CO_SIMULATION))
+STANDARD3 = set(re.findall(r"FMI3_Export \w+ +(\w+);", (HEADERS / "fmi3Functions.h").read_text()))
 MACHINES = {
     "linux64": [62],
     "win64": [0x8664],
@@ -34,6 +35,8 @@ ADDED = {"darwin": {"__dso_handle", "_mh_dylib_header"}}
 def test_the_functions_are_those_of_the_standard_for_co_simulation():
     assert len(STANDARD) == 34
     assert {"fmi2Instantiate", "fmi2DoStep", "fmi2GetFMUstate", "fmi2GetStringStatus"} <= STANDARD
+    assert len(STANDARD3) == 75
+    assert {"fmi3InstantiateCoSimulation", "fmi3DoStep", "fmi3GetFloat64", "fmi3ActivateModelPartition"} <= STANDARD3
 
 
 def check(path, platform):
@@ -46,7 +49,7 @@ def check(path, platform):
     assert [binary.machine for binary in found] == MACHINES[platform]
     kind = next(kind for kind in LIBRARIES if kind in platform)
     for binary in found:
-        assert binary.exports == STANDARD | ADDED.get(kind, set())
+        assert binary.exports == STANDARD | STANDARD3 | ADDED.get(kind, set())
         assert binary.libraries
         assert all(re.fullmatch(LIBRARIES[kind], name) for name in binary.libraries), binary.libraries
         assert not [name for name in binary.imports if re.match(r"_?Py|NRT_|numba", name)]
@@ -66,11 +69,11 @@ def check(path, platform):
 
 
 @pytest.mark.skipif(host_platform() != "linux64", reason="built by default on Linux")
-def test_the_linux_library_exports_the_fmi2_functions_alone(native, lag):
+def test_the_linux_library_exports_the_fmi_functions_alone(native, lag):
     check(native(lag), "linux64")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("platform", PLATFORMS)
-def test_the_library_of_every_platform_exports_the_fmi2_functions_alone(native, plant, plant_constants, platform):
+def test_the_library_of_every_platform_exports_the_fmi_functions_alone(native, plant, plant_constants, platform):
     check(native(plant, plant_constants, ["all"]), platform)

@@ -65,10 +65,17 @@ def test_two_builds_are_the_same_bytes(native, lag, tmp_path):
     assert again.read_bytes() == native(lag).read_bytes()
 
 
-def test_the_archive_holds_nothing_but_description_engine_layout_and_data(native, lag):
+def test_the_archive_holds_description_engine_layout_data_and_documentation(native, lag):
     library = f"binaries/{host_platform()}/probe_lag{PLATFORMS[host_platform()][0]}"
     with zipfile.ZipFile(native(lag)) as archive:
-        assert archive.namelist() == [library, "modelDescription.xml", "resources/layout.json", "resources/model.bin"]
+        assert archive.namelist() == [
+            library,
+            "documentation/index.html",
+            "documentation/licenses/license.txt",
+            "modelDescription.xml",
+            "resources/layout.json",
+            "resources/model.bin",
+        ]
 
 
 def test_python_fmu_is_independent_of_the_native_flavour(build_fmu, lag, tmp_path):

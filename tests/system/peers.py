@@ -96,7 +96,8 @@ def in_a_container(
             container.doStep((n - 1) * step_size, step_size)
         for name in recorded:
             v = variables[name]
-            series[name] += getattr(container, f"get{v.type}")([v.valueReference])
+            read = container.getInteger if v.type == "Enumeration" else getattr(container, f"get{v.type}")
+            series[name] += read([v.valueReference])
     container.terminate()
     container.freeInstance()
     return series

@@ -9,7 +9,7 @@ import pytest
 
 LINEAR, AMPLIFIERS, NONLINEAR = (
     "linear law, controller at 4 kHz",
-    "amplifiers of 1.4 kHz, Gauss-Seidel",
+    "amplifiers of 1.4 kHz",
     "nonlinear law",
 )
 
@@ -40,6 +40,24 @@ def schemes(run_once: Callable[..., Any]) -> Callable[[str, str], dict[str, Any]
 @pytest.mark.parametrize("name", ["Gauss-Seidel, force held", "Jacobi, force held", "Jacobi, with gradient"])
 def test_what_is_held_over_a_step_is_followed_with_first_order(schemes: Any, title: str, name: str) -> None:
     assert schemes(title, name)["order"] == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("title", ["linear law, controller at 2 kHz", LINEAR])
+def test_a_controller_that_predicts_makes_jacobi_order_second_order(schemes: Any, title: str) -> None:
+    late, predicting = (schemes(title, f"Jacobi, {name}") for name in ("with gradient", "predicting"))
+    assert predicting["order"] == pytest.approx(2.0, abs=0.1)
+    assert predicting["errors"][0] < 0.05 * late["errors"][0]
+
+
+@pytest.mark.parametrize(
+    ("title", "name"),
+    [(LINEAR, "force held"), (AMPLIFIERS, "mean current, force held"), (NONLINEAR, "force held")],
+)
+def test_repeated_steps_are_second_order_without_a_gradient(schemes: Any, title: str, name: str) -> None:
+    explicit = {LINEAR: "Gauss-Seidel, ", AMPLIFIERS: "", NONLINEAR: "Gauss-Seidel, "}[title] + name
+    iterative = schemes(title, f"iterative, {name}")
+    assert iterative["order"] == pytest.approx(2.0, abs=0.05)
+    assert iterative["errors"][0] < 0.01 * schemes(title, explicit)["errors"][0]
 
 
 @pytest.mark.parametrize("title", ["linear law, controller at 2 kHz", LINEAR])

@@ -18,17 +18,7 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
     inputs they depend on without delay. They are the initial unknowns, with what their initial
     values depend on as far as the table declares it.
     """
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=model.name,
-        guid=guid,
-        description=model.description,
-        license="BSD-3-Clause",
-        version=version,
-        generationTool=tool,
-        variableNamingConvention="structured",
-    )
+    root = Element("fmiModelDescription", {"fmiVersion": "2.0", "guid": guid, **own_attributes(model, tool, version)})
     SubElement(
         root,
         "CoSimulation",
@@ -40,11 +30,9 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
         canGetAndSetFMUstate="true",
         canSerializeFMUstate="true",
     )
-    _add_units(root, model)
+    add_units(root, model)
     _add_enumerations(root, model)
-    categories = SubElement(root, "LogCategories")
-    for name, description in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=description)
+    add_log_categories(root)
     SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(model.step_size))
 
     variables = SubElement(root, "ModelVariables")
@@ -66,13 +54,33 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
     return root
 
 
-def _add_units(root: Element, model: Model) -> None:
+def own_attributes(model: Model, tool: str, version: str) -> dict[str, str]:
+    """Return the attributes of the root element that every version of FMI has."""
+    return {
+        "modelName": model.name,
+        "description": model.description,
+        "license": "BSD-3-Clause",
+        "version": version,
+        "generationTool": tool,
+        "variableNamingConvention": "structured",
+    }
+
+
+def add_log_categories(root: Element) -> None:
+    """Add the categories of the log."""
+    categories = SubElement(root, "LogCategories")
+    for name, description in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", name=name, description=description)
+
+
+def add_units(root: Element, model: Model, *further: str) -> None:
+    """Add the units of the variables, what they are shown in, and further units."""
     reals = [v for v in model.interface.variables if v.type == "Real"]
     definitions = SubElement(root, "UnitDefinitions")
-    for unit in sorted({v.unit for v in reals}):
+    for unit in sorted({*further, *(v.unit for v in reals)}):
         definition = SubElement(definitions, "Unit", name=unit)
         SubElement(definition, "BaseUnit", _numbers(base_unit(unit)))
-        for shown in sorted({_shown_in(v) for v in reals if v.unit == unit} - {""}):
+        for shown in sorted({shown_in(v) for v in reals if v.unit == unit} - {""}):
             SubElement(definition, "DisplayUnit", {"name": shown} | _numbers(display_unit(unit, shown)))
 
 
@@ -80,7 +88,7 @@ def _numbers(values: Mapping[str, float]) -> dict[str, str]:
     return {name: repr(value) for name, value in values.items()}
 
 
-def _shown_in(v: Variable) -> str:
+def shown_in(v: Variable) -> str:
     """Return the display unit of a Real, empty where that is its unit."""
     return v.display_unit or DISPLAYED.get(v.unit, "")
 
@@ -113,8 +121,8 @@ def _scalar_variable(reference: int, v: Variable) -> Element:
         value["start"] = v.literal(v.start)
     if v.type == "Real":
         value["unit"] = v.unit
-        if _shown_in(v):
-            value["displayUnit"] = _shown_in(v)
+        if shown_in(v):
+            value["displayUnit"] = shown_in(v)
     if v.type != "Boolean":
         if v.minimum > -LARGEST:
             value["min"] = v.literal(v.minimum)

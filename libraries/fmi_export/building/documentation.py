@@ -25,7 +25,7 @@ th, td { border: 1px solid #ccc; padding: 0.2em 0.6em; text-align: left; vertica
 th { background: #eef2f6; }
 code, pre { font-family: monospace; font-size: 14px; }
 pre { background: #f6f8fa; padding: 0.8em; overflow-x: auto; line-height: 1.3; }
-figure { margin: 1em 0; } img { max-width: 100%; }
+img { max-width: 100%; }
 """
 
 
@@ -45,7 +45,7 @@ def documentation(model: Model, licences: Iterable[str] = ()) -> dict[str, bytes
         for name, target in PICTURES.items()
         if (folder / DOCUMENTATION / name).is_file()
     }
-    files["documentation/index.html"] = page(model, "documentation/sketch.svg" in files).encode()
+    files["documentation/index.html"] = page(model).encode()
     files["documentation/licenses/license.txt"] = licence("amb-cosim").encode()
     for name in licences:
         files[f"documentation/licenses/{name}.txt"] = licence(name).encode()
@@ -59,16 +59,13 @@ def licence(distribution: str) -> str:
     return texts[0] if texts else f"{distribution} {importlib.metadata.version(distribution)}\n"
 
 
-def page(model: Model, has_sketch: bool) -> str:
+def page(model: Model) -> str:
     """Return the page of a model as HTML."""
     readme = package_folder(model.packages[0]) / "README.md"
     text = readme.read_text(encoding="utf-8") if readme.is_file() else f"# {model.name}\n\n{model.description}.\n"
     head, _, rest = text.partition(BEGIN)
     table = "\n".join(_variables(kind, model.interface.of(kind)) for kind in HEADINGS)  # type: ignore[arg-type]
     body = _html(head) + ("" if BEGIN in text else "<h2>Variables</h2>\n") + table + _html(rest.partition(END)[2])
-    if has_sketch:
-        figure = f'<figure><img src="sketch.svg" alt="Sketch of {model.name}"></figure>'
-        body = body.replace("</h1>", f"</h1>\n{figure}", 1)
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(model.name)}</title>\n'
         f"<style>{STYLE}</style>\n</head>\n<body>\n{body}\n{_faults(model)}\n{_warnings(model)}\n</body>\n</html>\n"
@@ -76,10 +73,11 @@ def page(model: Model, has_sketch: bool) -> str:
 
 
 def _html(markdown: str) -> str:
-    """Return Markdown as HTML; links within the repository, which the FMU does not hold, become their text."""
+    """Return Markdown as HTML; links to files that the FMU does not hold become their text."""
     from markdown_it import MarkdownIt  # takes as long to load as a build
 
-    text = re.sub(r"!?\[([^\]]*)\]\((?!https?:)[^)]*\)", r"\1", markdown)
+    text = markdown.replace(f"({DOCUMENTATION}/", "(./")
+    text = re.sub(r"!?\[([^\]]*)\]\((?!https?:|\./)[^)]*\)", r"\1", text)
     rendered: str = MarkdownIt("commonmark").enable("table").render(text)
     return rendered
 

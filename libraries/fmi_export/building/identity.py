@@ -15,6 +15,11 @@ from fmi_export.model import Array, Model
 
 DOCUMENTATION = "documentation"  # folder of a package with the pictures of its model
 
+DESCRIBING = (  # files here that decide what an archive holds, beside code and data
+    *("python_fmu.py", "description.py", "description3.py", "arrays.py"),
+    *("units.py", "documentation.py", "readme.py"),
+)
+
 
 def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
     """Return an identifier that changes with the model, its code, the constants or `flavour`, with nothing else."""
@@ -23,9 +28,8 @@ def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
     sha.update(json.dumps(facts).encode())
     for name, digest in digests(model.packages).items():
         sha.update(f"{name} {digest}".encode())
-    # What decides what an archive holds, beside code and data:
     here, own = Path(__file__).parent, package_folder(model.packages[0])
-    for name in ("python_fmu.py", "description.py", "units.py", "documentation.py", "readme.py"):
+    for name in DESCRIBING:
         sha.update((here / name).read_bytes())
     for file in (own / "README.md", *sorted((own / DOCUMENTATION).glob("*"))):
         if file.is_file():

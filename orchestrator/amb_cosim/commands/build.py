@@ -8,7 +8,7 @@ import click
 
 from amb_cosim.commands.cli_errors import check_writable, refusing
 from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import FMIS, Flavour, Fmi
 
 SYSTEM = "levitated"  # what is assembled without a scenario
 
@@ -33,6 +33,13 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     help="linux64, win64, and for native FMUs darwin64, aarch64-linux, aarch64-darwin; some with commas, or all; "
     "this machine's by default.",
 )
+@click.option(
+    "--fmi",
+    type=click.Choice([str(version) for version in FMIS]),
+    default="2",
+    show_default=True,
+    help="Version of FMI: 2.0, or 3.0 for native FMUs, which has sensors and receptance as arrays; for other tools.",
+)
 def build(
     output: Path,
     rotor_file: str | None,
@@ -40,6 +47,7 @@ def build(
     flavour: Flavour,
     assembled: str | None,
     platforms: str | None,
+    fmi: str,
 ) -> None:
     """Build the FMUs into a folder.
 
@@ -47,15 +55,16 @@ def build(
     imports them, or on the machine as a shared library."""
     import amb_cosim
 
+    version: Fmi = 3 if fmi == "3" else 2
     chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
 
     with refusing():
         check_writable(output, is_folder=True)
         if assembled is not None:
             scenario = None if assembled == SYSTEM else assembled
-            click.echo(amb_cosim.build_assembled(output, scenario, flavour, rotor_file, receptances, chosen))
+            click.echo(amb_cosim.build_assembled(output, scenario, flavour, rotor_file, receptances, chosen, version))
             return
-        for path in amb_cosim.build(output, flavour, rotor_file, receptances, chosen):
+        for path in amb_cosim.build(output, flavour, rotor_file, receptances, chosen, version):
             click.echo(path)
     if flavour == "python":
         from fmi_export.building.python_fmu import what_it_needs

@@ -24,6 +24,7 @@ from amb_cosim.cosim.choices import Flavour
     is_flag=True,
     help="Make signals and inputs that change connectors of the system; libcosim refuses these.",
 )
+@click.option("--integers", is_flag=True, help="Describe Enumerations as Integers, for libcosim and ecos.")
 def export_ssp(
     name: str,
     settings: tuple[str, ...],
@@ -33,6 +34,7 @@ def export_ssp(
     receptances: Path | None,
     flavour: Flavour,
     connectors: bool,
+    integers: bool,
 ) -> None:
     """Write the scenario NAME, or the one in a TOML file, with its FMUs as an SSP 1.0 archive for other tools."""
     from amb_cosim.exchange import export
@@ -50,6 +52,7 @@ def export_ssp(
             receptances=receptances,
             flavour=flavour,
             connectors=connectors,
+            integers=integers,
         )
     click.echo(path)
 

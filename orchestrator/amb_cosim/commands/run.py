@@ -18,6 +18,7 @@ from amb_cosim.cosim.choices import Flavour, Loop
 @SETTINGS
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results; default results/NAME.")
 @click.option("--until", type=float, metavar="SECONDS", help="End of the run, from the beginning of cycle 0.")
+@click.option("--step", metavar="TIME", help="Communication step of an SSP archive that says none, such as 1ms.")
 @ROTOR
 @RECEPTANCES
 @FLAVOUR
@@ -29,6 +30,7 @@ def run(
     settings: tuple[str, ...],
     output: Path | None,
     until: float | None,
+    step: str | None,
     rotor_file: str | None,
     receptances: Path | None,
     flavour: Flavour,
@@ -38,12 +40,15 @@ def run(
 ) -> None:
     """Run the scenario NAME, the one in a TOML file, or an SSP archive."""
     if Path(name).suffix == ".ssp":
+        from amb_cosim.cosim.tables import time_of
+
         given = {"--rotor": rotor_file, "--receptances": receptances, "--summary-json": summary_json}
         with refusing():
             unused = [option for option, value in given.items() if value is not None]
             if unused:
                 raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which has its FMUs in it")
-        _simulate(Path(name), settings, output, loop, stop_time=until)
+            step_size = None if step is None else time_of(step, "--step")
+        _simulate(Path(name), settings, output, loop, stop_time=until, step_size=step_size)
         return
     from rich.console import Console
 
@@ -55,6 +60,8 @@ def run(
     folder = output or Path("results") / Path(name).stem
     copy = Path(summary_json) if summary_json not in (None, "-") else None
     with refusing():
+        if step is not None:
+            raise ValueError("--step is for SSP archives; a scenario says communication_step")
         scenario = amb_cosim.Scenario.load(name)
         check_writable(folder, is_folder=True)
         if copy is not None:

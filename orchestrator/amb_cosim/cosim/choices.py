@@ -7,6 +7,9 @@ from typing import Literal, get_args
 Flavour = Literal["native", "python"]  # compiled code that needs no Python, or run by PythonFMU
 FLAVOURS: tuple[Flavour, ...] = get_args(Flavour)
 
+Fmi = Literal[2, 3]  # version of FMI; FMUs of flavour python have 2.0
+FMIS: tuple[Fmi, ...] = get_args(Fmi)
+
 Loop = Literal["compiled", "plain"]
 LOOPS: tuple[Loop, ...] = get_args(Loop)
 

@@ -110,6 +110,10 @@ def read_interface(source: Path, name: str) -> FmuInterface:
         description = fmpy.read_model_description(str(source))
     except Exception as error:
         raise ValueError(f"{name}: {source} is no FMU that can be read ({_first_line(error)})") from error
+    if description.fmiVersion.startswith("3."):
+        raise ValueError(
+            f"{name}: {source} is an FMU of FMI {description.fmiVersion}; this master runs those of FMI 2.0"
+        )
     if not description.fmiVersion.startswith("2.") or description.coSimulation is None:
         raise ValueError(f"{name}: {source} is no FMI 2.0 co-simulation FMU")
     definitions = {

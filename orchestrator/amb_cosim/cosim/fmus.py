@@ -29,7 +29,7 @@ import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
 
@@ -96,6 +96,7 @@ def build_models(
     folder: Path,
     flavour: Flavour = "native",
     platforms: Iterable[str] | None = None,
+    fmi: Fmi = 2,
     **options: Any,
 ) -> list[Path]:
     """Write the FMUs of models into `folder` and return their paths; nothing is written unless all can be made.
@@ -104,11 +105,11 @@ def build_models(
     ----------
     names, options
         The models and what they are made for, as for `model_source`.
-    flavour, platforms
-        Which flavour, and what it runs on; see `build_native_fmu` and `build_python_fmu`.
+    flavour, platforms, fmi
+        Which flavour, what it runs on, and for which version of FMI; see `build_native_fmu` and `build_python_fmu`.
     """
     made = [model_source(name, **options) for name in names]
-    build, _ = _flavoured(flavour, platforms)
+    build, _ = _flavoured(flavour, platforms, fmi)
     return [build(model, constants, folder) for model, constants in made]
 
 
@@ -223,15 +224,17 @@ def _code(package: str) -> bytes:
     return sha.digest()
 
 
-def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None) -> tuple[Build, Guid]:
+def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None, fmi: Fmi = 2) -> tuple[Build, Guid]:
     """Return the functions that build an FMU of that flavour and give its guid."""
     if flavour == "python":
+        if fmi != 2:
+            raise ValueError("FMI 3.0 is for native FMUs alone; PythonFMU writes those of flavour python for FMI 2.0")
         from fmi_export.building.python_fmu import build_python_fmu, python_guid
 
         return partial(build_python_fmu, platforms=platforms), python_guid
     from fmi_export.building.native.package import build_native_fmu, native_guid
 
-    return partial(build_native_fmu, platforms=platforms), native_guid
+    return partial(build_native_fmu, platforms=platforms, fmi=fmi), native_guid
 
 
 def _unzip(archive: Path, folder: Path) -> None:

@@ -55,7 +55,7 @@ def simulate(
     progress
         Called now and then with the steps done and their number.
     step_size, stop_time
-        Of an SSP archive, in s, in place of what it says itself; events that it has are then left out.
+        Of an SSP archive, in s, in place of what it says itself.
     options
         What models are made for, such as `rotor`, the name of a rotor that comes with the package or a rotor file.
 

@@ -52,7 +52,8 @@ STUDIES = {
         "unbalance_over_speed", "Amplitude and phase over speed under unbalance at a node (Fig. 3.7)."
     ),
     "coupling": Study(
-        "coupling_convergence", "Convergence of the co-simulation to the monolithic system over the communication step."
+        "coupling_convergence",
+        "Convergence of the co-simulation over the communication step, and what the order of the master does to a run.",
     ),
     "convergence": Study(
         "contact_convergence",

@@ -16,6 +16,7 @@ import numpy as np
 from amb_analysis.design import axis_parameters, linear_constants
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.studies.coupled_orbit import SUBSTEP, Scheme, cosimulated
+from amb_cosim.studies.coupling_orders import SCENARIO, OrderRow, compared
 from amb_cosim.studies.monolithic import Levitation, free_orbit
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table
@@ -80,6 +81,8 @@ class CouplingConvergence(DrawnResult):
         Longest step of the plant's own integration (s).
     comparisons
         Errors of each comparison.
+    orders
+        Runs of the scenario `fig4_9` in each order of the master.
     """
 
     name: ClassVar[str] = "coupling"
@@ -87,6 +90,7 @@ class CouplingConvergence(DrawnResult):
     duration: Annotated[float, "s"]
     substep: Annotated[float, "s"]
     comparisons: tuple[ComparisonErrors, ...]
+    orders: tuple[OrderRow, ...]
 
     def text(self) -> list[TextPart]:
         """Return a table of errors and orders for each comparison."""
@@ -99,7 +103,20 @@ class CouplingConvergence(DrawnResult):
                 order = "exact" if scheme.order is None else f"{scheme.order:.2f}"
                 table.add_row(name, *(f"{error:.1e}" for error in scheme.errors), order)
             parts.append(table)
-        return parts
+        return [*parts, _orders_table(self.orders)]
+
+
+def _orders_table(rows: Sequence[OrderRow]) -> TextPart:
+    """Return a table of the runs by order and step."""
+    places = [f"{at.upper()} (mm)" for at in rows[0].orbit]
+    columns = ("step (us)", *places, "deviation (%)", "outcome", "last contact (cycle)", "cost")
+    table = labelled_table(f"{SCENARIO}: orbit before the step of unbalance, outcome and cost", "order", *columns)
+    for row in rows:
+        orbits = (f"{radius:.5f}" for radius in row.orbit.values())
+        last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
+        shown = (f"{100.0 * row.deviation:.1f}", row.outcome, last, f"{row.cost:.1f}")
+        table.add_row(row.order, f"{1e6 * row.step:g}", *orbits, *shown)
+    return table
 
 
 HALVED = tuple(SUBSTEP * 2**k for k in range(5, -1, -1))  # 500 us to 15.6 us
@@ -133,7 +150,7 @@ def comparisons() -> list[Comparison]:
     return [
         Comparison("linear law, controller at 2 kHz", replace(linear, sample_time=500e-6), orders, HALVED),
         Comparison("linear law, controller at 4 kHz", linear, orders, HALVED[1:]),
-        Comparison("amplifiers of 1.4 kHz, Gauss-Seidel", replace(linear, bandwidth=1400.0), currents, HALVED[1:]),
+        Comparison("amplifiers of 1.4 kHz", replace(linear, bandwidth=1400.0), currents, HALVED[1:]),
         Comparison(
             "nonlinear law with saturation", replace(linear, k_s=k_s, k_i=k_i, nonlinear=True), gradients, HALVED[1:]
         ),
@@ -141,7 +158,9 @@ def comparisons() -> list[Comparison]:
 
 
 def coupling(flavour: Flavour = "native") -> CouplingConvergence:
-    """Return the errors of the co-simulation against the monolithic system over the communication step, with orders.
+    """Return what order and communication step of the master do to the co-simulation.
+
+    Errors against the monolithic system with their orders, and runs of a scenario with contact.
 
     Parameters
     ----------
@@ -154,7 +173,7 @@ def coupling(flavour: Flavour = "native") -> CouplingConvergence:
         If a co-simulation does not reach its end.
     """
     errors = tuple(compare(comparison, flavour=flavour) for comparison in comparisons())
-    return CouplingConvergence(DURATION, SUBSTEP, errors)
+    return CouplingConvergence(DURATION, SUBSTEP, errors, compared(flavour=flavour))
 
 
 def compare(comparison: Comparison, duration: float = DURATION, flavour: Flavour = "native") -> ComparisonErrors:

@@ -25,6 +25,15 @@ PLATFORMS: dict[str, tuple[str, tuple[str, ...]]] = {
     "aarch64-darwin": (".dylib", ("aarch64-macos.11.0",)),
 }
 
+# The same in FMI 3.0, where a universal macOS library has two folders.
+FOLDERS3 = {
+    "linux64": ("x86_64-linux",),
+    "win64": ("x86_64-windows",),
+    "darwin64": ("x86_64-darwin", "aarch64-darwin"),
+    "aarch64-linux": ("aarch64-linux",),
+    "aarch64-darwin": ("aarch64-darwin",),
+}
+
 OPTIONS = (
     "-shared",
     "-O2",

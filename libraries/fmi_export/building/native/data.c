@@ -5,7 +5,7 @@
 
 #include "engine_key.h" /* ENGINE_KEY */
 
-enum { VERSION = 2 };
+enum { VERSION = 3 };
 static const char MAGIC[8] = "ambdata"; /* and a zero */
 static const uint64_t MOST = 1u << 28; /* of anything, so that no size overflows */
 
@@ -60,6 +60,8 @@ static int references_are_possible(const Data *data, const Header *header)
     for (int64_t i = 0; i < data->n_values; i++) {
         const Variable *v = &data->variables[i];
         if (v->name >= n_text || v->kind >= n_text || v->allowed >= n_text || data->types[i] >= TYPE_STRING)
+            return 0;
+        if (v->length > (uint64_t)(data->n_values - i))
             return 0;
     }
     for (uint64_t i = 0; i < header->n_pieces; i++)

@@ -9,10 +9,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from fmi_export.building.arrays import lengths
 from fmi_export.model import STEP_SIZE, Array, Model, Size
 from fmi_export.variables import Type, Variable
 
-MAGIC, VERSION = b"ambdata\0", 2
+MAGIC, VERSION = b"ambdata\0", 3
 TYPES: tuple[Type, ...] = ("Real", "Integer", "Boolean")
 NUMBER = 32  # characters that a number in a sentence may take
 ROOM = 3584  # bytes of the longest sentence of a model; the slave adds some of its own, up to TEXT_SIZE
@@ -33,11 +34,12 @@ def model_data(model: Model, constants: Array, guid: str, key: str) -> bytes:
     Raises
     ------
     ValueError
-        If the sentence of a fault names an unknown variable, or a sentence is too long.
+        If the sentence of a fault names an unknown variable, a sentence is too long, or an array of FMI 3.0 is none.
     """
     constants = np.ascontiguousarray(constants, dtype="<f8")
     table, texts = model.interface, _Texts(model.name)
-    variables = b"".join(_variable(v, texts) for v in table.variables)
+    described = zip(table.variables, lengths(table), strict=True)
+    variables = b"".join(_variable(v, length, texts) for v, length in described)
     pieces: list[bytes] = []
     faults = _sentences(model, model.faults, pieces, texts)
     warnings = _sentences(model, table.warnings, pieces, texts)
@@ -55,7 +57,7 @@ def model_data(model: Model, constants: Array, guid: str, key: str) -> bytes:
 
 
 HEADER = struct.Struct("<8sQ32s48s10Q")
-VARIABLE = struct.Struct("<4I")
+VARIABLE = struct.Struct("<5I")
 PIECE = struct.Struct("<Ii")
 SENTENCE = struct.Struct("<qII")
 
@@ -87,12 +89,12 @@ def _size(size: Size, constants: Array) -> int:
     return max(size(constants) if callable(size) else size, 1)
 
 
-def _variable(v: Variable, texts: _Texts) -> bytes:
+def _variable(v: Variable, length: int, texts: _Texts) -> bytes:
     sentence = v.describe_range(0.0)
     texts.check(sentence, 1)
     allowed = sentence.removeprefix(f"{v.name} = 0")
     kind = f"{v.variability} {v.causality}"
-    return VARIABLE.pack(texts.place(v.name), texts.place(kind), texts.place(allowed), v.tunable)
+    return VARIABLE.pack(texts.place(v.name), texts.place(kind), texts.place(allowed), v.tunable, length)
 
 
 def _sentences(model: Model, sentences: Mapping[int, str], pieces: list[bytes], texts: _Texts) -> bytes:

@@ -29,8 +29,9 @@ HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
 FMI2_HEADERS = tuple(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform"))
 C_SOURCES = (
     *FMI2_HEADERS,
+    *(f"{HEADERS}/fmi3{part}.h" for part in ("Functions", "FunctionTypes", "PlatformTypes")),
     *("data.h", "instance.h", "kernels.h", "resources.h", "slave.h"),
-    *("data.c", "fmi2.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
+    *("data.c", "fmi2.c", "fmi3.c", "fmi3_absent.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
 )
 LOWERING = ("lowering.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")

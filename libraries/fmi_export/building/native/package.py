@@ -7,21 +7,27 @@ import json
 import zipfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Literal
 from xml.etree import ElementTree
 
 from amb_files.atomic import write_atomically
 from fmi_export.building.description import model_description
+from fmi_export.building.description3 import model_description3
 from fmi_export.building.documentation import documentation
 from fmi_export.building.identity import guid_of
-from fmi_export.building.native.compiler import PLATFORMS, check_platforms, host_platform
+from fmi_export.building.native.compiler import FOLDERS3, PLATFORMS, check_platforms, host_platform
 from fmi_export.building.native.data import model_data
 from fmi_export.building.native.engines import engine, engine_key
 from fmi_export.model import Array, Model
 
+Fmi = Literal[2, 3]  # version
+ICON, ICON3 = "model.png", "terminalsAndIcons/icon.png"  # where an importer looks for it, in FMI 3.0 the latter
 NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
 
 
-def build_native_fmu(model: Model, constants: Array, folder: Path, platforms: Iterable[str] | None = None) -> Path:
+def build_native_fmu(
+    model: Model, constants: Array, folder: Path, platforms: Iterable[str] | None = None, fmi: Fmi = 2
+) -> Path:
     """Write `<model.name>.fmu` into `folder` and return its path; the file appears complete or not at all.
 
     Parameters
@@ -34,6 +40,8 @@ def build_native_fmu(model: Model, constants: Array, folder: Path, platforms: It
         Where the FMU goes; made if it is missing.
     platforms
         FMI names of the platforms that it runs on, or `all`; this machine's by default. See `compiler.PLATFORMS`.
+    fmi
+        Version of FMI: 2.0 or 3.0. Engine and data are the same but for the guid, and so are the results.
 
     Raises
     ------
@@ -41,27 +49,31 @@ def build_native_fmu(model: Model, constants: Array, folder: Path, platforms: It
         If a platform is not known, a sentence of the model is wrong, or an engine must be compiled and cannot be.
     """
     chosen = check_platforms([host_platform()] if platforms is None else platforms)
-    guid = native_guid(model, constants)
+    guid = native_guid(model, constants, fmi)
     data = model_data(model, constants, guid, engine_key(model))
     engines = {platform: engine(model, platform) for platform in chosen}
     made_by = sorted({one.made_by for one in engines.values()})
-    content = {"modelDescription.xml": _description(model, guid, made_by), "resources/model.bin": data}
+    content = {"modelDescription.xml": _description(model, guid, made_by, fmi), "resources/model.bin": data}
     for platform, one in engines.items():
-        content[f"binaries/{platform}/{model.name}{PLATFORMS[platform][0]}"] = one.library
-    content |= documentation(model)
+        for place in FOLDERS3[platform] if fmi == 3 else (platform,):
+            content[f"binaries/{place}/{model.name}{PLATFORMS[platform][0]}"] = one.library
+    content |= {ICON3 if fmi == 3 and name == ICON else name: file for name, file in documentation(model).items()}
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
     return write_archive(folder / f"{model.name}.fmu", content)
 
 
-def native_guid(model: Model, constants: Array) -> str:
-    """Return an identifier that changes with the interface, the code (of the native slave too) or the constants."""
-    return guid_of(model, constants, "native " + engine_key(model))
+def native_guid(model: Model, constants: Array, fmi: Fmi = 2) -> str:
+    """Return an identifier that changes with interface, code (of the native slave too), constants and FMI version."""
+    return guid_of(model, constants, f"native {'FMI 3.0 ' if fmi == 3 else ''}{engine_key(model)}")
 
 
-def _description(model: Model, guid: str, made_by: list[str]) -> bytes:
+def _description(model: Model, guid: str, made_by: list[str], fmi: Fmi) -> bytes:
     version = importlib.metadata.version("amb-cosim")
     tool = f"amb-cosim {version} with {'; '.join(made_by)}"
-    root = model_description(model, guid, tool, version, needs_tool=False)
+    if fmi == 3:
+        root = model_description3(model, guid, tool, version)
+    else:
+        root = model_description(model, guid, tool, version, needs_tool=False)
     ElementTree.indent(root)
     return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
 

@@ -5,18 +5,21 @@ from __future__ import annotations
 import tempfile
 import zipfile
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.experiment import Plan
+from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmus import build_with_starts, models
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT, NOTES, experiment_table, notes
 from amb_cosim.cosim.ssp.parameter_values import parameter_set
 from amb_cosim.cosim.ssp.structure import Described, system_structure
 from amb_files.atomic import write_atomically
+from fmi_export.building.integers import with_integers
 
 STRUCTURE = "SystemStructure.ssd"
 NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
@@ -31,6 +34,7 @@ def export_ssp(
     name: str,
     flavour: Flavour = "native",
     connectors: bool = False,
+    integers: bool = False,
     **options: Any,
 ) -> Path:
     """Write a planned run to `path` and return it; the file appears complete or not at all.
@@ -49,6 +53,8 @@ def export_ssp(
     connectors
         Whether signals and inputs that change are connectors of the system: some tools need them to change inputs,
         others (libcosim) refuse them.
+    integers
+        Whether Enumerations are described as Integers, for hosts without them (libcosim, ecos).
 
     Raises
     ------
@@ -66,7 +72,7 @@ def export_ssp(
     run = Described(
         name=name,
         plan=plan,
-        interfaces=assembly.interfaces,
+        interfaces={c: _numbered(i) for c, i in assembly.interfaces.items()} if integers else assembly.interfaces,
         sources={component: f"{file}.fmu" for component, file in files.items()},
         bindings={component: f"{file}.ssv" for component, file in files.items() if starts[component]},
         coupling=coupling,
@@ -75,21 +81,23 @@ def export_ssp(
     )
     content = {STRUCTURE: system_structure(run), EXPERIMENT: experiment_table(run)}
     for component, place in run.bindings.items():
-        content[place] = parameter_set(component, starts[component], assembly.interfaces[component].ports)
-    for c in system.components:
-        content[run.sources[c.name]] = _fmu(assembly, c.name, c.fmu, flavour, starts[c.name], options)
+        content[place] = parameter_set(component, starts[component], run.interfaces[component].ports)
+    with tempfile.TemporaryDirectory(prefix="ssp-") as folder:
+        for c in system.components:
+            fmu = assembly.fmus[c.name].path
+            if c.fmu in models():
+                fmu = build_with_starts(c.fmu, Path(folder), flavour, starts[c.name], **options)
+            if integers:
+                fmu = with_integers(fmu, Path(folder) / f"{c.name} with Integers.fmu")
+            content[run.sources[c.name]] = fmu.read_bytes()
     content[NOTES] = notes(run, baked=all(c.fmu in models() for c in system.components))
     write_atomically(path, lambda file: _zip(content, file))
     return path
 
 
-def _fmu(
-    assembly: Assembly, name: str, fmu: str, flavour: Flavour, starts: Mapping[str, float], options: Mapping[str, Any]
-) -> bytes:
-    if fmu not in models():
-        return assembly.fmus[name].path.read_bytes()
-    with tempfile.TemporaryDirectory(prefix="ssp-") as folder:
-        return build_with_starts(fmu, Path(folder), flavour, starts, **options).read_bytes()
+def _numbered(interface: FmuInterface) -> FmuInterface:
+    """Return an interface whose Enumerations are Integers."""
+    return replace(interface, ports={name: replace(port, items={}) for name, port in interface.ports.items()})
 
 
 def _zip(content: Mapping[str, bytes], path: Path) -> None:

@@ -27,24 +27,44 @@ def parameter_set(name: str, values: Mapping[str, float], ports: Mapping[str, Po
         The component's variables.
     """
     root = etree.Element(tag("ssv:ParameterSet"), nsmap={p: NAMESPACES[p] for p in ("ssv", "ssc")})
-    root.attrib.update(version=VERSION, name=name)
+    root.attrib.update(dict(version=VERSION, name=name))
     parameters = etree.SubElement(root, tag("ssv:Parameters"))
     for variable, value in values.items():
         parameter = etree.SubElement(parameters, tag("ssv:Parameter"), name=variable)
         port = ports[variable]
-        element = etree.SubElement(parameter, tag(f"ssv:{port.type}"), value=text_of(value, port))
+        element = etree.SubElement(parameter, tag(f"ssv:{type_of(port)}"), value=text_of(value, port))
         if port.type == "Real" and port.unit and port.definition is not None:
             element.set("unit", port.unit)
+        if port.items:
+            element.set("name", variable)
+    add_enumerations(root, "ssv", {variable: ports[variable] for variable in values})
     units = {p.unit: p for p in map(ports.__getitem__, values) if p.type == "Real" and p.unit and p.definition}
     add_units(etree.SubElement(root, tag("ssv:Units")) if units else None, units.values())
     return document(root, PARAMETERS)
 
 
+def type_of(port: Port) -> str:
+    """Return the type of a variable as SSP calls it."""
+    return "Enumeration" if port.items else port.type
+
+
 def text_of(value: float, port: Port) -> str:
-    """Return a value as XML has it."""
+    """Return a value as XML has it: the name of that of an Enumeration."""
+    if port.items:
+        return next(name for name, number in port.items.items() if number == value)
     if port.type == "Boolean":
         return "true" if value else "false"
     return repr(float(value)) if port.type == "Real" else str(int(value))
+
+
+def add_enumerations(root: Any, prefix: str, ports: Mapping[str, Port]) -> None:
+    """Add the definitions of the Enumerations among ports, each under the name that it has in the mapping."""
+    named = {name: port.items for name, port in ports.items() if port.items}
+    group = etree.SubElement(root, tag(f"{prefix}:Enumerations")) if named else None
+    for name, items in named.items():
+        enumeration = etree.SubElement(group, tag("ssc:Enumeration"), name=name)
+        for item, value in items.items():
+            etree.SubElement(enumeration, tag("ssc:Item"), name=item, value=str(value))
 
 
 def add_units(parent: Any, ports: Iterable[Port]) -> None:

@@ -68,9 +68,12 @@ def load_ssp(
         parameters=parameters,
     )
     own = folder / EXPERIMENT
-    if own.is_file() and step_size is None and stop_time is None:
+    if own.is_file():
         table = validate(parse_toml(own.read_text(encoding="utf-8"), f"{what}: {EXPERIMENT}"), ExperimentTable, what)
-        return system, _on_the_grid(table.experiment()), {**inputs, **table.inputs}
+        experiment = table.experiment()
+        end = experiment.stop_time if stop_time is None else stop_time
+        experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
+        return system, _on_the_grid(experiment), {**inputs, **table.inputs}
     return system, reader.experiment(step_size, stop_time), inputs
 
 
@@ -136,13 +139,17 @@ class _Reader:
                 yield Connection(*self._directed(source, target))
 
     def signals(self) -> tuple[Signal, ...]:
-        """Connectors of the system that feed inputs."""
-        targets: dict[str, list[str]] = {}
+        """Connectors of the system that feed inputs, and signals that this package's annotation names."""
+        targets: dict[str, list[str]] = {
+            signal.get("name"): [end.get("name") for end in signal.iterfind("amb:Target", NAMES)]
+            for signal in self.root.iterfind(f".//{OWN}/amb:Signal", NAMES)
+        }
+        annotated = frozenset(targets)
         for link in self._links():
             ends = [(link.get(f"{side}Element"), link.get(f"{side}Connector")) for side in ("start", "end")]
             own = [variable for element, variable in ends if element is None]
             inner = [f"{element}.{variable}" for element, variable in ends if element is not None]
-            if own and inner and self._causality(inner[0]) != "output":
+            if own and inner and own[0] not in annotated and self._causality(inner[0]) != "output":
                 targets.setdefault(own[0], []).append(inner[0])
         return tuple(Signal(name, tuple(ends)) for name, ends in targets.items())
 
@@ -238,18 +245,12 @@ class _Reader:
                 yield f"{prefix}{name}", value
 
     def _number(self, component: str, variable: str, value: Given) -> Raw:
-        """Return a value as the system takes it: with its unit where it has another one, enumerators as numbers."""
+        """Return a value as the system takes it: with its unit where the FMU's variable has another one."""
         port = self.interfaces[component].ports[variable]
         if isinstance(value, tuple):
             text, unit = value
             return float(text) if port.unit in (None, unit) else f"{text} {unit}"
-        if not isinstance(value, str):
-            return value
-        items = _enumerators(self.files[component], variable)
-        if value not in items:
-            allowed = ", ".join(items) or "numbers"
-            raise ValueError(f"{self.what}: {component}.{variable} = {value} is not allowed; there are {allowed}")
-        return items[value]
+        return value
 
 
 def _coupling(root: Any, what: str) -> Coupling:
@@ -276,10 +277,3 @@ def _on_the_grid(experiment: Experiment) -> Experiment:
 def _number(root: Any, path: str, name: str) -> float | None:
     element = root.find(path, NAMES)
     return None if element is None or element.get(name) is None else float(element.get(name))
-
-
-def _enumerators(file: Path, variable: str) -> dict[str, int]:
-    """Return the values of the enumerators of a variable by name."""
-    description = fmpy.read_model_description(str(file))
-    declared = next((v.declaredType for v in description.modelVariables if v.name == variable), None)
-    return {item.name: int(item.value) for item in getattr(declared, "items", None) or ()}

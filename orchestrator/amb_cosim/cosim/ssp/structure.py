@@ -6,7 +6,7 @@ no steps and no order of components; they stand in annotations, one for each too
 
     com.opensimulationplatform    libcosim: base step, and a step for each component
     org.openmodelica              OMSimulator: fixed-step master
-    amb-cosim                     this package: base step, coupling, order
+    amb-cosim                     this package: base step, order, and signals that feed several inputs
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from lxml import etree
 
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
-from amb_cosim.cosim.ssp.parameter_values import add_units
+from amb_cosim.cosim.ssp.parameter_values import add_enumerations, add_units, type_of
 from amb_cosim.cosim.ssp.schema import NAMESPACES, STRUCTURE, VERSION, document, tag
 
 TOOL = "amb-cosim"
@@ -86,14 +86,14 @@ class Described:
 def system_structure(run: Described) -> bytes:
     """Return the document of a run."""
     root = etree.Element(tag("ssd:SystemStructureDescription"), nsmap={**NAMESPACES, **TOOLS})
-    root.attrib.update(version=VERSION, name=run.name, generationTool=run.generator)
+    root.attrib.update(dict(version=VERSION, name=run.name, generationTool=run.generator))
     system = etree.SubElement(root, tag("ssd:System"), name="root")
     if run.plan.system.description:
         system.set("description", run.plan.system.description)
     if run.connectors:
         inputs = etree.SubElement(system, tag("ssd:Connectors"))
         for name in run.changing:
-            _connector(inputs, name, "input", run.port(name))
+            _connector(inputs, name, "input", run.port(name), run.plan.system.first_end(name))
     elements = etree.SubElement(system, tag("ssd:Elements"))
     for component in run.plan.system.components:
         _component(elements, run, component.name)
@@ -101,20 +101,23 @@ def system_structure(run: Described) -> bytes:
     for start, source, end, target in run.links():
         link = etree.SubElement(connections, tag("ssd:Connection"))
         link.attrib.update({} if start is None else {"startElement": start})
-        link.attrib.update(startConnector=source, endElement=end, endConnector=target)
+        link.attrib.update(dict(startConnector=source, endElement=end, endConnector=target))
     if not len(connections):
         system.remove(connections)
     _annotate(system, "ssd", _openmodelica(run.plan.step_size))
-    units = {p.unit: p for p in _connected(run) if p.unit and p.definition is not None and p.type == "Real"}
+    connected = _connected(run)
+    add_enumerations(root, "ssd", connected)
+    units = {p.unit: p for p in connected.values() if p.unit and p.definition is not None and p.type == "Real"}
     if units:
         add_units(etree.SubElement(root, tag("ssd:Units")), units.values())
     _experiment(root, run)
     return document(root, STRUCTURE)
 
 
-def _connected(run: Described) -> list[Port]:
+def _connected(run: Described) -> dict[str, Port]:
+    """Return the variables that are connectors of components, by `component.variable`."""
     ends = [end for start, source, *target in run.links() for end in ((start, source), tuple(target))]
-    return [run.interfaces[component].ports[variable] for component, variable in ends if component is not None]
+    return {f"{c}.{variable}": run.interfaces[c].ports[variable] for c, variable in ends if c is not None}
 
 
 def _component(elements: Any, run: Described, name: str) -> None:
@@ -127,7 +130,7 @@ def _component(elements: Any, run: Described, name: str) -> None:
     if used:
         connectors = etree.SubElement(element, tag("ssd:Connectors"))
         for variable in used:
-            _connector(connectors, variable, ports[variable].causality, ports[variable])
+            _connector(connectors, variable, ports[variable].causality, ports[variable], f"{name}.{variable}")
     if name in run.bindings:
         bindings = etree.SubElement(element, tag("ssd:ParameterBindings"))
         etree.SubElement(bindings, tag("ssd:ParameterBinding"), source=run.bindings[name])
@@ -136,9 +139,11 @@ def _component(elements: Any, run: Described, name: str) -> None:
     _annotate(element, "ssd", ("com.opensimulationplatform", hint))
 
 
-def _connector(parent: Any, name: str, kind: str, port: Port) -> None:
+def _connector(parent: Any, name: str, kind: str, port: Port, enumeration: str) -> None:
     connector = etree.SubElement(parent, tag("ssd:Connector"), name=name, kind=kind)
-    typed = etree.SubElement(connector, tag(f"ssc:{port.type}"))
+    typed = etree.SubElement(connector, tag(f"ssc:{type_of(port)}"))
+    if port.items:
+        typed.set("name", enumeration)
     if port.type == "Real" and port.unit and port.definition is not None:
         typed.set("unit", port.unit)
 
@@ -152,7 +157,11 @@ def _experiment(root: Any, run: Described) -> None:
     etree.SubElement(algorithm, tag("osp:FixedStepAlgorithm", TOOLS), baseStepSize=repr(plan.step_size))
     own = etree.Element(OWN, stepSize=repr(plan.step_size), coupling=run.coupling)
     for component in plan.system.components:
-        etree.SubElement(own, f"{{{TOOLS['amb']}}}Step", component=component.name, every=str(component.every))
+        etree.SubElement(own, tag("amb:Step", TOOLS), component=component.name, every=str(component.every))
+    for signal in plan.system.signals:
+        element = etree.SubElement(own, tag("amb:Signal", TOOLS), name=signal.name)
+        for end in signal.targets:
+            etree.SubElement(element, tag("amb:Target", TOOLS), name=end)
     _annotate(experiment, "ssd", ("com.opensimulationplatform", algorithm), (TOOL, own))
 
 
@@ -160,7 +169,7 @@ def _openmodelica(step_size: float) -> tuple[str, Any]:
     annotations = etree.Element(tag("oms:Annotations", TOOLS))
     information = etree.SubElement(annotations, tag("oms:SimulationInformation", TOOLS))
     master = etree.SubElement(information, tag("oms:FixedStepMaster", TOOLS), description="oms-ma")
-    master.attrib.update(stepSize=f"{step_size:.9f}", absoluteTolerance="0.0001", relativeTolerance="0.0001")
+    master.attrib.update(dict(stepSize=f"{step_size:.9f}", absoluteTolerance="0.0001", relativeTolerance="0.0001"))
     return "org.openmodelica", annotations
 
 

@@ -7,18 +7,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from amb_cosim.plots.style import BLUE, GREEN, ORANGE, PURPLE, TITLE_SIZE, StyledFigure
+from amb_cosim.plots.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, StyledFigure
 from amb_cosim.studies.coupling_convergence import ComparisonErrors, CouplingConvergence
 
-SCHEME_STYLES = ((ORANGE, "o"), (BLUE, "s"), (PURPLE, "^"), (GREEN, "D"))
+SCHEME_STYLES = ((ORANGE, "o"), (BLUE, "s"), (PURPLE, "^"), (GREEN, "D"), (SKY_BLUE, "v"), (YELLOW, "x"))
 
 
 def draw(result: CouplingConvergence) -> Figure:
     """Draw the error over the communication step for each comparison and scheme, with slopes of whole orders."""
-    figure = StyledFigure(figsize=(8.4, 6.8), layout="constrained")
+    figure = StyledFigure(figsize=(8.4, 9.4), layout="constrained")
     for axes, comparison in zip(figure.subplots(2, 2, sharey=True).flat, result.comparisons, strict=True):
         _draw_errors(axes, comparison)
-    figure.supxlabel("communication step of plant and actuator (us)", fontsize=9)
+    figure.supxlabel("communication step (us)", fontsize=9)
     figure.supylabel("largest error of the orbits / largest displacement", fontsize=9)
     figure.suptitle(
         f"Co-simulation against the monolithic system, {1e3 * result.duration:g} ms from rest (observed order)",
@@ -40,9 +40,9 @@ def _draw_errors(axes: Axes, comparison: ComparisonErrors) -> None:
         axes.loglog(steps, slope, color="black", lw=0.8, ls=":")
         axes.annotate(f"{order}", (steps[0], slope[0]), (4, 0), textcoords="offset points", va="center")
     axes.set_title(comparison.title)
-    axes.set_xticks(steps, [f"{step:g}" for step in steps])
+    axes.set_xticks(steps, [f"{step:.3g}" for step in steps])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.minorticks_off()
     axes.set_ylim(1e-10, 10.0)
     axes.grid(color="0.9", lw=0.5)
-    axes.legend(loc="lower right" if 2 in rounded.values() else "center right")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1))

@@ -1,0 +1,41 @@
+"""Copies an FMU for hosts without Enumerations: ecos ignores values of them, libcosim knows no variable of the type."""
+
+from __future__ import annotations
+
+import zipfile
+from functools import partial
+from pathlib import Path
+from xml.etree import ElementTree
+
+from amb_files.atomic import write_atomically
+
+DESCRIPTION = "modelDescription.xml"
+
+
+def with_integers(fmu: Path, target: Path) -> Path:
+    """Write a copy of an FMI 2.0 FMU whose Enumerations are described as Integers, and return its path.
+
+    Everything else is as it was: a value is set and read by the same functions.
+    """
+    write_atomically(target, partial(_copy, fmu))
+    return target
+
+
+def _copy(fmu: Path, target: Path) -> None:
+    with zipfile.ZipFile(fmu) as given, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as copy:
+        for entry in given.infolist():
+            content = given.read(entry)
+            copy.writestr(entry, _described_as_integers(content) if entry.filename == DESCRIPTION else content)
+
+
+def _described_as_integers(description: bytes) -> bytes:
+    root = ElementTree.fromstring(description)
+    for types in root.findall("TypeDefinitions"):
+        for unused in [kind for kind in types if kind.find("Enumeration") is not None]:
+            types.remove(unused)
+        if not len(types):
+            root.remove(types)
+    for variable in root.iterfind("ModelVariables/ScalarVariable/Enumeration"):
+        variable.tag = "Integer"
+        del variable.attrib["declaredType"]
+    return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))

@@ -1,0 +1,333 @@
+/* The face of an instance in FMI 3.0 for co-simulation, without event mode and early return.
+
+   The value reference of a variable is its position, as in FMI 2.0. Variables of one kind that stand one after another may
+   be the elements of an array: it has the reference of the first of them, and the others have none. `time`, the
+   independent variable, follows the last position.
+
+   A fault is fmi3Error. fmi3Discard would promise the state from before the step, which a step does not keep; a host that
+   wants it saves it. A step beyond the stop time is fmi3Error because the standard says so, although nothing has changed
+   then. What FMI 3.0 has besides is in fmi3_absent.c, refused. */
+
+#include "fmi3Functions.h"
+#include "slave.h"
+
+#include <stdlib.h>
+
+#define REFERENCES const fmi3ValueReference references[], size_t count
+
+/* Hand a text to the host's logger, in which #123# is a variable and ## a number sign. */
+static void tell(const Host *host, const char *name, Status status, const char *category, const char *text)
+{
+    char message[2 * TEXT_SIZE];
+    size_t used = 0;
+    (void)name;
+    for (; *text && used < sizeof message - 2; text++) {
+        if (*text == '#')
+            message[used++] = '#';
+        message[used++] = *text;
+    }
+    message[used] = '\0';
+    ((fmi3LogMessageCallback)host->logger)(host->environment, (fmi3Status)status, category, message);
+}
+
+static const Face FACE = {
+    .states = {"Instantiated", "Initialization Mode", "Step Mode", "Terminated", "Terminated by an error"},
+    .tell = tell,
+};
+
+enum { SETTABLE = INSTANTIATED | INITIALIZATION | STEP_COMPLETE };
+
+/* Life cycle ----------------------------------------------------------------------------------------------------- */
+
+const char *fmi3GetVersion(void)
+{
+    return fmi3Version;
+}
+
+static Host host_of(fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger)
+{
+    return (Host){&FACE, environment, (void (*)(void))logger};
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                         fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
+                                         const fmi3ValueReference intermediate[], size_t n_intermediate,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
+                                         fmi3IntermediateUpdateCallback update)
+{
+    Host host = host_of(environment, logger);
+    const char *reason = event_mode        ? "this FMU has no event mode"
+                         : n_intermediate ? "this FMU has no values within a step"
+                                          : NULL;
+    (void)visible, (void)early_return, (void)intermediate, (void)update;
+    if (!reason)
+        return slave_new(name, token, resources, &host, logging);
+    slave_refuse_new(&host, name, reason);
+    return NULL;
+}
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                          fmi3Boolean logging, fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback logger)
+{
+    Host host = host_of(environment, logger);
+    (void)token, (void)resources, (void)visible, (void)logging;
+    slave_refuse_new(&host, name, "this is an FMU for co-simulation, not for model exchange");
+    return NULL;
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
+                                               fmi3Boolean visible, fmi3Boolean logging,
+                                               fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
+                                               fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
+                                               fmi3UnlockPreemptionCallback unlock)
+{
+    Host host = host_of(environment, logger);
+    (void)token, (void)resources, (void)visible, (void)logging, (void)update, (void)lock, (void)unlock;
+    slave_refuse_new(&host, name, "this is an FMU for co-simulation, not for scheduled execution");
+    return NULL;
+}
+
+void fmi3FreeInstance(fmi3Instance instance)
+{
+    free(instance);
+}
+
+/* Unlike in FMI 2.0 categories are switched, and those that are not named stay as they are. */
+fmi3Status fmi3SetDebugLogging(fmi3Instance component, fmi3Boolean on, size_t count, const fmi3String categories[])
+{
+    Instance *instance = component;
+    unsigned int chosen;
+    Status status = slave_categories(instance, __func__, categories, count, &chosen);
+    if (status == STATUS_OK)
+        instance->heard = on ? instance->heard | chosen : instance->heard & ~chosen;
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
+                                       fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop)
+{
+    (void)has_tolerance, (void)tolerance;
+    Status status = slave_set_times(instance, __func__, start, has_stop, stop);
+    return (fmi3Status)(status == STATUS_OK ? slave_enter_initialization(instance, __func__) : status);
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
+{
+    return (fmi3Status)slave_exit_initialization(instance, __func__);
+}
+
+fmi3Status fmi3DoStep(fmi3Instance component, fmi3Float64 time, fmi3Float64 step_size, fmi3Boolean no_earlier_state,
+                      fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early_return, fmi3Float64 *last_time)
+{
+    Instance *instance = component;
+    (void)no_earlier_state;
+    Status status = slave_step(instance, __func__, time, step_size);
+    if (event)
+        *event = fmi3False;
+    if (terminate)
+        *terminate = fmi3False;
+    if (early_return)
+        *early_return = fmi3False;
+    if (last_time && instance)
+        *last_time = instance->now->time;
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3Terminate(fmi3Instance instance)
+{
+    return (fmi3Status)slave_terminate(instance, __func__);
+}
+
+fmi3Status fmi3Reset(fmi3Instance instance)
+{
+    return (fmi3Status)slave_reset(instance, __func__);
+}
+
+/* Variables ------------------------------------------------------------------------------------------------------ */
+
+static int is_time(const Instance *instance, fmi3ValueReference reference)
+{
+    return reference == instance->run.data.n_values;
+}
+
+/* How many values a reference stands for; 0 if it is that of an element of an array. */
+static size_t length_of(const Instance *instance, fmi3ValueReference reference)
+{
+    return is_time(instance, reference) ? 1 : instance->run.data.variables[reference].length;
+}
+
+/* Before values are read or set: state, pointers, and that there are as many values as the references stand for. */
+static Status before(Instance *instance, int states, const char *call, Type type, REFERENCES, const void *values,
+                     size_t n_values)
+{
+    size_t total = 0;
+    if (!may(instance, states, call))
+        return STATUS_ERROR;
+    if ((count && !references) || (n_values && !values))
+        return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+    for (size_t i = 0; i < count; i++) {
+        fmi3ValueReference r = references[i];
+        if (!is_variable(instance, r, type) && !(type == TYPE_REAL && is_time(instance, r)))
+            return wrong_reference(instance, call, r);
+        if (!length_of(instance, r))
+            return refuse(instance, "%s: %s is an element of an array, whose value reference is that of the first one",
+                          call, name_of(&instance->run.data, r));
+        total += length_of(instance, r);
+    }
+    if (total != n_values)
+        return refuse(instance, "%s: these variables have %zu values, not %zu", call, total, n_values);
+    return STATUS_OK;
+}
+
+static Status before_get(Instance *instance, const char *call, Type type, REFERENCES, const void *values,
+                         size_t n_values)
+{
+    Status status = before(instance, ANY, call, type, references, count, values, n_values);
+    return status == STATUS_OK ? refresh(instance) : status;
+}
+
+static Status before_set(Instance *instance, const char *call, Type type, REFERENCES, const void *values,
+                         size_t n_values)
+{
+    if (before(instance, SETTABLE, call, type, references, count, values, n_values) != STATUS_OK)
+        return STATUS_ERROR;
+    for (size_t i = 0; i < count; i++)
+        if (is_time(instance, references[i]))
+            return refuse(instance, "%s: time cannot be set", call);
+        else if (!is_settable(instance, references[i]))
+            return cannot_be_set(instance, call, references[i]);
+    instance->now->stale = 1;
+    return STATUS_OK;
+}
+
+/* The values of a variable, one after another. */
+static double *values_of(const Instance *instance, fmi3ValueReference reference)
+{
+    return is_time(instance, reference) ? &instance->now->time : instance->run.values + reference;
+}
+
+/* What follows for each value k of each reference: `there` is its place among the model's, `values` that of the host. */
+#define FOR_EACH_VALUE(instance, references, count)                                                                    \
+    for (size_t i = 0; i < (count); i++)                                                                               \
+        for (double *there = values_of(instance, (references)[i]),                                                     \
+                    *end = there + length_of(instance, (references)[i]);                                               \
+             there < end; there++, values++)
+
+fmi3Status fmi3GetFloat64(fmi3Instance component, REFERENCES, fmi3Float64 values[], size_t n_values)
+{
+    Instance *instance = component;
+    Status status = before_get(instance, __func__, TYPE_REAL, references, count, values, n_values);
+    if (status <= STATUS_WARNING)
+        FOR_EACH_VALUE(instance, references, count)
+            *values = *there;
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3GetInt32(fmi3Instance component, REFERENCES, fmi3Int32 values[], size_t n_values)
+{
+    Instance *instance = component;
+    Status status = before_get(instance, __func__, TYPE_INTEGER, references, count, values, n_values);
+    if (status <= STATUS_WARNING)
+        FOR_EACH_VALUE(instance, references, count)
+            if (slave_integer(instance, __func__, (uint32_t)(there - instance->run.values), values) != STATUS_OK)
+                return fmi3Error;
+    return (fmi3Status)status;
+}
+
+/* Of enumerations, which FMI 3.0 reads and sets so. */
+fmi3Status fmi3GetInt64(fmi3Instance component, REFERENCES, fmi3Int64 values[], size_t n_values)
+{
+    Instance *instance = component;
+    int32_t value = 0;
+    Status status = before_get(instance, __func__, TYPE_INTEGER, references, count, values, n_values);
+    if (status <= STATUS_WARNING)
+        FOR_EACH_VALUE(instance, references, count) {
+            if (slave_integer(instance, __func__, (uint32_t)(there - instance->run.values), &value) != STATUS_OK)
+                return fmi3Error;
+            *values = value;
+        }
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3GetBoolean(fmi3Instance component, REFERENCES, fmi3Boolean values[], size_t n_values)
+{
+    Instance *instance = component;
+    Status status = before_get(instance, __func__, TYPE_BOOLEAN, references, count, values, n_values);
+    if (status <= STATUS_WARNING)
+        FOR_EACH_VALUE(instance, references, count)
+            *values = *there != 0.0;
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance component, REFERENCES, const fmi3Float64 values[], size_t n_values)
+{
+    Instance *instance = component;
+    Status status = before_set(instance, __func__, TYPE_REAL, references, count, values, n_values);
+    if (status == STATUS_OK)
+        FOR_EACH_VALUE(instance, references, count)
+            *there = *values;
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3SetInt32(fmi3Instance component, REFERENCES, const fmi3Int32 values[], size_t n_values)
+{
+    Instance *instance = component;
+    Status status = before_set(instance, __func__, TYPE_INTEGER, references, count, values, n_values);
+    if (status == STATUS_OK)
+        FOR_EACH_VALUE(instance, references, count)
+            *there = *values;
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3SetInt64(fmi3Instance component, REFERENCES, const fmi3Int64 values[], size_t n_values)
+{
+    Instance *instance = component;
+    Status status = before_set(instance, __func__, TYPE_INTEGER, references, count, values, n_values);
+    if (status == STATUS_OK)
+        FOR_EACH_VALUE(instance, references, count)
+            *there = (double)*values;
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3SetBoolean(fmi3Instance component, REFERENCES, const fmi3Boolean values[], size_t n_values)
+{
+    Instance *instance = component;
+    Status status = before_set(instance, __func__, TYPE_BOOLEAN, references, count, values, n_values);
+    if (status == STATUS_OK)
+        FOR_EACH_VALUE(instance, references, count)
+            *there = *values;
+    return (fmi3Status)status;
+}
+
+/* Saved states --------------------------------------------------------------------------------------------------- */
+
+fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state)
+{
+    return (fmi3Status)slave_save(instance, __func__, state);
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state)
+{
+    return (fmi3Status)slave_restore(instance, __func__, state);
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *state)
+{
+    return (fmi3Status)slave_forget(instance, __func__, state);
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size)
+{
+    return (fmi3Status)slave_serialised_size(instance, __func__, state, size);
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[], size_t size)
+{
+    return (fmi3Status)slave_serialise(instance, __func__, state, bytes, size);
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
+{
+    return (fmi3Status)slave_deserialise(instance, __func__, bytes, size, state);
+}

@@ -1,0 +1,1 @@
+"""A small model whose variables are arrays in FMI 3.0."""

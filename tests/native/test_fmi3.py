@@ -1,0 +1,459 @@
+"""FMI 3.0: the same cores behind a second face, with arrays."""
+
+import dataclasses
+import importlib
+import math
+import shutil
+import zipfile
+from ctypes import byref, c_bool, c_char_p, c_double, c_size_t, c_uint32, c_void_p, create_string_buffer
+
+import numpy as np
+import pytest
+
+from fmi_export.building.arrays import lengths, slots
+from fmi_export.building.description3 import model_description3
+from fmi_export.building.native.package import native_guid
+from fmi_export.model import Instance
+from fmi_export.variables import Interface, interface, output
+
+STATES = ("Instantiated", "Initialization Mode", "Step Mode", "Terminated", "Terminated by an error")
+SETTABLE = STATES[:3]
+ALLOWED = {
+    "SetDebugLogging": STATES,
+    "EnterInitializationMode": STATES[:1],
+    "ExitInitializationMode": STATES[1:2],
+    "DoStep": STATES[2:3],
+    "Terminate": STATES[2:3],
+    "Reset": STATES,
+    "GetFloat64": STATES,
+    "GetInt32": STATES,
+    "GetInt64": STATES,
+    "GetBoolean": STATES,
+    "SetFloat64": SETTABLE,
+    "SetInt32": SETTABLE,
+    "SetInt64": SETTABLE,
+    "SetBoolean": SETTABLE,
+    "GetFMUState": STATES,
+    "SetFMUState": STATES,
+    "FreeFMUState": STATES,
+    "SerializedFMUStateSize": STATES,
+}
+
+
+@pytest.fixture(scope="module")
+def matrix():
+    return importlib.import_module("probe_matrix.model").MODEL
+
+
+@pytest.fixture(scope="module")
+def library(unpacked, matrix):
+    from raw3 import Library3
+
+    return Library3(unpacked(matrix, None, None, 3))
+
+
+@pytest.fixture(scope="module")
+def lag_library(unpacked, lag):
+    from raw3 import Library3
+
+    return Library3(unpacked(lag, None, None, 3))
+
+
+def bring_to(fmu, state):
+    if state == STATES[0]:
+        return
+    fmu.enter()
+    if state == STATES[1]:
+        return
+    fmu.call("ExitInitializationMode")
+    if state == STATES[3]:
+        fmu.call("Terminate")
+    elif state == STATES[4]:
+        assert fmu.do_step(0.0, -1.0)[0] == 3
+
+
+def arguments_of(function, saved):
+    nothing = (None, c_size_t(0), None, c_size_t(0))
+    flags = [byref(c_bool()) for _ in range(3)]
+    return {
+        "SetDebugLogging": (c_bool(True), c_size_t(0), None),
+        "EnterInitializationMode": (c_bool(False), c_double(0.0), c_double(0.0), c_bool(False), c_double(0.0)),
+        "DoStep": (c_double(0.0), c_double(250e-6), c_bool(True), *flags, byref(c_double())),
+        "GetFMUState": (byref(c_void_p()),),
+        "FreeFMUState": (byref(c_void_p()),),
+        "SetFMUState": (saved,),
+        "SerializedFMUStateSize": (saved, byref(c_size_t())),
+    }.get(function, nothing if function[:3] in ("Get", "Set") else ())
+
+
+@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("function", ALLOWED)
+def test_a_call_is_allowed_in_the_states_of_the_standard_only(library, function, state):
+    from raw3 import ERROR, OK
+
+    with library.instantiate() as fmu:
+        bring_to(fmu, state)
+        saved = fmu.save()
+        del fmu.log[:]
+        status = fmu.call(function, *arguments_of(function, saved))
+        if state in ALLOWED[function]:
+            assert (status, fmu.log) == (OK, [])
+        else:
+            assert status == ERROR
+            assert f"fmi3{function} is not allowed in state '{state}'" in fmu.log[0][2]
+        assert fmu.call("FreeFMUState", byref(saved)) == OK
+
+
+def test_arrays_go_in_and_out_whole_with_other_variables(library, matrix):
+    from raw3 import OK
+
+    core = Instance(matrix, np.zeros(1))
+    u, gains = [1.5, -2.0, 4.0], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
+    for name, value in zip([f"u{j}" for j in range(3)], u, strict=True):
+        core[name] = value
+    core.initialise()
+    with library.instantiate() as fmu:
+        fmu.begin(u=u, n=[3, -4], on=[True, False])
+        assert fmu.get("f") == [core["f0"], core["f1"]] == [-2.0 + 8.0, 15.0 - 22.0 + 48.0]
+        assert fmu.get("twice", "off") == [6, -8, False, True]
+        assert fmu.set(gains=[*gains[0], *gains[1]]) == OK
+        assert fmu.step(0) == OK
+        assert fmu.get("f", "elapsed") == [*np.array(gains) @ u, 250e-6]
+        expected = [[[u[i] * u[j], u[i] - u[j]] for j in range(2)] for i in range(2)]
+        assert np.reshape(fmu.get("z"), (2, 2, 2)).tolist() == expected
+        (f, _, _), (time, _, _), (z, _, _) = (library.variables[name] for name in ("f", "time", "z"))
+        values = [0.0] * 11
+        assert fmu.transfer("Get", "Float64", [f, time, z], values) == OK
+        assert values == [*fmu.get("f"), 250e-6, *fmu.get("z")]
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (
+            lambda f: f.transfer("Get", "Float64", [7], [0.0] * 2),
+            "fmi3GetFloat64: these variables have 3 values, not 2",
+        ),
+        (
+            lambda f: f.transfer("Set", "Float64", [7], [0.0] * 4),
+            "fmi3SetFloat64: these variables have 3 values, not 4",
+        ),
+        (lambda f: f.transfer("Get", "Float64", [8], [0.0]), "fmi3GetFloat64: u1 is an element of an array, whose "),
+        (lambda f: f.transfer("Get", "Float64", [10], [0.0]), "fmi3GetFloat64: n0 is of type Integer"),
+        (lambda f: f.transfer("Get", "Float64", [31], [0.0]), "fmi3GetFloat64: there is no value reference 31"),
+        (lambda f: f.transfer("Get", "Int32", [30], [0]), "fmi3GetInt32: there is no value reference 30"),
+        (lambda f: f.transfer("Set", "Float64", [30], [1.0]), "fmi3SetFloat64: time cannot be set"),
+        (lambda f: f.transfer("Set", "Float64", [14], [1.0]), "fmi3SetFloat64: elapsed is a continuous output and "),
+        (lambda f: f.transfer("Set", "Float64", [0], [1.0]), "fmi3SetFloat64: limit is a fixed parameter and cannot"),
+        (lambda f: f.call("GetFloat64", None, c_size_t(1), None, c_size_t(0)), "fmi3GetFloat64: references is NULL"),
+        (lambda f: f.call("GetFloat64", byref(c_uint32(0)), c_size_t(1), None, c_size_t(1)), "fmi3GetFloat64: values "),
+        (
+            lambda f: f.call("GetFloat32", byref(c_uint32(0)), c_size_t(1), None, c_size_t(1)),
+            "fmi3GetFloat32: limit is",
+        ),
+        (lambda f: f.call("SetString", byref(c_uint32(9)), c_size_t(1), None, c_size_t(1)), "fmi3SetString: u2 is of"),
+        (lambda f: f.call("GetClock", byref(c_uint32(99)), c_size_t(1), None), "fmi3GetClock: there is no value refer"),
+        (lambda f: f.call("SetFMUState", None), "fmi3SetFMUState: state is NULL"),
+    ],
+)
+def test_a_wrong_argument_is_refused_with_the_reason(library, call, sentence):
+    from raw3 import ERROR
+
+    assert [library.variables[name][0] for name in ("limit", "u", "n", "elapsed", "time")] == [0, 7, 10, 14, 30]
+    with library.instantiate() as fmu:
+        fmu.begin()
+        assert call(fmu) == ERROR
+        assert [(status, category) for status, category, _ in fmu.log] == [(3, "logStatusError")]
+        assert fmu.log[0][2].startswith(sentence)
+        assert (fmu.get("fault_code"), fmu.step(0)) == ([998], ERROR)
+
+
+def test_a_fault_is_an_error_and_no_wish_to_end(library):
+    from raw3 import ERROR, OK
+
+    with library.instantiate() as fmu:
+        fmu.begin(u=[1.0, 2.0, 3.0])
+        assert fmu.do_step(0.0, 1e-3) == (OK, [False] * 3, 1e-3)
+        saved, before = fmu.save(), fmu.get("f", "elapsed", "time")
+        fmu.set(u=[6.0, 0.0, 0.0])
+        assert fmu.do_step(1e-3, 1e-3) == (ERROR, [False] * 3, 1e-3)
+        sentence = "at t = 0.001 s: u0 = 6 m is above 5 m, 100 % ##1"
+        assert fmu.log == [(ERROR, "logStatusError", sentence)], "a number sign is doubled, a percent sign is not"
+        assert fmu.get("f", "elapsed", "time", "fault_code") == [*before, 1]
+        assert (fmu.do_step(1e-3, 1e-3)[0], fmu.call("Terminate")) == (ERROR, ERROR)
+        assert fmu.call("SetFMUState", saved) == OK
+        assert (fmu.step(1, 1e-3), fmu.get("time", "fault_code")) == (OK, [2e-3, 0])
+        fmu.call("FreeFMUState", byref(saved))
+
+
+def test_a_step_after_the_stop_time_is_refused_and_the_run_can_end(library):
+    from raw3 import ERROR, OK
+
+    with library.instantiate() as fmu:
+        assert fmu.enter(0.0, 1e-3) == OK
+        fmu.call("ExitInitializationMode")
+        assert fmu.do_step(0.0, 1e-3)[0] == OK
+        assert fmu.do_step(1e-3, 1e-3) == (ERROR, [False] * 3, 1e-3)
+        assert (fmu.get("fault_code"), fmu.call("Terminate")) == ([0], OK)
+
+
+def test_categories_are_switched_one_by_one(library):
+    def heard(*switched):
+        with library.instantiate() as fmu:
+            for on, names in switched:
+                categories = (c_char_p * max(len(names), 1))(*(name.encode() for name in names))
+                given = categories if names else None
+                assert fmu.call("SetDebugLogging", c_bool(on), c_size_t(len(names)), given) == 0
+            fmu.begin(u=[6.0, 0.0, 0.0], limit=7.0)
+            assert fmu.do_step(0.0, -1.0)[0] == 3
+            return len(fmu.log)
+
+    assert heard() == 1
+    assert heard((False, ())) == 0
+    assert heard((False, ()), (True, ("logStatusFatal",))) == 0
+    assert heard((False, ()), (True, ("logStatusFatal",)), (True, ("logStatusError",))) == 1
+    assert heard((False, ("logStatusError",))) == 0
+    assert heard((False, ("logStatusWarning", "logStatusFatal"))) == 1
+    assert heard((False, ("logAll",)), (True, ("logAll",))) == 1
+
+
+def test_a_state_goes_through_bytes_into_another_instance(library):
+    from raw3 import ERROR, OK
+
+    with library.instantiate() as one, library.instantiate() as other:
+        one.begin(u=[1.0, 2.0, 3.0])
+        one.step(0)
+        state, size, copy = one.save(), c_size_t(), c_void_p()
+        assert one.call("SerializedFMUStateSize", state, byref(size)) == OK
+        text = create_string_buffer(size.value)
+        assert one.call("SerializeFMUState", state, text, size) == OK
+        assert other.call("DeserializeFMUState", text, size, byref(copy)) == OK
+        assert other.call("SetFMUState", copy) == OK
+        for fmu in (one, other):
+            assert fmu.step(1) == OK
+        assert one.get("f", "elapsed", "time") == other.get("f", "elapsed", "time")
+        assert other.call("DeserializeFMUState", text, c_size_t(size.value - 1), byref(copy)) == ERROR
+        for fmu, saved in ((one, state), (other, copy)):
+            fmu.call("FreeFMUState", byref(saved))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"token": "{0}"}, "the modelDescription.xml has guid {0}, but resources/model.bin belongs to {"),
+        ({"token": None}, "the modelDescription.xml has guid NULL"),
+        ({"name": None}, "an instance needs a name"),
+        ({"resources": None}, "the host gave no resource location"),
+        ({"resources": "/nowhere/"}, "cannot read /nowhere/model.bin: "),
+        ({"events": True}, "this FMU has no event mode"),
+        ({"intermediate": [0]}, "this FMU has no values within a step"),
+    ],
+)
+def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(library, wrong, sentence):
+    fmu = library.instantiate(**wrong, logging=False)
+    assert fmu.pointer is None
+    assert [(status, category) for status, category, _ in fmu.log] == [(3, "logStatusError")]
+    assert fmu.log[0][2].startswith(sentence)
+    assert library.instantiate(**wrong, has_logger=False).pointer is None
+
+
+def test_a_resource_path_is_no_uri(library, tmp_path):
+    from raw3 import OK
+
+    place = tmp_path / "100%25 of it"
+    shutil.copytree(library.resources, place)
+    with library.instantiate(resources=f"{place}/") as fmu:
+        assert fmu.begin().step(0) == OK
+
+
+ABSENT = (
+    *("GetIntervalDecimal", "GetIntervalFraction", "GetShiftDecimal", "GetShiftFraction", "SetIntervalDecimal"),
+    *("SetIntervalFraction", "SetShiftDecimal", "SetShiftFraction", "EnterEventMode", "EnterStepMode"),
+    *("EvaluateDiscreteStates", "UpdateDiscreteStates", "EnterConfigurationMode", "ExitConfigurationMode"),
+    *("GetNumberOfVariableDependencies", "GetVariableDependencies", "GetDirectionalDerivative", "GetAdjointDerivative"),
+    *("GetOutputDerivatives", "EnterContinuousTimeMode", "CompletedIntegratorStep", "SetTime", "SetContinuousStates"),
+    *("GetContinuousStateDerivatives", "GetEventIndicators", "GetContinuousStates", "GetNominalsOfContinuousStates"),
+    *("GetNumberOfEventIndicators", "GetNumberOfContinuousStates", "ActivateModelPartition"),
+)
+
+
+def test_what_the_fmu_lacks_is_refused_with_the_reason_and_without_harm(library):
+    from raw3 import ERROR, OK
+
+    with library.instantiate() as fmu:
+        fmu.begin()
+        zeros = [c_void_p()] * 8
+        assert [fmu.call(function, *zeros) for function in ABSENT] == [ERROR] * len(ABSENT)
+        assert [text.partition(": ")[0] for _, _, text in fmu.log] == [f"fmi3{function}" for function in ABSENT]
+        assert fmu.step(0) == OK
+        for kind in ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "UInt64", "String"):
+            assert fmu.call(f"Get{kind}", None, c_size_t(0), None, c_size_t(0)) == OK
+    nobody = library.instantiate(token="{0}")
+    for function in (*ABSENT, *ALLOWED):
+        assert nobody.call(function, *zeros) == ERROR
+    for kind in ("ModelExchange", "ScheduledExecution"):
+        assert getattr(library.c, f"fmi3Instantiate{kind}")(*[c_void_p()] * 10) is None
+
+
+def test_outputs_follow_inputs_in_initialization_mode(lag_library):
+    with lag_library.instantiate() as fmu:
+        assert fmu.get("level", "time_constant") == [0.0, 1e-3], "start values can be read before"
+        fmu.set(u=1.0)
+        fmu.enter()
+        levels = fmu.get("level")
+        fmu.set(u=2.0)
+        assert levels + fmu.get("level") == [2.0, 4.0]
+
+
+def test_the_numbers_are_those_of_fmi_2(lag_library, unpacked, lag):
+    from raw import Library
+
+    rows = []
+    for one in (lag_library, Library(unpacked(lag))):
+        with one.instantiate() as fmu:
+            fmu.begin(gain=3.0, offset=-2, u=1.25)
+            run = []
+            for n in range(20):
+                fmu.set(u=math.sin(n), hold=n % 5 == 0)
+                run.append((fmu.step(n), *fmu.get("y", "level", "steps", "held", "high", "fault_code")))
+            rows.append((run, fmu.log))
+    assert rows[0] == rows[1]
+
+
+def test_an_enumeration_is_read_and_set_as_a_long_integer(lag_library):
+    from raw3 import OK
+
+    with lag_library.instantiate() as fmu:
+        reference, _, _ = lag_library.variables["offset"]
+        assert fmu.transfer("Set", "Int64", [reference], [-3]) == OK
+        values = [0]
+        assert fmu.transfer("Get", "Int64", [reference], values) == OK
+        assert values == fmu.get("offset") == [-3]
+
+
+@pytest.mark.parametrize(
+    "name", ["probe_matrix", "probe_lag", "rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"]
+)
+def test_the_description_is_valid_and_an_importer_finds_nothing_wrong(name, tmp_path, lag, matrix):
+    from xml.etree import ElementTree
+
+    from fmpy import read_model_description
+    from fmpy.validation import validate_model_description
+
+    from amb_cosim.cosim.fmus import model_source
+
+    model = {"probe_matrix": matrix, "probe_lag": lag}.get(name) or model_source(name)[0]
+    path = tmp_path / "modelDescription.xml"
+    path.write_bytes(ElementTree.tostring(model_description3(model, "{}", "a tool", "1"), xml_declaration=True))
+    description = read_model_description(str(tmp_path), validate=True)
+    assert validate_model_description(description) == []
+    table = model.interface
+    found = [v for v in description.modelVariables if v.causality != "independent"]
+    assert sum(math.prod(int(d.start) for d in v.dimensions) for v in found) == len(table.variables)
+    for v in found:
+        first = table.variables[v.valueReference]
+        assert (v.unit or "1", v.causality, v.variability) == (first.unit, first.causality, first.variability)
+        if first.causality != "output":
+            size = len(v.start.split())
+            starts = [1.0 if s == "true" else 0.0 if s == "false" else float(s) for s in v.start.split()]
+            assert starts == table.start[v.valueReference : v.valueReference + size].tolist()
+
+
+def test_the_arrays_of_the_rig_are_its_sensors_and_receptance():
+    from amb_cosim.cosim.fmus import model_source
+
+    def arrays(name):
+        return {slot.name: slot.shape for slot in slots(model_source(name)[0].interface) if slot.shape}
+
+    assert arrays("rotor_contact") == {"sensors": (8,)}
+    assert arrays("amb_actuator") == {}
+    assert arrays("rolac_controller") == {
+        "sensor_weights": (8,),
+        "sensor_scales": (8,),
+        "plane_positions": (4,),
+        "plane_offsets": (4,),
+        "sensors": (8,),
+        "receptance": (8, 4, 2),
+    }
+
+
+def test_an_output_array_depends_on_what_its_elements_depend_on(matrix):
+    root = model_description3(matrix, "{}", "a tool", "1")
+    reference = {v.get("name"): v.get("valueReference") for v in root.iterfind("ModelVariables/*")}
+    found = {o.get("valueReference"): o.get("dependencies") for o in root.iterfind("ModelStructure/Output")}
+    assert [found[reference[name]] for name in ("f", "twice", "elapsed")] == [reference["u"], reference["n"], ""]
+
+
+def test_variables_that_make_no_array_are_refused(matrix):
+    table = matrix.interface
+    assert lengths(table)[:10] == [1, 6, 0, 0, 0, 0, 0, 3, 0, 0]
+    other = [dataclasses.replace(v, unit="mm") if v.name == "u1" else v for v in table.variables]
+    with pytest.raises(ValueError, match="the elements of the array u differ: u0 is not like the others"):
+        slots(Interface(tuple(other)))
+    gap = tuple(v for v in table.variables if v.name != "g01")
+    with pytest.raises(ValueError, match=r"5 variables do not fill the array gains of \(2, 3\)"):
+        slots(Interface(gap))
+    twice = output("f", "N", "A second one")
+    with pytest.raises(ValueError, match=r"two variables of FMI 3\.0 have one name: f"):
+        slots(interface(twice, table.variables))
+
+
+def test_libraries_and_icon_are_where_fmi_3_has_them(lag, tmp_path, monkeypatch):
+    from fmi_export.building.native import package
+    from fmi_export.building.native.engines import Engine
+
+    monkeypatch.setattr(package, "engine", lambda model, platform: Engine(platform.encode(), "a compiler"))
+    monkeypatch.setattr(package, "documentation", lambda model: {"model.png": b"icon", "documentation/index.html": b""})
+    with zipfile.ZipFile(package.build_native_fmu(lag, np.zeros(1), tmp_path, ["all"], 3)) as fmu:
+        names = set(fmu.namelist())
+        found = {name: fmu.read(name) for name in names if name.startswith("binaries/")}
+    assert found == {
+        "binaries/x86_64-linux/probe_lag.so": b"linux64",
+        "binaries/x86_64-windows/probe_lag.dll": b"win64",
+        "binaries/x86_64-darwin/probe_lag.dylib": b"darwin64",
+        "binaries/aarch64-linux/probe_lag.so": b"aarch64-linux",
+        "binaries/aarch64-darwin/probe_lag.dylib": b"aarch64-darwin",
+    }
+    assert {"terminalsAndIcons/icon.png", "documentation/index.html"} < names
+    assert "model.png" not in names
+
+
+def test_this_master_and_pythonfmu_say_that_they_have_fmi_2(native, lag, tmp_path):
+    import amb_cosim
+    from amb_cosim.cosim.fmu_interface import read_interface
+
+    path = native(lag, None, None, 3)
+    with pytest.raises(
+        ValueError, match=r"^lag: .*probe_lag.fmu is an FMU of FMI 3\.0; this master runs those of FMI 2\.0"
+    ):
+        read_interface(path, "lag")
+    with pytest.raises(ValueError, match=r"FMI 3\.0 is for native FMUs alone"):
+        amb_cosim.build(tmp_path, "python", fmi=3)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_guid_tells_the_versions_apart(lag):
+    assert len({native_guid(lag, np.zeros(1), fmi) for fmi in (2, 3)}) == 2
+
+
+@pytest.mark.slow
+def test_the_plant_of_fmi_3_goes_through_contact_as_that_of_fmi_2(native, plant, plant_constants, run_python):
+    def host(paths: list, start: dict) -> list:
+        import numpy as np
+        from fmpy import simulate_fmu
+
+        runs = []
+        for path in paths:
+            runs.append(simulate_fmu(path, stop_time=0.2, output_interval=250e-6, start_values=start))
+        two, three = runs
+        common = [name for name in three.dtype.names if name in two.dtype.names]
+        differing = [name for name in common if not np.array_equal(two[name], three[name])]
+        sensors = np.array([two[f"s{k}"] for k in range(1, 9)]).T
+        return [len(common), differing, bool(np.array_equal(three["sensors"], sensors)), float(three["rb1.f_n"].max())]
+
+    paths = [str(native(plant, plant_constants, None, fmi)) for fmi in (2, 3)]
+    start = {"Omega": 260.0, "d1.u": 0.3, "rb1.mu": 0.3}
+    common, differing, same, force = run_python(host, paths=paths, start=start)
+    assert common > 70
+    assert (differing, same) == ([], True)
+    assert force > 100.0, "there must be contact"

@@ -1,0 +1,215 @@
+"""Scenarios as SSP archives: valid, complete, and the same run in this package, in libcosim and in FMPy."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from importlib.util import find_spec
+from pathlib import Path
+
+import fmpy.ssp
+import pytest
+import tools
+import xmlschema
+from click.testing import CliRunner
+from fmpy.ssp.ssd import read_ssd
+from lxml import etree
+
+from amb_cosim.cli import main
+from amb_cosim.cosim.ssp import load_ssp
+from amb_cosim.cosim.ssp.schema import NAMESPACES
+
+SCENARIO = """
+description = "An unbalanced rotor from rest, with an event"
+Omega = "260 rad/s"
+settle_cycles = {settle}
+end_cycle = 3
+coupling = "{coupling}"
+communication_step = "250 us"
+gradient = {gradient}
+
+[inputs.rotor_contact]
+"d1.u" = "{unbalance} g.m"
+
+[inputs.rolac_controller]
+rolac_enable = false
+
+[parameters.rotor_contact]
+"rb?.mu" = 0.1
+"contact.impact_law" = 0
+"""
+EVENTS = """
+[[event]]
+cycle = 1
+set.rotor_contact."d1.u" = "20 g.m"
+
+[[event]]
+time = "15 ms"
+set.rolac_controller.rolac_enable = true
+
+[[speed]]
+cycle = 2
+Omega = "262 rad/s"
+
+[[stop]]
+variable = "rotor_contact.rb1.f_n"
+above = "1 MN"
+from_cycle = 1
+hold_time = "1 ms"
+
+[record]
+every = 2
+"""
+JACOBI = SCENARIO.format(settle=0, coupling="jacobi", unbalance=25.5, gradient="true")
+HELD = SCENARIO.format(settle=0, coupling="jacobi", unbalance=25.5, gradient="false")
+SEQUENTIAL = SCENARIO.format(settle=1.5, coupling="gauss_seidel", unbalance=0.5, gradient="true") + EVENTS
+SCHEMAS = Path(fmpy.ssp.__file__).parent / "schema"
+
+
+@pytest.fixture(scope="module")
+def archive(run_python, create_once):
+    """`archive(name, scenario, ..)`: path of the archive of a scenario, written once."""
+
+    def write(name, scenario, **options):
+        def fill(folder):
+            run_python(tools.exported, scenario=scenario, archive=str(folder / "rig.ssp"), **options, timeout=900)
+
+        return create_once(f"archive-{name}", fill) / "rig.ssp"
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def sequential(archive):
+    return archive("sequential", SEQUENTIAL)
+
+
+@pytest.fixture(scope="module")
+def jacobi(archive):
+    """For libcosim and ecos, which have no Enumerations."""
+    return archive("jacobi", JACOBI, integers=True)
+
+
+@pytest.mark.parametrize("connectors", [False, True])
+def test_documents_follow_the_schemas_of_ssp(archive, sequential, connectors):
+    path = archive("connectors", SEQUENTIAL, connectors=True) if connectors else sequential
+    structure = xmlschema.XMLSchema(str(SCHEMAS / "SystemStructureDescription.xsd"))
+    values = xmlschema.XMLSchema(str(SCHEMAS / "SystemStructureParameterValues.xsd"))
+    with zipfile.ZipFile(path) as content:
+        structure.validate(content.read("SystemStructure.ssd").decode())
+        sets = [name for name in content.namelist() if name.endswith(".ssv")]
+        for name in sets:
+            values.validate(content.read(name).decode())
+    assert len(sets) == 3
+
+
+def test_only_connected_variables_are_connectors(sequential):
+    """FMPy sets listed inputs to zero where nothing feeds them; libcosim refuses connectors of the system."""
+    ssd = read_ssd(str(sequential)).system
+    assert not ssd.connectors
+    listed = {(c.name, connector.name) for c in ssd.elements for connector in c.connectors}
+    ends = {
+        end
+        for link in ssd.connections
+        for end in ((link.startElement, link.startConnector), (link.endElement, link.endConnector))
+    }
+    assert listed == ends
+    assert ("rolac_controller", "mb1.i_x") in listed
+
+
+def test_connectors_of_the_system_feed_the_same_inputs(archive, sequential):
+    with_connectors, without = (
+        load_ssp(path) for path in (archive("connectors", SEQUENTIAL, connectors=True), sequential)
+    )
+    assert with_connectors[0].signal("Omega") == without[0].signal("Omega")
+    ends = {connector.name for connector in read_ssd(str(archive("connectors", SEQUENTIAL))).system.connectors}
+    assert ends == {"Omega", "Omega_dot", "rotor_contact.d1.u", "rolac_controller.rolac_enable"}
+    assert with_connectors[1:] == without[1:]
+
+
+@pytest.mark.parametrize(("integers", "kind"), [(False, "Enumeration"), (True, "Integer")])
+def test_switches_are_enumerations_or_integers_throughout(sequential, jacobi, integers, kind):
+    path = jacobi if integers else sequential
+    with zipfile.ZipFile(path) as content, tempfile.TemporaryDirectory() as folder:
+        document = etree.fromstring(content.read("resources/amb_actuator.ssv"))
+        described = fmpy.read_model_description(content.extract("resources/amb_actuator.fmu", folder))
+    bound = document.find(".//ssv:Parameter[@name='force_law']", NAMESPACES)[0]
+    variable = next(v for v in described.modelVariables if v.name == "force_law")
+    assert etree.QName(bound).localname == variable.type == kind
+    items = {item.name: item.value for item in variable.declaredType.items} if variable.declaredType else {}
+    assert items.get(bound.get("value"), bound.get("value")) == variable.start == "1"
+
+
+def test_the_command_writes_the_same_archive(sequential, tmp_path):
+    (tmp_path / "rig.toml").write_text(SEQUENTIAL, encoding="utf-8")
+    done = CliRunner().invoke(main, ["export-ssp", str(tmp_path / "rig.toml"), "-o", str(tmp_path / "rig.ssp")])
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "rig.ssp").read_bytes() == sequential.read_bytes()
+    refused = CliRunner().invoke(main, ["export-ssp", "fig4_99", "-o", str(tmp_path / "none.ssp")])
+    assert refused.exit_code == 2
+    assert "did you mean fig4_9" in refused.output
+    assert not (tmp_path / "none.ssp").exists()
+
+
+def test_what_ssp_cannot_say_is_in_the_notes(sequential):
+    with zipfile.ZipFile(sequential) as content:
+        notes = content.read("extra/amb-cosim/README.md").decode()
+    assert "in the order rolac_controller, amb_actuator, rotor_contact" in notes
+    assert "| 0.015 | rolac_controller.rolac_enable | True |" in notes
+    assert "| rotor_contact.d1.u | 0.02 |" in notes
+    assert "| Omega | `rotor_contact.Omega`, `rolac_controller.Omega` | 260.0 |" in notes
+    assert "- rotor_contact.rb1.f_n above 1000000 N for 0.001 s" in notes
+
+
+def test_the_archive_is_the_same_run_to_the_last_bit(run_python, run_once, sequential):
+    ours = run_once(tools.with_this_project, scenario=SEQUENTIAL)
+    back = run_python(tools.read_back, archive=str(sequential))
+    assert ours.keys() == back.keys() - {"time"}
+    assert {name for name in ours if ours[name] != back[name]} == set()
+    assert max(ours["Omega"]) > 261.0
+    assert set(ours["rolac_controller.rolac_enable"]) == {0, 1}
+
+
+def test_settings_reach_the_components_of_an_archive(run_python, sequential):
+    base = run_python(tools.read_back, archive=str(sequential))
+    changed = run_python(tools.read_back, archive=str(sequential), set={"rotor_contact.d1.u": "5 g.m"})
+    assert changed["rotor_contact.mb1.x"] != base["rotor_contact.mb1.x"]
+
+
+@pytest.mark.slow
+def test_the_python_flavour_is_the_same_run(run_python, run_once, archive):
+    path = archive("python", SEQUENTIAL, flavour="python")
+    ours = run_once(tools.with_this_project, scenario=SEQUENTIAL)
+    back = run_python(tools.read_back, archive=str(path), timeout=600)
+    assert {name for name in ours if ours[name] != back[name]} == set()
+
+
+@pytest.mark.skipif(find_spec("libcosimpy") is None, reason="libcosimpy is not installed (extra: peers)")
+def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
+    ours = run_once(tools.with_this_project, scenario=JACOBI, nanoseconds=True)
+    outputs = [name for name in ours if "." in name and not name.endswith(("d1.u", "rolac_enable"))]
+    steps = len(ours["rotor_contact.mb1.x"]) - 1
+    theirs = run_python(tools.with_libcosim, archive=str(jacobi), recorded=outputs, steps=steps)
+    compared = {name: values for name, values in theirs.items() if values}
+    assert len(compared) > 60
+    assert {name for name, values in compared.items() if values != ours[name][1:]} == set()
+    assert max(ours["rotor_contact.rb1.f_n"]) > 1000.0, "the rotor rubs"
+
+
+def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
+    """It ignores the bindings, and begins with inputs of zero, which is right where forces are held."""
+    path, ours = archive("held", HELD), run_once(tools.with_this_project, scenario=HELD)
+    steps = len(ours["rotor_contact.mb1.x"]) - 1
+    theirs = run_python(tools.with_fmpy, archive=str(path), stop_time=(steps - 0.5) * 250e-6, step_size=250e-6)
+    names = [name for name in theirs if name in ours]
+    assert len(names) > 20
+    assert {name for name in names if theirs[name] != ours[name][1:]} == set()
+
+
+@pytest.mark.skipif(find_spec("ecospy") is None, reason="ecospy is not installed (extra: peers)")
+def test_ecos_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
+    ours = run_once(tools.with_this_project, scenario=JACOBI)
+    outputs = [name for name in ours if "." in name and not name.endswith(("d1.u", "rolac_enable"))]
+    steps = len(ours["rotor_contact.mb1.x"]) - 1
+    theirs = run_python(tools.with_ecos, archive=str(jacobi), recorded=outputs, steps=steps, step_size=250e-6)
+    assert {name for name in outputs if theirs[name] != ours[name]} == set()

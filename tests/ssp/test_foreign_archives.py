@@ -1,0 +1,232 @@
+"""Archives that this package did not write: what is taken of them, and what is refused with a reason."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amb_cosim.cosim.ssp import load_ssp
+from amb_cosim.cosim.ssp.parameter_values import read_parameters
+from amb_cosim.cosim.ssp.schema import PARAMETERS, parse
+
+SUPPORT = Path(__file__).parents[1] / "cosim" / "support"
+OMEGA = np.sqrt(2.0 * 400.0)  # of two masses of 1 kg against each other
+NAMESPACES = " ".join(
+    f'xmlns:{prefix}="http://ssp-standard.org/SSP1/{name}"'
+    for prefix, name in (
+        ("ssd", "SystemStructureDescription"),
+        ("ssc", "SystemStructureCommon"),
+        ("ssv", "SystemStructureParameterValues"),
+    )
+)
+BINDING = "<ssd:ParameterBinding {attributes}>{content}</ssd:ParameterBinding>"
+BOUND = f"<ssd:ParameterBindings>{BINDING}</ssd:ParameterBindings>"
+SET = """<ssv:ParameterSet {namespaces} version="1.0" name="set"><ssv:Parameters>{parameters}</ssv:Parameters>
+</ssv:ParameterSet>"""
+REAL = '<ssv:Parameter name="{name}"><ssv:Real value="{value}"/></ssv:Parameter>'
+
+
+def parameter_set(**values):
+    named = (REAL.format(name=name.replace("_dot_", "."), value=value) for name, value in values.items())
+    return SET.format(namespaces=NAMESPACES, parameters="".join(named))
+
+
+def component(name, source, connectors, binding="", attributes=""):
+    listed = "".join(
+        f'<ssd:Connector name="{variable}" kind="{kind}"><ssc:Real/></ssd:Connector>' for variable, kind in connectors
+    )
+    return (
+        f'<ssd:Component name="{name}" source="{source}" {attributes}><ssd:Connectors>{listed}</ssd:Connectors>'
+        f"{binding}</ssd:Component>"
+    )
+
+
+LEFT = BOUND.format(attributes='source="resources/left.ssv"', content="")
+MASS = [("force", "input"), ("push", "input"), ("x", "output")]
+SPRING = [("left", "input"), ("right", "input"), ("on_left", "output"), ("on_right", "output")]
+LINKS = [
+    ("left", "x", "spring", "left"),
+    ("spring", "right", "right", "x"),  # the end first: SSP does not say which comes first
+    ("spring", "on_left", "left", "force"),
+    ("spring", "on_right", "right", "force"),
+]
+PUSH = '<ssd:Connection startConnector="push" endElement="{0}" endConnector="push"/>'
+
+
+def structure(
+    elements=None,
+    extra_link="",
+    experiment='<ssd:DefaultExperiment startTime="0" stopTime="0.5"/>',
+    system_binding="",
+):
+    parts = elements or [
+        component("spring", "resources/Spring.fmu", SPRING),
+        component("left", "resources/Mass.fmu", MASS, LEFT),
+        component("right", "resources/Mass.fmu", MASS),
+    ]
+    links = "".join(
+        f'<ssd:Connection startElement="{a}" startConnector="{b}" endElement="{c}" endConnector="{d}"/>'
+        for a, b, c, d in LINKS
+    )
+    return (
+        f'<?xml version="1.0" encoding="UTF-8"?><ssd:SystemStructureDescription {NAMESPACES} version="1.0" name="two">'
+        '<ssd:System name="two" description="two masses"><ssd:Connectors><ssd:Connector name="push" kind="input">'
+        f"<ssc:Real/></ssd:Connector></ssd:Connectors>{system_binding}<ssd:Elements>{''.join(parts)}</ssd:Elements>"
+        f"<ssd:Connections>{links}{PUSH.format('left')}{PUSH.format('right')}{extra_link}</ssd:Connections>"
+        f"</ssd:System>{experiment}</ssd:SystemStructureDescription>"
+    )
+
+
+@pytest.fixture(scope="module")
+def fmus(create_once):
+    from pythonfmu.builder import FmuBuilder
+
+    def fill(folder):
+        for script in ("mass.py", "spring.py"):
+            FmuBuilder.build_FMU(SUPPORT / script, dest=folder)
+
+    return create_once("masses", fill)
+
+
+@pytest.fixture
+def archive(fmus, tmp_path):
+    """`archive(text, **files)`: an archive with the FMUs, a structure and parameter sets."""
+
+    def write(text, sets=None):
+        path = tmp_path / "two.ssp"
+        with zipfile.ZipFile(path, "w") as content:
+            content.writestr("SystemStructure.ssd", text)
+            for name in ("Mass.fmu", "Spring.fmu"):
+                content.write(fmus / name, f"resources/{name}")
+            for name, document in (sets or {"left.ssv": parameter_set(start=0.01)}).items():
+                content.writestr(f"resources/{name}", document)
+        return path
+
+    return write
+
+
+STEP = 1e-3
+
+
+def test_connections_parameters_and_signals_are_those_of_the_document(archive):
+    bound = BOUND.format(
+        attributes='prefix="spr"',
+        content=f"<ssd:ParameterValues>{parameter_set(ing_dot_k=300.0, ing_dot_unknown=1.0)}</ssd:ParameterValues>",
+    )
+    system, experiment, inputs = load_ssp(archive(structure(system_binding=bound)), STEP)
+    assert [c.name for c in system.components] == ["spring", "left", "right"]
+    assert {(link.source, link.target) for link in system.connections} == {
+        ("left.x", "spring.left"),
+        ("right.x", "spring.right"),
+        ("spring.on_left", "left.force"),
+        ("spring.on_right", "right.force"),
+    }
+    assert system.signal("push").targets == ("left.push", "right.push")
+    assert system.parameters == {"spring": {"k": 300.0}, "left": {"start": 0.01}, "right": {}}
+    assert (experiment.stop_time, inputs) == (0.5, {})
+
+
+def test_a_foreign_archive_runs(archive, run_python):
+    path = archive(
+        structure(
+            system_binding=BOUND.format(
+                attributes="", content=f"<ssd:ParameterValues>{parameter_set(spring_dot_k=400.0)}</ssd:ParameterValues>"
+            )
+        )
+    )
+
+    def simulated(path):
+        import amb_cosim
+
+        result = amb_cosim.simulate(path, step_size=1e-3)
+        return {name: result.dataset[name].values.tolist() for name in ("time", "left.x", "right.x")}
+
+    found = {name: np.array(values) for name, values in run_python(simulated, path=str(path)).items()}
+    growth = np.exp(0.25 * OMEGA**2 * STEP * 0.5)  # of the held force
+    np.testing.assert_allclose(
+        found["left.x"], 0.005 + 0.005 * np.cos(OMEGA * found["time"]), atol=0.005 * (growth - 1.0) * 1.2
+    )
+    np.testing.assert_allclose(found["left.x"] + found["right.x"], 0.01, atol=1e-12)
+
+
+def test_first_values_of_inputs_are_bound_too(archive):
+    sets = {"left.ssv": parameter_set(start=0.01, push=2.0, force=9.0)}
+    _, _, inputs = load_ssp(archive(structure(), sets), STEP)
+    assert inputs == {"left.push": 2.0}, "a connected input has no first value of its own"
+
+
+def test_units_go_with_the_value():
+    text = SET.format(
+        namespaces=NAMESPACES,
+        parameters='<ssv:Parameter name="gap"><ssv:Real value="0.6" unit="mm"/></ssv:Parameter>'
+        '<ssv:Parameter name="law"><ssv:Enumeration value="newton"/></ssv:Parameter>'
+        '<ssv:Parameter name="n"><ssv:Integer value="3"/></ssv:Parameter>'
+        '<ssv:Parameter name="on"><ssv:Boolean value="false"/></ssv:Parameter>',
+    )
+    root = parse(text.encode(), PARAMETERS, "set")
+    assert read_parameters(root, "set") == {"gap": ("0.6", "mm"), "law": "newton", "n": 3, "on": False}
+
+
+EXCHANGED = component("left", "resources/Mass.fmu", MASS, attributes='implementation="ModelExchange"')
+TWICE = """<ssd:Connection startElement="left" startConnector="x" endElement="right" endConnector="push">
+<ssc:LinearTransformation factor="2"/></ssd:Connection>"""
+MAPPED = BOUND.format(
+    attributes='source="resources/left.ssv"', content='<ssd:ParameterMapping source="resources/left.ssm"/>'
+)
+INNER = '<ssd:System name="inner"/>'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<ssd", r"SystemStructure\.ssd is no XML"),
+        (structure().replace('version="1.0" name="two"', 'version="1.0"'), r"does not follow SSP 1\.0, line 1.*'name'"),
+        (structure([INNER]), "element inner is no FMU"),
+        (structure([component("a.b", "resources/Mass.fmu", MASS)]), r"component a\.b has a dot in its name"),
+        (structure([component("left", "../Mass.fmu", MASS)]), r"has no file '\.\./Mass\.fmu'"),
+        (structure([component("left", "http://host/Mass.fmu", MASS)]), "sources must be relative paths"),
+        (
+            structure([component("left", "resources/Mass.fmu", MASS, attributes='implementation="ModelExchange"')]),
+            "asks for",
+        ),
+        (structure(experiment=""), "says no stop time"),
+        (structure(extra_link=TWICE), r"the connection from left\.x transforms its value"),
+        (structure(system_binding=MAPPED), "has a mapping"),
+    ],
+)
+def test_what_is_not_taken_is_refused_with_its_reason(archive, text, message):
+    with pytest.raises(ValueError, match=message):
+        load_ssp(archive(text), STEP)
+
+
+def test_a_step_must_be_known(archive):
+    with pytest.raises(ValueError, match="says no communication step; it must be given"):
+        load_ssp(archive(structure()))
+
+
+def test_what_is_no_archive_is_refused(tmp_path):
+    (tmp_path / "text.ssp").write_text("no archive", encoding="utf-8")
+    with pytest.raises(ValueError, match="it is no zip archive"):
+        load_ssp(tmp_path / "text.ssp")
+    with pytest.raises(ValueError, match=r"no archive .*none\.ssp"):
+        load_ssp(tmp_path / "none.ssp")
+
+
+def test_the_command_refuses_what_an_archive_has_no_use_for(archive):
+    from click.testing import CliRunner
+
+    from amb_cosim.cli import main
+
+    path = archive(structure())
+    refused = CliRunner().invoke(main, ["run", str(path), "--rotor", "compressor"])
+    assert refused.exit_code == 2
+    assert "--rotor cannot be used with an SSP archive" in refused.output
+    asked = CliRunner().invoke(main, ["run", str(path)])
+    assert asked.exit_code == 2
+    assert "says no communication step" in asked.output
+    mistaken = CliRunner().invoke(main, ["run", str(path), "--step", "1 kg"])
+    assert mistaken.exit_code == 2
+    assert "--step = '1 kg' has unit kg" in mistaken.output
