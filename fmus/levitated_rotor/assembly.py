@@ -1,4 +1,4 @@
-"""What is assembled: three models, how they are connected, and what they start with.
+"""What is assembled: three models, and how they are connected.
 
 A variable of a part is called `component.variable`. An input of a part is fed by an output of a part (a connection), or
 by an input of the assembly: one that a shared signal feeds has the signal's name, any other its own.
@@ -42,8 +42,6 @@ class Assembly:
         Output that feeds an input of a part, by that input.
     signals
         Inputs of parts that a shared signal feeds, by its name.
-    start
-        Start values of parameters and of inputs of the assembly, by name, that are not those of the parts.
 
     Raises
     ------
@@ -54,7 +52,6 @@ class Assembly:
     parts: tuple[Part, Part, Part]
     connections: Mapping[str, str]
     signals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    start: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         signalled = [target for targets in self.signals.values() for target in targets]
@@ -63,8 +60,6 @@ class Assembly:
             raise ValueError(f"inputs fed twice: {', '.join(twice)}")
         _check("output", self.connections.values(), self.outputs)
         _check("input", (*self.connections, *signalled), self.part_inputs)
-        settable = {name for part in self.parts for name, _ in part.of("parameter")} | set(self.sources.values())
-        _check("parameter or input", self.start, settable - set(self.connections.values()))
 
     @cached_property
     def part_inputs(self) -> dict[str, Variable]:
@@ -109,12 +104,11 @@ class Assembly:
         return self.sources.get(full, full)
 
     def layout(self) -> dict[str, Any]:
-        """Return the same in types of JSON, for `levitation.model_from`."""
+        """Return the same in types of JSON, for `model.model_from`."""
         return {
             "parts": {role: [part.name, part.model.layout] for role, part in zip(ROLES, self.parts, strict=True)},
             "connections": dict(self.connections),
             "signals": {name: list(targets) for name, targets in self.signals.items()},
-            "start": dict(self.start),
         }
 
 

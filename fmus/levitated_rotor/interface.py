@@ -38,7 +38,7 @@ def _parameters(assembly: Assembly) -> Iterator[Variable]:
     for part in assembly.parts:
         for name, v in part.of("parameter"):
             array = _array(assembly, part, v)
-            yield replace(v, name=name, field="", start=assembly.start.get(name, v.start), array=array)
+            yield replace(v, name=name, field="", array=array)
 
 
 def _inputs(assembly: Assembly) -> Iterator[Variable]:
@@ -53,7 +53,6 @@ def _inputs(assembly: Assembly) -> Iterator[Variable]:
             array=None,
             minimum=max(v.minimum for v in (first, *others)),
             maximum=min(v.maximum for v in (first, *others)),
-            start=assembly.start.get(name, first.start),
         )
 
 

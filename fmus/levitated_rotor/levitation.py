@@ -36,9 +36,7 @@ from rotor_contact.plant import step as step_plant
 
 CONTROLLER, ACTUATOR, PLANT = range(N_PARTS)
 
-OUTSIDE = (
-    -1
-)  # in place of a fault: an output is outside its range, which the caller of the entry kernel finds and names
+OUTSIDE = -1  # in place of a fault: an output is outside its range, and who called the entry kernel finds and names it
 
 
 @inlined_kernel
@@ -157,9 +155,9 @@ def step(
             k, fault = ACTUATOR, inputs_fault(plan, ACTUATOR, held)
         if fault == 0:
             fault = step_actuator(a.constants, a.parameters, a.held, a.state, a.work, a.outputs, at, h)
-            carry(plan, plan.parts[ACTUATOR], outputs, held)
             fault = of_part(ACTUATOR, fault)
         if fault == 0:
+            carry(plan, plan.parts[ACTUATOR], outputs, held)
             k, fault = PLANT, inputs_fault(plan, PLANT, held)
         if fault == 0:
             fault = of_part(PLANT, step_plant(p.constants, p.parameters, p.held, p.state, p.work, p.outputs, at, h))

@@ -53,4 +53,4 @@ def model_from(layout: Mapping[str, Any]) -> Model:
         Part(p, plant.model_for(planes_from(planes))),
     )
     signals = {name: tuple(targets) for name, targets in layout["signals"].items()}
-    return model_for(Assembly(parts, layout["connections"], signals, layout["start"]))
+    return model_for(Assembly(parts, layout["connections"], signals))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
@@ -130,6 +131,7 @@ def _made(
     parameters: Mapping[str, Mapping[str, float]],
     inputs: Mapping[str, float],
 ) -> Made:
+    from fmi_export.model import with_starts
     from levitated_rotor.assembly import Assembly as Parts
     from levitated_rotor.assembly import Part
     from levitated_rotor.constants import constants_of
@@ -141,6 +143,7 @@ def _made(
         (controller, actuator, plant),
         {link.target: link.source for link in system.connections},
         {signal.name: signal.targets for signal in system.signals},
-        start | dict(inputs),
     )
-    return model_for(parts), constants_of(parts, [constants for _, constants in made.values()])
+    model = with_starts(model_for(parts), start | dict(inputs))
+    step_size = model.interface[f"{controller.name}.sample_time"].start
+    return replace(model, step_size=step_size), constants_of(parts, [constants for _, constants in made.values()])

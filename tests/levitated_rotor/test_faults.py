@@ -83,14 +83,14 @@ def test_a_value_outside_its_range_is_named(extracted: Callable[..., Path]) -> N
 
 
 @pytest.mark.parametrize("samples", [1, 4])
-def test_an_output_that_is_no_number_ends_the_step_where_it_arose(samples: int, extracted: Callable[..., Path]) -> None:
-    """A force beyond all bounds; the fault is that of the plant's output, not of what it would do to the controller."""
+def test_a_force_beyond_all_bounds_is_a_fault_of_the_plant(samples: int, extracted: Callable[..., Path]) -> None:
+    """And not of the controller, which its displacements would reach in the next piece."""
     host = Host(extracted("fig4_9")).begin()
     assert host.step(0.0, T) == 0
     before = host.read()
     host.set({"rotor_contact.d1.f_x": 1e300, "rotor_contact.d2.f_x": -1e308})
     assert host.step(T, samples * T) != 0
-    assert host.slave.reason().partition(": ")[2].startswith("rotor_contact.")
+    assert host.slave.reason().startswith("rotor_contact")
     (code,) = host.slave.get("fault_code")
-    assert code >= 100_000 or 300 < code < 400
+    assert 300 < code < 400 or code >= 100_000
     assert host.read() == before

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import pytest
@@ -9,7 +10,9 @@ import pytest
 from amb_cosim.assembled import levitated_rotor
 from amb_cosim.models import amb_actuator, rolac_controller, rotor_contact
 from amb_cosim.scenario import load_scenario, parse_scenario
+from fmi_export.model import START, with_starts
 from fmi_export.variables import FAULT_CODE
+from levitated_rotor.model import model_from
 
 PARTS = {"rolac_controller": rolac_controller, "amb_actuator": amb_actuator, "rotor_contact": rotor_contact}
 
@@ -36,7 +39,7 @@ def test_parameters_and_outputs_are_those_of_the_parts(table, parts):
         assert [v.name for v in found] == [v.name for v in expected]
         for v, own in zip(found, expected, strict=True):
             reached = {"depends_on": v.depends_on, "starts_from": v.starts_from, "starts_as": v.starts_as}
-            assert v == replace(own, start=v.start, warning=v.warning, **reached), v.name
+            assert v == replace(own, start=v.start, warning=v.warning, array=v.array, **reached), v.name
 
 
 def test_inputs_are_those_that_nothing_in_the_system_feeds(table, parts):
@@ -117,11 +120,8 @@ def test_what_cannot_be_assembled_is_refused(changes, words):
 
 
 def test_the_layout_makes_the_same_model():
-    import json
-
-    from levitated_rotor.model import model_from
-
     model, _ = levitated_rotor("fig5_6")
-    again = model_from(json.loads(json.dumps(dict(model.layout))))
+    layout = json.loads(json.dumps(dict(model.layout)))
+    again = with_starts(model_from(layout), layout.pop(START))
     assert again.interface == model.interface
     assert again.faults == model.faults
