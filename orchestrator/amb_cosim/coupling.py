@@ -1,10 +1,10 @@
-"""Which communication step a coupling needs.
+"""Which communication step a coupling needs, and how far a controller has to look ahead in it.
 
 In Gauss-Seidel order the controller's currents act from the instant of its sample on. In Jacobi order everything passes
 on at the end of a step: the currents leave the controller a step after the displacements that they answer, and the
-force leaves the actuator another step later. With the step h the loop is 2 h slower than the controller alone, less
-what the controller predicts. A delay tau takes omega tau of the loop's phase margin, and so of its damping:
-`study coupling` shows what that does to orbits.
+force leaves the actuator another step later. With the step h the loop is 2 h slower than the controller alone. A delay
+tau takes omega tau of the loop's phase margin, and so of its damping. A controller that predicts its displacements by
+2 h makes up for it, to first order in h: what remains grows with (omega h)^2. See `docs/coupling.md`.
 """
 
 from __future__ import annotations
@@ -12,10 +12,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.fmu_interface import FmuInterface
 
-DELAY_STEPS = 2  # of the force after the displacement that it answers, in Jacobi order
 DEFAULT_STEPS: Mapping[Coupling, float] = {"gauss_seidel": 250e-6, "jacobi": 25e-6, "iterative": 250e-6}  # s
-LONGEST_DELAY = 100e-6  # s; the orbit of fig4_9 is then within 5 % of that in Gauss-Seidel order
+LONGEST_JACOBI_STEP = 50e-6  # s; without prediction the orbit of fig4_9 is then within 5 % of Gauss-Seidel order's
+PREDICTION = "prediction_time"  # parameter of a component that can look ahead
+
+
+def delay(coupling: Coupling, step_size: float) -> float:
+    """Return by how much a force is late after the displacement that it answers (s), for a communication step (s)."""
+    return 2.0 * step_size if coupling == "jacobi" else 0.0
+
+
+def predictable(interfaces: Mapping[str, FmuInterface]) -> list[str]:
+    """Return the parameters, `component.variable`, that say how far a component looks ahead."""
+    found = {component: interface.ports.get(PREDICTION) for component, interface in interfaces.items()}
+    return [f"{component}.{PREDICTION}" for component, port in found.items() if port and port.causality == "parameter"]
 
 
 def doubt(coupling: Coupling, step_size: float, prediction_time: float = 0.0) -> str | None:
@@ -28,14 +40,14 @@ def doubt(coupling: Coupling, step_size: float, prediction_time: float = 0.0) ->
     prediction_time
         How far the controller looks ahead (s).
     """
-    delay = DELAY_STEPS * step_size - prediction_time
-    if coupling != "jacobi" or abs(delay) <= LONGEST_DELAY * (1.0 + 1e-9):
+    if coupling != "jacobi" or step_size <= LONGEST_JACOBI_STEP * (1.0 + 1e-9):
         return None
-    step, late, longest = (1e6 * abs(time) for time in (step_size, delay, LONGEST_DELAY))
-    side = "before" if delay > 0.0 else "after"
+    step, late, ahead, longest = (
+        1e6 * time for time in (step_size, delay(coupling, step_size), prediction_time, LONGEST_JACOBI_STEP)
+    )
+    foreseen = f", of which the controller predicts {ahead:g} us" if prediction_time > 0.0 else ""
     return (
-        f"with communication_step = {step:g} us in Jacobi order each force answers the displacements of {late:g} us "
-        f"{side} it, which changes the damping of a levitated rotor or makes it unstable; up to {longest:g} us the "
-        "orbits of the rig are within 5 % of those in Gauss-Seidel order. Steps of up to "
-        f"{longest / DELAY_STEPS:g} us, or rolac_controller.prediction_time = {DELAY_STEPS * step:g} us, help"
+        f"with communication_step = {step:g} us in Jacobi order each force comes {late:g} us after the displacements "
+        f"that it answers{foreseen}; that changes the damping of a levitated rotor, or makes it unstable. "
+        f"Keep to steps of at most {longest:g} us"
     )

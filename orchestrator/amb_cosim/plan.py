@@ -11,6 +11,7 @@ from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.experiment import Event, Experiment, Plan, Profile, plan_experiment, whole_steps
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.values import Raw, convert
+from amb_cosim.coupling import delay, predictable
 from amb_cosim.gravity import Gravity, set_gravity
 from amb_cosim.places import Places, places_of
 from amb_cosim.scenario import Scenario, positive_speed
@@ -66,6 +67,8 @@ def plan_scenario(
     until
         End of the run in s from the beginning of cycle 0, in place of the scenario's.
 
+    A controller that can predict does so by the delay of Jacobi order, unless a value is given.
+
     Raises
     ------
     ValueError
@@ -84,7 +87,11 @@ def plan_scenario(
         given.update(values.set(name, raw))
     if scenario.gravity is not None:
         set_gravity(values, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor, given)
-    period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size(assembly.system.coupling)
+    coupling = scenario.coupling or assembly.system.coupling
+    period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size(coupling)
+    if late := delay(coupling, h):
+        for name in set(predictable(assembly.interfaces)) - given:
+            values.set(name, late)
     events: list[Event] = []
     marks: dict[str, int] = {}
     for event in scenario.event:

@@ -104,7 +104,8 @@ class Scenario(Table):
     Models are built for `rotor`, the name of one that comes with the package or a rotor file, the rig by default; the
     controller has the H of the table of
     `receptances` in place of the rotor model's.
-    `coupling` is that of the system by default, and `communication_step` 250 us, in Jacobi order 25 us.
+    `coupling` is that of the system by default, and `communication_step` 250 us, in Jacobi order 25 us, where a
+    controller with the parameter `prediction_time` predicts by two communication steps unless told otherwise.
     `gravity` pulls on the rotor towards `gravity_angle`, from x towards y. The static currents of magnetic bearings
     then carry the weight, and the rotor levitates at its setpoint. Parameters that the scenario gives keep their
     values.
@@ -179,9 +180,9 @@ class Scenario(Table):
         return 2.0 * math.pi / self.initial_speed
 
     def step_size(self, coupling: Coupling) -> float:
-        """Communication step in s, if this is the coupling of its system."""
+        """Communication step in s, in this coupling."""
         if self.communication_step is None:
-            return DEFAULT_STEPS[self.coupling or coupling]
+            return DEFAULT_STEPS[coupling]
         return time_of(self.communication_step, "communication_step")
 
     def end(self, period: float) -> float:

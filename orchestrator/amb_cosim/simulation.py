@@ -18,7 +18,7 @@ from amb_cosim.cosim.system_file import load_system
 from amb_cosim.cosim.values import Raw
 from amb_cosim.cosim.warnings import ATTRIBUTE as WARNINGS
 from amb_cosim.cosim.warnings import Warned, to_json, warnings_of
-from amb_cosim.coupling import doubt
+from amb_cosim.coupling import PREDICTION, doubt
 from amb_cosim.models import CONTROLLER, check_loop
 from amb_cosim.places import ATTRIBUTE as PLACES
 from amb_cosim.places import places_of
@@ -158,7 +158,7 @@ def _doubt(prepared: Prepared) -> str | None:
     if not any((target, source) in links for source, target in links):
         return None
     parameters = prepared.plan.all_parameters(prepared.interfaces)
-    predicted = max(of_one.get("prediction_time") or 0.0 for of_one in parameters.values())
+    predicted = max(of_one.get(PREDICTION) or 0.0 for of_one in parameters.values())
     return doubt(prepared.scenario.coupling or system.coupling, prepared.plan.step_size, predicted)
 
 

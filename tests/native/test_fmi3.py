@@ -4,6 +4,7 @@ import dataclasses
 import importlib
 import math
 import shutil
+import zipfile
 from ctypes import byref, c_bool, c_char_p, c_double, c_size_t, c_uint32, c_void_p, create_string_buffer
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from fmi_export.building.arrays import lengths, slots
 from fmi_export.building.description3 import model_description3
+from fmi_export.building.native.package import native_guid
 from fmi_export.model import Instance
 from fmi_export.variables import Interface, interface, output
 
@@ -329,7 +331,9 @@ def test_an_enumeration_is_read_and_set_as_a_long_integer(lag_library):
         assert values == fmu.get("offset") == [-3]
 
 
-@pytest.mark.parametrize("name", ["probe_matrix", "probe_lag", "rotor_contact", "amb_actuator", "rolac_controller"])
+@pytest.mark.parametrize(
+    "name", ["probe_matrix", "probe_lag", "rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"]
+)
 def test_the_description_is_valid_and_an_importer_finds_nothing_wrong(name, tmp_path, lag, matrix):
     from xml.etree import ElementTree
 
@@ -392,6 +396,44 @@ def test_variables_that_make_no_array_are_refused(matrix):
     twice = output("f", "N", "A second one")
     with pytest.raises(ValueError, match=r"two variables of FMI 3\.0 have one name: f"):
         slots(interface(twice, table.variables))
+
+
+def test_libraries_and_icon_are_where_fmi_3_has_them(lag, tmp_path, monkeypatch):
+    from fmi_export.building.native import package
+    from fmi_export.building.native.engines import Engine
+
+    monkeypatch.setattr(package, "engine", lambda model, platform: Engine(platform.encode(), "a compiler"))
+    monkeypatch.setattr(package, "documentation", lambda model: {"model.png": b"icon", "documentation/index.html": b""})
+    with zipfile.ZipFile(package.build_native_fmu(lag, np.zeros(1), tmp_path, ["all"], 3)) as fmu:
+        names = set(fmu.namelist())
+        found = {name: fmu.read(name) for name in names if name.startswith("binaries/")}
+    assert found == {
+        "binaries/x86_64-linux/probe_lag.so": b"linux64",
+        "binaries/x86_64-windows/probe_lag.dll": b"win64",
+        "binaries/x86_64-darwin/probe_lag.dylib": b"darwin64",
+        "binaries/aarch64-linux/probe_lag.so": b"aarch64-linux",
+        "binaries/aarch64-darwin/probe_lag.dylib": b"aarch64-darwin",
+    }
+    assert {"terminalsAndIcons/icon.png", "documentation/index.html"} < names
+    assert "model.png" not in names
+
+
+def test_this_master_and_pythonfmu_say_that_they_have_fmi_2(native, lag, tmp_path):
+    import amb_cosim
+    from amb_cosim.cosim.fmu_interface import read_interface
+
+    path = native(lag, None, None, 3)
+    with pytest.raises(
+        ValueError, match=r"^lag: .*probe_lag.fmu is an FMU of FMI 3\.0; this master runs those of FMI 2\.0"
+    ):
+        read_interface(path, "lag")
+    with pytest.raises(ValueError, match=r"FMI 3\.0 is for native FMUs alone"):
+        amb_cosim.build(tmp_path, "python", fmi=3)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_guid_tells_the_versions_apart(lag):
+    assert len({native_guid(lag, np.zeros(1), fmi) for fmi in (2, 3)}) == 2
 
 
 @pytest.mark.slow

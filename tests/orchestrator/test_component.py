@@ -111,7 +111,8 @@ def test_the_interface_has_units_limits_and_dependencies(actuator):
     assert all(name.startswith("mb1.") and name.endswith("x") for name in force.depends_on)
     assert force.definition[:3] == (1.0, 1.0, -2.0)
     assert ports["mb1.gap_x"].minimum == 1e-6
-    assert ports["force_law"].maximum == 2.0
+    law = ports["force_law"]
+    assert (law.type, law.maximum, law.items) == ("Integer", 2.0, {"linear": 0, "measured": 1, "nonlinear": 2})
 
 
 def test_what_is_no_fmu_is_refused(tmp_path):

@@ -310,7 +310,8 @@ def test_netcdf_round_trip_keeps_data_and_figures(synthetic, tmp_path):
 @pytest.mark.parametrize("samples", [None, 0])
 def test_the_file_of_signals_is_that_which_xarray_writes(synthetic, tmp_path, samples):
     dataset = synthetic(plot_cycles=[4, 16], description="Ω, ½", failure="").isel(time=slice(samples))
-    dataset["rotor_contact.free"] = ("time", np.zeros(dataset.sizes["time"], np.int8), {"units": "1"})
+    flags = {"flag_values": np.array([0, 1], np.int32), "flag_meanings": "held free"}
+    dataset["rotor_contact.free"] = ("time", np.zeros(dataset.sizes["time"], np.int8), {"units": "1", **flags})
     groups = ({n: Variable(v.values, v.attrs) for n, v in g.items()} for g in (dataset.data_vars, dataset.coords))
     signals = SignalTable(*groups, dataset.attrs)
     xr.testing.assert_identical(signals.to_dataset(), dataset)

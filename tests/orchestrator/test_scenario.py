@@ -156,7 +156,10 @@ def test_a_value_must_be_a_scalar():
         (MINIMAL.replace("end_cycle = 10", ""), "a scenario needs either end_cycle or end_time"),
         (MINIMAL.replace("end_cycle = 10", "end_time = '-1 s'"), "end_time = -1 s is not allowed; it must be > 0 s"),
         (MINIMAL + "[plot]\nfigures = ['orbit']", "plot.figures[0] = 'orbit' is not allowed; it must be 'orbits', "),
-        (MINIMAL + "coupling = 'magic'", "coupling = 'magic' is not allowed; it must be 'gauss_seidel' or 'jacobi'"),
+        (
+            MINIMAL + "coupling = 'magic'",
+            "coupling = 'magic' is not allowed; it must be 'gauss_seidel', 'jacobi' or 'iterative'",
+        ),
     ],
 )
 def test_mistakes_are_explained(text, expected):

@@ -59,7 +59,7 @@ settling = true
 
 SCENARIOS = {
     "gauss_seidel": UNBALANCE,
-    "jacobi": 'coupling = "jacobi"\ngradient = false\n' + UNBALANCE,
+    "jacobi": 'coupling = "jacobi"\ncommunication_step = "250 us"\ngradient = false\n' + UNBALANCE,
     "fine": 'communication_step = "62.5 us"\n' + UNBALANCE,
     "fine_jacobi": 'coupling = "jacobi"\ncommunication_step = "62.5 us"\n' + UNBALANCE,
     "profile": RUN_UP,

@@ -80,20 +80,25 @@ def cosimulate(run_once: Callable[..., Any]) -> Callable[..., tuple[np.ndarray, 
 
 
 def orders() -> list[dict[str, Any]]:
-    """Runs of fig4_9 in Gauss-Seidel order, and in Jacobi order at its default step and at 250 us."""
+    """Runs of fig4_9: in Gauss-Seidel order, and in Jacobi order by default, at 50 us, and at 250 us.
+
+    At 50 and 250 us the controller does not predict, at last it does.
+    """
     from amb_cosim.scenario import load_scenario
     from amb_cosim.simulation import prepare, run_prepared
     from amb_cosim.studies.coupling_orders import RECORDED
 
     found = []
-    for change, prediction in [
-        ({}, 0.0),
-        ({"coupling": "jacobi"}, 0.0),
-        ({"coupling": "jacobi", "communication_step": "250 us"}, 0.0),
-        ({"coupling": "jacobi", "communication_step": "250 us"}, 500e-6),
+    plain = {"rolac_controller.prediction_time": 0.0}
+    for change, settings in [
+        ({}, {}),
+        ({"coupling": "jacobi"}, {}),
+        ({"coupling": "jacobi", "communication_step": "50 us"}, plain),
+        ({"coupling": "jacobi", "communication_step": "250 us"}, plain),
+        ({"coupling": "jacobi", "communication_step": "250 us"}, {}),
     ]:
         scenario = load_scenario("fig4_9").changed(**change).model_copy(update={"record": RECORDED})
-        result = run_prepared(prepare(scenario, {"rolac_controller.prediction_time": prediction}))
+        result = run_prepared(prepare(scenario, settings))
         summary = result.summary
         warnings = [text for text in summary.warnings if "Jacobi" in text]
         found.append({"orbit": summary.orbit_before, "recovery": summary.recovery, "warnings": warnings})
@@ -102,7 +107,7 @@ def orders() -> list[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def in_orders(run_once: Callable[..., Any]) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = run_once(orders, timeout=1500)
+    found: list[dict[str, Any]] = run_once(orders, timeout=300)
     return found
 
 
@@ -111,29 +116,31 @@ def deviation(found: dict[str, Any], reference: dict[str, Any]) -> float:
 
 
 def test_jacobi_order_levitates_the_rig_at_its_default_step(in_orders: Any, regression: Any) -> None:
-    """Within 5 % of the orbit in Gauss-Seidel order, and it recovers from the step of unbalance."""
-    sequential, late, *_ = in_orders
-    for at, radius in late["orbit"].items():
-        regression(f"orbit of {at} in Jacobi order (mm)", radius, rel=1e-3)
-    assert 0.005 < deviation(late, sequential) < 0.05
-    assert [run["recovery"] for run in (sequential, late)] == ["recovered"] * 2
-    assert sequential["warnings"] == late["warnings"] == []
+    """The orbit is that in Gauss-Seidel order, and the rotor recovers from the step of unbalance."""
+    sequential, default, *_ = in_orders
+    for at, radius in default["orbit"].items():
+        regression(f"orbit of {at} in Jacobi order (mm)", radius, rel=1e-4)
+    assert 0.0 < deviation(default, sequential) < 1e-3
+    assert [run["recovery"] for run in (sequential, default)] == ["recovered"] * 2
+    assert sequential["warnings"] == default["warnings"] == []
+
+
+def test_jacobi_order_at_a_fifth_of_a_sample_needs_no_prediction(in_orders: Any) -> None:
+    sequential, _, late, *_ = in_orders
+    assert 0.02 < deviation(late, sequential) < 0.05
+    assert (late["recovery"], late["warnings"]) == ("recovered", [])
 
 
 def test_jacobi_order_at_steps_of_a_sample_is_warned_of(in_orders: Any) -> None:
-    trapped = in_orders[2]
+    *_, trapped, predicting = in_orders
     assert trapped["recovery"] == "trapped"
-    (warning,) = trapped["warnings"]
-    assert (
-        "communication_step = 250 us in Jacobi order each force answers the displacements of 500 us before" in warning
-    )
-    assert "Steps of up to 50 us, or rolac_controller.prediction_time = 500 us, help (coupling)" in warning
-
-
-def test_a_controller_that_predicts_levitates_the_rig_in_jacobi_order(in_orders: Any) -> None:
-    sequential, predicting = in_orders[0], in_orders[3]
-    assert deviation(predicting, sequential) < 0.05
-    assert (predicting["recovery"], predicting["warnings"]) == ("recovered", [])
+    assert predicting["recovery"] == "recovered"
+    assert deviation(predicting, in_orders[0]) < 0.05
+    ((late,), (foreseen,)) = (run["warnings"] for run in (trapped, predicting))
+    assert "communication_step = 250 us in Jacobi order each force comes 500 us after the displacements that it" in late
+    assert "that it answers; that changes the damping" in late
+    assert "that it answers, of which the controller predicts 500 us;" in foreseen
+    assert late.endswith("Keep to steps of at most 50 us (coupling)")
 
 
 FREE = Levitation(Omega=120.0, disc="d3", unbalance=0.02)

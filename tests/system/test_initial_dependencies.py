@@ -101,7 +101,7 @@ def cases():
     yield pytest.param(plant, SMALL, scenes_of_plant, 50, 300, id="plant-without-sites")
     yield pytest.param(plant, "nelson_mcvaugh", scenes_of_plant, 400, 300, id="plant-one-site")
     for name in ("compressor", "bath_rig_thesis"):  # a switch of one of several contacts is rarely seen
-        yield pytest.param(plant, name, scenes_of_plant, 500, 0, id=f"plant-{name}", marks=pytest.mark.slow)
+        yield pytest.param(plant, name, scenes_of_plant, 1200, 0, id=f"plant-{name}", marks=pytest.mark.slow)
     for name, marks in (("bath_rig_thesis", ()), ("compressor", pytest.mark.slow)):
         yield pytest.param(actuator, name, scenes_of_actuator, 200, 300, id=f"actuator-{name}", marks=marks)
         short = controller_with_a_short_table

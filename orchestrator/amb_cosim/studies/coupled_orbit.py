@@ -8,7 +8,7 @@ import numpy as np
 
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
 from amb_cosim.cosim.choices import Coupling, Flavour
-from amb_cosim.coupling import DELAY_STEPS
+from amb_cosim.coupling import delay
 from amb_cosim.scenario import Scenario, make_scenario
 from amb_cosim.simulation import prepare, run_prepared
 from amb_cosim.studies.monolithic import Complex, Levitation
@@ -94,7 +94,7 @@ def scenario(levitation: Levitation, scheme: Scheme, step: float, samples: int, 
                 "amb_actuator": actuator,
                 "rolac_controller": {
                     "sample_time": levitation.sample_time,
-                    "prediction_time": DELAY_STEPS * step if scheme.predicts else 0.0,
+                    "prediction_time": delay(scheme.coupling, step) if scheme.predicts else 0.0,
                     "*.k_s_?": levitation.k_s,
                     "*.k_i_?": levitation.k_i,
                     "*.k_b_?": levitation.k_b,

@@ -9,7 +9,7 @@ from typing import Annotated
 from amb_cosim.contact_history import contact_cycles, recovery
 from amb_cosim.cosim.choices import Coupling, Flavour, Loop
 from amb_cosim.cosim.system_tables import Record
-from amb_cosim.coupling import DELAY_STEPS
+from amb_cosim.coupling import PREDICTION, delay
 from amb_cosim.orbits import orbit_before
 from amb_cosim.scenario import load_scenario
 from amb_cosim.simulation import prepare, run_prepared
@@ -65,7 +65,7 @@ class OrderRow:
 RUNS = (
     Run("gauss_seidel", 250e-6),
     *(Run("jacobi", step) for step in (250e-6, 125e-6, 50e-6, 25e-6, 10e-6)),
-    *(Run("jacobi", step, predicts=True) for step in (250e-6, 125e-6, 50e-6)),
+    *(Run("jacobi", step, predicts=True) for step in (250e-6, 125e-6, 50e-6, 25e-6)),
     Run("gauss_seidel", 250e-6, loop="plain"),
     Run("iterative", 250e-6, loop="plain"),
 )
@@ -73,7 +73,7 @@ RUNS = (
 
 def simulated(run: Run, flavour: Flavour = "native") -> tuple[OrderRow, float]:
     """Return a run, with deviation and cost left at 0, and the shortest time that it took (s)."""
-    settings = {"rolac_controller.prediction_time": DELAY_STEPS * run.step} if run.predicts else None
+    settings = {f"rolac_controller.{PREDICTION}": delay(run.coupling, run.step) if run.predicts else 0.0}
     own = {"coupling": run.coupling, "communication_step": run.step, "record": RECORDED}
     prepared = prepare(load_scenario(SCENARIO).model_copy(update=own), settings, flavour=flavour)
     results = [run_prepared(prepared, loop=run.loop) for _ in range(TIMINGS)]
