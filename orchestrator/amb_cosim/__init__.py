@@ -9,9 +9,10 @@
     Result       a run: dataset, summary, plot, outcome, save; Result.load reads one from its folder
     build        write the FMUs of rotor, actuator and controller, for use in any tool
     build_assembled  write one FMU that holds all three, for masters that could not couple them well
+    export_ssp   write a scenario with its FMUs as an SSP archive, for other tools
     identify     identify receptances of the levitated rotor by co-simulation, into a table for ROLAC
     studies      questions answered by analysis or by many runs: Campbell diagram, sensitivity, recovery, ...
-    simulate     run any FMI 2.0 co-simulation FMUs from a system file
+    simulate     run any FMI 2.0 co-simulation FMUs from a system file or an SSP archive
     System       components and connections of one's own; System.load reads a system file
     cosim        the layer below, which knows FMI and numbers and no rotor: components, master, recording
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from amb_cosim.assembled import build_assembled as build_assembled
     from amb_cosim.cosim.run import simulate as simulate
     from amb_cosim.cosim.system import System as System
+    from amb_cosim.exchange import export_ssp as export_ssp
     from amb_cosim.models import build as build
     from amb_cosim.result import Result as Result
     from amb_cosim.scenario import Scenario as Scenario
@@ -44,6 +46,7 @@ _MODULES = {
     "Result": "result",
     "build": "models",
     "build_assembled": "assembled",
+    "export_ssp": "exchange",
     "identify": "studies.receptance_identification",
     "studies": "studies",
     "simulate": "cosim.run",

@@ -11,7 +11,7 @@ from amb_cosim.scenario import Scenario, load_scenario
 from amb_cosim.simulation import prepare
 
 
-def export(
+def export_ssp(
     scenario: str | Path | Scenario,
     path: str | Path,
     *,
@@ -40,7 +40,7 @@ def export(
     ValueError
         If the scenario, a value or a file is wrong.
     """
-    from amb_cosim.cosim.ssp import export_ssp
+    from amb_cosim.cosim import ssp
 
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(str(scenario))
@@ -48,7 +48,7 @@ def export(
     scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
     prepared = prepare(scenario, set, until, flavour)
     table = None if scenario.receptances is None else Path(scenario.receptances)
-    return export_ssp(
+    return ssp.export_ssp(
         Path(path),
         prepared.assembly,
         prepared.plan,

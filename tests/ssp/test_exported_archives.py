@@ -67,19 +67,6 @@ SCHEMAS = Path(fmpy.ssp.__file__).parent / "schema"
 
 
 @pytest.fixture(scope="module")
-def archive(run_python, create_once):
-    """`archive(name, scenario, ..)`: path of the archive of a scenario, written once."""
-
-    def write(name, scenario, **options):
-        def fill(folder):
-            run_python(tools.exported, scenario=scenario, archive=str(folder / "rig.ssp"), **options, timeout=900)
-
-        return create_once(f"archive-{name}", fill) / "rig.ssp"
-
-    return write
-
-
-@pytest.fixture(scope="module")
 def sequential(archive):
     return archive("sequential", SEQUENTIAL)
 

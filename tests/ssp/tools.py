@@ -11,10 +11,12 @@ def exported(
     """Write a scenario (TOML) as an archive; return the names in it."""
     import zipfile
 
-    from amb_cosim.exchange import export
+    import amb_cosim
     from amb_cosim.scenario import parse_scenario
 
-    export(parse_scenario(scenario, "rig"), archive, flavour=flavour, connectors=connectors, integers=integers)
+    amb_cosim.export_ssp(
+        parse_scenario(scenario, "rig"), archive, flavour=flavour, connectors=connectors, integers=integers
+    )
     return zipfile.ZipFile(archive).namelist()
 
 

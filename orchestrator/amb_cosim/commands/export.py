@@ -37,13 +37,13 @@ def export_ssp(
     integers: bool,
 ) -> None:
     """Write the scenario NAME, or the one in a TOML file, with its FMUs as an SSP 1.0 archive for other tools."""
-    from amb_cosim.exchange import export
+    import amb_cosim
     from amb_cosim.plan import parse_settings
 
     path = output or Path(f"{Path(name).stem}.ssp")
     with refusing():
         check_writable(path, is_folder=False)
-        export(
+        amb_cosim.export_ssp(
             name,
             path,
             set=parse_settings(settings),

@@ -1,0 +1,68 @@
+"""The pages on other tools: their programs run with an archive of the rig, and what they link to is there."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+PAGES = Path(__file__).parents[2] / "docs" / "how-to" / "tools"
+SCENARIO = """
+base = "fig4_9"
+coupling = "jacobi"
+settle_cycles = 0
+end_cycle = 3
+event = []
+"""
+
+
+ONE_TBB = """import ctypes, sys, contextlib  # ecos needs it: the wheel's, which no loader finds, or else the system's
+with contextlib.suppress(OSError):
+    ctypes.CDLL(f"{sys.prefix}/lib/libtbb.so.12", ctypes.RTLD_GLOBAL)
+"""
+
+
+def programs(page):
+    text = (PAGES / f"{page}.md").read_text(encoding="utf-8")
+    return [block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "rig.ssp" in block]
+
+
+@pytest.fixture(scope="session")
+def folder(create_once):
+    """A folder with the archive that `export-ssp` writes for a parallel master without Enumerations."""
+
+    def fill(folder):
+        (folder / "parallel.toml").write_text(SCENARIO, encoding="utf-8")
+        command = ["-c", "from amb_cosim.cli import main; main()", "export-ssp", "parallel.toml", "-o", "rig.ssp"]
+        subprocess.run([sys.executable, *command, "--integers"], cwd=folder, check=True, timeout=600)
+
+    return create_once("pages", fill)
+
+
+@pytest.mark.parametrize(("page", "package"), [("fmpy", "fmpy"), ("libcosim", "libcosimpy"), ("ecos", "ecospy")])
+def test_the_program_of_a_page_runs(page, package, folder, tmp_path):
+    if find_spec(package) is None:
+        pytest.skip(f"{package} is not installed (extra: peers)")
+    (program,) = programs(page)
+    shutil.copy(folder / "rig.ssp", tmp_path)
+    (tmp_path / "program.py").write_text((ONE_TBB if page == "ecos" else "") + program, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "program.py"], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    numbers = [float(text) for text in re.findall(r"-?\d+\.\d+e-\d+", done.stdout)]
+    assert page == "fmpy" or (numbers and all(0.0 < abs(x) < 0.1e-3 for x in numbers)), "the rotor levitates"
+
+
+def test_the_index_names_every_page_and_every_page_what_was_tried():
+    index = (PAGES / "README.md").read_text(encoding="utf-8")
+    pages = {file.stem for file in PAGES.glob("*.md")} - {"README"}
+    assert set(re.findall(r"\]\((\w+)\.md\)", index)) == pages
+    for page in pages:
+        text = (PAGES / f"{page}.md").read_text(encoding="utf-8")
+        assert re.search(r"^(Tried: .*\d|Tried: fmusim|Not tried)", text, re.MULTILINE), page
