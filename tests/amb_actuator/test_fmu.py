@@ -150,7 +150,7 @@ def test_fault_of_the_input_reaches_the_log_and_the_fault_code(fmu_file, run_pyt
         return answer
 
     assert run_python(host, path=fmu_file) == [
-        2,
+        3,
         4,
         0.0,
         "at t = 0 s: mb2.y = -0.0013 m is not allowed; the rotor must stay within the air gap, |mb2.y| < 0.0012 m",
