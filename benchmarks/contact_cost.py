@@ -27,7 +27,7 @@ from rich.table import Table
 from amb_files.atomic import write_atomically
 from fmi_export.model import Instance
 from rotor_analysis.plant_data import plant
-from rotor_contact.interface import LAWS
+from rotor_contact.enumerations import LAWS
 from rotor_contact.structure import structure_of
 
 SPEED, STEP, TURNS = 260.0, 250e-6, 5.0

@@ -20,8 +20,7 @@ import math
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.friction import compliant_friction, compliant_friction_damping
-from rotor_contact.interface import (
+from rotor_contact.enumerations import (
     CONSTRAINT,
     FREE,
     HERTZ,
@@ -32,6 +31,7 @@ from rotor_contact.interface import (
     SWITCHED_KELVIN_VOIGT,
     ULBRICH,
 )
+from rotor_contact.friction import compliant_friction, compliant_friction_damping
 from rotor_contact.response import add_contact_response, set_spin_response
 from rotor_contact.site import (
     Site,

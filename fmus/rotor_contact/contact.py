@@ -18,8 +18,8 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
+from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_ratio
-from rotor_contact.interface import ROLLING
 from rotor_contact.linear_solver import Equations, solve
 from rotor_contact.response import add_contact_response, set_spin_response
 from rotor_contact.site import (

@@ -19,10 +19,10 @@ import numpy as np
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
+from rotor_contact.enumerations import FREE, NODAL, ROLLING
 from rotor_contact.friction import friction_excess, has_friction, reversed_slip
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
 from rotor_contact.integration import spin_speed, substep, substep_limit, velocity_error
-from rotor_contact.interface import FREE, NODAL, ROLLING
 from rotor_contact.modes import resolve_modes
 from rotor_contact.path import stays_within, touch_time
 from rotor_contact.site import (

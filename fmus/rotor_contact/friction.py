@@ -21,7 +21,7 @@ import math
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.interface import ROLLING, SLIDING
+from rotor_contact.enumerations import ROLLING, SLIDING
 from rotor_contact.site import Site, slip_velocity
 
 SLIP_SCALE = 0.01  # m/s, v_r: slip velocity over which friction of a compliant contact changes its direction

@@ -7,6 +7,7 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.contact import multipliers, write_equations
 from rotor_contact.dynamics import quadratic_form
+from rotor_contact.enumerations import FREE, ROLLING, SLIDING
 from rotor_contact.friction import (
     close_in_sliding,
     exceeds_static_impulse,
@@ -14,7 +15,6 @@ from rotor_contact.friction import (
     reversed_slip,
     start_sliding,
 )
-from rotor_contact.interface import FREE, ROLLING, SLIDING
 from rotor_contact.linear_solver import solve
 from rotor_contact.response import add_contact_response
 from rotor_contact.site import (

@@ -11,7 +11,7 @@ from rotor_contact.bodies import accelerate_bodies, body_limit, mount_heat, powe
 from rotor_contact.compliant import apply_compliant, compliant_limit
 from rotor_contact.contact import apply_contact, project
 from rotor_contact.dynamics import damping_power, free_acceleration, input_power, shaft_damping, unbalance_direction
-from rotor_contact.interface import FREE, SLIDING
+from rotor_contact.enumerations import FREE, SLIDING
 from rotor_contact.site import is_constrained, race_radius, slip_velocity, tangential_component
 from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.contact import project
+from rotor_contact.enumerations import CONSTRAINT, FREE, ROLLING, SLIDING
 from rotor_contact.friction import (
     STICK_SPEED,
     close_in_sliding,
@@ -14,7 +15,6 @@ from rotor_contact.friction import (
     start_sliding,
 )
 from rotor_contact.integration import derivative, spin_speed
-from rotor_contact.interface import CONSTRAINT, FREE, ROLLING, SLIDING
 from rotor_contact.site import (
     Sites,
     can_impact,

@@ -9,8 +9,8 @@ from fmi_export.model import Array
 from rotor_contact.bodies import kinetic_energy, strain_energy
 from rotor_contact.compliant import is_compliant, stored_energy
 from rotor_contact.dynamics import quadratic_form
+from rotor_contact.enumerations import FREE, ROLLING, SLIDING
 from rotor_contact.friction import creeps
-from rotor_contact.interface import FREE, ROLLING, SLIDING
 from rotor_contact.layout import State
 from rotor_contact.signals import Outputs, Parameters
 from rotor_contact.site import Site, Sites, locate_journal, slip_velocity, tangential_component

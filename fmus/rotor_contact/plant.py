@@ -9,10 +9,11 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
 from rotor_contact.bodies import SHORTEST_SUBSTEP, body_limit, coupling_energy, least_inertia
 from rotor_contact.dynamics import add_magnetic_forces, collect_coefficients, collect_forces
+from rotor_contact.enumerations import NODAL
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
 from rotor_contact.free_flight import propagate
 from rotor_contact.heating import warm
-from rotor_contact.interface import NODAL, interface_of
+from rotor_contact.interface import interface_of
 from rotor_contact.layout import load_sites, n_state, n_work, scratch_of, state_of, store_sites, workspace_of
 from rotor_contact.modes import resolve_modes
 from rotor_contact.outputs import write_mechanical_energy, write_outputs

@@ -19,7 +19,7 @@ import numpy as np
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from fmi_export.records import record
-from rotor_contact.interface import CONSTRAINT, FREE
+from rotor_contact.enumerations import CONSTRAINT, FREE
 from rotor_contact.signals import SITE_PARAMETERS
 
 # A site during a step: its parameters, in the order of the interface, and what changes.

@@ -5,7 +5,7 @@ import pytest
 from rotor_cases import BEARINGS, both, plant, rigid_rotor, run
 
 from fmi_export.model import Fault
-from rotor_contact.interface import NODAL
+from rotor_contact.enumerations import NODAL
 
 RUBBING = {"gravity": 9.81, "Omega": 300.0} | both("rb.mu", 0.15) | both("rb.restitution", 0.3)
 FREE_SPIN = {"Omega": 300.0, "spin.free": 1.0, "spin.inertia": 0.4}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rotor_cases import H, bearing_positions, both, masters, place, plant, rigid_rotor, run
 
-from rotor_contact.interface import LAWS
+from rotor_contact.enumerations import LAWS
 
 RING, MASS, SPEED = 0.05, 10.0, 0.2
 K = 1e8

@@ -20,7 +20,7 @@ from rotor_cases import (
 from scipy.integrate import solve_ivp
 
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.interface import NODAL
+from rotor_contact.enumerations import NODAL
 
 ROTOR = load_rotor()
 RING = 0.05  # clearance in the closed-form cases (m)

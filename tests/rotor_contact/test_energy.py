@@ -7,7 +7,7 @@ import pytest
 from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, run
 
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.interface import LAWS, NEWTON, NODAL
+from rotor_contact.enumerations import LAWS, NEWTON, NODAL
 
 ROTOR = load_rotor()
 TIGHT = {"solver.tolerance": 5e-8}

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from rotor_cases import BEARINGS, CLEARANCE, both, masters, memory, place, plant, rigid_rotor, run, scratch, size_of
 
 from rotor_contact.dynamics import collect_forces
+from rotor_contact.enumerations import NEWTON, NODAL
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
-from rotor_contact.interface import NEWTON, NODAL
 from rotor_contact.layout import load_sites, workspace_of
 from rotor_contact.signals import inputs_of, parameters_of
 from rotor_contact.site import locate_journal, slip_velocity

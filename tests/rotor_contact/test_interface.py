@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rotor_analysis.plant_data import plant
-from rotor_contact import interface
+from rotor_contact import enumerations
+from rotor_contact.enumerations import CONTACT_LAW, CONTACT_MODE, IMPACT_LAW
 from rotor_contact.signals import SITE_OUTPUTS, SITE_PARAMETERS, inputs_of, outputs_of, parameters_of
 from rotor_contact.structure import structure_of
 
@@ -89,6 +90,6 @@ def test_every_field_of_a_record_is_the_variable_of_that_name(causality):
     assert dict(claimed) == {name: i for i, name in enumerate(names) if name != "fault_code"}
 
 
-@pytest.mark.parametrize("kind", [interface.CONTACT_MODE, interface.CONTACT_LAW, interface.IMPACT_LAW])
+@pytest.mark.parametrize("kind", [CONTACT_MODE, CONTACT_LAW, IMPACT_LAW])
 def test_the_names_of_values_are_those_of_the_constants_in_the_code(kind):
-    assert [getattr(interface, name.upper()) for name in kind.names] == list(range(len(kind.names)))
+    assert [getattr(enumerations, name.upper()) for name in kind.names] == list(range(len(kind.names)))

@@ -14,7 +14,7 @@ from rotor_analysis import plant_data
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.parts import Disc
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.interface import CONSTRAINT, NEWTON, NODAL
+from rotor_contact.enumerations import CONSTRAINT, NEWTON, NODAL
 
 ROTOR = load_rotor()
 MODEL, CONSTANTS = plant_data.plant(ROTOR)
