@@ -34,6 +34,9 @@ gradient = {gradient}
 [inputs.rolac_controller]
 rolac_enable = false
 
+[parameters.rolac_controller]
+prediction_time = 0 # it divides by differences of times, which FMPy and ecos sum up
+
 [parameters.rotor_contact]
 "rb?.mu" = 0.1
 "contact.impact_law" = 0
