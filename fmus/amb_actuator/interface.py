@@ -7,17 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from amb_actuator.flux import saturation_flux
-from fmi_export.variables import (
-    Enumeration,
-    Interface,
-    Variable,
-    input_,
-    interface,
-    one_of,
-    output,
-    parameter,
-    repeated,
-)
+from fmi_export.interface import Interface, interface, repeated
+from fmi_export.variables import Enumeration, Variable, input_, one_of, output, parameter
 
 FORCE_LAW = Enumeration(
     "ForceLaw",

@@ -6,8 +6,9 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 
+from fmi_export.interface import Interface
 from fmi_export.model import STEP_SIZE
-from fmi_export.variables import FAULT_CODE, Array, Interface, Variable, output
+from fmi_export.variables import FAULT_CODE, Array, Variable, output
 from levitated_rotor.assembly import Assembly, Part
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fmi_export.variables import Interface, interface
+from fmi_export.interface import Interface, interface
 from rolac_controller.control_loop import ControlLoop, SensorPlane
 from rolac_controller.parameters import parameter_variables
 from rolac_controller.signals import input_variables, output_variables

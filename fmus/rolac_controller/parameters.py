@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.variables import Array, Variable, one_of, parameter, repeated
+from fmi_export.interface import repeated
+from fmi_export.variables import Array, Variable, one_of, parameter
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop, SensorPlane
 from rolac_controller.enumerations import IDEAL, MODES, NO_SOURCE, PRESETS, ROLAC, SOURCES
 

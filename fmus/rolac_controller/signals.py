@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from fmi_export.variables import Array, Enumeration, Variable, input_, one_of, output, repeated
+from fmi_export.interface import repeated
+from fmi_export.variables import Array, Enumeration, Variable, input_, one_of, output
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop
 from rolac_controller.enumerations import ERRORS, STATUSES, stages
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.variables import Array, Interface, Variable, input_, interface, one_of, output, parameter, repeated
+from fmi_export.interface import Interface, interface, repeated
+from fmi_export.variables import Array, Variable, input_, one_of, output, parameter
 from rotor_contact import start_values
 from rotor_contact.enumerations import IMPACT_LAW, NEWTON
 from rotor_contact.planes import ContactSite, Planes, SensorPlane

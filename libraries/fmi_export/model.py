@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmi_export.interface import Interface
 from fmi_export.jit import kernel
-from fmi_export.variables import FAULT_CODE, Interface, filled
+from fmi_export.variables import FAULT_CODE, filled
 
 Array = NDArray[np.float64]
 InitialiseKernel = Callable[[Array, Array, Array, Array, Array, Array], int]

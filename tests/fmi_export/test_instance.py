@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from fmi_export.interface import interface
 from fmi_export.model import FAULT_NOT_FINITE, FAULT_RANGE, FAULT_STEP_SIZE, Fault, Instance, Model
-from fmi_export.variables import input_, interface, output
+from fmi_export.variables import input_, output
 
 H = 250e-6
 

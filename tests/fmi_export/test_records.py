@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fmi_export.interface import interface, repeated
 from fmi_export.jit import kernel
 from fmi_export.records import record, record_of, size_of
-from fmi_export.variables import interface, output, parameter, repeated
+from fmi_export.variables import output, parameter
 
 PLACES = ("law", "chain.noise", "chain.delay", *(f"sites[{k}].{name}" for k in range(3) for name in ("gap", "mu")))
 MATRIX = tuple(f"r[{i},{j}].{part}" for i in range(2) for j in range(3) for part in ("re", "im"))

@@ -6,8 +6,9 @@ import re
 import pytest
 
 from fmi_export.building.readme import BEGIN, END, full_description, interface_table, with_table
+from fmi_export.interface import Interface, interface, repeated
 from fmi_export.model import Model
-from fmi_export.variables import Enumeration, Interface, input_, interface, one_of, output, parameter, repeated
+from fmi_export.variables import Enumeration, input_, one_of, output, parameter
 
 A = parameter("a", "m", "A length", 2.0, minimum=1.0, maximum=3.0)
 U = input_("u", "N", "A force")

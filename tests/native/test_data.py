@@ -12,8 +12,8 @@ import pytest
 
 from fmi_export.building.native.data import HEADER, PIECE, SENTENCE, VARIABLE, VERSION, model_data
 from fmi_export.building.native.engines import engine_key
+from fmi_export.interface import Interface
 from fmi_export.model import Instance
-from fmi_export.variables import Interface
 
 
 @pytest.fixture(scope="module")

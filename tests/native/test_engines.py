@@ -14,7 +14,7 @@ from fmi_export.building.guard.libraries import SYSTEMS, guard_place
 from fmi_export.building.native import engines
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
 from fmi_export.building.native.engines import Engine, engine, engine_key, engine_place
-from fmi_export.variables import Interface
+from fmi_export.interface import Interface
 
 ROOT = Path(__file__).parents[2]
 

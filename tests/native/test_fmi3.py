@@ -13,8 +13,9 @@ import pytest
 from fmi_export.building.arrays import lengths, slots
 from fmi_export.building.description3 import model_description3
 from fmi_export.building.native.package import native_guid
+from fmi_export.interface import Interface, interface
 from fmi_export.model import Instance
-from fmi_export.variables import Interface, interface, output
+from fmi_export.variables import output
 
 STATES = ("Instantiated", "Initialization Mode", "Step Mode", "Terminated", "Terminated by an error")
 SETTABLE = STATES[:3]

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from fmi_export.building.native.lowering import lower
+from fmi_export.interface import interface
 from fmi_export.model import Model
-from fmi_export.variables import input_, interface, output
+from fmi_export.variables import input_, output
 
 pytestmark = pytest.mark.usefixtures("compiler")
 

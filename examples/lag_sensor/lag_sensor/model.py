@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from fmi_export.interface import interface, repeated
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from fmi_export.variables import Variable, input_, interface, output, parameter, repeated
+from fmi_export.variables import Variable, input_, output, parameter
 
 N_SENSORS = 8
 

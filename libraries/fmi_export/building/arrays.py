@@ -15,7 +15,8 @@ import itertools
 import math
 from dataclasses import dataclass, replace
 
-from fmi_export.variables import Interface, Variable
+from fmi_export.interface import Interface
+from fmi_export.variables import Variable
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 from fmi_export.building.arrays import Slot, slots
 from fmi_export.building.description import add_log_categories, add_units, own_attributes, shown_in
+from fmi_export.interface import Interface
 from fmi_export.model import Model
-from fmi_export.variables import LARGEST, TOOL, Interface
+from fmi_export.variables import LARGEST, TOOL
 
 TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+from fmi_export.interface import interface
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from fmi_export.variables import input_, interface, output, parameter
+from fmi_export.variables import input_, output, parameter
 
 INTERFACE = interface(
     parameter("time_constant", "s", "Time constant", 1e-3, minimum=1e-6),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from fmi_export.interface import interface, repeated
 from fmi_export.jit import kernel
 from fmi_export.model import Array as Numbers
 from fmi_export.model import Model
-from fmi_export.variables import Array, Variable, input_, interface, output, parameter, repeated
+from fmi_export.variables import Array, Variable, input_, output, parameter
 
 ROWS, COLUMNS = 2, 3
 CELLS = [(i, j) for i in range(ROWS) for j in range(COLUMNS)]

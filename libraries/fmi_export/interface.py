@@ -1,0 +1,238 @@
+"""The variable table of an FMU: all its variables in one order, and where each is in the arrays of the kernels."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmi_export.records import record_of
+from fmi_export.variables import FAULT_CODE, ORDER, Array, Causality, Enumeration, Variable, named_in
+
+
+@dataclass(frozen=True)
+class Interface:
+    """An ordered variable table and the positions of its variables.
+
+    Raises
+    ------
+    ValueError
+        If a name occurs twice, the order is not parameters, inputs, outputs, a dependency is no input, an output starts
+        from something that is neither parameter nor input, or a warning names no variable.
+    """
+
+    variables: tuple[Variable, ...]
+
+    def __post_init__(self) -> None:
+        names = [v.name for v in self.variables]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"variables declared twice: {', '.join(twice)}")
+        ranks = [ORDER.index(v.causality) for v in self.variables]
+        if ranks != sorted(ranks):
+            raise ValueError("variables must be ordered parameters, inputs, outputs")
+        inputs = {v.name for v in self.variables if v.causality == "input"}
+        for v in self.variables:
+            unknown = set(v.depends_on) - inputs
+            if unknown:
+                raise ValueError(f"{v.name} depends on {', '.join(sorted(unknown))}, which are no inputs")
+            strange = set(named_in(v.warning)) - set(names)
+            if strange:
+                raise ValueError(f"the warning of {v.name} names {', '.join(sorted(strange))}, which are no variables")
+        for kind in {v.enumeration for v in self.variables if v.enumeration}:
+            if kind != self.enumerations[kind.name]:
+                raise ValueError(f"there are two enumerations called {kind.name}")
+        _ = self.initial_dependencies
+
+    @cached_property
+    def position(self) -> dict[str, int]:
+        """Value reference of every variable by name."""
+        return {v.name: i for i, v in enumerate(self.variables)}
+
+    def __getitem__(self, name: str) -> Variable:
+        return self.variables[self.position[name]]
+
+    def of(self, causality: Causality) -> tuple[Variable, ...]:
+        return tuple(v for v in self.variables if v.causality == causality)
+
+    @cached_property
+    def initial_dependencies(self) -> dict[str, tuple[str, ...]]:
+        """Names of the parameters and inputs that each output depends on at its start, where that is declared."""
+        places: dict[str, list[int]] = {}
+        for i, v in enumerate(self.variables):
+            for name in _called(v) if v.causality != "output" else ():
+                places.setdefault(name, []).append(i)
+        found: dict[str, tuple[str, ...]] = {}
+        names: dict[tuple[str, ...], tuple[str, ...]] = {}  # outputs of equal parts start from the same
+        for v in self.of("output"):
+            start = _start_of(v)
+            if start is None:
+                continue
+            if start not in names:
+                unknown = [name for name in start if name not in places and not self._lacks(name)]
+                if unknown:
+                    raise ValueError(f"{v.name} starts from {', '.join(unknown)}, which are no parameters or inputs")
+                chosen = {i for name in start for i in places.get(name, ())}
+                names[start] = tuple(self.variables[i].name for i in sorted(chosen))
+            found[v.name] = names[start]
+        return found
+
+    def _lacks(self, name: str) -> bool:
+        """Return whether `name` is that of parts, `sites[*].clearance`, of which this interface has none."""
+        array, is_repeated, _ = name.partition("[*]")
+        return bool(is_repeated) and not any(v.field.startswith(f"{array}[") for v in self.variables)
+
+    def with_all_parts(self) -> Interface:
+        """Return itself, an interface that has one of each part that there can be.
+
+        Raises
+        ------
+        ValueError
+            If an output starts from parts that it has none of: no other interface of the model has them either.
+        """
+        for v in self.of("output"):
+            missing = [name for name in _start_of(v) or () if self._lacks(name)]
+            if missing:
+                raise ValueError(f"{v.name} starts from {', '.join(missing)}, of parts that no interface has")
+        return self
+
+    @cached_property
+    def enumerations(self) -> dict[str, Enumeration]:
+        """The enumerations that variables have, by name, in the order of the table."""
+        return {v.enumeration.name: v.enumeration for v in self.variables if v.enumeration}
+
+    @cached_property
+    def warnings(self) -> dict[int, str]:
+        """Sentences of the outputs that are warnings, by value reference."""
+        return {i: v.warning for i, v in enumerate(self.variables) if v.warning}
+
+    @cached_property
+    def n_parameters(self) -> int:
+        return len(self.of("parameter"))
+
+    @cached_property
+    def n_inputs(self) -> int:
+        return len(self.of("input"))
+
+    @cached_property
+    def n_outputs(self) -> int:
+        return len(self.of("output"))
+
+    def parameter_index(self, name: str) -> int:
+        """Return the position of a parameter within the parameter array."""
+        return self._within("parameter", name)
+
+    def input_index(self, name: str) -> int:
+        """Return the position of an input within the input array."""
+        return self._within("input", name)
+
+    def output_index(self, name: str) -> int:
+        """Return the position of an output within the output array."""
+        return self._within("output", name)
+
+    def _within(self, causality: Causality, name: str) -> int:
+        names = [v.name for v in self.of(causality)]
+        if name not in names:
+            raise ValueError(f"no {causality} called {name!r}; there are {', '.join(names)}")
+        return names.index(name)
+
+    @cached_property
+    def records(self) -> tuple[np.dtype[np.record], np.dtype[np.record], np.dtype[np.record]]:
+        """Record types of the parameter, input and output arrays, for a model whose interface is always the same."""
+        parameters, inputs, outputs = (record_of((v.field or v.name) for v in self.of(kind)) for kind in ORDER)
+        return parameters, inputs, outputs
+
+    def own_record(self, causality: Causality) -> np.dtype[np.record]:
+        """Return the record type of the variables that are not repeated; they come first in their array."""
+        own = [v.field or v.name for v in self.of(causality) if not _is_repeated(v)]
+        return record_of(place for place in own if place != FAULT_CODE)
+
+    def element_record(self, causality: Causality, field: str) -> np.dtype[np.record]:
+        """Return the record type of one of the equal parts that `repeated` declared as `field`."""
+        prefix = f"{field}[0]."
+        return record_of(v.field.removeprefix(prefix) for v in self.of(causality) if v.field.startswith(prefix))
+
+    @cached_property
+    def start(self) -> NDArray[np.float64]:
+        return np.array([v.start for v in self.variables], dtype=np.float64)
+
+    @cached_property
+    def minimum(self) -> NDArray[np.float64]:
+        return np.array([v.minimum for v in self.variables], dtype=np.float64)
+
+    @cached_property
+    def maximum(self) -> NDArray[np.float64]:
+        return np.array([v.maximum for v in self.variables], dtype=np.float64)
+
+    def canonical(self) -> bytes:
+        """Return bytes that change whenever the interface changes, for the guid."""
+        return json.dumps([asdict(v) for v in self.variables], sort_keys=True).encode()
+
+
+def interface(*groups: Variable | Iterable[Variable]) -> Interface:
+    """Return the interface of variables and groups of them.
+
+    They are sorted into parameters, inputs and outputs, of each kind first those that stand alone, then the repeated
+    ones, so that the former have the same places however many of the latter there are; `fault_code` is the last output.
+    """
+    flat: list[Variable] = []
+    for group in groups:
+        flat.extend([group] if isinstance(group, Variable) else group)
+    return Interface(tuple(sorted(flat, key=_place)))
+
+
+def _place(v: Variable) -> tuple[int, bool, bool]:
+    return ORDER.index(v.causality), v.name == FAULT_CODE, _is_repeated(v)
+
+
+def _is_repeated(v: Variable) -> bool:
+    return "[" in v.field
+
+
+def _called(v: Variable) -> list[str]:
+    """Return the names that `starts_from` may call a variable by."""
+    return [v.name, re.sub(r"\[[\d,]+\]", "[*]", v.field)] if _is_repeated(v) else [v.name]
+
+
+def _start_of(v: Variable) -> tuple[str, ...] | None:
+    return (*(v.starts_from or ()), v.starts_as) if v.starts_as else v.starts_from
+
+
+def repeated(
+    field: str,
+    members: Sequence[tuple[object, ...]],
+    declare: Callable[..., Iterable[Variable]],
+    shape: tuple[int, ...] | None = None,
+    array: Array | None = None,
+) -> list[Variable]:
+    """Declare the variables of several equal parts, an array of records for the kernels: `field[k]` for member k.
+
+    Parameters
+    ----------
+    field
+        Name of the array in the records.
+    members
+        Arguments of `declare` for each part.
+    declare
+        Gives the variables of one part. Within the part a variable is called by its `field` or, without one, by what
+        follows the last dot of its name; a `field` of `"."` means that the part is one variable.
+    shape
+        Shape of the array; one dimension by default.
+    array
+        What the parts are together in FMI 3.0; single variables by default.
+    """
+    variables = []
+    size = shape or (len(members),)
+    for k, member in enumerate(members):
+        at = f"{field}[{','.join(str(i) for i in np.unravel_index(k, size))}]"
+        parts = list(declare(*member))
+        whole = array and array._replace(shape=size if len(parts) == 1 else (*size, len(parts)))
+        for v in parts:
+            own = v.field or v.name.rpartition(".")[2]
+            variables.append(replace(v, field=at if own == "." else f"{at}.{own}", array=whole))
+    return variables
