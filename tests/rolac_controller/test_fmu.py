@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import ClassVar
 
 import fmpy
@@ -60,7 +61,8 @@ def fmu(unpacked):
         slave.setupExperiment(startTime=0.0)
         slave.enterInitializationMode()
         yield slave
-        slave.terminate()
+        with suppress(FMICallException):  # after a fault
+            slave.terminate()
     finally:
         slave.freeInstance()
 

@@ -46,6 +46,9 @@ gradient = {gradient}
 [inputs.rolac_controller]
 rolac_enable = {rolac}
 
+[parameters.rolac_controller]
+prediction_time = 0 # it divides by differences of times, which ecos sums up
+
 [parameters.rotor_contact]
 "rb?.mu" = 0.1
 """

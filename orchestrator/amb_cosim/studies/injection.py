@@ -96,7 +96,7 @@ def prepare_measurement(
         raise ValueError(
             f"{changed[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
         )
-    if prepared.plan.system.component("rolac_controller").every != steps:
+    if prepared.plan.all_parameters(prepared.interfaces)["rolac_controller"]["sample_time"] != sample_time:
         raise ValueError("rolac_controller.sample_time cannot be set here; sample-time sets it for the whole loop")
     return prepared
 

@@ -34,12 +34,15 @@ class Fmu:
         """Values by name, with `__` for the dot."""
         for name, value in values.items():
             v = self.variables[name.replace("__", ".")]
-            set_ = {"Real": self.fmi.setReal, "Integer": self.fmi.setInteger, "Boolean": self.fmi.setBoolean}
-            set_[v.type]([v.valueReference], [value if v.type == "Real" else int(value)])
+            set_ = {"Real": self.fmi.setReal, "Boolean": self.fmi.setBoolean}.get(v.type, self.fmi.setInteger)
+            set_([v.valueReference], [value if v.type == "Real" else int(value)])
 
     def get(self, *names: str) -> list[float]:
-        get = {"Real": self.fmi.getReal, "Integer": self.fmi.getInteger, "Boolean": self.fmi.getBoolean}
-        return [get[self.variables[n].type]([self.variables[n].valueReference])[0] for n in names]
+        get = {"Real": self.fmi.getReal, "Boolean": self.fmi.getBoolean}
+        chosen = (
+            (self.variables[n].valueReference, get.get(self.variables[n].type, self.fmi.getInteger)) for n in names
+        )
+        return [function([reference])[0] for reference, function in chosen]
 
     def outputs(self) -> list[float]:
         return self.get(*(n for n, v in self.variables.items() if v.causality == "output"))

@@ -36,7 +36,8 @@ class Library:
         self.resources = (folder / "resources").as_uri()
         self.path = folder / "binaries" / here / f"{root.get('modelName')}{PLATFORMS[here][0]}"
         self.variables = {
-            v.get("name"): (int(v.get("valueReference", "")), v[0].tag) for v in root.iterfind("ModelVariables/*")
+            v.get("name"): (int(v.get("valueReference", "")), v[0].tag.replace("Enumeration", "Integer"))
+            for v in root.iterfind("ModelVariables/*")
         }
         self.c = ctypes.CDLL(str(self.path))
         self.c.fmi2Instantiate.restype = c_void_p
