@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 from pythonfmu.builder import FmuBuilder
 
+from amb_files.archive import write_archive
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.documentation import documentation
 from fmi_export.building.guard.libraries import check_guarded, guard, guard_key, library_names
 from fmi_export.building.identity import DOCUMENTATION, digests, guid_of, package_folder
 from fmi_export.building.native.compiler import host_platform
 from fmi_export.building.native.data import model_data
-from fmi_export.building.native.package import write_archive
 from fmi_export.model import Array, Model
 
 
@@ -58,6 +58,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
     content |= documentation(model, ["pythonfmu"])
     content["resources/model.bin"] = _guarded_variables(model, guid)
     content["resources/python.txt"] = "\n".join(_this_python()).encode()
+    folder.mkdir(parents=True, exist_ok=True)
     return write_archive(folder / f"{model.name}.fmu", content)
 
 

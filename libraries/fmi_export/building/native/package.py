@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import importlib.metadata
 import json
-import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree
 
-from amb_files.atomic import write_atomically
+from amb_files.archive import write_archive
 from fmi_export.building.description import model_description
 from fmi_export.building.description3 import model_description3
 from fmi_export.building.documentation import documentation
@@ -22,7 +21,6 @@ from fmi_export.model import Array, Model
 
 Fmi = Literal[2, 3]  # version
 ICON, ICON3 = "model.png", "terminalsAndIcons/icon.png"  # where an importer looks for it, in FMI 3.0 the latter
-NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
 
 
 def build_native_fmu(
@@ -59,6 +57,7 @@ def build_native_fmu(
             content[f"binaries/{place}/{model.name}{PLATFORMS[platform][0]}"] = one.library
     content |= {ICON3 if fmi == 3 and name == ICON else name: file for name, file in documentation(model).items()}
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
+    folder.mkdir(parents=True, exist_ok=True)
     return write_archive(folder / f"{model.name}.fmu", content)
 
 
@@ -76,19 +75,3 @@ def _description(model: Model, guid: str, made_by: list[str], fmi: Fmi) -> bytes
         root = model_description(model, guid, tool, version, needs_tool=False)
     ElementTree.indent(root)
     return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
-
-
-def write_archive(target: Path, content: Mapping[str, bytes]) -> Path:
-    """Write `content` (by the names in the archive) to a zip file, whole or not at all, and return its path."""
-
-    def archive(path: Path) -> None:
-        with zipfile.ZipFile(path, "w") as fmu:
-            for name in sorted(content):
-                entry = zipfile.ZipInfo(name, NO_TIME)
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.create_system, entry.external_attr = 3, 0o100644 << 16
-                fmu.writestr(entry, content[name], compresslevel=6)
-
-    target.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(target, archive)
-    return target

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-import zipfile
-from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -18,11 +16,10 @@ from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT, NOTES, experiment_table, notes
 from amb_cosim.cosim.ssp.parameter_values import parameter_set
 from amb_cosim.cosim.ssp.structure import Described, system_structure
-from amb_files.atomic import write_atomically
+from amb_files.archive import write_archive
 from fmi_export.building.integers import with_integers
 
 STRUCTURE = "SystemStructure.ssd"
-NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
 
 
 def export_ssp(
@@ -91,19 +88,9 @@ def export_ssp(
                 fmu = with_integers(fmu, Path(folder) / f"{c.name} with Integers.fmu")
             content[run.sources[c.name]] = fmu.read_bytes()
     content[NOTES] = notes(run, baked=all(c.fmu in models() for c in system.components))
-    write_atomically(path, lambda file: _zip(content, file))
-    return path
+    return write_archive(path, content)
 
 
 def _numbered(interface: FmuInterface) -> FmuInterface:
     """Return an interface whose Enumerations are Integers."""
     return replace(interface, ports={name: replace(port, items={}) for name, port in interface.ports.items()})
-
-
-def _zip(content: Mapping[str, bytes], path: Path) -> None:
-    with zipfile.ZipFile(path, "w") as archive:
-        for name in sorted(content):
-            entry = zipfile.ZipInfo(name, NO_TIME)
-            entry.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
-            entry.create_system, entry.external_attr = 3, 0o100644 << 16
-            archive.writestr(entry, content[name])
