@@ -4,8 +4,8 @@ Connectors are listed only where something is connected: FMPy sets every listed 
 nothing feeds it. The system has no connectors of its own, which libcosim refuses, unless they are asked for. SSP knows
 no steps and no order of components; they stand in annotations, one for each tool that reads its own:
 
-    com.opensimulationplatform    libcosim: base step, and a step for each component
-    org.openmodelica              OMSimulator: fixed-step master
+    com.opensimulationplatform    libcosim: base step, and the step of each component that has a longer one
+    org.openmodelica              OMSimulator: fixed-step master; it refuses components with annotations
     amb-cosim                     this package: base step, order, and signals that feed several inputs
 """
 
@@ -135,8 +135,9 @@ def _component(elements: Any, run: Described, name: str) -> None:
         bindings = etree.SubElement(element, tag("ssd:ParameterBindings"))
         etree.SubElement(bindings, tag("ssd:ParameterBinding"), source=run.bindings[name])
     every = next(c.every for c in run.plan.system.components if c.name == name)
-    hint = etree.Element(tag("osp:StepSizeHint", TOOLS), value=repr(every * run.plan.step_size))
-    _annotate(element, "ssd", ("com.opensimulationplatform", hint))
+    if every > 1:
+        hint = etree.Element(tag("osp:StepSizeHint", TOOLS), value=repr(every * run.plan.step_size))
+        _annotate(element, "ssd", ("com.opensimulationplatform", hint))
 
 
 def _connector(parent: Any, name: str, kind: str, port: Port, enumeration: str) -> None:
