@@ -22,7 +22,7 @@ from amb_cosim.cosim.fmus import model_source
 from amb_cosim.cosim.schedules import Changes, IntArray, PiecewiseConstant
 from amb_cosim.simulation import Prepared
 from benchmarks.kernels import step_kernel
-from fmi_export.model import Array, Instance
+from fmi_export.model import UNCHANGED, Array, Instance
 
 
 class KernelCall(NamedTuple):
@@ -160,6 +160,7 @@ def _kernel_call(
 
 _OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
 _N_ARGUMENTS = 14
+EXCEPTION = -2  # what a step returns whose kernel raised one
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -200,12 +201,12 @@ def _now() -> int:
 
 @_compiled
 def _step(call: KernelCall, values: Array, n: int, h: float) -> int:
-    """Step a model from point n; return its fault code, or 0."""
+    """Step a model from point n; return its fault code, `EXCEPTION`, or 0."""
     for k in range(len(call.to)):
         call.inputs[call.to[k]] = values[call.source[k]]
     if _call(call.kernel, call.arguments.ctypes.data, n * h, call.every * h) != 0:
-        return -1
-    return call.fault[0]
+        return EXCEPTION
+    return 0 if call.fault[0] == UNCHANGED else call.fault[0]
 
 
 @_compiled

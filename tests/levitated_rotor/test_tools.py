@@ -117,6 +117,34 @@ def test_flavour_python_gives_the_same(extracted: Callable[..., Path], run_pytho
     assert found == expected
 
 
+def test_fmi_3_gives_the_same_numbers(assembled: Callable[..., Path], tmp_path: Path) -> None:
+    """Through contact, in FMPy; what FMI 3.0 has as an array are the elements that FMI 2.0 has one by one."""
+    import numpy as np
+    from fmpy import read_model_description, simulate_fmu
+
+    from amb_cosim import build_assembled
+
+    build_assembled(tmp_path, "fig4_9", fmi=3)
+    fmu = tmp_path / "levitated_rotor.fmu"
+    assert validate_fmu(str(fmu)) == []
+    described = read_model_description(fmu)
+    assert described.fmiVersion == "3.0"
+    outputs = [v for v in described.modelVariables if v.causality == "output"]
+    arrays = {v.name for v in outputs if v.dimensions}
+    assert arrays == {"rotor_contact.sensors", "rolac_controller.receptance"}
+
+    def run(file: Path, names: list[str]) -> np.ndarray:
+        start = {"rotor_contact.d1.u": 25.5e-3}
+        return simulate_fmu(str(file), stop_time=0.1, step_size=T, output_interval=T, output=names, start_values=start)
+
+    sensors = [f"rotor_contact.s{k}" for k in range(1, 9)]
+    single = [v.name for v in outputs if not v.dimensions]
+    old, new = run(assembled("fig4_9"), single + sensors), run(fmu, [*single, "rotor_contact.sensors"])
+    assert new["rotor_contact.contact_state"].max() > 0
+    assert [n for n in single if not np.array_equal(old[n], new[n])] == []
+    assert np.array_equal(np.stack([old[n] for n in sensors], axis=-1), new["rotor_contact.sensors"])
+
+
 def test_the_code_of_the_readme_runs(
     assembled: Callable[..., Path], run_python: Callable[..., Any], tmp_path: Path
 ) -> None:
