@@ -23,7 +23,7 @@ except ImportError:  # the kernels are ordinary Python too, only slower
 
 
 def kernel(function: F) -> F:
-    """Compile `function` in numba's nopython mode, with IEEE division and an on-disk cache.
+    """Compile `function` in numba's nopython mode, with IEEE division and an on-disk cache where one can be written.
 
     A kernel takes flat float64 arrays and scalars, allocates nothing and raises nothing: the same source is
     later compiled into FMUs that need no Python. It is compiled without numba's run-time system (`_nrt`): allocating
@@ -44,8 +44,11 @@ def _compiled(function: F, **options: bool) -> F:
     if not COMPILED:
         return function
     with _cache_of(function.__module__.split(".")[0]):
-        settings: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False} | options
-        return cast(F, numba.njit(**settings)(function))
+        settings: dict[str, Any] = {"error_model": "numpy", "_nrt": False} | options
+        try:
+            return cast(F, numba.njit(cache=True, **settings)(function))
+        except RuntimeError:  # no folder can be written, neither the package's nor the user's
+            return cast(F, numba.njit(**settings)(function))
 
 
 def views(function: F) -> F:

@@ -82,3 +82,22 @@ def test_a_kernel_that_allocates_is_not_compiled():
 
     with pytest.raises(numba.core.errors.TypingError):
         total(3)
+
+
+def test_a_kernel_is_compiled_where_no_cache_can_be_written(run_python, tmp_path):
+    def doubled(folder: str) -> float:
+        import os
+        import sys
+
+        os.environ.update(HOME="/dev/null", XDG_CACHE_HOME="/dev/null", IPYTHONDIR="/dev/null")
+        sys.path.insert(0, folder)
+        from uncached.caller import doubled
+
+        return doubled(3.0)
+
+    package = tmp_path / "uncached"
+    package.mkdir()
+    for name, text in {"__init__": "", "caller": CALLER.format(package="uncached"), "callee": CALLEE.format(2.0)}.items():
+        (package / f"{name}.py").write_text(text)
+    (package / "__pycache__").touch()  # a file where the folder would be
+    assert run_python(doubled, folder=tmp_path) == 6.0
