@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from amb_files.stages import stage
+from amb_files.stages import PREFIX, stage
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
@@ -35,7 +36,7 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
                 with (folder / path.name).open("rb") as source, path.open("wb") as target:
                     shutil.copyfileobj(source, target)
             return
-        path = path.resolve()
+        path = Path(os.path.realpath(path))
         with stage(path.parent) as folder:
             temporary = folder / path.name
             write(temporary)
@@ -86,9 +87,9 @@ def check_writable(path: Path, is_folder: bool) -> None:
         raise ValueError(f"{path} cannot be written to; it is a folder")
     if not is_folder and is_special(path):
         if not os.access(path, os.W_OK):
-            raise ValueError(f"{path} cannot be written to: {os.strerror(13)}")
+            raise ValueError(f"{path} cannot be written to: {os.strerror(errno.EACCES)}")
         return
-    parent = path if is_folder else path.resolve().parent
+    parent = path if is_folder else Path(os.path.realpath(path)).parent
     if not is_folder and not parent.is_dir():
         raise ValueError(f"{path} cannot be written to; there is no folder {parent}")
     existing = next(p for p in (parent, *parent.absolute().parents) if p.exists())
@@ -110,4 +111,6 @@ def _naming(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
+        if error.filename is not None and PREFIX not in str(error.filename):
+            raise
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error

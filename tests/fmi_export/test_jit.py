@@ -97,7 +97,8 @@ def test_a_kernel_is_compiled_where_no_cache_can_be_written(run_python, tmp_path
 
     package = tmp_path / "uncached"
     package.mkdir()
-    for name, text in {"__init__": "", "caller": CALLER.format(package="uncached"), "callee": CALLEE.format(2.0)}.items():
-        (package / f"{name}.py").write_text(text)
+    (package / "__init__.py").touch()
+    (package / "caller.py").write_text(CALLER.format(package="uncached"))
+    (package / "callee.py").write_text(CALLEE.format(2.0))
     (package / "__pycache__").touch()  # a file where the folder would be
     assert run_python(doubled, folder=tmp_path) == 6.0

@@ -1,12 +1,9 @@
-"""Errors of commands: one message, exit code 2 for bad input and 1 for a run that failed."""
+"""Errors of commands: one message, exit code 2 for bad input and 1 for what failed on the way."""
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import IO, Any
 
 import click
@@ -32,28 +29,11 @@ class Refused(Failed):
 
 @contextmanager
 def refusing() -> Iterator[None]:
-    """Turn errors in the input, of an FMU that refuses to start, and of writing into `Refused`."""
+    """Turn errors in the input and of an FMU that refuses to start into `Refused`, those of writing into `Failed`."""
     try:
         yield
     except (ValueError, StartFailed, FmuError) as error:
         raise Refused(str(error)) from error
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        raise Refused(f"{where}{error.strerror or error}") from error
-
-
-def check_writable(path: Path, is_folder: bool) -> None:
-    """Check before anything runs that results can be written, and leave nothing behind."""
-    if is_folder and path.exists() and not path.is_dir():
-        raise ValueError(f"{path} cannot be written to; it is a file, and the output must be a folder")
-    if not is_folder and path.is_dir():
-        raise ValueError(f"{path} cannot be written to; it is a folder")
-    parent = path if is_folder else path.parent
-    if not is_folder and not parent.is_dir():
-        raise ValueError(f"{path} cannot be written to; there is no folder {parent}")
-    existing = next(p for p in (parent, *parent.absolute().parents) if p.exists())
-    try:
-        with tempfile.TemporaryDirectory(prefix=".", dir=existing):
-            pass
-    except OSError as error:
-        raise ValueError(f"{path} cannot be written to: {os.strerror(error.errno or 0)} ({existing})") from error
+        raise Failed(f"{where}{error.strerror or error}") from error

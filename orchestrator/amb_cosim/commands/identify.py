@@ -7,9 +7,10 @@ from pathlib import Path
 import click
 
 from amb_cosim import studies
-from amb_cosim.commands.cli_errors import Failed, check_writable, refusing
+from amb_cosim.commands.cli_errors import Failed, refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
 from amb_cosim.cosim.choices import Flavour
+from amb_files.atomic import check_writable
 
 
 @click.command()

@@ -8,9 +8,10 @@ from typing import Any
 
 import click
 
-from amb_cosim.commands.cli_errors import Failed, check_writable, refusing
+from amb_cosim.commands.cli_errors import Failed, refusing
 from amb_cosim.commands.options import FLAVOUR, LOOP, RECEPTANCES, ROTOR, SETTINGS
 from amb_cosim.cosim.choices import Flavour, Loop
+from amb_files.atomic import check_writable
 
 
 @click.command()
