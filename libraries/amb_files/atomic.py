@@ -43,8 +43,10 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
             temporary.replace(path)
 
 
-def create_atomically(folder: Path, fill: Callable[[Path], object]) -> None:
-    """Create `folder` with what `fill` puts into it, whole or not at all; do nothing if it exists.
+def create_atomically(
+    folder: Path, fill: Callable[[Path], object], is_whole: Callable[[Path], bool] = Path.is_dir
+) -> None:
+    """Create `folder` with what `fill` puts into it, whole or not at all; do nothing if it exists and is whole.
 
     Where two processes create it at the same time, the folder of the first one stays.
 
@@ -54,18 +56,22 @@ def create_atomically(folder: Path, fill: Callable[[Path], object]) -> None:
         The folder to create. Its parent must exist.
     fill
         Writes the content into the temporary folder that it is given.
+    is_whole
+        Whether a folder that exists holds what it should; one that does not is replaced.
 
     Raises
     ------
     OSError
         If it cannot be created; the error names it.
     """
-    if folder.is_dir():
+    if folder.is_dir() and is_whole(folder):
         return
     with _naming(folder), stage(folder.parent) as temporary:
         content = temporary / folder.name
         content.mkdir()
         fill(content)
+        if folder.is_dir() and not is_whole(folder):
+            folder.rename(temporary / "damaged")
         try:
             content.rename(folder)
         except OSError:

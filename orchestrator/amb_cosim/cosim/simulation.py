@@ -16,6 +16,7 @@ from amb_cosim.cosim.component import FmuComponent
 from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
+from amb_cosim.cosim.fmu_libraries import check_libraries
 from amb_cosim.cosim.fmus import Fmu, provide
 from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer
@@ -120,10 +121,10 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
         If an FMU cannot be had, or the system does not fit the interfaces.
     """
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
-    interfaces = {c: read_interface(fmu.path, c) for c, fmu in fmus.items()}
+    interfaces = {c: _interface(fmu, c) for c, fmu in fmus.items()}
     if system.replaced:
         before = original(system)
-        first = {c.name: read_interface(provide(c.fmu, flavour, **options).path, c.name) for c in before.components}
+        first = {c.name: _interface(provide(c.fmu, flavour, **options), c.name) for c in before.components}
         interfaces = {name: with_units(interface, first[name]) for name, interface in interfaces.items()}
         system = expand(without_lacking(system, interfaces), interfaces)
         missing = missing_ports(system, interfaces, expand(before, first))
@@ -133,6 +134,13 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
         system = expand(system, interfaces)
     system.check(interfaces)
     return Assembly(system, fmus, interfaces)
+
+
+def _interface(fmu: Fmu, component: str) -> FmuInterface:
+    """Return the interface of an FMU, whose libraries have been checked."""
+    interface = read_interface(fmu.folder, component, fmu.path)
+    check_libraries(fmu.folder, interface.identifier, f"{component}: {fmu.path}")
+    return interface
 
 
 def run_plan(
