@@ -138,7 +138,6 @@ def test_a_damaged_entry_of_the_cache_is_made_anew(tmp_path, monkeypatch, whole,
 def test_a_cache_that_cannot_be_written_is_one_of_this_process(run_python, tmp_path):
     def without_home() -> list:
         import os
-        from pathlib import Path
 
         os.environ.update(HOME="/dev/null", XDG_CACHE_HOME="/dev/null")
         from amb_cosim.cosim.fmus import ensure_built

@@ -131,8 +131,6 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         raise NotTaken(f"{what} is an FMU of FMI {description.fmiVersion}; this master runs those of FMI 2.0")
     if not description.fmiVersion.startswith("2.") or description.coSimulation is None:
         raise NotTaken(f"{what} is no FMI 2.0 co-simulation FMU")
-    if not description.guid:
-        raise NotTaken(f"{what} has no guid, which an FMU must have")
     definitions = {
         unit.name: tuple(float(getattr(unit.baseUnit, field)) for field in _BASE)
         for unit in description.unitDefinitions
