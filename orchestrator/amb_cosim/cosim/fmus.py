@@ -32,6 +32,7 @@ from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
+from amb_files.toml import read_bytes
 
 if TYPE_CHECKING:
     from fmi_export.model import Model
@@ -183,18 +184,19 @@ def _key(source: Source, flavour: Flavour, options: Mapping[str, Any]) -> str:
         return guid(*source(**options)).strip("{}")
     known = {name: options.get(name) for name in inspect.signature(source).parameters}
     facts = [source.__qualname__, flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
-    sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source))))
+    sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
     for name, value in known.items():
         file = Path(value) if isinstance(value, str | Path) else None
-        sha.update(name.encode() + (_content(file) if file is not None and file.is_file() else repr(value).encode()))
+        given = _content(file, name) if file is not None and file.is_file() else repr(value).encode()
+        sha.update(name.encode() + given)
     for package in (*packages, "amb_files", "fmi_export"):
         sha.update(_code(package))
     return sha.hexdigest()[:32]
 
 
-def _content(file: Path) -> bytes:
-    """Return the digest of a file."""
-    return hashlib.sha256(file.read_bytes()).digest()
+def _content(file: Path, kind: str) -> bytes:
+    """Return the digest of a file; raises ValueError if it cannot be read."""
+    return hashlib.sha256(read_bytes(file, f"{kind} file {file}")).digest()
 
 
 @cache

@@ -201,7 +201,7 @@ def convergence(
     ValueError
         If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
     """
-    require(starts >= 0, "starts", starts, "0 or more")
+    require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
     given = load_scenario(str(scenario))
     if rotor is not None:
         given = given.model_copy(update={"rotor": str(rotor)})
