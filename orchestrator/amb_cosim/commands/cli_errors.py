@@ -1,14 +1,17 @@
-"""Errors of commands: one message, exit code 2 for bad input and 1 for what failed on the way."""
+"""Errors of commands: one message, and exit code 2 for bad input, 1 for a failure, 130 or 143 for a signal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import IO, Any
 
 import click
 
 from amb_cosim.cosim.errors import FmuError, StartFailed
+from amb_cosim.cosim.interruption import was_terminated
+from amb_cosim.cosim.simulation import Outcome
 
 
 class Failed(click.ClickException):
@@ -19,6 +22,18 @@ class Failed(click.ClickException):
     def show(self, file: IO[Any] | None = None) -> None:
         for line in self.message.splitlines():
             click.echo(f"amb-cosim: {line}", err=True)
+
+
+class Interrupted(Failed):
+    """Ctrl-C: one message and exit code 130."""
+
+    exit_code = 130
+
+
+class Terminated(Failed):
+    """SIGTERM: one message and exit code 143."""
+
+    exit_code = 143
 
 
 class Refused(Failed):
@@ -37,3 +52,21 @@ def refusing() -> Iterator[None]:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         raise Failed(f"{where}{error.strerror or error}") from error
+
+
+def interrupted(message: str) -> Failed:
+    """Return the error of a command that a signal ended."""
+    return Terminated(message) if was_terminated() else Interrupted(message)
+
+
+def refuse_nothing(outcome: Outcome) -> None:
+    """Raise an error if a run was interrupted before it recorded anything, which would replace an older result."""
+    if outcome.status == "interrupted" and outcome.time <= 0.0:
+        raise interrupted("interrupted before anything was recorded; nothing was written")
+
+
+def tell_failure(outcome: Outcome, folder: Path) -> None:
+    """Raise an error with what ended a run before its time, if something did."""
+    if outcome.failure is not None:
+        failed = interrupted if outcome.status == "interrupted" else Failed
+        raise failed(f"{outcome.failure}; what was recorded until then is in {folder}")
