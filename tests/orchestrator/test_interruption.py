@@ -89,6 +89,25 @@ def test_a_signal_that_was_swallowed_still_counts(runner, command, number):
     assert runner("tested").exit_code == CODES[number]
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_signal_that_a_finaliser_drops_is_raised_again(runner, command):
+    class Killed:
+        def __del__(self):
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    after = []
+
+    def drop():
+        Killed()
+        for _ in range(100):
+            time.sleep(0.1)
+        after.append(True)
+
+    command(drop)
+    result = runner("tested")
+    assert (result.exit_code, result.stderr, after) == (143, "amb-cosim: interrupted\n", [])
+
+
 def test_a_signal_that_was_lost_before_a_run_ends_it_at_once(runner, command):
     came = []
 

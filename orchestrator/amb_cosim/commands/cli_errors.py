@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import click
 
 from amb_cosim.cosim.errors import FmuError, StartFailed
 from amb_cosim.cosim.interruption import was_terminated
-from amb_cosim.cosim.simulation import Outcome
+
+if TYPE_CHECKING:
+    from amb_cosim.cosim.simulation import Outcome
 
 
 class Failed(click.ClickException):

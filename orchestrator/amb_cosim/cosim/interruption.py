@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import _thread
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,12 +29,23 @@ class Interruption:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Within it SIGTERM raises KeyboardInterrupt as Ctrl-C does; one that was lost is raised at the end.
+    """Within it SIGTERM raises KeyboardInterrupt as Ctrl-C does; one that was lost is raised again, or at the end.
 
     Python drops an exception in a finaliser or in a function that C code calls.
     """
     _received.clear()
     before = _handled() if _in_main_thread() else {}
+    report = sys.unraisablehook
+    timers: list[threading.Timer] = []
+
+    def dropped(lost: Any) -> None:
+        if isinstance(lost.exc_value, KeyboardInterrupt):
+            timers.append(threading.Timer(0.01, _thread.interrupt_main))  # raised here it would be dropped again
+            timers[-1].start()
+        else:
+            report(lost)
+
+    sys.unraisablehook = dropped
     try:
         for number in before:
             signal.signal(number, _interrupt)
@@ -40,6 +53,9 @@ def interruptible() -> Iterator[None]:
         if _received:
             raise KeyboardInterrupt
     finally:
+        sys.unraisablehook = report
+        for timer in timers:
+            timer.cancel()
         _restore(before)
 
 
