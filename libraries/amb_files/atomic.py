@@ -95,7 +95,8 @@ def check_writable(path: Path, is_folder: bool) -> None:
         if not os.access(path, os.W_OK):
             raise ValueError(f"{path} cannot be written to: {os.strerror(errno.EACCES)}")
         return
-    parent = path if is_folder else Path(os.path.realpath(path)).parent
+    target = Path(os.path.realpath(path)) if path.is_symlink() else path
+    parent = path if is_folder else target.parent
     if not is_folder and not parent.is_dir():
         raise ValueError(f"{path} cannot be written to; there is no folder {parent}")
     existing = next(p for p in (parent, *parent.absolute().parents) if p.exists())

@@ -84,6 +84,20 @@ def test_a_kernel_that_allocates_is_not_compiled():
         total(3)
 
 
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+def test_a_damaged_cache_of_a_kernel_is_made_anew(run_python, tmp_path, kind):
+    (tmp_path / "cached").mkdir()
+    (tmp_path / "cached" / "__init__.py").touch()
+    (tmp_path / "cached" / "caller.py").write_text(CALLER.format(package="cached"))
+    (tmp_path / "cached" / "callee.py").write_text(CALLEE.format(2.0))
+    run_python(host, folder=tmp_path)
+    files = list(tmp_path.rglob(f"*.{kind}"))
+    assert files
+    for file in files:
+        file.write_bytes(file.read_bytes()[:20])
+    assert [run_python(host, folder=tmp_path) for _ in range(2)] == [[6.0, 0], [6.0, 1]]
+
+
 def test_a_kernel_is_compiled_where_no_cache_can_be_written(run_python, tmp_path):
     def doubled(folder: str) -> float:
         import os
