@@ -71,13 +71,14 @@ def _check(entries: Sequence[zipfile.ZipInfo]) -> None:
         raise ValueError(
             f"it unpacks to {size / 2**20:.0f} MB, which is not allowed; it must be <= {MOST_UNPACKED >> 20} MB"
         )
-    names = [entry.filename for entry in entries]
+    seen: set[str] = set()
     for entry in entries:
         path = PurePosixPath(entry.filename)
         if entry.flag_bits & ENCRYPTED:
             raise ValueError(f"{entry.filename} is encrypted, which is not allowed")
-        if path.is_absolute() or ".." in path.parts or names.count(entry.filename) > 1:
+        if path.is_absolute() or ".." in path.parts or entry.filename in seen:
             raise ValueError(f"the entry {entry.filename} is not allowed; its path must lie in the archive, once")
+        seen.add(entry.filename)
 
 
 def is_unpacked(archive: Path, folder: Path) -> bool:
