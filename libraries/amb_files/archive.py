@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
@@ -11,7 +12,9 @@ from amb_files.atomic import write_atomically
 
 NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
 MOST_UNPACKED = 256 * 2**20  # bytes
+LONGEST = 200  # characters of an error in a message
 ENCRYPTED = 1  # in the flags of an entry
+OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO)  # errors that are no archive's
 
 
 def write_archive(target: Path, content: Mapping[str, bytes]) -> Path:
@@ -56,12 +59,11 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
             _check(content.infolist())
             content.extractall(folder)
     except OSError as error:
-        if error.errno is not None:  # of writing; a damaged archive has errors without a number
+        if error.errno in OF_THE_DISK:
             raise
-        raise ValueError(f"{name} cannot be unpacked: {error}") from error
+        raise ValueError(f"{name} cannot be unpacked: {_shown(error)}") from error
     except Exception as error:  # each way of packing has errors of its own
-        text = f"{error}" or type(error).__name__
-        raise ValueError(f"{name} cannot be unpacked: {text}") from error
+        raise ValueError(f"{name} cannot be unpacked: {_shown(error)}") from error
 
 
 def _check(entries: Sequence[zipfile.ZipInfo]) -> None:
@@ -79,6 +81,12 @@ def _check(entries: Sequence[zipfile.ZipInfo]) -> None:
         if path.is_absolute() or ".." in path.parts or entry.filename in seen:
             raise ValueError(f"the entry {entry.filename} is not allowed; its path must lie in the archive, once")
         seen.add(entry.filename)
+
+
+def _shown(error: Exception) -> str:
+    """The text of an error in one short line: it may hold a damaged name."""
+    text = "".join(letter if letter.isprintable() else "?" for letter in str(error) or type(error).__name__)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def is_unpacked(archive: Path, folder: Path) -> bool:
