@@ -57,7 +57,7 @@ def test_control_force_against_a_load_shrinks_to_zero(runner, tmp_path):
 
 
 BAD = {
-    "no bias": (["linearisation", "--bias-current", "0"], "must be left a control current of both signs"),
+    "no bias": (["linearisation", "--bias-current", "0"], "bias-current = 0 A is not allowed; it must be > 0 A"),
     "bias in metres": (["linearisation", "--bias-current", "3 m"], "'3 m' has unit m, which cannot be converted to A"),
     "static current beyond the coils": (
         ["linearisation", "--static-current", "9 A"],
