@@ -1,14 +1,17 @@
-"""Zip archives with the same bytes for the same content."""
+"""Zip archives: written with the same bytes for the same content, and unpacked after a check."""
 
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Mapping
-from pathlib import Path
+import zlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePosixPath
 
 from amb_files.atomic import write_atomically
 
 NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
+MOST_UNPACKED = 256 * 2**20  # bytes
+ENCRYPTED = 1  # in the flags of an entry
 
 
 def write_archive(target: Path, content: Mapping[str, bytes]) -> Path:
@@ -27,3 +30,65 @@ def write_archive(target: Path, content: Mapping[str, bytes]) -> Path:
 
     write_atomically(target, archive)
     return target
+
+
+def unpack(archive: Path, folder: Path, name: str) -> None:
+    """Unpack a zip file into a folder.
+
+    Parameters
+    ----------
+    archive, folder
+        The file, and where its entries go; the folder is made if it is missing.
+    name
+        What messages call the archive.
+
+    Raises
+    ------
+    ValueError
+        If it is no zip file, damaged, encrypted, packed in an unknown way, unpacks to more than `MOST_UNPACKED` bytes,
+        or has entries that lie outside of it or occur twice.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        if not zipfile.is_zipfile(archive):
+            raise ValueError("it is no zip archive")
+        with zipfile.ZipFile(archive) as content:
+            _check(content.infolist())
+            content.extractall(folder)
+    except OSError as error:
+        if error.errno is not None:  # of writing; a damaged archive has errors without a number
+            raise
+        raise ValueError(f"{name} cannot be unpacked: {error}") from error
+    except Exception as error:  # each way of packing has errors of its own
+        text = f"{error}" or type(error).__name__
+        raise ValueError(f"{name} cannot be unpacked: {text}") from error
+
+
+def _check(entries: Sequence[zipfile.ZipInfo]) -> None:
+    """Raise ValueError for entries that are not to be unpacked."""
+    size = sum(entry.file_size for entry in entries)
+    if size > MOST_UNPACKED:
+        raise ValueError(
+            f"it unpacks to {size / 2**20:.0f} MB, which is not allowed; it must be <= {MOST_UNPACKED >> 20} MB"
+        )
+    names = [entry.filename for entry in entries]
+    for entry in entries:
+        path = PurePosixPath(entry.filename)
+        if entry.flag_bits & ENCRYPTED:
+            raise ValueError(f"{entry.filename} is encrypted, which is not allowed")
+        if path.is_absolute() or ".." in path.parts or names.count(entry.filename) > 1:
+            raise ValueError(f"the entry {entry.filename} is not allowed; its path must lie in the archive, once")
+
+
+def is_unpacked(archive: Path, folder: Path) -> bool:
+    """Whether a folder holds the entries of a zip file, by their sizes and checksums."""
+    try:
+        with zipfile.ZipFile(archive) as content:
+            entries = [entry for entry in content.infolist() if not entry.is_dir()]
+            return all(_is_same(entry, (folder / entry.filename).read_bytes()) for entry in entries)
+    except (OSError, ValueError, zipfile.BadZipFile):
+        return False
+
+
+def _is_same(entry: zipfile.ZipInfo, content: bytes) -> bool:
+    return entry.file_size == len(content) and zlib.crc32(content) == entry.CRC

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import shutil
-import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+from amb_files.stages import PREFIX, stage
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Call `write` with a temporary path beside `path`, then move the result there, whole or not at all.
+    """Call `write` with a temporary path, then move the result to `path`, whole or not at all.
+
+    A link is followed. What is no regular file, a device or a pipe, gets the bytes.
 
     Parameters
     ----------
@@ -17,15 +23,30 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
         The file; one that exists is replaced. Its folder must exist.
     write
         Writes the file at the path that it is given.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; the error names it.
     """
-    with tempfile.TemporaryDirectory(prefix=".", dir=path.parent) as folder:
-        temporary = Path(folder) / path.name
-        write(temporary)
-        temporary.replace(path)
+    with _naming(path):
+        if is_special(path):
+            with stage() as folder:
+                write(folder / path.name)
+                with (folder / path.name).open("rb") as source, path.open("wb") as target:
+                    shutil.copyfileobj(source, target)
+            return
+        path = Path(os.path.realpath(path))
+        with stage(path.parent) as folder:
+            temporary = folder / path.name
+            write(temporary)
+            temporary.replace(path)
 
 
-def create_atomically(folder: Path, fill: Callable[[Path], object]) -> None:
-    """Create `folder` with what `fill` puts into it, whole or not at all; do nothing if it exists.
+def create_atomically(
+    folder: Path, fill: Callable[[Path], object], is_whole: Callable[[Path], bool] = Path.is_dir
+) -> None:
+    """Create `folder` with what `fill` puts into it, whole or not at all; do nothing if it exists and is whole.
 
     Where two processes create it at the same time, the folder of the first one stays.
 
@@ -35,16 +56,68 @@ def create_atomically(folder: Path, fill: Callable[[Path], object]) -> None:
         The folder to create. Its parent must exist.
     fill
         Writes the content into the temporary folder that it is given.
+    is_whole
+        Whether a folder that exists holds what it should; one that does not is replaced.
+
+    Raises
+    ------
+    OSError
+        If it cannot be created; the error names it.
     """
-    if folder.is_dir():
+    if folder.is_dir() and is_whole(folder):
         return
-    stage = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
-        fill(stage)
+    with _naming(folder), stage(folder.parent) as temporary:
+        content = temporary / folder.name
+        content.mkdir()
+        fill(content)
+        if folder.is_dir() and not is_whole(folder):
+            folder.rename(temporary / "damaged")
         try:
-            stage.rename(folder)
+            content.rename(folder)
         except OSError:
             if not folder.is_dir():
                 raise
-    finally:
-        shutil.rmtree(stage, ignore_errors=True)
+
+
+def check_writable(path: Path, is_folder: bool) -> None:
+    """Check that a file or a folder can be written, and leave nothing behind.
+
+    Raises
+    ------
+    ValueError
+        If it cannot.
+    """
+    if is_folder and path.exists() and not path.is_dir():
+        raise ValueError(f"{path} cannot be written to; it is a file, and the output must be a folder")
+    if not is_folder and path.is_dir():
+        raise ValueError(f"{path} cannot be written to; it is a folder")
+    if not is_folder and is_special(path):
+        if not os.access(path, os.W_OK):
+            raise ValueError(f"{path} cannot be written to: {os.strerror(errno.EACCES)}")
+        return
+    target = Path(os.path.realpath(path)) if path.is_symlink() else path
+    parent = path if is_folder else target.parent
+    if not is_folder and not parent.is_dir():
+        raise ValueError(f"{path} cannot be written to; there is no folder {parent}")
+    existing = next(p for p in (parent, *parent.absolute().parents) if p.exists())
+    try:
+        with stage(existing):
+            pass
+    except OSError as error:
+        raise ValueError(f"{path} cannot be written to: {os.strerror(error.errno or 0)} ({existing})") from error
+
+
+def is_special(path: Path) -> bool:
+    """Whether there is something that is neither a regular file nor a folder, such as a device or a pipe."""
+    return path.exists() and not path.is_file() and not path.is_dir()
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Name what could not be written in an error of the operating system, in place of a temporary file or nothing."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None and PREFIX not in str(error.filename):
+            raise
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error

@@ -23,6 +23,7 @@ Positions in brackets count from 0; the name in parentheses is that of the part,
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Callable
 from functools import wraps
@@ -33,9 +34,15 @@ from typing import Any, TypeVar, dataclass_transform
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 
+from amb_files.atomic import is_special
 from amb_files.validation_errors import sentences
 
 T = TypeVar("T")
+
+LARGEST = 64 * 2**20  # bytes of a file
+DEEPEST = 100  # levels of tables and lists
+LONGEST_KEY = 1000  # dots of a dotted key
+NO_KEY = re.compile(r"[,=\[\]{}#\n]")  # what stands between keys
 
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 
@@ -53,12 +60,25 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If the text is not valid TOML; the message has line and column.
+        If the text is not valid TOML, the message has line and column; or if tables in it lie too deep.
     """
+    too_deep = ValueError(f"{name} is not allowed: its tables and lists lie more than {DEEPEST} deep")
+    # a dotted key takes the square of its length
+    if max(part.count(".") for part in NO_KEY.split(text)) > LONGEST_KEY:
+        raise too_deep
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        data = tomllib.loads(text)
+    except RecursionError as error:
+        raise too_deep from error
+    except ValueError as error:  # Python's own, for a number of thousands of digits
         raise ValueError(f"{name} is not valid TOML: {error}") from error
+    inner: list[Any] = [data]
+    for _ in range(DEEPEST):
+        lists = [part.values() if isinstance(part, dict) else part for part in inner if isinstance(part, dict | list)]
+        inner = [part for parts in lists for part in parts]
+    if inner:
+        raise too_deep
+    return data
 
 
 def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
@@ -82,11 +102,23 @@ def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
 def read_text(source: Path | Traversable, name: str) -> str:
     """Return the text of a file; arguments as for `read_toml`, errors too, for a file that cannot be read."""
     try:
-        return source.read_text(encoding="utf-8")
-    except OSError as error:
-        raise ValueError(f"{name} cannot be read: {error.strerror or error}") from error
+        return read_bytes(source, name).decode("utf-8")
     except UnicodeDecodeError as error:
         raise ValueError(f"{name} cannot be read: it is not UTF-8 text (byte {error.start})") from error
+
+
+def read_bytes(source: Path | Traversable, name: str) -> bytes:
+    """Return the content of a file; arguments and errors as for `read_text`."""
+    try:
+        if isinstance(source, Path):
+            if is_special(source):
+                raise ValueError(f"{name} cannot be read: it is no regular file")
+            size = source.stat().st_size
+            if size > LARGEST:
+                raise ValueError(f"{name} cannot be read: it has {size >> 20} MB; it must have <= {LARGEST >> 20} MB")
+        return source.read_bytes()
+    except OSError as error:
+        raise ValueError(f"{name} cannot be read: {error.strerror or error}") from error
 
 
 def validate(data: object, form: type[T], name: str) -> T:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -23,7 +23,7 @@ except ImportError:  # the kernels are ordinary Python too, only slower
 
 
 def kernel(function: F) -> F:
-    """Compile `function` in numba's nopython mode, with IEEE division and an on-disk cache.
+    """Compile `function` in numba's nopython mode, with IEEE division and an on-disk cache where one can be written.
 
     A kernel takes flat float64 arrays and scalars, allocates nothing and raises nothing: the same source is
     later compiled into FMUs that need no Python. It is compiled without numba's run-time system (`_nrt`): allocating
@@ -44,8 +44,32 @@ def _compiled(function: F, **options: bool) -> F:
     if not COMPILED:
         return function
     with _cache_of(function.__module__.split(".")[0]):
-        settings: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False} | options
-        return cast(F, numba.njit(**settings)(function))
+        settings: dict[str, Any] = {"error_model": "numpy", "_nrt": False} | options
+        try:
+            return cast(F, _tolerant(numba.njit(cache=True, **settings)(function)))
+        except RuntimeError:  # no folder can be written, neither the package's nor the user's
+            return cast(F, numba.njit(**settings)(function))
+
+
+def _tolerant(dispatcher: Any) -> Any:
+    """Let numba compile anew what is damaged in the cache, and go on where the cache is full."""
+    cache_on_disk = dispatcher._cache
+    load, save = cache_on_disk.load_overload, cache_on_disk.save_overload
+
+    def load_overload(*arguments: Any) -> Any:
+        try:
+            return load(*arguments)
+        except Exception:  # whatever reading a damaged file leads to
+            with suppress(OSError):
+                cache_on_disk.flush()
+            return None
+
+    def save_overload(*arguments: Any) -> None:
+        with suppress(OSError):
+            save(*arguments)
+
+    cache_on_disk.load_overload, cache_on_disk.save_overload = load_overload, save_overload
+    return dispatcher
 
 
 def views(function: F) -> F:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from amb_cosim.cosim.system_file import load_system
 from amb_cosim.models import CONTROLLER, PLANT, Made, check_loop
 from amb_cosim.plan import plan_scenario
 from amb_cosim.scenario import Scenario, load_scenario
+from amb_files.stages import stage
 
 if TYPE_CHECKING:
     from fmi_export.model import Model
@@ -108,10 +108,10 @@ def _interface(model: Model) -> FmuInterface:
     """Return the interface that the FMU of a model would have."""
     from fmi_export.building.description import model_description
 
-    with tempfile.TemporaryDirectory(prefix="interface-") as folder:
+    with stage() as folder:
         description = ElementTree.tostring(model_description(model, "", "", ""))
-        Path(folder, "modelDescription.xml").write_bytes(description)
-        return read_interface(Path(folder), model.name)
+        (folder / "modelDescription.xml").write_bytes(description)
+        return read_interface(folder, model.name)
 
 
 def _values(

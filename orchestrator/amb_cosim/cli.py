@@ -2,12 +2,31 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from amb_cosim.commands import analysis, build, export, identify, rotor, run
+from amb_cosim.commands.cli_errors import interrupted
+from amb_cosim.cosim.interruption import interruptible, was_interrupted
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class Commands(click.Group):
+    """Commands that Ctrl-C and SIGTERM end with a message and an exit code of their own."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            with interruptible():
+                return super().invoke(ctx)
+        except KeyboardInterrupt as error:
+            raise interrupted("interrupted") from error
+        except click.ClickException as error:
+            if was_interrupted():
+                raise interrupted(error.message) from error
+            raise
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="amb-cosim")
 def main() -> None:
     """Co-simulation of a flexible rotor in magnetic bearings that can touch its retainer bearings."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.experiment import Event, Experiment, Plan, Profile, plan_experiment, whole_steps
+from amb_cosim.cosim.schedules import nearest_point
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.values import Raw, convert
 from amb_cosim.coupling import delay, predictable
@@ -97,7 +98,7 @@ def plan_scenario(
     for event in scenario.event:
         moment = event.moment(period)
         if event.label:
-            marks[event.label] = round(moment / h)
+            marks[event.label] = nearest_point("time of event", moment, h)
         events += [Event(moment, name, value) for name, value in _scaled(event.set, scenario, values)]
     experiment = Experiment(
         step_size=h,

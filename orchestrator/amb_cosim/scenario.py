@@ -12,7 +12,7 @@ from pydantic import Field
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.stopping import StopCondition
 from amb_cosim.cosim.system_tables import Record, stop_condition
-from amb_cosim.cosim.tables import Table, Value, Values, time_of
+from amb_cosim.cosim.tables import Cycles, Table, Value, Values, time_of
 from amb_cosim.cosim.values import quantity
 from amb_cosim.coupling import DEFAULT_STEPS
 from amb_cosim.scenario_file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
@@ -27,7 +27,7 @@ class _Moment(Table):
 
     noun: ClassVar[str]
 
-    cycle: float | None = None
+    cycle: Cycles | None = None
     time: Value | None = None
 
     def moment(self, period: float) -> float:
@@ -67,9 +67,9 @@ class Stop(Table):
     variable: str
     above: Value | None = None
     below: Value | None = None
-    hold_cycles: float | None = None
+    hold_cycles: Cycles | None = None
     hold_time: Value | None = None
-    from_cycle: float | None = None
+    from_cycle: Cycles | None = None
     from_time: Value | None = None
 
     def condition(self, period: float) -> StopCondition:
@@ -91,7 +91,7 @@ class Stop(Table):
 class Plot(Table):
     """Which figures are drawn, and of which cycles: what suits the run, and the whole of it, by default."""
 
-    cycles: tuple[float, float] | None = None
+    cycles: tuple[Cycles, Cycles] | None = None
     figures: tuple[FigureName, ...] | None = None
 
 
@@ -126,10 +126,10 @@ class Scenario(Table):
     Omega: Value
     gravity: Value | None = None
     gravity_angle: Value = "225 deg"
-    settle_cycles: float = Field(default=40.0, ge=0.0)
-    end_cycle: float | None = Field(default=None, gt=0.0)
+    settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
+    end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
     end_time: Value | None = None
-    unbalance_factor: float = Field(default=1.0, gt=0.0)
+    unbalance_factor: float = Field(default=1.0, gt=0.0, le=1e9)
     inputs: dict[str, Values] = Field(default={})
     parameters: dict[str, Values] = Field(default={})
     event: tuple[Event, ...] = ()

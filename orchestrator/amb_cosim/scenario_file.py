@@ -18,6 +18,7 @@ from typing import Any
 
 from amb_cosim.cosim.fmus import models
 from amb_cosim.cosim.system_file import packaged_systems
+from amb_cosim.cosim.tables import check_bases
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml
 
@@ -60,8 +61,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     if not source.is_file():
         kind = "file" if name.endswith(".toml") else "scenario"
         raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged_scenarios())}")
-    if name in derived:
-        raise ValueError(f"scenario {name}: it is its own base ({' -> '.join((*derived, name))})")
+    check_bases(f"scenario {name}", derived)
     data = read_toml(source, f"scenario {name}")
     folder = source.parent if isinstance(source, Path) else Path()
     data = with_paths(data, lambda path: str(folder / path))

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import stat
+import threading
+from pathlib import Path
+
 import pytest
 
-from amb_files.atomic import create_atomically, write_atomically
+from amb_files.atomic import check_writable, create_atomically, write_atomically
 
 
 def fail(path):
@@ -43,3 +49,71 @@ def test_folder_of_the_first_of_two_processes_stays(tmp_path):
     create_atomically(folder, overtaken)
     assert (folder / "x").read_text() == "first"
     assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_a_device_and_a_pipe_get_the_bytes(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    got = []
+    reader = threading.Thread(target=lambda: got.append(pipe.read_bytes()))
+    reader.start()
+    write_atomically(pipe, lambda p: p.write_text("text"))
+    reader.join(10.0)
+    assert got == [b"text"]
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    null = tmp_path / "null"
+    null.symlink_to(os.devnull)
+    write_atomically(null, lambda p: p.write_text("text"))
+    assert null.is_symlink()
+    assert null.is_char_device()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["null", "pipe"]
+
+
+def test_a_link_is_followed(tmp_path):
+    (tmp_path / "kept").mkdir()
+    target, link = tmp_path / "kept" / "target", tmp_path / "link"
+    link.symlink_to(target)
+    for text in ("new", "newer"):
+        write_atomically(link, lambda p, text=text: p.write_text(text))
+        assert target.read_text() == text
+        assert link.is_symlink()
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path, run_python):
+    def killed(folder: str) -> None:
+        import os
+        from pathlib import Path
+
+        from amb_files.atomic import write_atomically
+
+        if os.fork() == 0:
+            write_atomically(Path(folder, "a"), lambda p: (p.write_text("half"), os._exit(0)))
+        os.wait()
+
+    run_python(killed, folder=tmp_path)
+    (left,) = tmp_path.iterdir()
+    assert (left / "a").read_text() == "half"
+
+    def beside_another(path):
+        path.write_text("whole")
+        write_atomically(tmp_path / "b", lambda p: p.write_text("whole"))
+
+    write_atomically(tmp_path / "a", beside_another)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a": "whole", "b": "whole"}
+
+
+def test_an_error_names_what_was_to_be_written(tmp_path):
+    def full(path):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), *([str(path)] if path.is_dir() else []))
+
+    for write in (write_atomically, create_atomically):
+        with pytest.raises(OSError, match="No space left") as error:
+            write(tmp_path / "a", full)
+        assert error.value.filename == str(tmp_path / "a")
+
+
+def test_what_is_no_regular_file_is_writable_where_its_folder_is_not(tmp_path):
+    check_writable(Path(os.devnull), is_folder=False)
+    with pytest.raises(ValueError, match="there is no folder"):
+        check_writable(tmp_path / "no" / "file", is_folder=False)
+    assert not list(tmp_path.iterdir())

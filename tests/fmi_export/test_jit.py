@@ -82,3 +82,37 @@ def test_a_kernel_that_allocates_is_not_compiled():
 
     with pytest.raises(numba.core.errors.TypingError):
         total(3)
+
+
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+def test_a_damaged_cache_of_a_kernel_is_made_anew(run_python, tmp_path, kind):
+    (tmp_path / "cached").mkdir()
+    (tmp_path / "cached" / "__init__.py").touch()
+    (tmp_path / "cached" / "caller.py").write_text(CALLER.format(package="cached"))
+    (tmp_path / "cached" / "callee.py").write_text(CALLEE.format(2.0))
+    run_python(host, folder=tmp_path)
+    files = list(tmp_path.rglob(f"*.{kind}"))
+    assert files
+    for file in files:
+        file.write_bytes(file.read_bytes()[:20])
+    assert [run_python(host, folder=tmp_path) for _ in range(2)] == [[6.0, 0], [6.0, 1]]
+
+
+def test_a_kernel_is_compiled_where_no_cache_can_be_written(run_python, tmp_path):
+    def doubled(folder: str) -> float:
+        import os
+        import sys
+
+        os.environ.update(HOME="/dev/null", XDG_CACHE_HOME="/dev/null", IPYTHONDIR="/dev/null")
+        sys.path.insert(0, folder)
+        from uncached.caller import doubled
+
+        return doubled(3.0)
+
+    package = tmp_path / "uncached"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "caller.py").write_text(CALLER.format(package="uncached"))
+    (package / "callee.py").write_text(CALLEE.format(2.0))
+    (package / "__pycache__").touch()  # a file where the folder would be
+    assert run_python(doubled, folder=tmp_path) == 6.0

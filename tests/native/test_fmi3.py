@@ -422,12 +422,13 @@ def test_libraries_and_icon_are_where_fmi_3_has_them(lag, tmp_path, monkeypatch)
 def test_this_master_and_pythonfmu_say_that_they_have_fmi_2(native, lag, tmp_path):
     import amb_cosim
     from amb_cosim.cosim.fmu_interface import read_interface
+    from amb_cosim.cosim.fmus import provide
 
     path = native(lag, None, None, 3)
     with pytest.raises(
         ValueError, match=r"^lag: .*probe_lag.fmu is an FMU of FMI 3\.0; this master runs those of FMI 2\.0"
     ):
-        read_interface(path, "lag")
+        read_interface(provide(str(path)).folder, "lag", path)
     with pytest.raises(ValueError, match=r"FMI 3\.0 is for native FMUs alone"):
         amb_cosim.build(tmp_path, "python", fmi=3)
     assert list(tmp_path.iterdir()) == []

@@ -76,7 +76,7 @@ def test_a_replacement_that_is_no_fmu_is_refused(runner, tmp_path):
     assert result.exit_code == 2
     assert "mine.fmu" in result.stderr
     (tmp_path / "mine.fmu").write_text("not a zip")
-    assert "is no FMU: it is no zip archive" in runner("run", "mine.toml").stderr
+    assert "mine.fmu cannot be unpacked: it is no zip archive" in runner("run", "mine.toml").stderr
 
 
 def test_list_names_every_scenario(runner):

@@ -110,7 +110,7 @@ def test_a_new_identification_replaces_its_speed_and_leaves_the_others(runner, r
 def test_an_interrupt_keeps_the_speeds_before_it(runner, runs, tmp_path):
     runs(completed(outputs(receptance())), Result(xr.Dataset(), Outcome("interrupted", 2.0)))
     result = runner("identify", "--speeds", "10 Hz,20 Hz,30 Hz", "-o", "t.toml")
-    assert result.exit_code == 1
+    assert result.exit_code == 130
     assert "amb-cosim: interrupted at t = 2 s; t.toml has the 1 done" in result.stderr
     assert [entry.speed for entry in read_table(tmp_path / "t.toml").entries] == [2.0 * math.pi * 10.0]
 
@@ -118,7 +118,7 @@ def test_an_interrupt_keeps_the_speeds_before_it(runner, runs, tmp_path):
 def test_nothing_identified_writes_no_table(runner, runs, tmp_path):
     runs(Result(xr.Dataset(), Outcome("interrupted", 2.0)))
     result = runner("identify", "--speeds", "10 Hz", "-o", "t.toml")
-    assert result.exit_code == 1
+    assert result.exit_code == 130
     assert "nothing was written to t.toml" in result.stderr
     assert list(tmp_path.iterdir()) == []
 
@@ -301,7 +301,7 @@ def test_ctrl_c_leaves_a_complete_table_of_the_speeds_before(tmp_path):
         time.sleep(3.0)  # into the next run, which takes far longer
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=300)
-    assert process.returncode == 1
+    assert process.returncode == 130
     assert "Traceback" not in errors
     assert "interrupted at t = " in errors
     assert [entry.speed for entry in read_table(path).entries] == [2.0 * math.pi * 35.0]

@@ -270,7 +270,7 @@ BAD = {
     "no unbalance": (["recovery", "--steps", "8,0 g.m"], "steps = 0 kg m is not allowed; it must be > 0 kg m"),
     "unbalance in metres": (["recovery", "--steps", "8 m"], "'8 m' has unit m, which cannot be converted to kg.m"),
     "unbalance that is no number": (["recovery", "--steps", "8,much"], "unknown unit 'much'"),
-    "no instants": (["recovery", "--instants", "0"], "instants = 0 is not allowed; it must be 1 or more"),
+    "no instants": (["recovery", "--instants", "0"], "instants = 0 is not allowed; it must be from 1 to 1000"),
     "negative rate": (["recovery", "--alpha", "-1"], "rolac.alpha = -1 1/s is not allowed; it must be >= 0 1/s"),
     "rate in metres": (["recovery", "--alpha", "1 m"], "'1 m' has unit m, which cannot be converted to 1/s"),
 }

@@ -127,7 +127,7 @@ def test_every_mistake_is_one_line():
     lines = refused('description = "d"\nend_cycle = -1\nfoo = 2').splitlines()
     assert lines == [
         "scenario mine: Omega is missing",
-        "scenario mine: end_cycle = -1 is not allowed; it must be > 0",
+        "scenario mine: end_cycle = -1 is not allowed; it must be > 0 and <= 1e+09",
         "scenario mine: unknown key foo; " + lines[2].partition("; ")[2],
     ]
 

@@ -7,7 +7,6 @@ import json
 import shutil
 import sys
 import sysconfig
-import tempfile
 import zipfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -18,6 +17,7 @@ import numpy as np
 from pythonfmu.builder import FmuBuilder
 
 from amb_files.archive import write_archive
+from amb_files.stages import stage
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.documentation import documentation
 from fmi_export.building.guard.libraries import check_guarded, guard, guard_key, library_names
@@ -49,8 +49,8 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
     chosen = check_guarded([host_platform()] if platforms is None else platforms)
     guid = python_guid(model, constants)
     guards = {platform: guard(platform) for platform in chosen}
-    with tempfile.TemporaryDirectory(prefix="fmu-") as temporary:
-        content = _content(_built_by_pythonfmu(model, constants, guid, Path(temporary)))
+    with stage() as temporary:
+        content = _content(_built_by_pythonfmu(model, constants, guid, temporary))
     libraries = {name: content.pop(name) for name in list(content) if name.startswith("binaries/")}
     for platform, one in guards.items():
         guarding, pythonfmu = library_names(model.name, platform)

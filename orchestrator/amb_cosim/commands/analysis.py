@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from amb_cosim import studies
-from amb_cosim.commands.cli_errors import check_writable, refusing
+from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
 from amb_cosim.commands.printing import print_result
+from amb_files.atomic import check_writable
 
 if TYPE_CHECKING:
     from amb_cosim.studies.result import DrawnResult

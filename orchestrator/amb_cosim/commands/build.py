@@ -6,9 +6,10 @@ from pathlib import Path
 
 import click
 
-from amb_cosim.commands.cli_errors import check_writable, refusing
+from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR
 from amb_cosim.cosim.choices import FMIS, Flavour, Fmi
+from amb_files.atomic import check_writable
 
 SYSTEM = "levitated"  # what is assembled without a scenario
 

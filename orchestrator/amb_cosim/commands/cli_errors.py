@@ -1,17 +1,19 @@
-"""Errors of commands: one message, exit code 2 for bad input and 1 for a run that failed."""
+"""Errors of commands: one message, and exit code 2 for bad input, 1 for a failure, 130 or 143 for a signal."""
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import click
 
 from amb_cosim.cosim.errors import FmuError, StartFailed
+from amb_cosim.cosim.interruption import was_terminated
+
+if TYPE_CHECKING:
+    from amb_cosim.cosim.simulation import Outcome
 
 
 class Failed(click.ClickException):
@@ -24,6 +26,18 @@ class Failed(click.ClickException):
             click.echo(f"amb-cosim: {line}", err=True)
 
 
+class Interrupted(Failed):
+    """Ctrl-C: one message and exit code 130."""
+
+    exit_code = 130
+
+
+class Terminated(Failed):
+    """SIGTERM: one message and exit code 143."""
+
+    exit_code = 143
+
+
 class Refused(Failed):
     """Bad input: one message and exit code 2."""
 
@@ -32,28 +46,29 @@ class Refused(Failed):
 
 @contextmanager
 def refusing() -> Iterator[None]:
-    """Turn errors in the input, of an FMU that refuses to start, and of writing into `Refused`."""
+    """Turn errors in the input and of an FMU that refuses to start into `Refused`, those of writing into `Failed`."""
     try:
         yield
     except (ValueError, StartFailed, FmuError) as error:
         raise Refused(str(error)) from error
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        raise Refused(f"{where}{error.strerror or error}") from error
+        raise Failed(f"{where}{error.strerror or error}") from error
 
 
-def check_writable(path: Path, is_folder: bool) -> None:
-    """Check before anything runs that results can be written, and leave nothing behind."""
-    if is_folder and path.exists() and not path.is_dir():
-        raise ValueError(f"{path} cannot be written to; it is a file, and the output must be a folder")
-    if not is_folder and path.is_dir():
-        raise ValueError(f"{path} cannot be written to; it is a folder")
-    parent = path if is_folder else path.parent
-    if not is_folder and not parent.is_dir():
-        raise ValueError(f"{path} cannot be written to; there is no folder {parent}")
-    existing = next(p for p in (parent, *parent.absolute().parents) if p.exists())
-    try:
-        with tempfile.TemporaryDirectory(prefix=".", dir=existing):
-            pass
-    except OSError as error:
-        raise ValueError(f"{path} cannot be written to: {os.strerror(error.errno or 0)} ({existing})") from error
+def interrupted(message: str) -> Failed:
+    """Return the error of a command that a signal ended."""
+    return Terminated(message) if was_terminated() else Interrupted(message)
+
+
+def refuse_nothing(outcome: Outcome) -> None:
+    """Raise an error if a run was interrupted before it recorded anything, which would replace an older result."""
+    if outcome.status == "interrupted" and outcome.time <= 0.0:
+        raise interrupted("interrupted before anything was recorded; nothing was written")
+
+
+def tell_failure(outcome: Outcome, folder: Path) -> None:
+    """Raise an error with what ended a run before its time, if something did."""
+    if outcome.failure is not None:
+        failed = interrupted if outcome.status == "interrupted" else Failed
+        raise failed(f"{outcome.failure}; what was recorded until then is in {folder}")

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import click
 
-from amb_cosim.commands.cli_errors import check_writable, refusing
+from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR, SETTINGS
 from amb_cosim.cosim.choices import Flavour
+from amb_files.atomic import check_writable
 
 
 @click.command("export-ssp")

@@ -7,9 +7,10 @@ from pathlib import Path
 import click
 
 from amb_cosim import studies
-from amb_cosim.commands.cli_errors import Failed, check_writable, refusing
+from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
 from amb_cosim.cosim.choices import Flavour
+from amb_files.atomic import check_writable
 
 
 @click.command()
@@ -46,7 +47,7 @@ def identify(
     print_parts(result.text())
     written = f"{output} has the {result.identified} done" if result.identified else f"nothing was written to {output}"
     if result.interruption:
-        raise Failed(f"{result.interruption}; {written}")
+        raise interrupted(f"{result.interruption}; {written}")
     missing = len(result.speeds) - result.identified
     if missing:
         raise Failed(f"identification failed at {missing} of {len(result.speeds)} speeds; {written}")

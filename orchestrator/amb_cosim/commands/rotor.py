@@ -6,8 +6,9 @@ from pathlib import Path
 
 import click
 
-from amb_cosim.commands.cli_errors import check_writable, refusing
+from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.printing import print_result
+from amb_files.atomic import check_writable
 
 
 @click.group()

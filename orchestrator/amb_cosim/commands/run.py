@@ -8,9 +8,10 @@ from typing import Any
 
 import click
 
-from amb_cosim.commands.cli_errors import Failed, check_writable, refusing
+from amb_cosim.commands.cli_errors import refuse_nothing, refusing, tell_failure
 from amb_cosim.commands.options import FLAVOUR, LOOP, RECEPTANCES, ROTOR, SETTINGS
 from amb_cosim.cosim.choices import Flavour, Loop
+from amb_files.atomic import check_writable
 
 
 @click.command()
@@ -75,6 +76,7 @@ def run(
             flavour=flavour,
             loop=loop,
         )
+        refuse_nothing(result.outcome)
         text = result.summary.to_json()
         result.save(folder, plots=not no_plots)
         if copy is not None:
@@ -86,8 +88,7 @@ def run(
     show_warnings(result.summary.warnings, console)
     show_notices(result.summary.notices)
     console.print(f"results in {folder}")
-    if result.outcome.failure is not None:
-        raise Failed(f"{result.outcome.failure}; what was recorded until then is in {folder}")
+    tell_failure(result.outcome, folder)
 
 
 @click.command()
@@ -128,12 +129,12 @@ def _simulate(system_file: Path, settings: tuple[str, ...], output: Path | None,
                 progress=report,
                 **options,
             )
+        refuse_nothing(result.outcome)
         result.save(folder)
     show_warnings(sentences(warnings_of(result.signals)))
     show_notices(json.loads(result.signals.attrs["notices"]))
     click.echo(f"{result.outcome}; results in {folder}")
-    if result.outcome.failure is not None:
-        raise Failed(f"{result.outcome.failure}; what was recorded until then is in {folder}")
+    tell_failure(result.outcome, folder)
 
 
 @click.command("list")

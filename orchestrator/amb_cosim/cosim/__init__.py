@@ -2,7 +2,7 @@
 
 system          System, Component, Connection, Signal: what is connected with what, checked
 system_file     a system, and what is done with it, from a TOML file
-fmus            FMUs of models and files, built and extracted once
+fmus            FMUs of models and files, built and extracted once, into the cache; fmu_libraries checks them
 experiment      Experiment: times, events, profiles, stop conditions, recording; in seconds
 assignments     values of parameters and inputs, with units
 simulation      assemble, run_plan: from a system and a plan to a recording
@@ -10,5 +10,5 @@ run             simulate a system file: all of the above in one call
 master          the algorithm, in plain Python; compiled: the same in C, by loop.c and loop_library
 component       one FMU instance; fmu_interface: what its modelDescription says
 recorder        what is kept; dataset: the same with labels and units, as signals; netcdf: their file
-choices         what a user chooses between; errors: of FMUs and runs
+choices         what a user chooses between; errors: of FMUs and runs; interruption: Ctrl-C and SIGTERM
 """

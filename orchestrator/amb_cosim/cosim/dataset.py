@@ -6,7 +6,6 @@ import importlib.metadata
 import json
 import platform
 import subprocess
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +14,7 @@ import numpy as np
 from amb_cosim.cosim import warnings
 from amb_cosim.cosim.experiment import port_of
 from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.netcdf import write_netcdf
+from amb_cosim.cosim.netcdf import netcdf
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.signals import Signals, SignalTable, Variable
 from amb_cosim.cosim.simulation import Outcome, Recording
@@ -128,11 +127,8 @@ def _warnings(recording: Recording, times: Array) -> list[warnings.Warned]:
 
 def save(dataset: SignalTable | xr.Dataset, path: Path) -> None:
     """Write signals as NetCDF; the file appears complete or not at all."""
-    if isinstance(dataset, SignalTable):
-        write_atomically(path, partial(write_netcdf, dataset))
-        return
-    encoding = {name: {"zlib": True, "complevel": 4, "shuffle": True} for name in dataset.data_vars}
-    write_atomically(path, lambda p: dataset.to_netcdf(p, engine="h5netcdf", encoding=encoding))
+    content = netcdf(dataset)
+    write_atomically(path, lambda file: file.write_bytes(content))
 
 
 def load(path: Path) -> xr.Dataset:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.replacement import notices
-from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
+from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear, Schedule, nearest_point
 from amb_cosim.cosim.stopping import Condition, StopCondition
 from amb_cosim.cosim.system import Component, System
 from amb_cosim.cosim.values import Raw
@@ -156,19 +156,20 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         if name in ramped:
             raise ValueError(f"an event cannot set {name}; a profile does")
         values.inputs.setdefault(name, values.start_value(event.variable))
-        events.append((round(event.time / h), name, value))
+        events.append((nearest_point("time of event", event.time, h), name, value))
     common = math.lcm(*(_start_grid(c, values, h) for c in system.components))
     available = [
         *values.inputs,
         *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
     ]
     patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
+    nearest_point("start_time", experiment.start_time, h)
     first = common * math.floor(experiment.start_time / h / common)
     return Plan(
         system=system,
         step_size=h,
         first=first,
-        last=max(1, round(experiment.stop_time / h)),
+        last=max(1, nearest_point("stop_time", experiment.stop_time, h)),
         parameters=values.parameters,
         inputs=values.inputs,
         events=tuple(events),
@@ -191,7 +192,7 @@ def whole_steps(name: str, time: float, h: float) -> int:
     """Return how many communication steps h (s) a time (s) takes; raises ValueError if it is no whole number."""
     if not 0.0 < time < math.inf:
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be > 0 s")
-    n = round(time / h)
+    n = nearest_point(name, time, h)
     if n < 1 or not math.isclose(n * h, time, rel_tol=ROUNDING):
         raise ValueError(
             f"{name} = {time:.12g} s is not allowed; it must be a whole multiple of the communication step {h:g} s"
@@ -207,10 +208,10 @@ def _ramp(profile: Profile, values: Assignments, h: float) -> Ramp:
         values.inputs.setdefault(slope, 0.0)
     values.inputs.setdefault(name, values.start_value(profile.variable))
     points: list[tuple[int, float]] = []
-    if round(profile.points[0][0] / h) > 0:
+    if nearest_point(f"point of {name}", profile.points[0][0], h) > 0:
         points.append((0, values.inputs[name]))
     for time, raw in profile.points:
-        n = round(time / h)
+        n = nearest_point(f"point of {name}", time, h)
         if points and n <= points[-1][0]:
             raise ValueError(
                 f"point of {name} at {time:g} s is not allowed; it must be at least one communication "
@@ -245,7 +246,7 @@ def _rated(component: Component, values: Assignments, h: float) -> Component:
 def _start_grid(component: Component, values: Assignments, h: float) -> int:
     """Return how many steps lie between the points at which a component may start so that it samples at time 0."""
     sample_time = _sample_time(component, values)
-    samples = round(sample_time / h) if sample_time is not None else 1
+    samples = nearest_point(f"{component.name}.sample_time", sample_time, h) if sample_time is not None else 1
     fits = sample_time is not None and math.isclose(samples * h, sample_time, rel_tol=ROUNDING)
     return math.lcm(component.every, samples) if fits else component.every
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -98,24 +97,40 @@ class FmuInterface:
         return self.ports[name]
 
 
-def read_interface(source: Path, name: str) -> FmuInterface:
-    """Read the interface of the FMU at `source`, an archive or the folder it was extracted to.
+def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuInterface:
+    """Read the interface of an FMU.
+
+    Parameters
+    ----------
+    folder
+        Where it is extracted.
+    name, archive
+        Component and file in messages; the folder by default.
 
     Raises
     ------
     ValueError
         If it is no FMI 2.0 co-simulation FMU.
     """
+    source = archive or folder
     try:
-        description = fmpy.read_model_description(str(source))
-    except Exception as error:
+        description = fmpy.read_model_description(str(folder))
+        return _interface(description, folder, f"{name}: {source}")
+    except NotTaken:
+        raise
+    except Exception as error:  # whatever a damaged description leads to
         raise ValueError(f"{name}: {source} is no FMU that can be read ({_first_line(error)})") from error
+
+
+class NotTaken(ValueError):
+    """A description that is in order, of an FMU that is not taken."""
+
+
+def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
     if description.fmiVersion.startswith("3."):
-        raise ValueError(
-            f"{name}: {source} is an FMU of FMI {description.fmiVersion}; this master runs those of FMI 2.0"
-        )
+        raise NotTaken(f"{what} is an FMU of FMI {description.fmiVersion}; this master runs those of FMI 2.0")
     if not description.fmiVersion.startswith("2.") or description.coSimulation is None:
-        raise ValueError(f"{name}: {source} is no FMI 2.0 co-simulation FMU")
+        raise NotTaken(f"{what} is no FMI 2.0 co-simulation FMU")
     definitions = {
         unit.name: tuple(float(getattr(unit.baseUnit, field)) for field in _BASE)
         for unit in description.unitDefinitions
@@ -128,7 +143,7 @@ def read_interface(source: Path, name: str) -> FmuInterface:
         else tuple(v.name for v in unknown.dependencies if v.causality == "input")
         for unknown in description.outputs
     }
-    warnings = _warnings(source)
+    warnings = _warnings(folder)
     ports = {
         v.name: _port(v, definitions, depends_on.get(v.name, ()), warnings.get(v.name, ""))
         for v in description.modelVariables
@@ -145,14 +160,9 @@ def read_interface(source: Path, name: str) -> FmuInterface:
     )
 
 
-def _warnings(source: Path) -> dict[str, str]:
+def _warnings(folder: Path) -> dict[str, str]:
     """Return the sentences of the outputs that are warnings, which fmpy leaves out."""
-    name = "modelDescription.xml"
-    if source.is_dir():
-        content = (source / name).read_bytes()
-    else:
-        with zipfile.ZipFile(source) as archive:
-            content = archive.read(name)
+    content = (folder / "modelDescription.xml").read_bytes()
     variables = ElementTree.fromstring(content).iterfind("ModelVariables/ScalarVariable[Annotations]")
     declared = ((v.get("name", ""), v.find(f"Annotations/Tool[@name='{TOOL}']/Warning")) for v in variables)
     return {variable: warning.get("sentence", "") for variable, warning in declared if warning is not None}

@@ -16,7 +16,6 @@ import hashlib
 import inspect
 import json
 import sysconfig
-import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
@@ -26,12 +25,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-import platformdirs
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.cache import cache_folder, unpacked
 from amb_cosim.cosim.choices import Flavour, Fmi
+from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
+from amb_files.toml import read_bytes
 
 if TYPE_CHECKING:
     from fmi_export.model import Model
@@ -141,13 +142,11 @@ def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     path = Path(fmu)
     if not path.is_file():
         raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(models())}")
-    if not zipfile.is_zipfile(path):
-        raise ValueError(f"{fmu} is no FMU: it is no zip archive")
-    return extracted(path)
+    return Fmu(path, unpacked(path, f"FMU {fmu}"), "file")
 
 
 def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
-    """Return the FMU of a model, built and extracted into the user's cache if it is not there yet.
+    """Return the FMU of a model, built and extracted into the user's cache if it is not there yet, whole.
 
     It is built for this machine. Its folder is named by what it is made from, so it changes when interface,
     code or constants do.
@@ -161,25 +160,13 @@ def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
 
     def fill(stage: Path) -> None:
         build, _ = _flavoured(flavour)
-        _unzip(build(*model_source(name, **options), stage), stage / "extracted")
+        unpack(build(*model_source(name, **options), stage), stage / "extracted", f"the FMU of {name}")
 
-    create_atomically(home, fill)
+    def is_whole(folder: Path) -> bool:
+        return any(is_unpacked(archive, folder / "extracted") for archive in folder.glob("*.fmu"))
+
+    create_atomically(home, fill, is_whole)
     return Fmu(next(home.glob("*.fmu")), home / "extracted", flavour)
-
-
-def extracted(path: Path) -> Fmu:
-    """Extract an FMU file into the user's cache, into a folder named by its content."""
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()[:32]
-    home = cache_folder() / f"{path.stem}-{digest}"
-    create_atomically(home, lambda stage: _unzip(path, stage / "extracted"))
-    return Fmu(path, home / "extracted", "file")
-
-
-def cache_folder() -> Path:
-    """Return the folder of built and extracted FMUs."""
-    folder = platformdirs.user_cache_path("amb-cosim", appauthor=False)
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
 
 
 def _source(name: str) -> Source:
@@ -197,18 +184,19 @@ def _key(source: Source, flavour: Flavour, options: Mapping[str, Any]) -> str:
         return guid(*source(**options)).strip("{}")
     known = {name: options.get(name) for name in inspect.signature(source).parameters}
     facts = [source.__qualname__, flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
-    sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source))))
+    sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
     for name, value in known.items():
         file = Path(value) if isinstance(value, str | Path) else None
-        sha.update(name.encode() + (_content(file) if file is not None and file.is_file() else repr(value).encode()))
+        given = _content(file, name) if file is not None and file.is_file() else repr(value).encode()
+        sha.update(name.encode() + given)
     for package in (*packages, "amb_files", "fmi_export"):
         sha.update(_code(package))
     return sha.hexdigest()[:32]
 
 
-def _content(file: Path) -> bytes:
-    """Return the digest of a file."""
-    return hashlib.sha256(file.read_bytes()).digest()
+def _content(file: Path, kind: str) -> bytes:
+    """Return the digest of a file; raises ValueError if it cannot be read."""
+    return hashlib.sha256(read_bytes(file, f"{kind} file {file}")).digest()
 
 
 @cache
@@ -235,8 +223,3 @@ def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None, fmi: Fm
     from fmi_export.building.native.package import build_native_fmu, native_guid
 
     return partial(build_native_fmu, platforms=platforms, fmi=fmi), native_guid
-
-
-def _unzip(archive: Path, folder: Path) -> None:
-    with zipfile.ZipFile(archive) as content:
-        content.extractall(folder)

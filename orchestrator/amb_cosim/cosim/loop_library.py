@@ -8,7 +8,7 @@ from ctypes import CDLL
 from functools import cache
 from pathlib import Path
 
-from amb_cosim.cosim.fmus import cache_folder
+from amb_cosim.cosim.cache import cache_folder
 from amb_files.atomic import write_atomically
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 

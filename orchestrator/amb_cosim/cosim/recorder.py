@@ -71,7 +71,7 @@ class Recorder:
         due = max(0, last // self._every - (max(first, self._first) - 1) // self._every)
         try:
             self._grow(self._rows + due)
-        except MemoryError as error:
+        except (MemoryError, ValueError) as error:  # numpy has the one or the other
             raise ValueError(
                 f"there is no memory to record {len(self._positions)} variables at {due} points; "
                 f"record.variables or record.every of the scenario can ask for less"

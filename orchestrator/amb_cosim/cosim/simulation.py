@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -16,7 +14,9 @@ from amb_cosim.cosim.component import FmuComponent
 from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
+from amb_cosim.cosim.fmu_libraries import check_libraries
 from amb_cosim.cosim.fmus import Fmu, provide
+from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer
 from amb_cosim.cosim.patterns import expand
@@ -120,10 +120,10 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
         If an FMU cannot be had, or the system does not fit the interfaces.
     """
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
-    interfaces = {c: read_interface(fmu.path, c) for c, fmu in fmus.items()}
+    interfaces = {c: _interface(fmu, c) for c, fmu in fmus.items()}
     if system.replaced:
         before = original(system)
-        first = {c.name: read_interface(provide(c.fmu, flavour, **options).path, c.name) for c in before.components}
+        first = {c.name: _interface(provide(c.fmu, flavour, **options), c.name) for c in before.components}
         interfaces = {name: with_units(interface, first[name]) for name, interface in interfaces.items()}
         system = expand(without_lacking(system, interfaces), interfaces)
         missing = missing_ports(system, interfaces, expand(before, first))
@@ -135,6 +135,13 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
     return Assembly(system, fmus, interfaces)
 
 
+def _interface(fmu: Fmu, component: str) -> FmuInterface:
+    """Return the interface of an FMU, whose libraries have been checked."""
+    interface = read_interface(fmu.folder, component, fmu.path)
+    check_libraries(fmu.folder, interface.identifier, f"{component}: {fmu.path}")
+    return interface
+
+
 def run_plan(
     assembly: Assembly,
     plan: Plan,
@@ -144,8 +151,8 @@ def run_plan(
 ) -> Recording:
     """Run a plan with the FMUs of an assembly.
 
-    A step that fails and Ctrl-C end the run early; the outcome says what happened, and what was recorded is kept. A
-    condition that is met ends it too.
+    A step that fails, Ctrl-C and, from the command line, SIGTERM end the run early; the outcome says what happened, and
+    what was recorded is kept. A condition that is met ends it too.
 
     Parameters
     ----------
@@ -174,7 +181,7 @@ def run_plan(
         loop = "plain"
     wiring, inputs, outputs = system.wiring(assembly.interfaces, list(plan.inputs), plan.recorded)
     recorder = Recorder([wiring.names.index(name) for name in plan.recorded], plan.record_from, plan.record_every)
-    with ExitStack() as stack, _deferred_interrupt() as interrupted:
+    with ExitStack() as stack, deferred() as interruption:
         components = []
         for c in system.components:
             folder, interface = assembly.fmus[c.name].folder, assembly.interfaces[c.name]
@@ -187,10 +194,11 @@ def run_plan(
         master.initialise(plan.first)
         schedules = plan.schedules(wiring.names)
         stops = StopObserver(plan.stops, [wiring.names.index(condition.signal) for condition in plan.stops])
-        observers: list[Observer] = [_raise_when(interrupted)]
+        observers: list[Observer] = [lambda *_: interruption.check()]
         if progress is not None:
             observers.append(_reporting(progress, plan, every=1 if loop == "compiled" else 200))
         try:
+            interruption.check()
             if loop == "compiled":
                 compiled.run(master, plan.first, plan.last, schedules, recorder, observers, stops)
             else:
@@ -225,33 +233,3 @@ def _reporting(progress: Progress, plan: Plan, every: int) -> Observer:
             progress(done, total)
 
     return report
-
-
-def _raise_when(interrupted: threading.Event) -> Observer:
-    def check(*_: Any) -> None:
-        if interrupted.is_set():
-            raise KeyboardInterrupt
-
-    return check
-
-
-@contextmanager
-def _deferred_interrupt() -> Iterator[threading.Event]:
-    """Yield an event that Ctrl-C sets; a second Ctrl-C interrupts at once.
-
-    An exception raised at any moment could leave a Python FMU half-way through a call, and crash the process.
-    """
-    interrupted = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield interrupted
-        return
-
-    def handle(*_: Any) -> None:
-        interrupted.set()
-        signal.signal(signal.SIGINT, before)
-
-    before = signal.signal(signal.SIGINT, handle)
-    try:
-        yield interrupted
-    finally:
-        signal.signal(signal.SIGINT, before)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.schedules import Array, IntArray
+from amb_cosim.cosim.schedules import Array, IntArray, nearest_point
 from amb_cosim.cosim.values import Raw, convert
 
 
@@ -33,7 +33,8 @@ class StopCondition:
         """Convert the condition to the unit of its variable and to communication steps of `step_size` s."""
         side = "above" if self.above else "below"
         limit = convert(self.limit, port, f"stop: {self.variable} {side}")
-        first, hold = round(self.begin / step_size), round(self.hold / step_size)
+        first = nearest_point("from_time of stop", self.begin, step_size)
+        hold = nearest_point("hold_time of stop", self.hold, step_size)
         text = f"{self.variable} {side} {limit:.9g}{port.shown_unit}"
         text += f" for {hold * step_size:.9g} s" if hold else ""
         return Condition(self.variable, self.above, limit, first, hold, text)

@@ -46,7 +46,7 @@ from amb_cosim.cosim.fmus import models
 from amb_cosim.cosim.system import Connection, Signal, System
 from amb_cosim.cosim.system_overlay import overlaid
 from amb_cosim.cosim.system_tables import OverlayTable, SystemTable
-from amb_cosim.cosim.tables import Values
+from amb_cosim.cosim.tables import Values, check_bases
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 
@@ -114,9 +114,8 @@ def _table(name: str, derived: tuple[str, ...] = ()) -> SystemTable:
     source: Traversable = packaged.get(name, Path(name))
     if not source.is_file():
         raise ValueError(f"no system {name!r}; {suggest(name, sorted(packaged))}")
-    if name in derived:
-        raise ValueError(f"system {name}: it is its own base ({' -> '.join((*derived, name))})")
     what = f"system {name}"
+    check_bases(what, derived)
     data = read_toml(source, what)
     if "base" not in data:
         return _with_paths(validate(data, SystemTable, what), source)

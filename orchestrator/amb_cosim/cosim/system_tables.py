@@ -10,7 +10,7 @@ from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.experiment import EVERYTHING, Event, Experiment, Profile
 from amb_cosim.cosim.stopping import StopCondition
 from amb_cosim.cosim.system import Component, Connection
-from amb_cosim.cosim.tables import Table, Value, Values, time_of
+from amb_cosim.cosim.tables import Count, Table, Value, Values, time_of
 from amb_cosim.cosim.values import Raw
 
 
@@ -19,7 +19,7 @@ class ComponentTable(Table):
 
     name: str
     fmu: str
-    every: int = Field(default=1, ge=1)
+    every: Count = 1
     mandatory: tuple[str, ...] = ()
     before: str | None = None
     _replaces: str | None = PrivateAttr(None)
@@ -125,7 +125,7 @@ class Record(Table):
     """
 
     variables: tuple[str, ...] = (EVERYTHING,)
-    every: int = Field(default=1, ge=1)
+    every: Count = 1
     settling: bool = False
 
 

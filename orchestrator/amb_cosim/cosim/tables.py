@@ -16,12 +16,33 @@ Value = Annotated[
     Allowed("a number, true, false, or a string with a unit"),
 ]
 Values = dict[str, Value]
+Cycles = Annotated[float, Field(ge=-1e9, le=1e9)]
+Count = Annotated[int, Field(ge=1, le=10**12)]
+
+MOST_BASES = 20  # files of which each is the base of the next
 
 
 class Table(BaseModel):
     """A TOML table: unknown keys are refused, and it does not change."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_by_name=True, validate_by_alias=True)
+
+
+def check_bases(name: str, derived: tuple[str, ...]) -> None:
+    """Raise ValueError if a file is its own base, or if too many files are each the base of the next.
+
+    Parameters
+    ----------
+    name
+        What messages call the file: its kind and its name.
+    derived
+        The names of the files that have it as their base, the first one first.
+    """
+    own = name.partition(" ")[2]
+    if own in derived:
+        raise ValueError(f"{name}: it is its own base ({' -> '.join((*derived, own))})")
+    if len(derived) > MOST_BASES:
+        raise ValueError(f"{name} is not allowed as a base: a file must have <= {MOST_BASES} bases, one of the other")
 
 
 def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.inf) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from amb_actuator.force import pull
 from amb_analysis import design
 from amb_cosim.cosim.values import quantity
-from amb_cosim.studies.inputs import Number
+from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
@@ -176,7 +176,7 @@ def linearisation(bias_current: Number = "4.43 A", static_current: Number = "1.1
         If the currents leave no control current of both signs.
     """
     p = design.axis_parameters(
-        bias_current=quantity(bias_current, "A", "bias-current"),
+        bias_current=positive(bias_current, "A", "bias-current"),
         static_current=quantity(static_current, "A", "static-current"),
     )
     largest = float(design.current_amplitude(p, 0.0))

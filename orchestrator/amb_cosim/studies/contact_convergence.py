@@ -11,7 +11,6 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -36,6 +35,7 @@ from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table, number, text_table
 from amb_files.atomic import write_atomically
+from amb_files.stages import stage
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.rotor_file import load_rotor
@@ -201,15 +201,15 @@ def convergence(
     ValueError
         If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
     """
-    require(starts >= 0, "starts", starts, "0 or more")
+    require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
     given = load_scenario(str(scenario))
     if rotor is not None:
         given = given.model_copy(update={"rotor": str(rotor)})
     file = str(rotor_file(given))
     base = Case(given, dict(set or {}), flavour, "scenario", "scenario", 1.0, file)
     prepare_case(base)  # checks the input and builds the FMUs before processes are started
-    with TemporaryDirectory() as folder, progress_bar(progress) as report:
-        others = list(varied_cases(base, Path(folder)))
+    with stage() as folder, progress_bar(progress) as report:
+        others = list(varied_cases(base, folder))
         own, twice = _with_starts([base], starts), _with_starts(_most_modes(others), starts)
         cases = [*own, *twice, *(case for case in others if case not in twice)]
         results = simulate_in_processes(simulate_case, cases, report)

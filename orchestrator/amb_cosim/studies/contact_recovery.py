@@ -140,7 +140,7 @@ def recovery(
     ValueError
         If an argument is out of range, or a run does not reach its end.
     """
-    require(instants >= 1, "instants", instants, "1 or more")
+    require(1 <= instants <= 1000, "instants", instants, "from 1 to 1000")
     rate = quantity(alpha, "1/s", "alpha")
     added = unbalances(steps)
     trials = [

@@ -77,6 +77,8 @@ def simulated(run: Run, flavour: Flavour = "native") -> tuple[OrderRow, float]:
     own = {"coupling": run.coupling, "communication_step": run.step, "record": RECORDED}
     prepared = prepare(load_scenario(SCENARIO).model_copy(update=own), settings, flavour=flavour)
     results = [run_prepared(prepared, loop=run.loop) for _ in range(TIMINGS)]
+    if any(result.outcome.status == "interrupted" for result in results):
+        raise KeyboardInterrupt
     signals, failed = results[0].signals, results[0].outcome.failure
     orbits = {at: radius for at, radius in orbit_before(signals).items() if radius is not None}
     row = OrderRow(run.name, run.step, orbits, 0.0, failed or str(recovery(signals)), contact_cycles(signals)[1], 0.0)

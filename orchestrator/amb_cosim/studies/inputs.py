@@ -13,6 +13,9 @@ from rotor_analysis.checks import require
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 
+LEAST, MOST = 1e-12, 1e12  # of a positive number, in any unit
+HIGHEST = 1e5  # rad/s; dentists' drills turn at a third of it
+
 Number = float | str
 """A number in the unit that is asked for, or a text with another unit of the same dimension (`"16 Hz"`)."""
 
@@ -39,10 +42,10 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
     Raises
     ------
     ValueError
-        If it is no speed, negative or not finite.
+        If it is no speed, negative or beyond `HIGHEST`.
     """
     value = quantity(raw, "rad/s", name)
-    require(0.0 <= value < float("inf"), name, f"{value:g} rad/s", ">= 0 rad/s and finite")
+    require(0.0 <= value <= HIGHEST, name, f"{value:g} rad/s", f">= 0 rad/s and <= {HIGHEST:g} rad/s")
     return value
 
 
@@ -70,10 +73,11 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
     Raises
     ------
     ValueError
-        If it is none; the message ends with the reason.
+        If it is none, or not from `LEAST` to `MOST`; the message ends with the reason.
     """
     value, shown = quantity(raw, unit, name), unit.replace(".", " ")
     require(0.0 < value < float("inf"), name, f"{value:g} {shown}", f"> 0 {shown}{reason}")
+    require(LEAST <= value <= MOST, name, f"{value:g} {shown}", f">= {LEAST:g} {shown} and <= {MOST:g} {shown}")
     return value
 
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import suppress
+from multiprocessing.connection import Connection
 from typing import TypeVar
 
 from amb_cosim.cosim.simulation import Progress
@@ -20,19 +24,30 @@ def simulate_in_processes(
     """Return what `simulate`, a function of a module, returns for each case; `progress` hears of each that is done.
 
     FMUs of flavour `python` hold the interpreter's lock, so that threads would run one after the other. An error of a
-    case is raised, and ends the others.
+    case is raised, and ends the others. Whatever ends this process ends them too.
     """
-    with ProcessPoolExecutor(
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=signal.signal,
-        initargs=(signal.SIGINT, signal.SIG_IGN),  # Ctrl-C stops this process, and this process stops the others
-    ) as pool:
+    context = multiprocessing.get_context("spawn")
+    end_of_this, end_of_others = context.Pipe()
+    with ProcessPoolExecutor(mp_context=context, initializer=_follow, initargs=(end_of_others,)) as pool:
         try:
             futures = [pool.submit(simulate, case) for case in cases]
             for done, future in enumerate(as_completed(futures), start=1):
                 future.result()
                 progress(done, len(cases))
         except BaseException:
+            end_of_this.close()
             pool.shutdown(cancel_futures=True)
             raise
     return [future.result() for future in futures]
+
+
+def _follow(parent: Connection) -> None:
+    """End this process when the other end of the pipe is closed, by its process or because that is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops the process that started this one
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: Connection) -> None:
+    with suppress(EOFError, OSError):
+        parent.recv_bytes()
+    os._exit(1)

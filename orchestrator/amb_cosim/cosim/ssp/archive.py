@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -17,6 +16,7 @@ from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT, NOTES, experiment_ta
 from amb_cosim.cosim.ssp.parameter_values import parameter_set
 from amb_cosim.cosim.ssp.structure import Described, system_structure
 from amb_files.archive import write_archive
+from amb_files.stages import stage
 from fmi_export.building.integers import with_integers
 
 STRUCTURE = "SystemStructure.ssd"
@@ -79,13 +79,13 @@ def export_ssp(
     content = {STRUCTURE: system_structure(run), EXPERIMENT: experiment_table(run)}
     for component, place in run.bindings.items():
         content[place] = parameter_set(component, starts[component], run.interfaces[component].ports)
-    with tempfile.TemporaryDirectory(prefix="ssp-") as folder:
+    with stage() as folder:
         for c in system.components:
             fmu = assembly.fmus[c.name].path
             if c.fmu in models():
-                fmu = build_with_starts(c.fmu, Path(folder), flavour, starts[c.name], **options)
+                fmu = build_with_starts(c.fmu, folder, flavour, starts[c.name], **options)
             if integers:
-                fmu = with_integers(fmu, Path(folder) / f"{c.name} with Integers.fmu")
+                fmu = with_integers(fmu, folder / f"{c.name} with Integers.fmu")
             content[run.sources[c.name]] = fmu.read_bytes()
     content[NOTES] = notes(run, baked=all(c.fmu in models() for c in system.components))
     return write_archive(path, content)

@@ -8,8 +8,6 @@ a set that no FMU has are left out, as SSP allows.
 
 from __future__ import annotations
 
-import hashlib
-import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,10 +16,11 @@ from urllib.parse import unquote, urlsplit
 
 import fmpy
 
+from amb_cosim.cosim.cache import unpacked
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.experiment import Experiment
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
-from amb_cosim.cosim.fmus import cache_folder
+from amb_cosim.cosim.fmus import provide
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT
 from amb_cosim.cosim.ssp.parameter_values import Given, read_parameters
 from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, STRUCTURE, parse, tag
@@ -29,7 +28,6 @@ from amb_cosim.cosim.ssp.structure import OWN, TOOLS
 from amb_cosim.cosim.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system_tables import ExperimentTable
 from amb_cosim.cosim.values import Raw
-from amb_files.atomic import create_atomically
 from amb_files.toml import parse_toml, validate
 
 FMU_TYPES = (None, "application/x-fmu-sharedlibrary")
@@ -54,7 +52,9 @@ def load_ssp(
         If it is no SSP 1.0 archive, holds what is not taken, or lacks a step or a stop time.
     """
     what = f"archive {path}"
-    folder = _unpacked(Path(path), what)
+    if not Path(path).is_file():
+        raise ValueError(f"no {what}")
+    folder = unpacked(Path(path), what)
     root = parse(_file(folder, "SystemStructure.ssd", what).read_bytes(), STRUCTURE, f"{what}: SystemStructure.ssd")
     reader = _Reader(root, folder, what)
     parameters, inputs = reader.values()
@@ -75,23 +75,6 @@ def load_ssp(
         experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
         return system, _on_the_grid(experiment), {**inputs, **table.inputs}
     return system, reader.experiment(step_size, stop_time), inputs
-
-
-def _unpacked(path: Path, what: str) -> Path:
-    """Extract an archive into the user's cache, into a folder named by its content."""
-    if not path.is_file():
-        raise ValueError(f"no {what}")
-    if not zipfile.is_zipfile(path):
-        raise ValueError(f"{what} is no SSP: it is no zip archive")
-    home = cache_folder() / f"{path.stem}-{hashlib.sha256(path.read_bytes()).hexdigest()[:32]}"
-
-    def fill(stage: Path) -> None:
-        stage.mkdir(parents=True, exist_ok=True)
-        with zipfile.ZipFile(path) as archive:
-            archive.extractall(stage)
-
-    create_atomically(home, fill)
-    return home
 
 
 def _file(folder: Path, source: str, what: str) -> Path:
@@ -119,7 +102,8 @@ class _Reader:
                 raise ValueError(f"{what}: component {name} {said}, which is not taken")
             self.elements[name] = element
         self.files = {name: _file(folder, element.get("source"), what) for name, element in self.elements.items()}
-        self.interfaces = {name: read_interface(file, name) for name, file in self.files.items()}
+        self.folders = {name: provide(str(file)).folder for name, file in self.files.items()}
+        self.interfaces = {name: read_interface(place, name, self.files[name]) for name, place in self.folders.items()}
 
     def components(self) -> tuple[Component, ...]:
         """Components in the order of the document; those with steps of their own have them from annotations."""
@@ -196,7 +180,7 @@ class _Reader:
             step = _number(self.root, path, name)
             if step:
                 return step
-        experiments = [fmpy.read_model_description(str(file)).defaultExperiment for file in self.files.values()]
+        experiments = [fmpy.read_model_description(str(place)).defaultExperiment for place in self.folders.values()]
         steps = [float(e.stepSize) for e in experiments if e is not None and e.stepSize is not None]
         return min(steps, default=None)
 

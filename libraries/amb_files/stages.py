@@ -1,0 +1,76 @@
+"""Temporary folders that go with their process: what a killed one left is removed by the next that comes by."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+if sys.platform != "win32":
+    import fcntl
+
+PREFIX = ".amb-cosim-"
+
+
+@contextmanager
+def stage(parent: Path | None = None) -> Iterator[Path]:
+    """Yield a new folder in `parent`, the system's folder for temporary files by default; it is gone afterwards.
+
+    It is locked while it is used, which ends with the process, however that ends. Folders without a lock are
+    removed from `parent`.
+    """
+    parent = Path(tempfile.gettempdir()) if parent is None else parent
+    _remove_abandoned(parent)
+    folder, lock = _locked(parent)
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        _unlock(lock)
+
+
+def _locked(parent: Path) -> tuple[Path, int | None]:
+    """Create a folder and lock it; another process may have removed it before it was locked."""
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=parent))
+        try:
+            lock = _lock(folder, wait=True)
+        except FileNotFoundError:
+            continue
+        except OSError:  # a file system without locks, from which nothing is removed either
+            return folder, None
+        if folder.is_dir():
+            return folder, lock
+        _unlock(lock)
+
+
+def _remove_abandoned(parent: Path) -> None:
+    if sys.platform == "win32":
+        return
+    for folder in parent.glob(f"{PREFIX}*"):
+        with suppress(OSError):  # it is in use, or another user's
+            lock = _lock(folder, wait=False)
+            shutil.rmtree(folder, ignore_errors=True)
+            _unlock(lock)
+
+
+def _lock(folder: Path, wait: bool) -> int | None:
+    """Lock a folder and return what `_unlock` takes; raises OSError if it is locked and `wait` is false."""
+    if sys.platform == "win32":
+        return None
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    except BaseException:
+        os.close(descriptor)
+        raise
+    return descriptor
+
+
+def _unlock(lock: int | None) -> None:
+    if lock is not None:
+        os.close(lock)

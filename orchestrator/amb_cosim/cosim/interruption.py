@@ -1,0 +1,115 @@
+"""Ctrl-C and SIGTERM: the command line takes both for an interruption, and a run puts them off to a safe moment."""
+
+from __future__ import annotations
+
+import _thread
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+_received: list[int] = []  # numbers of the signals since `interruptible` began
+
+
+class Interruption:
+    """Whether a signal has come."""
+
+    def __init__(self) -> None:
+        self.came = False
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if one has come."""
+        if self.came:
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Within it SIGTERM raises KeyboardInterrupt as Ctrl-C does; one that was lost is raised again, or at the end.
+
+    Python drops an exception in a finaliser or in a function that C code calls.
+    """
+    _received.clear()
+    before = _handled() if _in_main_thread() else {}
+    report = sys.unraisablehook
+    timers: list[threading.Timer] = []
+
+    def dropped(lost: Any) -> None:
+        if isinstance(lost.exc_value, KeyboardInterrupt):
+            timers.append(threading.Timer(0.01, _thread.interrupt_main))  # raised here it would be dropped again
+            timers[-1].start()
+        else:
+            report(lost)
+
+    sys.unraisablehook = dropped
+    try:
+        for number in before:
+            signal.signal(number, _interrupt)
+        yield
+        if _received:
+            raise KeyboardInterrupt
+    finally:
+        sys.unraisablehook = report
+        for timer in timers:
+            timer.cancel()
+        _restore(before)
+
+
+@contextmanager
+def deferred() -> Iterator[Interruption]:
+    """Put the first interruption off; the caller checks for it, and a second one interrupts at once.
+
+    An exception raised at any moment could leave a Python FMU half-way through a call, and crash the process.
+    """
+    interruption = Interruption()
+    before = {number: handler for number, handler in _handled().items() if callable(handler)}
+
+    def handle(number: int, _: Any) -> None:
+        interruption.came = True
+        if before[number] is _interrupt:
+            _received.append(number)
+        _restore(before)
+
+    if not _in_main_thread():
+        before = {}
+    interruption.came = bool(_received) and _interrupt in before.values()
+    try:
+        for number in before:
+            signal.signal(number, handle)
+        yield interruption
+    finally:
+        _restore(before)
+
+
+def was_interrupted() -> bool:
+    """Whether a signal has come since `interruptible` began."""
+    return bool(_received)
+
+
+def was_terminated() -> bool:
+    """Whether the first signal since `interruptible` began was SIGTERM."""
+    return _received[:1] == [signal.SIGTERM]
+
+
+def _interrupt(number: int, _: Any) -> None:
+    _received.append(number)
+    raise KeyboardInterrupt
+
+
+def _handled() -> dict[int, Any]:
+    """Return the handlers of the signals that are not ignored."""
+    handlers = {int(number): signal.getsignal(number) for number in SIGNALS}
+    return {number: handler for number, handler in handlers.items() if handler not in (None, signal.SIG_IGN)}
+
+
+def _restore(handlers: dict[int, Any]) -> None:
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()

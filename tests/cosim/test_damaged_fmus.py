@@ -1,0 +1,150 @@
+"""Damaged FMUs are refused with one message before anything of them is loaded, and damaged caches are made anew."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from amb_cosim.cosim import cache, fmus
+from amb_cosim.cosim.simulation import assemble
+from amb_cosim.cosim.system import Component, System
+from amb_files.archive import write_archive
+
+SUPPORT = Path(__file__).parent / "support"
+LIBRARY = f"binaries/{fmpy.platform}/Mass{fmpy.sharedLibraryExtension}"
+DESCRIPTION = "modelDescription.xml"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> Path:
+    from pythonfmu.builder import FmuBuilder
+
+    folder = tmp_path_factory.mktemp("whole")
+    return Path(FmuBuilder.build_FMU(SUPPORT / "mass.py", dest=folder))
+
+
+def entries(archive: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(archive) as content:
+        return {name: content.read(name) for name in content.namelist()}
+
+
+def assembled(path: Path) -> None:
+    assemble(System("one", "", (Component("mass", str(path)),), ()))
+
+
+# Changes of the bytes of an archive that begins with the entry `modelDescription.xml`.
+
+
+def with_a_bit_flipped(data: bytearray) -> None:
+    data[200] ^= 1
+
+
+def encrypted(data: bytearray) -> None:
+    data[data.index(b"PK\x01\x02") + 8] |= 1
+
+
+def packed_in_an_unknown_way(data: bytearray) -> None:
+    data[data.index(b"PK\x01\x02") + 10] = 77
+
+
+def cut(data: bytearray) -> None:
+    del data[len(data) // 2 :]
+
+
+@pytest.mark.parametrize(("damage", "message"), [
+    (with_a_bit_flipped, ""),
+    (encrypted, "modelDescription.xml is encrypted"),
+    (packed_in_an_unknown_way, "compression method is not supported"),
+    (cut, "it is no zip archive"),
+])  # fmt: skip
+def test_a_damaged_archive_is_refused(whole, tmp_path, damage, message):
+    path = tmp_path / "mass.fmu"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in sorted(entries(whole).items(), key=lambda entry: entry[0] != DESCRIPTION):
+            archive.writestr(name, content)
+    assembled(path)
+    data = bytearray(path.read_bytes())
+    damage(data)
+    path.write_bytes(data)
+    with pytest.raises(ValueError, match=rf"^FMU .*mass\.fmu cannot be unpacked: .*{message}"):
+        assembled(path)
+
+
+def test_an_archive_that_unpacks_to_too_much_is_refused(whole, tmp_path):
+    path = tmp_path / "mass.fmu"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, content in entries(whole).items():
+            archive.writestr(name, content)
+        with archive.open("resources/zeros", "w") as zeros:
+            for _ in range(300):
+                zeros.write(bytes(2**20))
+    with pytest.raises(ValueError, match=r"it unpacks to 30\d MB, which is not allowed; it must be <= 256 MB"):
+        assembled(path)
+
+
+def test_an_entry_outside_of_the_archive_is_refused(whole, tmp_path):
+    path = write_archive(tmp_path / "mass.fmu", entries(whole) | {"../elsewhere": b""})
+    with pytest.raises(ValueError, match=r"the entry ../elsewhere is not allowed"):
+        assembled(path)
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    ({LIBRARY: lambda content: content[: len(content) // 2]}, f"{LIBRARY} is damaged: its end is missing"),
+    ({LIBRARY: lambda content: content[:40]}, f"{LIBRARY} is damaged: its end is missing"),
+    ({LIBRARY: None}, f"has no library Mass for {fmpy.platform}"),
+    ({"resources/slavemodule.txt": None}, "resources/slavemodule.txt is missing"),
+    ({"resources/mass.py": None}, "its script resources/mass.py is missing"),
+    ({DESCRIPTION: None}, "is no FMU that can be read"),
+    ({DESCRIPTION: lambda content: content[:-100]}, "is no FMU that can be read"),
+    ({DESCRIPTION: lambda content: content.replace(b"guid=", b"name=")}, "is no FMU that can be read"),
+    ({DESCRIPTION: lambda content: content.replace(b'Identifier="', b'Identifier="../')}, "must be a name in C"),
+])  # fmt: skip
+@pytest.mark.skipif(fmpy.system != "linux", reason="the checks of libraries are of those of Linux")
+def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_path, changes, message):
+    content = entries(whole)
+    for name, change in changes.items():
+        before = content.pop(name)
+        if change is not None:
+            content[name] = change(before)
+    path = write_archive(tmp_path / "mass.fmu", content)
+    with pytest.raises(ValueError, match=message) as error:
+        assembled(path)
+    assert str(error.value).startswith(f"mass: {path}")
+    assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("damage", ["changed", "cut", "missing", "no archive"])
+def test_a_damaged_entry_of_the_cache_is_made_anew(tmp_path, monkeypatch, whole, damage):
+    monkeypatch.setattr(cache.platformdirs, "user_cache_path", lambda name, *_, **__: tmp_path / name)
+    given = (lambda: fmus.ensure_built("amb_actuator"), lambda: fmus.provide(str(whole)))
+    for get in given[: 1 if damage == "no archive" else 2]:
+        fmu = get()
+        file = fmu.path if damage == "no archive" else fmu.folder / DESCRIPTION
+        before = file.read_bytes()
+        if damage == "changed":
+            file.write_bytes(before.replace(b"e", b"f", 1))
+        elif damage == "cut":
+            file.write_bytes(before[:-100])
+        else:
+            file.unlink()
+        assert get() == fmu
+        assert file.read_bytes() == before
+    assert not list((tmp_path / "amb-cosim").glob(".*"))
+
+
+def test_a_cache_that_cannot_be_written_is_one_of_this_process(run_python, tmp_path):
+    def without_home() -> list:
+        import os
+
+        os.environ.update(HOME="/dev/null", XDG_CACHE_HOME="/dev/null")
+        from amb_cosim.cosim.fmus import ensure_built
+
+        return [str(ensure_built("amb_actuator").folder), os.environ["TMPDIR"]]
+
+    folder, temporary = map(Path, run_python(without_home))
+    assert folder.is_relative_to(temporary)
+    assert not folder.exists()
+    assert not list(temporary.glob(".amb-cosim-*"))

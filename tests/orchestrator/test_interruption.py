@@ -1,0 +1,163 @@
+"""Ctrl-C and SIGTERM: exit codes, what is kept, what is left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import click
+import pytest
+
+from amb_cosim import cli
+from amb_cosim.cosim.dataset import load
+from amb_cosim.cosim.interruption import deferred
+from amb_cosim.cosim.master import Master
+
+CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
+COMMAND = [sys.executable, "-c", "from amb_cosim.cli import main; main(prog_name='amb-cosim')"]
+
+
+@pytest.fixture
+def start(tmp_path):
+    """`start(*arguments)`: a process of the command line in an empty folder, which is ended with the test."""
+    processes = []
+
+    def begin(*arguments):
+        process = subprocess.Popen(
+            [*COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        processes.append(process)
+        return process
+
+    yield begin
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def command(monkeypatch):
+    """`command(function)`: makes the function the command `tested` of the command line."""
+
+    def add(function):
+        monkeypatch.setitem(cli.main.commands, "tested", click.Command("tested", callback=function))
+
+    return add
+
+
+def until(condition, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it took too long"
+        time.sleep(0.02)
+
+
+def children(process):
+    listed = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
+    return [int(number) for number in listed.split()]
+
+
+def commands_of(numbers):
+    found = []
+    for number in numbers:
+        with suppress(OSError):
+            found.append(Path(f"/proc/{number}/cmdline").read_text())
+    return found
+
+
+@pytest.mark.parametrize("number", CODES)
+def test_a_signal_ends_a_command_with_its_own_exit_code(runner, command, number):
+    command(lambda: os.kill(os.getpid(), number))
+    before = [signal.getsignal(number) for number in CODES]
+    result = runner("tested")
+    assert (result.exit_code, result.stderr) == (CODES[number], "amb-cosim: interrupted\n")
+    assert [signal.getsignal(number) for number in CODES] == before
+
+
+@pytest.mark.parametrize("number", CODES)
+def test_a_signal_that_was_swallowed_still_counts(runner, command, number):
+    def swallow():
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), number)
+
+    command(swallow)
+    assert runner("tested").exit_code == CODES[number]
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_signal_that_a_finaliser_drops_is_raised_again(runner, command):
+    class Killed:
+        def __del__(self):
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    after = []
+
+    def drop():
+        Killed()
+        for _ in range(100):
+            time.sleep(0.1)
+        after.append(True)
+
+    command(drop)
+    result = runner("tested")
+    assert (result.exit_code, result.stderr, after) == (143, "amb-cosim: interrupted\n", [])
+
+
+def test_a_signal_that_was_lost_before_a_run_ends_it_at_once(runner, command):
+    came = []
+
+    def swallow():
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGTERM)
+        with deferred() as interruption:
+            came.append(interruption.came)
+
+    command(swallow)
+    runner("tested")
+    assert came == [True]
+
+
+def test_sigterm_ends_a_program_that_uses_the_package_as_before():
+    with deferred():
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_an_interruption_at_the_start_keeps_the_old_result(runner, monkeypatch, tmp_path):
+    assert runner("run", "fig4_9", "--until", "0.02", "--no-plots", "-o", "out").exit_code == 0
+    before = {path: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    monkeypatch.setattr(Master, "check_start", lambda *_: os.kill(os.getpid(), signal.SIGTERM))
+    result = runner("run", "fig4_9", "-o", "out")
+    assert result.exit_code == 143
+    assert result.stderr == "amb-cosim: interrupted before anything was recorded; nothing was written\n"
+    assert {path: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
+
+
+@pytest.mark.parametrize("number", CODES)
+def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
+    (tmp_path / "long.toml").write_text("base = 'fig4_9'\nend_cycle = 1e5\nsettle_cycles = 0\nrecord.every = 1000\n")
+    process = start("run", "long.toml", "--no-plots", "-o", "out")
+    until(lambda: b"rolac_controller.so" in Path(f"/proc/{process.pid}/maps").read_bytes())
+    time.sleep(1.0)
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == CODES[number]
+    assert errors.splitlines()[-1].startswith("amb-cosim: interrupted at t = ")
+    assert load(tmp_path / "out" / "result.nc").attrs["completed"] == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["long.toml", "out"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the processes are found in /proc")
+@pytest.mark.parametrize("number", [*CODES, signal.SIGKILL])
+def test_the_processes_of_a_study_end_with_it(start, number):
+    process = start("study", "recovery", "--instants", "16")
+    until(lambda: sum("spawn_main" in text for text in commands_of(children(process))) >= min(2, os.cpu_count()))
+    workers = children(process)
+    process.send_signal(number)
+    process.communicate(timeout=30)
+    assert process.returncode == CODES.get(number, -signal.SIGKILL)
+    until(lambda: not any("spawn_main" in text for text in commands_of(workers)), seconds=10.0)

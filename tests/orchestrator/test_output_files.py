@@ -1,0 +1,66 @@
+"""Where results go: devices, pipes, links, full disks."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from amb_cosim.cosim.dataset import load
+
+SHORT = ("run", "fig4_9", "--until", "0.02", "--no-plots")
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """`small_disk(size)`: folder of a file system of that size."""
+    mounted = []
+
+    def mount(size):
+        folder = tmp_path / "disk"
+        folder.mkdir()
+        command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(folder)]
+        if sys.platform != "linux" or subprocess.run(command, capture_output=True, check=False).returncode:
+            pytest.skip("this user cannot mount a small file system")
+        mounted.append(folder)
+        return folder
+
+    yield mount
+    for folder in mounted:
+        subprocess.run(["umount", "-l", folder], check=True)
+
+
+def test_a_summary_goes_through_links_and_to_devices(runner, tmp_path):
+    target, link, null = (tmp_path / name for name in ("target.json", "link.json", "null"))
+    link.symlink_to(target)
+    null.symlink_to(os.devnull)
+    for path in (link, null):
+        assert runner(*SHORT, "--summary-json", path.name).exit_code == 0
+        assert path.is_symlink()
+    assert json.loads(target.read_text())["scenario"] == "fig4_9"
+    assert null.is_char_device()
+
+
+def test_a_full_disk_is_one_sentence_and_keeps_the_old_result(cosim, small_disk):
+    disk = small_disk("1500k")
+    assert cosim(*SHORT, "-o", "disk").returncode == 0
+    before = (disk / "result.nc").read_bytes()
+    done = cosim("run", "fig4_9", "--no-plots", "-o", "disk")
+    assert done.returncode == 1
+    assert done.stderr.splitlines() == ["amb-cosim: disk/result.nc: No space left on device"]
+    assert (disk / "result.nc").read_bytes() == before
+    assert sorted(path.name for path in disk.iterdir()) == ["result.nc", "summary.json"]
+    assert load(disk / "result.nc").sizes["time"] == 81
+
+
+def test_a_full_cache_is_named(runner, small_disk, monkeypatch):
+    disk = small_disk("100k")
+    monkeypatch.setattr("platformdirs.user_cache_path", lambda name, *_, **__: disk / name)
+    result = runner(*SHORT)
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"amb-cosim: {disk}/amb-cosim/")
+    assert line.endswith("No space left on device")
