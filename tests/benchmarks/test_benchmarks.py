@@ -112,6 +112,9 @@ def compared_with_baseline(scenario: str) -> dict[str, Any]:
         "differing": [n for n, v in zip(expected, found.table.T, strict=True) if v.tobytes() != expected[n].tobytes()],
         "profiled": profiled.table.tobytes() == found.table.tobytes(),
         "parts": sum(profiled.parts.values()) / profiled.seconds,
+        "steps": len(profiled.steps),
+        "shortest_step": profiled.steps.min(),
+        "all_steps": sum(profiled.steps) / sum(profiled.parts[c.name] for c in prepared.plan.system.components),
         "contact": sorted(set(dataset["rotor_contact.contact_state"].values.tolist())),
     }
 
@@ -128,6 +131,9 @@ def test_the_baseline_equals_the_co_simulation_to_the_last_bit(step: int, run_py
     assert found["variables"] > 140
     assert found["contact"][-1] == 3, "a run without contact would show less"
     assert 0.5 < found["parts"] <= 1.0
+    assert found["steps"] == found["points"] - 1
+    assert found["shortest_step"] > 0.0
+    assert found["all_steps"] == pytest.approx(1.0, abs=1e-9)
 
 
 def refused(text: str, flavour: str = "native") -> str:
