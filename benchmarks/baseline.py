@@ -1,4 +1,4 @@
-"""Run the kernels of the three native FMUs in one compiled loop without FMI, with the wiring and the events of a run.
+"""Run the kernels of the native FMUs in one compiled loop without FMI, with the wiring and the events of a run.
 
 A kernel reads and writes the arrays of the loop directly: no FMI function is called and no value is checked. The
 kernels are the machine code of the native FMUs, so the difference in time to a co-simulation is the cost of FMI. Values
@@ -45,12 +45,14 @@ class KernelCall(NamedTuple):
 class BaselineRun:
     """Values recorded from point 0 on, shape (points, variables), and time (s) of the steps, with recording.
 
-    `parts` holds the time (s) of each model's kernel and of recording, if the run was profiled.
+    If the run was profiled, `parts` holds the time (s) of each model's kernel and of recording, and `steps` that of all
+    models for each communication step.
     """
 
     table: Array
     seconds: float
     parts: dict[str, float]
+    steps: Array
 
 
 class Baseline:
@@ -70,7 +72,7 @@ class Baseline:
     def __init__(self, prepared: Prepared) -> None:
         plan, system = prepared.plan, prepared.plan.system
         order = prepared.scenario.coupling or system.coupling
-        if order != "gauss_seidel" or plan.profile or prepared.scenario.fmu or len(system.components) != 3:
+        if order != "gauss_seidel" or plan.profile or prepared.scenario.fmu:
             raise ValueError(
                 f"{prepared.name} has no baseline; it must run this project's models in Gauss-Seidel order"
             )
@@ -121,12 +123,13 @@ class Baseline:
         """
         plan, parts = self._plan, (*self._names, "recording")
         table, ticks = np.zeros((plan.last + 1, len(self._recorded))), np.zeros(len(parts), np.int64)
+        step_ticks = np.zeros(plan.last if profile else 0, np.int64)
         calls = tuple(self._calls)
 
         def advance(begin: int, end: int) -> int:
             counted = ticks if profile else None
             arrays = (self._values, self._changes, self._recorded, table)
-            return _advance(calls, *arrays, counted, begin, end, plan.step_size)
+            return _advance(calls, *arrays, counted, step_ticks, begin, end, plan.step_size)
 
         fault = advance(plan.first, 0)
         ticks[:] = 0
@@ -136,7 +139,8 @@ class Baseline:
         if fault:
             raise RuntimeError(f"a kernel ended the loop with fault {fault}")
         part_seconds = (ticks * (seconds / all_ticks)).tolist() if profile else []
-        return BaselineRun(table, seconds, dict(zip(parts, part_seconds, strict=False)))
+        step_seconds = step_ticks * np.float64(seconds / all_ticks)
+        return BaselineRun(table, seconds, dict(zip(parts, part_seconds, strict=False)), step_seconds)
 
 
 def _kernel_call(
@@ -223,13 +227,15 @@ def _advance(
     recorded: IntArray,
     table: Array,
     ticks: Any,
+    step_ticks: IntArray,
     begin: int,
     end: int,
     h: float,
 ) -> int:
     """Step from point `begin` to point `end`, recording points from 0 on; return the fault that ended it, or 0.
 
-    `ticks` collects processor cycles of each model and of recording, unless it is None.
+    `ticks` collects processor cycles of each model and of recording, unless it is None; then `step_ticks` has those of
+    all models for each step from 0 on.
     """
     change, before, now = 0, 0, 0
     for n in range(begin, end + 1):
@@ -242,9 +248,10 @@ def _advance(
             _record(values, recorded, table[n])
         if ticks is not None:
             now = _cycles()
-            ticks[3] += now - before
+            ticks[len(calls)] += now - before
         if n == end:
             break
+        started = now
         for k, call in enumerate(calls):
             if n % call.every == 0:
                 fault = _step(call, values, n, h)
@@ -253,4 +260,6 @@ def _advance(
             if ticks is not None:
                 before, now = now, _cycles()
                 ticks[k] += now - before
+        if ticks is not None and n >= 0:
+            step_ticks[n] = now - started
     return 0

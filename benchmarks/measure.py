@@ -8,7 +8,7 @@ from statistics import median
 from typing import Any
 
 from amb_cosim.cosim.choices import Flavour
-from benchmarks import cases, contact_cost, scaling
+from benchmarks import cases, contact_cost, scaling, step_times
 from benchmarks.candidates import Missing, fig4_9_candidates, native_possible, retainer_candidates, rubbing_candidates
 from benchmarks.timing import environment, interleaved_times, ratio, ratios
 
@@ -68,6 +68,8 @@ def measure(effort: Effort = FULL, show_status: ShowStatus = lambda _: None) -> 
         "sites": scaling.cost_over_sites(flavour, effort.retainer_s, effort.scaling_rounds),
         "variables": scaling.cost_over_variables(flavour, effort.rubbing_s, effort.scaling_rounds),
     }
+    show_status("timing single steps")
+    single_steps = step_times.step_times(effort.rounds) if native else None
     show_status("measuring memory")
     memory = scaling.memory_over_time(flavour, effort.memory_s)
     show_status("comparing contact laws")
@@ -83,6 +85,7 @@ def measure(effort: Effort = FULL, show_status: ShowStatus = lambda _: None) -> 
         "spread": {name: _limits(ratios(times, above, below)) for name, (above, below, _) in RATIOS.items()},
         "step_us": {name: [1e6 * t for t in (median(each), min(each), max(each))] for name, each in times.items()},
         "floor_us": {part: 1e6 * min(each) for part, each in parts.items()} if native else None,
+        "single_steps_us": single_steps,
         "linearity": growth,
         "memory": memory,
         "contact": contact,

@@ -139,18 +139,22 @@ def collect_forces(
     u, p = inputs.own[0], parameters.own[0]
     motion = Motion(rows, bearings, structure.over_speed, structure.is_damped, theta, Omega, Omega_dot)
     steady, cosine, sine = forces(motion)
-    a_x = u.base_acceleration.x - p.gravity * math.cos(p.gravity_angle)
-    a_y = u.base_acceleration.y - p.gravity * math.sin(p.gravity_angle)
+    a_x, a_y = u.base_acceleration.x, u.base_acceleration.y
+    if p.gravity != 0.0:
+        a_x -= p.gravity * math.cos(p.gravity_angle)
+        a_y -= p.gravity * math.sin(p.gravity_angle)
     for i in range(n):
-        steady[i] = structure.B_base[i, 0] * a_x + structure.B_base[i, 1] * a_y
+        steady[i] = structure.B_base[0, i] * a_x + structure.B_base[1, i] * a_y
         cosine[i] = 0.0
         sine[i] = 0.0
     for d in range(inputs.discs.shape[0]):
         disc = inputs.discs[d]
+        if disc.u == 0.0 and disc.f_x == 0.0 and disc.f_y == 0.0:
+            continue
         u_x, u_y = unbalance_xy(disc.u, disc.phi)
         for i in range(n):
-            f_x = structure.B_disc[i, 2 * d]
-            f_y = structure.B_disc[i, 2 * d + 1]
+            f_x = structure.B_disc[2 * d, i]
+            f_y = structure.B_disc[2 * d + 1, i]
             steady[i] += f_x * disc.f_x + f_y * disc.f_y
             cosine[i] += f_x * u_x + f_y * u_y
             sine[i] += f_y * u_x - f_x * u_y
@@ -308,16 +312,3 @@ def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float
         heat += v[i] * fixed + (v[i] - Omega * turned) * rotating
         torque += turned * rotating
     return heat, torque
-
-
-@kernel
-def quadratic_form(A: Array, x: Array) -> float:
-    """Return x^T A x of the first n of x and the first n rows of A, which has n columns."""
-    n = A.shape[1]
-    total = 0.0
-    for i in range(n):
-        row = 0.0
-        for j in range(n):
-            row += A[i, j] * x[j]
-        total += x[i] * row
-    return total

@@ -24,6 +24,7 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.path import stays_within
+from rotor_contact.products import row_combination
 from rotor_contact.propagator import N_GAUSS, Propagator, n_axes, n_observed, row_of_axis
 from rotor_contact.site import can_touch
 from rotor_contact.workspace import Workspace, energy_integrals, stages_of
@@ -65,7 +66,7 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float)
     for bearing in motion.bearings:
         damped = damped or bearing.c_b != 0.0
     size = 2 * n + (N_GAUSS * n_observed(motion) if damped else 0)
-    _apply_propagator(propagator.P, start, end, size)
+    row_combination(start, propagator.P, end, size)
     for site in w.sites:
         if site.enabled != 0.0 and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
             return False
@@ -79,48 +80,6 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float)
     integrals.damping_heat += h * heat
     copy(end[: 2 * n], z)
     return True
-
-
-@kernel
-def _apply_propagator(P: Array, start: Array, end: Array, size: int) -> None:
-    """Write the first `size` numbers of P start into `end`.
-
-    Eight sums at once, then four, stay in registers. Much of `start` is zero: forces act at few planes.
-    """
-    i = 0
-    while i + 8 <= size:
-        a = b = c = d = e = f = g = h = 0.0
-        for j in range(start.shape[0]):
-            x = start[j]
-            if x != 0.0:
-                a += x * P[j, i]
-                b += x * P[j, i + 1]
-                c += x * P[j, i + 2]
-                d += x * P[j, i + 3]
-                e += x * P[j, i + 4]
-                f += x * P[j, i + 5]
-                g += x * P[j, i + 6]
-                h += x * P[j, i + 7]
-        end[i], end[i + 1], end[i + 2], end[i + 3] = a, b, c, d
-        end[i + 4], end[i + 5], end[i + 6], end[i + 7] = e, f, g, h
-        i += 8
-    while i + 4 <= size:
-        a = b = c = d = 0.0
-        for j in range(start.shape[0]):
-            x = start[j]
-            if x != 0.0:
-                a += x * P[j, i]
-                b += x * P[j, i + 1]
-                c += x * P[j, i + 2]
-                d += x * P[j, i + 3]
-        end[i], end[i + 1], end[i + 2], end[i + 3] = a, b, c, d
-        i += 4
-    while i < size:
-        a = 0.0
-        for j in range(start.shape[0]):
-            a += start[j] * P[j, i]
-        end[i] = a
-        i += 1
 
 
 @kernel
@@ -145,13 +104,19 @@ def _work(motion: Motion, propagator: Propagator, n: int) -> float:
     work = 0.0
     for i in range(n):
         work += start[2 * n + i] * (end[i] - start[i])
-        if start[3 * n + i] != 0.0 or start[4 * n + i] != 0.0:
-            v_c, v_s = 0.0, 0.0
+    for i in range(0, n, 2):
+        p_x, p_y = start[3 * n + i], start[3 * n + i + 1]
+        r_x, r_y = start[4 * n + i], start[4 * n + i + 1]
+        if p_x != 0.0 or p_y != 0.0 or r_x != 0.0 or r_y != 0.0:
+            c_x = c_y = s_x = s_y = 0.0
             for j in range(5 * n):
-                if start[j] != 0.0:
-                    v_c += start[j] * propagator.V[j, i]
-                    v_s += start[j] * propagator.V[j, n + i]
-            work += start[3 * n + i] * v_c + start[4 * n + i] * v_s
+                x = start[j]
+                if x != 0.0:
+                    c_x += x * propagator.V[j, i]
+                    c_y += x * propagator.V[j, i + 1]
+                    s_x += x * propagator.V[j, n + i]
+                    s_y += x * propagator.V[j, n + i + 1]
+            work += p_x * c_x + p_y * c_y + r_x * s_x + r_y * s_y
     for b in range(n_axes(motion)):
         i = row_of_axis(motion, b)
         work += 0.5 * motion.bearings[b // 2].gradient[b % 2] * (end[i] * end[i] - start[i] * start[i])

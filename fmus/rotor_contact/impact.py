@@ -6,7 +6,6 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.contact import multipliers, write_equations
-from rotor_contact.dynamics import quadratic_form
 from rotor_contact.enumerations import FREE, ROLLING, SLIDING
 from rotor_contact.friction import (
     close_in_sliding,
@@ -16,6 +15,7 @@ from rotor_contact.friction import (
     start_sliding,
 )
 from rotor_contact.linear_solver import solve
+from rotor_contact.products import quadratic_form
 from rotor_contact.response import add_contact_response
 from rotor_contact.site import (
     Site,
@@ -58,7 +58,8 @@ def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
     velocity. The impulse reported is that of Newton's law, which takes the same velocity away without rebound and
     friction.
     """
-    before = stages_of(w.stages).before[: v.shape[0]]
+    stages = stages_of(w.stages)
+    before = stages.before[: v.shape[0]]
     copy(v, before)
     for site in w.sites:
         if site.touching:
@@ -70,9 +71,9 @@ def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
         site.mode = site.mode_before
         if site.touching:
             site.impulse += site.p_n if consistent else 0.0
-            kinetic = quadratic_form(w.forms, v)
+            kinetic = quadratic_form(w.forms, v, stages.trial)
             remove_radial_velocity(site, v)
-            site.impact_heat += 0.5 * (kinetic - quadratic_form(w.forms, v))
+            site.impact_heat += 0.5 * (kinetic - quadratic_form(w.forms, v, stages.trial))
 
 
 @kernel
@@ -97,7 +98,8 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
     A combination of restitution and friction that would create energy (possible with several coupled sites) is
     repeated without either. The energy is that of the whole contact: what friction takes from the spin counts.
     """
-    before = stages_of(w.stages).before[: v.shape[0]]
+    stages = stages_of(w.stages)
+    before = stages.before[: v.shape[0]]
     copy(v, before)
     for site in w.sites:
         if site.touching:
@@ -112,7 +114,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
         total = 0.0
         for site in w.sites:
             total += _heat(site, v, before, Omega)
-        if total < -1e-12 * (1.0 + quadratic_form(w.forms, before)):
+        if total < -1e-12 * (1.0 + quadratic_form(w.forms, before, stages.trial)):
             continue
         for site in w.sites:
             site.impact_heat += _heat(site, v, before, Omega)

@@ -9,6 +9,7 @@ import numpy as np
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.bodies import SPIN, place_bodies
 from rotor_contact.contact import MAX_UNKNOWNS
@@ -17,7 +18,7 @@ from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagator_of, propagator_size
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.site import SITE, Sites
-from rotor_contact.structure import Structure, structure_of
+from rotor_contact.structure import REAL, Structure, structure_of
 from rotor_contact.workspace import N_INTEGRALS, N_STAGES, Workspace, energy_integrals
 
 # The state begins with this record, all float64, and goes on with the arrays of `State`.
@@ -118,10 +119,13 @@ def n_work(constants: Array) -> int:
 def state_of(state: Array, structure: Structure) -> State:
     """Return views into the state of a rotor with this structure."""
     n_bearings, n_sites = structure.bearings.shape[0], structure.sites.shape[0]
-    head, rest = state[:N_HEAD].view(HEAD), state[N_HEAD:]
-    key, rest = key_of(rest, n_bearings), rest[key_size(n_bearings) :]
-    sites, rest = rest[: n_sites * N_SITE_STATE].view(SITE_STATE), rest[n_sites * N_SITE_STATE :]
-    return State(head, key, sites, rest[: 2 * most_degrees_of_freedom(structure) + N_INTEGRALS])
+    sites = N_HEAD + key_size(n_bearings)
+    return State(
+        part(state, 0, HEAD, 1),
+        key_of(state, N_HEAD, n_bearings),
+        part(state, sites, SITE_STATE, n_sites),
+        part(state, sites + n_sites * N_SITE_STATE, REAL, 2 * most_degrees_of_freedom(structure) + N_INTEGRALS),
+    )
 
 
 @views
@@ -131,20 +135,25 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     What is read most comes first, at even places: kernels use vectors of two numbers.
     """
     n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
-    spin, rest = work[:N_SPIN].view(SPIN), work[N_SPIN:]
-    propagator = propagator_of(rest, n, n_bearings, structure.is_damped)
-    rest = rest[propagator_size(n, n_bearings, structure.is_damped) :]
-    size = N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites)
-    stages, rest = rest[:size], rest[size:]
-    size = (2 * n + N_ROWS) * n
-    motion, rest = rest[:size].reshape(2 * n + N_ROWS, n), rest[size:]
-    size = n_sites * N_SITE
-    site_rows, sites, rest = rest[:size].reshape(n_sites, N_SITE), rest[:size].view(SITE), rest[size:]
+    stages = N_SPIN + propagator_size(n, n_bearings, structure.is_damped)
+    stages_size = N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites)
+    motion = stages + stages_size
+    sites = motion + (2 * n + N_ROWS) * n
     n_unknowns = MAX_UNKNOWNS * n_sites
-    equations, rest = equations_of(rest, n_unknowns), rest[n_unknowns * (n_unknowns + 1) :]
-    orbit, rest = equations_of(rest, 2 * n), rest[2 * n * (2 * n + 1) :]
-    bearings = rest[: n_bearings * N_BEARING].view(BEARING)
-    return Scratch(spin, propagator, stages, sites, equations, motion, bearings, site_rows, orbit)
+    equations = sites + n_sites * N_SITE
+    orbit = equations + n_unknowns * (n_unknowns + 1)
+    bearings = orbit + 2 * n * (2 * n + 1)
+    return Scratch(
+        part(work, 0, SPIN, 1),
+        propagator_of(work, N_SPIN, n, n_bearings, structure.is_damped),
+        part(work, stages, REAL, stages_size),
+        part(work, sites, SITE, n_sites),
+        equations_of(work, equations, n_unknowns),
+        part(work, motion, REAL, (2 * n + N_ROWS, n)),
+        part(work, bearings, BEARING, n_bearings),
+        part(work, sites, REAL, (n_sites, N_SITE)),
+        equations_of(work, orbit, 2 * n),
+    )
 
 
 @views
@@ -159,7 +168,7 @@ def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int)
         scratch.spin,
         scratch.sites,
         scratch.equations,
-        scratch.stages[: N_STAGES * size].reshape(N_STAGES, size),
+        part(scratch.stages, 0, REAL, (N_STAGES, size)),
         structure.n_translations,
     )
 
@@ -170,9 +179,9 @@ def load_sites(structure: Structure, parameters: Parameters, inputs: Inputs, sta
 
     What of a site is neither parameter nor state becomes zero.
     """
-    scratch.site_rows[:, :] = 0.0
     for k in range(structure.sites.shape[0]):
         copy(parameters.sites[k], scratch.site_rows[k])
+        scratch.site_rows[k, parameters.sites.shape[1] :] = 0.0
         site = scratch.sites[k]
         site.row = int(structure.sites[k])
         site.mode = int(states[k].mode)

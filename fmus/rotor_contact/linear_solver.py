@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
+from fmi_export.parts import part
+from rotor_contact.structure import REAL
 
 SMALLEST_PIVOT = 1e-300
 
@@ -18,9 +20,9 @@ class Equations(NamedTuple):
 
 
 @views
-def equations_of(work: Array, n: int) -> Equations:
-    """Return room for n equations in the first n (n + 1) numbers of an array."""
-    return Equations(work[: n * n].reshape(n, n), work[n * n : n * (n + 1)])
+def equations_of(work: Array, start: int, n: int) -> Equations:
+    """Return room for n equations in n (n + 1) numbers of an array from `start` on."""
+    return Equations(part(work, start, REAL, (n, n)), part(work, start + n * n, REAL, n))
 
 
 @kernel

@@ -8,14 +8,14 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import kinetic_energy, strain_energy
 from rotor_contact.compliant import is_compliant, stored_energy
-from rotor_contact.dynamics import quadratic_form
 from rotor_contact.enumerations import FREE, ROLLING, SLIDING
 from rotor_contact.friction import creeps
 from rotor_contact.layout import State
+from rotor_contact.products import quadratic_form
 from rotor_contact.signals import Outputs, Parameters
 from rotor_contact.site import Site, Sites, locate_journal, slip_velocity, tangential_component
 from rotor_contact.structure import Structure
-from rotor_contact.workspace import Workspace, energy_integrals
+from rotor_contact.workspace import Workspace, energy_integrals, stages_of
 
 
 @kernel
@@ -35,10 +35,11 @@ def write_outputs(
         outputs.displacements[2 * k] = q[row]
         outputs.displacements[2 * k + 1] = q[row + 1]
     for i in range(outputs.sensors.shape[0]):
-        outputs.sensors[i] = 0.0
-    for j in range(structure.K.shape[0]):
-        for i in range(outputs.sensors.shape[0]):
-            outputs.sensors[i] += structure.sensors[i, j] * q[j]
+        a = b = 0.0
+        for j in range(0, structure.K.shape[0], 2):
+            a += structure.sensors[i, j] * q[j]
+            b += structure.sensors[i, j + 1] * q[j + 1]
+        outputs.sensors[i] = a + b
     for k in range(sites.shape[0]):
         locate_journal(sites[k], q)
         _write_site(sites[k], v, Omega, outputs.sites[k])
@@ -101,8 +102,9 @@ def write_mechanical_energy(
     n, sites = w.n, w.sites
     q = x.z[:n]
     v = x.z[n : 2 * n]
-    kinetic = 0.5 * quadratic_form(structure.forms, v)
-    strain = 0.5 * quadratic_form(structure.K, q)
+    product = stages_of(w.stages).trial
+    kinetic = 0.5 * quadratic_form(structure.forms, v, product)
+    strain = 0.5 * quadratic_form(structure.K, q, product)
     for k in range(parameters.bearings.shape[0]):
         row = int(structure.bearings[k])
         strain += 0.5 * parameters.bearings[k].k_b * (q[row] * q[row] + q[row + 1] * q[row + 1])

@@ -18,7 +18,7 @@ from rotor_contact.layout import load_sites, n_state, n_work, scratch_of, state_
 from rotor_contact.modes import resolve_modes
 from rotor_contact.outputs import write_mechanical_energy, write_outputs
 from rotor_contact.planes import Planes
-from rotor_contact.propagator import build_propagator, is_built, is_time_invariant
+from rotor_contact.propagator import build_propagator, is_built, is_time_invariant, without_rounding
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.structure import structure_of
@@ -109,17 +109,17 @@ def step(
         Omega, Omega_dot = x.z[n + spin.row], 0.0
     motion = collect_forces(structure, p, u, (head.theta, Omega, Omega_dot), scratch.motion, scratch.bearings)
     add_magnetic_forces(u, motion)
+    exact = is_time_invariant(motion, step_size, x.key, head)
+    exact = exact and p.own[0].solver.exact_flight != 0.0 and n == structure.K.shape[0]
+    if exact:
+        motion = without_rounding(motion, x.key)
     w = workspace_of(structure, motion, scratch, n)
     z = stages_of(w.stages).z
     copy(x.z[: 2 * n + N_INTEGRALS], z)
     z[2 * n + N_INTEGRALS :] = 0.0
     head.tolerance_missed = 0.0
     in_free_flight = False
-    if (
-        is_time_invariant(motion, step_size, x.key, head)
-        and p.own[0].solver.exact_flight != 0.0
-        and n == structure.K.shape[0]
-    ):
+    if exact:
         if not is_built(scratch.propagator, x.key):
             collect_coefficients(structure, motion)
             build_propagator(structure.Minv, motion, x.key, scratch.propagator)

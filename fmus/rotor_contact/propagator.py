@@ -12,8 +12,10 @@ import numpy as np
 
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.dynamics import Motion, coefficients
+from rotor_contact.structure import REAL
 
 # What P and V depend on: step size (s) and speed (rad/s); stiffness, damping and force gradients of each bearing.
 KEY = record(("step_size", np.float64), ("Omega", np.float64))
@@ -22,6 +24,7 @@ N_KEY, N_BEARING_KEY = size_of(KEY), size_of(BEARING_KEY)
 
 STEPS_BEFORE_BUILD = 64  # to build P costs as much as some fifty steps
 STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
+ROUNDING = 1e-13  # relative, of speed and bearings: what differs by less is computed anew by others, not changed
 TERMS = 22  # of the series, whose terms fall at least like 1/k!
 MAX_PIECES = 32
 
@@ -70,9 +73,9 @@ def key_size(n_bearings: int) -> int:
 
 
 @views
-def key_of(array: Array, n_bearings: int) -> Key:
-    """Return a `Key` in the beginning of an array."""
-    return Key(array[:N_KEY].view(KEY), array[N_KEY : key_size(n_bearings)].view(BEARING_KEY))
+def key_of(array: Array, start: int, n_bearings: int) -> Key:
+    """Return a `Key` in an array from `start` on."""
+    return Key(part(array, start, KEY, 1), part(array, start + N_KEY, BEARING_KEY, n_bearings))
 
 
 @views
@@ -83,41 +86,70 @@ def propagator_size(n: int, n_bearings: int, is_damped: bool) -> int:
 
 
 @views
-def propagator_of(work: Array, n: int, n_bearings: int, is_damped: bool) -> Propagator:
-    """Return a `Propagator` in the beginning of an array."""
+def propagator_of(work: Array, at: int, n: int, n_bearings: int, is_damped: bool) -> Propagator:
+    """Return a `Propagator` in an array from `at` on."""
     rows, columns = 5 * n, 2 * n + N_GAUSS * (2 * n if is_damped else 2 * n_bearings)
-    P, rest = work[: rows * columns].reshape(rows, columns), work[rows * columns :]
-    V, rest = rest[: rows * 2 * n].reshape(rows, 2 * n), rest[rows * 2 * n :]
-    key, rest = key_of(rest, n_bearings), rest[key_size(n_bearings) :]
-    start, rest = rest[:rows], rest[rows:]
-    end, rest = rest[:columns], rest[columns:]
-    series, rest = rest[: N_SERIES * n].reshape(N_SERIES, n), rest[N_SERIES * n :]
-    return Propagator(P, V, key, start, end, series, rest[:1])
+    V = at + rows * columns
+    key = V + rows * 2 * n
+    start = key + key_size(n_bearings)
+    end = start + rows
+    series = end + columns
+    return Propagator(
+        part(work, at, REAL, (rows, columns)),
+        part(work, V, REAL, (rows, 2 * n)),
+        key_of(work, key, n_bearings),
+        part(work, start, REAL, rows),
+        part(work, end, REAL, columns),
+        part(work, series, REAL, (N_SERIES, n)),
+        part(work, series + N_SERIES * n, REAL, 1),
+    )
 
 
 @kernel
 def is_time_invariant(motion: Motion, step_size: float, key: Key, memory: np.record) -> bool:
     """Return whether P has been the same for some time, so that it is worth building.
 
-    `key` is updated, and `memory.n_steps`, for how many steps it has not changed. The step size that counts is the
-    first of those that differ by rounding alone.
+    `key` is updated, and `memory.n_steps`, for how many steps it has not changed. Of values that differ by rounding
+    alone the first counts.
     """
     own = key.own[0]
-    same = motion.Omega_dot == 0.0 and motion.Omega == own.Omega
-    own.Omega = motion.Omega
-    if not abs(step_size - own.step_size) <= STEP_TOLERANCE * step_size:
-        same = False
-        own.step_size = step_size
+    same = motion.Omega_dot == 0.0 and is_near(motion.Omega, own.Omega, ROUNDING)
+    same = same and is_near(step_size, own.step_size, STEP_TOLERANCE)
     for k in range(motion.bearings.shape[0]):
         bearing, known = motion.bearings[k], key.bearings[k]
-        same = same and known.k_b == bearing.k_b and known.c_b == bearing.c_b
-        known.k_b = bearing.k_b
-        known.c_b = bearing.c_b
+        same = same and is_near(bearing.k_b, known.k_b, ROUNDING) and is_near(bearing.c_b, known.c_b, ROUNDING)
         for axis in range(2):
-            same = same and known.gradient[axis] == bearing.gradient[axis]
-            known.gradient[axis] = bearing.gradient[axis]
+            same = same and is_near(bearing.gradient[axis], known.gradient[axis], ROUNDING)
+    if not same:
+        own.Omega, own.step_size = motion.Omega, step_size
+        for k in range(motion.bearings.shape[0]):
+            bearing, known = motion.bearings[k], key.bearings[k]
+            known.k_b, known.c_b = bearing.k_b, bearing.c_b
+            known.gradient[0], known.gradient[1] = bearing.gradient[0], bearing.gradient[1]
     memory.n_steps = min(memory.n_steps + 1.0, float(STEPS_BEFORE_BUILD)) if same else 0.0
     return bool(memory.n_steps >= STEPS_BEFORE_BUILD)
+
+
+@kernel
+def without_rounding(motion: Motion, key: Key) -> Motion:
+    """Return a motion with the speed, and with the bearings, of the key that it has but for rounding.
+
+    So P is the same to the last bit, whichever step it is built at.
+    """
+    for k in range(motion.bearings.shape[0]):
+        bearing, known = motion.bearings[k], key.bearings[k]
+        bearing.k_b, bearing.c_b = known.k_b, known.c_b
+        bearing.gradient[0], bearing.gradient[1] = known.gradient[0], known.gradient[1]
+    Omega: float = key.own[0].Omega
+    return Motion(
+        motion.rows, motion.bearings, motion.over_speed, motion.is_damped, motion.theta, Omega, motion.Omega_dot
+    )
+
+
+@kernel
+def is_near(value: float, known: float, tolerance: float) -> bool:
+    """Return whether a value differs from a known one by no more than `tolerance` of that; NaN does."""
+    return abs(value - known) <= tolerance * abs(known)
 
 
 @kernel

@@ -8,9 +8,10 @@ import numpy as np
 
 from fmi_export.jit import views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import size_of
 from rotor_contact.interface import SMALLEST
-from rotor_contact.structure import Structure
+from rotor_contact.structure import REAL, Structure
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
@@ -63,28 +64,33 @@ class Outputs(NamedTuple):
 def parameters_of(parameters: Array, structure: Structure) -> Parameters:
     """Return views into the parameters of a plant with this structure."""
     n_sites, n_bearings = structure.sites.shape[0], structure.bearings.shape[0]
-    own, rest = parameters[:N_PARAMETERS].view(PARAMETERS), parameters[N_PARAMETERS:]
-    size = n_sites * N_SITE_PARAMETERS
-    sites, rest = rest[:size].reshape(n_sites, N_SITE_PARAMETERS), rest[size:]
-    return Parameters(own, sites, rest[: n_bearings * N_BEARING_PARAMETERS].view(BEARING_PARAMETERS))
+    return Parameters(
+        part(parameters, 0, PARAMETERS, 1),
+        part(parameters, N_PARAMETERS, REAL, (n_sites, N_SITE_PARAMETERS)),
+        part(parameters, N_PARAMETERS + n_sites * N_SITE_PARAMETERS, BEARING_PARAMETERS, n_bearings),
+    )
 
 
 @views
 def inputs_of(inputs: Array, structure: Structure) -> Inputs:
     """Return views into the inputs of a plant with this structure."""
-    n_bearings = structure.bearings.shape[0]
-    own, rest = inputs[:N_INPUTS].view(INPUTS), inputs[N_INPUTS:]
-    axes, rest = rest[: 2 * n_bearings * N_AXIS].view(AXIS_INPUTS), rest[2 * n_bearings * N_AXIS :]
-    size = structure.B_disc.shape[1] // 2 * N_DISC
-    discs, rest = rest[:size].view(DISC_INPUTS), rest[size:]
-    return Inputs(own, axes, discs, rest[: n_bearings * N_CORE].view(CORE_INPUTS))
+    n_bearings, n_discs = structure.bearings.shape[0], structure.B_disc.shape[0] // 2
+    discs = N_INPUTS + 2 * n_bearings * N_AXIS
+    return Inputs(
+        part(inputs, 0, INPUTS, 1),
+        part(inputs, N_INPUTS, AXIS_INPUTS, 2 * n_bearings),
+        part(inputs, discs, DISC_INPUTS, n_discs),
+        part(inputs, discs + n_discs * N_DISC, CORE_INPUTS, n_bearings),
+    )
 
 
 @views
 def outputs_of(outputs: Array, structure: Structure) -> Outputs:
     """Return views into the outputs of a plant with this structure."""
     n_axes, n_sensors = 2 * structure.bearings.shape[0], structure.sensors.shape[0]
-    own, rest = outputs[:N_OUTPUTS].view(OUTPUTS), outputs[N_OUTPUTS:]
-    displacements, rest = rest[:n_axes], rest[n_axes:]
-    sensors, rest = rest[:n_sensors], rest[n_sensors:]
-    return Outputs(own, displacements, sensors, rest[: structure.sites.shape[0] * N_SITE_OUTPUTS].view(SITE_OUTPUTS))
+    return Outputs(
+        part(outputs, 0, OUTPUTS, 1),
+        part(outputs, N_OUTPUTS, REAL, n_axes),
+        part(outputs, N_OUTPUTS + n_axes, REAL, n_sensors),
+        part(outputs, N_OUTPUTS + n_axes + n_sensors, SITE_OUTPUTS, structure.sites.shape[0]),
+    )

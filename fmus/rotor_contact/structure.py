@@ -8,7 +8,10 @@ import numpy as np
 
 from fmi_export.jit import views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
+
+REAL = np.dtype(np.float64)
 
 # The constants begin with this record, and go on with the arrays of `Structure`.
 SIZES = record(
@@ -41,9 +44,9 @@ class Structure(NamedTuple):
     over_speed
         M^-1 G and M^-1 R J, G being the gyroscopic matrix, one below the other, shape (2 n, n); Omega multiplies both.
     B_disc
-        Forces on the degrees of freedom for unit forces x, y on each disc, shape (n, 2 n_discs).
+        Forces on the degrees of freedom for unit forces x, y on each disc, shape (2 n_discs, n).
     B_base
-        Forces on them for unit acceleration of the base in x, y, shape (n, 2); motion is relative to the base.
+        Forces on them for unit acceleration of the base in x, y, shape (2, n); motion is relative to the base.
     sensors
         Sensor displacements from the degrees of freedom, shape (n_sensors, n).
     bearings, sites
@@ -72,32 +75,29 @@ class Structure(NamedTuple):
 @views
 def structure_of(constants: Array) -> Structure:
     """Return views into the flat constants."""
-    sizes, rest = constants[:N_SIZES].view(SIZES)[0], constants[N_SIZES:]
+    sizes = part(constants, 0, SIZES, 1)[0]
     n, n_discs, n_bearings = int(sizes.n), int(sizes.n_discs), int(sizes.n_bearings)
     n_sites, n_sensors = int(sizes.n_sites), int(sizes.n_sensors)
-    nn = n * n
-    forms, rest = rest[: 3 * nn].reshape(3 * n, n), rest[3 * nn :]
-    K, Minv, MinvK = rest[:nn].reshape(n, n), rest[nn : 2 * nn].reshape(n, n), rest[2 * nn : 3 * nn].reshape(n, n)
-    MinvC, rest = rest[3 * nn : 4 * nn].reshape(n, n), rest[4 * nn :]
-    over_speed, rest = rest[: 2 * nn].reshape(2 * n, n), rest[2 * nn :]
-    B_disc, rest = rest[: 2 * n_discs * n].reshape(n, 2 * n_discs), rest[2 * n_discs * n :]
-    B_base, rest = rest[: 2 * n].reshape(n, 2), rest[2 * n :]
-    sensors, rest = rest[: n_sensors * n].reshape(n_sensors, n), rest[n_sensors * n :]
-    bearings, rest = rest[:n_bearings], rest[n_bearings:]
+    K = N_SIZES + 3 * n * n
+    over_speed = K + 4 * n * n
+    B_disc = over_speed + 2 * n * n
+    sensors = B_disc + 2 * (n_discs + 1) * n
+    bearings = sensors + n_sensors * n
+    sites = bearings + n_bearings
     return Structure(
         int(sizes.n_translations),
         sizes.is_damped != 0.0,
         sizes.valid_to,
-        forms,
-        K,
-        Minv,
-        MinvK,
-        MinvC,
-        over_speed,
-        B_disc,
-        B_base,
-        sensors,
-        bearings,
-        rest[:n_sites],
-        rest[n_sites : 2 * n_sites],
+        part(constants, N_SIZES, REAL, (3 * n, n)),
+        part(constants, K, REAL, (n, n)),
+        part(constants, K + n * n, REAL, (n, n)),
+        part(constants, K + 2 * n * n, REAL, (n, n)),
+        part(constants, K + 3 * n * n, REAL, (n, n)),
+        part(constants, over_speed, REAL, (2 * n, n)),
+        part(constants, B_disc, REAL, (2 * n_discs, n)),
+        part(constants, sensors - 2 * n, REAL, (2, n)),
+        part(constants, sensors, REAL, (n_sensors, n)),
+        part(constants, bearings, REAL, n_bearings),
+        part(constants, sites, REAL, n_sites),
+        part(constants, sites + n_sites, REAL, n_sites),
     )

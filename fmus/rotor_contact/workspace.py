@@ -8,6 +8,7 @@ import numpy as np
 
 from fmi_export.jit import views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.dynamics import Motion
 from rotor_contact.linear_solver import Equations
@@ -93,5 +94,5 @@ def stages_of(r: Array) -> Stages:
 @views
 def energy_integrals(z: Array, n: int) -> np.record:
     """Return the energy integrals of a state or of its derivative with n degrees of freedom."""
-    integrals: np.record = z[2 * n : 2 * n + N_INTEGRALS].view(ENERGY_INTEGRALS)[0]
+    integrals: np.record = part(z, 2 * n, ENERGY_INTEGRALS, 1)[0]
     return integrals

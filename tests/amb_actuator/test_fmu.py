@@ -100,6 +100,7 @@ def test_fmu_gives_bit_for_bit_what_the_core_gives(fmu_file, from_core, schedule
         np.testing.assert_array_equal(np.array(rows, dtype=float), from_core[mode], err_msg=str(mode))
 
 
+@pytest.mark.slow
 def test_plain_python_gives_bit_for_bit_what_compiled_kernels_give(from_core, schedule, run_python):
     pytest.importorskip("numba")
     compiled, found = run_python(from_core_alone, modes=MODES, schedule=schedule, hidden=["numba"], timeout=120)

@@ -80,6 +80,7 @@ def test_linearisation_is_what_the_running_model_does(bearing):
         assert found.k_i[at] == pytest.approx((force[2] - force[0]) / 2e-6, rel=1e-5, abs=1e-3)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.floats(-8e-4, 8e-4), st.floats(-5.57, 4.43))
 def test_current_stiffness_integrates_to_the_force(x, i_c):

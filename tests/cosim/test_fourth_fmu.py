@@ -45,6 +45,7 @@ def dataset_of(environment: dict[str, str], folder: Path, scenario: str, *option
         return {name: variable.values for name, variable in dataset.items()}
 
 
+@pytest.mark.slow
 def test_sensors_without_lag_change_no_bit(installed, tmp_path):
     """With exp(-h/tau) = 0 the sensors pass on their inputs, and Gauss-Seidel order adds no delay."""
     scenario = str(EXAMPLE / "fig4_9_with_sensors.toml")

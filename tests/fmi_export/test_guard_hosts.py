@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from slow import slow_but_first
 
 from fmi_export.building import python_fmu
 from fmi_export.building.native.compiler import host_platform
@@ -128,7 +129,7 @@ def test_a_host_without_python_gets_the_numbers_of_the_core(fmu, compiled, lag):
     assert read == [core["y"]] * 2
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", slow_but_first([1, 2]))
 def test_any_calls_with_any_arguments_are_survived(fmu, compiled, seed):
     process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], f"fuzz {seed} 3000\n")
     assert process.returncode == 0, process.stderr[-2000:]

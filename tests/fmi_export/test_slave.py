@@ -118,6 +118,7 @@ def test_two_instances_do_not_share_anything(build_fmu, lag, run_python):
     assert statuses == [3, 0]
 
 
+@pytest.mark.slow
 def test_two_hundred_instances_one_after_another_leave_the_process_alive(build_fmu, run_python):
     def host(path: str) -> list:
         import sys

@@ -74,6 +74,7 @@ def test_a_system_file_has_it_as_its_only_component(assembled: Callable[..., Pat
     assert force.max() > 100.0
 
 
+@pytest.mark.slow
 def test_the_command_line_builds_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Flavour python takes no compiler; the options are those of a build of three."""
     from amb_cosim.cli import main

@@ -14,6 +14,7 @@ import pytest
 from click.testing import CliRunner, Result
 from matplotlib.figure import Figure
 from matplotlib.image import imread
+from slow import slow_but_first
 
 from amb_cosim import studies
 from amb_cosim.cli import main
@@ -96,7 +97,7 @@ def test_motion_without_oscillation_is_reported(runner):
 
 
 @pytest.mark.parametrize("name", ["campbell", "modes", "tables", "unbalance_response"])
-@pytest.mark.parametrize("rotor", [(), ("--rotor", "pump.toml")], ids=["rig", "pump"])
+@pytest.mark.parametrize("rotor", slow_but_first([("--rotor", "pump.toml"), ()]), ids=["pump", "rig"])
 def test_study_writes_its_figure_and_its_data(runner, tmp_path, name, rotor):
     result = runner("study", name, *rotor)
     assert result.exit_code == 0, result.output
@@ -110,6 +111,7 @@ def test_study_writes_its_figure_and_its_data(runner, tmp_path, name, rotor):
     assert 0.01 < ink < 0.8
 
 
+@pytest.mark.slow
 def test_critical_speeds_are_on_the_synchronous_line(runner, tmp_path):
     runner("study", "campbell", "--up-to", "50 Hz", "-o", "out", "--count", "6")
     data = json.loads((tmp_path / "out" / "campbell.json").read_text())
@@ -121,6 +123,7 @@ def test_critical_speeds_are_on_the_synchronous_line(runner, tmp_path):
         assert np.min(np.abs(frequencies - critical["speed_rad_s"])) < 1e-6
 
 
+@pytest.mark.slow
 def test_more_planes_condense_with_smaller_errors(runner, tmp_path):
     for planes in ("1,4,11,13", "1,3,4,6,8,10,11,12,13"):
         assert runner("study", "tables", "--planes", planes, "-o", planes, "--up-to", "145").exit_code == 0

@@ -30,6 +30,7 @@ def run(runner, line):
     return done
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("line", [c for c in COMMANDS if " run " not in c and " build " not in c])
 def test_commands_that_look_at_the_rotor_work(runner, folder, line):
     assert "pump" in run(runner, line).output or list(folder.glob("results/*/*.png"))

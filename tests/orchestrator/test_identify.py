@@ -123,6 +123,7 @@ def test_nothing_identified_writes_no_table(runner, runs, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_speeds_are_the_twelve_of_the_thesis_unless_they_are_given(runner, runs, tmp_path):
     runs(*[completed(outputs(receptance(k))) for k in range(12)])
     assert runner("identify", "-o", "t.toml").exit_code == 0

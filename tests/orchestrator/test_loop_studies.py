@@ -16,6 +16,7 @@ def check_picture(path: Path) -> None:
     assert (picture.min(axis=2) < 0.99).mean() > 0.01
 
 
+@pytest.mark.slow
 def test_linearisation_writes_its_figure_and_its_numbers(runner, tmp_path):
     result = runner("study", "linearisation")
     assert result.exit_code == 0, result.output
@@ -35,6 +36,7 @@ def test_linearisation_writes_its_figure_and_its_numbers(runner, tmp_path):
     assert chart["k_s"][small] == pytest.approx(data["k_s_N_per_m"], rel=0.15)
 
 
+@pytest.mark.slow
 def test_more_bias_stiffens_the_bearing_and_speeds_it_up(runner, tmp_path):
     found = []
     for bias in ("3 A", "4.5 A"):
@@ -46,6 +48,7 @@ def test_more_bias_stiffens_the_bearing_and_speeds_it_up(runner, tmp_path):
     assert max(weak["slew_rate_N_per_s"]) < min(strong["slew_rate_N_per_s"])
 
 
+@pytest.mark.slow
 def test_control_force_against_a_load_shrinks_to_zero(runner, tmp_path):
     runner("study", "linearisation", "-o", "out")
     load = json.loads((tmp_path / "out" / "linearisation.json").read_text())["load"]

@@ -88,6 +88,7 @@ def test_jacobi_passes_the_outputs_at_the_beginning_of_the_step():
     assert run(master, 2) == {"a": [0, 1, 2], "b": [0, 1, 2], "c": [0, 1, 2]}
 
 
+@pytest.mark.slow
 def test_time_is_exact_after_a_million_steps():
     last = []
     clock = Block("clock", n_inputs=0, advance=lambda x, u, t, h: last.append(t) or t)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from falls import CLEARANCE, LANDED, OMEGA, fall
 from matplotlib.image import imread
+from slow import slow_but_first
 
 from amb_cosim import plots
 from amb_cosim.plots import axes, motion
@@ -26,7 +27,9 @@ def drawn(dataset, folder):
     return [p.stem for p in paths]
 
 
-@pytest.mark.parametrize("left_out", [(), ("removal_cycle",), ("step_cycle",), ("step_cycle", "removal_cycle")])
+@pytest.mark.parametrize(
+    "left_out", slow_but_first([("step_cycle", "removal_cycle"), (), ("removal_cycle",), ("step_cycle",)])
+)
 def test_every_figure_is_drawn_from_the_data_set_alone(synthetic, without, tmp_path, left_out):
     asked = json.dumps([*USUAL, "whirl", "energy"])
     dataset = without(synthetic(plot_figures=asked), *left_out)

@@ -44,6 +44,7 @@ def test_a_run_loads_neither_compiler_nor_model_nor_data_set(loaded, tmp_path):
     assert (tmp_path / "out" / "result.nc").is_file()
 
 
+@pytest.mark.slow
 def test_figures_are_drawn_by_matplotlib_alone(loaded, tmp_path):
     run = ("run", "fig4_9", "--until", "0.3", "-o", "out")
     loaded((), *run)

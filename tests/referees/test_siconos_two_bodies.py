@@ -63,6 +63,7 @@ def test_frictionless_bodies_move_as_in_siconos(e: float, siconos: Siconos) -> N
         np.testing.assert_allclose(motion.N, answer["force"][:, 0], atol=0.1 if bounces else 1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.1, 0.3])
 def test_bodies_with_friction_move_as_in_siconos(mu: float, siconos: Siconos) -> None:
     """Siconos's time stepping converges to the motion with its step; the clearance is 2.5e-4 m."""

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig import ACTUATOR, AXES, CONTROLLER, NO_TABLE, pack
+from slow import slow_but_first
 
 from amb_actuator.force import current_stiffness, limited_current, negative_stiffness
 from amb_analysis.design import axis_parameters
@@ -188,7 +189,7 @@ def test_scratch_array_carries_nothing_from_sample_to_sample(bench, receptance):
         np.testing.assert_array_equal(clean.instance.outputs, dirty.instance.outputs)
 
 
-@pytest.mark.parametrize("mode", range(len(MODES.items)))
+@pytest.mark.parametrize("mode", slow_but_first(range(len(MODES.items))))
 def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python):
     """To the last bit where both call the same C library for sine, exponential and so on."""
 

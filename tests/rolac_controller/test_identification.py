@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rig import DONE, FAILED, NO_TABLE, SLOT_AFTER, identified_receptance, pack
 from scipy.linalg import expm
+from slow import slow_but_first
 
 from amb_analysis.controller_data import SPEEDS
 from amb_analysis.sampled_loop import zoh_response
@@ -165,7 +166,7 @@ CHAINS = {
 }
 
 
-@pytest.mark.parametrize("chain", CHAINS)
+@pytest.mark.parametrize("chain", slow_but_first(CHAINS))
 def test_levitated_rotor_gives_the_receptance_of_its_sampled_loop(bench, make_plant, chain):
     """Hold, delay, filter, sensor offsets and PID as modelled in `closed_loop`, element by element."""
     h = 250e-6

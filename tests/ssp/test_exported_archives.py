@@ -177,6 +177,7 @@ def test_the_archive_is_the_same_run_to_the_last_bit(run_python, run_once, seque
     assert set(ours["rolac_controller.rolac_enable"]) == {0, 1}
 
 
+@pytest.mark.slow
 def test_settings_reach_the_components_of_an_archive(run_python, sequential):
     base = run_python(tools.read_back, archive=str(sequential))
     changed = run_python(tools.read_back, archive=str(sequential), set={"rotor_contact.d1.u": "5 g.m"})
@@ -203,6 +204,7 @@ def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi
     assert max(ours["rotor_contact.rb1.f_n"]) > 1000.0, "the rotor rubs"
 
 
+@pytest.mark.slow
 def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
     """It ignores the bindings, and begins with inputs of zero, which is right where forces are held."""
     path, ours = archive("held", HELD), run_once(tools.with_this_project, scenario=HELD)
@@ -213,6 +215,7 @@ def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
     assert {name for name in names if theirs[name] != ours[name][1:]} == set()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(find_spec("ecospy") is None, reason="ecospy is not installed (extra: peers)")
 def test_ecos_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
     ours = run_once(tools.with_this_project, scenario=JACOBI)

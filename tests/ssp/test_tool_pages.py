@@ -44,6 +44,7 @@ def folder(create_once):
     return create_once("pages", fill)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "package"), [("fmpy", "fmpy"), ("libcosim", "libcosimpy"), ("ecos", "ecospy")])
 def test_the_program_of_a_page_runs(page, package, folder, tmp_path):
     if find_spec(package) is None:

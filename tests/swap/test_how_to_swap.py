@@ -45,6 +45,7 @@ def run_command(of):
     return next(line for line in COMMANDS if f"run {of}" in line)
 
 
+@pytest.mark.slow
 def test_the_rotor_recovers_with_the_controller_of_the_page(folder):
     done = execute(run_command("my_rig.toml"), folder)
     assert MESSAGES[0] in done.stderr
@@ -53,6 +54,7 @@ def test_the_rotor_recovers_with_the_controller_of_the_page(folder):
     assert [f"notice: {notice}" for notice in summary["notices"]] == [MESSAGES[0]]
 
 
+@pytest.mark.slow
 def test_removed_settings_are_gone_and_a_new_parameter_holds(folder):
     execute(run_command("stiffer.toml"), folder)
     from amb_cosim.cosim.dataset import load

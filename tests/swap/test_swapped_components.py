@@ -51,6 +51,7 @@ def before_the_step(found: dict[str, Any]) -> np.ndarray:
     return np.array(found["motion"])[:, np.array(found["cycle"]) < 5.0]
 
 
+@pytest.mark.slow
 def test_a_c_controller_of_four_inputs_does_what_the_pid_does(run, c_controller):
     pid, swapped = run(), run({"rolac_controller": c_controller})
     expected = before_the_step(pid)
@@ -66,6 +67,7 @@ def test_a_python_controller_gives_the_same_bits_as_the_c_one(run, c_controller,
     assert swapped[0]["motion"] == swapped[1]["motion"]
 
 
+@pytest.mark.slow
 def test_linear_bearings_are_the_linear_law_with_held_forces(run, python_fmus):
     held = run(gradient=False)
     swapped = run({"amb_actuator": python_fmus / "LinearActuator.fmu"})
@@ -74,6 +76,7 @@ def test_linear_bearings_are_the_linear_law_with_held_forces(run, python_fmus):
     assert swapped["summary"]["recovery"] == "recovered"
 
 
+@pytest.mark.slow
 def test_the_whole_rotor_differs_from_the_reduced_one_as_its_response_does(run, python_fmus):
     """The ratio of the orbits is that of the unbalance responses on bearings with K_b and C_b."""
     quiet = {"event": [], "end_cycle": 5}

@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 LINEAR, AMPLIFIERS, NONLINEAR = (
     "linear law, controller at 4 kHz",
     "amplifiers of 1.4 kHz",

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from monolithic import CLEARANCE, orbit_with_contact
+from slow import slow_but_first
 
 from amb_cosim.studies.monolithic import Levitation, free_orbit
 
@@ -171,7 +172,7 @@ def rubbing() -> tuple[np.ndarray, np.ndarray]:
     return orbit_with_contact(RUBBING, 550)
 
 
-@pytest.mark.parametrize("step", [250, 125])
+@pytest.mark.parametrize("step", slow_but_first([250, 125]))
 def test_contact_phases_agree_with_the_whole_system(
     cosimulate: Any, rubbing: tuple[np.ndarray, np.ndarray], step: float
 ) -> None:

@@ -107,7 +107,7 @@ def test_jacobi_and_gauss_seidel_order_differ(case: str, reference: Reference) -
 
 
 @needs("libcosimpy")
-@pytest.mark.parametrize("step", [250, 125])
+@pytest.mark.parametrize("step", [250, pytest.param(125, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("case", CASES)
 def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -> None:
     """With steps of 125 us the controller samples in every second step."""

@@ -12,6 +12,8 @@ import pytest
 import amb_cosim
 from amb_cosim.result import Result
 
+pytestmark = pytest.mark.slow
+
 WEIGHT = 96.0254 * 9.81  # N
 INERTIA = 0.40982  # kg m^2, polar
 CLEARANCE = 0.75e-3  # m, of the retainers

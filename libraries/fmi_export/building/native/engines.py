@@ -33,7 +33,7 @@ C_SOURCES = (
     *("data.h", "instance.h", "kernels.h", "resources.h", "slave.h"),
     *("data.c", "fmi2.c", "fmi3.c", "fmi3_absent.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
 )
-LOWERING = ("lowering.py", "runtime.ll")
+LOWERING = ("lowering.py", "unlinked.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")
 LIBRARY, MADE_BY = "library", "made_by.txt"  # file names
 

@@ -19,6 +19,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Protocol
 
+from fmi_export.building.native.unlinked import compile_nothing
 from fmi_export.model import InitialiseKernel, StepKernel
 
 ENTRIES = ("kernel_initialise", "kernel_step")
@@ -102,6 +103,7 @@ def _place(name: str, kernel: Any) -> tuple[str, str]:
 
 def main() -> None:
     """Compile the kernels named in the first argument to the file named in the second."""
+    compile_nothing()
     kernels = [getattr(importlib.import_module(module), name) for module, name in json.loads(sys.argv[1])]
     try:
         assembly = without_python([_initialise_entry(kernels[0]), _step_entry(kernels[1])])

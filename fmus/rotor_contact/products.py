@@ -1,0 +1,72 @@
+"""Products of a matrix and a vector, with sums that do not wait for each other."""
+
+from __future__ import annotations
+
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+
+
+@kernel
+def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
+    """Write the first `size` numbers of x A, the rows of A weighted with x, into `y`.
+
+    Sixteen sums at once, then four, stay in registers. Rows with weight zero are left out.
+    """
+    i = 0
+    while i + 16 <= size:
+        a = b = c = d = e = f = g = h = k = m = n = o = p = q = r = s = 0.0
+        for j in range(x.shape[0]):
+            w = x[j]
+            if w != 0.0:
+                row = A[j, i : i + 16]
+                a += w * row[0]
+                b += w * row[1]
+                c += w * row[2]
+                d += w * row[3]
+                e += w * row[4]
+                f += w * row[5]
+                g += w * row[6]
+                h += w * row[7]
+                k += w * row[8]
+                m += w * row[9]
+                n += w * row[10]
+                o += w * row[11]
+                p += w * row[12]
+                q += w * row[13]
+                r += w * row[14]
+                s += w * row[15]
+        y[i], y[i + 1], y[i + 2], y[i + 3], y[i + 4], y[i + 5], y[i + 6], y[i + 7] = a, b, c, d, e, f, g, h
+        y[i + 8], y[i + 9], y[i + 10], y[i + 11] = k, m, n, o
+        y[i + 12], y[i + 13], y[i + 14], y[i + 15] = p, q, r, s
+        i += 16
+    while i + 4 <= size:
+        a = b = c = d = 0.0
+        for j in range(x.shape[0]):
+            w = x[j]
+            if w != 0.0:
+                a += w * A[j, i]
+                b += w * A[j, i + 1]
+                c += w * A[j, i + 2]
+                d += w * A[j, i + 3]
+        y[i], y[i + 1], y[i + 2], y[i + 3] = a, b, c, d
+        i += 4
+    while i < size:
+        a = 0.0
+        for j in range(x.shape[0]):
+            a += x[j] * A[j, i]
+        y[i] = a
+        i += 1
+
+
+@kernel
+def quadratic_form(A: Array, x: Array, product: Array) -> float:
+    """Return x^T A x of the first n of x and the first n rows of a symmetric A, which has n columns.
+
+    `product` is room for n numbers.
+    """
+    n = A.shape[1]
+    row_combination(x[:n], A, product, n)
+    total = 0.0
+    for i in range(n):
+        total += x[i] * product[i]
+    return total
