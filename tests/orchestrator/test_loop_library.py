@@ -29,6 +29,16 @@ def test_the_loop_is_compiled_once(load_anew, tmp_path, monkeypatch):
     assert load_anew() is not None
 
 
+def test_a_loop_that_is_cut_off_in_the_cache_is_compiled_anew(load_anew, tmp_path):
+    pytest.importorskip("ziglang")
+    path = tmp_path / "loops" / loop_library.loop_place(loop_library.host_platform())
+    path.parent.mkdir(parents=True)
+    whole = loop_library.compile_loop(loop_library.host_platform())
+    path.write_bytes(whole[: len(whole) // 2])
+    assert load_anew() is not None
+    assert path.read_bytes() == whole
+
+
 def test_a_loop_that_is_shipped_is_not_compiled(load_anew, tmp_path, monkeypatch):
     pytest.importorskip("ziglang")
     place = tmp_path / "shipped" / loop_library.loop_place(loop_library.host_platform())

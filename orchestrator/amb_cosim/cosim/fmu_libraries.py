@@ -37,25 +37,30 @@ def check_libraries(folder: Path, identifier: str, what: str) -> None:
         raise ValueError(f"{what} has no library {identifier} for {fmpy.platform}; it has {', '.join(there) or 'none'}")
     for library in place.glob(f"*{fmpy.sharedLibraryExtension}"):
         content = library.read_bytes()
-        if content.startswith(ELF) and not _is_whole(content):
+        if not is_whole(content):
             raise ValueError(f"{what}: {library.relative_to(folder).as_posix()} is damaged: its end is missing")
         if PYTHONFMU in content:
             _check_script(folder / "resources", what)
 
 
-def _is_whole(elf: bytes) -> bool:
-    """Whether a library in ELF format reaches to the end of its sections and of the segments that are loaded."""
+def is_whole(library: bytes) -> bool:
+    """Return whether a library in ELF format reaches to the end of its sections and of the segments that are loaded.
+
+    Of other formats, whose loaders see to it themselves, it is not asked.
+    """
+    if not library.startswith(ELF):
+        return True
     try:
-        segments, sections = struct.unpack_from("<QQ", elf, 0x20)
-        segment_size, n_segments, section_size, n_sections = struct.unpack_from("<4H", elf, 0x36)
+        segments, sections = struct.unpack_from("<QQ", library, 0x20)
+        segment_size, n_segments, section_size, n_sections = struct.unpack_from("<4H", library, 0x36)
         ends = [sections + section_size * n_sections]
         for k in range(n_segments):
-            kind, _, offset, _, _, size = struct.unpack_from("<IIQQQQ", elf, segments + k * segment_size)
+            kind, _, offset, _, _, size = struct.unpack_from("<IIQQQQ", library, segments + k * segment_size)
             if kind == SEGMENT_TO_LOAD:
                 ends.append(offset + size)
     except struct.error:
         return False
-    return max(ends) <= len(elf)
+    return max(ends) <= len(library)
 
 
 def _check_script(resources: Path, what: str) -> None:

@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from amb_cosim.cosim.cache import cache_folder
+from amb_cosim.cosim.fmu_libraries import is_whole
 from amb_files.atomic import write_atomically
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 
@@ -24,7 +25,7 @@ def load_loop() -> Callable[..., None] | None:
         path = SHIPPED / place
         if not path.is_file():
             path = cache_folder() / "loops" / place
-        if not path.is_file():
+        if not (path.is_file() and is_whole(path.read_bytes())):
             path.parent.mkdir(parents=True, exist_ok=True)
             library = compile_loop(host_platform())
             write_atomically(path, lambda file: file.write_bytes(library))
