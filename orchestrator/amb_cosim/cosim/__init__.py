@@ -2,7 +2,7 @@
 
 system          System, Component, Connection, Signal: what is connected with what, checked
 system_file     a system, and what is done with it, from a TOML file
-fmus            FMUs of models and files, built and extracted once, into the cache; fmu_libraries checks them
+fmus            FMUs of models and files, built and extracted once, into the cache; fmu_libraries and elf check them
 experiment      Experiment: times, events, profiles, stop conditions, recording; in seconds
 assignments     values of parameters and inputs, with units
 simulation      assemble, run_plan: from a system and a plan to a recording

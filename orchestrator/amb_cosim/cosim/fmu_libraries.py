@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-import struct
 from pathlib import Path
 
 import fmpy
 
-ELF, SEGMENT_TO_LOAD = b"\x7fELF\x02\x01", 1  # 64 bits, little-endian
+from amb_cosim.cosim.elf import is_whole
+
 PYTHONFMU = b"slavemodule.txt"  # a name that its library holds: the file that names the script
 
 
@@ -41,26 +41,6 @@ def check_libraries(folder: Path, identifier: str, what: str) -> None:
             raise ValueError(f"{what}: {library.relative_to(folder).as_posix()} is damaged: its end is missing")
         if PYTHONFMU in content:
             _check_script(folder / "resources", what)
-
-
-def is_whole(library: bytes) -> bool:
-    """Return whether a library in ELF format reaches to the end of its sections and of the segments that are loaded.
-
-    Of other formats, whose loaders see to it themselves, it is not asked.
-    """
-    if not library.startswith(ELF):
-        return True
-    try:
-        segments, sections = struct.unpack_from("<QQ", library, 0x20)
-        segment_size, n_segments, section_size, n_sections = struct.unpack_from("<4H", library, 0x36)
-        ends = [sections + section_size * n_sections]
-        for k in range(n_segments):
-            kind, _, offset, _, _, size = struct.unpack_from("<IIQQQQ", library, segments + k * segment_size)
-            if kind == SEGMENT_TO_LOAD:
-                ends.append(offset + size)
-    except struct.error:
-        return False
-    return max(ends) <= len(library)
 
 
 def _check_script(resources: Path, what: str) -> None:

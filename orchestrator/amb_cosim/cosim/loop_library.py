@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from amb_cosim.cosim.cache import cache_folder
-from amb_cosim.cosim.fmu_libraries import is_whole
+from amb_cosim.cosim.elf import is_whole
 from amb_files.atomic import write_atomically
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 
