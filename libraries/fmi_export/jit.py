@@ -41,7 +41,7 @@ def inlined_kernel(function: F) -> F:
 
 
 def _compiled(function: F, **options: bool) -> F:
-    if not COMPILED:
+    if not COMPILED or numba.config.DISABLE_JIT:
         return function
     with _cache_of(function.__module__.split(".")[0]):
         settings: dict[str, Any] = {"error_model": "numpy", "_nrt": False} | options
