@@ -17,7 +17,7 @@ try:
     import numba
     import numba.extending
 
-    COMPILED = True
+    COMPILED = not cast(Any, numba.config).DISABLE_JIT
 except ImportError:  # the kernels are ordinary Python too, only slower
     COMPILED = False
 
@@ -41,7 +41,7 @@ def inlined_kernel(function: F) -> F:
 
 
 def _compiled(function: F, **options: bool) -> F:
-    if not COMPILED or numba.config.DISABLE_JIT:
+    if not COMPILED:
         return function
     with _cache_of(function.__module__.split(".")[0]):
         settings: dict[str, Any] = {"error_model": "numpy", "_nrt": False} | options

@@ -127,6 +127,7 @@ def clipped_regulator(p_v, target):
     return rate
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")  # scipy, where nothing changes any more
 @pytest.mark.parametrize(("start", "target"), [(5.57, 7.0), (5.57, 0.0), (0.0, 10.0), (9.0, 8.9), (3.0, 3.0)])
 @pytest.mark.parametrize("h", [5e-5, 1e-3, 6e-3, 0.5])

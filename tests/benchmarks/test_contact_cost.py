@@ -15,6 +15,7 @@ def data():
     return compare(repeats=1)
 
 
+@pytest.mark.slow
 def test_constraint_converges_to_a_rigid_retainer(data):
     errors = [row["orbit_error"] for row in data["constraint"]]
     assert errors[0] < data["orbit_tolerance"]

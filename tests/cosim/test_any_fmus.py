@@ -59,6 +59,7 @@ def test_two_masses_swing_against_each_other(run_python, system_file):
     np.testing.assert_allclose(left + right, 0.01, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_error_of_the_coupling_falls_with_the_step(run_python, system_file):
     errors = []
     for step in ("1 ms", "0.5 ms"):

@@ -57,6 +57,7 @@ def test_sensors_without_lag_change_no_bit(installed, tmp_path):
         np.testing.assert_array_equal(found[name], values, err_msg=name)
 
 
+@pytest.mark.slow
 def test_the_lag_is_that_of_a_held_input(installed, tmp_path):
     scenario = str(EXAMPLE / "fig4_9_with_sensors.toml")
     found = dataset_of(installed, tmp_path / "lag", scenario, "--flavour", "python")

@@ -129,6 +129,7 @@ def test_a_host_without_python_gets_the_numbers_of_the_core(fmu, compiled, lag):
     assert read == [core["y"]] * 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", slow_but_first([1, 2]))
 def test_any_calls_with_any_arguments_are_survived(fmu, compiled, seed):
     process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], f"fuzz {seed} 3000\n")

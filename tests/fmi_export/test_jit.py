@@ -1,6 +1,7 @@
 """The kernels' on-disk cache."""
 
 import pytest
+from slow import slow_but_first
 
 CALLER = """
 from fmi_export.jit import kernel
@@ -29,7 +30,7 @@ def host(folder: str) -> list:
     return [doubled(3.0), sum(doubled.stats.cache_hits.values())]
 
 
-@pytest.mark.parametrize("package", ["cached", "other"])
+@pytest.mark.parametrize("package", slow_but_first(["other", "cached"]))
 def test_kernel_is_compiled_again_when_a_kernel_that_it_calls_changed(run_python, tmp_path, package):
     """The other kernel is of the same package, or of one that the caller's package names in `KERNELS_FROM`."""
     for name in {"cached", package}:

@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from slow import slow_but_first
 
 from amb_cosim import contact_history, orbits, series
 from amb_cosim.cosim.dataset import load, save
@@ -307,7 +308,7 @@ def test_netcdf_round_trip_keeps_data_and_figures(synthetic, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["result.nc"]
 
 
-@pytest.mark.parametrize("samples", [None, 0])
+@pytest.mark.parametrize("samples", slow_but_first([None, 0]))
 def test_the_file_of_signals_is_that_which_xarray_writes(synthetic, tmp_path, samples):
     dataset = synthetic(plot_cycles=[4, 16], description="Ω, ½", failure="").isel(time=slice(samples))
     flags = {"flag_values": np.array([0, 1], np.int32), "flag_meanings": "held free"}

@@ -15,6 +15,8 @@ import pytest
 from rotor_cases import masters
 from rubbing_cases import AT, CLEARANCE, REDUCED, RIG, RubbingCase, folded, follow
 
+pytestmark = pytest.mark.slow
+
 Siconos = Callable[..., dict[str, np.ndarray]]
 
 ALL = tuple(CLEARANCE)
@@ -79,7 +81,6 @@ def about_to_impact(seed: int, e: tuple[float, ...], mu: float, touching: tuple,
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.0, 0.3, 1.0])
 @pytest.mark.parametrize("count", [2, 4])
 def test_impacts_at_several_sites_at_once(count: int, mu: float, siconos: Siconos) -> None:
@@ -172,7 +173,6 @@ RUNS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("run", RUNS)
 def test_run_without_friction_from_event_to_event(run: str, siconos: Siconos) -> None:
     """0.1 s. Siconos's contact drifts off its circle by what its integrator and tolerance allow."""
@@ -203,7 +203,6 @@ STEPPED = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("run", STEPPED)
 def test_time_stepping_approaches_the_plant_at_first_order(run: str, siconos: Siconos) -> None:
     """50 ms. A blow is at most a step early or late, and shifts a journal by what it travels at 1 m/s in that time."""

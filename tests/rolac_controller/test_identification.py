@@ -60,7 +60,7 @@ def test_receptance_of_a_discrete_plant_is_found(tested):
     assert b["identification_speed"] == b["Omega"]
 
 
-@pytest.mark.parametrize("frequency", [16.0, 16.7, 23.123])
+@pytest.mark.parametrize("frequency", slow_but_first([16.7, 16.0, 23.123]))
 def test_receptance_is_found_with_a_fraction_of_a_sample_per_revolution(tested, frequency):
     b, plant = tested(frequency=frequency, sample_time=1.0 / 2000.0)
     b["identify"] = 1.0
@@ -184,6 +184,7 @@ def test_levitated_rotor_gives_the_receptance_of_its_sampled_loop(bench, make_pl
     assert np.abs(b.receptance() - model).max() < 1e-6 * np.abs(model).max()
 
 
+@pytest.mark.slow
 def test_noise_of_the_rig_costs_less_than_a_percent(bench, make_plant):
     h = 250e-6
     rotor = Rotor(h)
@@ -240,6 +241,7 @@ def test_forces_of_rolac_are_constant_and_do_not_enter_the_receptance(tested, di
     assert b["table_rows"] == 1.0  # in place of the one it was built with
 
 
+@pytest.mark.slow
 def test_twelve_speeds_fill_the_table(tested):
     b, plant = tested(rolac__min_speed=1.0)
     for count, speed in enumerate(SPEEDS, 1):

@@ -79,6 +79,7 @@ def over_thesis(bearing: str, f: dict[str, Any], when: str) -> float:
     return f["settled_amplitude_mm"][when][bearing] / THESIS["fig_5_5"]["amplitude_mm"]["pid"][bearing]
 
 
+@pytest.mark.slow
 def test_rolac_prevents_contact_that_traps_the_rotor_under_pid(figures: Any, regression: Any) -> None:
     """Fig. 5.5 with both unbalances times 1.44."""
     pid, rolac = figures("fig5_5_pid"), figures("fig5_5")
@@ -133,6 +134,7 @@ def test_with_the_amplitudes_of_fig_5_5_rolac_must_know_of_contact(figures: Any)
         assert f["last_contact_cycle"] < 10.0
 
 
+@pytest.mark.slow
 def test_pid_alone_stays_trapped(figures: Any, regression: Any) -> None:
     """Fig. 5.6 with both unbalances times 1.25: under PID the rotor rubs to the end."""
     f = figures("fig5_6_pid")

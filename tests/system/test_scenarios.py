@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
+from slow import slow_but_first
 
 NODAL, NEWTON = 0, 1
 CLEARANCE_MM = 0.75
@@ -218,7 +219,7 @@ def test_the_reading_on_d2_rolls_late_under_newtons_law(figures: Any, regression
     assert 10.0 < f["rolling_from_cycle"] < 15.0
 
 
-@pytest.mark.parametrize("law", [NODAL, NEWTON])
+@pytest.mark.parametrize("law", slow_but_first([NEWTON, NODAL]))
 @pytest.mark.parametrize("name", ["rolling_90", "rolling_220"])
 def test_rolling_outlasts_the_unbalance_that_began_it(figures: Any, regression: Any, name: str, law: int) -> None:
     """4.5.1: from contact at once into rolling; trapped two cycles after the last unbalance has gone.
@@ -293,7 +294,7 @@ def angles_of(text: str) -> dict[str, list[float]]:
     return {key: result.dataset[name].values.tolist() for key, name in names.items()}
 
 
-@pytest.mark.parametrize("system", ["passive", "levitated"])
+@pytest.mark.parametrize("system", slow_but_first(["levitated", "passive"]))
 def test_rotor_turns_by_the_integral_of_its_speed(run_python: Callable[..., Any], system: str) -> None:
     """Trapezoids are exact for a speed that is linear between communication points."""
     d = run_python(angles_of, text=PROFILE.format(system=system))

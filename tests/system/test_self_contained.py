@@ -56,6 +56,7 @@ def test_an_fmu_gives_the_same_numbers_with_numpy_alone(
         assert plain[:, 1 + outputs.index("contact_state")].max() > 0.0
 
 
+@pytest.mark.slow
 def test_every_fmu_is_valid(fmus: dict[str, Path]) -> None:
     from fmpy.validation import validate_fmu
 
