@@ -61,7 +61,7 @@ class Baseline:
     Parameters
     ----------
     prepared
-        A run of this project's three models in Gauss-Seidel order, at constant speed.
+        A run of this project's models in Gauss-Seidel order, at constant speed.
 
     Raises
     ------

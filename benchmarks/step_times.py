@@ -14,8 +14,8 @@ SCENARIOS = ("fig4_9", "fig4_14", "rolling_90")  # impacts and rubbing, sustaine
 def step_times(rounds: int) -> dict[str, dict[str, float]]:
     """Return median, 99.9th percentile and maximum of the time (us) of a step, and its sample time, by scenario.
 
-    The three native models run in one loop without FMI. A run does the same in every round, so that a step counts with
-    its shortest time: what else the machine did in it is left out.
+    The native models of a scenario run in one loop without FMI. A run does the same in every round, so that a step
+    counts with its shortest time: what else the machine did in it is left out.
     """
     return {name: _step_times(name, rounds) for name in SCENARIOS}
 
