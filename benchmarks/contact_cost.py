@@ -63,7 +63,7 @@ class Formulation:
         settings = {f"rb{k}.{name}": value for name, value in given.items() for k in (1, 2)}
         settings |= {f"mb{k}.{name}": value for name, value in {"k_b": 1e6, "c_b": 5e3}.items() for k in (1, 2)}
         settings |= {"eb1.enabled": 0.0, "eb2.enabled": 0.0, "Omega": SPEED, "d1.u": 0.5e-3, "initial.orbit": 1.0}
-        settings |= {"solver.max_substep": substep, "solver.tolerance": 1.0, "solver.exact_flight": 0.0}
+        settings |= {"solver.max_substep": substep, "solver.tolerance": 1.0, "solver.exact_motion": 0.0}
         for name, value in settings.items():
             rotor[name] = value
         rotor.initialise()

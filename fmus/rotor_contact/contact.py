@@ -132,6 +132,20 @@ def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> b
 
     Arguments are displacements (m), velocities (m/s), spin speed (rad/s) and accelerations (m/s^2).
     """
+    if not find_multipliers(w, q, v, Omega, a):
+        return False
+    for site in w.sites:
+        if is_constrained(site):
+            add_contact_response(w, site, site.f_n, site.f_t, a)
+    return True
+
+
+@kernel
+def find_multipliers(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> bool:
+    """Solve f_n and f_t of the constrained sites from the acceleration `a` without contact; return False if singular.
+
+    Arguments as for `apply_contact`; of `a` only what belongs to the sites is read.
+    """
     for site in w.sites:
         if is_constrained(site):
             locate_journal(site, q)
@@ -151,7 +165,6 @@ def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> b
     for site in w.sites:
         if is_constrained(site):
             site.f_n, site.f_t = multipliers(site, w.equations, 1.0)
-            add_contact_response(w, site, site.f_n, site.f_t, a)
     return True
 
 
@@ -159,29 +172,49 @@ def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> b
 def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
     """Put constrained sites on the circle and onto the velocity constraint, by the mass-weighted smallest change.
 
-    Without this the drift of the integrated constraint (4.14) grows with time. Friction has no part in it. One Newton
-    step is enough for positions: it squares the error that a substep leaves.
+    Without this the drift of the integrated constraint (4.14) grows with time. Friction has no part in it.
     """
-    for target in range(2):
-        for site in w.sites:
-            if is_constrained(site):
-                locate_journal(site, q)
-        size = write_equations(w, 0.0)
-        if size == 0:
-            return True
-        for site in w.sites:
-            if is_constrained(site):
-                row = site.unknown
-                if target == 0:
-                    w.equations.right_side[row] = site.clearance - site.radius
-                else:
-                    w.equations.right_side[row] = -radial_component(site, v)
-                    if site.mode == ROLLING:
-                        w.equations.right_side[row + 1] = -slip_velocity(site, v, Omega)
-        if not solve(w.equations, size):
-            return False
-        for site in w.sites:
-            if is_constrained(site):
-                normal, friction = multipliers(site, w.equations, 0.0)
-                add_contact_response(w, site, normal, friction, q if target == 0 else v)
+    if not put_on_circles(w, q):
+        return False
+    for site in w.sites:
+        if is_constrained(site):
+            locate_journal(site, q)
+    size = write_equations(w, 0.0)
+    if size == 0:
+        return True
+    for site in w.sites:
+        if is_constrained(site):
+            w.equations.right_side[site.unknown] = -radial_component(site, v)
+            if site.mode == ROLLING:
+                w.equations.right_side[site.unknown + 1] = -slip_velocity(site, v, Omega)
+    return _add_corrections(w, size, v)
+
+
+@kernel
+def put_on_circles(w: Workspace, q: Array) -> bool:
+    """Put constrained sites on the circle by the mass-weighted smallest change; return False if singular.
+
+    One Newton step is enough: it squares the error that a substep leaves.
+    """
+    for site in w.sites:
+        if is_constrained(site):
+            locate_journal(site, q)
+    size = write_equations(w, 0.0)
+    if size == 0:
+        return True
+    for site in w.sites:
+        if is_constrained(site):
+            w.equations.right_side[site.unknown] = site.clearance - site.radius
+    return _add_corrections(w, size, q)
+
+
+@kernel
+def _add_corrections(w: Workspace, size: int, target: Array) -> bool:
+    """Solve the equations and add the response to `target`; return False if they are singular."""
+    if not solve(w.equations, size):
+        return False
+    for site in w.sites:
+        if is_constrained(site):
+            normal, friction = multipliers(site, w.equations, 0.0)
+            add_contact_response(w, site, normal, friction, target)
     return True

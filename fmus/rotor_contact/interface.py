@@ -135,9 +135,9 @@ def _model_parameters(max_substep: float) -> list[Variable]:
             minimum=0.0,
         ),
         parameter(
-            "solver.exact_flight",
+            "solver.exact_motion",
             "1",
-            "Take steps at constant speed without contact by their exact solution, once 64 were alike",
+            "Take steps at constant speed by their exact solution, once 64 were alike; contact by collocation",
             1.0,
             type="Boolean",
         ),

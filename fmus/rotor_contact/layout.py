@@ -105,7 +105,7 @@ def n_work(constants: Array) -> int:
     n_unknowns = MAX_UNKNOWNS * n_sites
     return (
         N_SPIN
-        + propagator_size(n, n_bearings, s.is_damped)
+        + propagator_size(n, n_bearings, n_sites, s.is_damped)
         + N_STAGES * stage_size(most_degrees_of_freedom(s), n_sites)
         + (2 * n + N_ROWS) * n
         + n_sites * N_SITE
@@ -135,7 +135,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     What is read most comes first, at even places: kernels use vectors of two numbers.
     """
     n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
-    stages = N_SPIN + propagator_size(n, n_bearings, structure.is_damped)
+    stages = N_SPIN + propagator_size(n, n_bearings, n_sites, structure.is_damped)
     stages_size = N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites)
     motion = stages + stages_size
     sites = motion + (2 * n + N_ROWS) * n
@@ -145,7 +145,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     bearings = orbit + 2 * n * (2 * n + 1)
     return Scratch(
         part(work, 0, SPIN, 1),
-        propagator_of(work, N_SPIN, n, n_bearings, structure.is_damped),
+        propagator_of(work, N_SPIN, n, n_bearings, n_sites, structure.is_damped),
         part(work, stages, REAL, stages_size),
         part(work, sites, SITE, n_sites),
         equations_of(work, equations, n_unknowns),

@@ -11,14 +11,15 @@ from rotor_contact.bodies import SHORTEST_SUBSTEP, body_limit, coupling_energy, 
 from rotor_contact.dynamics import add_magnetic_forces, collect_coefficients, collect_forces
 from rotor_contact.enumerations import NODAL
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
-from rotor_contact.free_flight import propagate
+from rotor_contact.exact_motion import propagate
 from rotor_contact.heating import warm
 from rotor_contact.interface import interface_of
 from rotor_contact.layout import load_sites, n_state, n_work, scratch_of, state_of, store_sites, workspace_of
 from rotor_contact.modes import resolve_modes
 from rotor_contact.outputs import write_mechanical_energy, write_outputs
 from rotor_contact.planes import Planes
-from rotor_contact.propagator import build_propagator, is_built, is_time_invariant, without_rounding
+from rotor_contact.propagator import is_built, is_time_invariant, without_rounding
+from rotor_contact.series import build_propagator
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.structure import structure_of
@@ -110,7 +111,7 @@ def step(
     motion = collect_forces(structure, p, u, (head.theta, Omega, Omega_dot), scratch.motion, scratch.bearings)
     add_magnetic_forces(u, motion)
     exact = is_time_invariant(motion, step_size, x.key, head)
-    exact = exact and p.own[0].solver.exact_flight != 0.0 and n == structure.K.shape[0]
+    exact = exact and p.own[0].solver.exact_motion != 0.0 and n == structure.K.shape[0]
     if exact:
         motion = without_rounding(motion, x.key)
     w = workspace_of(structure, motion, scratch, n)
@@ -118,13 +119,13 @@ def step(
     copy(x.z[: 2 * n + N_INTEGRALS], z)
     z[2 * n + N_INTEGRALS :] = 0.0
     head.tolerance_missed = 0.0
-    in_free_flight = False
+    is_done = False
     if exact:
         if not is_built(scratch.propagator, x.key):
             collect_coefficients(structure, motion)
-            build_propagator(structure.Minv, motion, x.key, scratch.propagator)
-        in_free_flight = propagate(w, scratch.propagator, step_size)
-    if not in_free_flight:
+            build_propagator(structure.Minv, motion, scratch.sites, x.key, scratch.propagator)
+        is_done = propagate(w, scratch.propagator, step_size)
+    if not is_done:
         collect_coefficients(structure, motion)
         if spin.row >= 0 and spin.inertia <= least_inertia(motion):
             return FAULT_INERTIA

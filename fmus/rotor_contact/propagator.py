@@ -1,11 +1,10 @@
-"""The propagator of free flight: a matrix for one piece of a step, built by Taylor series; when to build it.
+"""The propagator of exact motion: matrices for one piece of a step, and when they are worth building.
 
-P and V are explained in `free_flight`. A column is a Taylor series in time: the motion from one unit of x.
+P, V and S are explained in `exact_motion` and `collocation`; `series` builds them.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +13,9 @@ from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from rotor_contact.dynamics import Motion, coefficients
+from rotor_contact.dynamics import Motion
+from rotor_contact.linear_solver import Equations, equations_of
+from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.structure import REAL
 
 # What P and V depend on: step size (s) and speed (rad/s); stiffness, damping and force gradients of each bearing.
@@ -25,14 +26,26 @@ N_KEY, N_BEARING_KEY = size_of(KEY), size_of(BEARING_KEY)
 STEPS_BEFORE_BUILD = 64  # to build P costs as much as some fifty steps
 STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
 ROUNDING = 1e-13  # relative, of speed and bearings: what differs by less is computed anew by others, not changed
-TERMS = 22  # of the series, whose terms fall at least like 1/k!
-MAX_PIECES = 32
 
 N_GAUSS = 4
-GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)  # in [0, 1]
+N_SERIES = 5  # see `series`
 
-# Terms of the series of q, v, and the real and imaginary part of the integral, then the acceleration.
-N_SERIES = 5
+# What the equations of a contact need of its journal: the acceleration without contact at the start, then x, y, v_x,
+# v_y at each Lobatto point after that, and the acceleration without contact at the end.
+N_SEEN = 16
+# A site at a Lobatto point: normal, slip velocity (m/s), ratio T/N of sliding, and the forces (N).
+NODE = record(
+    ("n_x", np.float64),
+    ("n_y", np.float64),
+    ("slip", np.float64),
+    ("ratio", np.float64),
+    ("f_n", np.float64),
+    ("f_t", np.float64),
+)
+N_NODE = size_of(NODE)
+
+
+Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
 
 
 class Key(NamedTuple):
@@ -43,25 +56,40 @@ class Key(NamedTuple):
 
 
 class Propagator(NamedTuple):
-    """P and V with what they were built for, and room to use and to build them.
+    """P, V and S with what they were built for, and room to use and to build them.
 
     P, V
-        Shapes (5 n, 2 n + N_GAUSS n_observed) and (5 n, 2 n); row j is the effect of unit j of x.
+        Shapes (n_x, 2 n + N_GAUSS n_observed) and (n_x, 2 n); row j is the effect of unit j of x. The first 5 n are
+        those of free flight, the others unit forces in x and y at a site at one Lobatto point: all sites at the first
+        point, then all at the next.
+    S
+        What each site sees of these, shape (n_sites, n_x, N_SEEN).
     key
         What they were built for.
     start, end
-        What P maps from and to.
+        What P maps from and to: x, shape (n_x,), and what P says of the end.
+    seen, moved
+        What each site sees without contact and by contact, shape (n_sites, N_SEEN) each.
+    nodes
+        Records of type `NODE`, shape (n_sites, N_LOBATTO).
+    equations
+        Room for the equations of all points after the first.
     series
         Terms of the series, shape (N_SERIES, n).
     n_pieces
-        Number of pieces of a step, in an array of one; 0 where there are too many.
+        Number of pieces of a step, 0 where there are too many, in an array of two.
     """
 
     P: Array
     V: Array
+    S: Array
     key: Key
     start: Array
     end: Array
+    seen: Array
+    moved: Array
+    nodes: Nodes
+    equations: Equations
     series: Array
     n_pieces: Array
 
@@ -79,29 +107,53 @@ def key_of(array: Array, start: int, n_bearings: int) -> Key:
 
 
 @views
-def propagator_size(n: int, n_bearings: int, is_damped: bool) -> int:
-    """Return how many float64 a `Propagator` of a rotor with n degrees of freedom takes."""
-    start, end = 5 * n, 2 * n + N_GAUSS * (2 * n if is_damped else 2 * n_bearings)
-    return start * (end + 2 * n) + key_size(n_bearings) + start + end + N_SERIES * n + 1
+def n_start(n: int, n_sites: int) -> int:
+    """Return the number of rows of P: of all that x holds."""
+    return 5 * n + 2 * N_LOBATTO * n_sites
 
 
 @views
-def propagator_of(work: Array, at: int, n: int, n_bearings: int, is_damped: bool) -> Propagator:
+def n_end(n: int, n_bearings: int, is_damped: bool) -> int:
+    """Return the number of columns of P."""
+    return 2 * n + N_GAUSS * (2 * n if is_damped else 2 * n_bearings)
+
+
+@views
+def propagator_size(n: int, n_bearings: int, n_sites: int, is_damped: bool) -> int:
+    """Return how many float64 a `Propagator` of a rotor with n degrees of freedom takes."""
+    rows, columns, n_equations = n_start(n, n_sites), n_end(n, n_bearings, is_damped), 2 * (N_LOBATTO - 1) * n_sites
+    at_sites = n_sites * ((rows + 2) * N_SEEN + N_LOBATTO * N_NODE)
+    matrices = rows * (columns + 2 * n) + n_equations * (n_equations + 1)
+    return matrices + at_sites + key_size(n_bearings) + rows + columns + N_SERIES * n + 2
+
+
+@views
+def propagator_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, is_damped: bool) -> Propagator:
     """Return a `Propagator` in an array from `at` on."""
-    rows, columns = 5 * n, 2 * n + N_GAUSS * (2 * n if is_damped else 2 * n_bearings)
+    rows, columns, n_equations = n_start(n, n_sites), n_end(n, n_bearings, is_damped), 2 * (N_LOBATTO - 1) * n_sites
     V = at + rows * columns
-    key = V + rows * 2 * n
+    S = V + rows * 2 * n
+    key = S + n_sites * rows * N_SEEN
     start = key + key_size(n_bearings)
     end = start + rows
-    series = end + columns
+    seen = end + columns
+    moved = seen + n_sites * N_SEEN
+    nodes = moved + n_sites * N_SEEN
+    equations = nodes + n_sites * N_LOBATTO * N_NODE
+    series = equations + n_equations * (n_equations + 1)
     return Propagator(
         part(work, at, REAL, (rows, columns)),
         part(work, V, REAL, (rows, 2 * n)),
+        part(work, S, REAL, (n_sites, rows, N_SEEN)),
         key_of(work, key, n_bearings),
         part(work, start, REAL, rows),
         part(work, end, REAL, columns),
+        part(work, seen, REAL, (n_sites, N_SEEN)),
+        part(work, moved, REAL, (n_sites, N_SEEN)),
+        part(work, nodes, NODE, (n_sites, N_LOBATTO)),
+        equations_of(work, equations, n_equations),
         part(work, series, REAL, (N_SERIES, n)),
-        part(work, series + N_SERIES * n, REAL, 1),
+        part(work, series + N_SERIES * n, REAL, 2),
     )
 
 
@@ -165,7 +217,7 @@ def is_built(propagator: Propagator, key: Key) -> bool:
 
 
 @kernel
-def _set_key(key: Key, source: Key) -> None:
+def set_key(key: Key, source: Key) -> None:
     """Write the key `source` into `key`."""
     key.own[0].step_size = source.own[0].step_size
     key.own[0].Omega = source.own[0].Omega
@@ -175,105 +227,3 @@ def _set_key(key: Key, source: Key) -> None:
         a.c_b = b.c_b
         a.gradient[0] = b.gradient[0]
         a.gradient[1] = b.gradient[1]
-
-
-@kernel
-def build_propagator(Minv: Array, motion: Motion, key: Key, propagator: Propagator) -> None:
-    """Build P and V for this key, from the coefficients of the motion."""
-    n = Minv.shape[0]
-    K, C = coefficients(motion)
-    elastic = viscous = 0.0  # the largest row sums bound how fast anything can change
-    for i in range(n):
-        row_of_K = row_of_C = 0.0
-        for j in range(n):
-            row_of_K += abs(K[j, i])
-            row_of_C += abs(C[j, i])
-        elastic, viscous = max(elastic, row_of_K), max(viscous, row_of_C)
-    rate = math.sqrt(elastic) + viscous + abs(motion.Omega)
-    _set_key(propagator.key, key)
-    step_size = key.own[0].step_size
-    propagator.n_pieces[0] = 0.0
-    if step_size * rate <= MAX_PIECES:
-        pieces = max(math.ceil(step_size * rate), 1)
-        propagator.n_pieces[0] = pieces
-        for unit in range(5 * n):
-            _integrate_unit(Minv, motion, propagator, unit, step_size / pieces)
-
-
-@kernel
-def _integrate_unit(Minv: Array, motion: Motion, propagator: Propagator, unit: int, h: float) -> None:
-    """Taylor-integrate one unit initial condition or force over h (s), term by term in t/h."""
-    n = Minv.shape[0]
-    K, C = coefficients(motion)
-    row, integral, series = propagator.P[unit], propagator.V[unit], propagator.series
-    row[:] = 0.0
-    integral[:] = 0.0
-    series[:, :] = 0.0
-    q, v, re, im, a = series[0], series[1], series[2], series[3], series[4]
-    kind, column = unit // n - 2, unit % n  # -2, -1: displacement, velocity; 0, 1, 2: steady, cosine, sine
-    if kind < 0:
-        series[kind + 2, column] = 1.0
-        row[unit] = 1.0
-    for k in range(N_GAUSS):
-        for b in range(n_observed(motion)):
-            row[2 * n + k * n_observed(motion) + b] = observed(motion, q, v, b)
-    cosine, sine = 1.0, 0.0
-    for term in range(1, TERMS + 1):
-        dt, delta_theta = h / term, 0.0 if kind == 0 else motion.Omega * h / term
-        force = 0.0 if kind < 0 else sine if kind == 2 else cosine
-        cosine, sine = -delta_theta * sine, delta_theta * cosine
-        for i in range(n):
-            a[i] = force * Minv[i, column]
-        for j in range(n):
-            K_j, C_j, q_j, v_j = K[j], C[j], q[j], v[j]
-            for i in range(n):
-                a[i] -= K_j[i] * q_j + C_j[i] * v_j
-        for i in range(n):
-            real = dt * (v[i] - motion.Omega * im[i])
-            im[i] = dt * motion.Omega * re[i]
-            re[i] = real
-            q[i] = dt * v[i]
-            v[i] = dt * a[i]
-            row[i] += q[i]
-            row[n + i] += v[i]
-            integral[i] += re[i]
-            integral[n + i] += im[i]
-        for k in range(N_GAUSS):
-            power = GAUSS_POINTS[k] ** term
-            for b in range(n_observed(motion)):
-                row[2 * n + k * n_observed(motion) + b] += power * observed(motion, q, v, b)
-    cosine, sine = math.cos(motion.Omega * h), math.sin(motion.Omega * h)
-    for i in range(n):  # from int v exp(i Omega (h - t)) dt to V_c and V_s
-        real, imaginary = integral[i], integral[n + i]
-        integral[i] = real * cosine + imaginary * sine
-        integral[n + i] = real * sine - imaginary * cosine
-
-
-@kernel
-def n_observed(motion: Motion) -> int:
-    """Return how many numbers of q and v the heat of damping takes: all, or the velocities at the bearings' axes."""
-    return 2 * motion.rows.shape[1] if motion.is_damped else n_axes(motion)
-
-
-@kernel
-def observed(motion: Motion, q: Array, v: Array, b: int) -> float:
-    """Return number b of those of `n_observed`."""
-    n = motion.rows.shape[1]
-    if motion.is_damped:
-        number: float = q[b] if b < n else v[b - n]
-        return number
-    velocity: float = v[row_of_axis(motion, b)]
-    return velocity
-
-
-@kernel
-def n_axes(motion: Motion) -> int:
-    """Return the number of the bearings' axes."""
-    return 2 * motion.bearings.shape[0]
-
-
-@kernel
-def row_of_axis(motion: Motion, b: int) -> int:
-    """Return the degree of freedom of axis b of the bearings: x and y of the first, then of the next."""
-    row: int = motion.bearings[b // 2].row + b % 2
-    return row

@@ -8,7 +8,7 @@ from rotor_cases import BEARINGS, H, both, plant, run
 
 from rotor_contact.enumerations import NEWTON, NODAL
 
-REFERENCE = {"solver.max_substep": H / 100.0, "solver.tolerance": 1.0, "solver.exact_flight": 0.0}
+REFERENCE = {"solver.max_substep": H / 100.0, "solver.tolerance": 1.0, "solver.exact_motion": 0.0}
 
 
 def through(Omega, before, during, turns, values):

@@ -72,7 +72,7 @@ def test_rolling_makes_no_heat_and_the_drive_pays_for_the_damping():
 
 def test_balance_improves_with_the_fourth_power_of_the_substep():
     def gap(substep):
-        fixed = {"solver.max_substep": substep, "solver.tolerance": 1.0, "solver.exact_flight": 0.0}
+        fixed = {"solver.max_substep": substep, "solver.tolerance": 1.0, "solver.exact_motion": 0.0}
         x = plant(BEARINGS | fixed | {"Omega": 260.0, "d1.u": 0.0255})
         place(x, *(0.2 * CLEARANCE * np.array([1, 1j, -1, 0.5, -1j, 1]) * f for f in (1.0, 50.0)))
         return abs(run(x, 60, ["energy.balance"])[-1, 0])

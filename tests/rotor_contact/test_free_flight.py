@@ -8,7 +8,7 @@ from rotor_cases import BEARINGS, CLEARANCE, H, both, head, masters, place, plan
 from rotor_contact.layout import N_HEAD
 from rotor_contact.propagator import STEPS_BEFORE_BUILD
 
-FINE = {"solver.max_substep": 5e-6, "solver.exact_flight": 0.0, "solver.tolerance": 1.0}
+FINE = {"solver.max_substep": 5e-6, "solver.exact_motion": 0.0, "solver.tolerance": 1.0}
 TERMS = [f"energy.{name}" for name in ("kinetic", "strain", "damping", "work", "balance")]
 
 
@@ -67,7 +67,7 @@ def test_energies_balance_in_flight(h):
     x = in_flight(WIDE | BEARINGS | UNBALANCE | EVERY_INPUT, h)
     reset_energies(x)
     record = run(x, 400, TERMS, h=h)
-    assert np.ptp(record[:, 4]) < 1e-10 * np.max(np.abs(record[:, :4]))
+    assert np.ptp(record[:, 4]) < 1e-8 * np.max(np.abs(record[:, :4]))
     assert record[-1, 2] > 0.0
     assert np.all(np.diff(record[:, 2]) > 0.0)
 
@@ -148,7 +148,7 @@ def test_a_rotor_too_stiff_for_the_step_is_integrated():
     """The same, bit for bit, as without the exact solution."""
     values = WIDE | both("mb.k_b", 1e9) | {"Omega": 150.0}
     x = in_flight(values, 2e-2)
-    other = in_flight(values | {"solver.exact_flight": 0.0}, 2e-2)
+    other = in_flight(values | {"solver.exact_motion": 0.0}, 2e-2)
     assert flies(x)
     np.testing.assert_array_equal(run(x, 5, TERMS, h=2e-2), run(other, 5, TERMS, h=2e-2))
     assert abs(x["mb1.x"]) < 0.1

@@ -27,7 +27,7 @@ def test_plant_moves_as_the_complex_model_integrated_independently(Omega):
 def test_integration_is_of_fourth_order_in_the_substep():
     steps = 40
     r, _ = exact_motion(300.0, steps * 1e-3)
-    fixed = {"solver__exact_flight": 0.0, "solver__tolerance": 1.0}
+    fixed = {"solver__exact_motion": 0.0, "solver__tolerance": 1.0}
     errors = [
         np.max(np.abs(masters(moved(300.0, steps, 1e-3, solver__max_substep=1e-3 / parts, **fixed))[0] - r))
         for parts in (4, 8, 16)
@@ -38,7 +38,7 @@ def test_integration_is_of_fourth_order_in_the_substep():
 
 
 def test_communication_step_does_not_change_the_motion():
-    integrated = {"solver__exact_flight": 0.0, "solver__max_substep": 62.5e-6, "solver__tolerance": 1.0}
+    integrated = {"solver__exact_motion": 0.0, "solver__max_substep": 62.5e-6, "solver__tolerance": 1.0}
     once = moved(200.0, 100, 1e-3, **integrated)
     often = moved(200.0, 1600, 62.5e-6, **integrated)
     np.testing.assert_allclose(masters(once)[0], masters(often)[0], rtol=1e-9, atol=1e-16)

@@ -27,7 +27,7 @@ def parameters():
     yield "contact.impact_law", p.contact.impact_law
     yield "solver.max_substep", p.solver.max_substep
     yield "solver.tolerance", p.solver.tolerance
-    yield "solver.exact_flight", p.solver.exact_flight
+    yield "solver.exact_motion", p.solver.exact_motion
     yield "gravity", p.gravity
     yield "gravity_angle", p.gravity_angle
     yield "ambient_temperature", p.ambient_temperature

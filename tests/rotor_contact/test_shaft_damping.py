@@ -76,7 +76,7 @@ def test_free_flight_of_a_damped_shaft_equals_its_integration(rotating):
     rotor = replace(RIG, damping=Damping(modal=(0.01,), stiffness=1e-5, rotating=rotating))
     given = BEARINGS | {"Omega": 260.0, "d1.u": 1e-3, "d3.f_x": 30.0, "mb1.k_xx": 2e5, "solver.max_substep": 5e-6}
     exact = plant(given, rotor)
-    integrated = plant(given | {"solver.exact_flight": 0.0}, rotor)
+    integrated = plant(given | {"solver.exact_motion": 0.0}, rotor)
     names = ("mb1.x", "mb1.y", "mb2.x", "mb2.y", *ENERGIES)
     a, b = run(exact, 600, names), run(integrated, 600, names)
     np.testing.assert_allclose(a[:, :4], b[:, :4], atol=1e-12)

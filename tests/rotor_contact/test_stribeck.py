@@ -58,7 +58,7 @@ def test_sliding_with_stribeck_friction_converges_with_fourth_order():
     expected = slowed_whirl(velocity, Omega, steps * h)
     errors = []
     for parts in (1, 2, 4):
-        fixed = {"solver.max_substep": h / parts, "solver.tolerance": 1.0, "solver.exact_flight": 0.0}
+        fixed = {"solver.max_substep": h / parts, "solver.tolerance": 1.0, "solver.exact_motion": 0.0}
         x = sliding_in_ring(velocity, Omega, STRIBECK | fixed)
         run(x, steps, h=h)
         errors.append(abs(x["rb1.whirl_speed"] * RING - expected))

@@ -49,7 +49,7 @@ TIGHT = '"solver.tolerance" = 0'
 FIXED = """
 "solver.max_substep" = "{} us"
 "solver.tolerance" = 1
-"solver.exact_flight" = false
+"solver.exact_motion" = false
 """
 
 

@@ -1,18 +1,19 @@
-"""Free flight at constant speed: the exact solution, by a propagator matrix that serves all steps alike.
+"""Motion at constant speed under constant inputs: the exact solution, by matrices that serve all steps alike.
 
-Without contact and under constant forces the rotor is linear,
+But for contact the rotor is linear,
 
-    q'' = -K q - C q' + M^-1 [ f + p cos(Omega t) + r sin(Omega t) ]        (3.1, unbalance in p and r)
+    q'' = -K q - C q' + M^-1 [ f + p cos(Omega t) + r sin(Omega t) + F(t) ]        (3.1, unbalance in p and r)
 
-so that the state at a time h later is linear in the present one:
+and with contact forces that are polynomials through their values at Lobatto points, F = sum_j l_j(t/h) F_j
+(`collocation`), the state at a time h later is linear in the present one and in these:
 
-    (q, v, o)(h) = P x,  (V_c, V_s) = V x,  x = (q, v, f, p, r)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
+    (q, v, o)(h) = P x,  (V_c, V_s) = V x,  x = (q, v, f, p, r, F_j)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
 
 V_c and V_s give the work of the unbalance, p V_c + r V_s, where it acts; o are what the heat of damping takes at the
 points of Gauss's quadrature: the velocities at the bearings, or q and v if the shaft is damped.
 
-A communication step is divided into equal pieces, short enough for the series. Where a journal might touch in one of
-them, the step is left to `events`.
+A communication step is divided into equal pieces, short enough for the series. Where a contact might begin, end, stick
+or slip in one of them, the step is left to `events`.
 """
 
 from __future__ import annotations
@@ -22,11 +23,14 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
+from rotor_contact.collocation import add_friction, find_end_forces, find_forces
+from rotor_contact.compliant import is_compliant
 from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.path import stays_within
 from rotor_contact.products import row_combination
-from rotor_contact.propagator import N_GAUSS, Propagator, n_axes, n_observed, row_of_axis
-from rotor_contact.site import can_touch
+from rotor_contact.propagator import N_GAUSS, Propagator
+from rotor_contact.series import n_axes, n_observed, row_of_axis
+from rotor_contact.site import can_touch, is_constrained
 from rotor_contact.workspace import Workspace, energy_integrals, stages_of
 
 TOUCH_MARGIN = 1e-4  # of the clearance, within which the path is not trusted
@@ -35,49 +39,59 @@ GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.
 
 @kernel
 def propagate(w: Workspace, propagator: Propagator, step_size: float) -> bool:
-    """Advance z by one communication step in free flight; return False, and leave z, if a site is or comes too close.
+    """Advance z by one communication step; return False, and leave z, if an event may be in it.
 
-    P must be built.
+    P must be built. Sites in contact under a force law are left to `events` too.
     """
     pieces = int(propagator.n_pieces[0])
+    in_contact = False
     for site in w.sites:
-        if site.enabled != 0.0 and not can_touch(site):
+        if is_compliant(site):
             return False
+        in_contact = in_contact or is_constrained(site)
     if pieces == 0:
         return False
     stages = stages_of(w.stages)
     copy(stages.z, stages.z_new)
     h = step_size / pieces
     for piece in range(pieces):
-        if not _propagate_piece(w, propagator, piece * h, h):
+        if not _propagate_piece(w, propagator, piece * h, h, in_contact):
             return False
     copy(stages.z_new, stages.z)
     return True
 
 
 @kernel
-def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float) -> bool:
-    """Advance z_new by one piece of length h (s) that begins at `tau` (s); return False if it may touch."""
+def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float, in_contact: bool) -> bool:
+    """Advance z_new by one piece of length h (s) that begins at `tau` (s); return False if an event may be in it."""
     n = w.Minv.shape[0]
     z, motion = stages_of(w.stages).z_new, w.motion
-    start, end = propagator.start, propagator.end
-    _set_start(motion, tau, z, start)
+    end = propagator.end
+    _set_start(motion, tau, z, propagator.start)
+    start = propagator.start[: 5 * n]
+    if in_contact:
+        if not find_forces(w, propagator, z, h):
+            return False
+        start = propagator.start
     damped = motion.is_damped
     for bearing in motion.bearings:
         damped = damped or bearing.c_b != 0.0
-    size = 2 * n + (N_GAUSS * n_observed(motion) if damped else 0)
-    row_combination(start, propagator.P, end, size)
+    row_combination(start, propagator.P, end, 2 * n + (N_GAUSS * n_observed(motion) if damped else 0))
     for site in w.sites:
-        if site.enabled != 0.0 and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
+        if can_touch(site) and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
             return False
+    if in_contact and not find_end_forces(w, propagator, end):
+        return False
     heat = from_spin = 0.0
     if motion.is_damped:
         heat, from_spin = _shaft_heat_and_work(w, end)
     elif damped:
         heat = _damping_heat(motion, end, n)
     integrals = energy_integrals(z, n)
-    integrals.work += _work(motion, propagator, n) + h * from_spin
+    integrals.work += _work(motion, propagator.V, start, end) + h * from_spin
     integrals.damping_heat += h * heat
+    if in_contact:
+        add_friction(w, propagator, z, h)
     copy(end[: 2 * n], z)
     return True
 
@@ -98,9 +112,9 @@ def _set_start(motion: Motion, tau: float, z: Array, start: Array) -> None:
 
 
 @kernel
-def _work(motion: Motion, propagator: Propagator, n: int) -> float:
+def _work(motion: Motion, V: Array, start: Array, end: Array) -> float:
     """Return the work (J) of all inputs during a piece: of steady forces, unbalance and force gradients."""
-    start, end = propagator.start, propagator.end
+    n = motion.rows.shape[1]
     work = 0.0
     for i in range(n):
         work += start[2 * n + i] * (end[i] - start[i])
@@ -109,13 +123,13 @@ def _work(motion: Motion, propagator: Propagator, n: int) -> float:
         r_x, r_y = start[4 * n + i], start[4 * n + i + 1]
         if p_x != 0.0 or p_y != 0.0 or r_x != 0.0 or r_y != 0.0:
             c_x = c_y = s_x = s_y = 0.0
-            for j in range(5 * n):
+            for j in range(start.shape[0]):
                 x = start[j]
                 if x != 0.0:
-                    c_x += x * propagator.V[j, i]
-                    c_y += x * propagator.V[j, i + 1]
-                    s_x += x * propagator.V[j, n + i]
-                    s_y += x * propagator.V[j, n + i + 1]
+                    c_x += x * V[j, i]
+                    c_y += x * V[j, i + 1]
+                    s_x += x * V[j, n + i]
+                    s_y += x * V[j, n + i + 1]
             work += p_x * c_x + p_y * c_y + r_x * s_x + r_y * s_y
     for b in range(n_axes(motion)):
         i = row_of_axis(motion, b)

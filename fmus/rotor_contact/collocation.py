@@ -1,0 +1,270 @@
+"""Contact forces by collocation on the exact motion, where the constraint holds over a whole piece of a step.
+
+Between events the force at a site is smooth: over a piece of length h it is the cubic through its values at the Lobatto
+points, F_j = -N_j n_j + T_j t_j, from which the motion follows exactly (`exact_motion`). The values follow from
+
+    j = 0    n . a = -|v|^2/r        the constraint on the acceleration (4.15), as `contact` solves it
+    j > 0    n_j . v_j = 0           that on the velocity
+             T_j = -mu_j sign N_j    sliding, or slip_j = 0 for a journal that rolls
+
+v_j is linear in x and in all forces (S). So the equations of all sites and points together are linear but for the
+directions n_j, which follow from the displacements, that is from the forces: they are solved again until the
+directions settle. Displacements are not held on the circle at the inner points. How far they leave it is the error that
+counts; at the end it is smaller by far.
+
+Lobatto collocation of index-2 systems: Hairer, Lubich and Roche, The Numerical Solution of Differential-Algebraic
+Systems by Runge-Kutta Methods, Springer 1989.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from rotor_contact.contact import find_multipliers, number_unknowns, put_on_circles
+from rotor_contact.enumerations import ROLLING, SLIDING
+from rotor_contact.friction import STICK_SPEED, friction_ratio, has_friction, static_coefficient
+from rotor_contact.linear_solver import solve
+from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, least_of_cubic
+from rotor_contact.products import row_combination
+from rotor_contact.propagator import N_SEEN, Propagator
+from rotor_contact.site import Site, is_constrained
+from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
+
+MAX_SWEEPS = 8
+SETTLED = 1e-7  # of the largest force: change between two solutions, each of which is far better than the last
+MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
+
+
+@kernel
+def find_forces(w: Workspace, propagator: Propagator, z: Array, h: float) -> bool:
+    """Write the contact forces of a piece of length h (s) into x; return False if an event may be in the piece.
+
+    The first 5 n of x must be written, for the state z at the beginning. False too where the forces cannot be found, or
+    not accurately enough.
+    """
+    if not _find_first_forces(w, propagator, z):
+        return False
+    size = number_unknowns(w.sites)
+    _locate_nodes(w, propagator)
+    for _ in range(MAX_SWEEPS):
+        solved, settled = _solve_nodes(w, propagator, size)
+        if not solved:
+            return False
+        _locate_nodes(w, propagator)
+        if settled:
+            return _is_smooth(w, propagator)
+    return False
+
+
+@kernel
+def _find_first_forces(w: Workspace, propagator: Propagator, z: Array) -> bool:
+    """Write the forces at the beginning to the first point, and as a guess to all others; return False if one pulls."""
+    n, n_sites = w.Minv.shape[0], w.sites.shape[0]
+    start, free, later = propagator.start, 5 * n, 5 * n + 2 * n_sites
+    start[free:] = 0.0
+    a = stages_of(w.stages).k_1[n : 2 * n]
+    for k in range(n_sites):
+        site = w.sites[k]
+        if is_constrained(site):
+            row_combination(start[:free], propagator.S[k], propagator.seen[k], N_SEEN)
+            a[site.row] = propagator.seen[k, 0]
+            a[site.row + 1] = propagator.seen[k, 1]
+    if not find_multipliers(w, z[:n], z[n : 2 * n], w.motion.Omega, a):
+        return False
+    for k in range(n_sites):
+        site = w.sites[k]
+        if is_constrained(site):
+            if not site.f_n > 0.0:
+                return False
+            for point in range(N_LOBATTO):
+                node = propagator.nodes[k, point]
+                node.n_x, node.n_y, node.slip = site.n_x, site.n_y, site.slip
+                _set_force(propagator, n, n_sites, k, point, site.f_n, site.f_t)
+    for k in range(n_sites):
+        if is_constrained(w.sites[k]):
+            seen, moved = propagator.seen[k], propagator.moved[k]
+            row_combination(start[free:later], propagator.S[k, free:later], moved, N_SEEN)
+            for i in range(N_SEEN):
+                seen[i] += moved[i]
+    return True
+
+
+@kernel
+def _set_force(propagator: Propagator, n: int, n_sites: int, k: int, point: int, f_n: float, f_t: float) -> None:
+    """Write the force at a site at a Lobatto point, in the direction there."""
+    node = propagator.nodes[k, point]
+    node.f_n, node.f_t = f_n, f_t
+    unit = 5 * n + 2 * (n_sites * point + k)
+    propagator.start[unit] = -f_n * node.n_x - f_t * node.n_y
+    propagator.start[unit + 1] = -f_n * node.n_y + f_t * node.n_x
+
+
+@kernel
+def _locate_nodes(w: Workspace, propagator: Propagator) -> None:
+    """Locate the sites at the Lobatto points under the forces in x, and write their slip there."""
+    later = 5 * w.Minv.shape[0] + 2 * w.sites.shape[0]
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if is_constrained(site):
+            seen, moved = propagator.seen[k], propagator.moved[k]
+            row_combination(propagator.start[later:], propagator.S[k, later:], moved, N_SEEN)
+            for point in range(1, N_LOBATTO):
+                node, at = propagator.nodes[k, point], 4 * point - 2
+                x = seen[at] + moved[at] - site.offset_x
+                y = seen[at + 1] + moved[at + 1] - site.offset_y
+                v_x = seen[at + 2] + moved[at + 2]
+                v_y = seen[at + 3] + moved[at + 3]
+                r = math.sqrt(x * x + y * y)
+                node.n_x, node.n_y = x / r, y / r
+                node.slip = w.motion.Omega * site.journal_radius + node.n_x * v_y - node.n_y * v_x
+                site.slip = node.slip
+                node.ratio = friction_ratio(site, 1.0)
+
+
+@kernel
+def _solve_nodes(w: Workspace, propagator: Propagator, size: int) -> tuple[bool, bool]:
+    """Solve the forces at all points after the first in the directions there.
+
+    `size` is the number of unknowns at one point. Returns whether there is a solution, and whether the forces have
+    settled.
+    """
+    n, n_sites = w.Minv.shape[0], w.sites.shape[0]
+    for k in range(n_sites):
+        if is_constrained(w.sites[k]):
+            for point in range(1, N_LOBATTO):
+                _write_equations(w, propagator, k, point, size)
+    if not solve(propagator.equations, (N_LOBATTO - 1) * size):
+        return False, False
+    b = propagator.equations.right_side
+    change = largest = 0.0
+    for k in range(n_sites):
+        site = w.sites[k]
+        if is_constrained(site):
+            for point in range(1, N_LOBATTO):
+                row, node = (point - 1) * size + site.unknown, propagator.nodes[k, point]
+                f_n, f_t = b[row], b[row + 1] if site.mode == ROLLING else node.ratio * b[row]
+                change = max(change, max(abs(f_n - node.f_n), abs(f_t - node.f_t)))
+                largest = max(largest, abs(f_n))
+                _set_force(propagator, n, n_sites, k, point, f_n, f_t)
+    return True, change <= SETTLED * largest
+
+
+@kernel
+def _write_equations(w: Workspace, propagator: Propagator, k: int, point: int, size: int) -> None:
+    """Write the equations of site k at a Lobatto point after the first."""
+    n, n_sites = w.Minv.shape[0], w.sites.shape[0]
+    A, b = propagator.equations
+    site, node = w.sites[k], propagator.nodes[k, point]
+    row, at = (point - 1) * size + site.unknown, 4 * point
+    n_x, n_y, rolling = node.n_x, node.n_y, site.mode == ROLLING
+    v_x, v_y = propagator.seen[k, at], propagator.seen[k, at + 1]
+    b[row] = -(n_x * v_x + n_y * v_y)
+    if rolling:
+        b[row + 1] = -(w.motion.Omega * site.journal_radius + n_x * v_y - n_y * v_x)
+    for other in range(n_sites):
+        if not is_constrained(w.sites[other]):
+            continue
+        sticks = w.sites[other].mode == ROLLING
+        for source in range(1, N_LOBATTO):
+            cause, column = propagator.nodes[other, source], (source - 1) * size + w.sites[other].unknown
+            unit = 5 * n + 2 * (n_sites * source + other)
+            x_of_x, y_of_x = propagator.S[k, unit, at], propagator.S[k, unit, at + 1]
+            x_of_y, y_of_y = propagator.S[k, unit + 1, at], propagator.S[k, unit + 1, at + 1]
+            f_x = -cause.n_x - cause.ratio * cause.n_y
+            f_y = -cause.n_y + cause.ratio * cause.n_x
+            v_x, v_y = x_of_x * f_x + x_of_y * f_y, y_of_x * f_x + y_of_y * f_y
+            A[row, column] = n_x * v_x + n_y * v_y
+            if rolling:
+                A[row + 1, column] = n_x * v_y - n_y * v_x
+            if sticks:
+                v_x = x_of_y * cause.n_x - x_of_x * cause.n_y
+                v_y = y_of_y * cause.n_x - y_of_x * cause.n_y
+                A[row, column + 1] = n_x * v_x + n_y * v_y
+                if rolling:
+                    A[row + 1, column + 1] = n_x * v_y - n_y * v_x
+
+
+@kernel
+def _is_smooth(w: Workspace, propagator: Propagator) -> bool:
+    """Return whether no site opens, sticks or slips in the piece, and all follow their circles closely enough."""
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if not is_constrained(site):
+            continue
+        a, b, c, d = propagator.nodes[k, 0], propagator.nodes[k, 1], propagator.nodes[k, 2], propagator.nodes[k, 3]
+        if not least_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n) > 0.0:
+            return False
+        if site.mode == ROLLING:
+            mu = static_coefficient(site)
+            for s in (1.0, -1.0):
+                if (
+                    not least_of_cubic(
+                        mu * a.f_n - s * a.f_t, mu * b.f_n - s * b.f_t, mu * c.f_n - s * c.f_t, mu * d.f_n - s * d.f_t
+                    )
+                    > 0.0
+                ):
+                    return False
+        elif has_friction(site):
+            s = site.slip_sign
+            if not least_of_cubic(s * a.slip, s * b.slip, s * c.slip, s * d.slip) > STICK_SPEED:
+                return False
+        if not _deviation(site, propagator.seen[k], propagator.moved[k]) <= MAX_DEVIATION * site.clearance:
+            return False
+    return True
+
+
+@kernel
+def _deviation(site: Site, seen: Array, moved: Array) -> float:
+    """Return how far (m) the journal leaves the circle at the inner points."""
+    largest = 0.0
+    for point in range(1, N_LOBATTO - 1):
+        at = 4 * point - 2
+        x = seen[at] + moved[at] - site.offset_x
+        y = seen[at + 1] + moved[at + 1] - site.offset_y
+        largest = max(largest, abs(math.sqrt(x * x + y * y) - site.clearance))
+    return largest
+
+
+@kernel
+def find_end_forces(w: Workspace, propagator: Propagator, end: Array) -> bool:
+    """Put the end of a piece on the circles and leave the forces there with the sites; return False if one pulls.
+
+    They follow from the acceleration at the end, and so are as accurate as the motion: more than the cubic's value.
+    """
+    n = w.Minv.shape[0]
+    a = stages_of(w.stages).k_1[n : 2 * n]
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if is_constrained(site):
+            for axis in range(2):
+                i = N_SEEN - 2 + axis
+                a[site.row + axis] = propagator.seen[k, i] + propagator.moved[k, i]
+    if not put_on_circles(w, end):
+        return False
+    if not find_multipliers(w, end[:n], end[n : 2 * n], w.motion.Omega, a):
+        return False
+    for site in w.sites:
+        if is_constrained(site) and not site.f_n > 0.0:
+            return False
+    return True
+
+
+@kernel
+def add_friction(w: Workspace, propagator: Propagator, z: Array, h: float) -> None:
+    """Add heat and work of friction in a piece of length h (s) to z.
+
+    Heat is -int T v_slip dt, the drive's work -int T R_s Omega dt.
+    """
+    integrals, heat_of_sites = energy_integrals(z, w.n), z[2 * w.n + N_INTEGRALS :]
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if not is_constrained(site):
+            continue
+        for point in range(N_LOBATTO):
+            node, share = propagator.nodes[k, point], h * LOBATTO_WEIGHTS[point]
+            heat = -share * node.f_t * node.slip if site.mode == SLIDING else 0.0
+            integrals.friction_heat += heat
+            integrals.work -= share * node.f_t * site.journal_radius * w.motion.Omega
+            heat_of_sites[k] += heat

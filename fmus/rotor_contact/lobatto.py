@@ -1,0 +1,31 @@
+"""Lobatto's quadrature with four points, and the cubic polynomials through them, over 0 <= s <= 1.
+
+s_1,2 = (1 -+ 1/sqrt 5)/2,    int_0^1 f ds = (f_0 + 5 f_1 + 5 f_2 + f_3)/12        exact to degree 5
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.jit import kernel
+
+N_LOBATTO = 4
+LOBATTO_POINTS = (0.0, 0.5 - 0.5 / math.sqrt(5.0), 0.5 + 0.5 / math.sqrt(5.0), 1.0)
+LOBATTO_WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
+
+_FAR, _NEAR, _CUBIC = 2.5 * (math.sqrt(5.0) + 1.0), 2.5 * (math.sqrt(5.0) - 1.0), 5.0 * math.sqrt(5.0)
+# Coefficients of 1, s, s^2, s^3 of the polynomial that is 1 at one point and 0 at the others.
+LAGRANGE = (
+    (1.0, -6.0, 10.0, -5.0),
+    (0.0, _FAR, -_FAR - _CUBIC, _CUBIC),
+    (0.0, -_NEAR, _NEAR + _CUBIC, -_CUBIC),
+    (0.0, 1.0, -5.0, 5.0),
+)
+
+
+@kernel
+def least_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
+    """Return a bound from below of the cubic through four values, the least of its Bezier points."""
+    b_1 = (f_3 - 3.0 * f_0 + _FAR * f_1 - _NEAR * f_2) / 3.0
+    b_2 = (f_0 - 3.0 * f_3 + _FAR * f_2 - _NEAR * f_1) / 3.0
+    return min(min(f_0, f_3), min(b_1, b_2))

@@ -1,0 +1,165 @@
+"""The matrices of exact motion over one piece of a step, by Taylor series in time: the motion from each unit of x.
+
+x are the state, the forces of free flight and those of contact at the Lobatto points, each with its course over time:
+
+    steady 1,    cosine cos(Omega t),    sine sin(Omega t),    contact l_j(t/h)
+
+l_j being the cubic that is 1 at Lobatto point j and 0 at the others.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from rotor_contact.dynamics import Motion, coefficients
+from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
+from rotor_contact.propagator import N_GAUSS, N_SEEN, Key, Propagator, set_key
+from rotor_contact.site import Sites
+
+TERMS = 28  # of the series, whose terms fall at least like LONGEST_PIECE^k/k!
+LONGEST_PIECE = 2.0  # times how fast anything can change
+MAX_PIECES = 16
+GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)  # in [0, 1]
+
+
+@kernel
+def build_propagator(Minv: Array, motion: Motion, sites: Sites, key: Key, propagator: Propagator) -> None:
+    """Build P, V and S for this key, from the coefficients of the motion."""
+    n = Minv.shape[0]
+    K, C = coefficients(motion)
+    elastic = viscous = 0.0  # the largest row sums bound how fast anything can change
+    for i in range(n):
+        row_of_K = row_of_C = 0.0
+        for j in range(n):
+            row_of_K += abs(K[j, i])
+            row_of_C += abs(C[j, i])
+        elastic, viscous = max(elastic, row_of_K), max(viscous, row_of_C)
+    rate = math.sqrt(elastic) + viscous + abs(motion.Omega)
+    set_key(propagator.key, key)
+    step_size = key.own[0].step_size
+    propagator.n_pieces[0] = 0.0
+    if step_size * rate <= LONGEST_PIECE * MAX_PIECES:
+        pieces = max(math.ceil(step_size * rate / LONGEST_PIECE), 1)
+        propagator.n_pieces[0] = pieces
+        for unit in range(propagator.start.shape[0]):
+            _integrate_unit(Minv, motion, sites, propagator, unit, step_size / pieces)
+
+
+@kernel
+def _integrate_unit(Minv: Array, motion: Motion, sites: Sites, propagator: Propagator, unit: int, h: float) -> None:
+    """Taylor-integrate one unit of x over h (s), term by term in t/h.
+
+    The rows of `series` are the terms of q, v, of the real and imaginary part of int v exp(i Omega (h - t)) dt, and the
+    acceleration.
+    """
+    n = Minv.shape[0]
+    K, C = coefficients(motion)
+    row, integral, series = propagator.P[unit], propagator.V[unit], propagator.series
+    row[:] = 0.0
+    integral[:] = 0.0
+    series[:, :] = 0.0
+    q, v, re, im, a = series[0], series[1], series[2], series[3], series[4]
+    kind, column = unit // n - 2, unit % n  # -2, -1: displacement, velocity; 0, 1, 2: steady, cosine, sine
+    point = -1
+    if unit >= 5 * n:
+        kind = 3
+        point, at = (unit - 5 * n) // (2 * sites.shape[0]), (unit - 5 * n) % (2 * sites.shape[0])
+        column = sites[at // 2].row + at % 2
+    if kind < 0:
+        series[kind + 2, column] = 1.0
+        row[unit] = 1.0
+    _observe_term(motion, sites, propagator, unit, 0)
+    cosine, sine = 1.0, 0.0
+    for term in range(1, TERMS + 1):
+        dt, delta_theta = h / term, 0.0 if kind == 0 else motion.Omega * h / term
+        force = 0.0 if kind < 0 else sine if kind == 2 else cosine
+        if point >= 0:
+            force = LAGRANGE[point][term - 1] if term <= N_LOBATTO else 0.0
+        cosine, sine = -delta_theta * sine, delta_theta * cosine
+        for i in range(n):
+            a[i] = force * Minv[i, column]
+        for j in range(n):
+            K_j, C_j, q_j, v_j = K[j], C[j], q[j], v[j]
+            for i in range(n):
+                a[i] -= K_j[i] * q_j + C_j[i] * v_j
+        if term == 1:
+            for k in range(sites.shape[0]):
+                propagator.S[k, unit, 0] = a[sites[k].row]
+                propagator.S[k, unit, 1] = a[sites[k].row + 1]
+        for i in range(n):
+            real = dt * (v[i] - motion.Omega * im[i])
+            im[i] = dt * motion.Omega * re[i]
+            re[i] = real
+            q[i] = dt * v[i]
+            v[i] = dt * a[i]
+            row[i] += q[i]
+            row[n + i] += v[i]
+            integral[i] += re[i]
+            integral[n + i] += im[i]
+        _observe_term(motion, sites, propagator, unit, term)
+    cosine, sine = math.cos(motion.Omega * h), math.sin(motion.Omega * h)
+    force = 1.0 if kind == 0 else cosine if kind == 1 else sine if kind == 2 else 0.0
+    for k in range(sites.shape[0]):
+        for axis in range(2):
+            i = sites[k].row + axis
+            acceleration = force * Minv[i, column]
+            for j in range(n):
+                acceleration -= K[j, i] * row[j] + C[j, i] * row[n + j]
+            propagator.S[k, unit, N_SEEN - 2 + axis] = acceleration
+    for i in range(n):  # from int v exp(i Omega (h - t)) dt to V_c and V_s
+        real, imaginary = integral[i], integral[n + i]
+        integral[i] = real * cosine + imaginary * sine
+        integral[n + i] = real * sine - imaginary * cosine
+
+
+@kernel
+def _observe_term(motion: Motion, sites: Sites, propagator: Propagator, unit: int, term: int) -> None:
+    """Add a term of the series to what is observed between both ends: by the dampers, and by the sites."""
+    n = motion.rows.shape[1]
+    q, v, row = propagator.series[0], propagator.series[1], propagator.P[unit]
+    for k in range(N_GAUSS):
+        power = GAUSS_POINTS[k] ** term
+        for b in range(n_observed(motion)):
+            row[2 * n + k * n_observed(motion) + b] += power * observed(motion, q, v, b)
+    for k in range(sites.shape[0]):
+        seen, i = propagator.S[k, unit], sites[k].row
+        if term == 0:
+            seen[2:N_SEEN] = 0.0
+        for point in range(1, N_LOBATTO):
+            power, at = LOBATTO_POINTS[point] ** term, 4 * point - 2
+            seen[at] += power * q[i]
+            seen[at + 1] += power * q[i + 1]
+            seen[at + 2] += power * v[i]
+            seen[at + 3] += power * v[i + 1]
+
+
+@kernel
+def n_observed(motion: Motion) -> int:
+    """Return how many numbers of q and v the heat of damping takes: all, or the velocities at the bearings' axes."""
+    return 2 * motion.rows.shape[1] if motion.is_damped else n_axes(motion)
+
+
+@kernel
+def observed(motion: Motion, q: Array, v: Array, b: int) -> float:
+    """Return number b of those of `n_observed`."""
+    n = motion.rows.shape[1]
+    if motion.is_damped:
+        number: float = q[b] if b < n else v[b - n]
+        return number
+    velocity: float = v[row_of_axis(motion, b)]
+    return velocity
+
+
+@kernel
+def n_axes(motion: Motion) -> int:
+    """Return the number of the bearings' axes."""
+    return 2 * motion.bearings.shape[0]
+
+
+@kernel
+def row_of_axis(motion: Motion, b: int) -> int:
+    """Return the degree of freedom of axis b of the bearings: x and y of the first, then of the next."""
+    row: int = motion.bearings[b // 2].row + b % 2
+    return row

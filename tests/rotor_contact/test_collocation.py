@@ -1,0 +1,154 @@
+"""Contact by collocation: against Runge-Kutta substeps, its order, energies, and the steps that it leaves to these."""
+
+import numpy as np
+import pytest
+from rotor_cases import BEARINGS, CLEARANCE, H, both, memory, plant, run, scratch, size_of
+
+from rotor_contact.layout import stage_size
+from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, least_of_cubic
+from rotor_contact.workspace import N_STAGES
+
+UNBALANCE = {f"d{k}.u": 0.16 for k in (1, 2, 3, 4)}
+RUBBING = both("mb.k_b", 1e6) | both("mb.c_b", 2e4) | both("rb.restitution", 0.0) | UNBALANCE | {"Omega": 260.0}
+CASES = {
+    "without friction": both("rb.mu", 0.0),
+    "sliding": both("rb.mu", 0.1),
+    "sliding with Stribeck friction": both("rb.mu", 0.05)
+    | both("rb.mu_static", 0.2)
+    | both("rb.stribeck_velocity", 5.0),
+    "off centre": both("rb.mu", 0.1) | both("rb.offset_x", 2e-5) | both("rb.offset_y", -1e-5),
+}
+ROLLING = BEARINGS | both("rb.mu", 2.0) | both("rb.restitution", 0.0) | {"Omega": 90.0, "d1.u": 0.094, "d4.u": 0.094}
+BOUNCING = BEARINGS | both("rb.mu", 0.1) | both("rb.restitution", 0.0) | {"Omega": 260.0, "d1.u": 0.04, "d4.u": 0.04}
+FINE = {"solver.exact_motion": 0.0, "solver.tolerance": 1.0}
+NAMES = ["rb1.f_n", "rb2.f_n", "rb1.f_t", "rb2.f_t", "mb1.x", "mb1.y", "mb2.x", "mb2.y"]
+
+
+def integrates(x, h=H):
+    """Whether a plant takes its next step by the substeps of the integration."""
+    stages = scratch(x).stages.reshape(-1)[: N_STAGES * stage_size(size_of(x), 4)].reshape(N_STAGES, -1)
+    stages[3] = 0.0  # the derivative at the end of a substep
+    x.step(0.0, h)
+    return bool(np.any(stages[3]))
+
+
+def in_contact(values, steps=400, h=H):
+    """A plant after some steps from rest, all sites in contact that will be."""
+    x = plant(values)
+    run(x, steps, h=h)
+    return x
+
+
+def copy_of(x, values, h=H):
+    """A plant in the state of x, with other parameters, that has seen steps of length h."""
+    y = plant(values)
+    y.state[:] = x.state
+    memory(y).key.own[0].step_size = h
+    return y
+
+
+def beside_fine(values, x, h=H, steps=20):
+    """A record of some steps from the state of x, and that of the integration in substeps of a hundredth."""
+    fine = copy_of(x, values | FINE | {"solver.max_substep": h / 100.0})
+    x = copy_of(x, values, h)
+    record = np.empty((steps, len(NAMES)))
+    for row in record:
+        assert not integrates(x, h)
+        row[:] = [x[name] for name in NAMES]
+    assert x["rb1.mode"] + x["rb2.mode"] > 0
+    return record, run(fine, steps, NAMES, h=h)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_collocated_step_is_as_accurate_as_a_hundred_substeps(case):
+    values = RUBBING | CASES[case]
+    found, fine = beside_fine(values, in_contact(values))
+    assert fine[:, :2].max() > 1e4
+    np.testing.assert_allclose(found[:, :4], fine[:, :4], atol=1e-8 * fine[:, :2].max())
+    np.testing.assert_allclose(found[:, 4:], fine[:, 4:], atol=1e-8 * CLEARANCE)
+
+
+def test_rolling_by_a_sixth_of_a_radian_in_a_step_is_accurate():
+    h = 50e-6
+    x = in_contact(ROLLING, 600, h)
+    assert x["rb1.mode"] == x["rb2.mode"] == 2
+    assert x["rb1.whirl_speed"] * h == pytest.approx(-0.15)
+    found, fine = beside_fine(ROLLING, x, h, 40)
+    np.testing.assert_allclose(found[:, :4], fine[:, :4], atol=1e-8 * fine[:, :2].max())
+    np.testing.assert_allclose(found[:, 4:], fine[:, 4:], atol=1e-9 * CLEARANCE)
+
+
+def test_rolling_too_fast_for_the_step_is_integrated():
+    x = copy_of(in_contact(ROLLING, 600, 50e-6), ROLLING)
+    assert integrates(x)
+    assert x["rb1.mode"] == 2
+
+
+def test_error_falls_with_the_sixth_power_of_the_step():
+    values = RUBBING | CASES["sliding"]
+    x, errors = in_contact(values), []
+    for h in (H, 0.5 * H):
+        found, fine = beside_fine(values, x, h, round(4 * H / h))
+        errors.append(np.max(np.abs(found[-1, :2] - fine[-1, :2])))
+    assert errors[0] / 100.0 < errors[1] < errors[0] / 40.0
+
+
+def test_energies_balance_over_collocated_steps():
+    x = in_contact(RUBBING | CASES["sliding"])
+    record = run(x, 400, ["energy.balance", "energy.work", "energy.friction", "energy.damping"])
+    gained = np.ptp(record, axis=0)
+    assert min(gained[1:]) > 1.0
+    assert gained[0] < 1e-8 * gained[1]
+
+
+@pytest.mark.parametrize("steps", [100, 200, 300, 400])
+def test_step_with_an_event_is_that_of_the_integration_to_the_last_bit(steps):
+    """A step that is not taken by collocation leaves no trace of the attempt."""
+    x = in_contact(BOUNCING, steps)
+    integrated = copy_of(x, BOUNCING | {"solver.exact_motion": 0.0})
+    for _ in range(400):
+        integrated.state[:] = x.state
+        closed = x["contact_state"] > 0
+        if integrates(x) and closed:
+            break
+    else:
+        pytest.fail("there was no event")
+    assert integrates(integrated)
+    np.testing.assert_array_equal(integrated.state, x.state)
+
+
+def test_journal_that_is_pulled_off_leaves_at_the_time_of_the_integration():
+    values = RUBBING | CASES["sliding"]
+    x = in_contact(values)
+    fine = copy_of(x, values | FINE | {"solver.max_substep": 2.5e-6})
+    pull = -3.0 * x["rb1.f_n"] * np.exp(1j * np.angle(x["mb1.x"] + 1j * x["mb1.y"]))
+    for y in (x, fine):
+        y["mb1.f_x"], y["mb1.f_y"] = pull.real, pull.imag
+        y["d1.u"] = 0.0
+    names = ["rb1.mode", "rb2.mode", *NAMES]
+    found, expected = run(x, 8, names), run(fine, 8, names)
+    assert 0.0 in expected[:, 0]
+    np.testing.assert_array_equal(found[:, :2], expected[:, :2])
+    np.testing.assert_allclose(found[:, -4:], expected[:, -4:], atol=1e-4 * CLEARANCE)
+
+
+def test_lobatto_quadrature_is_exact_for_polynomials_of_degree_five():
+    for degree in range(6):
+        found = sum(weight * point**degree for weight, point in zip(LOBATTO_WEIGHTS, LOBATTO_POINTS, strict=True))
+        assert found == pytest.approx(1.0 / (degree + 1), rel=1e-14)
+
+
+def test_lagrange_polynomials_are_one_at_their_own_point_and_zero_at_the_others():
+    values = np.array([[np.polyval(c[::-1], s) for s in LOBATTO_POINTS] for c in LAGRANGE])
+    np.testing.assert_allclose(values, np.eye(4), atol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_bound_of_a_cubic_is_below_all_of_it_and_exact_for_lines(seed):
+    coefficients = np.random.default_rng(seed).normal(size=4)
+    bound = least_of_cubic(*np.polyval(coefficients, LOBATTO_POINTS))
+    assert bound <= np.min(np.polyval(coefficients, np.linspace(0.0, 1.0, 1001))) + 1e-14
+    line = coefficients[:2]
+    assert least_of_cubic(*np.polyval(line, LOBATTO_POINTS)) == pytest.approx(
+        min(line[1], line[0] + line[1]), abs=1e-14
+    )
