@@ -102,7 +102,7 @@ def couple_spin(motion: Motion, spin: Spin, theta: float) -> float:
     """Write the coupling of a free spin at the rotor angle `theta` (rad); return J - p . M^-1 p (kg m^2)."""
     direction_x, direction_y = -math.sin(theta), math.cos(theta)
     p, s = spin_coupling(motion)
-    _, cosine, sine = forces(motion)
+    _, cosine, sine, _ = forces(motion)
     _, cosine_effect, sine_effect = accelerations(motion)
     inertia: float = spin.inertia
     for i in range(p.shape[0]):

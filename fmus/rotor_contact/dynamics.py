@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fmi_export.flat import copy
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.records import record
@@ -23,7 +24,7 @@ from rotor_contact.structure import Structure
 # of its force in x and y.
 BEARING = record(("row", np.int64), ("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
 Bearings = np.ndarray[tuple[int], np.dtype[np.record]]
-N_ROWS = 8  # of a motion, beyond its coefficients
+N_ROWS = 10  # of a motion, beyond its coefficients
 
 
 class Excitation(NamedTuple):
@@ -36,6 +37,15 @@ class Excitation(NamedTuple):
     steady: Array
     cosine: Array
     sine: Array
+
+
+class Forces(NamedTuple):
+    """The same of forces, and the steady ones `without_magnets`."""
+
+    steady: Array
+    cosine: Array
+    sine: Array
+    without_magnets: Array
 
 
 class Coefficients(NamedTuple):
@@ -103,10 +113,10 @@ def accelerations(motion: Motion) -> Excitation:
 
 
 @views
-def forces(motion: Motion) -> Excitation:
+def forces(motion: Motion) -> Forces:
     """Return the forces behind these accelerations."""
     n = motion.rows.shape[1]
-    return Excitation(motion.rows[2 * n + 3], motion.rows[2 * n + 4], motion.rows[2 * n + 5])
+    return Forces(motion.rows[2 * n + 3], motion.rows[2 * n + 4], motion.rows[2 * n + 5], motion.rows[2 * n + 8])
 
 
 @views
@@ -116,29 +126,26 @@ def spin_coupling(motion: Motion) -> SpinCoupling:
     return SpinCoupling(motion.rows[2 * n + 6], motion.rows[2 * n + 7])
 
 
-@kernel
-def collect_forces(
-    structure: Structure,
-    parameters: Parameters,
-    inputs: Inputs,
-    start: tuple[float, float, float],
-    rows: Array,
-    bearings: Bearings,
+@views
+def motion_of(
+    structure: Structure, rows: Array, bearings: Bearings, theta: float, Omega: float, Omega_dot: float
 ) -> Motion:
-    """Collect the forces of a step (3.1 to 3.6) in `rows` and `bearings`, the memory of the motion that is returned.
+    """Return a motion in the memory `rows` and `bearings`; `theta` to `Omega_dot` are those at the beginning."""
+    return Motion(rows, bearings, structure.over_speed, structure.is_damped, theta, Omega, Omega_dot)
 
-    The coefficients K, C and the accelerations are not written yet, and the magnetic bearings have no force
-    (`add_magnetic_forces`). `start` are rotor angle (rad), spin speed (rad/s) and its change (rad/s^2) at the
-    beginning.
+
+@kernel
+def collect_forces(structure: Structure, parameters: Parameters, inputs: Inputs, motion: Motion) -> None:
+    """Write the forces of a step that no magnet makes (3.1 to 3.6), and the rows of the bearings, into a motion.
+
+    The coefficients K, C and the accelerations are not written yet.
 
     Unbalance: f_x + i f_y = u exp(i (theta + phi)) (Omega^2 - i Omega').
     Gravity acts like an acceleration of the base against its direction.
     """
     n = structure.K.shape[0]
-    theta, Omega, Omega_dot = start
     u, p = inputs.own[0], parameters.own[0]
-    motion = Motion(rows, bearings, structure.over_speed, structure.is_damped, theta, Omega, Omega_dot)
-    steady, cosine, sine = forces(motion)
+    _, cosine, sine, steady = forces(motion)
     a_x, a_y = u.base_acceleration.x, u.base_acceleration.y
     if p.gravity != 0.0:
         a_x -= p.gravity * math.cos(p.gravity_angle)
@@ -158,19 +165,26 @@ def collect_forces(
             steady[i] += f_x * disc.f_x + f_y * disc.f_y
             cosine[i] += f_x * u_x + f_y * u_y
             sine[i] += f_y * u_x - f_x * u_y
-    for k in range(bearings.shape[0]):
-        bearing = bearings[k]
+    for k in range(motion.bearings.shape[0]):
         row = int(structure.bearings[k])
-        bearing.row = row
-        bearing.k_b = parameters.bearings[k].k_b
-        bearing.c_b = parameters.bearings[k].c_b
+        motion.bearings[k].row = row
         u_x, u_y = unbalance_xy(inputs.cores[k].u, inputs.cores[k].phi)
         cosine[row] += u_x
         cosine[row + 1] += u_y
         sine[row] -= u_y
         sine[row + 1] += u_x
+
+
+@kernel
+def set_bearings(parameters: Parameters, motion: Motion) -> None:
+    """Give a motion its passive bearings, and magnets without force."""
+    given = forces(motion)
+    copy(given.without_magnets, given.steady)
+    for k in range(motion.bearings.shape[0]):
+        bearing = motion.bearings[k]
+        bearing.k_b = parameters.bearings[k].k_b
+        bearing.c_b = parameters.bearings[k].c_b
         bearing.gradient[0] = bearing.gradient[1] = 0.0
-    return motion
 
 
 @kernel
@@ -274,7 +288,7 @@ def input_power(motion: Motion, unbalance: complex, q: Array, v: Array) -> float
     """
     power = 0.0
     A, B = unbalance.real, unbalance.imag
-    steady, cosine, sine = forces(motion)
+    steady, cosine, sine, _ = forces(motion)
     for i in range(steady.shape[0]):
         power += v[i] * (steady[i] + A * cosine[i] + B * sine[i])
     for bearing in motion.bearings:

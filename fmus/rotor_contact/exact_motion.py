@@ -99,7 +99,7 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
 @kernel
 def _set_start(motion: Motion, tau: float, z: Array, start: Array) -> None:
     """Write x, what P is applied to, for a piece that begins at `tau` (s) in state z."""
-    steady, cosine, sine = forces(motion)
+    steady, cosine, sine, _ = forces(motion)
     n = steady.shape[0]
     square = motion.Omega * motion.Omega
     A = square * math.cos(motion.theta + motion.Omega * tau)

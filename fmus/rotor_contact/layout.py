@@ -14,6 +14,7 @@ from fmi_export.records import record, size_of
 from rotor_contact.bodies import SPIN, place_bodies
 from rotor_contact.contact import MAX_UNKNOWNS
 from rotor_contact.dynamics import BEARING, N_ROWS, Bearings, Motion
+from rotor_contact.held import Held, held_of, held_size
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagator_of, propagator_size
 from rotor_contact.signals import Inputs, Parameters
@@ -66,6 +67,8 @@ class Scratch(NamedTuple):
         The sites' records as numbers, shape (n_sites, N_SITE).
     orbit
         Equations of the steady orbit, shape (2 n, 2 n + 1).
+    held
+        What the records of sites and spin, and the forces that no magnet makes, follow from.
     """
 
     spin: Records
@@ -77,6 +80,7 @@ class Scratch(NamedTuple):
     bearings: Bearings
     site_rows: Array
     orbit: Equations
+    held: Held
 
 
 @views
@@ -112,6 +116,7 @@ def n_work(constants: Array) -> int:
         + n_unknowns * (n_unknowns + 1)
         + 2 * n * (2 * n + 1)
         + n_bearings * N_BEARING
+        + held_size(s)
     )
 
 
@@ -143,6 +148,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     equations = sites + n_sites * N_SITE
     orbit = equations + n_unknowns * (n_unknowns + 1)
     bearings = orbit + 2 * n * (2 * n + 1)
+    held = bearings + n_bearings * N_BEARING
     return Scratch(
         part(work, 0, SPIN, 1),
         propagator_of(work, N_SPIN, n, n_bearings, n_sites, structure.is_damped),
@@ -153,6 +159,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
         part(work, bearings, BEARING, n_bearings),
         part(work, sites, REAL, (n_sites, N_SITE)),
         equations_of(work, orbit, 2 * n),
+        held_of(work, held, structure),
     )
 
 
@@ -174,19 +181,26 @@ def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int)
 
 
 @kernel
-def load_sites(structure: Structure, parameters: Parameters, inputs: Inputs, states: Records, scratch: Scratch) -> int:
+def place_sites(structure: Structure, parameters: Parameters, inputs: Inputs, scratch: Scratch) -> int:
     """Fill the records of the sites and of the spin; return the number of all degrees of freedom.
 
-    What of a site is neither parameter nor state becomes zero.
+    What of a site is no parameter becomes zero.
     """
     for k in range(structure.sites.shape[0]):
         copy(parameters.sites[k], scratch.site_rows[k])
         scratch.site_rows[k, parameters.sites.shape[1] :] = 0.0
-        site = scratch.sites[k]
-        site.row = int(structure.sites[k])
+        scratch.sites[k].row = int(structure.sites[k])
+    return place_bodies(parameters, inputs, scratch.sites, scratch.spin[0], structure.K.shape[0])
+
+
+@kernel
+def load_sites(states: Records, sites: Sites) -> None:
+    """Give the sites the modes of their states, and let all begin that a step adds up."""
+    for k in range(sites.shape[0]):
+        site = sites[k]
         site.mode = int(states[k].mode)
         site.slip_sign = states[k].slip_sign
-    return place_bodies(parameters, inputs, scratch.sites, scratch.spin[0], structure.K.shape[0])
+        site.f_n = site.f_t = site.impulse = site.impact_heat = site.drive_work = 0.0
 
 
 @kernel

@@ -8,13 +8,30 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
 from rotor_contact.bodies import SHORTEST_SUBSTEP, body_limit, coupling_energy, least_inertia
-from rotor_contact.dynamics import add_magnetic_forces, collect_coefficients, collect_forces
+from rotor_contact.dynamics import (
+    add_magnetic_forces,
+    collect_coefficients,
+    collect_forces,
+    motion_of,
+    set_bearings,
+)
 from rotor_contact.enumerations import NODAL
 from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
 from rotor_contact.exact_motion import propagate
 from rotor_contact.heating import warm
+from rotor_contact.held import hold, is_held
 from rotor_contact.interface import interface_of
-from rotor_contact.layout import load_sites, n_state, n_work, scratch_of, state_of, store_sites, workspace_of
+from rotor_contact.layout import (
+    Scratch,
+    load_sites,
+    n_state,
+    n_work,
+    place_sites,
+    scratch_of,
+    state_of,
+    store_sites,
+    workspace_of,
+)
 from rotor_contact.modes import resolve_modes
 from rotor_contact.outputs import write_mechanical_energy, write_outputs
 from rotor_contact.planes import Planes
@@ -22,13 +39,14 @@ from rotor_contact.propagator import is_built, is_time_invariant, without_roundi
 from rotor_contact.series import build_propagator
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
-from rotor_contact.structure import structure_of
+from rotor_contact.structure import Structure, structure_of
 from rotor_contact.workspace import N_INTEGRALS, energy_integrals, stages_of
 
 FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL, FAULT_FAST = 3, 4, 5, 6, 7
 FAULT_OFFSET = 11  # plus the site
 MAX_SITES = 99 - FAULT_OFFSET + 1
 
+TURN = 2.0 * math.pi
 MAX_SUBSTEPS = 1e6  # of one step
 
 
@@ -43,7 +61,8 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
     x, scratch = state_of(state, structure), scratch_of(work, structure)
     z, sites, spin, head = x.z, scratch.sites, scratch.spin[0], x.head[0]
-    n = load_sites(structure, p, u, x.sites, scratch)
+    n = _prepare(structure, parameters, inputs, scratch)
+    load_sites(x.sites, sites)
     for k in range(sites.shape[0]):
         off_centre = math.hypot(sites[k].offset_x, sites[k].offset_y)
         if sites[k].enabled != 0.0 and off_centre >= sites[k].clearance:
@@ -52,7 +71,8 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
             return FAULT_NODAL
         x.sites[k].temperature = p.own[0].ambient_temperature
     Omega = u.own[0].Omega
-    motion = collect_forces(structure, p, u, (0.0, Omega, 0.0), scratch.motion, scratch.bearings)
+    motion = motion_of(structure, scratch.motion, scratch.bearings, 0.0, Omega, 0.0)
+    set_bearings(p, motion)
     collect_coefficients(structure, motion)
     w = workspace_of(structure, motion, scratch, n)
     if spin.row >= 0:
@@ -103,12 +123,14 @@ def step(
         return FAULT_LONG_STEP
     x, scratch = state_of(state, structure), scratch_of(work, structure)
     head, spin = x.head[0], scratch.spin[0]
-    n = load_sites(structure, p, u, x.sites, scratch)
+    n = _prepare(structure, parameters, inputs, scratch)
+    load_sites(x.sites, scratch.sites)
     Omega, Omega_dot = u.own[0].Omega, u.own[0].Omega_dot
     if spin.row >= 0:
         x.z[spin.row] = head.theta
         Omega, Omega_dot = x.z[n + spin.row], 0.0
-    motion = collect_forces(structure, p, u, (head.theta, Omega, Omega_dot), scratch.motion, scratch.bearings)
+    motion = motion_of(structure, scratch.motion, scratch.bearings, head.theta, Omega, Omega_dot)
+    set_bearings(p, motion)
     add_magnetic_forces(u, motion)
     exact = is_time_invariant(motion, step_size, x.key, head)
     exact = exact and p.own[0].solver.exact_motion != 0.0 and n == structure.K.shape[0]
@@ -141,11 +163,23 @@ def step(
     if spin.row >= 0:
         theta, Omega = x.z[spin.row], x.z[n + spin.row]
         head.coupling = coupling_energy(motion, spin, theta, x.z[n : 2 * n])
-    head.theta = theta % (2.0 * math.pi)
+    head.theta = theta if 0.0 <= theta < TURN else theta % TURN
     for k in range(scratch.sites.shape[0]):
         warm(scratch.sites[k], x.sites[k], z[2 * n + N_INTEGRALS + k], p.own[0].ambient_temperature, step_size)
     write_outputs(structure, p, w, x, Omega, y)
     return 0
+
+
+@kernel
+def _prepare(structure: Structure, parameters: Array, inputs: Array, scratch: Scratch) -> int:
+    """Find what does not depend on the state nor on the magnets; return the number of all degrees of freedom."""
+    held = scratch.held
+    if not is_held(held, structure, parameters, inputs):
+        p, u = parameters_of(parameters, structure), inputs_of(inputs, structure)
+        motion = motion_of(structure, scratch.motion, scratch.bearings, 0.0, 0.0, 0.0)
+        collect_forces(structure, p, u, motion)
+        hold(held, parameters, inputs, place_sites(structure, p, u, scratch))
+    return int(held.n[0])
 
 
 def model_for(planes: Planes) -> Model:

@@ -10,7 +10,7 @@ from fmi_export.model import Array
 def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
     """Write the first `size` numbers of x A, the rows of A weighted with x, into `y`.
 
-    Sixteen sums at once, then four, stay in registers. Rows with weight zero are left out.
+    Sixteen sums at once, then eight, then four, stay in registers. Rows with weight zero are left out.
     """
     i = 0
     while i + 16 <= size:
@@ -39,15 +39,32 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
         y[i + 8], y[i + 9], y[i + 10], y[i + 11] = k, m, n, o
         y[i + 12], y[i + 13], y[i + 14], y[i + 15] = p, q, r, s
         i += 16
+    while i + 8 <= size:
+        a = b = c = d = e = f = g = h = 0.0
+        for j in range(x.shape[0]):
+            w = x[j]
+            if w != 0.0:
+                row = A[j, i : i + 8]
+                a += w * row[0]
+                b += w * row[1]
+                c += w * row[2]
+                d += w * row[3]
+                e += w * row[4]
+                f += w * row[5]
+                g += w * row[6]
+                h += w * row[7]
+        y[i], y[i + 1], y[i + 2], y[i + 3], y[i + 4], y[i + 5], y[i + 6], y[i + 7] = a, b, c, d, e, f, g, h
+        i += 8
     while i + 4 <= size:
         a = b = c = d = 0.0
         for j in range(x.shape[0]):
             w = x[j]
             if w != 0.0:
-                a += w * A[j, i]
-                b += w * A[j, i + 1]
-                c += w * A[j, i + 2]
-                d += w * A[j, i + 3]
+                row = A[j, i : i + 4]
+                a += w * row[0]
+                b += w * row[1]
+                c += w * row[2]
+                d += w * row[3]
         y[i], y[i + 1], y[i + 2], y[i + 3] = a, b, c, d
         i += 4
     while i < size:

@@ -61,6 +61,26 @@ class Outputs(NamedTuple):
 
 
 @views
+def n_parameters(structure: Structure) -> int:
+    """Return the number of all parameters."""
+    n_sites, n_bearings = structure.sites.shape[0], structure.bearings.shape[0]
+    return N_PARAMETERS + n_sites * N_SITE_PARAMETERS + n_bearings * N_BEARING_PARAMETERS
+
+
+@views
+def first_disc_input(structure: Structure) -> int:
+    """Return the place of the first input after those of the bearings' axes."""
+    return N_INPUTS + 2 * structure.bearings.shape[0] * N_AXIS
+
+
+@views
+def n_inputs(structure: Structure) -> int:
+    """Return the number of all inputs."""
+    n_discs = structure.B_disc.shape[0] // 2
+    return first_disc_input(structure) + n_discs * N_DISC + structure.bearings.shape[0] * N_CORE
+
+
+@views
 def parameters_of(parameters: Array, structure: Structure) -> Parameters:
     """Return views into the parameters of a plant with this structure."""
     n_sites, n_bearings = structure.sites.shape[0], structure.bearings.shape[0]
@@ -75,7 +95,7 @@ def parameters_of(parameters: Array, structure: Structure) -> Parameters:
 def inputs_of(inputs: Array, structure: Structure) -> Inputs:
     """Return views into the inputs of a plant with this structure."""
     n_bearings, n_discs = structure.bearings.shape[0], structure.B_disc.shape[0] // 2
-    discs = N_INPUTS + 2 * n_bearings * N_AXIS
+    discs = first_disc_input(structure)
     return Inputs(
         part(inputs, 0, INPUTS, 1),
         part(inputs, N_INPUTS, AXIS_INPUTS, 2 * n_bearings),

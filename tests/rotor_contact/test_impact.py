@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotor_cases import BEARINGS, CLEARANCE, both, masters, memory, place, plant, rigid_rotor, run, scratch, size_of
 
-from rotor_contact.dynamics import collect_forces
+from rotor_contact.dynamics import collect_forces, motion_of, set_bearings
 from rotor_contact.enumerations import NEWTON, NODAL
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
-from rotor_contact.layout import load_sites, workspace_of
+from rotor_contact.layout import load_sites, place_sites, workspace_of
 from rotor_contact.signals import inputs_of, parameters_of
 from rotor_contact.site import locate_journal, slip_velocity
 from rotor_contact.structure import structure_of
@@ -121,9 +121,11 @@ def workspace():
     """What the kernels of one step of the rig pass on, with its sites loaded."""
     s, own = structure_of(RIG.constants), scratch(RIG)
     p, u = parameters_of(RIG.parameters, s), inputs_of(RIG.inputs, s)
-    n = load_sites(s, p, u, memory(RIG).sites, own)
-    collect = getattr(collect_forces, "py_func", collect_forces)  # gives out views, which compiled code cannot
-    motion = collect(s, p, u, (0.0, 0.0, 0.0), own.motion, own.bearings)
+    n = place_sites(s, p, u, own)
+    load_sites(memory(RIG).sites, own.sites)
+    motion = motion_of(s, own.motion, own.bearings, 0.0, 0.0, 0.0)
+    collect_forces(s, p, u, motion)
+    set_bearings(p, motion)
     return workspace_of(s, motion, own, n)
 
 
