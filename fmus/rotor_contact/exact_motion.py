@@ -27,9 +27,9 @@ from rotor_contact.collocation import add_friction, find_end_forces, find_forces
 from rotor_contact.compliant import is_compliant
 from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.path import stays_within
-from rotor_contact.products import row_combination
+from rotor_contact.products import dot, row_combination
 from rotor_contact.propagator import N_GAUSS, Propagator
-from rotor_contact.series import n_axes, n_observed, row_of_axis
+from rotor_contact.series import direct_work, n_axes, n_observed, row_of_axis
 from rotor_contact.site import can_touch, is_constrained
 from rotor_contact.workspace import Workspace, energy_integrals, stages_of
 
@@ -54,6 +54,7 @@ def propagate(w: Workspace, propagator: Propagator, step_size: float) -> bool:
     stages = stages_of(w.stages)
     copy(stages.z, stages.z_new)
     h = step_size / pieces
+    direct_work(w.motion, propagator)
     for piece in range(pieces):
         if not _propagate_piece(w, propagator, piece * h, h, in_contact):
             return False
@@ -67,7 +68,10 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     n = w.Minv.shape[0]
     z, motion = stages_of(w.stages).z_new, w.motion
     end = propagator.end
-    _set_start(motion, tau, z, propagator.start)
+    theta = motion.theta + motion.Omega * tau
+    square = motion.Omega * motion.Omega
+    unbalance = complex(square * math.cos(theta), square * math.sin(theta))
+    _set_start(motion, unbalance, z, propagator.start)
     start = propagator.start[: 5 * n]
     if in_contact:
         if not find_forces(w, propagator, z, h):
@@ -88,7 +92,7 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     elif damped:
         heat = _damping_heat(motion, end, n)
     integrals = energy_integrals(z, n)
-    integrals.work += _work(motion, propagator.V, start, end) + h * from_spin
+    integrals.work += _work(motion, propagator, unbalance, start, end) + h * from_spin
     integrals.damping_heat += h * heat
     if in_contact:
         add_friction(w, propagator, z, h)
@@ -97,13 +101,11 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
 
 
 @kernel
-def _set_start(motion: Motion, tau: float, z: Array, start: Array) -> None:
-    """Write x, what P is applied to, for a piece that begins at `tau` (s) in state z."""
+def _set_start(motion: Motion, unbalance: complex, z: Array, start: Array) -> None:
+    """Write x, what P is applied to, for a piece that begins in state z with this direction of a unit unbalance."""
     steady, cosine, sine, _ = forces(motion)
     n = steady.shape[0]
-    square = motion.Omega * motion.Omega
-    A = square * math.cos(motion.theta + motion.Omega * tau)
-    B = square * math.sin(motion.theta + motion.Omega * tau)
+    A, B = unbalance.real, unbalance.imag
     copy(z[: 2 * n], start)
     copy(steady, start[2 * n :])
     for i in range(n):
@@ -112,25 +114,12 @@ def _set_start(motion: Motion, tau: float, z: Array, start: Array) -> None:
 
 
 @kernel
-def _work(motion: Motion, V: Array, start: Array, end: Array) -> float:
-    """Return the work (J) of all inputs during a piece: of steady forces, unbalance and force gradients."""
-    n = motion.rows.shape[1]
-    work = 0.0
-    for i in range(n):
-        work += start[2 * n + i] * (end[i] - start[i])
-    for i in range(0, n, 2):
-        p_x, p_y = start[3 * n + i], start[3 * n + i + 1]
-        r_x, r_y = start[4 * n + i], start[4 * n + i + 1]
-        if p_x != 0.0 or p_y != 0.0 or r_x != 0.0 or r_y != 0.0:
-            c_x = c_y = s_x = s_y = 0.0
-            for j in range(start.shape[0]):
-                x = start[j]
-                if x != 0.0:
-                    c_x += x * V[j, i]
-                    c_y += x * V[j, i + 1]
-                    s_x += x * V[j, n + i]
-                    s_y += x * V[j, n + i + 1]
-            work += p_x * c_x + p_y * c_y + r_x * s_x + r_y * s_y
+def _work(motion: Motion, propagator: Propagator, unbalance: complex, start: Array, end: Array) -> float:
+    """Return the work (J) of all inputs during a piece: of unbalance, steady forces and force gradients."""
+    n, size = motion.rows.shape[1], start.shape[0]
+    work = unbalance.real * dot(start, propagator.work[0, :size])
+    work += unbalance.imag * dot(start, propagator.work[1, :size])
+    work += dot(start[2 * n : 3 * n], end[:n]) - dot(start[2 * n : 3 * n], start[:n])
     for b in range(n_axes(motion)):
         i = row_of_axis(motion, b)
         work += 0.5 * motion.bearings[b // 2].gradient[b % 2] * (end[i] * end[i] - start[i] * start[i])

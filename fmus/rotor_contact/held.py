@@ -8,16 +8,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from fmi_export.flat import copy
+from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.signals import N_INPUTS, first_disc_input, n_inputs, n_parameters
 from rotor_contact.structure import REAL, Structure
-
-BITS = np.dtype(np.int64)
 
 
 class Held(NamedTuple):
@@ -51,9 +47,9 @@ def is_held(held: Held, structure: Structure, parameters: Array, inputs: Array) 
     """Return whether all but the magnets' forces is as when `hold` was called last."""
     discs = first_disc_input(structure)
     return (
-        _same_bits(parameters, held.parameters, 0, parameters.shape[0])
-        and _same_bits(inputs, held.inputs, 0, N_INPUTS)
-        and _same_bits(inputs, held.inputs, discs, inputs.shape[0])
+        same_bits(parameters, held.parameters)
+        and same_bits(inputs[:N_INPUTS], held.inputs[:N_INPUTS])
+        and same_bits(inputs[discs:], held.inputs[discs:])
     )
 
 
@@ -63,13 +59,3 @@ def hold(held: Held, parameters: Array, inputs: Array, n: int) -> None:
     copy(parameters, held.parameters)
     copy(inputs, held.inputs)
     held.n[0] = n
-
-
-@kernel
-def _same_bits(a: Array, b: Array, begin: int, end: int) -> bool:
-    """Return whether two arrays agree in all bits from `begin` to `end`."""
-    x, y = part(a, begin, BITS, end - begin), part(b, begin, BITS, end - begin)
-    difference = 0
-    for i in range(end - begin):
-        difference |= x[i] ^ y[i]
-    return difference == 0

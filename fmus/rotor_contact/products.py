@@ -76,6 +76,24 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
 
 
 @kernel
+def dot(x: Array, y: Array) -> float:
+    """Return x . y, of arrays of one size."""
+    a = b = c = d = 0.0
+    i = 0
+    while i + 4 <= x.shape[0]:
+        u, v = x[i : i + 4], y[i : i + 4]
+        a += u[0] * v[0]
+        b += u[1] * v[1]
+        c += u[2] * v[2]
+        d += u[3] * v[3]
+        i += 4
+    while i < x.shape[0]:
+        a += x[i] * y[i]
+        i += 1
+    return (a + b) + (c + d)
+
+
+@kernel
 def quadratic_form(A: Array, x: Array, product: Array) -> float:
     """Return x^T A x of the first n of x and the first n rows of a symmetric A, which has n columns.
 
@@ -83,7 +101,4 @@ def quadratic_form(A: Array, x: Array, product: Array) -> float:
     """
     n = A.shape[1]
     row_combination(x[:n], A, product, n)
-    total = 0.0
-    for i in range(n):
-        total += x[i] * product[i]
-    return total
+    return dot(x[:n], product[:n])

@@ -65,7 +65,10 @@ class Propagator(NamedTuple):
     S
         What each site sees of these, shape (n_sites, n_x, N_SEEN).
     key
-        What they were built for.
+        What P, V and S were built for.
+    unbalance, work
+        Cosine and sine part of the unbalance, shape (2 n,), and what its work takes of x at each of its two directions,
+        shape (2, n_x): V in their direction.
     start, end
         What P maps from and to: x, shape (n_x,), and what P says of the end.
     seen, moved
@@ -84,6 +87,8 @@ class Propagator(NamedTuple):
     V: Array
     S: Array
     key: Key
+    unbalance: Array
+    work: Array
     start: Array
     end: Array
     seen: Array
@@ -124,7 +129,7 @@ def propagator_size(n: int, n_bearings: int, n_sites: int, is_damped: bool) -> i
     rows, columns, n_equations = n_start(n, n_sites), n_end(n, n_bearings, is_damped), 2 * (N_LOBATTO - 1) * n_sites
     at_sites = n_sites * ((rows + 2) * N_SEEN + N_LOBATTO * N_NODE)
     matrices = rows * (columns + 2 * n) + n_equations * (n_equations + 1)
-    return matrices + at_sites + key_size(n_bearings) + rows + columns + N_SERIES * n + 2
+    return matrices + at_sites + key_size(n_bearings) + 3 * rows + columns + (N_SERIES + 2) * n + 2
 
 
 @views
@@ -134,7 +139,9 @@ def propagator_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, i
     V = at + rows * columns
     S = V + rows * 2 * n
     key = S + n_sites * rows * N_SEEN
-    start = key + key_size(n_bearings)
+    unbalance = key + key_size(n_bearings)
+    directions = unbalance + 2 * n
+    start = directions + 2 * rows
     end = start + rows
     seen = end + columns
     moved = seen + n_sites * N_SEEN
@@ -146,6 +153,8 @@ def propagator_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, i
         part(work, V, REAL, (rows, 2 * n)),
         part(work, S, REAL, (n_sites, rows, N_SEEN)),
         key_of(work, key, n_bearings),
+        part(work, unbalance, REAL, 2 * n),
+        part(work, directions, REAL, (2, rows)),
         part(work, start, REAL, rows),
         part(work, end, REAL, columns),
         part(work, seen, REAL, (n_sites, N_SEEN)),

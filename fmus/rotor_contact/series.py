@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import math
 
+from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.dynamics import Motion, coefficients
+from rotor_contact.dynamics import Motion, coefficients, forces
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
 from rotor_contact.propagator import N_GAUSS, N_SEEN, Key, Propagator, set_key
 from rotor_contact.site import Sites
@@ -45,6 +46,29 @@ def build_propagator(Minv: Array, motion: Motion, sites: Sites, key: Key, propag
         propagator.n_pieces[0] = pieces
         for unit in range(propagator.start.shape[0]):
             _integrate_unit(Minv, motion, sites, propagator, unit, step_size / pieces)
+    propagator.unbalance[0] = math.nan  # `work` is not that of this V
+
+
+@kernel
+def direct_work(motion: Motion, propagator: Propagator) -> None:
+    """Write what the work of the unbalance takes of x, where the unbalance has changed.
+
+    With p = A c + B s and r = A s - B c (c cosine, s sine):  p V_c + r V_s = A (c V_c + s V_s) + B (s V_c - c V_s)
+    """
+    n = motion.rows.shape[1]
+    _, cosine, sine, _ = forces(motion)
+    known = propagator.unbalance
+    if same_bits(cosine, known[:n]) and same_bits(sine, known[n:]):
+        return
+    copy(cosine, known)
+    copy(sine, known[n:])
+    for j in range(propagator.start.shape[0]):
+        a = b = 0.0
+        for i in range(n):
+            V_c, V_s = propagator.V[j, i], propagator.V[j, n + i]
+            a += cosine[i] * V_c + sine[i] * V_s
+            b += sine[i] * V_c - cosine[i] * V_s
+        propagator.work[0, j], propagator.work[1, j] = a, b
 
 
 @kernel
