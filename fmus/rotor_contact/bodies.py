@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from fmi_export.records import record
 from rotor_contact.dynamics import Motion, accelerations, forces, shaft_damping, spin_coupling
@@ -97,7 +97,7 @@ def drive_torque(spin: Spin, Omega: float) -> float:
     return min(max(torque, -spin.torque_limit), spin.torque_limit)
 
 
-@kernel
+@kernel_apart
 def couple_spin(motion: Motion, spin: Spin, theta: float) -> float:
     """Write the coupling of a free spin at the rotor angle `theta` (rad); return J - p . M^-1 p (kg m^2)."""
     direction_x, direction_y = -math.sin(theta), math.cos(theta)
@@ -175,7 +175,7 @@ def power_on_bodies(sites: Sites, spin: Spin, v: Array) -> float:
     return power
 
 
-@kernel
+@kernel_apart
 def kinetic_energy(sites: Sites, v: Array) -> float:
     """Return the kinetic energy (J) of housings and races."""
     energy = 0.0
@@ -188,7 +188,7 @@ def kinetic_energy(sites: Sites, v: Array) -> float:
     return energy
 
 
-@kernel
+@kernel_apart
 def strain_energy(sites: Sites, q: Array) -> float:
     """Return the strain energy (J) of the mounts."""
     energy = 0.0

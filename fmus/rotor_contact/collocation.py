@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.contact import find_multipliers, number_unknowns, put_on_circles
 from rotor_contact.enumerations import ROLLING, SLIDING
@@ -37,7 +37,7 @@ SETTLED = 1e-7  # of the largest force: change between two solutions, each of wh
 MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
 
 
-@kernel
+@kernel_apart
 def find_forces(w: Workspace, propagator: Propagator, z: Array, h: float) -> bool:
     """Write the contact forces of a piece of length h (s) into x; return False if an event may be in the piece.
 
@@ -227,7 +227,7 @@ def _deviation(site: Site, seen: Array, moved: Array) -> float:
     return largest
 
 
-@kernel
+@kernel_apart
 def find_end_forces(w: Workspace, propagator: Propagator, end: Array) -> bool:
     """Put the end of a piece on the circles and leave the forces there with the sites; return False if one pulls.
 
@@ -251,7 +251,7 @@ def find_end_forces(w: Workspace, propagator: Propagator, end: Array) -> bool:
     return True
 
 
-@kernel
+@kernel_apart
 def add_friction(w: Workspace, propagator: Propagator, z: Array, h: float) -> None:
     """Add heat and work of friction in a piece of length h (s) to z.
 

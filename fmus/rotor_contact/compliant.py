@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.enumerations import (
     CONSTRAINT,
@@ -84,7 +84,7 @@ def normal_force(site: Site, delta: float, rate: float) -> float:
     return max(force, 0.0)
 
 
-@kernel
+@kernel_apart
 def stored_energy(site: Site, delta: float) -> float:
     """Return the elastic energy (J) at penetration `delta` >= 0 (m): the integral of the force at rate zero.
 

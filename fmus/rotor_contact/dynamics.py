@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, views
+from fmi_export.jit import kernel, kernel_apart, views
 from fmi_export.model import Array
 from fmi_export.records import record
 from rotor_contact.signals import Inputs, Parameters
@@ -134,7 +134,7 @@ def motion_of(
     return Motion(rows, bearings, structure.over_speed, structure.is_damped, theta, Omega, Omega_dot)
 
 
-@kernel
+@kernel_apart
 def collect_forces(structure: Structure, parameters: Parameters, inputs: Inputs, motion: Motion) -> None:
     """Write the forces of a step that no magnet makes (3.1 to 3.6), and the rows of the bearings, into a motion.
 
@@ -210,7 +210,7 @@ def unbalance_xy(unbalance: float, phase: float) -> tuple[float, float]:
     return unbalance * math.cos(phase), unbalance * math.sin(phase)
 
 
-@kernel
+@kernel_apart
 def collect_coefficients(structure: Structure, motion: Motion) -> None:
     """Write the coefficients and accelerations of a step from its forces (3.13)."""
     n = structure.K.shape[0]

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.enumerations import FREE, NODAL, ROLLING
 from rotor_contact.friction import friction_excess, has_friction, reversed_slip
@@ -186,7 +186,7 @@ def apply_impacts(w: Workspace, Omega: float, law: int, rebounds: bool) -> bool:
     return newton_impact(w, v, Omega)
 
 
-@kernel
+@kernel_apart
 def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory: np.record) -> int:
     """Advance z over one communication step of `step_size` (s); return a fault code.
 

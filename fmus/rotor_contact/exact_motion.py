@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.collocation import add_friction, find_end_forces, find_forces
 from rotor_contact.compliant import is_compliant
@@ -137,7 +137,7 @@ def _damping_heat(motion: Motion, end: Array, n: int) -> float:
     return heat
 
 
-@kernel
+@kernel_apart
 def _shaft_heat_and_work(w: Workspace, end: Array) -> tuple[float, float]:
     """Return the mean heat per second of all dampers during a piece, and of it what the spin gives (W)."""
     n = w.Minv.shape[0]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, views
+from fmi_export.jit import kernel, kernel_apart, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
@@ -180,7 +180,7 @@ def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int)
     )
 
 
-@kernel
+@kernel_apart
 def place_sites(structure: Structure, parameters: Parameters, inputs: Inputs, scratch: Scratch) -> int:
     """Fill the records of the sites and of the spin; return the number of all degrees of freedom.
 

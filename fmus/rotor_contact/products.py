@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
+from fmi_export.parts import part
+from rotor_contact.structure import REAL
 
 
 @kernel
@@ -18,7 +20,7 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
         for j in range(x.shape[0]):
             w = x[j]
             if w != 0.0:
-                row = A[j, i : i + 16]
+                row = part(A, j * A.shape[1] + i, REAL, 16)
                 a += w * row[0]
                 b += w * row[1]
                 c += w * row[2]
@@ -44,7 +46,7 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
         for j in range(x.shape[0]):
             w = x[j]
             if w != 0.0:
-                row = A[j, i : i + 8]
+                row = part(A, j * A.shape[1] + i, REAL, 8)
                 a += w * row[0]
                 b += w * row[1]
                 c += w * row[2]
@@ -60,7 +62,7 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
         for j in range(x.shape[0]):
             w = x[j]
             if w != 0.0:
-                row = A[j, i : i + 4]
+                row = part(A, j * A.shape[1] + i, REAL, 4)
                 a += w * row[0]
                 b += w * row[1]
                 c += w * row[2]
@@ -81,7 +83,7 @@ def dot(x: Array, y: Array) -> float:
     a = b = c = d = 0.0
     i = 0
     while i + 4 <= x.shape[0]:
-        u, v = x[i : i + 4], y[i : i + 4]
+        u, v = part(x, i, REAL, 4), part(y, i, REAL, 4)
         a += u[0] * v[0]
         b += u[1] * v[1]
         c += u[2] * v[2]

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from fmi_export.flat import copy, same_bits
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion, coefficients, forces
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
@@ -25,7 +25,7 @@ MAX_PIECES = 16
 GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)  # in [0, 1]
 
 
-@kernel
+@kernel_apart
 def build_propagator(Minv: Array, motion: Motion, sites: Sites, key: Key, propagator: Propagator) -> None:
     """Build P, V and S for this key, from the coefficients of the motion."""
     n = Minv.shape[0]

@@ -28,17 +28,16 @@ def same_bits(a: Array, b: Array) -> bool:
     Four comparisons at once do not wait for each other.
     """
     size = a.shape[0]
-    x, y = part(a, 0, BITS, size), part(b, 0, BITS, size)
     p = q = r = s = np.int64(0)
     i = 0
     while i + 4 <= size:
-        u, v = x[i : i + 4], y[i : i + 4]
+        u, v = part(a, i, BITS, 4), part(b, i, BITS, 4)
         p |= u[0] ^ v[0]
         q |= u[1] ^ v[1]
         r |= u[2] ^ v[2]
         s |= u[3] ^ v[3]
         i += 4
     while i < size:
-        p |= x[i] ^ y[i]
+        p |= part(a, i, BITS, 1)[0] ^ part(b, i, BITS, 1)[0]
         i += 1
     return (p | q | r | s) == 0

@@ -40,6 +40,18 @@ def inlined_kernel(function: F) -> F:
     return _compiled(function, forceinline=True)
 
 
+def kernel_apart(function: F) -> F:
+    """Compile `function` as `kernel` does, and keep it out of the code of its callers in native FMUs.
+
+    For what few steps do: beside it, what every step does would have fewer registers and longer ways.
+    """
+    KERNELS_APART.add((*function.__module__.split("."), *function.__qualname__.split(".")))
+    return _compiled(function)
+
+
+KERNELS_APART: set[tuple[str, ...]] = set()
+
+
 def _compiled(function: F, **options: bool) -> F:
     if not COMPILED:
         return function

@@ -10,7 +10,7 @@ from fmi_export.model import Array
 
 
 def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
-    """Return the numbers of a flat array from `start` on as an array of another type and shape, without a copy.
+    """Return the numbers of an array without gaps from `start` on as an array of another type and shape, not copied.
 
     In kernels it costs nothing where the result is not used, and does not check that the numbers are there; slices,
     `view` and `reshape` would do the same with divisions and branches, more work than a short kernel has.
@@ -18,7 +18,7 @@ def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
     Parameters
     ----------
     array
-        Flat, shape (n,).
+        Of any shape, its rows one after the other.
     start
         Number of the first, from 0.
     dtype
@@ -28,7 +28,7 @@ def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
     """
     sizes = shape if isinstance(shape, tuple) else (shape,)
     size = math.prod(sizes) * dtype.itemsize // 8
-    return array[start : start + size].view(dtype).reshape(sizes)
+    return array.reshape(-1)[start : start + size].view(dtype).reshape(sizes)
 
 
 def clear(array: Any) -> None:

@@ -115,9 +115,13 @@ static Status before_get(Instance *instance, const char *call, Type type, REFERE
         return STATUS_ERROR;
     if (count && (!references || !values))
         return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+    if (type == TYPE_REAL && is_known(&instance->read, references, count))
+        return refresh(instance);
     for (size_t i = 0; i < count; i++)
         if (!is_variable(instance, references[i], type))
             return wrong_reference(instance, call, references[i]);
+    if (type == TYPE_REAL)
+        remember(instance, &instance->read, references, count);
     return refresh(instance);
 }
 
@@ -128,13 +132,19 @@ static Status before_set(Instance *instance, const char *call, Type type, REFERE
         return STATUS_ERROR;
     if (count && (!references || !values))
         return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+    instance->now->stale = 1;
+    if (type == TYPE_REAL && is_known(&instance->written, references, count))
+        return STATUS_OK;
+    int are_inputs = type == TYPE_REAL;
     for (size_t i = 0; i < count; i++) {
         if (!is_variable(instance, references[i], type))
             return wrong_reference(instance, call, references[i]);
         if (!is_settable(instance, references[i]))
             return cannot_be_set(instance, call, references[i]);
+        are_inputs &= references[i] >= instance->run.data.n_parameters;
     }
-    instance->now->stale = 1;
+    if (are_inputs)
+        remember(instance, &instance->written, references, count);
     return STATUS_OK;
 }
 
@@ -142,8 +152,13 @@ fmi2Status fmi2GetReal(fmi2Component component, REFERENCES, fmi2Real values[])
 {
     Instance *instance = component;
     Status status = before_get(instance, __func__, TYPE_REAL, references, count, values);
-    for (size_t i = 0; i < count && status <= STATUS_WARNING; i++)
-        values[i] = instance->run.values[references[i]];
+    if (status > STATUS_WARNING || !count)
+        return (fmi2Status)status;
+    if (instance->read.in_a_row)
+        memcpy(values, instance->run.values + references[0], count * sizeof *values);
+    else
+        for (size_t i = 0; i < count; i++)
+            values[i] = instance->run.values[references[i]];
     return (fmi2Status)status;
 }
 

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from fmi_export.building.native.unlinked import compile_nothing
+from fmi_export.jit import KERNELS_APART
 from fmi_export.model import InitialiseKernel, StepKernel
 
 ENTRIES = ("kernel_initialise", "kernel_step")
@@ -197,6 +198,7 @@ def _keep_entries_only(module: Any, llvm: Any) -> None:
     for variable in module.global_variables:
         if not variable.is_declaration:
             variable.linkage = "internal"
+    _keep_apart(module)
     machine = llvm.Target.from_default_triple().create_target_machine(cpu="generic", features="", opt=2)
     tuning = llvm.create_pipeline_tuning_options(speed_level=2)
     tuning.loop_vectorization = tuning.slp_vectorization = False  # the compiler of each platform does it
@@ -206,6 +208,14 @@ def _keep_entries_only(module: Any, llvm: Any) -> None:
     for k, function in enumerate(f for f in module.functions if not f.is_declaration and f.name not in ENTRIES):
         if not function.name.startswith(EXCEPTION):
             function.name = f"kernel_{k}"  # numba's names are long, and macOS libraries keep them
+
+
+def _keep_apart(module: Any) -> None:
+    """Forbid that kernels of `KERNELS_APART` become part of their callers."""
+    mangled = ["".join(f"{len(part)}{part}" for part in parts) + "B" for parts in KERNELS_APART]
+    for function in module.functions:
+        if not function.is_declaration and any(name in function.name for name in mangled):
+            function.add_function_attribute("noinline")
 
 
 def _refuse_what_needs_python(module: Any) -> None:

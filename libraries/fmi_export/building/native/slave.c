@@ -154,6 +154,8 @@ static Instance *allocate(const unsigned char *bytes, size_t size, const char *n
     size_t state = reserve(&end, (size_t)data.n_state, real), outputs = reserve(&end, (size_t)data.n_outputs, real);
     size_t work = reserve(&end, (size_t)data.n_work, real), copy = reserve(&end, size, 1);
     size_t own_name = reserve(&end, strlen(name) + 1, 1), told = reserve(&end, (size_t)data.n_warnings, 1);
+    size_t read = reserve(&end, (size_t)data.n_values, sizeof(uint32_t));
+    size_t written = reserve(&end, (size_t)data.n_values, sizeof(uint32_t));
     char *block = calloc(1, end);
     if (!block)
         return NULL;
@@ -172,6 +174,8 @@ static Instance *allocate(const unsigned char *bytes, size_t size, const char *n
         .told = (unsigned char *)(block + told),
     };
     instance->name = block + own_name;
+    instance->read.references = (uint32_t *)(block + read);
+    instance->written.references = (uint32_t *)(block + written);
     return instance;
 }
 

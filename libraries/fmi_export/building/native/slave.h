@@ -12,6 +12,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "instance.h"
 
@@ -45,6 +46,13 @@ typedef struct {
     Outcome outcome;
 } Saved;
 
+/* A list of references of Reals that was found right; hosts repeat theirs at every step. */
+typedef struct {
+    uint32_t *references; /* room for as many as there are variables */
+    size_t count;
+    int in_a_row; /* each is the one before plus 1 */
+} Known;
+
 typedef struct {
     Saved *now;
     size_t saved_size;
@@ -53,6 +61,7 @@ typedef struct {
     Host host;
     unsigned int heard; /* one bit for each category of messages that are logged */
     const char *name;
+    Known read, written; /* the latest lists that were read, and set; of the latter only those of inputs */
 } Instance;
 
 #pragma GCC visibility push(hidden)
@@ -139,6 +148,25 @@ static inline int is_settable(Instance *instance, uint32_t reference)
         return reference < first_output(data);
     instance->now->outcome.checked = 0;
     return data->variables[reference].tunable || instance->now->state != STEP_COMPLETE;
+}
+
+static inline int is_known(const Known *known, const uint32_t *references, size_t count)
+{
+    return count == known->count && memcmp(known->references, references, count * sizeof *references) == 0;
+}
+
+/* A list that is longer than there are variables is not kept. */
+static inline void remember(const Instance *instance, Known *known, const uint32_t *references, size_t count)
+{
+    known->count = 0;
+    known->in_a_row = 0;
+    if (!count || count > (size_t)instance->run.data.n_values)
+        return;
+    memcpy(known->references, references, count * sizeof *references);
+    known->count = count;
+    known->in_a_row = 1;
+    for (size_t i = 1; i < count; i++)
+        known->in_a_row &= references[i] == references[0] + i;
 }
 
 /* Before values are read: outputs up to date, if something was set in initialization mode since. */
