@@ -14,6 +14,8 @@ velocities change, and integration goes on from there.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fmi_export.flat import copy
@@ -36,7 +38,9 @@ from rotor_contact.site import (
 )
 from rotor_contact.workspace import Workspace, stages_of
 
-FAULT_TOO_MANY_EVENTS, FAULT_SINGULAR = 1, 2
+FAULT_TOO_MANY_EVENTS, FAULT_SINGULAR, FAULT_TOO_STIFF = 1, 2, 8
+
+MAX_SUBSTEPS = 1e5  # of one communication step
 
 EVENT_LIMIT = 50  # events of one step; beyond it impacts do not rebound and flights shorter than a substep are skipped
 MIN_EVENT_DISTANCE = 1.0 / 200.0  # of a step, between two events beyond that limit: this bounds their number
@@ -192,18 +196,22 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
 
     Substeps are no longer than `solver.max_substep`, nor than fast whirl allows, and end on events. They are halved, up
     to `MAX_HALVINGS` times, where their velocities err by more than `solver.tolerance` (m/s); `memory.n_halvings` keeps
-    how often for the next step, `memory.tolerance_missed` tells where that was not enough.
+    how often for the next step, `memory.tolerance_missed` tells where that was not enough. A step that would take more
+    than `MAX_SUBSTEPS` is a fault, so that every step ends.
     """
     n = w.n
     stages = stages_of(w.stages)
-    substeps = int(step_size / solver.max_substep + 1.0 - 1e-9)
+    substeps = max(math.ceil(step_size / solver.max_substep - 1e-9), 1)
     longest = step_size / substeps
     shortest = SHORTEST_FLIGHT * longest
     tau = 0.0
-    events = 0
+    taken = events = 0
     if not resolve_modes(w, tau, shortest):
         return FAULT_SINGULAR
     while tau < step_size * (1.0 - 1e-12):
+        if taken >= MAX_SUBSTEPS:
+            return FAULT_TOO_STIFF
+        taken += 1
         limit = substep_limit(w, spin_speed(w, tau, stages.z), longest)
         while True:
             dt = min(step_size - tau, limit, longest * 0.5**memory.n_halvings)

@@ -16,7 +16,7 @@ from rotor_contact.dynamics import (
     set_bearings,
 )
 from rotor_contact.enumerations import NODAL
-from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, advance
+from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
 from rotor_contact.exact_motion import propagate
 from rotor_contact.heating import warm
 from rotor_contact.held import hold, is_held
@@ -47,7 +47,6 @@ FAULT_OFFSET = 11  # plus the site
 MAX_SITES = 99 - FAULT_OFFSET + 1
 
 TURN = 2.0 * math.pi
-MAX_SUBSTEPS = 1e6  # of one step
 
 
 @kernel
@@ -213,8 +212,10 @@ def _faults(planes: Planes) -> dict[int, str]:
         FAULT_SINGULAR: "the contact equations have no unique solution; lower the coefficients of friction",
         FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; there must be passive bearings with stiffness "
         f"that hold the rotor, {stiffness}",
-        FAULT_LONG_STEP: "the communication step is too long; it must be at most a million times solver.max_substep = "
+        FAULT_LONG_STEP: "the communication step is too long; it must be at most 100000 times solver.max_substep = "
         "{solver.max_substep} s",
+        FAULT_TOO_STIFF: "a contact is too stiff to follow: its law asks for more than 100000 substeps in one "
+        "communication step; lower its stiffness or damping, raise delta_c, or shorten the step",
         FAULT_INERTIA: "spin.inertia = {spin.inertia} kg.m2 is not allowed with a free spin and this unbalance; "
         "it must be the polar inertia of rotor and drive, more than that of the unbalance itself",
         FAULT_FAST: "a housing, a race or the spin changes too fast to follow: mount_stiffness and mount_damping over "

@@ -225,3 +225,28 @@ def test_no_friction_or_restitution_exhausts_the_events_of_four_sites(seed):
         x, 200, [*(f"energy.{name}" for name in ("kinetic", "strain", "dissipated", "work")), "energy.balance"]
     )
     assert np.max(np.abs(record[:, 4])) < 1e-3 * np.max(np.abs(record[:, :4]))
+
+
+YIELDING = both("mb.k_b", 1e6) | both("mb.c_b", 5e3) | both("rb.clearance", 1e-4) | {"Omega": 90.0, "d1.u": 0.02}
+
+
+@pytest.mark.parametrize("law", [
+    {"rb1.law": 5.0, "rb2.law": 5.0, "rb1.alpha_c": 0.1, "rb2.alpha_c": 0.1},
+    {"rb1.law": 6.0, "rb2.law": 6.0, "rb1.eta": 0.2, "rb2.eta": 0.2},
+])  # fmt: skip
+@pytest.mark.parametrize("h", [2e-13, 1e-17])
+def test_step_far_below_the_substep_ends_in_a_yielding_contact(law, h):
+    x = plant(YIELDING | law)
+    while x["contact_state"] == 0.0:
+        run(x, 1)
+    before = x["mb1.x"]
+    run(x, 3, h=h)
+    assert x["mb1.x"] == pytest.approx(before, abs=1e-11)
+
+
+def test_contact_too_stiff_to_follow_is_a_fault_after_a_bounded_number_of_substeps():
+    stiff = {"rb1.law": 5.0, "rb1.alpha_c": 1000.0, "rb1.k_c": 1e12, "rb1.delta_c": 1e-9, "d1.f_x": 1e7}
+    x = plant(stiff)
+    with pytest.raises(Fault, match="too stiff to follow: its law asks for more than 100000 substeps"):
+        run(x, 400)
+    assert np.all(np.isfinite(x.outputs))
