@@ -102,6 +102,15 @@ def interface_of(planes: Planes) -> Interface:
             warning="a substep was less accurate than solver.tolerance = {solver.tolerance} m/s; it takes a "
             "solver.max_substep below {solver.max_substep} s",
         ),
+        output(
+            "solver.energy_missed",
+            "1",
+            "Whether energy.balance is off by more than a tenth of solver.energy_limit",
+            type="Boolean",
+            starts_from=(),
+            warning="energy is not conserved: the contact is too stiff, or its friction too strong, for substeps of "
+            "solver.max_substep = {solver.max_substep} s",
+        ),
         repeated("displacements", displacements, _displacement_output),
         repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
         repeated("sites", [(site.name, planes) for site in sites], site_outputs),
@@ -132,6 +141,14 @@ def _model_parameters(max_substep: float) -> list[Variable]:
             "m/s",
             "Error of the velocities above which an integration step is halved, twice at most",
             5e-6,
+            minimum=0.0,
+        ),
+        parameter(
+            "solver.energy_limit",
+            "1",
+            "Share of the largest energy so far by which energy.balance may be off before the step fails; a tenth of "
+            "it is a warning",
+            0.1,
             minimum=0.0,
         ),
         parameter(

@@ -30,6 +30,8 @@ HEAD = record(
     ("n_steps", np.float64),  # for how many steps the key of the propagator has not changed
     ("tolerance_missed", np.float64),  # whether a substep of the last step was less accurate than asked for
     ("coupling", np.float64),  # energy that shaft and free spin share by unbalance (J)
+    ("largest_energy", np.float64),  # of mechanical energy, heat and work so far (J)
+    ("unused", np.float64),  # so that what follows begins at an even place
 )
 # Mode and direction of slip; temperature (K); heat so far (J).
 SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))

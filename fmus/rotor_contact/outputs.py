@@ -17,6 +17,8 @@ from rotor_contact.site import Site, Sites, locate_journal, slip_velocity, tange
 from rotor_contact.structure import Structure
 from rotor_contact.workspace import Workspace, energy_integrals, stages_of
 
+SMALLEST_ENERGY = 1e-9  # J, below which a balance is rounding
+
 
 @kernel
 def write_outputs(
@@ -47,6 +49,16 @@ def write_outputs(
     own.contact_state = _contact_state(structure, sites)
     mechanical = write_mechanical_energy(structure, parameters, w, x, own.energy)
     _write_heat_and_work(energy_integrals(x.z, n), mechanical - head.initial_energy, own.energy)
+
+
+@kernel
+def energy_error(energy: np.record, head: np.record) -> float:
+    """Return how far the balance of the outputs `energy` is off, as a share of the largest energy so far."""
+    mechanical = energy.kinetic + energy.strain
+    largest = max(max(head.largest_energy, mechanical), max(abs(energy.dissipated), abs(energy.work)))
+    head.largest_energy = largest
+    error: float = abs(energy.balance) / max(largest, SMALLEST_ENERGY)
+    return error
 
 
 @kernel

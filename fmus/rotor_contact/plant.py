@@ -33,7 +33,7 @@ from rotor_contact.layout import (
     workspace_of,
 )
 from rotor_contact.modes import resolve_modes
-from rotor_contact.outputs import write_mechanical_energy, write_outputs
+from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
 from rotor_contact.planes import Planes
 from rotor_contact.propagator import is_built, is_time_invariant, without_rounding
 from rotor_contact.series import build_propagator
@@ -43,6 +43,7 @@ from rotor_contact.structure import Structure, structure_of
 from rotor_contact.workspace import N_INTEGRALS, energy_integrals, stages_of
 
 FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL, FAULT_FAST = 3, 4, 5, 6, 7
+FAULT_ENERGY = 9
 FAULT_OFFSET = 11  # plus the site
 MAX_SITES = 99 - FAULT_OFFSET + 1
 
@@ -98,6 +99,7 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     head.coupling = coupling_energy(motion, spin, 0.0, z[n : 2 * n])
     head.initial_energy = write_mechanical_energy(structure, p, w, x, y.own[0].energy)
     write_outputs(structure, p, w, x, Omega, y)
+    y.own[0].solver.energy_missed = 0.0
     return 0
 
 
@@ -166,7 +168,9 @@ def step(
     for k in range(scratch.sites.shape[0]):
         warm(scratch.sites[k], x.sites[k], z[2 * n + N_INTEGRALS + k], p.own[0].ambient_temperature, step_size)
     write_outputs(structure, p, w, x, Omega, y)
-    return 0
+    error = energy_error(y.own[0].energy, head)
+    y.own[0].solver.energy_missed = 1.0 if error > 0.1 * p.own[0].solver.energy_limit else 0.0
+    return FAULT_ENERGY if error > p.own[0].solver.energy_limit else 0
 
 
 @kernel
@@ -214,6 +218,9 @@ def _faults(planes: Planes) -> dict[int, str]:
         f"that hold the rotor, {stiffness}",
         FAULT_LONG_STEP: "the communication step is too long; it must be at most 100000 times solver.max_substep = "
         "{solver.max_substep} s",
+        FAULT_ENERGY: "energy is not conserved: energy.balance = {energy.balance} J is more than solver.energy_limit = "
+        "{solver.energy_limit} of the largest energy so far; lower solver.max_substep, or the stiffness or friction of "
+        "the contact",
         FAULT_TOO_STIFF: "a contact is too stiff to follow: its law asks for more than 100000 substeps in one "
         "communication step; lower its stiffness or damping, raise delta_c, or shorten the step",
         FAULT_INERTIA: "spin.inertia = {spin.inertia} kg.m2 is not allowed with a free spin and this unbalance; "

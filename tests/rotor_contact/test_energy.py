@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, run
 
+from fmi_export.model import Fault
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.enumerations import LAWS, NEWTON, NODAL
 
@@ -88,3 +89,35 @@ def test_orbit_takes_from_the_drive_what_the_bearings_turn_into_heat():
     record = run(x, 1000, ["energy.damping", "energy.work"])
     heat = 5000.0 * 90.0**2 * np.sum(np.abs(r) ** 2) * 1000 * H
     np.testing.assert_allclose(record[-1], heat, rtol=1e-6)
+
+
+UNBALANCE = {"d1.u": 0.0255}
+NOT_CONSERVED = {
+    "linear": {"Omega": 260.0} | both("rb.clearance", 1e-4) | both("rb.law", 1.0) | both("rb.mu", 10.0),
+    "hertz": {"Omega": 260.0} | both("rb.clearance", 1e-4) | both("rb.law", 2.0) | both("rb.mu", 10.0),
+    "constraint": BEARINGS | {"Omega": 400.0, "initial.orbit": 1.0} | both("rb.clearance", 1e-5) | both("rb.mu", 2.0),
+}
+
+
+@pytest.mark.parametrize("law", NOT_CONSERVED)
+def test_step_that_makes_energy_from_nothing_fails(law):
+    x = plant(NOT_CONSERVED[law] | UNBALANCE)
+    with pytest.raises(
+        Fault, match=r"energy is not conserved: energy\.balance = .* more than solver\.energy_limit = 0\.1"
+    ):
+        run(x, 100)
+    assert abs(x["energy.balance"]) <= 0.1 * max(x["energy.kinetic"], x["energy.work"], x["energy.dissipated"])
+
+
+def test_energy_limit_says_when_to_warn_and_when_to_fail():
+    loose = plant(NOT_CONSERVED["constraint"] | UNBALANCE | {"solver.energy_limit": 5.0})
+    record = run(loose, 3, ["solver.energy_missed", "energy.balance", "energy.work"])
+    assert abs(record[-1, 1]) > 0.1 * abs(record[-1, 2])
+    assert not np.any(record[:, 0])
+    loose = plant(NOT_CONSERVED["constraint"] | UNBALANCE | {"solver.energy_limit": 1.0})
+    assert run(loose, 3, ["solver.energy_missed"])[-1, 0] == 1.0
+
+
+def test_balance_of_thesis_contact_stays_far_below_the_limit():
+    x = plant(BEARINGS | UNBALANCE | {"Omega": 260.0, "solver.energy_limit": 1e-3})
+    assert not np.any(run(x, 800, ["solver.energy_missed"]))

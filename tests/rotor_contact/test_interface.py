@@ -27,6 +27,7 @@ def parameters():
     yield "contact.impact_law", p.contact.impact_law
     yield "solver.max_substep", p.solver.max_substep
     yield "solver.tolerance", p.solver.tolerance
+    yield "solver.energy_limit", p.solver.energy_limit
     yield "solver.exact_motion", p.solver.exact_motion
     yield "gravity", p.gravity
     yield "gravity_angle", p.gravity_angle
@@ -70,6 +71,7 @@ def outputs():
     yield "theta", y.theta
     yield "speed", y.speed
     yield "solver.tolerance_missed", y.solver.tolerance_missed
+    yield "solver.energy_missed", y.solver.energy_missed
     for k, bearing in enumerate(BEARINGS):
         yield f"{bearing}.x", parts.displacements[2 * k]
         yield f"{bearing}.y", parts.displacements[2 * k + 1]
