@@ -9,11 +9,11 @@ import platform
 import re
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 
+from amb_files.stages import stage
 from fmi_export.building.native.universal import universal
 
 # FMI 2.0.4 platform folder: suffix of its libraries, and the targets that one library contains.
@@ -97,8 +97,7 @@ def compile_library(
     """
     check_compiler()
     suffix, targets = PLATFORMS[target_platform]
-    with tempfile.TemporaryDirectory(prefix="zig-") as temporary:
-        folder = Path(temporary)
+    with stage() as folder:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8", newline="\n")
         inputs = sorted(f"../{file}" for file in sources if not file.endswith(".h"))
