@@ -6,6 +6,7 @@ import signal
 import struct
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -71,6 +72,14 @@ def test_a_universal_library_holds_each_slice_at_a_page_of_its_own():
 def test_a_universal_library_is_made_of_mach_o_files_only():
     with pytest.raises(ValueError, match="64-bit Mach-O"):
         universal([b"\x7fELF" + bytes(20)])
+
+
+def test_a_compiler_without_a_cache_of_its_own_has_a_temporary_one(tmp_path, monkeypatch):
+    monkeypatch.delenv(compiler.ZIG_CACHE, raising=False)
+    monkeypatch.setattr(compiler.platformdirs, "user_cache_path", lambda *_, **__: Path("/dev/null/cache"))
+    assert compiler._cache(tmp_path) == {compiler.ZIG_CACHE: str(tmp_path / "cache")}
+    monkeypatch.setattr(compiler.platformdirs, "user_cache_path", lambda *_, **__: tmp_path / "usual")
+    assert compiler._cache(tmp_path) == {}
 
 
 KILLED = {

@@ -50,7 +50,7 @@ def prepared(tmp_path_factory):
     import xarray  # noqa: F401
     from rig import LOOP
 
-    from amb_analysis.receptance_file import empty_table
+    from amb_analysis.receptance_file import empty_table, loop_parameters
     from amb_cosim.cli import main
     from amb_cosim.cosim.fmus import ensure_built
 
@@ -62,7 +62,10 @@ def prepared(tmp_path_factory):
     assert runner.invoke(main, ["export-ssp", "fig4_9", "-o", str(folder / "rig.ssp")]).exit_code == 0
     rng = np.random.default_rng(7)
     receptance = 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)))
-    empty_table("bath_rig_thesis", LOOP).updated(100.0, receptance).updated(50.0, receptance).write(folder / "h.toml")
+    given = {"k_s": 2e6, "k_i": 563.0}  # the scenarios'
+    constants = {f"{b}.{name}_{axis}": given[name] for b in ("mb1", "mb2") for name in given for axis in "xy"}
+    table = empty_table("bath_rig_thesis", LOOP, loop_parameters(LOOP, constants))
+    table.updated(100.0, receptance).updated(50.0, receptance).write(folder / "h.toml")
     shutil.copy(ensure_built("amb_actuator").path, folder / "one.fmu")
     return folder
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 import importlib
 import importlib.metadata
 import importlib.util
+import os
 import platform
 import re
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+
+import platformdirs
 
 from amb_files.stages import stage
 from fmi_export.building.native.universal import universal
@@ -33,6 +37,8 @@ FOLDERS3 = {
     "aarch64-linux": ("aarch64-linux",),
     "aarch64-darwin": ("aarch64-darwin",),
 }
+
+ZIG_CACHE = "ZIG_GLOBAL_CACHE_DIR"  # environment variable
 
 OPTIONS = (
     "-shared",
@@ -122,7 +128,8 @@ def check_compiler() -> str:
     if importlib.util.find_spec("ziglang") is None:
         raise ValueError("an engine is compiled by ziglang, which is not installed: pip install 'amb-cosim[native]'")
     ours = int(importlib.import_module("llvmlite.binding").llvm_version_info[0])
-    found = re.search(r"clang version (\d+)", _zig(["--version"], Path.cwd()))
+    with stage() as folder:
+        found = re.search(r"clang version (\d+)", _zig(["--version"], folder))
     theirs = int(found[1]) if found else 0
     if ours != theirs:
         raise ValueError(
@@ -134,8 +141,23 @@ def check_compiler() -> str:
 
 def _zig(arguments: list[str], folder: Path) -> str:
     process = subprocess.run(
-        [sys.executable, "-m", "ziglang", "cc", *arguments], cwd=folder, capture_output=True, text=True, check=False
+        [sys.executable, "-m", "ziglang", "cc", *arguments],
+        cwd=folder,
+        env=os.environ | _cache(folder),
+        capture_output=True,
+        text=True,
+        check=False,
     )
     if process.returncode != 0:
         raise ValueError(f"zig cc failed: {process.stderr.strip()[-2000:]}")
     return process.stdout
+
+
+def _cache(folder: Path) -> dict[str, str]:
+    """Return zig's setting of its cache: none if it can write the usual one, and a place in `folder` otherwise."""
+    usual = platformdirs.user_cache_path("zig", appauthor=False)
+    with suppress(OSError):
+        usual.mkdir(parents=True, exist_ok=True)
+    if ZIG_CACHE in os.environ or os.access(usual, os.W_OK):
+        return {}
+    return {ZIG_CACHE: str(folder / "cache")}
