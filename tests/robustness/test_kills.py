@@ -51,7 +51,7 @@ def start(folder, *arguments, **options):
 def finished(folder, *arguments, **options):
     with start(folder, *arguments, **options) as process:
         try:
-            _, errors = process.communicate(timeout=120.0)
+            _, errors = process.communicate(timeout=300.0)
         except subprocess.TimeoutExpired:
             process.kill()
             raise
@@ -110,7 +110,8 @@ def test_signal_at_any_moment_is_one_line(folder, chance, rounds, number, code):
         process.send_signal(number)
         _, errors = process.communicate(timeout=60)
         codes.append(process.returncode)
-        assert process.returncode in (0, code), errors
+        # Python takes its handlers away when it ends, and has nothing left to do then
+        assert process.returncode in (0, code, -number), errors
         assert "Traceback" not in errors
         if process.returncode == code:
             assert sum(line.startswith("amb-cosim: ") for line in errors.splitlines()) == 1, errors
