@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parent / "support"))
 from commands import run
 from mutations import changed_archive, changed_toml, command_line
 
-SHORT, LONG = 15, 800  # cases of each kind; command lines and six kinds of files make more than 5000
+SHORT, LONG = 10, 800  # cases of each kind; command lines and six kinds of files make more than 5000
 
 SYSTEM = """
 base = "levitated"

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-TIME = 5.0  # s after which a command is asked to end
+TIME = 3.0  # s after which a command is asked to end
 GRACE = 10.0  # s that it then has
 
 
