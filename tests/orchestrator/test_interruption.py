@@ -89,6 +89,18 @@ def test_a_signal_that_was_swallowed_still_counts(runner, command, number):
     assert runner("tested").exit_code == CODES[number]
 
 
+@pytest.mark.parametrize("number", CODES)
+def test_a_signal_that_becomes_another_error_is_one_line(runner, command, number):
+    def fail():
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), number)
+        raise ImportError("initialization failed")
+
+    command(fail)
+    result = runner("tested")
+    assert (result.exit_code, result.stderr) == (CODES[number], "amb-cosim: interrupted\n")
+
+
 @pytest.mark.filterwarnings("error")
 def test_a_signal_that_a_finaliser_drops_is_raised_again(runner, command):
     class Killed:
