@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 TIME = 3.0  # s after which a command is asked to end
-GRACE = 10.0  # s that it then has
+GRACE = 60.0  # s that it then has: an FMU of flavour python compiles its kernels first, and cannot be stopped in that
 
 
 @dataclass(frozen=True)
