@@ -166,6 +166,7 @@ def run_once(run_python: Callable[..., Any], create_once: Callable[..., Path]) -
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--regenerate", action="store_true", help="write the regression data in tests/regression anew")
+    parser.addoption("--long", action="store_true", help="make the campaigns in tests/robustness as long as they get")
 
 
 @pytest.fixture

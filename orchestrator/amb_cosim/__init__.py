@@ -23,9 +23,12 @@ is allowed. Everything is loaded when it is first used.
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+
+TYPE_CHECKING = False  # as in `typing`, which takes longer to import than all of this
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from amb_cosim import cosim as cosim
     from amb_cosim import studies as studies
     from amb_cosim.assembled import build_assembled as build_assembled

@@ -20,9 +20,9 @@ class Commands(click.Group):
                 return super().invoke(ctx)
         except KeyboardInterrupt as error:
             raise interrupted("interrupted") from error
-        except click.ClickException as error:
+        except Exception as error:  # an import that a signal interrupts may fail with an error of its own
             if was_interrupted():
-                raise interrupted(error.message) from error
+                raise interrupted(getattr(error, "message", "interrupted")) from error
             raise
 
 

@@ -38,6 +38,7 @@ def run(
     flavour: Flavour = "native",
     loop: Loop = "compiled",
     progress: bool | Progress | None = None,
+    isolated: bool | None = None,
 ) -> Result:
     """Run a scenario and return its result.
 
@@ -60,6 +61,9 @@ def run(
     progress
         Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the steps
         done and their number.
+    isolated
+        Whether the FMUs run in a process of their own, so that their crash is an exception here; by default they do if
+        one of them was given as a file.
 
     Raises
     ------
@@ -68,13 +72,15 @@ def run(
     StartFailed, FmuError
         If an FMU cannot be loaded or refuses to start. A failure during the run is no exception: `result.outcome`
         says which component failed, when and why.
+    ProcessFailed
+        If the FMUs' own process crashed or had to be ended.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(str(scenario))
     files = {"rotor": rotor, "receptances": receptances}
     scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
     with progress_bar(progress) as report:
-        return run_prepared(prepare(scenario, set, until, flavour), report, loop)
+        return run_prepared(prepare(scenario, set, until, flavour), report, loop, isolated)
 
 
 @dataclass(frozen=True)
@@ -145,9 +151,11 @@ def _check_sensors(assembly: Assembly, controller: str) -> None:
         )
 
 
-def run_prepared(prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled") -> Result:
+def run_prepared(
+    prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled", isolated: bool | None = None
+) -> Result:
     """Run a prepared scenario; see `cosim.simulation.run_plan` for the arguments and errors."""
-    recording = run_plan(prepared.assembly, prepared.plan, progress, loop, prepared.scenario.coupling)
+    recording = run_plan(prepared.assembly, prepared.plan, progress, loop, prepared.scenario.coupling, isolated)
     return Result(_labelled(prepared, recording), recording.outcome)
 
 

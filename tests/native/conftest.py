@@ -15,8 +15,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fmi_export.building.native.data import model_data
+from fmi_export.building.native.engines import HERE, engine_key, engine_sources
 from fmi_export.building.native.package import Fmi, build_native_fmu, native_guid
 from fmi_export.model import Model
+
+HEADERS = HERE / "fmi_headers"
 
 
 @pytest.fixture(scope="session")
@@ -86,6 +90,46 @@ def cc(compiler: None) -> Callable[..., None]:
         assert process.returncode == 0, process.stderr
 
     return run
+
+
+@pytest.fixture(scope="session")
+def sanitized(cc: Callable[..., None], tmp_path_factory: pytest.TempPathFactory) -> Callable[..., tuple[Any, ...]]:
+    """`sanitized(model, constants, compiler="gcc", sanitizer="address,undefined")`: host, library, guid, resources.
+
+    Host and library have a compiler's sanitizers, the kernels are compiled by zig. With libFuzzer the host is a fuzzer.
+    """
+    support = Path(__file__).parent / "support"
+
+    def build(
+        model: Model, constants: Any, compiler: str = "gcc", sanitizer: str = "address,undefined"
+    ) -> tuple[Any, ...]:
+        if not shutil.which(compiler):
+            pytest.skip(f"needs {compiler} with its sanitizers")
+        folder = tmp_path_factory.mktemp(f"sanitized-{model.name}")
+        for name, text in engine_sources(model).items():
+            (folder / name).write_text(text)
+        guid = native_guid(model, constants)
+        (folder / "model.bin").write_bytes(model_data(model, constants, guid, engine_key(model)))
+        cc("-c", "-O2", "-fPIC", "-Wno-override-module", folder / "kernels.ll", "-o", folder / "kernels.o")
+        common = ["-std=gnu11", "-g", "-O1", "-fno-sanitize-recover=all"]
+        flags = [*common, f"-fsanitize={sanitizer}"]
+        of_library = [*common, f"-fsanitize={sanitizer.replace('fuzzer', 'fuzzer-no-link')}"]
+        strict = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"] if compiler == "gcc" else []
+        fuzzed = ["-DFUZZED"] if "fuzzer" in sanitizer else []
+        links = ["-ldl", "-lpthread"]
+        sources = sorted(folder.glob("*.c"))
+        commands = [
+            [*of_library, *strict, "-shared", "-fPIC", "-o", folder / "fmu.so", *sources, folder / "kernels.o", "-lm"],
+            [*flags, *fuzzed, f"-I{HEADERS}", "-o", folder / "host", support / "host.c", *links],
+        ]
+        if not fuzzed:
+            commands.append([*flags, f"-I{HEADERS}", "-o", folder / "fuzz3", support / "fuzz3.c", "-ldl"])
+        for command in commands:
+            process = subprocess.run([compiler, *map(str, command)], capture_output=True, text=True, check=False)
+            assert process.returncode == 0, process.stderr
+        return folder / "host", folder / "fmu.so", guid, folder.as_uri()
+
+    return build
 
 
 def needs(*programs: str) -> pytest.MarkDecorator:

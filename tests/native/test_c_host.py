@@ -1,6 +1,7 @@
 """A host without Python: it runs the FMU on this machine, under sanitizers and valgrind, and on other platforms."""
 
 import importlib
+import os
 import re
 import subprocess
 import sys
@@ -11,8 +12,6 @@ import numpy as np
 import pytest
 
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
-from fmi_export.building.native.data import model_data
-from fmi_export.building.native.engines import engine_key, engine_sources
 from fmi_export.building.native.package import native_guid
 from fmi_export.model import Instance
 
@@ -27,7 +26,7 @@ pytestmark = [
 
 
 def build_host(cc, target, path):
-    libraries = [] if "windows" in target else ["-ldl"]
+    libraries = [] if "windows" in target else ["-ldl", "-lpthread"]
     cc(
         "-target",
         target,
@@ -161,36 +160,6 @@ def test_a_host_without_python_follows_the_plant_through_contact(host, unpacked,
 # Sanitizers and valgrind -----------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def sanitized(cc, tmp_path_factory):
-    """`sanitized(model, constants)`: host and library with gcc's sanitizers; the kernels come compiled by zig."""
-    import shutil
-
-    if not shutil.which("gcc"):
-        pytest.skip("needs gcc with its sanitizers")
-
-    def build(model, constants):
-        folder = tmp_path_factory.mktemp(f"sanitized-{model.name}")
-        for name, text in engine_sources(model).items():
-            (folder / name).write_text(text)
-        guid = native_guid(model, constants)
-        (folder / "model.bin").write_bytes(model_data(model, constants, guid, engine_key(model)))
-        cc("-c", "-O2", "-fPIC", "-Wno-override-module", folder / "kernels.ll", "-o", folder / "kernels.o")
-        flags = ["-std=gnu11", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-        strict = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
-        sources = sorted(folder.glob("*.c"))
-        for command in (
-            [*flags, *strict, "-shared", "-fPIC", "-o", folder / "fmu.so", *sources, folder / "kernels.o", "-lm"],
-            [*flags, f"-I{HEADERS}", "-o", folder / "host", HERE / "host.c", "-ldl"],
-            [*flags, f"-I{HEADERS}", "-o", folder / "fuzz3", HERE / "fuzz3.c", "-ldl"],
-        ):
-            process = subprocess.run(["gcc", *map(str, command)], capture_output=True, text=True, check=False)
-            assert process.returncode == 0, process.stderr
-        return folder / "host", folder / "fmu.so", guid, folder.as_uri()
-
-    return build
-
-
 @pytest.mark.slow
 def test_sanitizers_find_nothing_in_a_run_and_in_calls_in_any_order(sanitized, lag, lag_program):
     host, *fmu = sanitized(lag, np.zeros(1))
@@ -212,6 +181,40 @@ def test_sanitizers_find_nothing_in_the_plant(sanitized, plant, plant_constants,
     host, *fmu = sanitized(plant, plant_constants)
     answers, _ = run([host], *fmu, [*plant_program.lines, "fuzz 7 20000"])
     plant_program.check(answers)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["amb_actuator", "rolac_controller"])
+def test_sanitizers_find_nothing_in_calls_of_actuator_and_controller(sanitized, name):
+    from amb_cosim.cosim.fmus import model_source
+
+    host, *fmu = sanitized(*model_source(name))
+    run([host], *fmu, [f"fuzz {seed} 50000" for seed in range(1, 4)])
+
+
+@pytest.mark.slow
+def test_threads_with_instances_of_their_own_share_nothing(sanitized, lag):
+    host, *fmu = sanitized(lag, np.zeros(1), sanitizer="thread")
+    run([host], *fmu, ["threads 8 50000"], env=os.environ | {"TSAN_OPTIONS": "halt_on_error=1"})
+
+
+@pytest.mark.slow
+def test_guided_fuzzing_of_calls_finds_nothing(cc, sanitized, lag, tmp_path):
+    """libFuzzer looks for calls that reach new code; what it found before is in `support/corpus`."""
+    import shutil
+
+    if not shutil.which("clang"):
+        pytest.skip("needs clang with its sanitizers")
+    fuzzer, library, guid, resources = sanitized(
+        lag, np.zeros(1), compiler="clang", sanitizer="address,undefined,fuzzer"
+    )
+    shutil.copytree(HERE / "corpus", tmp_path / "corpus")
+    seconds = int(os.environ.get("FUZZ_SECONDS", "20"))
+    command = [fuzzer, tmp_path / "corpus", f"-max_total_time={seconds}", "-timeout=10", "-max_len=2000"]
+    environment = os.environ | {"LIBRARY": str(library), "GUID": guid, "RESOURCES": resources}
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert int(re.findall(r"cov: (\d+)", done.stderr)[-1]) > 300, done.stderr[-3000:]
 
 
 @pytest.mark.slow

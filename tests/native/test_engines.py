@@ -44,6 +44,31 @@ def test_an_engine_is_compiled_once(lag, empty):
     assert empty == [(lag, "win64")]
 
 
+@pytest.mark.parametrize("name", [engines.LIBRARY, engines.MADE_BY])
+def test_a_damaged_engine_is_compiled_anew(lag, empty, tmp_path, name):
+    whole = engine(lag, "win64")
+    file = tmp_path / "cache" / "engines" / engine_place(lag, "win64") / name
+    file.write_bytes(b"d" * len(file.read_bytes()))
+    assert engine(lag, "win64") == whole
+    file.unlink()
+    assert engine(lag, "win64") == whole
+    assert len(empty) == 3
+    assert engine(lag, "win64") == whole
+    assert len(empty) == 3
+
+
+def test_damaged_lowered_kernels_are_lowered_anew(lag, monkeypatch, tmp_path):
+    lowered = []
+    monkeypatch.setattr(engines, "_cache", lambda: tmp_path)
+    monkeypatch.setattr(engines, "lower", lambda model: lowered.append(model) or "; the code\n")
+    for _ in range(2):
+        assert engines.engine_sources(lag)["kernels.ll"] == "; the code\n"
+    (file,) = tmp_path.rglob("*.ll")
+    file.write_text("; other code\n")
+    assert engines.engine_sources(lag)["kernels.ll"] == "; the code\n"
+    assert len(lowered) == 2
+
+
 def test_an_engine_is_compiled_where_nothing_can_be_kept(lag, empty, tmp_path):
     (tmp_path / "cache").touch()
     assert engine(lag, "linux64").library == b"c"

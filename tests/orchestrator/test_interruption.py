@@ -89,6 +89,18 @@ def test_a_signal_that_was_swallowed_still_counts(runner, command, number):
     assert runner("tested").exit_code == CODES[number]
 
 
+@pytest.mark.parametrize("number", CODES)
+def test_a_signal_that_becomes_another_error_is_one_line(runner, command, number):
+    def fail():
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), number)
+        raise ImportError("initialization failed")
+
+    command(fail)
+    result = runner("tested")
+    assert (result.exit_code, result.stderr) == (CODES[number], "amb-cosim: interrupted\n")
+
+
 @pytest.mark.filterwarnings("error")
 def test_a_signal_that_a_finaliser_drops_is_raised_again(runner, command):
     class Killed:
@@ -125,6 +137,27 @@ def test_a_signal_that_was_lost_before_a_run_ends_it_at_once(runner, command):
 def test_sigterm_ends_a_program_that_uses_the_package_as_before():
     with deferred():
         assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+@pytest.mark.parametrize("number", CODES)
+@pytest.mark.parametrize("module", ["amb_cosim.cli", "click", "amb_cosim.commands.run", "numpy", "fmpy"])
+def test_a_signal_during_an_import_is_one_line(tmp_path, module, number):
+    program = f"""
+import os, sys
+from amb_cosim import start
+
+class Interrupting:
+    def find_spec(self, name, *_):
+        if name == {module!r}:
+            os.kill(os.getpid(), {int(number)})
+
+sys.meta_path.insert(0, Interrupting())
+start.main()
+"""
+    command = [sys.executable, "-c", program, "run", "fig4_9", "--until", "0.001"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (CODES[number], "amb-cosim: interrupted\n")
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_interruption_at_the_start_keeps_the_old_result(runner, monkeypatch, tmp_path):

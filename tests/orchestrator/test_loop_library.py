@@ -24,17 +24,21 @@ def load_anew(tmp_path, monkeypatch):
 def test_the_loop_is_compiled_once(load_anew, tmp_path, monkeypatch):
     pytest.importorskip("ziglang")
     assert load_anew() is not None
-    assert len([path for path in tmp_path.rglob("*") if path.is_file()]) == 1
+    assert [path.name for path in tmp_path.rglob("*.so")] == [loop_library.loop_place("linux64").name]
     monkeypatch.setattr(loop_library, "compile_loop", lambda _: pytest.fail("compiled again"))
     assert load_anew() is not None
 
 
-def test_a_loop_that_is_cut_off_in_the_cache_is_compiled_anew(load_anew, tmp_path):
+@pytest.mark.parametrize("damage", ["cut off", "changed", "missing"])
+def test_a_loop_that_is_damaged_in_the_cache_is_compiled_anew(load_anew, tmp_path, monkeypatch, damage):
     pytest.importorskip("ziglang")
-    path = tmp_path / "loops" / loop_library.loop_place(loop_library.host_platform())
-    path.parent.mkdir(parents=True)
     whole = loop_library.compile_loop(loop_library.host_platform())
-    path.write_bytes(whole[: len(whole) // 2])
+    monkeypatch.setattr(loop_library, "compile_loop", lambda _: whole)
+    assert load_anew() is not None
+    (path,) = tmp_path.rglob("*.so")
+    path.unlink()  # it is loaded in this process
+    if damage != "missing":
+        path.write_bytes(whole[: len(whole) // 2] if damage == "cut off" else whole.replace(b"advance", b"retreat"))
     assert load_anew() is not None
     assert path.read_bytes() == whole
 

@@ -9,7 +9,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import click
 
-from amb_cosim.cosim.errors import FmuError, StartFailed
+from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.interruption import was_terminated
 
 if TYPE_CHECKING:
@@ -46,11 +46,16 @@ class Refused(Failed):
 
 @contextmanager
 def refusing() -> Iterator[None]:
-    """Turn errors in the input and of an FMU that refuses to start into `Refused`, those of writing into `Failed`."""
+    """Turn errors in the input and of an FMU that refuses to start into `Refused`, those of writing into `Failed`.
+
+    So is the end of the process that FMUs ran in.
+    """
     try:
         yield
     except (ValueError, StartFailed, FmuError) as error:
         raise Refused(str(error)) from error
+    except ProcessFailed as error:
+        raise Failed(str(error)) from error
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         raise Failed(f"{where}{error.strerror or error}") from error

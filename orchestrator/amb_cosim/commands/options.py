@@ -34,6 +34,11 @@ SETTINGS = click.option(
     metavar="COMPONENT.VARIABLE=VALUE",
     help="Replace a value; units are understood.",
 )
+ISOLATED = click.option(
+    "--isolated/--no-isolated",
+    default=None,
+    help="Whether FMUs run in a process of their own, so that a crash is a message; default for files.",
+)
 LOOP = click.option(
     "--loop",
     type=click.Choice(LOOPS),

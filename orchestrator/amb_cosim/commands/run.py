@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from amb_cosim.commands.cli_errors import refuse_nothing, refusing, tell_failure
-from amb_cosim.commands.options import FLAVOUR, LOOP, RECEPTANCES, ROTOR, SETTINGS
+from amb_cosim.commands.options import FLAVOUR, ISOLATED, LOOP, RECEPTANCES, ROTOR, SETTINGS
 from amb_cosim.cosim.choices import Flavour, Loop
 from amb_files.atomic import check_writable
 
@@ -24,6 +24,7 @@ from amb_files.atomic import check_writable
 @RECEPTANCES
 @FLAVOUR
 @LOOP
+@ISOLATED
 @click.option("--no-plots", is_flag=True, help="Draw no figures.")
 @click.option("--summary-json", metavar="FILE", help="Also write the summary to FILE; - is standard output.")
 def run(
@@ -36,6 +37,7 @@ def run(
     receptances: Path | None,
     flavour: Flavour,
     loop: Loop,
+    isolated: bool | None,
     no_plots: bool,
     summary_json: str | None,
 ) -> None:
@@ -49,7 +51,7 @@ def run(
             if unused:
                 raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which has its FMUs in it")
             step_size = None if step is None else time_of(step, "--step")
-        _simulate(Path(name), settings, output, loop, stop_time=until, step_size=step_size)
+        _simulate(Path(name), settings, output, loop, isolated, stop_time=until, step_size=step_size)
         return
     from rich.console import Console
 
@@ -75,6 +77,7 @@ def run(
             receptances=receptances,
             flavour=flavour,
             loop=loop,
+            isolated=isolated,
         )
         refuse_nothing(result.outcome)
         text = result.summary.to_json()
@@ -98,6 +101,7 @@ def run(
 @ROTOR
 @FLAVOUR
 @LOOP
+@ISOLATED
 def simulate(
     system_file: Path,
     settings: tuple[str, ...],
@@ -105,12 +109,20 @@ def simulate(
     rotor_file: str | None,
     flavour: Flavour,
     loop: Loop,
+    isolated: bool | None,
 ) -> None:
     """Run any FMI 2.0 co-simulation FMUs, as a system file (TOML) or an SSP archive says."""
-    _simulate(system_file, settings, output, loop, flavour=flavour, rotor=rotor_file)
+    _simulate(system_file, settings, output, loop, isolated, flavour=flavour, rotor=rotor_file)
 
 
-def _simulate(system_file: Path, settings: tuple[str, ...], output: Path | None, loop: Loop, **options: Any) -> None:
+def _simulate(
+    system_file: Path,
+    settings: tuple[str, ...],
+    output: Path | None,
+    loop: Loop,
+    isolated: bool | None,
+    **options: Any,
+) -> None:
     """Run a system file or an SSP archive, save what was recorded, and tell how it ended."""
     import amb_cosim
     from amb_cosim.cosim.warnings import sentences, warnings_of
@@ -126,6 +138,7 @@ def _simulate(system_file: Path, settings: tuple[str, ...], output: Path | None,
                 system_file,
                 set=parse_settings(settings),
                 loop=loop,
+                isolated=isolated,
                 progress=report,
                 **options,
             )

@@ -29,10 +29,10 @@ def cache_folder() -> Path:
     return folder if os.access(folder, os.W_OK) else _of_this_process()
 
 
-def unpacked(archive: Path, name: str) -> Path:
-    """Return the folder of the cache that an archive is unpacked to, named by its content; `name` is for messages.
+def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
+    """Return the folder of the cache that an archive is unpacked to, and whether it is new; `name` is for messages.
 
-    A folder that does not hold what the archive does is made anew.
+    The folder is named by the archive's content. One that does not hold what the archive does is made anew.
 
     Raises
     ------
@@ -44,8 +44,9 @@ def unpacked(archive: Path, name: str) -> Path:
     except OSError as error:
         raise ValueError(f"{name} cannot be read: {error.strerror or error}") from error
     home = cache_folder() / f"{archive.stem[:LONGEST_NAME]}-{digest}"
+    is_new = not home.is_dir()
     create_atomically(home, lambda folder: unpack(archive, folder, name), lambda folder: is_unpacked(archive, folder))
-    return home
+    return home, is_new
 
 
 @cache

@@ -11,8 +11,12 @@ class FmuError(RuntimeError):
     def __init__(self, call: str, status: str, log: Sequence[str]) -> None:
         said = "; ".join(dict.fromkeys(log)) if log else "the FMU logged nothing"
         super().__init__(f"{call} answered {status}: {said}")
+        self.call = call
         self.status = status
         self.log = list(log)
+
+    def __reduce__(self) -> tuple[type[FmuError], tuple[str, str, list[str]]]:
+        return FmuError, (self.call, self.status, self.log)
 
 
 class StepFailed(RuntimeError):
@@ -27,3 +31,7 @@ class StepFailed(RuntimeError):
 
 class StartFailed(RuntimeError):
     """The components cannot be initialised: one refuses, or their outputs do not settle."""
+
+
+class ProcessFailed(RuntimeError):
+    """The process that ran FMUs ended, or had to be ended, before it had an answer."""

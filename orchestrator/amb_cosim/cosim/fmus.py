@@ -15,6 +15,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
+import logging
 import sysconfig
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -36,6 +37,8 @@ from amb_files.toml import read_bytes
 
 if TYPE_CHECKING:
     from fmi_export.model import Model
+
+log = logging.getLogger(__name__)
 
 GROUP = "amb_cosim.models"
 
@@ -142,7 +145,10 @@ def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     path = Path(fmu)
     if not path.is_file():
         raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(models())}")
-    return Fmu(path, unpacked(path, f"FMU {fmu}"), "file")
+    folder, is_new = unpacked(path, f"FMU {fmu}")
+    if is_new:
+        log.warning("%s runs here for the first time: it is a program, with all that you may do", fmu)
+    return Fmu(path, folder, "file")
 
 
 def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:

@@ -9,8 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from amb_cosim.cosim.cache import cache_folder
-from amb_cosim.cosim.elf import is_whole
-from amb_files.atomic import write_atomically
+from amb_files.kept import keep
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 
 SOURCE = Path(__file__).parent / "loop.c"
@@ -24,11 +23,9 @@ def load_loop() -> Callable[..., None] | None:
         place = loop_place(host_platform())
         path = SHIPPED / place
         if not path.is_file():
-            path = cache_folder() / "loops" / place
-        if not (path.is_file() and is_whole(path.read_bytes())):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            library = compile_loop(host_platform())
-            write_atomically(path, lambda file: file.write_bytes(library))
+            folder = cache_folder() / "loops" / place.with_suffix("")
+            keep(folder, lambda stage: (stage / place.name).write_bytes(compile_loop(host_platform())))
+            path = folder / place.name
         advance = CDLL(str(path)).advance
     except (OSError, ValueError):
         return None

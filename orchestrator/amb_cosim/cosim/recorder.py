@@ -89,6 +89,10 @@ class Recorder:
             points[: self._rows], table[: self._rows] = self.points, self.table
             self._points, self._table = points, table
 
+    def __getstate__(self) -> dict[str, object]:
+        """Return what another process gets of it: the rows that are used."""
+        return self.__dict__ | {"_points": self.points, "_table": self.table}
+
     @property
     def points(self) -> IntArray:
         """Communication points recorded so far."""

@@ -36,6 +36,7 @@ def simulate(
     progress: Progress | None = None,
     step_size: float | None = None,
     stop_time: float | None = None,
+    isolated: bool | None = None,
     **options: Any,
 ) -> Simulation:
     """Run a system of FMI 2.0 co-simulation FMUs.
@@ -56,6 +57,9 @@ def simulate(
         Called now and then with the steps done and their number.
     step_size, stop_time
         Of an SSP archive, in s, in place of what it says itself.
+    isolated
+        Whether the FMUs run in a process of their own, so that their crash is an exception here; by default they do if
+        one of them was given as a file.
     options
         What models are made for, such as `rotor`, the name of a rotor that comes with the package or a rotor file.
 
@@ -65,6 +69,8 @@ def simulate(
         If the file, a connection or a value is wrong.
     StartFailed, FmuError
         If an FMU cannot be loaded or refuses to start.
+    ProcessFailed
+        If the FMUs' own process crashed or had to be ended.
     """
     inputs: Mapping[str, Raw] = {}
     if not isinstance(system, System) and Path(system).suffix == ".ssp":
@@ -86,5 +92,5 @@ def simulate(
         values.give(name, raw, only="input")
     for name, raw in (set or {}).items():
         values.set(name, raw)
-    recording = run_plan(assembly, plan_experiment(experiment, values), progress, loop)
+    recording = run_plan(assembly, plan_experiment(experiment, values), progress, loop, isolated=isolated)
     return Simulation(to_signals(recording), recording.outcome)

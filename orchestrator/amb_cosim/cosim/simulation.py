@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -17,6 +19,7 @@ from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
 from amb_cosim.cosim.fmu_libraries import check_libraries
 from amb_cosim.cosim.fmus import Fmu, provide
 from amb_cosim.cosim.interruption import deferred
+from amb_cosim.cosim.isolation import run_isolated
 from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer
 from amb_cosim.cosim.patterns import expand
@@ -25,6 +28,8 @@ from amb_cosim.cosim.replacement import missing_ports, original, with_units, wit
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.stopping import StopObserver, Stopped
 from amb_cosim.cosim.system import System
+
+REPORT_TIME = 0.04  # s between two reports of progress
 
 Progress = Callable[[int, int], None]  # steps done, and their number
 Status = Literal["completed", "stopped", "failed", "interrupted"]
@@ -93,6 +98,11 @@ class Assembly:
         flavours = {fmu.flavour for fmu in self.fmus.values()}
         return flavours.pop() if len(flavours) == 1 else "mixed"
 
+    @property
+    def from_elsewhere(self) -> list[str]:
+        """The components whose FMUs were given as files."""
+        return [name for name, fmu in self.fmus.items() if fmu.flavour == "file"]
+
     def assignments(self) -> Assignments:
         """Return the values of the system's parameters, to add others to."""
         values = Assignments(self.system, self.interfaces)
@@ -148,6 +158,7 @@ def run_plan(
     progress: Progress | None = None,
     loop: Loop = "compiled",
     coupling: Coupling | None = None,
+    isolated: bool | None = None,
 ) -> Recording:
     """Run a plan with the FMUs of an assembly.
 
@@ -164,14 +175,21 @@ def run_plan(
         the plain one runs.
     coupling
         In place of the system's.
+    isolated
+        Whether the FMUs run in a process of their own, whose end is not that of this one; by default they do if one of
+        them was given as a file.
 
     Raises
     ------
     StartFailed, FmuError
         If an FMU cannot be loaded or refuses to start.
+    ProcessFailed
+        If the FMUs' own process ended before its time, or took too long.
     ValueError
         If the coupling is iterative, and an FMU cannot save its state, or steps at a rate of its own.
     """
+    if assembly.from_elsewhere if isolated is None else isolated:
+        return run_isolated(assembly, plan, progress, loop, coupling)
     system = plan.system
     coupling = coupling or system.coupling
     if coupling == "iterative":
@@ -196,7 +214,7 @@ def run_plan(
         stops = StopObserver(plan.stops, [wiring.names.index(condition.signal) for condition in plan.stops])
         observers: list[Observer] = [lambda *_: interruption.check()]
         if progress is not None:
-            observers.append(_reporting(progress, plan, every=1 if loop == "compiled" else 200))
+            observers.append(_reporting(progress, plan))
         try:
             interruption.check()
             if loop == "compiled":
@@ -224,12 +242,14 @@ def _check_states(assembly: Assembly) -> None:
         )
 
 
-def _reporting(progress: Progress, plan: Plan, every: int) -> Observer:
-    total = plan.last - plan.first
+def _reporting(progress: Progress, plan: Plan) -> Observer:
+    total, latest = plan.last - plan.first, -math.inf
 
     def report(n: int, _: Array) -> None:
-        done = n - plan.first
-        if done % every == 0 or done == total:
+        nonlocal latest
+        done, now = n - plan.first, time.perf_counter()
+        if now > latest + REPORT_TIME or done == total:
+            latest = now
             progress(done, total)
 
     return report

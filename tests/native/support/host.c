@@ -10,9 +10,13 @@
        step K n count h                                     steps n, n + 1, ... of size h, until one is refused
        save K    restore K    bytes K                       a state; the last: through bytes into a new one
        fuzz seed count                                      calls in any order with any arguments
+       threads number count                                 the same in several threads, each with its own instances
 
    Each command but the last prints one line that begins with the status. The process ends with 0 if the end of the
-   program was reached. The logger writes to standard error. */
+   program was reached. The logger writes to standard error.
+
+   Compiled with FUZZED it is a target for libFuzzer instead, whose bytes choose the calls; LIBRARY, GUID and RESOURCES
+   come from the environment. */
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -28,6 +32,7 @@
 #define GetVersion fmu_GetVersion /* Windows has one too */
 #else
 #include <dlfcn.h>
+#include <pthread.h>
 #define open_library(path) dlopen(path, RTLD_NOW | RTLD_LOCAL)
 #define symbol(library, name) dlsym(library, name)
 #endif
@@ -44,8 +49,8 @@
 FUNCTIONS(DECLARE)
 
 enum { N = 10 };
-static fmi2Component instances[N];
-static fmi2FMUstate states[N];
+static _Thread_local fmi2Component instances[N];
+static _Thread_local fmi2FMUstate states[N];
 
 static const fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL};
 
@@ -70,10 +75,21 @@ static void release(int k)
     instances[k] = NULL;
 }
 
-static unsigned long long seed;
+static _Thread_local unsigned long long seed;
+
+#ifdef FUZZED
+static const unsigned char *bytes_left;
+static size_t n_left;
+#endif
 
 static unsigned int chance(unsigned int below)
 {
+#ifdef FUZZED
+    if (n_left > 0) {
+        n_left--;
+        return *bytes_left++ % below;
+    }
+#endif
     seed = seed * 6364136223846793005ull + 1442695040888963407ull;
     return (unsigned int)(seed >> 33) % below;
 }
@@ -162,6 +178,43 @@ static void fuzz_once(const char *guid, const char *resources)
     }
 }
 
+static void fuzz(unsigned int from, long count, const char *guid, const char *resources)
+{
+    for (seed = from; count > 0; count--)
+        fuzz_once(guid, resources);
+    for (int i = 0; i < N; i++)
+        release(i);
+}
+
+#ifndef _WIN32
+typedef struct {
+    unsigned int seed;
+    long count;
+    const char *guid, *resources;
+} Work;
+
+static void *fuzz_thread(void *given)
+{
+    const Work *work = given;
+    fuzz(work->seed, work->count, work->guid, work->resources);
+    return NULL;
+}
+
+static void fuzz_in_threads(unsigned int number, long count, const char *guid, const char *resources)
+{
+    enum { MOST = 16 };
+    pthread_t threads[MOST];
+    Work work[MOST];
+    for (unsigned int i = 0; i < number && i < MOST; i++) {
+        work[i] = (Work){i + 1, count, guid, resources};
+        if (pthread_create(&threads[i], NULL, fuzz_thread, &work[i]))
+            exit(21);
+    }
+    for (unsigned int i = 0; i < number && i < MOST; i++)
+        pthread_join(threads[i], NULL);
+}
+#endif
+
 static int run_line(char *line, const char *guid, const char *resources)
 {
     char command[16];
@@ -172,13 +225,15 @@ static int run_line(char *line, const char *guid, const char *resources)
         return 0;
     char *rest = line + used;
     if (strcmp(command, "fuzz") == 0) {
-        seed = k;
-        for (long count = strtol(rest, NULL, 10); count > 0; count--)
-            fuzz_once(guid, resources);
-        for (int i = 0; i < N; i++)
-            release(i);
+        fuzz(k, strtol(rest, NULL, 10), guid, resources);
         return 1;
     }
+#ifndef _WIN32
+    if (strcmp(command, "threads") == 0) {
+        fuzz_in_threads(k, strtol(rest, NULL, 10), guid, resources);
+        return 1;
+    }
+#endif
     if (k >= N)
         return 0;
     fmi2Component c = instances[k];
@@ -255,18 +310,40 @@ static int run_line(char *line, const char *guid, const char *resources)
     return 1;
 }
 
-int main(int count, char **arguments)
+static int load(const char *path)
 {
-    static char line[4096];
-    if (count != 4)
-        return 10;
-    void *library = open_library(arguments[1]);
+    void *library = open_library(path);
     if (!library)
         return 11;
 #define LOOK_UP(name)                                                                                                  \
     if (!(name = (__typeof__(name))symbol(library, "fmi2" #name)))                                                     \
         return 12;
     FUNCTIONS(LOOK_UP)
+    return 0;
+}
+
+#ifdef FUZZED
+int LLVMFuzzerTestOneInput(const unsigned char *data, size_t size)
+{
+    static int loaded;
+    if (!loaded && load(getenv("LIBRARY")))
+        abort();
+    loaded = 1;
+    for (bytes_left = data, n_left = size; n_left > 0;)
+        fuzz_once(getenv("GUID"), getenv("RESOURCES"));
+    for (int k = 0; k < N; k++)
+        release(k);
+    return 0;
+}
+#else
+int main(int count, char **arguments)
+{
+    static char line[4096];
+    if (count != 4)
+        return 10;
+    int failed = load(arguments[1]);
+    if (failed)
+        return failed;
     while (fgets(line, sizeof line, stdin))
         if (!run_line(line, arguments[2], arguments[3]))
             return 13;
@@ -274,3 +351,4 @@ int main(int count, char **arguments)
         release(k);
     return 0;
 }
+#endif

@@ -5,15 +5,19 @@ from __future__ import annotations
 import importlib
 import importlib.metadata
 import importlib.util
+import os
 import platform
 import re
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
+import platformdirs
+
+from amb_files.stages import stage
 from fmi_export.building.native.universal import universal
 
 # FMI 2.0.4 platform folder: suffix of its libraries, and the targets that one library contains.
@@ -33,6 +37,8 @@ FOLDERS3 = {
     "aarch64-linux": ("aarch64-linux",),
     "aarch64-darwin": ("aarch64-darwin",),
 }
+
+ZIG_CACHE = "ZIG_GLOBAL_CACHE_DIR"  # environment variable
 
 OPTIONS = (
     "-shared",
@@ -97,8 +103,7 @@ def compile_library(
     """
     check_compiler()
     suffix, targets = PLATFORMS[target_platform]
-    with tempfile.TemporaryDirectory(prefix="zig-") as temporary:
-        folder = Path(temporary)
+    with stage() as folder:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8", newline="\n")
         inputs = sorted(f"../{file}" for file in sources if not file.endswith(".h"))
@@ -123,7 +128,8 @@ def check_compiler() -> str:
     if importlib.util.find_spec("ziglang") is None:
         raise ValueError("an engine is compiled by ziglang, which is not installed: pip install 'amb-cosim[native]'")
     ours = int(importlib.import_module("llvmlite.binding").llvm_version_info[0])
-    found = re.search(r"clang version (\d+)", _zig(["--version"], Path.cwd()))
+    with stage() as folder:
+        found = re.search(r"clang version (\d+)", _zig(["--version"], folder))
     theirs = int(found[1]) if found else 0
     if ours != theirs:
         raise ValueError(
@@ -135,8 +141,23 @@ def check_compiler() -> str:
 
 def _zig(arguments: list[str], folder: Path) -> str:
     process = subprocess.run(
-        [sys.executable, "-m", "ziglang", "cc", *arguments], cwd=folder, capture_output=True, text=True, check=False
+        [sys.executable, "-m", "ziglang", "cc", *arguments],
+        cwd=folder,
+        env=os.environ | _cache(folder),
+        capture_output=True,
+        text=True,
+        check=False,
     )
     if process.returncode != 0:
         raise ValueError(f"zig cc failed: {process.stderr.strip()[-2000:]}")
     return process.stdout
+
+
+def _cache(folder: Path) -> dict[str, str]:
+    """Return zig's setting of its cache: none if it can write the usual one, and a place in `folder` otherwise."""
+    usual = platformdirs.user_cache_path("zig", appauthor=False)
+    with suppress(OSError):
+        usual.mkdir(parents=True, exist_ok=True)
+    if ZIG_CACHE in os.environ or os.access(usual, os.W_OK):
+        return {}
+    return {ZIG_CACHE: str(folder / "cache")}

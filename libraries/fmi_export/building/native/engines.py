@@ -18,7 +18,7 @@ from platform import machine
 
 import platformdirs
 
-from amb_files.atomic import create_atomically, write_atomically
+from amb_files.kept import is_undamaged, keep
 from fmi_export.building.identity import digests
 from fmi_export.building.native.compiler import check_compiler, compile_library
 from fmi_export.building.native.lowering import Kernels, lower
@@ -35,7 +35,7 @@ C_SOURCES = (
 )
 LOWERING = ("lowering.py", "unlinked.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")
-LIBRARY, MADE_BY = "library", "made_by.txt"  # file names
+LIBRARY, MADE_BY, KERNELS = "library", "made_by.txt", "kernels.ll"  # file names
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,13 @@ class Engine:
         return cls((folder / LIBRARY).read_bytes(), (folder / MADE_BY).read_text(encoding="utf-8"))
 
     def write(self, folder: Path) -> None:
-        """Write the engine into a new folder, whole or not at all."""
+        """Write the engine into a new folder, whole or not at all; a damaged one there is replaced."""
 
         def fill(stage: Path) -> None:
             (stage / LIBRARY).write_bytes(self.library)
             (stage / MADE_BY).write_text(self.made_by, encoding="utf-8")
 
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        create_atomically(folder, fill)
+        keep(folder, fill)
 
 
 def engine_key(model: Kernels) -> str:
@@ -81,10 +80,13 @@ def engine(model: Kernels, platform: str) -> Engine:
 
 
 def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
-    """Return the library at a place below the shipped or the kept ones; it is compiled and kept if it is in neither."""
+    """Return the library at a place below the shipped or the kept ones; it is compiled and kept if it is in neither.
+
+    One that is damaged counts as none.
+    """
     kept = _cache() / "engines" / place
     for folder in (SHIPPED / place, kept):
-        if folder.is_dir():
+        if is_undamaged(folder):
             return Engine.read(folder)
     compiled = compile_anew()
     with suppress(OSError):  # without a cache the next build takes as long
@@ -101,7 +103,7 @@ def engine_sources(model: Kernels) -> dict[str, str]:
     """Return the sources of an engine by file name: the slave, the key, the lowered kernels."""
     sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
     key = f'#define ENGINE_KEY "{engine_key(model)}"\n'
-    return sources | {"engine_key.h": key, "kernels.ll": _lowered(model)}
+    return sources | {"engine_key.h": key, KERNELS: _lowered(model)}
 
 
 def _compile(model: Kernels, platform: str) -> Engine:
@@ -119,13 +121,12 @@ def _compile(model: Kernels, platform: str) -> Engine:
 def _lowered(model: Kernels) -> str:
     """Return the lowered kernels, from the user's cache where they are there: all platforms share them."""
     facts = [_kernels(model), _versions("numba", "llvmlite"), machine()]
-    kept = _cache() / f"kernels-{model.name}-{digest_of(facts, *LOWERING)}.ll"
-    if kept.is_file():
-        return kept.read_text(encoding="utf-8")
+    kept = _cache() / f"kernels-{model.name}-{digest_of(facts, *LOWERING)}"
+    if is_undamaged(kept):
+        return (kept / KERNELS).read_bytes().decode()
     assembly = lower(model)
     with suppress(OSError):
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(kept, lambda path: path.write_bytes(assembly.encode()))
+        keep(kept, lambda stage: (stage / KERNELS).write_bytes(assembly.encode()))
     return assembly
 
 

@@ -13,12 +13,12 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 from typing import Any, Protocol
 
+from amb_files.stages import stage
 from fmi_export.building.native.unlinked import compile_nothing
 from fmi_export.jit import KERNELS_APART
 from fmi_export.model import InitialiseKernel, StepKernel
@@ -70,11 +70,11 @@ def lower(model: Kernels) -> str:
         If the kernels are not compiled by numba, or need Python when they run.
     """
     places = [_place(model.name, kernel) for kernel in (model.initialise, model.step)]
-    with tempfile.TemporaryDirectory(prefix="lower-") as folder:
+    with stage() as folder:
         environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
-        environment |= SETTINGS | {"NUMBA_CACHE_DIR": folder}
+        environment |= SETTINGS | {"NUMBA_CACHE_DIR": str(folder)}
         environment["PYTHONPATH"] = os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)
-        target = Path(folder) / "kernels.ll"
+        target = folder / "kernels.ll"
         process = subprocess.run(
             [sys.executable, "-m", __name__, json.dumps(places), str(target)],
             cwd=folder,

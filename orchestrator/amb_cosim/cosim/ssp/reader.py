@@ -54,7 +54,7 @@ def load_ssp(
     what = f"archive {path}"
     if not Path(path).is_file():
         raise ValueError(f"no {what}")
-    folder = unpacked(Path(path), what)
+    folder, _ = unpacked(Path(path), what)
     root = parse(_file(folder, "SystemStructure.ssd", what).read_bytes(), STRUCTURE, f"{what}: SystemStructure.ssd")
     reader = _Reader(root, folder, what)
     parameters, inputs = reader.values()

@@ -1,0 +1,22 @@
+"""Begins the command line: Ctrl-C and SIGTERM are one line and an exit code while the rest is imported, too."""
+
+import os
+import signal
+
+CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
+
+
+def main() -> None:
+    """Import and run the command line."""
+    for number in CODES:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _end)
+    from amb_cosim.cli import main
+
+    main(prog_name="amb-cosim")
+
+
+def _end(number: int, _: object) -> None:
+    """End the process at once: an exception would be lost in some imports, and shown with a traceback by others."""
+    os.write(2, b"amb-cosim: interrupted\n")
+    os._exit(CODES[signal.Signals(number)])

@@ -1,0 +1,174 @@
+"""FMUs in a process of their own: the same data, and a crash or a hang of theirs is one message and exit code 1."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import amb_cosim
+from amb_cosim.cli import main
+from amb_cosim.cosim import isolation, simulation
+from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
+
+SUPPORT = Path(__file__).parent / "support"
+GOOD, CRASH, HANG, LEAVE, EAT, PRINT = range(6)
+COMMAND = [sys.executable, "-c", "from amb_cosim.cli import main; main(prog_name='amb-cosim')"]
+
+SYSTEM = """
+[[component]]
+name = "one"
+fmu = "Unruly.fmu"
+[experiment]
+communication_step = "1 ms"
+stop_time = "{end}"
+[[experiment.event]]
+time = "5 ms"
+set = {{ "one.what" = {what} }}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    from pythonfmu.builder import FmuBuilder
+
+    folder = tmp_path_factory.mktemp("unruly")
+    FmuBuilder.build_FMU(SUPPORT / "unruly.py", dest=folder)
+    return folder
+
+
+@pytest.fixture
+def system(folder):
+    """`system(what, end)`: path of a system whose FMU does that after 5 ms."""
+
+    def write(what, end="10 ms"):
+        path = folder / f"{what}.toml"
+        path.write_text(SYSTEM.format(what=what, end=end), encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_data_are_those_of_a_run_in_this_process():
+    both = [amb_cosim.run("fig4_9", until=0.02, isolated=isolated) for isolated in (True, False)]
+    ours, others = (result.dataset for result in both)
+    assert ours.equals(others)
+    same = {name for name in ours.attrs if ours.attrs[name] == others.attrs[name]}
+    assert set(ours.attrs) - same <= {"wall_s"}
+    assert both[0].outcome == both[1].outcome
+
+
+@pytest.mark.parametrize(("what", "message"), [
+    (CRASH, "the process of one ended with SIGSEGV; nothing was recorded"),
+    (LEAVE, "the process of one ended with exit code 0; nothing was recorded"),
+])  # fmt: skip
+def test_a_crash_is_one_message_and_exit_code_1(system, tmp_path, what, message):
+    result = CliRunner().invoke(main, ["simulate", str(system(what)), "-o", str(tmp_path / "out")])
+    assert (result.exit_code, result.stderr.splitlines()[-1]) == (1, f"amb-cosim: {message}")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_hang_is_ended(system, monkeypatch):
+    monkeypatch.setattr(isolation, "LONGEST_SILENCE", 2.0)
+    with pytest.raises(ProcessFailed, match=r"^one did not complete a step within 2 s, and the process was ended"):
+        amb_cosim.simulate(system(HANG))
+
+
+def test_memory_beyond_the_limit_is_refused_to_the_fmu(system):
+    assert amb_cosim.simulate(system(EAT)).outcome.status == "failed"
+
+
+def test_what_an_fmu_prints_is_no_answer(system, capfd):
+    assert amb_cosim.simulate(system(PRINT)).outcome.status == "completed"
+    printed = capfd.readouterr()
+    assert (printed.out, "a word among the answers" in printed.err) == ("", True)
+
+
+def test_errors_and_progress_come_back(system, folder):
+    steps = []
+    found = amb_cosim.simulate(system(GOOD), progress=lambda done, total: steps.append((done, total)))
+    assert steps[-1] == (10, 10)
+    np.testing.assert_allclose(found.dataset["one.y"][-1], 0.01)
+    with pytest.raises(StartFailed, match=r"rotor_contact: .* rb1\.offset_x = 0\.00075 m"):
+        amb_cosim.run("fig4_9", set={"rotor_contact.rb1.offset_x": 0.75e-3}, isolated=True)
+
+
+def test_an_error_of_an_fmu_is_the_same_in_another_process():
+    error = FmuError("fmi2DoStep", "Error", ["it is late", "it is dark"])
+    other = pickle.loads(pickle.dumps(error))
+    assert (str(other), other.status, other.log) == (str(error), error.status, error.log)
+
+
+@pytest.mark.parametrize(("given", "foreign", "expected"), [
+    (None, True, True), (None, False, False), (False, True, False), (True, False, True),
+])  # fmt: skip
+def test_fmus_given_as_files_are_isolated_unless_it_is_said(system, monkeypatch, given, foreign, expected):
+    class Chosen(Exception):
+        pass
+
+    def chosen(*_):
+        raise Chosen
+
+    monkeypatch.setattr(simulation, "run_isolated", chosen)
+    run = amb_cosim.simulate if foreign else amb_cosim.run
+    options = {} if foreign else {"until": 0.001}
+    if expected:
+        with pytest.raises(Chosen):
+            run(system(GOOD) if foreign else "fig4_9", isolated=given, **options)
+    else:
+        run(system(GOOD) if foreign else "fig4_9", isolated=given, **options)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are found in /proc")
+@pytest.mark.parametrize(("number", "code"), [
+    (signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -signal.SIGKILL),
+])  # fmt: skip
+def test_a_signal_ends_the_process_of_the_fmus_too(system, tmp_path, number, code):
+    process = subprocess.Popen(
+        [*COMMAND, "simulate", system(GOOD, "1e5 s"), "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+    )
+    listed = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    end = time.monotonic() + 60.0
+    while not any(b"unruly" in Path(f"/proc/{n}/maps").read_bytes().lower() for n in listed.read_text().split()):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    (child,) = listed.read_text().split()
+    time.sleep(0.5)
+    os.kill(process.pid, number)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == code
+    if number != signal.SIGKILL:
+        assert errors.splitlines()[-1].startswith("amb-cosim: interrupted at t = ")
+        assert (tmp_path / "out" / "result.nc").is_file()
+    while Path(f"/proc/{child}").exists():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def test_the_first_run_of_an_fmu_from_elsewhere_warns(run_python, system):
+    def warnings(path: str) -> list:
+        import os
+        import subprocess
+        import sys
+
+        os.environ["XDG_CACHE_HOME"] = os.environ["TMPDIR"]
+        program = f"import amb_cosim; amb_cosim.simulate({path!r})"
+        said = [subprocess.run([sys.executable, "-c", program], stderr=subprocess.PIPE, text=True) for _ in range(2)]
+        return [process.stderr for process in said]
+
+    first, second = run_python(warnings, path=str(system(GOOD)))
+    assert first.endswith("Unruly.fmu runs here for the first time: it is a program, with all that you may do\n")
+    assert second == ""
+
+
+def test_a_script_without_a_main_guard_runs_foreign_fmus(run_python, system):
+    program = f"import amb_cosim\nresult = str(amb_cosim.simulate({str(system(GOOD))!r}).outcome)"
+    assert run_python(program) == "completed at t = 0.01 s"

@@ -1,0 +1,93 @@
+"""Runs command lines of `amb-cosim`, each in a process of its own with a time limit."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+TIME = 3.0  # s after which a command is asked to end
+GRACE = 60.0  # s that it then has: an FMU of flavour python compiles its kernels first, and cannot be stopped in that
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a command ended: exit code, or minus the number of a signal; `stopped` is whether it was asked to end."""
+
+    code: int
+    stopped: bool
+    output: str
+    errors: str
+    written: tuple[str, ...]
+
+    def mistake(self) -> str | None:
+        """What is wrong with that, if anything is."""
+        if self.code not in ((0, 1, 2, 130, 143) if self.stopped else (0, 1, 2)):
+            return f"exit code {self.code}"
+        if "Traceback" in self.errors or "Traceback" in self.output:
+            return "a traceback"
+        if self.code in (1, 2) and not self.errors.strip():
+            return "no message"
+        if self.code == 2 and len(self.errors) > 20_000:
+            return "an endless message"
+        if self.code == 2 and self.written:
+            return f"wrong input, and {self.written} written"
+        if any(Path(name).name.startswith(".amb-cosim-") for name in self.written):
+            return f"{self.written} left behind"
+        return None
+
+
+def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes]) -> Ended:
+    """Run a command line in a new folder with these files, in a fork of this process."""
+    folder.mkdir()
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    output, errors = folder.with_suffix(".out"), folder.with_suffix(".err")
+    number = os.fork()
+    if number == 0:
+        code = 70
+        try:
+            os.chdir(folder)
+            for descriptor, path in ((1, output), (2, errors)):
+                os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND), descriptor)
+            sys.stdin = open(os.devnull)  # noqa: PTH123, SIM115
+            sys.stdout = os.fdopen(1, "w", encoding="utf-8", errors="backslashreplace")
+            sys.stderr = os.fdopen(2, "w", encoding="utf-8", errors="backslashreplace")
+            code = _code_of(arguments)
+        except BaseException:
+            import traceback
+
+            traceback.print_exc()
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(code)
+    stopped, status = False, None
+    limits = [(time.monotonic() + TIME, signal.SIGTERM), (time.monotonic() + TIME + GRACE, signal.SIGKILL)]
+    while status is None:
+        ended, found = os.waitpid(number, os.WNOHANG)
+        if ended:
+            status = found
+        elif limits and time.monotonic() > limits[0][0]:
+            os.kill(number, limits.pop(0)[1])
+            stopped = True
+        else:
+            time.sleep(0.002)
+    written = sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
+    said = [path.read_text(encoding="utf-8", errors="replace") if path.is_file() else "" for path in (output, errors)]
+    new = tuple(name for name in written if name not in files or (folder / name).read_bytes() != files[name])
+    return Ended(os.waitstatus_to_exitcode(status), stopped, said[0], said[1], new)
+
+
+def _code_of(arguments: Sequence[str]) -> int:
+    from amb_cosim.cli import main
+
+    try:
+        main(list(arguments), prog_name="amb-cosim")
+    except SystemExit as end:
+        return int(end.code or 0)
+    return 0

@@ -1,0 +1,219 @@
+"""Processes killed at any moment, disks that are full, folders that cannot be written, caches that are shared."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import pytest
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
+
+COMMAND = [sys.executable, "-c", "from amb_cosim.start import main; main()"]
+RUN = ["run", "fig4_9", "--until", "0.05", "--no-plots", "-o", "out"]
+MADE_OF_CODE = ("engines", "kernels-*", "loops")  # what takes long to compile
+
+
+@pytest.fixture
+def rounds(is_long):
+    return 300 if is_long else 30
+
+
+@pytest.fixture
+def chance(first_seed):
+    print(f"seed {first_seed}")
+    return random.Random(first_seed)
+
+
+@pytest.fixture
+def folder(tmp_path, cache):
+    """A working folder with a first result, of a run that also fills the cache."""
+    working = tmp_path / "working"
+    working.mkdir()
+    assert finished(working).returncode == 0
+    return working
+
+
+def start(folder, *arguments, **options):
+    options = {"stderr": subprocess.PIPE, "stdout": subprocess.DEVNULL, "text": True} | options
+    return subprocess.Popen([*COMMAND, *(arguments or RUN)], cwd=folder, **options)
+
+
+def finished(folder, *arguments, **options):
+    with start(folder, *arguments, **options) as process:
+        try:
+            _, errors = process.communicate(timeout=300.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            raise
+    return subprocess.CompletedProcess(process.args, process.returncode, "", errors)
+
+
+def handles_signals(process):
+    """Whether the process has handlers of its own for SIGTERM; before that it is Python that starts."""
+    try:
+        status = Path(f"/proc/{process.pid}/status").read_text()
+    except OSError:
+        return True
+    caught = next((line.split()[1] for line in status.splitlines() if line.startswith("SigCgt")), "0")
+    return bool(int(caught, 16) >> (signal.SIGTERM - 1) & 1)
+
+
+def check_result(folder):
+    """A whole result, and nothing beside it."""
+    json.loads((folder / "out" / "summary.json").read_text())
+    with h5py.File(folder / "out" / "result.nc") as data:
+        assert len(data["time"]) > 0
+    assert sorted(path.name for path in (folder / "out").iterdir()) == ["result.nc", "summary.json"]
+
+
+def test_kill_at_any_moment_leaves_a_whole_result(folder, chance, rounds):
+    begin = time.monotonic()
+    finished(folder)
+    duration = time.monotonic() - begin
+    killed = 0
+    for _ in range(rounds):
+        process = start(folder)
+        time.sleep(chance.uniform(0.0, 1.1 * duration))
+        process.kill()
+        process.communicate()
+        killed += process.returncode == -signal.SIGKILL
+        json.loads((folder / "out" / "summary.json").read_text())
+        with h5py.File(folder / "out" / "result.nc") as data:
+            assert len(data["time"]) > 0
+    assert killed > 0.5 * rounds
+    assert finished(folder).returncode == 0
+    check_result(folder)
+    assert [path.name for path in folder.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_signal_at_any_moment_is_one_line(folder, chance, rounds, number, code):
+    begin = time.monotonic()
+    finished(folder)
+    duration = time.monotonic() - begin
+    codes = []
+    for _ in range(rounds):
+        # a process in the background of a shell ignores Ctrl-C, and so do those that it starts
+        process = start(folder, preexec_fn=lambda: signal.signal(number, signal.SIG_DFL))
+        while not handles_signals(process):
+            time.sleep(0.001)
+        time.sleep(chance.uniform(0.0, duration))
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=60)
+        codes.append(process.returncode)
+        # Python takes its handlers away when it ends, and has nothing left to do then
+        assert process.returncode in (0, code, -number), errors
+        assert "Traceback" not in errors
+        if process.returncode == code:
+            assert sum(line.startswith("amb-cosim: ") for line in errors.splitlines()) == 1, errors
+        check_result(folder)
+    assert code in codes
+
+
+def test_disk_that_becomes_full_leaves_the_old_result(folder, chance, rounds):
+    """The size that files may have is limited, which fails as a full disk does, at a random byte."""
+    sizes = [path.stat().st_size for path in (folder / "out").iterdir()]
+    before = {path: path.read_bytes() for path in (folder / "out").iterdir()}
+    codes = []
+    for _ in range(rounds):
+        limit = chance.randrange(int(1.1 * max(sizes)))
+        done = finished(folder, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))  # noqa: B023
+        codes.append(done.returncode)
+        assert done.returncode in (0, 1), done.stderr
+        assert "Traceback" not in done.stderr, (limit, done.stderr)
+        if done.returncode == 1:
+            said = [line for line in done.stderr.splitlines() if line.startswith("amb-cosim: ")]
+            assert len(said) == 1, done.stderr
+            assert "out/" in said[0]
+            assert (folder / "out" / "result.nc").stat().st_size == sizes[0] or limit >= min(sizes)
+        else:
+            before = {path: path.read_bytes() for path in (folder / "out").iterdir()}
+        assert set(before) == set((folder / "out").iterdir())
+    assert 1 in codes
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 300 kB, which only an administrator can mount."""
+    place = tmp_path / "small"
+    place.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=300k", "none", place], capture_output=True, check=False
+    )
+    if mounted.returncode != 0:
+        pytest.skip("needs the right to mount a file system")
+    yield place
+    subprocess.run(["umount", place], check=True)
+
+
+def test_full_disk_is_one_line_that_names_the_file(folder, small_disk, chance, rounds):
+    for _ in range(rounds):
+        free = chance.randrange(0, 60) * 1024
+        (small_disk / "filler").write_bytes(bytes(300 * 1024 - free - 16 * 1024))
+        done = finished(folder, "run", "fig4_9", "--no-plots", "-o", str(small_disk / "out"))
+        assert done.returncode == 1, done.stderr
+        assert len(done.stderr.splitlines()) == 1, done.stderr
+        assert done.stderr.startswith(f"amb-cosim: {small_disk}/out")
+        assert done.stderr.endswith(": No space left on device\n")
+        shutil.rmtree(small_disk / "out", ignore_errors=True)
+        assert [path.name for path in small_disk.iterdir()] == ["filler"]
+        (small_disk / "filler").unlink()
+
+
+@pytest.fixture
+def read_only_disk(small_disk):
+    subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
+    return small_disk
+
+
+def test_read_only_folder_is_refused_before_the_run(folder, read_only_disk):
+    done = finished(folder, "run", "fig4_9", "-o", str(read_only_disk / "out"))
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"amb-cosim: {read_only_disk}/out cannot be written to: Read-only file system")
+
+
+def test_without_home_and_cache_a_run_is_the_same(folder, tmp_path):
+    """What is compiled stays in the temporary folder of the process, and goes with it."""
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    environment = {name: os.environ[name] for name in ("PATH", "OPENBLAS_NUM_THREADS") if name in os.environ}
+    environment |= {"HOME": "/nonexistent/home", "XDG_CACHE_HOME": "/dev/null/cache", "TMPDIR": str(temporary)}
+    done = finished(folder, env=environment)
+    assert done.returncode == 0, done.stderr
+    check_result(folder)
+    assert not list(temporary.glob(".amb-cosim-*"))
+
+
+def test_processes_that_share_a_new_cache_do_not_disturb_each_other(folder, tmp_path, cache, chance, rounds):
+    working = [tmp_path / name for name in "abc"]
+    for path in working:
+        path.mkdir()
+    for k in range(rounds):
+        shared = tmp_path / f"cache{k}"
+        for pattern in MADE_OF_CODE:
+            for path in (cache / "amb-cosim").glob(pattern):
+                shutil.copytree(path, shared / "amb-cosim" / path.name)
+        environment = os.environ | {"XDG_CACHE_HOME": str(shared)}
+        processes = []
+        for path in working:
+            processes.append(start(path, env=environment))
+            time.sleep(chance.uniform(0.0, 0.3))
+        if k % 2:
+            processes[0].kill()
+        for number, (process, path) in enumerate(zip(processes, working, strict=True)):
+            _, errors = process.communicate(timeout=120)
+            if number or not k % 2:
+                assert process.returncode == 0, errors
+                check_result(path)
+        assert not list((shared / "amb-cosim").glob(".amb-cosim-*")) or k % 2
+        shutil.rmtree(shared)

@@ -1,0 +1,165 @@
+"""Files with random mistakes, and random command lines: exit code 0, 1 or 2, a message, nothing half-written, soon."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import sys
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+sys.path.insert(0, str(Path(__file__).parent / "support"))
+
+from commands import run
+from mutations import changed_archive, changed_toml, command_line
+
+SHORT, LONG = 10, 800  # cases of each kind; command lines and six kinds of files make more than 5000
+
+SYSTEM = """
+base = "levitated"
+[experiment]
+communication_step = "0.25 ms"
+stop_time = "2 ms"
+record.variables = ["*"]
+[[experiment.event]]
+time = "1 ms"
+set = { "rotor_contact.d1.u" = "5 g.m" }
+"""
+ONE_FMU = """
+[[component]]
+name = "one"
+fmu = "one.fmu"
+[parameters.one]
+force_law = 1
+[experiment]
+communication_step = "1 ms"
+stop_time = "5 ms"
+"""
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory):
+    """What commands need is built once and loaded into this process, whose forks they are; files to change."""
+    import h5py  # noqa: F401
+    import numba  # noqa: F401
+    import scipy.linalg  # noqa: F401
+    import xarray  # noqa: F401
+    from rig import LOOP
+
+    from amb_analysis.receptance_file import empty_table, loop_parameters
+    from amb_cosim.cli import main
+    from amb_cosim.cosim.fmus import ensure_built
+
+    folder = tmp_path_factory.mktemp("prepared")
+    runner = CliRunner()
+    for name in ("fig4_9", "compressor_touchdown"):
+        done = runner.invoke(main, ["run", name, "--until", "0.001", "--no-plots", "-o", str(folder / "out")])
+        assert done.exit_code == 0, done.output
+    assert runner.invoke(main, ["export-ssp", "fig4_9", "-o", str(folder / "rig.ssp")]).exit_code == 0
+    rng = np.random.default_rng(7)
+    receptance = 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)))
+    given = {"k_s": 2e6, "k_i": 563.0}  # the scenarios'
+    constants = {f"{b}.{name}_{axis}": given[name] for b in ("mb1", "mb2") for name in given for axis in "xy"}
+    table = empty_table("bath_rig_thesis", LOOP, loop_parameters(LOOP, constants))
+    table.updated(100.0, receptance).updated(50.0, receptance).write(folder / "h.toml")
+    shutil.copy(ensure_built("amb_actuator").path, folder / "one.fmu")
+    return folder
+
+
+@pytest.fixture
+def campaign(prepared, tmp_path, first_seed, is_long):
+    """`campaign(case)`: run the command lines and files of `case(chance)`, which `case(None)` has whole."""
+
+    def go(case):
+        arguments, files = case(None)
+        ended = run(arguments, tmp_path / "whole", files)
+        assert ended.code == 0, ended.errors
+        mistakes, codes = [], []
+        for k in range(LONG if is_long else SHORT):
+            seed = first_seed + k
+            arguments, files = case(random.Random(seed))
+            folder = tmp_path / str(k)
+            ended = run(arguments, folder, files)
+            codes.append(ended.code)
+            mistake = ended.mistake()
+            if mistake:
+                mistakes.append(f"seed {seed}, {arguments}: {mistake}\n{ended.errors[-3000:]}")
+            else:
+                shutil.rmtree(folder)
+        print({code: codes.count(code) for code in sorted(set(codes))})
+        assert not mistakes, f"{len(mistakes)} of {len(codes)}:\n" + "\n".join(mistakes)
+        assert 2 in codes
+
+    return go
+
+
+def text_of(package, name):
+    return resources.files(package).joinpath(name).read_text(encoding="utf-8")
+
+
+def test_scenario_with_mistakes(campaign):
+    names = ("fig4_9", "fig5_6", "run_up", "fig6_13", "drop", "base_shock")
+    texts = [text_of("amb_cosim", f"scenarios/{name}.toml") for name in names]
+    shared = {
+        f"_{name}.toml": text_of("amb_cosim", f"scenarios/_{name}.toml").encode() for name in ("thesis", "touchdown")
+    }
+
+    def case(chance):
+        changed = changed_toml(chance.choice(texts), chance) if chance else texts[0].encode()
+        return ["run", "mine.toml", "--until", "0.002", "--no-plots"], shared | {"mine.toml": changed}
+
+    campaign(case)
+
+
+def test_system_with_mistakes(campaign):
+    texts = [text_of("amb_cosim", "systems/levitated.toml") + SYSTEM.replace('base = "levitated"', ""), SYSTEM]
+
+    def case(chance):
+        changed = changed_toml(chance.choice(texts), chance) if chance else texts[0].encode()
+        return ["simulate", "mine.toml"], {"mine.toml": changed}
+
+    campaign(case)
+
+
+def test_rotor_file_with_mistakes(campaign):
+    texts = [text_of("rotor_analysis", f"rotors/{name}.toml") for name in ("bath_rig", "nelson_mcvaugh", "compressor")]
+    commands = (["rotor", "show", "r.toml"], ["modes", "--rotor", "r.toml", "--speeds", "90"])
+
+    def case(chance):
+        changed = changed_toml(chance.choice(texts), chance) if chance else texts[0].encode()
+        return chance.choice(commands) if chance else commands[0], {"r.toml": changed}
+
+    campaign(case)
+
+
+def test_receptance_table_with_mistakes(campaign, prepared):
+    text = (prepared / "h.toml").read_text(encoding="utf-8")
+    command = ["run", "fig4_9", "--receptances", "h.toml", "--until", "0.002", "--no-plots"]
+    campaign(lambda chance: (command, {"h.toml": changed_toml(text, chance) if chance else text.encode()}))
+
+
+def test_ssp_archive_with_mistakes(campaign, prepared):
+    data = (prepared / "rig.ssp").read_bytes()
+    command = ["run", "rig.ssp", "--until", "0.002"]
+    campaign(lambda chance: (command, {"rig.ssp": changed_archive(data, chance) if chance else data}))
+
+
+def test_fmu_archive_with_mistakes(campaign, prepared):
+    data = (prepared / "one.fmu").read_bytes()
+
+    def case(chance):
+        changed = changed_archive(data, chance) if chance else data
+        return ["simulate", "mine.toml"], {"mine.toml": ONE_FMU.encode(), "one.fmu": changed}
+
+    campaign(case)
+
+
+def test_any_command_line(campaign, prepared):
+    from amb_cosim.cli import main
+
+    files = {name: (prepared / name).read_bytes() for name in ("h.toml", "rig.ssp")} | {"mine.toml": ONE_FMU.encode()}
+    campaign(lambda chance: (command_line(main, chance) if chance else ["list"], files))
