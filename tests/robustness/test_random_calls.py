@@ -41,12 +41,8 @@ def call_randomly(fmu_folder, first_seed, tmp_path):
     return call
 
 
-# A step of the plant under extreme contact laws takes too long.
-EXTREME = pytest.mark.xfail(reason="a step under extreme contact laws does not end", strict=False)
-
-
 @pytest.mark.parametrize("threads", [1, 3])
-@pytest.mark.parametrize("model", [*MODELS[:2], pytest.param(MODELS[2], marks=[EXTREME, pytest.mark.slow])])
+@pytest.mark.parametrize("model", MODELS)
 def test_native_fmu_answers_any_calls_with_finite_numbers_or_errors(call_randomly, is_long, model, threads):
     counts = call_randomly(model, "native", 1_000_000 if is_long else 20_000, threads)
     assert counts["DoStep 0"] > 500
@@ -54,7 +50,7 @@ def test_native_fmu_answers_any_calls_with_finite_numbers_or_errors(call_randoml
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", [*MODELS[:2], pytest.param(MODELS[2], marks=EXTREME)])
+@pytest.mark.parametrize("model", MODELS)
 def test_python_fmu_answers_any_calls_with_finite_numbers_or_errors(call_randomly, is_long, model):
     counts = call_randomly(model, "python", 100_000 if is_long else 5_000, 2)
     assert counts["DoStep 0"] > 100
