@@ -38,13 +38,12 @@ MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
 
 
 @kernel_apart
-def find_forces(w: Workspace, propagator: Propagator, z: Array, h: float) -> bool:
-    """Write the contact forces of a piece of length h (s) into x; return False if an event may be in the piece.
+def find_forces(w: Workspace, propagator: Propagator) -> bool:
+    """Write the contact forces of a piece into x; return False if an event may be in the piece.
 
-    The first 5 n of x must be written, for the state z at the beginning. False too where the forces cannot be found, or
-    not accurately enough.
+    The first 5 n of x must be written. False too where the forces cannot be found, or not accurately enough.
     """
-    if not _find_first_forces(w, propagator, z):
+    if not _find_first_forces(w, propagator):
         return False
     size = number_unknowns(w.sites)
     _locate_nodes(w, propagator)
@@ -59,7 +58,7 @@ def find_forces(w: Workspace, propagator: Propagator, z: Array, h: float) -> boo
 
 
 @kernel
-def _find_first_forces(w: Workspace, propagator: Propagator, z: Array) -> bool:
+def _find_first_forces(w: Workspace, propagator: Propagator) -> bool:
     """Write the forces at the beginning to the first point, and as a guess to all others; return False if one pulls."""
     n, n_sites = w.Minv.shape[0], w.sites.shape[0]
     start, free, later = propagator.start, 5 * n, 5 * n + 2 * n_sites
@@ -71,7 +70,7 @@ def _find_first_forces(w: Workspace, propagator: Propagator, z: Array) -> bool:
             row_combination(start[:free], propagator.S[k], propagator.seen[k], N_SEEN)
             a[site.row] = propagator.seen[k, 0]
             a[site.row + 1] = propagator.seen[k, 1]
-    if not find_multipliers(w, z[:n], z[n : 2 * n], w.motion.Omega, a):
+    if not find_multipliers(w, start[:n], start[n : 2 * n], w.motion.Omega, a):
         return False
     for k in range(n_sites):
         site = w.sites[k]

@@ -31,15 +31,15 @@ from rotor_contact.products import dot, row_combination
 from rotor_contact.propagator import N_GAUSS, Propagator
 from rotor_contact.series import direct_work, n_axes, n_observed, row_of_axis
 from rotor_contact.site import can_touch, is_constrained
-from rotor_contact.workspace import Workspace, energy_integrals, stages_of
+from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 
 TOUCH_MARGIN = 1e-4  # of the clearance, within which the path is not trusted
 GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
 
 
 @kernel
-def propagate(w: Workspace, propagator: Propagator, step_size: float) -> bool:
-    """Advance z by one communication step; return False, and leave z, if an event may be in it.
+def propagate(w: Workspace, propagator: Propagator, before: Array, step_size: float) -> bool:
+    """Write the state a communication step after `before` to z; return False if an event may be in the step.
 
     P must be built. Sites in contact under a force law are left to `events` too.
     """
@@ -51,30 +51,38 @@ def propagate(w: Workspace, propagator: Propagator, step_size: float) -> bool:
         in_contact = in_contact or is_constrained(site)
     if pieces == 0:
         return False
-    stages = stages_of(w.stages)
-    copy(stages.z, stages.z_new)
+    n, z = w.n, stages_of(w.stages).z
+    start, end = propagator.start, propagator.end
+    copy(before[: 2 * n], start)
+    copy(before[2 * n : 2 * n + N_INTEGRALS], z[2 * n :])
+    z[2 * n + N_INTEGRALS :] = 0.0
     h = step_size / pieces
     direct_work(w.motion, propagator)
     for piece in range(pieces):
+        if piece > 0:
+            copy(end[: 2 * n], start)
         if not _propagate_piece(w, propagator, piece * h, h, in_contact):
             return False
-    copy(stages.z_new, stages.z)
+    copy(end[: 2 * n], z)
     return True
 
 
 @kernel
 def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float, in_contact: bool) -> bool:
-    """Advance z_new by one piece of length h (s) that begins at `tau` (s); return False if an event may be in it."""
-    n = w.Minv.shape[0]
-    z, motion = stages_of(w.stages).z_new, w.motion
+    """Find the end of one piece of length h (s) that begins at `tau` (s) with the state in x.
+
+    Heat and work go to z. Returns False if an event may be in the piece.
+    """
+    n = w.n
+    z, motion = stages_of(w.stages).z, w.motion
     end = propagator.end
     theta = motion.theta + motion.Omega * tau
     square = motion.Omega * motion.Omega
     unbalance = complex(square * math.cos(theta), square * math.sin(theta))
-    _set_start(motion, unbalance, z, propagator.start)
+    _set_forces(motion, unbalance, propagator.start)
     start = propagator.start[: 5 * n]
     if in_contact:
-        if not find_forces(w, propagator, z, h):
+        if not find_forces(w, propagator):
             return False
         start = propagator.start
     damped = motion.is_damped
@@ -96,17 +104,15 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     integrals.damping_heat += h * heat
     if in_contact:
         add_friction(w, propagator, z, h)
-    copy(end[: 2 * n], z)
     return True
 
 
 @kernel
-def _set_start(motion: Motion, unbalance: complex, z: Array, start: Array) -> None:
-    """Write x, what P is applied to, for a piece that begins in state z with this direction of a unit unbalance."""
+def _set_forces(motion: Motion, unbalance: complex, start: Array) -> None:
+    """Write the forces of free flight into x, for a piece that begins with this direction of a unit unbalance."""
     steady, cosine, sine, _ = forces(motion)
     n = steady.shape[0]
     A, B = unbalance.real, unbalance.imag
-    copy(z[: 2 * n], start)
     copy(steady, start[2 * n :])
     for i in range(n):
         start[3 * n + i] = A * cosine[i] + B * sine[i]

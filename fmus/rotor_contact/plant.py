@@ -139,16 +139,16 @@ def step(
         motion = without_rounding(motion, x.key)
     w = workspace_of(structure, motion, scratch, n)
     z = stages_of(w.stages).z
-    copy(x.z[: 2 * n + N_INTEGRALS], z)
-    z[2 * n + N_INTEGRALS :] = 0.0
     head.tolerance_missed = 0.0
     is_done = False
     if exact:
         if not is_built(scratch.propagator, x.key):
             collect_coefficients(structure, motion)
             build_propagator(structure.Minv, motion, scratch.sites, x.key, scratch.propagator)
-        is_done = propagate(w, scratch.propagator, step_size)
+        is_done = propagate(w, scratch.propagator, x.z, step_size)
     if not is_done:
+        copy(x.z[: 2 * n + N_INTEGRALS], z)
+        z[2 * n + N_INTEGRALS :] = 0.0
         collect_coefficients(structure, motion)
         if spin.row >= 0 and spin.inertia <= least_inertia(motion):
             return FAULT_INERTIA
