@@ -6,7 +6,7 @@ matrix of everything that moves and rows of all constraints.
 
 import numpy as np
 import pytest
-from rotor_cases import head, memory, plant, state
+from rotor_cases import UNWATCHED, head, memory, plant, state
 from two_bodies import FREE, ROLLING, SLIDING
 
 from rotor_analysis.assembly import assemble
@@ -83,7 +83,7 @@ def put(values, instant, modes, pressed):
     """The plant at this instant; sites slide in the direction of their slip."""
     theta, q, v, normals = instant
     values = {"Omega": v[SPIN], "d1.u": UNBALANCE, "spin.free": 1.0, "spin.inertia": INERTIA,
-              "drive.torque": DRIVE, "drive.torque_limit": DRIVE} | values  # fmt: skip
+              "drive.torque": DRIVE, "drive.torque_limit": DRIVE} | UNWATCHED | values  # fmt: skip
     for site, force in zip(SITES, pressed, strict=True):
         values |= {f"{site}.enabled": 1.0, f"{site}.race_inertia": RACES.get(site, 0.0), f"{site}.race_drag": DRAG}
         values |= {f"{site}.housing_mass": HOUSINGS.get(site, 0.0)}

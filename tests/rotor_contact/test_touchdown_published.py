@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rotor_cases import bearings, discs_at, head, sensors_at, state
+from rotor_cases import UNWATCHED, bearings, discs_at, head, sensors_at, state
 
 from fmi_export.model import Instance
 from rotor_analysis import plant_data
@@ -70,14 +70,18 @@ def at_start():
     rotor = Instance(*plant_data.plant(pivoted_rotor()))
     (k, _), _ = STATED["bearing_stiffness"]
     unbalance = STATED["unbalance_mass"] * complex(STATED["unbalance_x"], STATED["unbalance_y"])
-    values = house() | {
-        "Omega": SPIN,
-        "solver.max_substep": 5e-6,
-        "mb2.k_b": k * LEVER["bearing"] ** 2,
-        "mb2.c_b": np.mean(STATED["bearing_damping"]) * LEVER["bearing"] ** 2,
-        "d1.u": abs(unbalance) * LEVER["disc"],
-        "d1.phi": np.angle(unbalance),
-    }
+    values = (
+        house()
+        | UNWATCHED
+        | {
+            "Omega": SPIN,
+            "solver.max_substep": 5e-6,
+            "mb2.k_b": k * LEVER["bearing"] ** 2,
+            "mb2.c_b": np.mean(STATED["bearing_damping"]) * LEVER["bearing"] ** 2,
+            "d1.u": abs(unbalance) * LEVER["disc"],
+            "d1.phi": np.angle(unbalance),
+        }
+    )
     for name, value in values.items():
         rotor[name] = value
     rotor.initialise()

@@ -18,6 +18,7 @@ from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.shaft import Shaft
 from rotor_contact.layout import scratch_of, state_of
 from rotor_contact.structure import structure_of
+from rotor_contact.workspace import N_INTEGRALS
 
 STEEL = {"youngs_modulus": 2.07e11, "density": 7850.0, "poissons_ratio": 0.3}
 CLEARANCE = 0.75e-3
@@ -94,6 +95,8 @@ def both(name, value):
     return {f"{kind}{k}.{rest}": value for k in (1, 2)}
 
 
+# For a state that is given from outside: the balance does not know where its energy came from.
+UNWATCHED = {"solver.energy_limit": 1e9}
 BEARINGS = both("mb.k_b", 1e6) | both("mb.c_b", 5000.0)
 
 
@@ -131,12 +134,13 @@ def scratch(instance):
 
 
 def place(instance, r, velocity, modes=(0, 0), signs=(1.0, 1.0)):
-    """Put the masters at complex positions and velocities, the sites into the given modes."""
+    """Put the masters at complex positions and velocities, the sites into the given modes; heat and work begin anew."""
     n, z, sites = size_of(instance), state(instance), memory(instance).sites
     z[:n] = np.ravel(np.column_stack([np.real(r), np.imag(r)]))
     z[n : 2 * n] = np.ravel(np.column_stack([np.real(velocity), np.imag(velocity)]))
     sites["mode"][:2] = modes
     sites["slip_sign"][:2] = signs
+    z[2 * n : 2 * n + N_INTEGRALS] = 0.0
     head(instance).initial_energy = energy(instance)
     return instance
 

@@ -72,7 +72,8 @@ def test_what_is_missing_is_told_as_the_page_says(folder, tmp_path):
     (tmp_path / "my_rig.toml").write_text((folder / "my_rig.toml").read_text(encoding="utf-8"), encoding="utf-8")
     execute("pythonfmu build -f pd_controller.py", tmp_path)
     done = execute(run_command("my_rig.toml"), tmp_path, code=2)
-    assert done.stderr.strip().splitlines() == [MESSAGES[1]]
+    said = [line for line in done.stderr.strip().splitlines() if "runs here for the first time" not in line]
+    assert said == [MESSAGES[1]]
 
 
 def test_an_fmu_with_other_names_is_wired_by_the_system_file(folder, tmp_path):

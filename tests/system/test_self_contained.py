@@ -12,7 +12,7 @@ import pytest
 PROJECT = ["fmi_export", "rotor_contact", "amb_actuator", "rolac_controller", "amb_cosim"]
 NEEDLESS = ["numba", "scipy", "pint", "pydantic", "xarray", "control", "pythonfmu"]
 
-# Start values that give every FMU something to do; the rotor is thrown against its retainer bearings.
+# Start values that give every FMU something to do; the rotor is thrown against its end bush.
 START: dict[str, dict[str, float]] = {
     "rotor_contact": {"Omega": 260.0, "d1.u": 0.3, "mb1.k_b": 1e6, "mb2.k_b": 1e6, "rb1.mu": 0.1, "rb2.mu": 0.2},
     "amb_actuator": {"mb1.x": 1e-4, "mb1.i_x": 1.0, "mb2.i_y": 20.0},
@@ -37,7 +37,7 @@ def simulated(path: str, start: dict[str, float], hidden: list[str]) -> list[lis
     result = fmpy.simulate_fmu(
         path, stop_time=0.02, step_size=250e-6, output_interval=250e-6, start_values=start, output=names
     )
-    return [list(map(float, row)) for row in result.tolist()]
+    return [[float(row[name]) for name in names] for row in result]
 
 
 @pytest.mark.parametrize("name", START)
@@ -53,7 +53,7 @@ def test_an_fmu_gives_the_same_numbers_with_numpy_alone(
         from rotor_analysis.plant_data import plant
 
         outputs = [v.name for v in plant()[0].interface.of("output")]
-        assert plain[:, 1 + outputs.index("contact_state")].max() > 0.0
+        assert plain[:, outputs.index("eb1.mode")].max() > 0.0
 
 
 @pytest.mark.slow
