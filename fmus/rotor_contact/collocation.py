@@ -28,7 +28,7 @@ from rotor_contact.friction import STICK_SPEED, friction_ratio, has_friction, st
 from rotor_contact.linear_solver import solve
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, least_of_cubic
 from rotor_contact.products import row_combination
-from rotor_contact.propagator import N_SEEN, Propagator
+from rotor_contact.propagator import N_SEEN, Propagator, n_free
 from rotor_contact.site import Site, is_constrained
 from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 
@@ -41,7 +41,7 @@ MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
 def find_forces(w: Workspace, propagator: Propagator) -> bool:
     """Write the contact forces of a piece into x; return False if an event may be in the piece.
 
-    The first 5 n of x must be written. False too where the forces cannot be found, or not accurately enough.
+    The first `n_free` of x must be written. False too where the forces cannot be found, or not accurately enough.
     """
     if not _find_first_forces(w, propagator):
         return False
@@ -61,7 +61,8 @@ def find_forces(w: Workspace, propagator: Propagator) -> bool:
 def _find_first_forces(w: Workspace, propagator: Propagator) -> bool:
     """Write the forces at the beginning to the first point, and as a guess to all others; return False if one pulls."""
     n, n_sites = w.Minv.shape[0], w.sites.shape[0]
-    start, free, later = propagator.start, 5 * n, 5 * n + 2 * n_sites
+    start, free = propagator.start, n_free(n)
+    later = free + 2 * n_sites
     start[free:] = 0.0
     a = stages_of(w.stages).k_1[n : 2 * n]
     for k in range(n_sites):
@@ -95,7 +96,7 @@ def _set_force(propagator: Propagator, n: int, n_sites: int, k: int, point: int,
     """Write the force at a site at a Lobatto point, in the direction there."""
     node = propagator.nodes[k, point]
     node.f_n, node.f_t = f_n, f_t
-    unit = 5 * n + 2 * (n_sites * point + k)
+    unit = n_free(n) + 2 * (n_sites * point + k)
     propagator.start[unit] = -f_n * node.n_x - f_t * node.n_y
     propagator.start[unit + 1] = -f_n * node.n_y + f_t * node.n_x
 
@@ -103,7 +104,7 @@ def _set_force(propagator: Propagator, n: int, n_sites: int, k: int, point: int,
 @kernel
 def _locate_nodes(w: Workspace, propagator: Propagator) -> None:
     """Locate the sites at the Lobatto points under the forces in x, and write their slip there."""
-    later = 5 * w.Minv.shape[0] + 2 * w.sites.shape[0]
+    later = n_free(w.Minv.shape[0]) + 2 * w.sites.shape[0]
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if is_constrained(site):
@@ -168,7 +169,7 @@ def _write_equations(w: Workspace, propagator: Propagator, k: int, point: int, s
         sticks = w.sites[other].mode == ROLLING
         for source in range(1, N_LOBATTO):
             cause, column = propagator.nodes[other, source], (source - 1) * size + w.sites[other].unknown
-            unit = 5 * n + 2 * (n_sites * source + other)
+            unit = n_free(n) + 2 * (n_sites * source + other)
             x_of_x, y_of_x = propagator.S[k, unit, at], propagator.S[k, unit, at + 1]
             x_of_y, y_of_y = propagator.S[k, unit + 1, at], propagator.S[k, unit + 1, at + 1]
             f_x = -cause.n_x - cause.ratio * cause.n_y

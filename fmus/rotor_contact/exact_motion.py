@@ -7,9 +7,10 @@ But for contact the rotor is linear,
 and with contact forces that are polynomials through their values at Lobatto points, F = sum_j l_j(t/h) F_j
 (`collocation`), the state at a time h later is linear in the present one and in these:
 
-    (q, v, o)(h) = P x,  (V_c, V_s) = V x,  x = (q, v, f, p, r, F_j)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
+    (q, v, o)(h) = P x,  (V_c, V_s) = V x,  x = (q, v, f, A, B, F_j)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
 
-V_c and V_s give the work of the unbalance, p V_c + r V_s, where it acts; o are what the heat of damping takes at the
+A + i B is the direction of the unbalance at the beginning, of which p and r follow (`series.direct_unbalance`). V_c and
+V_s give its work, p V_c + r V_s; o are what the heat of damping takes at the
 points of Gauss's quadrature: the velocities at the bearings, or q and v if the shaft is damped.
 
 A communication step is divided into equal pieces, short enough for the series. Where a contact might begin, end, stick
@@ -28,8 +29,8 @@ from rotor_contact.compliant import is_compliant
 from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.path import stays_within
 from rotor_contact.products import dot, row_combination
-from rotor_contact.propagator import N_GAUSS, Propagator
-from rotor_contact.series import direct_work, n_axes, n_observed, row_of_axis
+from rotor_contact.propagator import N_GAUSS, Propagator, n_free
+from rotor_contact.series import direct_unbalance, n_axes, n_observed, row_of_axis
 from rotor_contact.site import can_touch, is_constrained
 from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 
@@ -57,7 +58,7 @@ def propagate(w: Workspace, propagator: Propagator, before: Array, step_size: fl
     copy(before[2 * n : 2 * n + N_INTEGRALS], z[2 * n :])
     z[2 * n + N_INTEGRALS :] = 0.0
     h = step_size / pieces
-    direct_work(w.motion, propagator)
+    direct_unbalance(w.motion, propagator)
     for piece in range(pieces):
         if piece > 0:
             copy(end[: 2 * n], start)
@@ -79,8 +80,9 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     theta = motion.theta + motion.Omega * tau
     square = motion.Omega * motion.Omega
     unbalance = complex(square * math.cos(theta), square * math.sin(theta))
-    _set_forces(motion, unbalance, propagator.start)
-    start = propagator.start[: 5 * n]
+    start = propagator.start[: n_free(n)]
+    copy(forces(motion).steady, start[2 * n :])
+    start[3 * n], start[3 * n + 1] = unbalance.real, unbalance.imag
     if in_contact:
         if not find_forces(w, propagator):
             return False
@@ -105,18 +107,6 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     if in_contact:
         add_friction(w, propagator, z, h)
     return True
-
-
-@kernel
-def _set_forces(motion: Motion, unbalance: complex, start: Array) -> None:
-    """Write the forces of free flight into x, for a piece that begins with this direction of a unit unbalance."""
-    steady, cosine, sine, _ = forces(motion)
-    n = steady.shape[0]
-    A, B = unbalance.real, unbalance.imag
-    copy(steady, start[2 * n :])
-    for i in range(n):
-        start[3 * n + i] = A * cosine[i] + B * sine[i]
-        start[4 * n + i] = A * sine[i] - B * cosine[i]
 
 
 @kernel

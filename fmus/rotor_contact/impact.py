@@ -71,9 +71,9 @@ def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
         site.mode = site.mode_before
         if site.touching:
             site.impulse += site.p_n if consistent else 0.0
-            kinetic = quadratic_form(w.forms, v, stages.trial)
+            kinetic = quadratic_form(w.forms, v)
             remove_radial_velocity(site, v)
-            site.impact_heat += 0.5 * (kinetic - quadratic_form(w.forms, v, stages.trial))
+            site.impact_heat += 0.5 * (kinetic - quadratic_form(w.forms, v))
 
 
 @kernel
@@ -114,7 +114,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
         total = 0.0
         for site in w.sites:
             total += _heat(site, v, before, Omega)
-        if total < -1e-12 * (1.0 + quadratic_form(w.forms, before, stages.trial)):
+        if total < -1e-12 * (1.0 + quadratic_form(w.forms, before)):
             continue
         for site in w.sites:
             site.impact_heat += _heat(site, v, before, Omega)

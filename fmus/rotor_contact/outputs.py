@@ -11,11 +11,11 @@ from rotor_contact.compliant import is_compliant, stored_energy
 from rotor_contact.enumerations import FREE, ROLLING, SLIDING
 from rotor_contact.friction import creeps
 from rotor_contact.layout import State
-from rotor_contact.products import quadratic_form
+from rotor_contact.products import dot, quadratic_form
 from rotor_contact.signals import Outputs, Parameters
 from rotor_contact.site import Site, Sites, locate_journal, slip_velocity, tangential_component
 from rotor_contact.structure import Structure
-from rotor_contact.workspace import Workspace, energy_integrals, stages_of
+from rotor_contact.workspace import Workspace, energy_integrals
 
 SMALLEST_ENERGY = 1e-9  # J, below which a balance is rounding
 
@@ -37,11 +37,7 @@ def write_outputs(
         outputs.displacements[2 * k] = q[row]
         outputs.displacements[2 * k + 1] = q[row + 1]
     for i in range(outputs.sensors.shape[0]):
-        a = b = 0.0
-        for j in range(0, structure.K.shape[0], 2):
-            a += structure.sensors[i, j] * q[j]
-            b += structure.sensors[i, j + 1] * q[j + 1]
-        outputs.sensors[i] = a + b
+        outputs.sensors[i] = dot(structure.sensors[i], q[: structure.K.shape[0]])
     for k in range(sites.shape[0]):
         locate_journal(sites[k], q)
         _write_site(sites[k], v, Omega, outputs.sites[k])
@@ -114,9 +110,8 @@ def write_mechanical_energy(
     n, sites = w.n, w.sites
     q = x.z[:n]
     v = x.z[n : 2 * n]
-    product = stages_of(w.stages).trial
-    kinetic = 0.5 * quadratic_form(structure.forms, v, product)
-    strain = 0.5 * quadratic_form(structure.K, q, product)
+    kinetic = 0.5 * quadratic_form(structure.forms, v)
+    strain = 0.5 * quadratic_form(structure.K, q)
     for k in range(parameters.bearings.shape[0]):
         row = int(structure.bearings[k])
         strain += 0.5 * parameters.bearings[k].k_b * (q[row] * q[row] + q[row + 1] * q[row + 1])

@@ -96,11 +96,34 @@ def dot(x: Array, y: Array) -> float:
 
 
 @kernel
-def quadratic_form(A: Array, x: Array, product: Array) -> float:
-    """Return x^T A x of the first n of x and the first n rows of a symmetric A, which has n columns.
-
-    `product` is room for n numbers.
-    """
+def quadratic_form(A: Array, x: Array) -> float:
+    """Return x^T A x of the first n of x and the first n rows of A, which has n columns, n being even."""
     n = A.shape[1]
-    row_combination(x[:n], A, product, n)
-    return dot(x[:n], product[:n])
+    total = rest = 0.0
+    i = 0
+    while i + 8 <= n:
+        a = b = c = d = e = f = g = h = 0.0
+        for j in range(n):
+            w, row = x[j], part(A, j * n + i, REAL, 8)
+            a += w * row[0]
+            b += w * row[1]
+            c += w * row[2]
+            d += w * row[3]
+            e += w * row[4]
+            f += w * row[5]
+            g += w * row[6]
+            h += w * row[7]
+        y = part(x, i, REAL, 8)
+        total += (a * y[0] + c * y[2]) + (e * y[4] + g * y[6])
+        rest += (b * y[1] + d * y[3]) + (f * y[5] + h * y[7])
+        i += 8
+    while i < n:
+        a = b = 0.0
+        for j in range(n):
+            w, row = x[j], part(A, j * n + i, REAL, 2)
+            a += w * row[0]
+            b += w * row[1]
+        total += a * x[i]
+        rest += b * x[i + 1]
+        i += 2
+    return total + rest

@@ -59,11 +59,12 @@ class Propagator(NamedTuple):
     """P, V and S with what they were built for, and room to use and to build them.
 
     P, V
-        Shapes (n_x, 2 n + N_GAUSS n_observed) and (n_x, 2 n); row j is the effect of unit j of x. The first 5 n are
-        those of free flight, the others unit forces in x and y at a site at one Lobatto point: all sites at the first
-        point, then all at the next.
+        Shapes (n_rows, 2 n + N_GAUSS n_observed) and (n_rows, 2 n); row j is the effect of unit j of x. The first
+        `n_free` are those of free flight, the others unit forces in x and y at a site at one Lobatto point: all sites
+        at the first point, then all at the next. After these n_x rows come those of which `direct_unbalance` makes the
+        two of the unbalance: unit forces that go with the cosine, and with the sine.
     S
-        What each site sees of these, shape (n_sites, n_x, N_SEEN).
+        What each site sees of these, shape (n_sites, n_rows, N_SEEN).
     key
         What P, V and S were built for.
     unbalance, work
@@ -112,9 +113,15 @@ def key_of(array: Array, start: int, n_bearings: int) -> Key:
 
 
 @views
+def n_free(n: int) -> int:
+    """Return how many numbers of x there are without contact: q, v, steady forces, direction of the unbalance."""
+    return 3 * n + 2
+
+
+@views
 def n_start(n: int, n_sites: int) -> int:
-    """Return the number of rows of P: of all that x holds."""
-    return 5 * n + 2 * N_LOBATTO * n_sites
+    """Return how many numbers x holds."""
+    return n_free(n) + 2 * N_LOBATTO * n_sites
 
 
 @views
@@ -126,23 +133,25 @@ def n_end(n: int, n_bearings: int, is_damped: bool) -> int:
 @views
 def propagator_size(n: int, n_bearings: int, n_sites: int, is_damped: bool) -> int:
     """Return how many float64 a `Propagator` of a rotor with n degrees of freedom takes."""
-    rows, columns, n_equations = n_start(n, n_sites), n_end(n, n_bearings, is_damped), 2 * (N_LOBATTO - 1) * n_sites
+    n_x, columns, n_equations = n_start(n, n_sites), n_end(n, n_bearings, is_damped), 2 * (N_LOBATTO - 1) * n_sites
+    rows = n_x + 2 * n
     at_sites = n_sites * ((rows + 2) * N_SEEN + N_LOBATTO * N_NODE)
     matrices = rows * (columns + 2 * n) + n_equations * (n_equations + 1)
-    return matrices + at_sites + key_size(n_bearings) + 3 * rows + columns + (N_SERIES + 2) * n + 2
+    return matrices + at_sites + key_size(n_bearings) + 3 * n_x + columns + (N_SERIES + 2) * n + 2
 
 
 @views
 def propagator_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, is_damped: bool) -> Propagator:
     """Return a `Propagator` in an array from `at` on."""
-    rows, columns, n_equations = n_start(n, n_sites), n_end(n, n_bearings, is_damped), 2 * (N_LOBATTO - 1) * n_sites
+    n_x, columns, n_equations = n_start(n, n_sites), n_end(n, n_bearings, is_damped), 2 * (N_LOBATTO - 1) * n_sites
+    rows = n_x + 2 * n
     V = at + rows * columns
     S = V + rows * 2 * n
     key = S + n_sites * rows * N_SEEN
     unbalance = key + key_size(n_bearings)
     directions = unbalance + 2 * n
-    start = directions + 2 * rows
-    end = start + rows
+    start = directions + 2 * n_x
+    end = start + n_x
     seen = end + columns
     moved = seen + n_sites * N_SEEN
     nodes = moved + n_sites * N_SEEN
@@ -154,8 +163,8 @@ def propagator_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, i
         part(work, S, REAL, (n_sites, rows, N_SEEN)),
         key_of(work, key, n_bearings),
         part(work, unbalance, REAL, 2 * n),
-        part(work, directions, REAL, (2, rows)),
-        part(work, start, REAL, rows),
+        part(work, directions, REAL, (2, n_x)),
+        part(work, start, REAL, n_x),
         part(work, end, REAL, columns),
         part(work, seen, REAL, (n_sites, N_SEEN)),
         part(work, moved, REAL, (n_sites, N_SEEN)),

@@ -1,8 +1,9 @@
 """The matrices of exact motion over one piece of a step, by Taylor series in time: the motion from each unit of x.
 
-x are the state, the forces of free flight and those of contact at the Lobatto points, each with its course over time:
+x are the state, steady forces, the direction of the unbalance, and contact forces at the Lobatto points. Forces have
+these courses over time:
 
-    steady 1,    cosine cos(Omega t),    sine sin(Omega t),    contact l_j(t/h)
+    steady 1,    unbalance cos(Omega t) and sin(Omega t),    contact l_j(t/h)
 
 l_j being the cubic that is 1 at Lobatto point j and 0 at the others.
 """
@@ -16,7 +17,7 @@ from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion, coefficients, forces
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
-from rotor_contact.propagator import N_GAUSS, N_SEEN, Key, Propagator, set_key
+from rotor_contact.propagator import N_GAUSS, N_SEEN, Key, Propagator, n_free, set_key
 from rotor_contact.site import Sites
 
 TERMS = 28  # of the series, whose terms fall at least like LONGEST_PIECE^k/k!
@@ -44,24 +45,35 @@ def build_propagator(Minv: Array, motion: Motion, sites: Sites, key: Key, propag
     if step_size * rate <= LONGEST_PIECE * MAX_PIECES:
         pieces = max(math.ceil(step_size * rate / LONGEST_PIECE), 1)
         propagator.n_pieces[0] = pieces
-        for unit in range(propagator.start.shape[0]):
-            _integrate_unit(Minv, motion, sites, propagator, unit, step_size / pieces)
-    propagator.unbalance[0] = math.nan  # `work` is not that of this V
+        for row in range(propagator.P.shape[0]):
+            if not 3 * n <= row < n_free(n):
+                _integrate_unit(Minv, motion, sites, propagator, row, step_size / pieces)
+    propagator.unbalance[0] = math.nan  # the two rows left out are not those of this P
 
 
 @kernel
-def direct_work(motion: Motion, propagator: Propagator) -> None:
-    """Write what the work of the unbalance takes of x, where the unbalance has changed.
+def direct_unbalance(motion: Motion, propagator: Propagator) -> None:
+    """Write the two rows of the unbalance, and what its work takes of x, where the unbalance has changed.
 
-    With p = A c + B s and r = A s - B c (c cosine, s sine):  p V_c + r V_s = A (c V_c + s V_s) + B (s V_c - c V_s)
+    The force is p cos(Omega t) + r sin(Omega t) with p = A c + B s and r = A s - B c (c `cosine`, s `sine`), so its
+    work is p V_c + r V_s = A (c V_c + s V_s) + B (s V_c - c V_s).
     """
-    n = motion.rows.shape[1]
     _, cosine, sine, _ = forces(motion)
+    n = cosine.shape[0]
     known = propagator.unbalance
-    if same_bits(cosine, known[:n]) and same_bits(sine, known[n:]):
-        return
-    copy(cosine, known)
-    copy(sine, known[n:])
+    if not (same_bits(cosine, known[:n]) and same_bits(sine, known[n:])):
+        _direct_unbalance(cosine, sine, propagator)
+
+
+@kernel_apart
+def _direct_unbalance(cosine: Array, sine: Array, propagator: Propagator) -> None:
+    n = cosine.shape[0]
+    copy(cosine, propagator.unbalance)
+    copy(sine, propagator.unbalance[n:])
+    _combine(cosine, sine, propagator.P, n)
+    _combine(cosine, sine, propagator.V, n)
+    for k in range(propagator.S.shape[0]):
+        _combine(cosine, sine, propagator.S[k], n)
     for j in range(propagator.start.shape[0]):
         a = b = 0.0
         for i in range(n):
@@ -72,8 +84,23 @@ def direct_work(motion: Motion, propagator: Propagator) -> None:
 
 
 @kernel
+def _combine(cosine: Array, sine: Array, matrix: Array, n: int) -> None:
+    """Write the rows for A = 1 and for B = 1 into a matrix, from its last 2 n rows."""
+    A, B, units = matrix[3 * n], matrix[3 * n + 1], matrix.shape[0] - 2 * n
+    A[:] = 0.0
+    B[:] = 0.0
+    for i in range(n):
+        c, s = cosine[i], sine[i]
+        if c != 0.0 or s != 0.0:
+            for j in range(matrix.shape[1]):
+                of_cosine, of_sine = matrix[units + i, j], matrix[units + n + i, j]
+                A[j] += c * of_cosine + s * of_sine
+                B[j] += s * of_cosine - c * of_sine
+
+
+@kernel
 def _integrate_unit(Minv: Array, motion: Motion, sites: Sites, propagator: Propagator, unit: int, h: float) -> None:
-    """Taylor-integrate one unit of x over h (s), term by term in t/h.
+    """Taylor-integrate one row's unit of displacement, velocity or force over h (s), term by term in t/h.
 
     The rows of `series` are the terms of q, v, of the real and imaginary part of int v exp(i Omega (h - t)) dt, and the
     acceleration.
@@ -85,11 +112,14 @@ def _integrate_unit(Minv: Array, motion: Motion, sites: Sites, propagator: Propa
     integral[:] = 0.0
     series[:, :] = 0.0
     q, v, re, im, a = series[0], series[1], series[2], series[3], series[4]
+    n_x = propagator.start.shape[0]
     kind, column = unit // n - 2, unit % n  # -2, -1: displacement, velocity; 0, 1, 2: steady, cosine, sine
     point = -1
-    if unit >= 5 * n:
+    if unit >= n_x:
+        kind, column = 1 + (unit - n_x) // n, (unit - n_x) % n
+    elif unit >= n_free(n):
         kind = 3
-        point, at = (unit - 5 * n) // (2 * sites.shape[0]), (unit - 5 * n) % (2 * sites.shape[0])
+        point, at = (unit - n_free(n)) // (2 * sites.shape[0]), (unit - n_free(n)) % (2 * sites.shape[0])
         column = sites[at // 2].row + at % 2
     if kind < 0:
         series[kind + 2, column] = 1.0
