@@ -33,7 +33,7 @@ from rotor_contact.site import Site, is_constrained
 from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 
 MAX_SWEEPS = 8
-SETTLED = 1e-7  # of the largest force: change between two solutions, each of which is far better than the last
+SETTLED = 1e-7  # of the largest force: by how much another sweep would change the forces
 MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
 
 
@@ -47,13 +47,15 @@ def find_forces(w: Workspace, propagator: Propagator) -> bool:
         return False
     size = number_unknowns(w.sites)
     _locate_nodes(w, propagator)
+    before = 0.0
     for _ in range(MAX_SWEEPS):
-        solved, settled = _solve_nodes(w, propagator, size)
+        solved, change = _solve_nodes(w, propagator, size)
         if not solved:
             return False
         _locate_nodes(w, propagator)
-        if settled:
+        if change * change <= SETTLED * before:  # the next change will be smaller by the same factor
             return _is_smooth(w, propagator)
+        before = change
     return False
 
 
@@ -124,11 +126,11 @@ def _locate_nodes(w: Workspace, propagator: Propagator) -> None:
 
 
 @kernel
-def _solve_nodes(w: Workspace, propagator: Propagator, size: int) -> tuple[bool, bool]:
+def _solve_nodes(w: Workspace, propagator: Propagator, size: int) -> tuple[bool, float]:
     """Solve the forces at all points after the first in the directions there.
 
-    `size` is the number of unknowns at one point. Returns whether there is a solution, and whether the forces have
-    settled.
+    `size` is the number of unknowns at one point. Returns whether there is a solution, and the largest change of a
+    force, as a share of the largest force.
     """
     n, n_sites = w.Minv.shape[0], w.sites.shape[0]
     for k in range(n_sites):
@@ -136,7 +138,7 @@ def _solve_nodes(w: Workspace, propagator: Propagator, size: int) -> tuple[bool,
             for point in range(1, N_LOBATTO):
                 _write_equations(w, propagator, k, point, size)
     if not solve(propagator.equations, (N_LOBATTO - 1) * size):
-        return False, False
+        return False, 0.0
     b = propagator.equations.right_side
     change = largest = 0.0
     for k in range(n_sites):
@@ -148,7 +150,7 @@ def _solve_nodes(w: Workspace, propagator: Propagator, size: int) -> tuple[bool,
                 change = max(change, max(abs(f_n - node.f_n), abs(f_t - node.f_t)))
                 largest = max(largest, abs(f_n))
                 _set_force(propagator, n, n_sites, k, point, f_n, f_t)
-    return True, change <= SETTLED * largest
+    return largest > 0.0, change / largest
 
 
 @kernel

@@ -40,8 +40,9 @@ def solve(equations: Equations, n: int) -> bool:
             for c in range(i, n):
                 A[i, c], A[best, c] = A[best, c], A[i, c]
             b[i], b[best] = b[best], b[i]
+        A[i, i] = 1.0 / A[i, i]
         for r in range(i + 1, n):
-            ratio = A[r, i] / A[i, i]
+            ratio = A[r, i] * A[i, i]
             if ratio != 0.0:
                 for c in range(i + 1, n):
                     A[r, c] -= ratio * A[i, c]
@@ -49,5 +50,5 @@ def solve(equations: Equations, n: int) -> bool:
     for i in range(n - 1, -1, -1):
         for c in range(i + 1, n):
             b[i] -= A[i, c] * b[c]
-        b[i] /= A[i, i]
+        b[i] *= A[i, i]
     return True

@@ -31,7 +31,8 @@ def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: 
     """
     row = site.row
     limit = (1.0 - margin) * site.clearance
-    for y, lead in ((z, 0.0), (z, dt / 3.0), (z_new, -dt / 3.0), (z_new, 0.0)):
+    third = dt * (1.0 / 3.0)
+    for y, lead in ((z, 0.0), (z, third), (z_new, -third), (z_new, 0.0)):
         r_x = y[row] + lead * y[n + row] - site.offset_x
         r_y = y[row + 1] + lead * y[n + row + 1] - site.offset_y
         if not r_x * r_x + r_y * r_y < limit * limit:

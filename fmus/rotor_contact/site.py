@@ -87,8 +87,9 @@ def locate_journal(site: Site, q: Array) -> float:
         y -= q[site.housing + 1]
     r = math.sqrt(x * x + y * y)
     site.radius = r
-    site.n_x = x / r if r > 0.0 else 1.0
-    site.n_y = y / r if r > 0.0 else 0.0
+    inverse = 1.0 / r if r > 0.0 else 0.0
+    site.n_x = x * inverse if r > 0.0 else 1.0
+    site.n_y = y * inverse
     return r
 
 

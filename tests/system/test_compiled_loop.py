@@ -224,4 +224,4 @@ def test_an_interrupt_ends_the_run_and_keeps_the_record(flavour: str, run_python
     assert found["time"] == found["simulated"]
     assert 2000 < found["points"] + found["settling"] < found["total"] / 2
     assert found["reports"] == sorted(found["reports"])
-    assert len(found["reports"]) > 3
+    assert len(found["reports"]) > 1

@@ -152,7 +152,7 @@ static inline int is_settable(Instance *instance, uint32_t reference)
 
 static inline int is_known(const Known *known, const uint32_t *references, size_t count)
 {
-    return count == known->count && memcmp(known->references, references, count * sizeof *references) == 0;
+    return count == known->count && (!count || memcmp(known->references, references, count * sizeof *references) == 0);
 }
 
 /* A list that is longer than there are variables is not kept. */
