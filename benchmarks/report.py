@@ -34,7 +34,7 @@ GROWTH_LABELS = {
 
 def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
     """Return what `measure` returns as tables and lines of text."""
-    parts = [_ratios(data), _factors(data), _steps(data), _single_steps(data), _growth(data)]
+    parts = [_ratios(data), _factors(data), _steps(data), _single_steps(data), _threads(data), _growth(data)]
     where = data["environment"]
     machine = f"{where['processor']}, {where['cores']} cores, {where['system']}, Python {where['python']}"
     stiff = data["contact"]["cost_ratio_at_equal_accuracy"]
@@ -85,6 +85,16 @@ def _single_steps(data: Mapping[str, Any]) -> Table:
     table = labelled_table("Time of single steps, all models (us)", "", "median", "99.9 %", "longest", "sample time")
     for name, times in (data["single_steps_us"] or {}).items():
         table.add_row(name, *(f"{times[key]:.2f}" for key in ("median", "percentile_99_9", "maximum", "sample")))
+    return table
+
+
+def _threads(data: Mapping[str, Any]) -> Table:
+    table = labelled_table(
+        "Rotor that rubs, runs in threads of one process", "threads", "runs/s", "simulated s/s", "gain"
+    )
+    rates = data["in_threads"] or {"runs": {}, "simulated_s": {}}
+    for count, rate in rates["runs"].items():
+        table.add_row(str(count), f"{rate:.2f}", f"{rates['simulated_s'][count]:.0f}", f"{rate / rates['runs'][1]:.2f}")
     return table
 
 
