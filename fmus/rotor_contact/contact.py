@@ -37,6 +37,15 @@ MAX_UNKNOWNS = 2  # of a site
 
 
 @kernel
+def is_any_constrained(sites: Sites) -> bool:
+    """Return whether a rigid site is closed."""
+    for site in sites:
+        if is_constrained(site):
+            return True
+    return False
+
+
+@kernel
 def number_unknowns(sites: Sites) -> int:
     """Assign N, and T of the sites that roll, their place among the unknowns; return how many unknowns there are."""
     count = 0
@@ -132,6 +141,8 @@ def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> b
 
     Arguments are displacements (m), velocities (m/s), spin speed (rad/s) and accelerations (m/s^2).
     """
+    if not is_any_constrained(w.sites):
+        return True
     if not find_multipliers(w, q, v, Omega, a):
         return False
     for site in w.sites:
@@ -151,8 +162,6 @@ def find_multipliers(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -
             locate_journal(site, q)
             site.slip = slip_velocity(site, v, Omega)
     size = write_equations(w, 1.0)
-    if size == 0:
-        return True
     for site in w.sites:
         if is_constrained(site):
             row = site.unknown
@@ -174,14 +183,14 @@ def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
 
     Without this the drift of the integrated constraint (4.14) grows with time. Friction has no part in it.
     """
+    if not is_any_constrained(w.sites):
+        return True
     if not put_on_circles(w, q):
         return False
     for site in w.sites:
         if is_constrained(site):
             locate_journal(site, q)
     size = write_equations(w, 0.0)
-    if size == 0:
-        return True
     for site in w.sites:
         if is_constrained(site):
             w.equations.right_side[site.unknown] = -radial_component(site, v)
@@ -200,8 +209,6 @@ def put_on_circles(w: Workspace, q: Array) -> bool:
         if is_constrained(site):
             locate_journal(site, q)
     size = write_equations(w, 0.0)
-    if size == 0:
-        return True
     for site in w.sites:
         if is_constrained(site):
             w.equations.right_side[site.unknown] = site.clearance - site.radius

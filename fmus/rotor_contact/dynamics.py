@@ -17,6 +17,7 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, kernel_apart, views
 from fmi_export.model import Array
 from fmi_export.records import record
+from rotor_contact.products import subtract_products
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.structure import Structure
 
@@ -266,10 +267,7 @@ def free_acceleration(motion: Motion, speed_gain: float, unbalance: complex, q: 
     K, C = coefficients(motion)
     for i in range(n):
         a[i] = steady[i] + A * cosine[i] + B * sine[i]
-    for j in range(n):
-        K_j, C_j, q_j, v_j = K[j], C[j], q[j], v[j]
-        for i in range(n):
-            a[i] -= K_j[i] * q_j + C_j[i] * v_j
+    subtract_products(K, q, C, v, a)
     if speed_gain != 0.0:
         for i in range(n):
             for j in range(n):

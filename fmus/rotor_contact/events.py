@@ -24,9 +24,9 @@ from fmi_export.model import Array
 from rotor_contact.enumerations import FREE, NODAL, ROLLING
 from rotor_contact.friction import friction_excess, has_friction, reversed_slip
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
-from rotor_contact.integration import spin_speed, substep, substep_limit, velocity_error
+from rotor_contact.integration import derivative, spin_speed, substep, substep_limit, velocity_error
 from rotor_contact.modes import resolve_modes
-from rotor_contact.path import stays_within, touch_time
+from rotor_contact.path import leaves_or_stays_within, point_of, stays_within, touch_time
 from rotor_contact.site import (
     Sites,
     can_impact,
@@ -122,19 +122,21 @@ def locate_touch(w: Workspace, tau: float, dt: float) -> float:
 def locate_event(w: Workspace, tau: float, dt: float) -> float:
     """Find the length (s) in (0, dt] of the substep that ends on the first event; z_new is left there.
 
-    Regula falsi with the Illinois modification for indicator = EVENT_OFFSET, so that the event is just past; bisection
-    while the left end lies on the event itself (a site that has just opened starts on the circle).
+    Regula falsi by Anderson and Bjoerck for indicator = EVENT_OFFSET, so that the event is just past; bisection while
+    the left end lies on the event itself (a site that has just opened starts on the circle).
     """
     n = w.n
-    z_new = stages_of(w.stages).z_new
+    stages = stages_of(w.stages)
+    z, z_new = stages.z, stages.z_new
     low = 0.0
     high = dt
-    f_low = -EVENT_OFFSET
     f_high = indicator(w.sites, z_new, n, spin_speed(w, tau + dt, z_new)) - EVENT_OFFSET
     side = 0
     located = locate_touch(w, tau, dt)
     if located > 0.0:
         return located
+    derivative(w, tau, z, stages.k_new)  # for the forces at z
+    f_low = min(indicator(w.sites, z, n, spin_speed(w, tau, z)), 0.0) - EVENT_OFFSET
     for _ in range(100):
         if high - low <= 1e-15 * dt:
             break
@@ -146,19 +148,22 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
         if abs(f) < EVENT_OFFSET - TOLERANCE:
             return trial
         if f > 0.0:
-            high = trial
-            f_high = f
             if side == 1:
-                f_low *= 0.5
-            side = 1
+                f_low *= _share_of_other_end(f, f_high)
+            high, f_high, side = trial, f, 1
         else:
-            low = trial
-            f_low = f
             if side == -1:
-                f_high *= 0.5
-            side = -1
+                f_high *= _share_of_other_end(f, f_low)
+            low, f_low, side = trial, f, -1
     substep(w, tau, high)
     return high
+
+
+@kernel
+def _share_of_other_end(f: float, before: float) -> float:
+    """Return what of the value at the other end counts, after the same end has been replaced twice."""
+    share = 1.0 - f / before
+    return share if share > 0.0 else 0.5
 
 
 @kernel
@@ -167,7 +172,11 @@ def may_touch_between(w: Workspace, dt: float) -> bool:
     n = w.n
     stages = stages_of(w.stages)
     for site in w.sites:
-        if can_touch(site) and not stays_within(site, stages.z, stages.z_new, dt, n, 0.0):
+        if not can_touch(site) or stays_within(site, stages.z, stages.z_new, dt, n, 0.0):
+            continue
+        if site.housing >= 0:
+            return True
+        if not leaves_or_stays_within(site, point_of(site, stages.z, n), point_of(site, stages.z_new, n), dt, 0.0):
             return True
     return False
 

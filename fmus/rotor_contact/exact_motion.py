@@ -27,14 +27,16 @@ from fmi_export.model import Array
 from rotor_contact.collocation import add_friction, find_end_forces, find_forces
 from rotor_contact.compliant import is_compliant
 from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
-from rotor_contact.path import stays_within
+from rotor_contact.lobatto import LOBATTO_POINTS, N_LOBATTO
+from rotor_contact.path import Point, leaves_or_stays_within, point_of, stays_within
 from rotor_contact.products import dot, row_combination
-from rotor_contact.propagator import N_GAUSS, Propagator, n_free
+from rotor_contact.propagator import N_GAUSS, N_SEEN, Propagator, n_free
 from rotor_contact.series import direct_unbalance, n_axes, n_observed, row_of_axis
-from rotor_contact.site import can_touch, is_constrained
+from rotor_contact.site import Site, can_touch, is_constrained
 from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 
-TOUCH_MARGIN = 1e-4  # of the clearance, within which the path is not trusted
+TOUCH_MARGIN = 1e-4  # of the clearance, within which the path over a piece is not trusted
+CLOSE_MARGIN = 4e-6  # the same of that between Lobatto points
 GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
 
 
@@ -44,7 +46,7 @@ def propagate(w: Workspace, propagator: Propagator, before: Array, step_size: fl
 
     P must be built. Sites in contact under a force law are left to `events` too.
     """
-    pieces = int(propagator.n_pieces[0])
+    pieces = int(propagator.built[0].n_pieces)
     in_contact = False
     for site in w.sites:
         if is_compliant(site):
@@ -91,9 +93,12 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     for bearing in motion.bearings:
         damped = damped or bearing.c_b != 0.0
     row_combination(start, propagator.P, end, 2 * n + (N_GAUSS * n_observed(motion) if damped else 0))
-    for site in w.sites:
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
         if can_touch(site) and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
-            return False
+            row_combination(start, propagator.S[k], propagator.seen[k], N_SEEN)
+            if not _stays_clear(site, point_of(site, start, n), propagator.seen[k], h):
+                return False
     if in_contact and not find_end_forces(w, propagator, end):
         return False
     heat = from_spin = 0.0
@@ -106,6 +111,19 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     integrals.damping_heat += h * heat
     if in_contact:
         add_friction(w, propagator, z, h)
+    return True
+
+
+@kernel_apart
+def _stays_clear(site: Site, begin: Point, seen: Array, h: float) -> bool:
+    """Return whether the journal of a site stays clear of its retainer, by its path between the Lobatto points."""
+    for point in range(1, N_LOBATTO):
+        at = 4 * point - 2
+        end = Point(seen[at] - site.offset_x, seen[at + 1] - site.offset_y, seen[at + 2], seen[at + 3])
+        dt = h * (LOBATTO_POINTS[point] - LOBATTO_POINTS[point - 1])
+        if not leaves_or_stays_within(site, begin, end, dt, CLOSE_MARGIN):
+            return False
+        begin = end
     return True
 
 

@@ -1,15 +1,35 @@
 """The path of a journal between two states: the cubic through both ends with their velocities.
 
 It differs from the motion by the fourth derivative times dt^4/384: nanometres over the usual steps.
+
+With its Bezier points b_0 to b_3 the square of its radius is a polynomial of sixth degree, whose Bezier points are
+
+    b_0.b_0,  b_0.b_1,  (2 b_0.b_2 + 3 b_1.b_1)/5,  (b_0.b_3 + 9 b_1.b_2)/10,
+    (2 b_1.b_3 + 3 b_2.b_2)/5,  b_2.b_3,  b_3.b_3
+
+and none of its values is beyond the largest of these. A path that leaves the circle along it shows so; its own Bezier
+points lie on the tangent, beyond the circle.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.site import Site
 
 N_BISECTIONS = 40  # of the interval in which a path touches
+ON_CIRCLE = 2e-11  # of the clearance, by which a journal that an event has left on the circle may be beyond it
+
+
+class Point(NamedTuple):
+    """Displacement (m) and velocity (m/s) of a journal from the centre of its retainer."""
+
+    x: float
+    y: float
+    v_x: float
+    v_y: float
 
 
 @kernel
@@ -38,6 +58,35 @@ def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: 
         if not r_x * r_x + r_y * r_y < limit * limit:
             return False
     return True
+
+
+@kernel
+def point_of(site: Site, z: Array, n: int) -> Point:
+    """Return where the journal of a site on the ground is in a state; arguments as for `stays_within`."""
+    row = site.row
+    return Point(z[row] - site.offset_x, z[row + 1] - site.offset_y, z[n + row], z[n + row + 1])
+
+
+@kernel
+def leaves_or_stays_within(site: Site, begin: Point, end: Point, dt: float, margin: float) -> bool:
+    """Return whether a path stays within its retainer, or leaves it from the beginning on.
+
+    From the third of the Bezier points of the square of the radius it must be clear by the fraction `margin` of the
+    clearance; the first three may be on the circle.
+    """
+    third = dt * (1.0 / 3.0)
+    x_1, y_1 = begin.x + third * begin.v_x, begin.y + third * begin.v_y
+    x_2, y_2 = end.x - third * end.v_x, end.y - third * end.v_y
+    d_0 = begin.x * begin.x + begin.y * begin.y
+    d_1 = begin.x * x_1 + begin.y * y_1
+    d_2 = 0.4 * (begin.x * x_2 + begin.y * y_2) + 0.6 * (x_1 * x_1 + y_1 * y_1)
+    d_3 = 0.1 * (begin.x * end.x + begin.y * end.y) + 0.9 * (x_1 * x_2 + y_1 * y_2)
+    d_4 = 0.4 * (x_1 * end.x + y_1 * end.y) + 0.6 * (x_2 * x_2 + y_2 * y_2)
+    d_5 = x_2 * end.x + y_2 * end.y
+    d_6 = end.x * end.x + end.y * end.y
+    circle, limit = (1.0 + ON_CIRCLE) * site.clearance, (1.0 - margin) * site.clearance
+    first, last = max(max(d_0, d_1), d_2), max(max(d_3, d_4), max(d_5, d_6))
+    return bool(first <= circle * circle and last < limit * limit)
 
 
 @kernel

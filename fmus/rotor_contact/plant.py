@@ -35,8 +35,8 @@ from rotor_contact.layout import (
 from rotor_contact.modes import resolve_modes
 from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
 from rotor_contact.planes import Planes
-from rotor_contact.propagator import is_built, is_time_invariant, without_rounding
-from rotor_contact.series import build_propagator
+from rotor_contact.propagator import STEPS_BEFORE_BUILD, is_built, steps_unchanged, without_rounding
+from rotor_contact.series import build_rows
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.structure import Structure, structure_of
@@ -133,18 +133,19 @@ def step(
     motion = motion_of(structure, scratch.motion, scratch.bearings, head.theta, Omega, Omega_dot)
     set_bearings(p, motion)
     add_magnetic_forces(u, motion)
-    exact = is_time_invariant(motion, step_size, x.key, head)
-    exact = exact and p.own[0].solver.exact_motion != 0.0 and n == structure.K.shape[0]
-    if exact:
+    n_steps = steps_unchanged(motion, step_size, x.key, head)
+    linear = p.own[0].solver.exact_motion != 0.0 and n == structure.K.shape[0] and n_steps > 0.0
+    if linear:
         motion = without_rounding(motion, x.key)
     w = workspace_of(structure, motion, scratch, n)
     z = stages_of(w.stages).z
     head.tolerance_missed = 0.0
     is_done = False
-    if exact:
-        if not is_built(scratch.propagator, x.key):
-            collect_coefficients(structure, motion)
-            build_propagator(structure.Minv, motion, scratch.sites, x.key, scratch.propagator)
+    if linear and not is_built(scratch.propagator, x.key):
+        collect_coefficients(structure, motion)
+        share = n_steps / STEPS_BEFORE_BUILD
+        build_rows(structure.Minv, motion, scratch.sites, x.key, scratch.propagator, share)
+    if linear and n_steps >= STEPS_BEFORE_BUILD:
         is_done = propagate(w, scratch.propagator, x.z, step_size)
     if not is_done:
         copy(x.z[: 2 * n + N_INTEGRALS], z)

@@ -78,6 +78,34 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
 
 
 @kernel
+def subtract_products(A: Array, x: Array, B: Array, y: Array, target: Array) -> None:
+    """Subtract x A + y B, the rows of square A and B weighted with x and y, from the beginning of `target`."""
+    n = A.shape[1]
+    i = 0
+    while i + 8 <= n:
+        t = part(target, i, REAL, 8)
+        a, b, c, d, e, f, g, h = t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7]
+        for j in range(n):
+            v, w, p, q = x[j], y[j], part(A, j * n + i, REAL, 8), part(B, j * n + i, REAL, 8)
+            a -= p[0] * v + q[0] * w
+            b -= p[1] * v + q[1] * w
+            c -= p[2] * v + q[2] * w
+            d -= p[3] * v + q[3] * w
+            e -= p[4] * v + q[4] * w
+            f -= p[5] * v + q[5] * w
+            g -= p[6] * v + q[6] * w
+            h -= p[7] * v + q[7] * w
+        t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7] = a, b, c, d, e, f, g, h
+        i += 8
+    while i < n:
+        a = target[i]
+        for j in range(n):
+            a -= A[j, i] * x[j] + B[j, i] * y[j]
+        target[i] = a
+        i += 1
+
+
+@kernel
 def dot(x: Array, y: Array) -> float:
     """Return x . y, of arrays of one size."""
     a = b = c = d = 0.0

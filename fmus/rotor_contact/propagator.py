@@ -23,7 +23,7 @@ KEY = record(("step_size", np.float64), ("Omega", np.float64))
 BEARING_KEY = record(("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
 N_KEY, N_BEARING_KEY = size_of(KEY), size_of(BEARING_KEY)
 
-STEPS_BEFORE_BUILD = 64  # to build P costs as much as some fifty steps
+STEPS_BEFORE_BUILD = 32  # in which P is built, row by row; altogether that costs as much as they do
 STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
 ROUNDING = 1e-13  # relative, of speed and bearings: what differs by less is computed anew by others, not changed
 
@@ -42,7 +42,10 @@ NODE = record(
     ("f_n", np.float64),
     ("f_t", np.float64),
 )
-N_NODE = size_of(NODE)
+# What is built: number of equal pieces of a step, 0 where that were too many; of rows so far; of terms of the series;
+# and length of a piece (s).
+BUILT = record(("n_pieces", np.float64), ("n_rows", np.float64), ("n_terms", np.float64), ("length", np.float64))
+N_NODE, N_BUILT = size_of(NODE), size_of(BUILT)
 
 
 Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
@@ -80,8 +83,8 @@ class Propagator(NamedTuple):
         Room for the equations of all points after the first.
     series
         Terms of the series, shape (N_SERIES, n).
-    n_pieces
-        Number of pieces of a step, 0 where there are too many, in an array of two.
+    built
+        Record of type `BUILT`, in an array of one.
     """
 
     P: Array
@@ -97,7 +100,7 @@ class Propagator(NamedTuple):
     nodes: Nodes
     equations: Equations
     series: Array
-    n_pieces: Array
+    built: np.ndarray[tuple[int], np.dtype[np.record]]
 
 
 @views
@@ -137,7 +140,7 @@ def propagator_size(n: int, n_bearings: int, n_sites: int, is_damped: bool) -> i
     rows = n_x + 2 * n
     at_sites = n_sites * ((rows + 2) * N_SEEN + N_LOBATTO * N_NODE)
     matrices = rows * (columns + 2 * n) + n_equations * (n_equations + 1)
-    return matrices + at_sites + key_size(n_bearings) + 3 * n_x + columns + (N_SERIES + 2) * n + 2
+    return matrices + at_sites + key_size(n_bearings) + 3 * n_x + columns + (N_SERIES + 2) * n + N_BUILT
 
 
 @views
@@ -171,16 +174,15 @@ def propagator_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, i
         part(work, nodes, NODE, (n_sites, N_LOBATTO)),
         equations_of(work, equations, n_equations),
         part(work, series, REAL, (N_SERIES, n)),
-        part(work, series + N_SERIES * n, REAL, 2),
+        part(work, series + N_SERIES * n, BUILT, 1),
     )
 
 
 @kernel
-def is_time_invariant(motion: Motion, step_size: float, key: Key, memory: np.record) -> bool:
-    """Return whether P has been the same for some time, so that it is worth building.
+def steps_unchanged(motion: Motion, step_size: float, key: Key, memory: np.record) -> float:
+    """Return for how many steps P has been the same, at most STEPS_BEFORE_BUILD; it must be worth building.
 
-    `key` is updated, and `memory.n_steps`, for how many steps it has not changed. Of values that differ by rounding
-    alone the first counts.
+    `key` and `memory.n_steps`, the number, are updated. Of values that differ by rounding alone the first counts.
     """
     own = key.own[0]
     same = motion.Omega_dot == 0.0 and is_near(motion.Omega, own.Omega, ROUNDING)
@@ -197,7 +199,8 @@ def is_time_invariant(motion: Motion, step_size: float, key: Key, memory: np.rec
             known.k_b, known.c_b = bearing.k_b, bearing.c_b
             known.gradient[0], known.gradient[1] = bearing.gradient[0], bearing.gradient[1]
     memory.n_steps = min(memory.n_steps + 1.0, float(STEPS_BEFORE_BUILD)) if same else 0.0
-    return bool(memory.n_steps >= STEPS_BEFORE_BUILD)
+    n_steps: float = memory.n_steps
+    return n_steps
 
 
 @kernel
@@ -223,8 +226,8 @@ def is_near(value: float, known: float, tolerance: float) -> bool:
 
 
 @kernel
-def is_built(propagator: Propagator, key: Key) -> bool:
-    """Return whether P was built for this key."""
+def is_begun(propagator: Propagator, key: Key) -> bool:
+    """Return whether what there is of P is for this key."""
     built, own = propagator.key.own[0], key.own[0]
     same = built.step_size == own.step_size and built.Omega == own.Omega
     for k in range(key.bearings.shape[0]):
@@ -232,6 +235,12 @@ def is_built(propagator: Propagator, key: Key) -> bool:
         same = same and a.k_b == b.k_b and a.c_b == b.c_b
         same = same and a.gradient[0] == b.gradient[0] and a.gradient[1] == b.gradient[1]
     return same
+
+
+@kernel
+def is_built(propagator: Propagator, key: Key) -> bool:
+    """Return whether P was built for this key."""
+    return bool(propagator.built[0].n_rows == propagator.P.shape[0]) and is_begun(propagator, key)
 
 
 @kernel

@@ -15,22 +15,45 @@ import math
 from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
+from fmi_export.parts import part
 from rotor_contact.dynamics import Motion, coefficients, forces
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
-from rotor_contact.propagator import N_GAUSS, N_SEEN, Key, Propagator, n_free, set_key
+from rotor_contact.products import row_combination
+from rotor_contact.propagator import N_GAUSS, N_SEEN, Key, Propagator, is_begun, n_free, set_key
 from rotor_contact.site import Sites
+from rotor_contact.structure import REAL
 
-TERMS = 28  # of the series, whose terms fall at least like LONGEST_PIECE^k/k!
 LONGEST_PIECE = 2.0  # times how fast anything can change
 MAX_PIECES = 16
+SMALLEST_TERM = 1e-20  # of the series, which ends there; its terms fall at least like (rate h)^k/k!
 GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)  # in [0, 1]
+
+# t^k of a term, t being the Gauss points and the Lobatto points after the first, over the length of the piece.
+Powers = tuple[float, float, float, float, float, float, float]
 
 
 @kernel_apart
-def build_propagator(Minv: Array, motion: Motion, sites: Sites, key: Key, propagator: Propagator) -> None:
-    """Build P, V and S for this key, from the coefficients of the motion."""
-    n = Minv.shape[0]
+def build_rows(Minv: Array, motion: Motion, sites: Sites, key: Key, propagator: Propagator, share: float) -> None:
+    """Build P, V and S for this key until a share of them, from 0 to 1, is there.
+
+    To build a little in each step keeps the longest step short. The motion must have the coefficients of the key.
+    """
+    built, n = propagator.built[0], Minv.shape[0]
+    if not is_begun(propagator, key):
+        set_key(propagator.key, key)
+        _begin(motion, propagator)
+    while built.n_rows < share * propagator.P.shape[0]:
+        row = int(built.n_rows)
+        if not 3 * n <= row < n_free(n):
+            _integrate_unit(Minv, motion, sites, propagator, row)
+        built.n_rows += 1.0
+
+
+@kernel
+def _begin(motion: Motion, propagator: Propagator) -> None:
+    """Find how many pieces a step needs, and how many terms their series."""
     K, C = coefficients(motion)
+    n = K.shape[0]
     elastic = viscous = 0.0  # the largest row sums bound how fast anything can change
     for i in range(n):
         row_of_K = row_of_C = 0.0
@@ -39,16 +62,18 @@ def build_propagator(Minv: Array, motion: Motion, sites: Sites, key: Key, propag
             row_of_C += abs(C[j, i])
         elastic, viscous = max(elastic, row_of_K), max(viscous, row_of_C)
     rate = math.sqrt(elastic) + viscous + abs(motion.Omega)
-    set_key(propagator.key, key)
-    step_size = key.own[0].step_size
-    propagator.n_pieces[0] = 0.0
-    if step_size * rate <= LONGEST_PIECE * MAX_PIECES:
-        pieces = max(math.ceil(step_size * rate / LONGEST_PIECE), 1)
-        propagator.n_pieces[0] = pieces
-        for row in range(propagator.P.shape[0]):
-            if not 3 * n <= row < n_free(n):
-                _integrate_unit(Minv, motion, sites, propagator, row, step_size / pieces)
-    propagator.unbalance[0] = math.nan  # the two rows left out are not those of this P
+    built, step_size = propagator.built[0], propagator.key.own[0].step_size
+    built.n_pieces = built.n_rows = built.n_terms = 0.0
+    propagator.unbalance[0] = math.nan  # the two rows of the unbalance are not those of this P
+    if not step_size * rate <= LONGEST_PIECE * MAX_PIECES:
+        built.n_rows = propagator.P.shape[0]  # nothing is left to do
+        return
+    built.n_pieces = max(math.ceil(step_size * rate / LONGEST_PIECE), 1)
+    built.length = step_size / built.n_pieces
+    term = 1.0
+    while term > SMALLEST_TERM or built.n_terms < N_LOBATTO:
+        built.n_terms += 1.0
+        term *= rate * built.length / built.n_terms
 
 
 @kernel
@@ -99,13 +124,13 @@ def _combine(cosine: Array, sine: Array, matrix: Array, n: int) -> None:
 
 
 @kernel
-def _integrate_unit(Minv: Array, motion: Motion, sites: Sites, propagator: Propagator, unit: int, h: float) -> None:
-    """Taylor-integrate one row's unit of displacement, velocity or force over h (s), term by term in t/h.
+def _integrate_unit(Minv: Array, motion: Motion, sites: Sites, propagator: Propagator, unit: int) -> None:
+    """Taylor-integrate one row's unit of displacement, velocity or force over a piece, term by term in t/h.
 
     The rows of `series` are the terms of q, v, of the real and imaginary part of int v exp(i Omega (h - t)) dt, and the
     acceleration.
     """
-    n = Minv.shape[0]
+    n, h = Minv.shape[0], propagator.built[0].length
     K, C = coefficients(motion)
     row, integral, series = propagator.P[unit], propagator.V[unit], propagator.series
     row[:] = 0.0
@@ -124,20 +149,20 @@ def _integrate_unit(Minv: Array, motion: Motion, sites: Sites, propagator: Propa
     if kind < 0:
         series[kind + 2, column] = 1.0
         row[unit] = 1.0
-    _observe_term(motion, sites, propagator, unit, 0)
+    powers: Powers = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    propagator.S[:, unit, 2:] = 0.0
+    _observe_term(motion, sites, propagator, unit, powers)
     cosine, sine = 1.0, 0.0
-    for term in range(1, TERMS + 1):
+    q_and_v = part(series, 0, REAL, 2 * n)
+    for term in range(1, int(propagator.built[0].n_terms) + 1):
         dt, delta_theta = h / term, 0.0 if kind == 0 else motion.Omega * h / term
         force = 0.0 if kind < 0 else sine if kind == 2 else cosine
         if point >= 0:
             force = LAGRANGE[point][term - 1] if term <= N_LOBATTO else 0.0
         cosine, sine = -delta_theta * sine, delta_theta * cosine
+        row_combination(q_and_v, motion.rows[: 2 * n], a, n)
         for i in range(n):
-            a[i] = force * Minv[i, column]
-        for j in range(n):
-            K_j, C_j, q_j, v_j = K[j], C[j], q[j], v[j]
-            for i in range(n):
-                a[i] -= K_j[i] * q_j + C_j[i] * v_j
+            a[i] = force * Minv[i, column] - a[i]
         if term == 1:
             for k in range(sites.shape[0]):
                 propagator.S[k, unit, 0] = a[sites[k].row]
@@ -152,7 +177,8 @@ def _integrate_unit(Minv: Array, motion: Motion, sites: Sites, propagator: Propa
             row[n + i] += v[i]
             integral[i] += re[i]
             integral[n + i] += im[i]
-        _observe_term(motion, sites, propagator, unit, term)
+        powers = _next(powers)
+        _observe_term(motion, sites, propagator, unit, powers)
     cosine, sine = math.cos(motion.Omega * h), math.sin(motion.Omega * h)
     force = 1.0 if kind == 0 else cosine if kind == 1 else sine if kind == 2 else 0.0
     for k in range(sites.shape[0]):
@@ -169,20 +195,26 @@ def _integrate_unit(Minv: Array, motion: Motion, sites: Sites, propagator: Propa
 
 
 @kernel
-def _observe_term(motion: Motion, sites: Sites, propagator: Propagator, unit: int, term: int) -> None:
+def _next(powers: Powers) -> Powers:
+    """Return the powers of the next term."""
+    a, b, c, d, e, f, g = powers
+    _, first, second, last = LOBATTO_POINTS
+    u, v, w, x = GAUSS_POINTS
+    return a * u, b * v, c * w, d * x, e * first, f * second, g * last
+
+
+@kernel
+def _observe_term(motion: Motion, sites: Sites, propagator: Propagator, unit: int, powers: Powers) -> None:
     """Add a term of the series to what is observed between both ends: by the dampers, and by the sites."""
     n = motion.rows.shape[1]
     q, v, row = propagator.series[0], propagator.series[1], propagator.P[unit]
     for k in range(N_GAUSS):
-        power = GAUSS_POINTS[k] ** term
         for b in range(n_observed(motion)):
-            row[2 * n + k * n_observed(motion) + b] += power * observed(motion, q, v, b)
+            row[2 * n + k * n_observed(motion) + b] += powers[k] * observed(motion, q, v, b)
     for k in range(sites.shape[0]):
         seen, i = propagator.S[k, unit], sites[k].row
-        if term == 0:
-            seen[2:N_SEEN] = 0.0
         for point in range(1, N_LOBATTO):
-            power, at = LOBATTO_POINTS[point] ** term, 4 * point - 2
+            power, at = powers[N_GAUSS + point - 1], 4 * point - 2
             seen[at] += power * q[i]
             seen[at + 1] += power * q[i + 1]
             seen[at + 2] += power * v[i]

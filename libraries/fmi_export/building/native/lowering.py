@@ -166,7 +166,18 @@ def without_python(entries: list[Any]) -> str:
         module.link_in(other)
     _keep_entries_only(module, llvm)
     _refuse_what_needs_python(module)
-    return re.sub(r"^(target |source_filename|; ModuleID).*\n", "", str(module), flags=re.MULTILINE)
+    return _shorten_names(re.sub(r"^(target |source_filename|; ModuleID).*\n", "", str(module), flags=re.MULTILINE))
+
+
+def _shorten_names(assembly: str) -> str:
+    """Number blocks and values with long names: what is inlined bears its function's, and compilers refuse that."""
+    names: dict[str, str] = {}
+    return re.sub(
+        r'(?<=%)[-\w$.]{100,}|^[-\w$.]{100,}(?=:)|(?<=%)"[^"\n]{100,}"|^"[^"\n]{100,}"(?=:)',
+        lambda found: names.setdefault(found[0], f"name_{len(names)}"),
+        assembly,
+        flags=re.MULTILINE,
+    )
 
 
 RUNTIME = resources.files(__package__).joinpath("runtime.ll")
