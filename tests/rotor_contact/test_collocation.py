@@ -60,12 +60,12 @@ def beside_fine(values, x, h=H, steps=20):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_collocated_step_is_as_accurate_as_a_hundred_substeps(case):
+def test_collocated_step_is_accurate_to_a_ten_millionth(case):
     values = RUBBING | CASES[case]
     found, fine = beside_fine(values, in_contact(values))
     assert fine[:, :2].max() > 1e4
-    np.testing.assert_allclose(found[:, :4], fine[:, :4], atol=1e-8 * fine[:, :2].max())
-    np.testing.assert_allclose(found[:, 4:], fine[:, 4:], atol=1e-8 * CLEARANCE)
+    np.testing.assert_allclose(found[:, :4], fine[:, :4], atol=1e-7 * fine[:, :2].max())
+    np.testing.assert_allclose(found[:, 4:], fine[:, 4:], atol=1e-7 * CLEARANCE)
 
 
 def test_rolling_by_a_sixth_of_a_radian_in_a_step_is_accurate():
@@ -84,13 +84,13 @@ def test_rolling_too_fast_for_the_step_is_integrated():
     assert x["rb1.mode"] == 2
 
 
-def test_error_falls_with_the_sixth_power_of_the_step():
+def test_error_falls_with_the_fifth_power_of_the_step():
     values = RUBBING | CASES["sliding"]
     x, errors = in_contact(values), []
     for h in (H, 0.5 * H):
         found, fine = beside_fine(values, x, h, round(4 * H / h))
         errors.append(np.max(np.abs(found[-1, :2] - fine[-1, :2])))
-    assert errors[0] / 100.0 < errors[1] < errors[0] / 40.0
+    assert errors[0] / 100.0 < errors[1] < errors[0] / 28.0
 
 
 def test_energies_balance_over_collocated_steps():
