@@ -154,7 +154,7 @@ def _model_parameters(max_substep: float) -> list[Variable]:
         parameter(
             "solver.exact_motion",
             "1",
-            "Take steps at constant speed by their exact solution, once 64 were alike; contact by collocation",
+            "Take steps at constant speed by their exact solution, once 32 were alike; contact by collocation",
             1.0,
             type="Boolean",
         ),
