@@ -100,6 +100,7 @@ def run(command: list, program: str = "", **environment: str) -> subprocess.Comp
         env={"PATH": os.defpath, "HOME": "/nonexistent", **environment},
         capture_output=True,
         text=True,
+        errors="replace",
         timeout=120,
         check=False,
     )
@@ -169,3 +170,28 @@ def test_a_missing_library_of_pythonfmu_is_named_as_the_reason(fmu, compiled):
     text = said(run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n"))
     assert "PythonFMU's library cannot be loaded: " in text
     assert str(library) in text
+
+
+def test_another_library_in_the_place_of_pythonfmu_is_named_as_the_reason(fmu, compiled, tmp_path):
+    (tmp_path / "other.c").write_text("int fmi2Instantiate;\n")
+    library = fmu / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
+    shutil.copy(compiled(tmp_path / "other.c", "-shared", "-fPIC"), library)
+    text = said(run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n"))
+    assert f"{library} is not the library of PythonFMU that belongs to this FMU" in text
+
+
+def test_a_folder_whose_name_is_not_utf_8_is_named_as_the_reason(fmu, compiled, tmp_path):
+    latin = os.fsencode(tmp_path) + "/Größe".encode("latin-1")
+    shutil.copytree(os.fsencode(fmu / "resources"), latin)
+    library, guid, _ = arguments(fmu)
+    location = f"{tmp_path.as_uri()}/Gr%F6%DFe"
+    text = said(run([compiled(SUPPORT / "host.c"), library, guid, location], "new 0\n"))
+    assert "PythonFMU reads no folder whose name is not UTF-8" in text
+
+
+def test_without_the_name_of_its_python_an_fmu_takes_another_one(fmu, compiled):
+    (fmu / "resources" / "python.txt").unlink()
+    program = "new 0\nsetup 0 0\nenter 0\nexit 0\nfree 0\n"
+    where = {"LD_LIBRARY_PATH": str(Path(LIBPYTHON).parent), "PYTHONPATH": sysconfig.get_path("purelib")}
+    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], program, PYTHONHOME=sys.base_prefix, **where)
+    assert (process.returncode, process.stdout.split()) == (0, ["0"] * 5), process.stderr
