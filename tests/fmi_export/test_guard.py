@@ -106,7 +106,7 @@ def try_locations(folder: str, place: str) -> dict:
 
 @pytest.fixture(scope="module")
 def locations(fmu, run_python, tmp_path_factory):
-    place = tmp_path_factory.mktemp("a b") / "Größe 100% #1?"
+    place = tmp_path_factory.mktemp("a b") / "Größe 100% #1? €😀"
     return run_python(try_locations, folder=fmu, place=place)
 
 

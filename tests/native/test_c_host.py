@@ -274,6 +274,16 @@ def test_memory_that_is_refused_is_an_error_with_the_reason(
     assert sentence in log
 
 
+@pytest.mark.parametrize(("failing", "long"), [(4, True), (5, True), (1, False)], ids=["growth", "more", "in memory"])
+def test_memory_that_is_refused_to_the_data_is_an_error(host, unpacked, lag, failing_memory, tmp_path, failing, long):
+    library, guid, _ = binary_of(unpacked(lag))
+    (tmp_path / "model.bin").write_bytes(bytes(1 << 18))
+    location = tmp_path.as_uri() if long else "data:;base64,AAAA"
+    found, log = run([host], library, guid, location, ["new 0"], env=failing_memory | {"FAILING": str(failing)})
+    assert found == [["3"]]
+    assert "Cannot allocate memory" in log if long else "there is no memory for the resources" in log
+
+
 # Other platforms -------------------------------------------------------------------------------------------------
 
 

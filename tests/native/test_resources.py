@@ -38,6 +38,7 @@ def folder(unpacked, lag, tmp_path_factory):
         "file:{hexadecimal}",
         "{path}",
         "{path}/",
+        "{path}\\",
         "{path}/../resources",
     ],
 )
@@ -100,6 +101,13 @@ def test_a_location_without_data_is_refused_with_the_reason(library, location, s
     assert fmu.pointer is None
     assert [entry[:2] for entry in fmu.log] == [(ERROR, "logStatusError")]
     assert fmu.log[0][2].startswith(sentence)
+
+
+def test_a_long_file_in_the_place_of_the_data_is_read_and_refused(library, tmp_path):
+    (tmp_path / "model.bin").write_bytes(bytes(1 << 18))
+    fmu = library.instantiate(resources=str(tmp_path))
+    assert fmu.pointer is None
+    assert fmu.log[0][2].startswith("resources/model.bin does not fit: there is no data of an FMU in it")
 
 
 def test_a_folder_in_the_place_of_the_data_is_refused(library, tmp_path):
