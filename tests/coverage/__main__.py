@@ -1,7 +1,7 @@
-"""Branch coverage of kernels, slaves and master: `python -m tests.coverage [python] [c]`, both by default.
+"""Branch coverage of kernels, slaves and master: `python -m tests.coverage [kernels] [host] [c]`, all by default.
 
-`python` runs the tests of the models without numba, so that coverage.py sees the kernels, and those of export and
-master as usual; `c` those of the libraries in C, compiled by gcc. The exit code is the number of parts below 95 %.
+`kernels`: the models, compiled, with notes of their branches. `host`: what is Python in an FMU, and the master, by
+coverage.py. `c`: what is C, compiled by gcc. The exit code is the number of parts below 95 %.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from tests.coverage.gcc import of_branches
@@ -19,12 +19,8 @@ from tests.coverage.gcc import of_branches
 ROOT = Path(__file__).resolve().parents[2]
 LEAST = 95.0  # per cent of the branches
 
-WITHOUT_NUMBA = [
-    *("tests/rotor_contact", "tests/amb_actuator", "tests/rolac_controller"),
-    *("--ignore-glob=*test_fmu.py", "--ignore-glob=*test_readme.py"),
-    *("-p", "tests.coverage.limit", "--test-seconds", "5"),
-]
-WITH_NUMBA = [f"tests/{name}" for name in ("fmi_export", "levitated_rotor", "orchestrator", "cosim", "ssp")]
+MODELS = [f"tests/{name}" for name in ("rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor")]
+HOST = [f"tests/{name}" for name in ("fmi_export", "orchestrator", "cosim", "ssp")]
 C = [
     *("tests/native", "tests/fmi_export", "tests/orchestrator/test_compiled.py"),
     # The counters are exported too.
@@ -35,7 +31,7 @@ C = [
 
 def main(parts: list[str]) -> int:
     """Measure the parts and print a table of each; return how many are below the limit."""
-    measures: dict[str, Callable[[Path], bool]] = {"python": _python, "c": _c}
+    measures: dict[str, Callable[[Path], bool]] = {"kernels": _kernels, "host": _host, "c": _c}
     unknown = set(parts) - set(measures)
     if unknown:
         sys.exit(f"there is no part {', '.join(sorted(unknown))}; there are {', '.join(measures)}")
@@ -43,40 +39,55 @@ def main(parts: list[str]) -> int:
         return [measure(Path(folder)) for name, measure in measures.items() if name in (parts or measures)].count(False)
 
 
-def _python(folder: Path) -> bool:
-    environment = os.environ | {"CI": "1", "COVERAGE_FILE": str(folder / "data")}
+def _kernels(folder: Path) -> bool:
+    report = folder / "kernels.json"
+    _pytest("-p", "tests.coverage.kernels", "--branches", str(report), *MODELS)
+    found = json.loads(report.read_text(encoding="utf-8"))
+    return _tell_all("kernels", {file: [(line, taken) for line, taken in lines] for file, lines in found.items()})
 
-    def coverage(*arguments: str, **settings: str) -> None:
-        command = [sys.executable, "-m", "coverage", *arguments]
-        subprocess.run(command, cwd=ROOT, env=environment | settings, check=False)
 
-    coverage("run", "-m", "pytest", "-q", "-n", "0", *WITHOUT_NUMBA, NUMBA_DISABLE_JIT="1")
+def _host(folder: Path) -> bool:
     # In a new cache kernels are compiled, which runs what compiles them.
-    coverage("run", "-m", "pytest", "-q", "-n", "0", *WITH_NUMBA, NUMBA_CACHE_DIR=str(folder / "numba"))
+    environment = os.environ | {"COVERAGE_FILE": str(folder / "data"), "NUMBA_CACHE_DIR": str(folder / "numba")}
+
+    def coverage(*arguments: str) -> None:
+        subprocess.run([sys.executable, "-m", "coverage", *arguments], cwd=ROOT, env=environment, check=False)
+
+    coverage("run", "-m", "pytest", "-q", "-n", "0", *HOST)
     coverage("combine", "--quiet")
     coverage("report")
     coverage("json", "--quiet", f"-o{folder / 'report.json'}")
     totals = json.loads((folder / "report.json").read_text(encoding="utf-8"))["totals"]
-    return _tell("Python", totals["num_branches"], totals["missing_branches"])
+    return _tell("host", totals["num_branches"], totals["missing_branches"])
 
 
 def _c(folder: Path) -> bool:
-    command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "tests.coverage.gcc", "--counters", folder, *C]
-    subprocess.run(command, cwd=ROOT, check=False)
-    total = missing = 0
-    for file, branches in sorted(of_branches(folder).items()):
-        missed = [line for (line, _), count in branches.items() if not count]
-        total, missing = total + len(branches), missing + len(missed)
+    _pytest("-p", "tests.coverage.gcc", "--counters", str(folder / "counters"), *C)
+    found = of_branches(folder / "counters")
+    return _tell_all(
+        "C", {file: [(line, count > 0) for (line, _), count in lines.items()] for file, lines in found.items()}
+    )
+
+
+def _pytest(*arguments: str) -> None:
+    subprocess.run([sys.executable, "-m", "pytest", "-q", "-n", "0", *arguments], cwd=ROOT, check=False)
+
+
+def _tell_all(name: str, files: Mapping[str, list[tuple[int, bool]]]) -> bool:
+    """Print the files that have branches not taken, with their lines, and the sum; return whether it is enough."""
+    for file, branches in sorted(files.items()):
+        missed = [line for line, taken in branches if not taken]
         if missed:
             _tell(file, len(branches), len(missed))
             print(f"    lines {', '.join(str(line) for line in sorted(set(missed)))}")
-    return _tell("C", total, missing)
+    branches = [taken for lines in files.values() for _, taken in lines]
+    return _tell(name, len(branches), branches.count(False))
 
 
 def _tell(name: str, total: int, missing: int) -> bool:
     """Print a row of a table; return whether it is enough."""
     share = 100.0 * (total - missing) / max(total, 1)
-    print(f"{name:24}{total:8} branches{missing:6} not taken{share:8.1f} %", flush=True)
+    print(f"{name:44}{total:8} branches{missing:6} not taken{share:8.1f} %", flush=True)
     return share >= LEAST
 
 

@@ -148,16 +148,18 @@ def test_a_location_without_resources_is_refused_with_the_reason(locations, loca
 
 
 def try_instances(folder: str, functions: list) -> dict:
+    from ctypes import byref
     from pathlib import Path
 
-    from raw import Library
+    from raw import Callbacks, Library
 
     library = Library(Path(folder))
     answers = {}
     for wrong in ({"guid": "{0}"}, {"guid": None}, {"kind": 0}, {"name": b""}, {"name": None}):
         fmu = library.instantiate(**wrong, logging=0)
         answers[str(wrong)] = [fmu.pointer, *fmu.log]
-    answers["no callbacks"] = [library.instantiate(callbacks=False).pointer]
+    no_logger = library.c.fmi2Instantiate(b"no logger", 1, b"{0}", None, byref(Callbacks()), 0, 1)
+    answers["no callbacks"] = [library.instantiate(callbacks=False).pointer, no_logger]
     nobody = library.instantiate(guid="{0}")
     answers["no instance"] = [nobody.call(function, *6 * [None]) for function in functions]
     library.c.fmi2FreeInstance(None)
@@ -170,7 +172,7 @@ def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(fmu, run_p
     answers = run_python(try_instances, folder=fmu, functions=[*ALLOWED, *others])
     assert set(answers.pop("no instance")) == {3}
     assert answers.pop("versions") == ["2.0", "default"]
-    assert answers.pop("no callbacks") == [None]
+    assert answers.pop("no callbacks") == [None, None]
     sentences = {
         "{'guid': '{0}'}": "the modelDescription.xml has guid {0}, but resources/model.bin belongs to {",
         "{'guid': None}": "the modelDescription.xml has guid NULL",

@@ -295,6 +295,7 @@ def test_what_the_fmu_lacks_is_refused_with_the_reason_and_without_harm(library)
     nobody = library.instantiate(token="{0}")
     for function in (*ABSENT, *ALLOWED, "GetString"):
         assert nobody.call(function, *zeros) == ERROR
+    assert nobody.call("DoStep", *[c_double(1.0)] * 2, c_bool(False), *[None] * 3, byref(c_double())) == ERROR
     for kind in ("ModelExchange", "ScheduledExecution"):
         assert getattr(library.c, f"fmi3Instantiate{kind}")(*[c_void_p()] * 10) is None
 

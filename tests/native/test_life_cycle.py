@@ -141,9 +141,10 @@ def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(library, w
 
 
 def test_no_callbacks_and_no_instance_are_survived(library):
-    from raw import ERROR
+    from raw import ERROR, Callbacks
 
     assert library.instantiate(callbacks=False).pointer is None
+    assert library.c.fmi2Instantiate(b"no logger", 1, b"{0}", None, byref(Callbacks()), 0, 1) is None
     nobody = library.instantiate(guid="{0}")
     for function in (*ALLOWED, "SerializeFMUstate", "DeSerializeFMUstate"):
         assert nobody.call(function, *arguments_of(function, c_void_p())) == ERROR
