@@ -19,7 +19,7 @@ from tests.coverage.gcc import of_branches
 ROOT = Path(__file__).resolve().parents[2]
 LEAST = 95.0  # per cent of the branches
 
-MODELS = [f"tests/{name}" for name in ("rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor")]
+MODELS = [f"tests/{name}" for name in ("rotor_contact", "amb_actuator", "rolac_controller")]
 HOST = [f"tests/{name}" for name in ("fmi_export", "orchestrator", "cosim", "ssp")]
 C = [
     *("tests/native", "tests/fmi_export", "tests/orchestrator/test_compiled.py"),
