@@ -239,6 +239,21 @@ def test_signal_that_has_left_the_window_leaves_nothing_behind():
     np.testing.assert_allclose(Q[1], 0.0, atol=1e-15)
 
 
+def test_window_after_a_jump_of_the_angle_is_as_good_as_new():
+    used, new, harmonics = empty_window(), empty_window(), harmonics_of((1, 3))
+    for n in range(130):
+        add_sample(used, harmonics, 0.063 * n, np.full(N_SENSORS, 1e6 * math.cos(0.063 * n)))
+    assert samples_of_revolution(used) > 0.0
+    found = np.zeros((2, N_HARMONICS, N_SENSORS), dtype=complex)
+    for n in range(130):
+        for window, Q in zip((used, new), found, strict=True):
+            add_sample(window, harmonics, 0.063 * n + 4.0, tone(0.063 * n))
+            transform(window, harmonics, Q)
+        assert samples_of_revolution(used) == samples_of_revolution(new)
+        np.testing.assert_array_equal(found[0], found[1])
+    assert np.all(found[0, :2] != 0.0)
+
+
 @pytest.mark.parametrize("turns", [-2, -1, 0, 1, 3])
 def test_change_of_angle_does_not_depend_on_whole_turns(turns):
     for earlier in np.linspace(-7.0, 7.0, 29):
