@@ -46,8 +46,8 @@ def static_coefficient(site: Site) -> float:
 
 @kernel
 def has_friction(site: Site) -> bool:
-    """Return whether a sliding site has friction, and so can stick."""
-    return site.mu > 0.0 or (site.stribeck_velocity > 0.0 and site.mu_static > 0.0)
+    """Return whether a site can stick."""
+    return static_coefficient(site) > 0.0
 
 
 @kernel

@@ -106,7 +106,7 @@ def try_locations(folder: str, place: str) -> dict:
 
 @pytest.fixture(scope="module")
 def locations(fmu, run_python, tmp_path_factory):
-    place = tmp_path_factory.mktemp("a b") / "Größe 100% #1?"
+    place = tmp_path_factory.mktemp("a b") / "Größe 100% #1? €😀"
     return run_python(try_locations, folder=fmu, place=place)
 
 
@@ -147,26 +147,32 @@ def test_a_location_without_resources_is_refused_with_the_reason(locations, loca
 # What a host may call ------------------------------------------------------------------------------------------------
 
 
-def try_instances(folder: str) -> dict:
+def try_instances(folder: str, functions: list) -> dict:
+    from ctypes import byref
     from pathlib import Path
 
-    from raw import Library
+    from raw import Callbacks, Library
 
     library = Library(Path(folder))
     answers = {}
     for wrong in ({"guid": "{0}"}, {"guid": None}, {"kind": 0}, {"name": b""}, {"name": None}):
         fmu = library.instantiate(**wrong, logging=0)
         answers[str(wrong)] = [fmu.pointer, *fmu.log]
-    answers["no callbacks"] = [library.instantiate(callbacks=False).pointer]
+    no_logger = library.c.fmi2Instantiate(b"no logger", 1, b"{0}", None, byref(Callbacks()), 0, 1)
+    answers["no callbacks"] = [library.instantiate(callbacks=False).pointer, no_logger]
+    nobody = library.instantiate(guid="{0}")
+    answers["no instance"] = [nobody.call(function, *6 * [None]) for function in functions]
     library.c.fmi2FreeInstance(None)
     answers["versions"] = [library.c.fmi2GetVersion().decode(), library.c.fmi2GetTypesPlatform().decode()]
     return answers
 
 
 def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(fmu, run_python):
-    answers = run_python(try_instances, folder=fmu)
+    others = ["SerializeFMUstate", "DeSerializeFMUstate", "GetIntegerStatus", "CancelStep"]
+    answers = run_python(try_instances, folder=fmu, functions=[*ALLOWED, *others])
+    assert set(answers.pop("no instance")) == {3}
     assert answers.pop("versions") == ["2.0", "default"]
-    assert answers.pop("no callbacks") == [None]
+    assert answers.pop("no callbacks") == [None, None]
     sentences = {
         "{'guid': '{0}'}": "the modelDescription.xml has guid {0}, but resources/model.bin belongs to {",
         "{'guid': None}": "the modelDescription.xml has guid NULL",
@@ -261,6 +267,12 @@ def try_arguments(folder: str) -> list:
         "SetFMUstate": lambda f: f.call("SetFMUstate", None),
         "GetFMUstate": lambda f: f.call("GetFMUstate", None),
         "DeSerialize": lambda f: f.call("DeSerializeFMUstate", None, one, None),
+        "to nowhere": lambda f: f.call("DeSerializeFMUstate", byref(c_double()), one, None),
+        "size of nothing": lambda f: f.call("SerializedFMUstateSize", None, byref(c_size_t())),
+        "size": lambda f: f.call("SerializedFMUstateSize", f.save(), None),
+        "bytes of nothing": lambda f: f.call("SerializeFMUstate", None, byref(c_double()), one),
+        "bytes": lambda f: f.call("SerializeFMUstate", f.save(), None, one),
+        "set references": lambda f: f.call("SetReal", None, one, byref(c_double())),
     }
     rows = []
     for name, call in calls.items():
@@ -291,6 +303,12 @@ def test_a_wrong_argument_is_refused_before_python_sees_it(fmu, run_python):
         "SetFMUstate": "fmi2SetFMUstate: state is NULL",
         "GetFMUstate": "fmi2GetFMUstate: state is NULL",
         "DeSerialize": "fmi2DeSerializeFMUstate: bytes is NULL",
+        "to nowhere": "fmi2DeSerializeFMUstate: state is NULL",
+        "size of nothing": "fmi2SerializedFMUstateSize: state is NULL",
+        "size": "fmi2SerializedFMUstateSize: size is NULL",
+        "bytes of nothing": "fmi2SerializeFMUstate: state is NULL",
+        "bytes": "fmi2SerializeFMUstate: bytes is NULL",
+        "set references": "fmi2SetReal: references is NULL",
     }
     rows = run_python(try_arguments, folder=fmu)
     assert [row[0] for row in rows] == list(sentences)
@@ -301,6 +319,26 @@ def test_a_wrong_argument_is_refused_before_python_sees_it(fmu, run_python):
         assert reason == sentences[name]
         assert next_step == 3, "the error state stays"
         assert after_reset == 0
+
+
+def try_questions(folder: str) -> list:
+    from ctypes import byref, c_char_p, c_double, c_int
+    from pathlib import Path
+
+    from raw import Library
+
+    fmu = Library(Path(folder)).instantiate().begin(u=1.0)
+    right = {"GetRealStatus": (2, c_double()), "GetBooleanStatus": (3, c_int()), "GetStringStatus": (1, c_char_p())}
+    rows = []
+    for function, (kind, room) in right.items():
+        asked = ((kind, byref(room)), (kind + 1, byref(room)), (kind, None))
+        rows.append([fmu.call(function, *arguments) for arguments in asked])
+    fmu.free()
+    return rows
+
+
+def test_a_question_of_another_kind_or_without_room_for_the_answer_is_discarded(fmu, run_python):
+    assert run_python(try_questions, folder=fmu) == [[0, 2, 2]] * 3
 
 
 # Faults --------------------------------------------------------------------------------------------------------------

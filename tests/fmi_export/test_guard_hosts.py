@@ -8,6 +8,7 @@ import sys
 import sysconfig
 import zipfile
 from pathlib import Path
+from urllib.parse import quote_from_bytes
 from xml.etree import ElementTree
 
 import numpy as np
@@ -100,6 +101,7 @@ def run(command: list, program: str = "", **environment: str) -> subprocess.Comp
         env={"PATH": os.defpath, "HOME": "/nonexistent", **environment},
         capture_output=True,
         text=True,
+        errors="replace",
         timeout=120,
         check=False,
     )
@@ -169,3 +171,49 @@ def test_a_missing_library_of_pythonfmu_is_named_as_the_reason(fmu, compiled):
     text = said(run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n"))
     assert "PythonFMU's library cannot be loaded: " in text
     assert str(library) in text
+
+
+def test_another_library_in_the_place_of_pythonfmu_is_named_as_the_reason(fmu, compiled, tmp_path):
+    (tmp_path / "other.c").write_text("int fmi2Instantiate;\n")
+    library = fmu / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
+    shutil.copy(compiled(tmp_path / "other.c", "-shared", "-fPIC"), library)
+    text = said(run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n"))
+    assert f"{library} is not the library of PythonFMU that belongs to this FMU" in text
+
+
+@pytest.mark.parametrize("name", [b"Gr\xf6\xdfe", b"\xc3", b"\xe2\x82", b"\xf0\x9f\x98a", b"\x80", b"\xff"])
+def test_a_folder_whose_name_is_not_utf_8_is_named_as_the_reason(fmu, compiled, tmp_path, name):
+    shutil.copytree(os.fsencode(fmu / "resources"), os.fsencode(tmp_path) + b"/" + name)
+    library, guid, _ = arguments(fmu)
+    location = f"{tmp_path.as_uri()}/{quote_from_bytes(name)}"
+    text = said(run([compiled(SUPPORT / "host.c"), library, guid, location], "new 0\n"))
+    assert "PythonFMU reads no folder whose name is not UTF-8" in text
+
+
+def test_without_the_name_of_its_python_an_fmu_takes_another_one(fmu, compiled):
+    (fmu / "resources" / "python.txt").unlink()
+    program = "new 0\nsetup 0 0\nenter 0\nexit 0\nfree 0\n"
+    where = {"LD_LIBRARY_PATH": str(Path(LIBPYTHON).parent), "PYTHONPATH": sysconfig.get_path("purelib")}
+    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], program, PYTHONHOME=sys.base_prefix, **where)
+    assert (process.returncode, process.stdout.split()) == (0, ["0"] * 5), process.stderr
+
+
+@pytest.mark.parametrize(
+    ("failing", "answers", "sentence"),
+    [
+        (2, "3 3 3 3 3", "there is no memory for the path of the resources"),
+        (4, "3 3 3 3 3", "model.bin: Cannot allocate memory"),
+        (5, "3 3 3 3 3", "there is no memory for another instance"),
+        (9, "3 3 3 3 3", "slavemodule.txt: Cannot allocate memory"),
+        (12, "0 0 0 3 3", "fmi2GetFMUstate: there is no memory for a state"),
+        (13, "0 0 0 0 3", "fmi2DeSerializeFMUstate: there is no memory for a state"),
+    ],
+)
+def test_memory_that_is_refused_is_an_error_with_the_reason(fmu, compiled, failing, answers, sentence):
+    memory = compiled(SUPPORT / "failing_memory.c", "-shared", "-fPIC", "-O1")
+    environment = {"LD_PRELOAD": str(memory), "LIBRARY": "/probe_lag.so", "FAILING": str(failing)}
+    program = "".join(f"{line} 0\n" for line in ("new", "enter", "exit", "save", "bytes", "free"))
+    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], program, **environment)
+    assert process.returncode == 0, process.stderr
+    assert [line[0] for line in process.stdout.splitlines()] == [*answers.split(), "0"]
+    assert sentence in process.stderr

@@ -3,6 +3,7 @@
 import importlib
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -201,8 +202,6 @@ def test_threads_with_instances_of_their_own_share_nothing(sanitized, lag):
 @pytest.mark.slow
 def test_guided_fuzzing_of_calls_finds_nothing(cc, sanitized, lag, tmp_path):
     """libFuzzer looks for calls that reach new code; what it found before is in `support/corpus`."""
-    import shutil
-
     if not shutil.which("clang"):
         pytest.skip("needs clang with its sanitizers")
     fuzzer, library, guid, resources = sanitized(
@@ -219,8 +218,6 @@ def test_guided_fuzzing_of_calls_finds_nothing(cc, sanitized, lag, tmp_path):
 
 @pytest.mark.slow
 def test_valgrind_finds_no_error_and_no_leak(host, unpacked, plant, plant_constants, lag, lag_program, plant_program):
-    import shutil
-
     if not shutil.which("valgrind"):
         pytest.skip("needs valgrind")
     # What the dynamic loader keeps is still reachable at the end.
@@ -236,8 +233,6 @@ def test_valgrind_finds_no_error_and_no_leak(host, unpacked, plant, plant_consta
 
 
 def test_the_number_of_allocations_does_not_grow_with_the_number_of_steps(host, unpacked, lag):
-    import shutil
-
     if not shutil.which("valgrind"):
         pytest.skip("needs valgrind")
 
@@ -247,6 +242,46 @@ def test_the_number_of_allocations_does_not_grow_with_the_number_of_steps(host, 
         return re.search(r"total heap usage: (\S+) allocs", log)[1]
 
     assert allocations(1) == allocations(1000)
+
+
+@pytest.fixture(scope="module")
+def failing_memory(tmp_path_factory):
+    """Environment in which memory is refused to the lag, but for `FAILING`."""
+    if not shutil.which("gcc"):
+        pytest.skip("needs gcc")
+    library = tmp_path_factory.mktemp("memory") / "failing_memory.so"
+    subprocess.run(["gcc", "-shared", "-fPIC", "-O1", "-o", library, HERE / "failing_memory.c", "-ldl"], check=True)
+    return os.environ | {"LD_PRELOAD": str(library), "LIBRARY": "probe_lag"}
+
+
+@pytest.mark.parametrize(
+    ("failing", "answers", "sentence"),
+    [
+        (1, "3 3 3 3 3", "there is no memory for the path of the resources"),
+        (2, "3 3 3 3 3", "there is no memory for the path of the resources"),
+        (3, "3 3 3 3 3", "model.bin: Cannot allocate memory"),
+        (4, "3 3 3 3 3", "there is no memory for another instance"),
+        (5, "0 0 0 3 3", "fmi2GetFMUstate: there is no memory for a state"),
+        (6, "0 0 0 0 3", "fmi2DeSerializeFMUstate: there is no memory for a state"),
+    ],
+)
+def test_memory_that_is_refused_is_an_error_with_the_reason(
+    host, unpacked, lag, failing_memory, failing, answers, sentence
+):
+    program = ["new 0", "enter 0", "exit 0", "save 0", "bytes 0", "free 0"]
+    found, log = run([host], *binary_of(unpacked(lag)), program, env=failing_memory | {"FAILING": str(failing)})
+    assert " ".join(answer[0] for answer in found) == f"{answers} 0"
+    assert sentence in log
+
+
+@pytest.mark.parametrize(("failing", "long"), [(4, True), (5, True), (1, False)], ids=["growth", "more", "in memory"])
+def test_memory_that_is_refused_to_the_data_is_an_error(host, unpacked, lag, failing_memory, tmp_path, failing, long):
+    library, guid, _ = binary_of(unpacked(lag))
+    (tmp_path / "model.bin").write_bytes(bytes(1 << 18))
+    location = tmp_path.as_uri() if long else "data:;base64,AAAA"
+    found, log = run([host], library, guid, location, ["new 0"], env=failing_memory | {"FAILING": str(failing)})
+    assert found == [["3"]]
+    assert "Cannot allocate memory" in log if long else "there is no memory for the resources" in log
 
 
 # Other platforms -------------------------------------------------------------------------------------------------
@@ -261,8 +296,6 @@ def other(unpacked, model, constants, platform):
 @pytest.fixture(scope="module")
 def wine(tmp_path_factory):
     """The command that runs a program for Windows."""
-    import shutil
-
     program = shutil.which("wine64") or shutil.which("wine")
     if not program:
         pytest.skip("needs wine")
@@ -285,8 +318,6 @@ def test_the_windows_library_runs_under_wine(
 def test_the_arm_library_runs_under_qemu(
     cc, unpacked, plant, plant_constants, plant_program, lag, lag_program, tmp_path
 ):
-    import shutil
-
     root = Path("/usr/aarch64-linux-gnu")
     if not (shutil.which("qemu-aarch64") and root.is_dir()):
         pytest.skip("needs qemu-aarch64 and the C library of aarch64 (Debian: qemu-user, libc6-arm64-cross)")
@@ -299,8 +330,6 @@ def test_the_arm_library_runs_under_qemu(
 
 @pytest.mark.slow
 def test_the_windows_library_finds_its_data_in_every_form_of_location(wine, cc, unpacked, lag, tmp_path):
-    import shutil
-
     library, guid, _ = other(unpacked, lag, np.zeros(1), "win64")
     place = tmp_path / "a b" / "Größe" / "resources"
     shutil.copytree(unpacked(lag, np.zeros(1), ["all"]) / "resources", place)

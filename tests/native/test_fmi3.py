@@ -289,9 +289,13 @@ def test_what_the_fmu_lacks_is_refused_with_the_reason_and_without_harm(library)
         assert fmu.step(0) == OK
         for kind in ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "UInt64", "String"):
             assert fmu.call(f"Get{kind}", None, c_size_t(0), None, c_size_t(0)) == OK
+        assert fmu.call("DoStep", c_double(250e-6), c_double(250e-6), c_bool(False), None, None, None, None) == OK
+        assert fmu.call("GetString", None, c_size_t(1), None, c_size_t(1)) == ERROR
+        assert fmu.log[-1][2] == "fmi3GetString: references is NULL"
     nobody = library.instantiate(token="{0}")
-    for function in (*ABSENT, *ALLOWED):
+    for function in (*ABSENT, *ALLOWED, "GetString"):
         assert nobody.call(function, *zeros) == ERROR
+    assert nobody.call("DoStep", *[c_double(1.0)] * 2, c_bool(False), *[None] * 3, byref(c_double())) == ERROR
     for kind in ("ModelExchange", "ScheduledExecution"):
         assert getattr(library.c, f"fmi3Instantiate{kind}")(*[c_void_p()] * 10) is None
 

@@ -68,6 +68,8 @@ def arguments_of(function, saved):
         "FreeFMUstate": (byref(c_void_p()),),
         "SetFMUstate": (saved,),
         "SerializedFMUstateSize": (saved, byref(c_size_t())),
+        "SerializeFMUstate": (saved, None, c_size_t(0)),
+        "DeSerializeFMUstate": (None, c_size_t(0), byref(c_void_p())),
         "GetRealStatus": (2, byref(c_double())),
         "GetBooleanStatus": (3, byref(c_int())),
         "GetStringStatus": (1, byref(c_char_p())),
@@ -139,11 +141,12 @@ def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(library, w
 
 
 def test_no_callbacks_and_no_instance_are_survived(library):
-    from raw import ERROR
+    from raw import ERROR, Callbacks
 
     assert library.instantiate(callbacks=False).pointer is None
+    assert library.c.fmi2Instantiate(b"no logger", 1, b"{0}", None, byref(Callbacks()), 0, 1) is None
     nobody = library.instantiate(guid="{0}")
-    for function in ALLOWED:
+    for function in (*ALLOWED, "SerializeFMUstate", "DeSerializeFMUstate"):
         assert nobody.call(function, *arguments_of(function, c_void_p())) == ERROR
     library.c.fmi2FreeInstance(None)
 
@@ -158,6 +161,7 @@ def test_version_and_platform_are_those_of_the_standard(library):
         (lambda f: f.call("GetReal", None, c_size_t(1), byref(c_double())), "fmi2GetReal: references is NULL"),
         (lambda f: f.call("GetReal", byref(c_uint(0)), c_size_t(1), None), "fmi2GetReal: values is NULL"),
         (lambda f: f.call("SetInteger", byref(c_uint(2)), c_size_t(1), None), "fmi2SetInteger: values is NULL"),
+        (lambda f: f.call("SetReal", None, c_size_t(1), byref(c_double())), "fmi2SetReal: references is NULL"),
         (
             lambda f: f.call("GetReal", byref(c_uint(1000)), c_size_t(1), byref(c_double())),
             "fmi2GetReal: there is no value reference 1000",
@@ -179,6 +183,27 @@ def test_version_and_platform_are_those_of_the_standard(library):
         (lambda f: f.step(math.nan), "fmi2DoStep: time = nan s is not allowed"),
         (lambda f: f.call("SetFMUstate", None), "fmi2SetFMUstate: state is NULL"),
         (lambda f: f.call("GetFMUstate", None), "fmi2GetFMUstate: state is NULL"),
+        (
+            lambda f: f.call("SerializedFMUstateSize", None, byref(c_size_t())),
+            "fmi2SerializedFMUstateSize: state is NULL",
+        ),
+        (lambda f: f.call("SerializedFMUstateSize", f.save(), None), "fmi2SerializedFMUstateSize: size is NULL"),
+        (
+            lambda f: f.call("SerializeFMUstate", None, byref(c_double()), c_size_t(8)),
+            "fmi2SerializeFMUstate: state is NULL",
+        ),
+        (
+            lambda f: f.call("SerializeFMUstate", f.save(), None, c_size_t(10_000)),
+            "fmi2SerializeFMUstate: bytes is NULL",
+        ),
+        (
+            lambda f: f.call("DeSerializeFMUstate", None, c_size_t(8), byref(c_void_p())),
+            "fmi2DeSerializeFMUstate: bytes is NULL",
+        ),
+        (
+            lambda f: f.call("DeSerializeFMUstate", byref(c_double()), c_size_t(8), None),
+            "fmi2DeSerializeFMUstate: state is NULL",
+        ),
     ],
 )
 def test_a_wrong_argument_is_refused_with_the_reason(library, call, sentence):
@@ -370,6 +395,46 @@ def test_nothing_is_logged_unless_asked_for(library):
         assert (fmu.step(0), fmu.log) == (3, [])
         assert fmu.reason() == "u = 5 V is 100 % too much (%s %n)", "a host that asks is told all the same"
         assert fmu.get("fault_code") == [1]
+
+
+def test_a_question_of_another_kind_or_without_room_for_the_answer_is_discarded(library):
+    from raw import DISCARD, OK
+
+    right = {"GetRealStatus": (2, c_double()), "GetBooleanStatus": (3, c_int()), "GetStringStatus": (1, c_char_p())}
+    with library.instantiate() as fmu:
+        fmu.begin()
+        for function, (kind, room) in right.items():
+            assert fmu.call(function, kind, byref(room)) == OK
+            assert fmu.call(function, kind + 1, byref(room)) == DISCARD
+            assert fmu.call(function, kind, None) == DISCARD
+
+
+def test_nothing_is_done_where_there_is_no_state_to_free(library):
+    from raw import OK
+
+    with library.instantiate() as fmu:
+        assert fmu.call("FreeFMUstate", None) == OK
+        assert fmu.log == []
+
+
+@pytest.mark.parametrize("names", [["y", "level"], ["level", "y"], [], ["y", "level", "u"] * 10])
+def test_reals_are_read_and_set_in_any_order_and_number(library, names):
+    """Lists of neighbours, of others, empty ones and those longer than there are variables, each twice."""
+    from raw import OK
+
+    with library.instantiate() as fmu:
+        fmu.begin(u=2.0)
+        fmu.step(0)
+        expected = [dict(zip(("y", "level", "u"), fmu.get("y", "level", "u"), strict=True))[name] for name in names]
+        references = (c_uint * len(names))(*(fmu.library.variables[name][0] for name in names))
+        for _ in range(2):
+            values = (c_double * len(names))()
+            assert fmu.call("GetReal", references, c_size_t(len(names)), values) == OK
+            assert list(values) == expected
+        inputs = (c_uint * 30)(*[fmu.library.variables["u"][0]] * 30)
+        for last in (1.0, 2.5):
+            assert fmu.call("SetReal", inputs, c_size_t(30), (c_double * 30)(*[0.0] * 29, last)) == OK
+            assert fmu.get("u") == [last]
 
 
 def test_what_the_standard_leaves_optional_is_refused_without_harm(library):

@@ -35,15 +35,19 @@ def folder(unpacked, lag, tmp_path_factory):
         "file://localhost{encoded}",
         "FILE://LocalHost{encoded}//",
         "file://{path}",
+        "file:{hexadecimal}",
         "{path}",
         "{path}/",
+        "{path}\\",
         "{path}/../resources",
     ],
 )
 def test_a_location_leads_to_the_data_in_every_form(library, folder, form):
     from raw import OK
 
-    location = form.format(uri=folder.as_uri(), encoded=folder.as_uri().removeprefix("file://"), path=folder)
+    encoded = folder.as_uri().removeprefix("file://")
+    hexadecimal = "".join(f"%{byte:02{'xX'[k % 2]}}" for k, byte in enumerate(str(folder).encode()))
+    location = form.format(uri=folder.as_uri(), encoded=encoded, path=folder, hexadecimal=f"/{hexadecimal}")
     with library.instantiate(resources=location) as fmu:
         assert fmu.pointer, fmu.log
         fmu.begin(u=1.0)
@@ -74,11 +78,19 @@ def test_the_data_may_be_given_in_memory_instead_of_a_file(library, folder):
         ("", "the host gave no resource location"),
         ("/nowhere", "cannot read /nowhere/model.bin: No such file or directory"),
         ("file:///nowhere%20else/", "cannot read /nowhere else/model.bin: No such file or directory"),
+        ("file:///100%/%zz/%4/%4z", "cannot read /100%%/%%zz/%%4/%%4z/model.bin: No such file"),
         ("file://server/share", "the resource location file://server/share is not on this machine"),
+        ("file://localhost.local/share", "the resource location file://localhost.local/share is not on this machine"),
+        ("c:/nowhere", "cannot read c:/nowhere/model.bin: No such file or directory"),
+        ("file://c:/nowhere", "cannot read c:/nowhere/model.bin: No such file or directory"),
+        ("here:nowhere", "cannot read here:nowhere/model.bin: No such file or directory"),
+        ("/", "cannot read /model.bin: No such file or directory"),
         ("https://server/share", "the resource location https://server/share is not on this machine"),
         ("/" + 10000 * "x", "cannot read /xxxx"),
+        ("data:,;base64,AAAA", "a data URI with the resources must be in base64: data:;base64,..."),
         ("data:,abc", "a data URI with the resources must be in base64: data:;base64,..."),
         ("data:;base64,AB!D", "the data URI with the resources is not base64 at its character 16"),
+        ("data:;base64,AB=D", "the data URI with the resources is not base64 at its character 16"),
         ("data:;base64,", "resources/model.bin does not fit: there is no data of an FMU in it"),
     ],
 )
@@ -89,6 +101,13 @@ def test_a_location_without_data_is_refused_with_the_reason(library, location, s
     assert fmu.pointer is None
     assert [entry[:2] for entry in fmu.log] == [(ERROR, "logStatusError")]
     assert fmu.log[0][2].startswith(sentence)
+
+
+def test_a_long_file_in_the_place_of_the_data_is_read_and_refused(library, tmp_path):
+    (tmp_path / "model.bin").write_bytes(bytes(1 << 18))
+    fmu = library.instantiate(resources=str(tmp_path))
+    assert fmu.pointer is None
+    assert fmu.log[0][2].startswith("resources/model.bin does not fit: there is no data of an FMU in it")
 
 
 def test_a_folder_in_the_place_of_the_data_is_refused(library, tmp_path):

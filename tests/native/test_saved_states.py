@@ -1,5 +1,9 @@
 """Saving, restoring and serialising the state of a native FMU."""
 
+import struct
+import zlib
+from ctypes import byref, c_int, c_size_t, c_uint, create_string_buffer
+
 import pytest
 
 
@@ -96,9 +100,26 @@ def test_bytes_that_are_no_state_of_this_fmu_are_refused(library, spoil, sentenc
         assert sentence in fmu.log[0][2]
 
 
-def test_too_little_room_for_the_bytes_is_refused(library):
-    from ctypes import c_size_t, create_string_buffer
+def test_a_state_with_an_integer_beyond_its_type_is_restored_and_the_integer_refused(library):
+    """A count that a run of days might reach, were it not for 32 bits."""
+    from raw import ERROR, OK
 
+    with library.instantiate() as fmu:
+        fmu.begin()
+        assert [fmu.step(n) for n in range(7)] == [OK] * 7
+        for count in (2.0**31, -(2.0**31) - 1.0):
+            text = fmu.serialise(fmu.save())[:-4].replace(struct.pack("<d", 7.0), struct.pack("<d", count))
+            status, state = fmu.deserialise(text + struct.pack("<I", zlib.crc32(text)))
+            assert (status, fmu.call("SetFMUstate", state)) == (OK, OK)
+            reference, value = c_uint(fmu.library.variables["steps"][0]), c_int()
+            assert fmu.call("GetInteger", byref(reference), c_size_t(1), byref(value)) == ERROR
+            assert fmu.log[-1][2] == f"fmi2GetInteger: steps = {count:g} does not fit into an integer"
+            fmu.call("Reset")
+            fmu.begin()
+            assert [fmu.step(n) for n in range(7)] == [OK] * 7
+
+
+def test_too_little_room_for_the_bytes_is_refused(library):
     from raw import ERROR
 
     with library.instantiate() as fmu:

@@ -126,17 +126,22 @@ def test_a_slow_component_holds_its_output_under_gauss_seidel():
     assert record["slow"] == [0, 1, 1, 3, 3]
 
 
-def test_a_slow_component_publishes_after_its_interval_under_jacobi():
+@pytest.mark.parametrize(("every", "published"), [(2, [0, 0, 10, 10, 12]), (3, [0, 0, 0, 10, 10, 10, 13])])
+def test_a_slow_component_publishes_after_its_interval_under_jacobi(every, published):
     counter = Block("counter", advance=lambda x, u, t, h: x + 1.0)
-    slow = Block("slow", advance=lambda x, u, t, h: u[0] + 10.0, every=2)
-    record = run(Master([counter, slow], closed_chain("counter", "slow"), 0.1, "jacobi"), 4)
-    assert record["slow"] == [0, 0, 10, 10, 12]
+    slow = Block("slow", advance=lambda x, u, t, h: u[0] + 10.0, every=every)
+    record = run(Master([counter, slow], closed_chain("counter", "slow"), 0.1, "jacobi"), 2 * every)
+    assert record["slow"] == published
 
 
-def test_a_slow_component_cannot_start_between_its_points():
+def test_a_slow_component_starts_at_its_own_points_alone():
     slow = Block("slow", every=4)
+    master = Master([slow], closed_chain("slow"), 0.5)
     with pytest.raises(ValueError, match="slow steps every 4 points and cannot start at -3"):
-        Master([slow], closed_chain("slow"), 0.1).run(-3, 0)
+        master.run(-3, 0)
+    assert slow.trace == []
+    master.run(-8, 0)
+    assert slow.trace == [("slow", "step", -4.0, 2.0), ("slow", "step", -2.0, 2.0)]
 
 
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
@@ -186,6 +191,17 @@ def test_an_algebraic_loop_is_reported_with_its_path():
     wiring = Wiring(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((1,), (0,)))
     with pytest.raises(StartFailed, match=r"algebraic loop (a\.y -> b\.y -> a\.y|b\.y -> a\.y -> b\.y)"):
         Master(blocks, wiring, 0.1).initialise()
+
+
+def test_outputs_that_do_not_settle_without_a_loop_are_reported():
+    restless = Block("a.y", output=lambda x, u: u[0] + 1.0)
+    with pytest.raises(StartFailed, match="do not settle during initialisation, although no loop is declared"):
+        Master([restless], closed_chain("a.y"), 0.1).initialise()
+
+
+def test_wiring_that_names_too_few_signals_is_refused():
+    with pytest.raises(ValueError, match="the wiring names 1 signals, the components have 2"):
+        Master([Block("a"), Block("b")], closed_chain("a"), 0.1)
 
 
 def test_a_declared_loop_that_settles_is_no_error():

@@ -9,7 +9,17 @@ import pytest
 
 from fmi_export.jit import kernel
 from rolac_controller.control_loop import N_HARMONICS
-from rolac_controller.fourier import CAPACITY, add_sample, samples_of_revolution, transform, window_of, window_size
+from rolac_controller.fourier import (
+    CAPACITY,
+    add_sample,
+    angle_between,
+    angle_jump,
+    last_delta_theta,
+    samples_of_revolution,
+    transform,
+    window_of,
+    window_size,
+)
 from rolac_controller.records import HARMONIC
 
 N_SENSORS, N_AXES = 8, 4
@@ -214,6 +224,55 @@ def test_millions_of_samples_leave_no_drift(samples):
     # Sums of the large signal rounded to 1e-17 m would show here; a refreshed sum does not know it any more.
     np.testing.assert_allclose(Q[0], expected, atol=1e-19, rtol=1e-12)
     assert np.abs(Q[1]).max() < 1e-19
+
+
+def test_signal_that_has_left_the_window_leaves_nothing_behind():
+    """No rounding of the large one shows in the small one, also after the angle has jumped."""
+    window, sensors, harmonics = empty_window(), np.zeros(N_SENSORS), harmonics_of((1, 3))
+    Q = np.ones((N_HARMONICS, N_SENSORS), dtype=complex)
+    for n in range(700):
+        theta = 2.0 * math.pi / 100.0 * n + (2.0 if n > 150 else 0.0)
+        sensors[:] = (1e6 if n < 400 else 1e-6) * math.cos(theta + 0.3)
+        add_sample(window, harmonics, theta, sensors)
+    transform(window, harmonics, Q)
+    np.testing.assert_allclose(Q[0], 1e-6 * np.exp(0.3j), rtol=1e-9)
+    np.testing.assert_allclose(Q[1], 0.0, atol=1e-15)
+
+
+def test_window_after_a_jump_of_the_angle_is_as_good_as_new():
+    used, new, harmonics = empty_window(), empty_window(), harmonics_of((1, 3))
+    for n in range(130):
+        add_sample(used, harmonics, 0.063 * n, np.full(N_SENSORS, 1e6 * math.cos(0.063 * n)))
+    assert samples_of_revolution(used) > 0.0
+    found = np.zeros((2, N_HARMONICS, N_SENSORS), dtype=complex)
+    for n in range(130):
+        for window, Q in zip((used, new), found, strict=True):
+            add_sample(window, harmonics, 0.063 * n + 4.0, tone(0.063 * n))
+            transform(window, harmonics, Q)
+        assert samples_of_revolution(used) == samples_of_revolution(new)
+        np.testing.assert_array_equal(found[0], found[1])
+    assert np.all(found[0, :2] != 0.0)
+
+
+@pytest.mark.parametrize("turns", [-2, -1, 0, 1, 3])
+def test_change_of_angle_does_not_depend_on_whole_turns(turns):
+    for earlier in np.linspace(-7.0, 7.0, 29):
+        for change in (-3.1, -1.0, 0.0, 0.5, 3.1):
+            later = earlier + change + 2.0 * math.pi * turns
+            assert angle_between(earlier, later) == pytest.approx(change, abs=1e-12)
+
+
+def test_angle_jumps_and_turns_from_the_second_sample_on():
+    window, found = empty_window(), []
+    assert angle_jump(window, 3.0) == 0.0
+    for theta in (3.0, 3.1, 3.3):
+        add_sample(window, harmonics_of((1,)), theta, np.zeros(N_SENSORS))
+        found.append(last_delta_theta(window))
+    np.testing.assert_allclose(found, [0.0, 0.1, 0.2], atol=1e-15)
+    jumps = [angle_jump(window, 3.3 + change) for change in (1.5, 1.6, -1.5, -1.6)]
+    np.testing.assert_allclose(jumps, [0.0, 1.6, 0.0, -1.6], atol=1e-15)
+    add_sample(window, harmonics_of((1,)), 5.3, np.zeros(N_SENSORS))
+    assert last_delta_theta(window) == 0.0, "the window starts again"
 
 
 def test_window_is_valid_after_one_revolution_and_not_before(bench, speed_of):

@@ -10,6 +10,8 @@ import pytest
 from rotor_cases import H, bearing_positions, both, masters, place, plant, rigid_rotor, run
 
 from rotor_contact.enumerations import LAWS
+from rotor_contact.friction import SLIP_SCALE, compliant_friction, compliant_friction_damping
+from rotor_contact.site import SITE
 
 RING, MASS, SPEED = 0.05, 10.0, 0.2
 K = 1e8
@@ -179,3 +181,21 @@ def test_one_site_may_yield_while_the_other_is_rigid():
     assert x["rb2.gap"] == pytest.approx(-500.0 / K, rel=1e-3)
     assert (x["rb1.f_n"], x["rb2.f_n"]) == (pytest.approx(500.0, rel=1e-3), pytest.approx(500.0, rel=1e-3))
     assert x["contact_state"] == 3
+
+
+@pytest.mark.parametrize("stribeck_velocity", [0.0, 0.05])
+def test_friction_of_a_yielding_contact_is_no_steeper_than_its_bound(stribeck_velocity):
+    """The length of substeps rests on it. Beyond 3 v_r, where tanh has all but a hundredth of its slope behind it, the
+    bound is that of the Stribeck curve alone."""
+    normal, mu, static = 100.0, 0.1, 0.3
+    site = np.zeros(1, SITE)[0]
+    site.mu, site.mu_static, site.stribeck_velocity, site.f_n = mu, static, stribeck_velocity, normal
+    ends = np.linspace(-0.2, 0.2, 4000)
+    slips = 0.5 * (ends[1:] + ends[:-1])
+    slopes = np.diff([compliant_friction(site, normal, slip) for slip in ends]) / np.diff(ends)
+    bounds = np.array([compliant_friction_damping(site, slip) for slip in slips])
+    flat = 0.01 * static * normal / SLIP_SCALE
+    assert np.all(np.abs(slopes) <= bounds + flat)
+    assert bounds.max() <= 1.2 * np.abs(slopes).max()
+    far = np.abs(slips) > 3 * SLIP_SCALE
+    assert bounds[far].max() <= (1.3 * np.abs(slopes[far]).max() if stribeck_velocity else 0.0)

@@ -83,13 +83,13 @@ def test_friction_drives_a_rigid_rotor_into_rolling_at_journal_over_gap(Omega):
     assert rolling[-1, 6] == pytest.approx(rolling[0, 6], rel=1e-12)
 
 
-def stuck_under_load(value, mu, static=0.0):
-    """Rolling at rest of the spin with a tangential load on the journal; the ring carries N = 900 N in steady state."""
+def stuck_under_load(value, mu, static=0.0, mode=2):
+    """Journal at rest on the ring with a tangential load; the ring carries N = 900 N in steady state."""
     friction = both("rb.mu", mu) | both("rb.mu_static", static)
     x = plant(both("rb.clearance", RING) | friction | {"mb1.f_y": value, "mb2.f_y": value}, rigid_rotor(20.0))
     for k in (1, 2):
         x[f"mb{k}.f_x"] = 900.0
-    return place(x, np.full(2, RING + 0j), np.zeros(2), modes=(2, 2))
+    return place(x, np.full(2, RING + 0j), np.zeros(2), modes=(mode, mode))
 
 
 def test_sticking_friction_carries_the_load_up_to_coulombs_limit():
@@ -119,6 +119,14 @@ def test_stuck_journal_holds_up_to_static_friction_and_slides_with_less():
     assert np.all(record[:, 2] == 1)
     np.testing.assert_allclose(record[:, 1], -0.1 * record[:, 0], rtol=1e-9)
     assert record[0, 3] == pytest.approx(H * (181.0 - 90.0) / 10.0, rel=1e-2)
+
+
+@pytest.mark.parametrize("mode", [1, 2])
+def test_static_friction_alone_holds_a_journal_at_rest(mode):
+    x = stuck_under_load(160.0, 0.0, static=0.2, mode=mode)
+    record = run(x, 5, ["rb1.f_t", "rb1.mode"])
+    np.testing.assert_allclose(record[:, 0], -160.0, rtol=1e-9)
+    assert np.all(record[:, 1] == 2)
 
 
 def test_static_friction_below_that_of_sliding_changes_nothing():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rotor_cases import BEARINGS, CLEARANCE, both, masters, memory, place, plant, rigid_rotor, run, scratch, size_of
 
 from rotor_contact.dynamics import collect_forces, motion_of, set_bearings
-from rotor_contact.enumerations import NEWTON, NODAL
+from rotor_contact.enumerations import FREE, NEWTON, NODAL, ROLLING, SLIDING
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
 from rotor_contact.layout import load_sites, place_sites, workspace_of
 from rotor_contact.signals import inputs_of, parameters_of
@@ -96,14 +96,14 @@ def test_impact_without_restitution_stops_at_once():
 angles = st.floats(0.0, 2 * math.pi)
 
 
-def touching(seed, angle_1, angle_2, mu=0.0, e=0.0, Omega=0.0, sites=(0, 1)):
+def touching(seed, angle_1, angle_2, mu=0.0, e=0.0, Omega=0.0, sites=(0, 1), static=0.0):
     """The rig with the given journals on their rings, and random velocities that bring these outward."""
     rng = np.random.default_rng(seed)
     n = size_of(RIG)
     rows = structure_of(RIG.constants).sites
     RIG.initialise()
     for k in (1, 2):
-        RIG[f"rb{k}.mu"], RIG[f"rb{k}.restitution"] = mu, e
+        RIG[f"rb{k}.mu"], RIG[f"rb{k}.mu_static"], RIG[f"rb{k}.restitution"] = mu, static, e
     q, v = 1e-4 * rng.normal(size=n), rng.normal(size=n)
     for k, angle in enumerate((angle_1, angle_2)):
         if k in sites:
@@ -199,6 +199,40 @@ def test_impact_with_friction_creates_no_energy_pull_or_driven_slip(seed, a, b, 
             slip_before, slip = (slip_velocity(contact[k], u, Omega) for u in (before, v))
             assert slip * slip_before >= -1e-9
             assert abs(slip) <= abs(slip_before) + 1e-12
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**32 - 1), angles, st.floats(0.05, 2.0), st.floats(-600.0, 600.0), st.sampled_from([0, 1]))
+def test_friction_of_a_blow_ends_the_slip_or_is_mu_times_the_blow(seed, angle, mu, Omega, k):
+    w, contact, _, v = touching(seed, angle, angle, mu, 0.0, Omega, (k,))
+    assert newton_impact(w, v, Omega)
+    slip = slip_velocity(contact[k], v, Omega)
+    if abs(slip) > 1e-9:
+        assert contact[k].p_t == pytest.approx(-mu * contact[k].p_n * math.copysign(1.0, slip), rel=1e-9)
+
+
+def test_journal_that_rolls_obeys_coulombs_law_in_a_blow_elsewhere():
+    """It rolls on if static friction holds it, slides with less, or leaves."""
+    mu, static, Omega = 0.1, 0.3, 50.0
+    outcomes = set()
+    for seed in range(60):
+        angle, there = np.random.default_rng(seed).uniform(0.0, 2 * math.pi, 2)
+        w, contact, q, v = touching(seed, angle, there, mu, 0.0, Omega, (0,), static)
+        rolls = contact[1]
+        normal = np.array([math.cos(there), math.sin(there)])
+        q[rolls.row : rolls.row + 2] = CLEARANCE * normal
+        v[rolls.row : rolls.row + 2] = -Omega * rolls.journal_radius * np.array([-normal[1], normal[0]])
+        rolls.mode = ROLLING
+        locate_journal(rolls, q)
+        assert newton_impact(w, v, Omega)
+        slip = slip_velocity(rolls, v, Omega)
+        if rolls.mode == ROLLING:
+            assert abs(slip) < 1e-9
+            assert abs(rolls.p_t) <= static * rolls.p_n * (1 + 1e-9)
+        else:
+            assert rolls.p_t == pytest.approx(-mu * rolls.p_n * math.copysign(1.0, slip), rel=1e-9)
+        outcomes.add((int(rolls.mode), bool(abs(rolls.p_t) > mu * rolls.p_n * (1 + 1e-9))))
+    assert outcomes == {(FREE, False), (SLIDING, False), (ROLLING, False), (ROLLING, True)}
 
 
 @settings(max_examples=50, deadline=None)

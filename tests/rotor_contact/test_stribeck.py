@@ -53,6 +53,14 @@ def test_whirl_in_the_ring_slows_down_as_its_scalar_equation_says(velocity, Omeg
     assert x["rb1.mode"] == 1
 
 
+def test_friction_that_is_static_alone_stops_a_slow_slip_and_ends_in_rolling():
+    """mu = 0: at this slip mu(v) is up to mu_s all the same. The whirl ends at v = -R_s Omega."""
+    x = sliding_in_ring(-0.48, 0.5 / JOURNAL, STRIBECK | both("rb.mu", 0.0))
+    run(x, 80)
+    assert x["rb1.mode"] == 2
+    assert x["rb1.whirl_speed"] * RING == pytest.approx(-0.5, rel=1e-9)
+
+
 def test_sliding_with_stribeck_friction_converges_with_fourth_order():
     h, steps, velocity, Omega = 1e-3, 16, 1.0, -36.0  # slip from 0.1 m/s upward or downward, on the slope of the curve
     expected = slowed_whirl(velocity, Omega, steps * h)

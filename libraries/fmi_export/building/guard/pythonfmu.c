@@ -58,8 +58,8 @@ static int load_functions(PythonFmu *pythonfmu, const char *path, char *reason)
     }
 #define TAKE(name) pythonfmu->name = (__typeof__(pythonfmu->name))function_in(pythonfmu->library, "fmi2" #name);
     PYTHONFMU_FUNCTIONS(TAKE)
-#define IS_THERE(name) &&pythonfmu->name
-    if (1 PYTHONFMU_FUNCTIONS(IS_THERE))
+#define IS_MISSING(name) | !pythonfmu->name
+    if (!(0 PYTHONFMU_FUNCTIONS(IS_MISSING)))
         return 1;
     snprintf(reason, TEXT_SIZE, "%.*s is not the library of PythonFMU that belongs to this FMU", SHOWN, path);
     return 0;

@@ -1,0 +1,49 @@
+"""Mutants of the parts where a mistake would be hardest to see: `python -m tests.mutation [NAME ...]`, all by default.
+
+A name may be followed by further options of `plugin`, as in `python -m tests.mutation friction --mutants 17,23`.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+CONTACT = tuple(
+    f"tests/rotor_contact/test_{name}.py"
+    for name in (
+        *("contact", "friction", "stribeck", "impact", "sites", "compliant", "collocation", "speed", "energy"),
+        *("touchdown_closed_forms", "touchdown_two_bodies", "touchdown_many_sites", "free_flight"),
+    )
+)
+TARGETS = {
+    **{
+        name: (f"fmus/rotor_contact/{name}.py", *CONTACT)
+        for name in ("friction", "site", "path", "contact", "events", "collocation")
+    },
+    "fourier": ("fmus/rolac_controller/fourier.py", "tests/rolac_controller/test_fourier.py"),
+    "master": (
+        "orchestrator/amb_cosim/cosim/master.py",
+        "tests/orchestrator/test_master.py",
+        "tests/orchestrator/test_iteration.py",
+    ),
+    "iteration": ("orchestrator/amb_cosim/cosim/iteration.py", "tests/orchestrator/test_iteration.py"),
+    "compiled": ("orchestrator/amb_cosim/cosim/compiled.py", "tests/orchestrator/test_compiled.py"),
+}
+
+
+def main(arguments: list[str]) -> int:
+    """Run the campaigns that are named, one after the other; return how many failed to run."""
+    names = [argument for argument in arguments if argument in TARGETS]
+    options = [argument for argument in arguments if argument not in TARGETS]
+    codes = []
+    for name in names or TARGETS:
+        file, *tests = TARGETS[name]
+        command = [sys.executable, "-m", "pytest", "-p", "tests.mutation.plugin", "-n", "0", "-q", "-s"]
+        codes.append(subprocess.run([*command, "--mutate", file, *tests, *options], cwd=ROOT, check=False).returncode)
+    return sum(code != 0 for code in codes)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

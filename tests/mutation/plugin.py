@@ -1,0 +1,175 @@
+"""pytest plugin that runs tests on the mutants of one source file.
+
+    python -m pytest -p tests.mutation.plugin -n 0 --mutate fmus/rotor_contact/friction.py tests/rotor_contact
+
+Tests run once on the source as it is, which tells how long each takes and which mutants it reaches. Then each mutant
+meets the tests that reach it, in a process of its own, until one fails or `--mutant-seconds` are over; those come first
+that are fast and have killed others.
+"""
+
+from __future__ import annotations
+
+import importlib.abc
+import importlib.machinery
+import os
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import hypothesis
+import pytest
+from _pytest.runner import runtestprotocol
+
+from tests.mutation.mutants import Mutant, with_switches
+
+MOST_TESTS = 250  # of a mutant: the number of the one that fails is an exit code
+
+
+@dataclass
+class _Test:
+    """A test, how long it takes (s), which mutants it reaches, and how many it has killed."""
+
+    item: pytest.Item
+    seconds: float
+    reached: set[int]
+    kills: int = 0
+
+    def cost(self) -> float:
+        return self.seconds / (1 + self.kills)
+
+
+class _Loader(importlib.abc.Loader):
+    """Loads the file under test with its switches."""
+
+    def __init__(self, path: Path, code: Any) -> None:
+        self.path, self.code = path, code
+
+    def exec_module(self, module: Any) -> None:
+        from tests.mutation.switch import mutant_is
+
+        module.__dict__["mutant_is"] = mutant_is
+        exec(self.code, module.__dict__)
+
+
+class _Finder(importlib.abc.MetaPathFinder):
+    def __init__(self, path: Path) -> None:
+        tree, self.mutants = with_switches(path.read_text(encoding="utf-8"))
+        self.path, self.code = path, compile(tree, str(path), "exec")
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
+        if name.rpartition(".")[2] != self.path.stem:
+            return None
+        spec = importlib.machinery.PathFinder.find_spec(name, path)
+        if spec is None or spec.origin is None or Path(spec.origin).resolve() != self.path:
+            return None
+        return importlib.machinery.ModuleSpec(name, _Loader(self.path, self.code), origin=spec.origin)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--mutate", metavar="FILE", help="source file whose mutants meet the tests")
+    parser.addoption("--mutant-seconds", type=float, default=30.0, help="longest processor time of one mutant's tests")
+    parser.addoption("--mutants", help="numbers of the mutants to try, with commas between; all by default")
+    parser.addoption("--every", type=int, default=1, help="try every n-th mutant")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_load_initial_conftests(early_config: pytest.Config) -> None:
+    if early_config.known_args_namespace.mutate:  # before anything imports the file
+        early_config.pluginmanager.register(_Campaign(Path(early_config.known_args_namespace.mutate).resolve()))
+
+
+class _Campaign:
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.finder = _Finder(path)
+        sys.meta_path.insert(0, self.finder)
+        try:
+            import numba
+
+            self.kernels = tempfile.TemporaryDirectory()  # what is compiled here is of no use to others
+            numba.config.CACHE_DIR = self.kernels.name
+        except ImportError:
+            pass
+
+    def pytest_configure(self) -> None:
+        phases = [hypothesis.Phase.explicit, hypothesis.Phase.generate]  # the first counterexample is enough
+        hypothesis.settings.register_profile("mutation", deadline=None, derandomize=True, phases=phases)
+        hypothesis.settings.load_profile("mutation")
+
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        options = session.config.option
+        tests = self._run_unchanged(session)
+        n = len(self.finder.mutants)
+        chosen = [int(k) for k in options.mutants.split(",")] if options.mutants else range(1, n + 1, options.every)
+        outcomes: Counter[str] = Counter()
+        for number in chosen:
+            mutant = self.finder.mutants[number - 1]
+            ours = [test for test in tests if number in test.reached]
+            outcome = _outcome(number, sorted(ours, key=_Test.cost), options.mutant_seconds)
+            outcomes[outcome] += 1
+            print(f"{number:4} line {mutant.line}: {_described(mutant)}  {outcome}", flush=True)
+        print(f"{self.path.name}: {n} mutants, {sum(outcomes.values())} tried, {dict(outcomes)}", flush=True)
+        return True
+
+    def _run_unchanged(self, session: pytest.Session) -> list[_Test]:
+        from tests.mutation.switch import reached
+
+        tests: list[_Test] = []
+        for item in session.items:
+            for _ in range(2):
+                reached()
+                started = time.process_time()
+                reports = runtestprotocol(item, nextitem=None, log=False)
+                seconds = time.process_time() - started
+                if seconds < 1.0:  # else it has compiled something, perhaps
+                    break
+            if all(report.passed for report in reports):
+                tests.append(_Test(item, seconds, reached()))
+            elif any(report.failed for report in reports):
+                print(f"left out, it fails: {item.nodeid}")
+        print(f"{len(tests)} tests, {sum(test.seconds for test in tests):.1f} s", flush=True)
+        return tests
+
+
+def _described(mutant: Mutant) -> str:
+    return f"{mutant.before}  ->  {mutant.after}"
+
+
+def _outcome(number: int, tests: list[_Test], most: float) -> str:
+    if not tests:
+        return "not reached"
+    child = os.fork()
+    if child == 0:
+        os._exit(_run(number, tests, most))
+    _, status = os.waitpid(child, 0)
+    if os.WIFSIGNALED(status):
+        return "killed, it crashes or does not end"
+    failed = os.WEXITSTATUS(status)
+    if failed == 0:
+        return "SURVIVED"
+    tests[failed - 1].kills += 1
+    return "killed"
+
+
+def _run(number: int, tests: list[_Test], most: float) -> int:
+    """Run tests on a mutant; return the place, from 1, of the first that fails, or 0."""
+    from tests.mutation.switch import choose
+
+    silence = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silence, 1)
+    os.dup2(silence, 2)
+    choose(number)
+    begun = time.process_time()
+    for place, test in enumerate(tests[:MOST_TESTS], 1):
+        if time.process_time() - begun + test.seconds > most:
+            break
+        signal.signal(signal.SIGPROF, signal.SIG_DFL)
+        signal.setitimer(signal.ITIMER_PROF, 10.0 * test.seconds + 5.0)  # compiled kernels hear no other signal
+        if any(report.failed for report in runtestprotocol(test.item, nextitem=None, log=False)):
+            return place
+    return 0
