@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 sys.path.insert(0, str(Path(__file__).parent / "support"))
 
-from commands import run
+from commands import TIME, run
 from mutations import changed_archive, changed_toml, command_line
 
 SHORT, LONG = 10, 800  # cases of each kind; command lines and six kinds of files make more than 5000
@@ -76,14 +76,15 @@ def campaign(prepared, tmp_path, first_seed, is_long):
 
     def go(case):
         arguments, files = case(None)
-        ended = run(arguments, tmp_path / "whole", files)
+        ended = run(arguments, tmp_path / "whole", files, time_limit=60.0)
         assert ended.code == 0, ended.errors
+        time_limit = max(TIME, 5.0 * ended.duration)
         mistakes, codes = [], []
         for k in range(LONG if is_long else SHORT):
             seed = first_seed + k
             arguments, files = case(random.Random(seed))
             folder = tmp_path / str(k)
-            ended = run(arguments, folder, files)
+            ended = run(arguments, folder, files, time_limit)
             codes.append(ended.code)
             mistake = ended.mistake()
             if mistake:
