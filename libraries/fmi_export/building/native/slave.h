@@ -152,6 +152,8 @@ static inline int is_settable(Instance *instance, uint32_t reference)
 
 static inline int is_known(const Known *known, const uint32_t *references, size_t count)
 {
+    if (!count) /* `references` may be null then */
+        return !known->count;
     return count == known->count && memcmp(known->references, references, count * sizeof *references) == 0;
 }
 
