@@ -41,7 +41,7 @@ def rounds(is_long):
 def test_damaged_kernels_in_numbas_cache_are_compiled_anew(tmp_path, first_seed, rounds):
     script = Path(__file__).parent / "support" / "damaged_kernels.py"
     command = [sys.executable, script, tmp_path, str(first_seed), str(rounds)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120 + 30 * rounds, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=3600, check=False)
     assert done.returncode == 0, done.stderr[-3000:]
     assert json.loads(done.stdout.splitlines()[-1]) == [], done.stderr[-3000:]
 
