@@ -332,6 +332,23 @@ def test_an_interrupt_between_blocks_keeps_the_record():
     assert recorder.points.tolist() == list(range(recorder.reached + 1))
 
 
+def test_steps_that_become_slow_end_their_block(monkeypatch):
+    """After 5000 fast steps blocks have thousands; then 25 steps take the time that a block should."""
+    monkeypatch.setattr(compiled, "BLOCK_TIME", 0.2)
+    sleeper, seen = Machine("sleeper"), []
+
+    def step(instance, moment, step_size, no_way_back):
+        if moment > 5000 * H:
+            time.sleep(0.008)
+        return 0
+
+    c_step = DO_STEP(step)
+    sleeper.entry_points = lambda: EntryPoints(0, cast(c_step, c_void_p).value, (), ())
+    master = Master([sleeper], Wiring(("a", "b", "c", "d"), 0, (np.array([], dtype=int),), ((),) * 4), H)
+    compiled.run(master, 0, 5150, [], Recorder([0], 0), [lambda n, _: seen.append(n)])
+    assert sum(n > 5000 for n in seen) > 3
+
+
 def test_a_slow_component_cannot_start_between_its_points():
     with pytest.raises(ValueError, match="b steps every 4 points and cannot start at -3"):
         compiled.run(ticking(every=(1, 4, 1)), -3, 0, [], Recorder([4], 0))

@@ -12,7 +12,8 @@ import pytest
 
 NATIVE_SUPPORT = Path(__file__).parents[1] / "native" / "support"
 MODELS = ("amb_actuator", "rolac_controller", "rotor_contact")
-SLOWEST = 5.0  # s that a call may take
+SLOWEST = 5.0  # s of the processor's time that a call may take
+STALLED = 600.0  # s without another call, in which flavour `python` compiles its kernels first
 
 
 @pytest.fixture
@@ -26,12 +27,17 @@ def call_randomly(fmu_folder, first_seed, tmp_path):
         process = subprocess.Popen(
             [sys.executable, script, *map(str, arguments)], env=environment, stdout=subprocess.PIPE, text=True
         )
-        try:
-            output, _ = process.communicate(timeout=30.0 + calls * 0.01)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-            output = "it hangs"
+        before, output = b"", None
+        while output is None:
+            try:
+                output, _ = process.communicate(timeout=STALLED)
+            except subprocess.TimeoutExpired:
+                now = journal.read_bytes() if journal.is_file() else b""
+                if now == before:
+                    process.kill()
+                    process.wait()
+                    output = "it hangs"
+                before = now
         last = [line.strip() for line in journal.read_text().replace("\0", " ").split("call ") if line.strip()]
         answer = json.loads(output.splitlines()[-1]) if process.returncode in (0, 1) else {"mistakes": [output]}
         said = f"seed {first_seed}, exit code {process.returncode}, {answer['mistakes']}, last calls {last}"

@@ -14,10 +14,11 @@ from click.testing import CliRunner
 
 sys.path.insert(0, str(Path(__file__).parent / "support"))
 
-from commands import run
+from commands import TIME, run
 from mutations import changed_archive, changed_toml, command_line
 
-SHORT, LONG = 10, 800  # cases of each kind; command lines and six kinds of files make more than 5000
+# Cases of each kind, a few in every test run; command lines and six kinds of files make more than 5000 in a long one.
+FEW, MANY, LONG = 2, 10, 800
 
 SYSTEM = """
 base = "levitated"
@@ -42,12 +43,23 @@ stop_time = "5 ms"
 
 
 @pytest.fixture(scope="module")
-def prepared(tmp_path_factory):
-    """What commands need is built once and loaded into this process, whose forks they are; files to change."""
+def loaded(tmp_path_factory):
+    """What commands need is built once and loaded into this process, whose forks they are."""
     import h5py  # noqa: F401
     import numba  # noqa: F401
     import scipy.linalg  # noqa: F401
     import xarray  # noqa: F401
+
+    from amb_cosim.cli import main
+
+    arguments = ["run", "fig4_9", "--until", "0.001", "--no-plots", "-o", str(tmp_path_factory.mktemp("out"))]
+    done = CliRunner().invoke(main, arguments)
+    assert done.exit_code == 0, done.output
+
+
+@pytest.fixture(scope="module")
+def prepared(loaded, tmp_path_factory):
+    """Files to change."""
     from rig import LOOP
 
     from amb_analysis.receptance_file import empty_table, loop_parameters
@@ -55,11 +67,12 @@ def prepared(tmp_path_factory):
     from amb_cosim.cosim.fmus import ensure_built
 
     folder = tmp_path_factory.mktemp("prepared")
-    runner = CliRunner()
-    for name in ("fig4_9", "compressor_touchdown"):
-        done = runner.invoke(main, ["run", name, "--until", "0.001", "--no-plots", "-o", str(folder / "out")])
+    for command in (
+        ["run", "compressor_touchdown", "--until", "0.001", "--no-plots", "-o", str(folder / "out")],
+        ["export-ssp", "fig4_9", "-o", str(folder / "rig.ssp")],
+    ):
+        done = CliRunner().invoke(main, command)
         assert done.exit_code == 0, done.output
-    assert runner.invoke(main, ["export-ssp", "fig4_9", "-o", str(folder / "rig.ssp")]).exit_code == 0
     rng = np.random.default_rng(7)
     receptance = 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)))
     given = {"k_s": 2e6, "k_i": 563.0}  # the scenarios'
@@ -70,20 +83,31 @@ def prepared(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(params=[FEW, pytest.param(MANY, marks=pytest.mark.slow)], ids=["few", "many"])
+def n_cases(request, is_long):
+    return LONG if is_long and request.param == MANY else request.param
+
+
+def many(test):
+    """Mark a test that runs with many cases alone, and not in every test run."""
+    return pytest.mark.slow(pytest.mark.parametrize("n_cases", [MANY], indirect=True, ids=["many"])(test))
+
+
 @pytest.fixture
-def campaign(prepared, tmp_path, first_seed, is_long):
+def campaign(loaded, tmp_path, first_seed, n_cases):
     """`campaign(case)`: run the command lines and files of `case(chance)`, which `case(None)` has whole."""
 
     def go(case):
         arguments, files = case(None)
-        ended = run(arguments, tmp_path / "whole", files)
+        ended = run(arguments, tmp_path / "whole", files, time_limit=60.0)
         assert ended.code == 0, ended.errors
+        time_limit = max(TIME, 5.0 * ended.duration)
         mistakes, codes = [], []
-        for k in range(LONG if is_long else SHORT):
+        for k in range(n_cases):
             seed = first_seed + k
             arguments, files = case(random.Random(seed))
             folder = tmp_path / str(k)
-            ended = run(arguments, folder, files)
+            ended = run(arguments, folder, files, time_limit)
             codes.append(ended.code)
             mistake = ended.mistake()
             if mistake:
@@ -136,18 +160,21 @@ def test_rotor_file_with_mistakes(campaign):
     campaign(case)
 
 
+@many
 def test_receptance_table_with_mistakes(campaign, prepared):
     text = (prepared / "h.toml").read_text(encoding="utf-8")
     command = ["run", "fig4_9", "--receptances", "h.toml", "--until", "0.002", "--no-plots"]
     campaign(lambda chance: (command, {"h.toml": changed_toml(text, chance) if chance else text.encode()}))
 
 
+@many
 def test_ssp_archive_with_mistakes(campaign, prepared):
     data = (prepared / "rig.ssp").read_bytes()
     command = ["run", "rig.ssp", "--until", "0.002"]
     campaign(lambda chance: (command, {"rig.ssp": changed_archive(data, chance) if chance else data}))
 
 
+@many
 def test_fmu_archive_with_mistakes(campaign, prepared):
     data = (prepared / "one.fmu").read_bytes()
 
@@ -158,6 +185,7 @@ def test_fmu_archive_with_mistakes(campaign, prepared):
     campaign(case)
 
 
+@many
 def test_any_command_line(campaign, prepared):
     from amb_cosim.cli import main
 

@@ -2,7 +2,8 @@
 
 That does what the loop in `master` does, operation by operation, and records the same to the last bit; that loop is the
 readable reference. There is one difference: outputs that no component reads are fetched only where they are recorded.
-The run goes in blocks of steps, between which Python checks for interrupts and reports progress.
+The run goes in blocks of steps, between which Python checks for interrupts and reports progress. A clock ends a block
+whose steps turn out slow.
 
 The loop runs without the interpreter lock. FMUs with Python inside take it for each of their calls, as they must
 in any host, and other threads run meanwhile.
@@ -10,8 +11,10 @@ in any host, and other threads run meanwhile.
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from ctypes import Structure, byref, c_bool, c_double, c_ssize_t, c_void_p
 from dataclasses import replace
 from typing import Any, NamedTuple, Protocol, TypeVar
@@ -131,28 +134,47 @@ def run(
     buffer, row = recorder.buffer(first, last), len(recorder.points)
     given, kept, judged = _structure(program), _structure(buffer), _structure(conditions)
     begin, size, stopped = first, 64, End()
-    while begin <= last:
-        # Point 0 begins a block, because the recorder's clock starts there.
-        end = min(begin + size, last + 1, 0 if begin < 0 else last + 1)
-        changes = _merged([schedule.changes(begin, end) for schedule in schedules])
-        recorder.see(begin)
-        started = time.perf_counter()
-        structures = (byref(structure) for structure in (given, _structure(changes), kept, judged))
-        advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(stopped))
-        row, reached = stopped.row, stopped.reached
-        recorder.fill(row)
-        recorder.see(reached)
-        if stopped.met >= 0:
-            raise Stopped(stopped.met, reached)
-        if stopped.status > WARNING:
-            component = master.components[stopped.component]
-            reason = component.refusal(CALLS[stopped.call], stopped.status)
-            raise StepFailed(component.name, master.time(reached), str(reason)) from reason
-        for observe in observers:
-            observe(reached, master.values)
-        taken = time.perf_counter() - started
-        size = 2 * size if taken < BLOCK_TIME / 2 else max(1, size // 2) if taken > BLOCK_TIME else size
-        begin = end
+    with _clock() as pause:
+        while begin <= last:
+            # Point 0 begins a block, because the recorder's clock starts there.
+            end = min(begin + size, last + 1, 0 if begin < 0 else last + 1)
+            changes = _merged([schedule.changes(begin, end) for schedule in schedules])
+            recorder.see(begin)
+            started, pause.value = time.perf_counter(), False
+            structures = (byref(structure) for structure in (given, _structure(changes), kept, judged))
+            advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(pause), byref(stopped))
+            row, reached = stopped.row, stopped.reached
+            recorder.fill(row)
+            recorder.see(reached)
+            if stopped.met >= 0:
+                raise Stopped(stopped.met, reached)
+            if stopped.status > WARNING:
+                component = master.components[stopped.component]
+                reason = component.refusal(CALLS[stopped.call], stopped.status)
+                raise StepFailed(component.name, master.time(reached), str(reason)) from reason
+            for observe in observers:
+                observe(reached, master.values)
+            taken, size = time.perf_counter() - started, reached + 1 - begin
+            size = 2 * size if taken < BLOCK_TIME / 2 else max(1, size // 2) if taken > BLOCK_TIME else size
+            begin = reached + 1
+
+
+@contextmanager
+def _clock() -> Iterator[c_bool]:
+    """Yield what a thread sets to true every `BLOCK_TIME`."""
+    pause, is_over = c_bool(False), threading.Event()
+
+    def tick() -> None:
+        while not is_over.wait(BLOCK_TIME):
+            pause.value = True
+
+    thread = threading.Thread(target=tick, daemon=True)
+    thread.start()
+    try:
+        yield pause
+    finally:
+        is_over.set()
+        thread.join()
 
 
 def _program(master: Master[C], conditions: Conditions) -> Program:

@@ -155,10 +155,10 @@ static intptr_t condition_met(const Conditions *c, const double *values, intptr_
 
 /* Processes the points from `begin` to `stop`, the latter excluded, and steps from each but the last of the run.
  * `end` gets the last point seen, the number of rows, component, call and status of what failed, and the condition
- * that is met or -1.
+ * that is met or -1. Another thread may set `pause`; no step more is made then.
  */
 EXPORT void advance(const Program *p, const Changes *changes, const RecordBuffer *buffer, const Conditions *conditions,
-                    intptr_t row, intptr_t begin, intptr_t stop, intptr_t last, End *end) {
+                    intptr_t row, intptr_t begin, intptr_t stop, intptr_t last, const volatile bool *pause, End *end) {
   intptr_t change = 0;
   *end = (End){stop - 1, row, 0, 0, 0, -1};
   for (intptr_t n = begin; n < stop; n++) {
@@ -172,7 +172,7 @@ EXPORT void advance(const Program *p, const Changes *changes, const RecordBuffer
     end->met = condition_met(conditions, p->values, n);
     bool stepped = end->met < 0 &&
                    (n >= last || (p->jacobi ? jacobi(p, buffer, n, end) : gauss_seidel(p, buffer, n, end)));
-    if (!stepped) {
+    if (!stepped || *pause) {
       end->reached = n;
       return;
     }

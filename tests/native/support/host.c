@@ -273,7 +273,7 @@ static int run_line(char *line, const char *guid, const char *resources)
                 break;
             count++;
         }
-        status = GetReal(c, references, count, values);
+        status = GetReal(c, count ? references : NULL, count, count ? values : NULL);
         printf("%d", status);
         for (size_t i = 0; i < count && status <= fmi2Warning; i++)
             printf(" %a", values[i]);

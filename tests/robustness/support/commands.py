@@ -10,16 +10,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-TIME = 3.0  # s after which a command is asked to end
+TIME = 3.0  # s after which a command is asked to end; a busy machine may need more
 GRACE = 60.0  # s that it then has: an FMU of flavour python compiles its kernels first, and cannot be stopped in that
 
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended: exit code, or minus the number of a signal; `stopped` is whether it was asked to end."""
+    """How a command ended: exit code, or minus the number of a signal; `stopped` is whether it was asked to end.
+
+    `duration` is in s.
+    """
 
     code: int
     stopped: bool
+    duration: float
     output: str
     errors: str
     written: tuple[str, ...]
@@ -41,8 +45,8 @@ class Ended:
         return None
 
 
-def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes]) -> Ended:
-    """Run a command line in a new folder with these files, in a fork of this process."""
+def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes], time_limit: float = TIME) -> Ended:
+    """Run a command line in a new folder with these files, in a fork of this process; it may take `time_limit` (s)."""
     folder.mkdir()
     for name, content in files.items():
         (folder / name).write_bytes(content)
@@ -67,7 +71,8 @@ def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes]) -> E
             sys.stderr.flush()
             os._exit(code)
     stopped, status = False, None
-    limits = [(time.monotonic() + TIME, signal.SIGTERM), (time.monotonic() + TIME + GRACE, signal.SIGKILL)]
+    begin = time.monotonic()
+    limits = [(begin + time_limit, signal.SIGTERM), (begin + time_limit + GRACE, signal.SIGKILL)]
     while status is None:
         ended, found = os.waitpid(number, os.WNOHANG)
         if ended:
@@ -77,10 +82,11 @@ def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes]) -> E
             stopped = True
         else:
             time.sleep(0.002)
+    duration = time.monotonic() - begin
     written = sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
     said = [path.read_text(encoding="utf-8", errors="replace") if path.is_file() else "" for path in (output, errors)]
     new = tuple(name for name in written if name not in files or (folder / name).read_bytes() != files[name])
-    return Ended(os.waitstatus_to_exitcode(status), stopped, said[0], said[1], new)
+    return Ended(os.waitstatus_to_exitcode(status), stopped, duration, said[0], said[1], new)
 
 
 def _code_of(arguments: Sequence[str]) -> int:

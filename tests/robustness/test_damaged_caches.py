@@ -1,0 +1,82 @@
+"""Files of the caches damaged at random: what is damaged is made anew, and the numbers stay the same."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent / "support"))
+
+from damage import damaged
+
+pytestmark = pytest.mark.slow
+
+COMMAND = [sys.executable, "-c", "from amb_cosim.start import main; main()", "simulate", "one.toml", "-o", "out"]
+ONE = """
+[[component]]
+name = "amb_actuator"
+fmu = "amb_actuator"
+[experiment]
+communication_step = "1 ms"
+stop_time = "20 ms"
+record.variables = ["*"]
+"""
+
+
+@pytest.fixture
+def rounds(is_long):
+    return 300 if is_long else 30
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="each round is a fork")
+def test_damaged_kernels_in_numbas_cache_are_compiled_anew(tmp_path, first_seed, rounds):
+    script = Path(__file__).parent / "support" / "damaged_kernels.py"
+    command = [sys.executable, script, tmp_path, str(first_seed), str(rounds)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=3600, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert json.loads(done.stdout.splitlines()[-1]) == [], done.stderr[-3000:]
+
+
+@pytest.fixture
+def run_with(tmp_path):
+    """`run_with(cache, flavour)`: what a run with this cache recorded."""
+    (tmp_path / "one.toml").write_text(ONE)
+
+    def run(cache, flavour):
+        command = [*COMMAND, "--flavour", flavour]
+        environment = os.environ | {"XDG_CACHE_HOME": str(cache)}
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+        assert done.returncode == 0, done.stderr
+        assert "Traceback" not in done.stderr
+        with h5py.File(tmp_path / "out" / "result.nc") as data:
+            return {name: np.array(data[name]) for name in data}
+
+    return run
+
+
+@pytest.mark.parametrize("flavour", ["native", "python"])
+def test_damaged_fmus_and_libraries_in_the_cache_are_made_anew(run_with, tmp_path, first_seed, rounds, flavour):
+    whole, cache = tmp_path / "whole", tmp_path / "cache"
+    expected = run_with(whole, flavour)
+    for seed in range(first_seed, first_seed + rounds):
+        chance = random.Random(seed)
+        shutil.copytree(whole, cache)
+        files = sorted(path for path in cache.rglob("*") if path.is_file())
+        for path in chance.sample(files, chance.choice((1, 1, 3))):
+            path.write_bytes(damaged(path.read_bytes(), chance))
+        try:
+            found = run_with(cache, flavour)
+        except AssertionError as error:
+            raise AssertionError(f"seed {seed}: {error}") from error
+        for name, values in expected.items():
+            np.testing.assert_array_equal(found[name], values, f"seed {seed}")
+        shutil.rmtree(cache)

@@ -1,0 +1,76 @@
+"""Ctrl-C and SIGTERM in a run whose steps have become slow: a contact that is nearly too stiff to follow."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
+
+COMMAND = [sys.executable, "-c", "from amb_cosim.start import main; main()", "simulate", "stiff.toml", "-o", "out"]
+CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
+LONGEST = 1.0  # s of the processor's time from a signal to the end of the process
+
+# Thirty seconds without contact take a moment, and the loop asks Python seldom. Then a step takes some 10 ms.
+STIFF = """
+base = "passive"
+[parameters.rotor_contact]
+"rb?.law" = "hunt_crossley"
+"rb?.alpha_c" = 1000
+"rb?.k_c" = 1e9
+"rb?.delta_c" = 1e-9
+[experiment]
+communication_step = "0.25 ms"
+stop_time = "10000 s"
+record.variables = ["rotor_contact.rb1.f_n"]
+record.every = 100
+[[experiment.event]]
+time = "30 s"
+set = { "rotor_contact.d1.f_x" = "100 kN" }
+"""
+
+
+def processor_time(process):
+    """Time that a process, and those that it has waited for, have been computing (s)."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
+
+
+def has_loaded(process):
+    return "rotor_contact" in Path(f"/proc/{process.pid}/maps").read_text()
+
+
+def compute(process, seconds):
+    """Let a process compute for so long, whatever else the machine does."""
+    end = processor_time(process) + seconds
+    while processor_time(process) < end:
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize("options", [[], ["--loop", "plain"], ["--flavour", "python"]], ids=" ".join)
+@pytest.mark.parametrize("number", CODES)
+def test_signal_ends_a_run_within_a_second_of_slow_steps(tmp_path, number, options):
+    (tmp_path / "stiff.toml").write_text(STIFF)
+    with subprocess.Popen(
+        [*COMMAND, *options], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),
+    ) as process:  # fmt: skip
+        try:
+            while not has_loaded(process):
+                time.sleep(0.02)
+            compute(process, 5.0)
+            before = processor_time(process)
+            process.send_signal(number)
+            _, status, usage = os.wait4(process.pid, 0)
+        finally:
+            process.kill()
+        errors = process.stderr.read()
+    assert os.waitstatus_to_exitcode(status) == CODES[number], errors
+    assert usage.ru_utime + usage.ru_stime - before < LONGEST
+    assert errors.splitlines()[-1].startswith("amb-cosim: interrupted at t = 30.")
