@@ -100,7 +100,9 @@ SMALL = machine(bodies=(), sites=(), sensors=(), bearings=(Bearing("mb1", 2), Be
 def cases():
     """The three models of rotors that differ: builder, rotor, scenes, their number, and that of the edges."""
     yield pytest.param(plant, SMALL, scenes_of_plant, 50, 300, id="plant-without-sites")
-    yield pytest.param(plant, "nelson_mcvaugh", scenes_of_plant, 1600, 900, id="plant-one-site", marks=pytest.mark.slow)
+    yield pytest.param(
+        plant, "nelson_mcvaugh", scenes_of_plant, 4000, 2500, id="plant-one-site", marks=pytest.mark.slow
+    )
     for name in ("compressor", "bath_rig_thesis"):  # a switch of one of several contacts is rarely seen
         yield pytest.param(plant, name, scenes_of_plant, 1200, 0, id=f"plant-{name}", marks=pytest.mark.slow)
     for name, marks in (("bath_rig_thesis", ()), ("compressor", pytest.mark.slow)):
