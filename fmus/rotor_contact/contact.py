@@ -187,10 +187,7 @@ def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
         return True
     if not put_on_circles(w, q):
         return False
-    for site in w.sites:
-        if is_constrained(site):
-            locate_journal(site, q)
-    size = write_equations(w, 0.0)
+    size = _write_corrections(w, q)
     for site in w.sites:
         if is_constrained(site):
             w.equations.right_side[site.unknown] = -radial_component(site, v)
@@ -205,14 +202,20 @@ def put_on_circles(w: Workspace, q: Array) -> bool:
 
     One Newton step is enough: it squares the error that a substep leaves.
     """
-    for site in w.sites:
-        if is_constrained(site):
-            locate_journal(site, q)
-    size = write_equations(w, 0.0)
+    size = _write_corrections(w, q)
     for site in w.sites:
         if is_constrained(site):
             w.equations.right_side[site.unknown] = site.clearance - site.radius
     return _add_corrections(w, size, q)
+
+
+@kernel
+def _write_corrections(w: Workspace, q: Array) -> int:
+    """Write the left-hand sides of corrections, without friction, at q; return the number of equations."""
+    for site in w.sites:
+        if is_constrained(site):
+            locate_journal(site, q)
+    return write_equations(w, 0.0)
 
 
 @kernel

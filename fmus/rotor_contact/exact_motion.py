@@ -26,13 +26,14 @@ from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.collocation import add_friction, find_end_forces, find_forces
 from rotor_contact.compliant import is_compliant
+from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.lobatto import LOBATTO_POINTS, N_LOBATTO
 from rotor_contact.path import Point, leaves_or_stays_within, point_of, stays_within
 from rotor_contact.products import dot, row_combination
 from rotor_contact.propagator import N_GAUSS, N_SEEN, Propagator, n_free
 from rotor_contact.series import direct_unbalance, n_axes, n_observed, row_of_axis
-from rotor_contact.site import Site, can_touch, is_constrained
+from rotor_contact.site import Site, can_touch
 from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 
 TOUCH_MARGIN = 1e-4  # of the clearance, within which the path over a piece is not trusted
@@ -47,11 +48,10 @@ def propagate(w: Workspace, propagator: Propagator, before: Array, step_size: fl
     P must be built. Sites in contact under a force law are left to `events` too.
     """
     pieces = int(propagator.built[0].n_pieces)
-    in_contact = False
+    in_contact = is_any_constrained(w.sites)
     for site in w.sites:
         if is_compliant(site):
             return False
-        in_contact = in_contact or is_constrained(site)
     if pieces == 0:
         return False
     n, z = w.n, stages_of(w.stages).z
