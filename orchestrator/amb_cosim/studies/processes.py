@@ -7,15 +7,18 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
+from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.simulation import Progress
 
 Case = TypeVar("Case")
 CaseResult = TypeVar("CaseResult")
+
+PATIENCE = 0.1  # s, until an interruption is noticed
 
 
 def simulate_in_processes(
@@ -24,16 +27,25 @@ def simulate_in_processes(
     """Return what `simulate`, a function of a module, returns for each case; `progress` hears of each that is done.
 
     FMUs of flavour `python` hold the interpreter's lock, so that threads would run one after the other. An error of a
-    case is raised, and ends the others. Whatever ends this process ends them too.
+    case is raised, and ends the others. Whatever ends this process ends them too. An interruption is put off until no
+    function of the pool is under way: it would leave locks of futures taken, for which the pool then waits.
     """
     context = multiprocessing.get_context("spawn")
     end_of_this, end_of_others = context.Pipe()
-    with ProcessPoolExecutor(mp_context=context, initializer=_follow, initargs=(end_of_others,)) as pool:
+    with (
+        deferred() as interruption,
+        ProcessPoolExecutor(mp_context=context, initializer=_follow, initargs=(end_of_others,)) as pool,
+    ):
         try:
             futures = [pool.submit(simulate, case) for case in cases]
-            for done, future in enumerate(as_completed(futures), start=1):
-                future.result()
-                progress(done, len(cases))
+            running = set(futures)
+            while running:
+                done, running = wait(running, PATIENCE, FIRST_COMPLETED)
+                interruption.check()
+                for future in done:
+                    future.result()
+                if done:
+                    progress(len(cases) - len(running), len(cases))
         except BaseException:
             end_of_this.close()
             pool.shutdown(cancel_futures=True)
