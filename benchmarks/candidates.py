@@ -114,10 +114,6 @@ def retainer_candidates(seconds: float, missing: Missing) -> dict[str, Candidate
     return found
 
 
-def _for_ross(steps: int) -> dict[str, Any]:
-    return cases.retainer_case_for_ross() | {"step": cases.STEP, "steps": steps}
-
-
 def _for_siconos(reduced: bool, steps: int) -> dict[str, Any]:
     return cases.retainer_case_for_siconos(reduced) | {"h": cases.STEP, "steps": steps}
 
