@@ -46,6 +46,14 @@ def random_ends(rng, spread):
     return tuple(Point(*rng.normal(0, spread * CLEARANCE, 2), *rng.normal(0, 2.0, 2)) for _ in range(2))
 
 
+def ends_near_the_circle(rng):
+    """Ends for which each of the Bezier points decides now and then."""
+    radii, angles = CLEARANCE * rng.uniform(0.7, 1.0, 2), rng.normal(0, 0.2, 2)
+    return tuple(
+        Point(r * np.cos(a), r * np.sin(a), *rng.normal(0, 2.0, 2)) for r, a in zip(radii, angles, strict=True)
+    )
+
+
 def states_of(site, *points, n=8):
     """States with the journal of a site at points that are given from the centre of its retainer."""
     states = [np.zeros(2 * n) for _ in points]
@@ -87,8 +95,8 @@ def test_a_path_that_is_found_inside_is_inside(site):
 def test_the_bound_is_the_largest_bezier_point_of_the_squared_radius(site):
     rng = np.random.default_rng(5)
     found = []
-    for _ in range(3000):
-        begin, end = random_ends(rng, 0.5)
+    for k in range(3000):
+        begin, end = random_ends(rng, 0.5) if k % 2 else ends_near_the_circle(rng)
         points = bezier_points_of_the_square(begin, end) / CLEARANCE**2
         inside = np.max(points[:3]) <= 1.0 and np.max(points[3:]) < 0.81
         if min(abs(np.max(points[:3]) - 1.0), abs(np.max(points[3:]) - 0.81)) > 1e-9:
