@@ -18,7 +18,6 @@ from amb_analysis.design import (
     linear_range,
     load_capacity,
 )
-from fmi_export.building.readme import interface_table, with_table
 
 README = Path(util.find_spec("amb_actuator").origin).parent / "README.md"
 TEXT = README.read_text(encoding="utf-8")
@@ -56,7 +55,3 @@ def test_figures_in_the_text_are_those_of_the_model():
     assert f"354 N: {capacity.up[0]:.0f} N up, {capacity.down[0]:.0f} N down" in PROSE
     assert f"B_sat = {p.b_sat:.4f} T" in PROSE
     assert f"more than {float(current_amplitude(p, 1400.0)):.2f} A at the slew rate" in PROSE
-
-
-def test_rewriting_the_interface_table_changes_nothing():
-    assert with_table(TEXT, interface_table(ACTUATOR)) == TEXT
