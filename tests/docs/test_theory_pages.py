@@ -43,7 +43,6 @@ def test_the_page_of_an_fmu_has_few_words_a_sketch_and_a_snippet(page):
 @pytest.mark.parametrize("page", [*THEORY, *FMU_PAGES], ids=lambda page: f"{page.parent.name}/{page.stem}")
 def test_links_and_pictures_of_a_page_lead_to_files(page):
     links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", text_of(page))
-    assert links
     assert [link for link in links if not (page.parent / link).is_file()] == []
 
 
