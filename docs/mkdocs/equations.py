@@ -48,7 +48,7 @@ def on_page_content(html: str, page: object, **_: object) -> str:
 
 
 def mathml(tex: str, display: bool, where: str = "") -> str:
-    """Return the MathML of an equation, on a line of its own if `display`, then with the number that its `tag` gives it."""
+    """Return the MathML of an equation; on a line of its own, if `display`, with the number that its `tag` gives it."""
     numbers = TAG.findall(tex)
     plain = TAG.sub("", tex)
     for theirs, ours in SPELLINGS.items():
