@@ -15,6 +15,7 @@ CONTACT = tuple(
     for name in (
         *("contact", "friction", "stribeck", "impact", "sites", "compliant", "collocation", "speed", "energy"),
         *("path", "touchdown_closed_forms", "touchdown_two_bodies", "touchdown_many_sites", "free_flight"),
+        *("robustness", "interface", "shaft_damping", "bodies"),
     )
 )
 TARGETS = {
