@@ -99,7 +99,7 @@ def sections(report: Report, chapter: int) -> Iterator[Section]:
     sources = _source_of_group(report)
     for one in report.judged:
         if one.statement.chapter == chapter:
-            name = one.statement.source or sources.get(one.statement.group, "")
+            name = one.source or one.statement.source or sources.get(one.statement.group, "")
             groups.setdefault((name, "" if name else one.statement.group), []).append(one)
     for (name, _), judged in groups.items():
         yield Section(name, report.answers.get(name), tuple(judged))

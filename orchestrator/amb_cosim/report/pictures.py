@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from io import BytesIO
+from itertools import cycle
 
 from amb_cosim.plots.style import BLUE, DASHED, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, YELLOW, StyledFigure
 from amb_cosim.report.panels import Panel
 
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, YELLOW, SKY_BLUE, "#000000", GREY)
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, YELLOW, SKY_BLUE, "#000000")
 RESOLUTION = 80  # dots per inch
 WIDTH, HEIGHT = 4.2, 2.9  # inches, of a plot
 
@@ -21,9 +22,10 @@ def picture_of(panels: Sequence[Panel]) -> bytes:
     rows = -(-len(panels) // columns)
     figure = StyledFigure(figsize=(WIDTH * columns, HEIGHT * rows), layout="constrained")
     for axes, panel in zip(figure.subplots(rows, columns, squeeze=False).ravel(), panels, strict=False):
-        for k, curve in enumerate(panel.curves):
+        colours = cycle(COLOURS)
+        for curve in panel.curves:
             marker, line = ("o", "none") if curve.style == "dots" else ("", DASHED if curve.style == "dashed" else "-")
-            colour = GREY if curve.style == "dashed" else COLOURS[k % len(COLOURS)]
+            colour = GREY if curve.style == "dashed" else next(colours)
             axes.plot(curve.x, curve.y, label=curve.name, color=colour, ls=line, marker=marker, ms=3.0, lw=0.8)
         axes.set(title=panel.title, xlabel=panel.x, ylabel=panel.y)
         if panel.is_round:

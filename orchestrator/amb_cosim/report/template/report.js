@@ -4,17 +4,18 @@
   const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999"];
   const data = JSON.parse(document.getElementById("plots").textContent);
 
+  // A dashed curve is a reference and takes no colour of its own.
   function traces(panel) {
-    return panel.curves.map((curve, k) => ({
-      name: curve.name,
-      x: curve.x,
-      y: curve.y,
-      type: "scatter",
-      mode: curve.style === "dots" ? "markers" : "lines",
-      line: { color: curve.style === "dashed" ? "#777777" : COLOURS[k % COLOURS.length], width: 1.3,
-              dash: curve.style === "dashed" ? "dash" : "solid" },
-      marker: { color: COLOURS[k % COLOURS.length], size: 7, symbol: k % 8 },
-    }));
+    let k = -1;
+    return panel.curves.map((curve) => {
+      const isReference = curve.style === "dashed";
+      k += isReference ? 0 : 1;
+      return {
+        name: curve.name, x: curve.x, y: curve.y, type: "scatter", mode: curve.style === "dots" ? "markers" : "lines",
+        line: { color: isReference ? "#777777" : COLOURS[k % COLOURS.length], width: 1.3, dash: isReference ? "dash" : "solid" },
+        marker: { color: COLOURS[Math.max(k, 0) % COLOURS.length], size: 7, symbol: Math.max(k, 0) % 8 },
+      };
+    });
   }
 
   function layout(panel) {
@@ -22,8 +23,11 @@
                                linecolor: "#999999", ticks: "outside", ticklen: 3, automargin: true });
     const y = axis(panel.y);
     if (panel.round) { y.scaleanchor = "x"; y.scaleratio = 1; }
-    return { title: { text: panel.title, font: { size: 14 }, x: 0.02, xanchor: "left" }, xaxis: axis(panel.x), yaxis: y,
-             margin: { l: 10, r: 10, t: 36, b: 10 }, font: { size: 12, color: "#1b1f24" }, showlegend: panel.curves.length > 1,
+    return { autosize: true,
+             title: { text: panel.title, font: { size: 14 }, x: 0, xref: "container", xanchor: "left", pad: { l: 8, b: 6 },
+                      yref: "paper", y: 1, yanchor: "bottom" },
+             xaxis: axis(panel.x), yaxis: y,
+             margin: { l: 10, r: 10, t: 60, b: 10 }, font: { size: 12, color: "#1b1f24" }, showlegend: panel.curves.length > 1,
              legend: { orientation: "h", y: -0.22 }, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
              hovermode: "closest" };
   }
@@ -42,7 +46,7 @@
     if (move || scale) {
       const [dx, dy] = move || [0, 0];
       Plotly.relayout(plot, { "xaxis.range": changed(shown.xaxis.range, dx, scale || 1),
-                              "yaxis.range": changed(shown.yaxis.range, dy, move ? 1 : 1) });
+                              "yaxis.range": changed(shown.yaxis.range, dy, 1) });
     } else if (event.key === "0") {
       Plotly.relayout(plot, { "xaxis.autorange": true, "yaxis.autorange": true });
     } else if (/^[1-9]$/.test(event.key) && plot.data.length >= Number(event.key)) {
@@ -54,22 +58,29 @@
     event.preventDefault();
   }
 
-  function draw(place, panel) {
-    const plot = document.createElement("div");
-    plot.className = "plot";
-    plot.tabIndex = 0;
-    plot.setAttribute("role", "img");
-    plot.setAttribute("aria-label", panel.title + ": " + panel.curves.map((curve) => curve.name).join(", "));
-    plot.addEventListener("keydown", onKey);
-    place.append(plot);
-    Plotly.newPlot(plot, traces(panel), layout(panel),
-                   { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] });
+  const sizes = new ResizeObserver((entries) => entries.forEach((entry) => Plotly.Plots.resize(entry.target)));
+
+  function draw(place, panels) {
+    const plots = panels.map(() => document.createElement("div"));
+    place.append(...plots);
+    plots.forEach((plot, k) => {
+      plot.className = "plot";
+      plot.tabIndex = 0;
+      plot.setAttribute("role", "img");
+      plot.setAttribute("aria-label", panels[k].title + ": " + panels[k].curves.map((curve) => curve.name).join(", "));
+      plot.addEventListener("keydown", onKey);
+    });
+    plots.forEach((plot, k) => {
+      Plotly.newPlot(plot, traces(panels[k]), layout(panels[k]),
+                     { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] })
+        .then(() => sizes.observe(plot));
+    });
   }
 
   const observer = new IntersectionObserver((entries) => {
     for (const entry of entries.filter((one) => one.isIntersecting)) {
       observer.unobserve(entry.target);
-      for (const panel of data[entry.target.dataset.source] || []) { draw(entry.target, panel); }
+      draw(entry.target, data[entry.target.dataset.source] || []);
       entry.target.style.minHeight = "";
     }
   }, { rootMargin: "600px" });
