@@ -125,6 +125,14 @@ add_study(
     click.option("--node", type=int, help="Its node; the first disc by default."),
     click.option("--clearance", default="0.75 mm", show_default=True, help="Radial clearance, drawn as a line."),
 )
+add_study(
+    "contact_laws",
+    click.option("--speed", default="0.1 m/s", show_default=True, help="Speed of approach."),
+    click.option("--restitution", type=float, default=0.7, show_default=True, help="Share of it that is returned."),
+    click.option("--k-c", default="1e8 N/m", show_default=True, help="Contact stiffness."),
+    click.option("--delta-c", default="10 um", show_default=True, help="Penetration at which laws are engaged."),
+    click.option("--mass", help="Mass; what the rig's journal at MB1 resists a blow with by default."),
+)
 add_study("coupling", FLAVOUR)
 add_study(
     "convergence",

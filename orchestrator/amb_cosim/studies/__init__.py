@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from amb_cosim.studies.bearing_axis import linearisation
     from amb_cosim.studies.campbell_diagram import campbell
     from amb_cosim.studies.contact_convergence import convergence
+    from amb_cosim.studies.contact_hysteresis import contact_laws
     from amb_cosim.studies.contact_recovery import recovery
     from amb_cosim.studies.coupling_convergence import coupling
     from amb_cosim.studies.frequency_tables import tables, thesis_tables
@@ -50,6 +51,9 @@ STUDIES = {
     "tables": Study("frequency_tables", "Frequencies by mesh, mass matrix and condensation (Tables 3.1 to 3.4)."),
     "unbalance_response": Study(
         "unbalance_over_speed", "Amplitude and phase over speed under unbalance at a node (Fig. 3.7)."
+    ),
+    "contact_laws": Study(
+        "contact_hysteresis", "Force over penetration of the classical contact laws in one blow (Figs 4.1, 4.2)."
     ),
     "coupling": Study(
         "coupling_convergence",
@@ -91,6 +95,7 @@ __all__ = [
     "STUDIES",
     "Study",
     "campbell",
+    "contact_laws",
     "convergence",
     "coupling",
     "h_matrix",
