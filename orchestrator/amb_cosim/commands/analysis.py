@@ -27,6 +27,7 @@ MASS = click.option(
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
 UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
 UP_TO_50_HZ = click.option("--up-to", default="50 Hz", show_default=True, help="Highest speed; also in rad/s.")
+MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 CLOSED_BEARINGS = (
     click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
     click.option("--c-b", default="5000 N.s/m", show_default=True, help="Damping of the closed bearings."),
@@ -160,6 +161,15 @@ add_study(
     click.option("--static-current", default="1.14 A", show_default=True, help="Current that carries the static load."),
 )
 add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
+add_study(
+    "synchronous_response",
+    ROTOR,
+    UP_TO_50_HZ,
+    click.option("--at", default=MEASURED_AT, show_default=True, help="Speeds of the identifications."),
+    *CLOSED_BEARINGS,
+    FLAVOUR,
+    shows_progress=True,
+)
 add_study("test_force", UP_TO_50_HZ)
 add_study("h_matrix", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
 add_study(

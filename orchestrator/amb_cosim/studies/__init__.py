@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from amb_cosim.studies.frequency_tables import tables, thesis_tables
     from amb_cosim.studies.h_interpolation import h_matrix
     from amb_cosim.studies.identification_force import test_force
+    from amb_cosim.studies.measured_response import synchronous_response
     from amb_cosim.studies.natural_modes import modes, natural_frequencies
     from amb_cosim.studies.receptance_identification import identify
     from amb_cosim.studies.rotor_layout import layout
@@ -74,12 +75,17 @@ STUDIES = {
     "receptance": Study(
         "sensor_receptance", "Synchronous response of the eight sensors to the bearing forces over speed (Fig. 5.1)."
     ),
+    "synchronous_response": Study(
+        "measured_response",
+        "Norm of the synchronous response S(f), computed and measured in co-simulations (Fig. 5.1, 5.18, 5.19).",
+    ),
     "test_force": Study(
-        "identification_force", "Test force of an identification and how long it takes, over speed (Fig. 5.2)."
+        "identification_force",
+        "Test force of an identification, its response and how long it takes, over speed (Fig. 5.2).",
     ),
     "h_matrix": Study(
         "h_interpolation",
-        "H of the synchronous control over speed, exact and interpolated in a table, condition number (Fig. 5.3).",
+        "H of the synchronous control over speed, exact and interpolated; at 10 Hz beside the printed one (Fig. 5.3).",
     ),
     "recovery": Study(
         "contact_recovery",
@@ -107,6 +113,7 @@ __all__ = [
     "receptance",
     "recovery",
     "sensitivity",
+    "synchronous_response",
     "tables",
     "test_force",
     "thesis_tables",
