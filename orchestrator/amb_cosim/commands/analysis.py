@@ -118,6 +118,11 @@ add_study(
     click.option("--planes", help="Nodes to condense to, 1,4,11,13; the master planes of the rotor by default."),
 )
 add_study(
+    "reduction",
+    click.option("--up-to", default="500 rad/s", show_default=True, help="Highest spin speed; also in Hz."),
+    click.option("--unbalance", default="0.5 g.m", show_default=True, help="Unbalance on D1."),
+)
+add_study(
     "unbalance_response",
     ROTOR,
     MASS,

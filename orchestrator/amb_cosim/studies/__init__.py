@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from amb_cosim.studies.measured_response import synchronous_response
     from amb_cosim.studies.natural_modes import modes, natural_frequencies
     from amb_cosim.studies.receptance_identification import identify
+    from amb_cosim.studies.reduced_models import reduction
     from amb_cosim.studies.rotor_layout import layout
     from amb_cosim.studies.sensor_receptance import receptance
     from amb_cosim.studies.stability_margin import sensitivity
@@ -50,6 +51,10 @@ STUDIES = {
     ),
     "modes": Study("natural_modes", "Mode shapes with their orbits (Figs 3.2, 3.3)."),
     "tables": Study("frequency_tables", "Frequencies by mesh, mass matrix and condensation (Tables 3.1 to 3.4)."),
+    "reduction": Study(
+        "reduced_models",
+        "Full, condensed and coarse model of the rig: frequencies, response, errors (Figs 3.4 to 3.7, Table 3.4).",
+    ),
     "unbalance_response": Study(
         "unbalance_over_speed", "Amplitude and phase over speed under unbalance at a node (Fig. 3.7)."
     ),
@@ -112,6 +117,7 @@ __all__ = [
     "natural_frequencies",
     "receptance",
     "recovery",
+    "reduction",
     "sensitivity",
     "synchronous_response",
     "tables",
