@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.report.panels import Panel, curve
+from amb_cosim.report.panels import Curve, Panel, curve
 from amb_cosim.studies.campbell_diagram import CampbellDiagram
+from amb_cosim.studies.contact_hysteresis import ContactLaws
 from amb_cosim.studies.frequency_tables import ThesisTables
 from amb_cosim.studies.h_interpolation import InverseReceptance
 from amb_cosim.studies.identification_force import IdentificationForce
+from amb_cosim.studies.measured_response import SynchronousResponse
 from amb_cosim.studies.natural_modes import ModeShapes
+from amb_cosim.studies.reduced_models import ModelReduction
 from amb_cosim.studies.sensor_receptance import SensorReceptance
 from amb_cosim.studies.unbalance_over_speed import UnbalanceResponse
 
@@ -80,9 +83,48 @@ def h_panels(found: InverseReceptance) -> list[Panel]:
 
 
 def force_panels(found: IdentificationForce) -> list[Panel]:
-    """Return the amplitude of the test force over the frequency."""
+    """Return the amplitude of the test force, and how far it moves the journals, over the frequency."""
     columns = found.columns
-    return [Panel("Test force", "frequency (Hz)", "A (N)", (curve("A", columns.frequencies, columns.amplitude),))]
+    moved = {"MB1": columns.response_mb1, "MB2": columns.response_mb2}
+    responses = tuple(curve(name, columns.frequencies, 1e3 * response) for name, response in moved.items())
+    return [
+        Panel("Test force", "frequency (Hz)", "A (N)", (curve("A", columns.frequencies, columns.amplitude),)),
+        Panel("Motion by the test force", "frequency (Hz)", "amplitude (mm)", responses),
+    ]
+
+
+def norm_panels(found: SynchronousResponse) -> list[Panel]:
+    """Return the norm of the response over the spin speed, the lines of (5.19), and what was identified (5.18)."""
+    at = found.at_speeds
+    curves = [curve("(5.19)", found.speeds, 1e6 * found.thesis, "dashed")]
+    for k in range(0, len(found.forces), 2):
+        curves.append(curve(f"model, {found.forces[k]}", found.speeds, 1e6 * found.norm[:, k]))
+    for k in range(0, len(found.forces), 2):
+        curves.append(curve(f"identified, {found.forces[k]}", at.speeds, 1e6 * at.measured[:, k], "dots"))
+    return [Panel("Norm of the columns of R", "spin speed (Hz)", "|R_i| (um/N)", tuple(curves))]
+
+
+def reduction_panels(found: ModelReduction) -> list[Panel]:
+    """Return frequencies and response of the full, the condensed and the 6-node model over the spin speed."""
+    frequencies = []
+    for name, model in found.models.items():
+        speeds = np.tile(np.append(found.speeds, np.nan), len(model.frequencies))
+        rows = np.hstack([np.append(row, np.nan) for row in model.frequencies])
+        frequencies.append(Curve(name.replace("_", " "), speeds, rows))
+    responses = (curve(name.replace("_", " "), found.speeds, 1e3 * m.displacement) for name, m in found.models.items())
+    return [
+        Panel("Damped natural frequencies", "spin speed (rad/s)", "frequency (rad/s)", tuple(frequencies)),
+        Panel("Largest response to 0.5 g m on D1", "spin speed (rad/s)", "amplitude (mm)", tuple(responses)),
+    ]
+
+
+def law_panels(found: ContactLaws) -> list[Panel]:
+    """Return force over penetration of each contact law in one blow."""
+    curves = (
+        curve(f"{name.replace('_', ' ')} ({loop.equation})", 1e6 * loop.penetration, 1e-3 * loop.force)
+        for name, loop in found.laws.items()
+    )
+    return [Panel("Contact laws in one blow", "penetration (um)", "force (kN)", tuple(curves))]
 
 
 def _real(shape: Any) -> Any:
@@ -103,4 +145,7 @@ PANELS: dict[type[Any], Callable[[Any], list[Panel]]] = {
     SensorReceptance: receptance_panels,
     InverseReceptance: h_panels,
     IdentificationForce: force_panels,
+    SynchronousResponse: norm_panels,
+    ModelReduction: reduction_panels,
+    ContactLaws: law_panels,
 }

@@ -12,10 +12,13 @@ from amb_cosim import studies
 from amb_cosim.cosim.values import quantity
 from amb_cosim.studies.bearing_axis import BearingAxis
 from amb_cosim.studies.campbell_diagram import CampbellDiagram
+from amb_cosim.studies.contact_hysteresis import ContactLaws
 from amb_cosim.studies.frequency_tables import ThesisTables
 from amb_cosim.studies.h_interpolation import InverseReceptance
 from amb_cosim.studies.identification_force import IdentificationForce
+from amb_cosim.studies.measured_response import SynchronousResponse
 from amb_cosim.studies.natural_modes import ModeShapes
+from amb_cosim.studies.reduced_models import FULL, ModelReduction
 from amb_cosim.studies.rotor_layout import RotorLayout
 from amb_cosim.studies.sensor_receptance import SensorReceptance
 from rotor_analysis.frequency_tables import COUNT
@@ -264,12 +267,37 @@ def table_speeds(force: IdentificationForce) -> list[float]:
     return [HERTZ * float(f) for f in force.at_the_speeds_of_the_thesis.frequencies]
 
 
-def test_response(found: SensorReceptance, frequency: float) -> float:
-    """Return how far MB1 moves in x by the test force of (6.6) there, at a speed (Hz) (m)."""
-    from rolac_controller.excitation import amplitude_at
+def test_response(force: IdentificationForce, frequency: float) -> float:
+    """Return how far the test force at a frequency (Hz) moves the journal in MB1 in x (m)."""
+    return float(np.interp(frequency, force.columns.frequencies, force.columns.response_mb1))
 
-    at = int(np.argmin(np.abs(np.asarray(found.speeds) - frequency)))
-    return float(amplitude_at(frequency) * np.abs(found.receptance[at][4, 0]))
+
+def measured_norm(found: SynchronousResponse, axis: int, frequency: float) -> float:
+    """Return the norm of a column of the receptance identified in a co-simulation at a speed (Hz) (m/N) (5.18)."""
+    at = int(np.argmin(np.abs(np.asarray(found.at_speeds.speeds) - frequency)))
+    return float(found.at_speeds.measured[at, axis])
+
+
+def critical_speed_shift(found: ModelReduction, model: str) -> float:
+    """Return the largest change of a critical speed, of those of the full model, by another model (1)."""
+    exact, other = (np.array(found.models[name].critical_speeds) for name in (FULL, model))
+    count = min(len(exact), len(other))
+    return float(np.max(np.abs(other[:count] / exact[:count] - 1.0)))
+
+
+def response_error(found: ModelReduction, model: str) -> float:
+    """Return the largest deviation of the response to unbalance from that of the full model (1)."""
+    return 0.01 * found.largest_response_error[model]
+
+
+def force_at_touch(found: ContactLaws, law: str) -> float:
+    """Return the force of a contact law at the first touch (N), point A of Fig. 4.1."""
+    return found.laws[law].force_at_touch
+
+
+def smallest_force(found: ContactLaws, law: str) -> float:
+    """Return the smallest force of a contact law in a blow (N), point B of Fig. 4.1 where it is negative."""
+    return found.laws[law].smallest_force
 
 
 QUANTITIES: dict[str, tuple[Callable[..., Any], str]] = {
@@ -307,5 +335,10 @@ QUANTITIES: dict[str, tuple[Callable[..., Any], str]] = {
     "slot_periods": (slot_periods, "1"),
     "table_speeds": (table_speeds, "rad/s"),
     "test_response": (test_response, "m"),
+    "measured_norm": (measured_norm, "m/N"),
+    "critical_speed_shift": (critical_speed_shift, "1"),
+    "response_error": (response_error, "1"),
+    "force_at_touch": (force_at_touch, "N"),
+    "smallest_force": (smallest_force, "N"),
 }
 """Each quantity with the unit of its number; empty for texts, truth values, and numbers in a unit of their own."""
