@@ -55,7 +55,7 @@ class Source(Table):
 
 
 class Reading(Table):
-    """Another way to compute a statement: the source that it takes, and its quantity where that differs."""
+    """Another way to compute a statement: its source, and quantity and arguments where they differ; `how` in words."""
 
     source: str
     quantity: str = ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -66,7 +67,9 @@ def compute(study: str, arguments: dict[str, Any]) -> Any:
         return model_inputs()
     if study not in studies.STUDIES:
         raise ValueError(f"there is no study {study!r}; there are {', '.join(studies.STUDIES)}, model_inputs")
-    return getattr(studies, study)(**arguments)
+    function = getattr(studies, study)
+    quiet = {"progress": False} if "progress" in inspect.signature(function).parameters else {}
+    return function(**arguments, **quiet)
 
 
 def parameter(inputs: ModelInputs, component: str, name: str) -> float:
