@@ -185,7 +185,7 @@ def _other(statement: Statement, other: Reading, statements: Statements) -> Way:
         statement,
         other.source,
         other.quantity or statement.quantity,
-        dict(other.arguments if other.quantity or other.arguments else statement.arguments),
+        dict(statement.arguments if other.arguments is None else other.arguments),
         other.how,
         statements.sources,
     )

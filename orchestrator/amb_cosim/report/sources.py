@@ -29,13 +29,15 @@ from amb_cosim.simulation import prepare, run_prepared
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_files.atomic import write_atomically
 from amb_files.toml import parse_toml, read_text, read_toml
-from fmi_export.building.identity import digests
+from fmi_export.building.identity import package_folder
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR, rotor_path
 
 PACKAGES = (
     *("amb_cosim", "rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"),
     *("rotor_analysis", "amb_analysis", "fmi_export", "amb_files"),
 )
+CODE = (".py", ".c", ".h", ".ll", ".toml")
+OTHER = ("scenarios/", "report/statements.toml", "report/page.py", "report/table.py", "report/texts.py", "commands/")
 FOLDER = "sources"  # in that of the report
 
 
@@ -89,8 +91,15 @@ class Answer:
 
 
 def code_digest() -> str:
-    """Return a hash of the code that answers depend on."""
-    return hashlib.sha256(json.dumps(digests(PACKAGES), sort_keys=True).encode()).hexdigest()
+    """Return a hash of the code, rotors and systems that answers depend on; a scenario's own text is not in it."""
+    sha = hashlib.sha256()
+    for package in PACKAGES:
+        folder = package_folder(package)
+        for file in sorted(folder.rglob("*")):
+            name = file.relative_to(folder).as_posix()
+            if file.suffix in CODE and not name.startswith(OTHER):
+                sha.update(f"{package}/{name}\0".encode() + file.read_bytes() + b"\0")
+    return sha.hexdigest()
 
 
 def job_of(name: str, source: Source, asked: Sequence[Asked], folder: Path, code: str) -> Job:

@@ -59,7 +59,7 @@ class Reading(Table):
 
     source: str
     quantity: str = ""
-    arguments: Values = Field(default={})
+    arguments: Values | None = None
     how: str = ""
 
 
