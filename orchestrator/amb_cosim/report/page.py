@@ -46,6 +46,12 @@ class Section:
         return ", ".join(dict.fromkeys(one.statement.where for one in self.judged))
 
     @property
+    def reading(self) -> str:
+        """The reading that all its statements take, if there is one."""
+        readings = {one.reading for one in self.judged if one.reading}
+        return readings.pop() if len(readings) == 1 else ""
+
+    @property
     def picture(self) -> str:
         """The picture of the plots, as a data URL."""
         picture = self.answer.picture if self.answer is not None else b""
@@ -79,7 +85,8 @@ def page(report: Report) -> str:
         badge=lambda verdict: verdict.name.lower(),
     )
     chapters = [(chapter, TITLES[chapter], tuple(sections(report, chapter))) for chapter in report.chapters]
-    drawn = {name: [panel.as_data() for panel in answer.panels] for name, answer in report.answers.items()}
+    shown = {part.name: part.answer for _, _, parts in chapters for part in parts if part.answer is not None}
+    drawn = {name: [panel.as_data() for panel in answer.panels] for name, answer in shown.items()}
     return environment.get_template("report.html.j2").render(
         report=report,
         chapters=chapters,
@@ -94,14 +101,14 @@ def page(report: Report) -> str:
 
 
 def sections(report: Report, chapter: int) -> Iterator[Section]:
-    """Yield the statements of a chapter by figure or table and source, in the order of the thesis."""
-    groups: dict[tuple[str, str], list[Judged]] = {}
+    """Yield the statements of a chapter by source, in the order of the thesis; those without any together."""
+    groups: dict[str, list[Judged]] = {}
     sources = _source_of_group(report)
     for one in report.judged:
         if one.statement.chapter == chapter:
             name = one.source or one.statement.source or sources.get(one.statement.group, "")
-            groups.setdefault((name, "" if name else one.statement.group), []).append(one)
-    for (name, _), judged in groups.items():
+            groups.setdefault(name, []).append(one)
+    for name, judged in groups.items():
         yield Section(name, report.answers.get(name), tuple(judged))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from amb_cosim.report.evaluation import Judged
 from amb_cosim.report.statements import Expected, Statement
-from amb_cosim.report.verdict import Computed
+from amb_cosim.report.verdict import Computed, Verdict
 
 RELATIONS = {"equal": "", "below": "at most ", "above": "at least "}
 MOST_NUMBERS = 4  # of a list, that are shown
@@ -44,9 +44,13 @@ def ratio_text(one: Judged) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def remark_text(one: Judged) -> str:
-    """Return the reading that a verdict takes, why it is missed, or what there is to see; and what other ways give."""
-    parts = [one.reading, one.reason or one.statement.picture]
+def remark_text(one: Judged, known: str = "") -> str:
+    """Return the reading that a verdict takes, why it is missed, or what there is to see; and what other ways give.
+
+    A reading that is `known` to the reader is left out.
+    """
+    reading = one.reading if one.verdict is Verdict.WITH_READING and one.reading != known else ""
+    parts = [reading, one.reason or one.statement.picture]
     if one.beside:
         parts.append("; ".join(f"{how}: {value_text(value, one.statement.unit)}" for how, value in one.beside))
     return ". ".join(_capitalised(part) for part in parts if part)
