@@ -117,7 +117,7 @@ def test_unbalance_as_stated_keeps_the_rotor_in_contact_from_start(figures: Any)
 
 
 def test_unbalance_near_the_middle_rubs_at_the_motor_side_only(figures: Any) -> None:
-    """Figs 4.7, 4.8: no contact before the step, then rubbing at MB2, here with a gap of two cycles from the eleventh on."""
+    """Figs 4.7, 4.8: no contact before the step, then rubbing at MB2, here with a gap of two cycles."""
     f = figures("fig4_7")
     assert f["first_contact_cycle"] > 5.0
     assert f["orbit_before_mm"]["mb2"] < CLEARANCE_MM
