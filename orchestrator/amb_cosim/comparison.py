@@ -165,7 +165,7 @@ def compare(
     )
     plans = []
     for number, source in enumerate(sources):
-        loaded = _loaded(source)
+        loaded = load(source)
         if isinstance(loaded, Result):
             for given, values, default in ((set, settings, None), (rotor, rotors, None), (flavour, flavours, "native")):
                 own = values[number] if _is_each(given) else None
@@ -201,8 +201,14 @@ def side_by_side(sides: Sequence[Side]) -> Comparison:
     return Comparison(named, rows, compare_signals(labels, [side.result.signals for side in named]))
 
 
-def _loaded(source: Source) -> Scenario | Result:
-    """Return the scenario or the result that a source names."""
+def load(source: Source) -> Scenario | Result:
+    """Return the scenario or the result that a source names.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or it is wrong.
+    """
     if isinstance(source, Scenario | Result):
         return source
     if str(source) not in scenarios() and (Path(source).is_dir() or Path(source).suffix == ".nc"):

@@ -191,4 +191,15 @@ add_study(
     shows_progress=True,
 )
 
+add_study(
+    "waterfall",
+    click.argument("source", default="run_up"),
+    click.option("--up-to", default="60 Hz", show_default=True, help="Highest frequency; also in rad/s."),
+    click.option("--window", help="Length of a window; 1 s, or an eighth of a shorter run, by default."),
+    ROTOR,
+    SETTINGS,
+    FLAVOUR,
+    shows_progress=True,
+)
+
 COMMANDS = (modes, tables, study)

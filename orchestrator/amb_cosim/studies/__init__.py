@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from amb_cosim.studies.receptance_identification import identify
     from amb_cosim.studies.reduced_models import reduction
     from amb_cosim.studies.rotor_layout import layout
+    from amb_cosim.studies.run_spectra import waterfall
     from amb_cosim.studies.sensor_receptance import receptance
     from amb_cosim.studies.stability_margin import sensitivity
     from amb_cosim.studies.unbalance_over_speed import unbalance_response
@@ -96,6 +97,9 @@ STUDIES = {
         "contact_recovery",
         "Share of runs that PID, OLAC, notch, force rejection and ROLAC free of contact, by unbalance (Fig. 5.6).",
     ),
+    "waterfall": Study(
+        "run_spectra", "Spectra of the orbits of a run, such as a run-up, or of a saved result, over its time."
+    ),
     "identify": Study(
         "receptance_identification",
         "Receptances of the levitated rotor, identified by its controller, in a table for later runs.",
@@ -124,6 +128,7 @@ __all__ = [
     "test_force",
     "thesis_tables",
     "unbalance_response",
+    "waterfall",
 ]
 
 
