@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from amb_cosim.contact_history import ROLLING, touchable
+from amb_cosim.contact_history import ROLLING, rolling_from, touchable
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.orbits import radius
 from amb_cosim.places import places
@@ -105,16 +105,22 @@ def _panels(run: Signals) -> Iterator[Panel]:
         if curves:
             yield Panel("Radial displacement of the shaft's ends", label, "r (mm)", curves)
     if not speed_changes(run):
-        yield Panel("Orbits over clearance", "x / C_r", "y / C_r", tuple(_orbits(run, shown)), is_round=True)
+        title = "Orbits over clearance" + ("" if rolling_from(run) is None else ", until it rolls")
+        yield Panel(title, "x / C_r", "y / C_r", tuple(_orbits(run, shown)), is_round=True)
 
 
 def _orbits(run: Signals, shown: NDArray[np.bool_]) -> Iterator[Curve]:
+    """Yield the clearance and the orbits; of a rotor that rolls, from before the step until it does."""
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     yield Curve("clearance", np.cos(angle), np.sin(angle), "dashed")
+    rolling = rolling_from(run)
+    if rolling is not None:
+        begin = float(run.attrs.get("step_cycle", 0.0)) - 0.5
+        shown = shown & (cycles(run) >= begin) & (cycles(run) < rolling + 0.02)
+    every = max(1, np.count_nonzero(shown) // (2 * MOST_POINTS))
     for mb, site in places(run).bearings.items():
         x, y, limit = signal(run, f"{mb}.x"), signal(run, f"{mb}.y"), _clearance(run, site)
         if x is not None and y is not None:
-            every = max(1, -(-np.count_nonzero(shown) // MOST_POINTS))
             yield Curve(mb.upper(), x[shown][::every] / limit, y[shown][::every] / limit)
 
 

@@ -60,7 +60,8 @@ def tolerance_text(statement: Statement) -> str:
     """Return how far a value may be off, and why."""
     margins = [f"{100.0 * statement.tolerance:g} %"] if statement.tolerance else []
     margins += [_with_unit(f"{statement.absolute:g}", statement.unit)] if statement.absolute else []
-    return ", ".join(filter(None, (" or ".join(margins), statement.because)))
+    within = f"within {' or '.join(margins)}" if margins else ""
+    return _capitalised("; ".join(filter(None, (within, statement.because))))
 
 
 def _with_unit(text: str, unit: str) -> str:
