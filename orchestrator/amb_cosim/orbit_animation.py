@@ -103,7 +103,7 @@ def frame_cycles(
     count = math.floor((last - first) * frames_per_cycle) + 1
     if count > MOST_FRAMES:
         raise ValueError(
-            f"{count} pictures are not allowed; there can be {MOST_FRAMES}: show fewer cycles, or fewer frames per cycle"
+            f"{count} pictures are not allowed; {MOST_FRAMES} are: show fewer cycles, or fewer frames per cycle"
         )
     return np.clip(first + np.arange(count) / frames_per_cycle, low, high)
 

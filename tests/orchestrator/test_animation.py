@@ -64,7 +64,7 @@ BAD = {
     "no folder": (["run", "-o", "no/orbits.gif"], "there is no folder no"),
     "cycles of no run": (["run", "--begin", "30", "--end", "40"], "cycles 30 to 40 are not allowed"),
     "cycles backwards": (["run", "--begin", "7", "--end", "6"], "cycles 7 to 6 are not allowed; they must ascend"),
-    "too many pictures": (["run", "--frames-per-cycle", "1000"], "20001 pictures are not allowed; there can be 3000"),
+    "too many pictures": (["run", "--frames-per-cycle", "1000"], "20001 pictures are not allowed; 3000 are"),
     "no pictures": (["run", "--frames-per-cycle", "0"], "frames per cycle = 0 is not allowed; it must be > 0"),
     "not a number": (["run", "--begin", "nan"], "cycles nan to 20 are not allowed"),
     "no speed": (["run", "--frames-per-second", "0"], "frames per second = 0 is not allowed; it must be from 1 to 100"),

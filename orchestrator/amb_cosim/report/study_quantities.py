@@ -205,11 +205,9 @@ def mode_frequency(modes: ModeShapes, pair: int) -> float:
 
 
 def mode_kind(modes: ModeShapes, pair: int) -> str:
-    """Return what the shape of a pair of modes is by its nodes: `cylindrical` has none, `conical` one, others bend."""
-    shape = modes.shapes[2 * pair - 2].x
-    largest = shape[int(np.argmax(np.abs(shape)))]
-    changes = int(np.count_nonzero(np.diff(np.sign(np.real(shape * np.conj(largest))))))
-    return {0: "cylindrical", 1: "conical"}.get(changes, f"flexural, {changes} nodes")
+    """Return what the shape of a pair of modes is: `conical`, `cylindrical`, or `flexural` with its crossings."""
+    shape = modes.shapes[2 * pair - 2]
+    return f"flexural, {shape.crossings} nodes" if shape.kind == "flexural" else shape.kind
 
 
 def critical_speed(diagram: CampbellDiagram, number: int) -> float:
