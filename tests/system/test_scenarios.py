@@ -117,12 +117,13 @@ def test_unbalance_as_stated_keeps_the_rotor_in_contact_from_start(figures: Any)
 
 
 def test_unbalance_near_the_middle_rubs_at_the_motor_side_only(figures: Any) -> None:
-    """Fig. 4.7: no contact before the step, then continuous rubbing at MB2."""
+    """Figs 4.7, 4.8: no contact before the step, then rubbing at MB2, here with a gap of two cycles."""
     f = figures("fig4_7")
     assert f["first_contact_cycle"] > 5.0
     assert f["orbit_before_mm"]["mb2"] < CLEARANCE_MM
     assert f["contact_share"]["1"] == f["contact_share"]["3"] == 0.0
-    assert f["contact_share"]["2"] > 0.9
+    assert 0.7 < f["contact_share"]["2"] < 0.85
+    assert f["last_contact_cycle"] > 14.99
     assert f["peak_contact_force_N"]["rb1"] == 0.0
 
 
