@@ -30,6 +30,7 @@ AWARE = {"rolac_controller.contact.aware": True}
 OWN_SENSORS = {**AWARE, "rolac_controller.contact.source": 1}
 GIVEN = {**AWARE, "rolac_controller.contact.source": 2}
 PID = {"rolac_controller.rolac_enable": False}
+D1 = {"rotor_contact.d1.u": "5 g.m", "rotor_contact.d2.u": 0, "rotor_contact.d3.u": 0}
 
 
 def figures_of(name: str, settings: dict[str, Any], factor: float | None) -> dict[str, Any]:
@@ -193,7 +194,7 @@ SWITCHED_ON = {"fig6_6": 10.0, "fig6_8": 16.0, "fig6_10": 35.0}  # Hz
 def test_rolac_reaches_the_optimum_of_the_identified_receptance(figures: Any, regression: Any, name: str) -> None:
     """Figs 6.6, 6.8, 6.10: the eight synchronous amplitudes fall to the least-squares optimum min |Q_0 + R U|.
 
-    With 5 g m on D1 the root of their sum of squares falls to 10, 16 and 62 % at 10, 16 and 35 Hz.
+    The root of their sum of squares falls to less than a quarter at 10, 16 and 35 Hz.
     """
     f = figures(name)
     assert f["recovery"] is None
@@ -205,20 +206,30 @@ def test_rolac_reaches_the_optimum_of_the_identified_receptance(figures: Any, re
     optimum = q_0 - R @ np.linalg.lstsq(R, q_0, rcond=None)[0]
     assert np.linalg.norm(components(f["at_5"], "force")) == 0.0
     assert np.linalg.norm(q) == pytest.approx(np.linalg.norm(optimum), rel=0.03)
+    assert np.linalg.norm(q) < 0.25 * np.linalg.norm(q_0)
     regression("amplitudes over those before", float(np.linalg.norm(q) / np.linalg.norm(q_0)), abs=0.01)
     assert np.linalg.norm(q_0 + R @ u - q) < 0.03 * np.linalg.norm(q_0)
 
 
+MEASURED_MM = {"fig6_8": {"mb1": 0.20}, "fig6_10": {"mb1": 0.37, "mb2": 0.35}}  # under PID, Figs 6.8 and 6.10
+
+
 @pytest.mark.slow
-def test_at_35_hz_rolac_halves_the_vibration_at_mb2_not_at_mb1(figures: Any, regression: Any) -> None:
-    """Fig. 6.10: it is the sum over all sensors that falls. At 10 and 16 Hz both bearings gain."""
+def test_rolac_reduces_the_vibration_at_both_bearings_of_the_rig(figures: Any, regression: Any) -> None:
+    """Figs 6.6 to 6.12: under PID as measured, to which the unbalance was fitted; what ROLAC leaves was not fitted.
+
+    At 35 Hz the thesis has 0.05 to 0.065 mm left. With 5 g m on D1 in place of the fit MB1 grows there.
+    """
     amplitude = {name: figures(name)["settled_amplitude_mm"] for name in SWITCHED_ON}
-    for name in ("fig6_6", "fig6_8"):
-        assert all(amplitude[name]["end"][mb] < 0.8 * amplitude[name]["before"][mb] for mb in ("mb1", "mb2"))
-    before, end = amplitude["fig6_10"]["before"], amplitude["fig6_10"]["end"]
-    assert end["mb2"] < 0.65 * before["mb2"]
-    assert end["mb1"] > before["mb1"]
-    regression("amplitude over that before", {mb: end[mb] / before[mb] for mb in ("mb1", "mb2")}, abs=0.03)
+    for name in SWITCHED_ON:
+        assert all(amplitude[name]["end"][mb] < 0.4 * amplitude[name]["before"][mb] for mb in ("mb1", "mb2"))
+    for name, measured in MEASURED_MM.items():
+        for mb, value in measured.items():
+            assert amplitude[name]["before"][mb] == pytest.approx(value, rel=0.2)
+    assert all(0.02 < amplitude["fig6_10"]["end"][mb] < 0.08 for mb in ("mb1", "mb2"))
+    regression("amplitude at 35 Hz (mm)", amplitude["fig6_10"]["end"], abs=0.003)
+    one_disc = figures("fig6_10", D1)["settled_amplitude_mm"]
+    assert one_disc["end"]["mb1"] > 1.1 * one_disc["before"]["mb1"]
 
 
 @pytest.mark.slow
@@ -230,7 +241,7 @@ def test_rolac_frees_the_rig_where_pid_leaves_it_trapped(figures: Any, regressio
     assert pid["first_contact_cycle"] < 5.8
     assert pid["contact_share"]["0"] < 0.1
     assert rolac["at_0"]["identification_state"] == DONE
-    assert rolac["last_contact_cycle"] < 10.0
+    assert rolac["last_contact_cycle"] < 12.0
     regression("first contact (cycle)", rolac["first_contact_cycle"], abs=0.1)
     regression("last contact (cycle)", rolac["last_contact_cycle"], abs=0.5)
     before, end = (rolac["settled_amplitude_mm"][when] for when in ("before", "end"))
@@ -245,7 +256,7 @@ def test_force_at_the_non_driven_bearing_rubs_there_alone(figures: Any) -> None:
     """Fig. 6.18."""
     f = figures("fig6_18_pid")
     assert f["contact_share"]["1"] > 0.95
-    assert f["contact_share"]["2"] == 0.0
+    assert f["contact_share"]["2"] == f["contact_share"]["3"] == 0.0
 
 
 @pytest.mark.slow

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from amb_cosim.studies.rotor_layout import layout
     from amb_cosim.studies.sensor_receptance import receptance
     from amb_cosim.studies.stability_margin import sensitivity
+    from amb_cosim.studies.thesis_readings import readings
+    from amb_cosim.studies.unbalance_fit import rig_unbalance
     from amb_cosim.studies.unbalance_over_speed import unbalance_response
 
 
@@ -81,6 +83,14 @@ STUDIES = {
         "contact_recovery",
         "Share of runs that PID, OLAC, notch, force rejection and ROLAC free of contact, by unbalance (Fig. 5.6).",
     ),
+    "readings": Study(
+        "thesis_readings",
+        "How near readings of what the thesis leaves open in chapters 4 to 6 come to all that it states.",
+    ),
+    "rig_unbalance": Study(
+        "unbalance_fit",
+        "Unbalances of the rig's discs, fitted to its amplitudes before ROLAC acts (Figs 6.6 to 6.10).",
+    ),
     "identify": Study(
         "receptance_identification",
         "Receptances of the levitated rotor, identified by its controller, in a table for later runs.",
@@ -99,8 +109,10 @@ __all__ = [
     "linearisation",
     "modes",
     "natural_frequencies",
+    "readings",
     "receptance",
     "recovery",
+    "rig_unbalance",
     "sensitivity",
     "tables",
     "test_force",
