@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from amb_cosim.studies.run_spectra import waterfall
     from amb_cosim.studies.sensor_receptance import receptance
     from amb_cosim.studies.stability_margin import sensitivity
+    from amb_cosim.studies.thesis_readings import readings
+    from amb_cosim.studies.unbalance_fit import rig_unbalance
     from amb_cosim.studies.unbalance_over_speed import unbalance_response
 
 
@@ -100,6 +102,14 @@ STUDIES = {
     "waterfall": Study(
         "run_spectra", "Spectra of the orbits of a run, such as a run-up, or of a saved result, over its time."
     ),
+    "readings": Study(
+        "thesis_readings",
+        "How near readings of what the thesis leaves open in chapters 4 to 6 come to all that it states.",
+    ),
+    "rig_unbalance": Study(
+        "unbalance_fit",
+        "Unbalances of the rig's discs, fitted to its amplitudes before ROLAC acts (Figs 6.6 to 6.10).",
+    ),
     "identify": Study(
         "receptance_identification",
         "Receptances of the levitated rotor, identified by its controller, in a table for later runs.",
@@ -119,9 +129,11 @@ __all__ = [
     "linearisation",
     "modes",
     "natural_frequencies",
+    "readings",
     "receptance",
     "recovery",
     "reduction",
+    "rig_unbalance",
     "sensitivity",
     "synchronous_response",
     "tables",
