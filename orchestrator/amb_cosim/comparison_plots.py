@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from amb_cosim.contact_history import touchable
 from amb_cosim.cosim.signals import Signals
@@ -16,7 +17,7 @@ from amb_cosim.orbits import radius
 from amb_cosim.places import places
 from amb_cosim.plots.axes import COLOURS, clearance
 from amb_cosim.plots.style import DASHED, STYLE, StyledFigure
-from amb_cosim.series import cycles, signal
+from amb_cosim.series import cycles, signal, speed_changes
 
 Runs = Mapping[str, Signals]
 """What each run recorded, by its label."""
@@ -61,7 +62,8 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
 
 
 def displacement(runs: Runs, bearings: list[str]) -> Figure:
-    """Draw the radius at each bearing over the clearance there, over the cycles of each run."""
+    """Draw the radius at each bearing over the clearance there, over the run; see `_axis`."""
+    label, axis = _axis(runs)
     figure = StyledFigure(figsize=(7.6, 2.2 * len(bearings) + 0.6), layout="constrained")
     panels = figure.subplots(len(bearings), 1, sharex=True, squeeze=False)[:, 0]
     for panel, bearing in zip(panels, bearings, strict=True):
@@ -69,28 +71,36 @@ def displacement(runs: Runs, bearings: list[str]) -> Figure:
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
             r, c = radius(run, bearing), _clearance(run, bearing)
             if r is not None and (c is not None or not known):
-                panel.plot(cycles(run), r / c if c is not None else 1e3 * r, color=colour, alpha=OPACITY)
+                panel.plot(axis(run), r / c if c is not None else 1e3 * r, color=colour, alpha=OPACITY)
         if known:
             panel.axhline(1.0, color="black", lw=0.9, ls=DASHED)
         panel.set_title(bearing.upper(), loc="left")
         panel.set(ylabel="radius / clearance" if known else "radius (mm)", ylim=(0.0, None))
-    panels[-1].set_xlabel("synchronous cycles")
+    panels[-1].set_xlabel(label)
     return _with_legend(figure, panels[0], runs)
 
 
 def contact(runs: Runs, sites: list[str]) -> Figure:
-    """Draw the normal contact force at each site over the cycles of each run."""
+    """Draw the normal contact force at each site over the run; see `_axis`."""
+    label, axis = _axis(runs)
     figure = StyledFigure(figsize=(7.6, 2.2 * len(sites) + 0.6), layout="constrained")
     panels = figure.subplots(len(sites), 1, sharex=True, squeeze=False)[:, 0]
     for panel, site in zip(panels, sites, strict=True):
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
             force = signal(run, f"{site}.f_n")
             if force is not None:
-                panel.plot(cycles(run), 1e-3 * force, color=colour, alpha=OPACITY)
+                panel.plot(axis(run), 1e-3 * force, color=colour, alpha=OPACITY)
         panel.set_title(site.upper(), loc="left")
         panel.set(ylabel="force (kN)", ylim=(0.0, None))
-    panels[-1].set_xlabel("synchronous cycles")
+    panels[-1].set_xlabel(label)
     return _with_legend(figure, panels[0], runs)
+
+
+def _axis(runs: Runs) -> tuple[str, Callable[[Signals], NDArray[np.float64]]]:
+    """Return label and values of the axis along a run: its cycles or, where a speed changes, its time."""
+    if any(speed_changes(run) for run in runs.values()):
+        return "time (s)", lambda run: np.asarray(run["time"].values)
+    return "synchronous cycles", cycles
 
 
 def _union(names: Iterable[Iterable[str]]) -> list[str]:

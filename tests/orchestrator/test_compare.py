@@ -170,6 +170,14 @@ def test_bearings_of_all_rotors_are_drawn(make):
     assert row(found, "orbit_largest b9").values[0] is None
 
 
+def test_axis_is_time_where_a_speed_changes(make):
+    changing = make(scenario="sweep", speed_profile=json.dumps([(0.0, 300.0), (0.4, 330.0)]))
+    labels = [
+        amb_cosim.compare(make(), other).figures()["contact"].axes[-1].get_xlabel() for other in (make(), changing)
+    ]
+    assert labels == ["synchronous cycles", "time (s)"]
+
+
 BAD = {
     "one run": (["fig4_9"], "1 runs are not allowed; it must be from 2 to 8 that are compared"),
     "unknown scenario": (["fig4_9", "fig4_99"], "fig4_99"),

@@ -20,7 +20,7 @@ from fmi_export.model import Array
 from rolac_controller.excitation import FORCE, amplitude_at
 from rotor_analysis.modes import Complex
 
-SPEEDS = ("5 Hz", "10 Hz", "15 Hz", "16 Hz", "20 Hz", "25 Hz", "30 Hz", "35 Hz", "45 Hz")
+SPEEDS = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 
 
 @dataclass(frozen=True, eq=False)
