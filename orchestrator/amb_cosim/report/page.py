@@ -48,7 +48,8 @@ class Section:
     @property
     def reading(self) -> str:
         """The reading that all its statements take, if there is one."""
-        readings = {one.reading for one in self.judged if one.reading}
+        counted = (Verdict.REPRODUCED, Verdict.WITH_READING, Verdict.MISSED)
+        readings = {one.reading for one in self.judged if one.verdict in counted}
         return readings.pop() if len(readings) == 1 else ""
 
     @property
