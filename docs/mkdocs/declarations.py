@@ -2,6 +2,7 @@
 
 {{ keys of MODULE.CLASS }}       the keys of a TOML file: type, unit, default and limits, as the classes declare them
 {{ names of MODULE }}            the documentation of every public function and class of a module, by mkdocstrings
+{{ statements }}                 those of the thesis, by the answers that `amb-cosim report` left in results/report
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import re
 from collections.abc import Iterator, Mapping
 from importlib import import_module
 from inspect import isclass, isfunction
+from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter
@@ -18,6 +20,8 @@ Schema = Mapping[str, Any]
 
 KEYS = re.compile(r"^\{\{ keys of ([\w.]+)\.(\w+) \}\}$", re.MULTILINE)
 NAMES = re.compile(r"^\{\{ names of ([\w.]+) \}\}$", re.MULTILINE)
+STATEMENTS = re.compile(r"^\{\{ statements \}\}$", re.MULTILINE)
+REPORT = Path(__file__).parents[2] / "results/report"
 TYPES = {
     "string": "text",
     "number": "number",
@@ -32,7 +36,18 @@ VALUE = {"string", "number", "integer", "boolean"}  # a number, or a text with a
 def on_page_markdown(markdown: str, **_: object) -> str:
     """Return the page with what its lines in double braces ask for."""
     markdown = KEYS.sub(lambda found: keys_of(getattr(import_module(found[1]), found[2])), markdown)
-    return NAMES.sub(lambda found: "\n\n".join(names_of(found[1])), markdown)
+    markdown = NAMES.sub(lambda found: "\n\n".join(names_of(found[1])), markdown)
+    return STATEMENTS.sub(lambda _: statements(), markdown)
+
+
+def statements() -> str:
+    """The tables of the report's verdicts, or how to get them where no report has been made."""
+    if not (REPORT / "report.json").exists():
+        return "The tables are here once `amb-cosim report` has run in the folder of this project."
+    from amb_cosim.report.evaluation import evaluate
+    from amb_cosim.report.table import markdown
+
+    return markdown(evaluate(REPORT))
 
 
 def names_of(module: str) -> Iterator[str]:
