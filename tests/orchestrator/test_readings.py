@@ -32,7 +32,7 @@ def test_every_statement_has_one_thing_to_say_of_a_scenario() -> None:
         kind, stated = statement.stated
         assert isinstance(stated, str) == (kind == "is")
         assert statement.measure.split()[0] in MEASURES.keys() | GIVEN.keys()
-        assert load_scenario(statement.scenario).source.startswith("thesis Fig. ")
+        assert load_scenario(statement.scenario).source.startswith("thesis Fig")
     assert {statement.chapter for statement in STATEMENTS} == set(thesis_readings.CHAPTERS)
 
 

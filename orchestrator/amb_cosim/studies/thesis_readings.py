@@ -104,7 +104,7 @@ class Readings(DrawnResult):
 
 
 def readings(
-    chapters: Sequence[int] | str = CHAPTERS, *, flavour: Flavour = "native", progress: bool | Progress | None = None
+    chapters: Sequence[int] | str = "4,5,6", *, flavour: Flavour = "native", progress: bool | Progress | None = None
 ) -> Readings:
     """Return how near readings of the thesis come to what it states in some chapters.
 
