@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -13,31 +11,20 @@ from click.testing import CliRunner
 
 from amb_cosim import studies
 from amb_cosim.cli import main
-from amb_cosim.cosim.signals import SignalTable, Variable
 from amb_cosim.cosim.values import quantity
-from amb_cosim.places import ATTRIBUTE as PLACES
-from amb_cosim.places import Places
 from amb_cosim.scenario import load_scenario
-from amb_cosim.studies import reading_cases, reading_measures, thesis_readings, unbalance_fit
-from amb_cosim.studies.reading_cases import GIVEN, Case, Finding, Reading, read_file, with_rotor
-from amb_cosim.studies.reading_measures import MEASURES, misfit
+from amb_cosim.studies import reading_cases, thesis_readings, unbalance_fit
+from amb_cosim.studies.reading_cases import Case, Finding, Reading, cases_of, load_readings, statements_of, under
+from amb_cosim.studies.thesis_readings import CHAPTERS
+from amb_cosim.thesis.source_runs import prepare_source
+from amb_cosim.thesis.statements import Source
 from rotor_analysis.rotor_file import load_rotor
 
-STATEMENTS, READINGS = read_file()
-RIG = Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"))
-
-
-def test_every_statement_has_one_thing_to_say_of_a_scenario() -> None:
-    for statement in STATEMENTS:
-        kind, stated = statement.stated
-        assert isinstance(stated, str) == (kind == "is")
-        assert statement.measure.split()[0] in MEASURES.keys() | GIVEN.keys()
-        assert load_scenario(statement.scenario).source.startswith("thesis Fig")
-    assert {statement.chapter for statement in STATEMENTS} == set(thesis_readings.CHAPTERS)
+READINGS = load_readings()
 
 
 def test_readings_name_scenarios_and_begin_with_the_scenarios_as_they_are() -> None:
-    for chapter in thesis_readings.CHAPTERS:
+    for chapter in CHAPTERS:
         first, *others = [reading for reading in READINGS if reading.chapter == chapter]
         assert first == Reading(chapter=chapter, name=first.name)
         assert len({reading.name for reading in others}) == len(others)
@@ -47,78 +34,30 @@ def test_readings_name_scenarios_and_begin_with_the_scenarios_as_they_are() -> N
                 load_scenario(instead)
 
 
-@pytest.mark.parametrize(
-    ("found", "stated", "kind", "expected"),
-    [
-        (2.0, 1.0, "value", math.log(2.0)),
-        (0.5, 1.0, "value", math.log(2.0)),
-        (0.5, 1.0, "at_most", 0.0),
-        (2.0, 1.0, "at_most", math.log(2.0)),
-        (2.0, 1.0, "at_least", 0.0),
-        (0.5, 1.0, "at_least", math.log(2.0)),
-        (1e6, 1.0, "value", math.log(10.0)),
-        (None, 1.0, "at_most", math.log(10.0)),
-        (0.0, 1.0, "at_most", 0.0),
-        (0.0, 1.0, "value", math.log(10.0)),
-        ("rb1", "rb1", "is", 0.0),
-        ("rb2", "rb1", "is", 1.0),
-        (None, "rb1", "is", 1.0),
-    ],
-)
-def test_misfit_counts_factors_and_outcomes(found: object, stated: object, kind: str, expected: float) -> None:
-    assert misfit(found, stated, kind) == pytest.approx(expected)
-
-
-def signals(rb1: list[int], rb2: list[int]) -> SignalTable:
-    """A signal table of ten cycles of ten samples each: modes by cycle, a step at cycle 2, a removal at 8."""
-    cycle = np.arange(100) / 10.0
-    values: dict[str, np.ndarray] = {}
-    for site, modes in (("rb1", rb1), ("rb2", rb2)):
-        values[f"rotor_contact.{site}.mode"] = np.repeat(modes, 10)
-        values[f"rotor_contact.{site}.f_n"] = 100.0 * np.repeat(modes, 10)
-    values["rotor_contact.contact_state"] = np.repeat((np.array(rb1) > 0) + 2 * (np.array(rb2) > 0), 10)
-    coordinates = {"time": Variable(cycle, {}), "cycle": Variable(cycle, {})}
-    attributes = {"step_cycle": 2.0, "removal_cycle": 8.0, PLACES: json.dumps(asdict(RIG))}
-    return SignalTable({name: Variable(v, {}) for name, v in values.items()}, coordinates, attributes)
-
-
-def test_measures_tell_which_retainers_are_touched_when_and_for_how_long() -> None:
-    run = signals(rb1=[0, 0, 0, 1, 1, 0, 1, 0, 1, 0], rb2=[0, 0, 0, 0, 1, 1, 1, 0, 0, 0])
-    expected = {
-        "first_site": "rb1",
-        "touched": "both",
-        "touched_after": 1.0,
-        "joined_after": 1.0,
-        "together": 2.0,
-        "after_removal": 0.9,
-        "duration": 5.9,
-        "share rb2": 3.0 / 4.0,
-        "peak rb1": 100.0,
-        "settled rb1": 0.0,
-        "states": "1",
-        "rolls_after": None,
-    }
-    for measure, value in expected.items():
-        name, *arguments = measure.split()
-        found = MEASURES[name](run, *arguments)
-        assert found == (value if not isinstance(value, float) else pytest.approx(value)), measure
-
-
-def test_measures_of_a_run_without_contact() -> None:
-    run = signals(rb1=[0] * 10, rb2=[0] * 10)
-    assert (reading_measures.first_site(run), reading_measures.touched(run)) == (None, "none")
-    assert (reading_measures.joined_after(run), reading_measures.duration(run)) == (None, None)
-    assert reading_measures.share(run, "rb1") == 0.0
-
-
-def test_a_reading_changes_the_rotor_file_of_its_scenario(tmp_path: Path) -> None:
-    planes = Reading(chapter=4, name="four planes", rotor={"reduction": {"masters": [1, 4, 11, 13]}})
-    case = with_rotor(Case(planes, "fig4_9"), tmp_path)
-    changed, rig = load_rotor(case.rotor or ""), load_rotor()
+def test_a_reading_changes_the_rotor_of_every_source(tmp_path: Path) -> None:
+    reading = Reading(chapter=4, name="four planes", rotor={"reduction": {"masters": [1, 4, 11, 13]}})
+    source = under(reading, Source(scenario="fig4_9"))
+    prepared = prepare_source(source, tmp_path / "rotor.toml")
+    changed, rig = load_rotor(prepared.scenario.rotor or ""), load_rotor()
     assert changed.reduction.masters == (1, 4, 11, 13)
     assert changed.bodies == rig.bodies
-    plain = Case(Reading(chapter=4, name="plain"), "fig4_9")
-    assert with_rotor(plain, tmp_path) is plain
+    assert under(Reading(chapter=4, name="plain"), Source(scenario="fig4_9")) == Source(scenario="fig4_9")
+
+
+def test_a_reading_replaces_scenario_values_and_factor() -> None:
+    reading = Reading(
+        chapter=5, name="x", scenarios={"fig4_16": "fig4_16_opposed"}, set={"a.b": 2}, unbalance_factor=1.9
+    )
+    given = Source(scenario="fig4_16", set={"a.b": 1, "a.c": 3}, unbalance_factor=1.0)
+    assert under(reading, given) == Source(scenario="fig4_16_opposed", set={"a.b": 2, "a.c": 3}, unbalance_factor=1.9)
+
+
+@pytest.mark.parametrize("chapter", CHAPTERS)
+def test_a_reading_is_measured_on_every_statement_of_a_run(chapter: int, tmp_path: Path) -> None:
+    cases = cases_of(next(reading for reading in READINGS if reading.chapter == chapter), tmp_path)
+    answered = [statement.key for case in cases for statement in case.statements]
+    assert sorted(answered) == sorted(statement.key for statement in statements_of(chapter))
+    assert len({case.name for case in cases}) == len(cases)
 
 
 def test_gains_of_a_reading_reach_bearings_without_a_controller() -> None:
@@ -130,23 +69,24 @@ def test_gains_of_a_reading_reach_bearings_without_a_controller() -> None:
     }
 
 
-def test_the_result_counts_what_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every run of chapter 6 is replaced by one that meets all but the statement of the bushes."""
+def test_the_misfit_of_a_reading_is_the_mean_over_all_statements(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs of chapter 6 are replaced: the first reading meets all, the others err by 1 in one statement of each run."""
+    first = next(reading for reading in READINGS if reading.chapter == 6)
 
     def found(case: Case) -> list[Finding]:
-        statements = reading_cases.of_scenario(reading_cases.statements_of(6), case.scenario)
-        return [Finding("as stated", 0.0) if s.counted else Finding(3.0, 1.0) for s in statements]
+        misses = case.reading != first
+        return [
+            Finding("as stated", float(misses and k == 0), not misses or k > 0) for k in range(len(case.statements))
+        ]
 
     monkeypatch.setattr(thesis_readings, "simulate_in_processes", lambda _, cases, __: [found(case) for case in cases])
-    monkeypatch.setattr(thesis_readings, "prepare_case", lambda _: None)
+    monkeypatch.setattr(thesis_readings, "build_fmus", lambda *_: None)
     result = studies.readings("6")
-    counted = [statement for statement in reading_cases.statements_of(6) if statement.counted]
-    assert set(result.misfit["6"].values()) == {0.0}
-    assert set(result.met["6"].values()) == {len(counted)}
-    assert len(result.rows["6"]) == len(counted) + 3
-    text = str(result)
-    assert "fig6_13: ends (not counted)" in text
-    assert f"met of {len(counted)}" in text
+    runs, count = len(cases_of(first, Path())), len(statements_of(6))
+    wanted = {reading.name: 0.0 if reading == first else runs / count for reading in READINGS if reading.chapter == 6}
+    assert result.misfit["6"] == pytest.approx(wanted)
+    assert set(result.met["6"].values()) == {count, count - runs}
+    assert f"met of {count}" in str(result)
     assert result.figure() is not None
 
 

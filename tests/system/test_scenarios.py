@@ -29,8 +29,8 @@ def figures_of(name: str, law: int | None) -> dict[str, Any]:
 
     from amb_cosim.scenario import load_scenario
     from amb_cosim.simulation import prepare, run_prepared
-    from amb_cosim.studies.reading_measures import first_site
     from amb_cosim.summary import summarise
+    from amb_cosim.thesis.run_quantities import first_site
 
     settings = None if law is None else {"rotor_contact.contact.impact_law": law}
     result = run_prepared(prepare(load_scenario(name), settings))
@@ -160,7 +160,7 @@ def test_sudden_unbalance_beside_mb2_is_recovered_from_within_a_cycle(figures: A
 def test_sudden_unbalance_on_d2_touches_mb1_first(figures: Any, regression: Any) -> None:
     """Fig. 4.12 by its caption: MB1 first as in the thesis, but hardly both at once, and half of its 5 and 4 kN."""
     text, caption = figures("fig4_12"), figures("fig4_12_d2")
-    assert (text["first_site"], caption["first_site"]) == ("rb2", "rb1")
+    assert (text["first_site"], caption["first_site"]) == ("RB2", "RB1")
     assert caption["recovered"]
     assert caption["contact_share"]["3"] < 0.1 < text["contact_share"]["3"]
     regression("peak contact force (N)", caption["peak_contact_force_N"], rel=0.1)
@@ -193,7 +193,7 @@ def test_phase_between_two_forces_decides_which_bearings_rub(figures: Any, regre
     almost alone.
     """
     quarter, together, opposed = (figures(name) for name in ("fig4_16", "fig4_16_in_phase", "fig4_16_opposed"))
-    assert [f["first_site"] for f in (quarter, together, opposed)] == ["rb1", "rb2", "rb2"]
+    assert [f["first_site"] for f in (quarter, together, opposed)] == ["RB1", "RB2", "RB2"]
     assert quarter["contact_share"]["3"] > 0.7
     assert together["contact_share"]["2"] > 0.85
     assert together["contact_share"]["3"] < 0.05

@@ -29,7 +29,7 @@ def report(output: Path, only: tuple[str, ...], jobs: int | None) -> None:
     from amb_cosim.report.evaluation import evaluate
     from amb_cosim.report.page import PAGE, write_page
     from amb_cosim.report.table import TABLE, write_table
-    from amb_cosim.report.verdict import Verdict
+    from amb_cosim.thesis.verdict import Verdict
 
     with refusing(), bars(Console(stderr=True)) as shown:
         check_writable(output, is_folder=True)

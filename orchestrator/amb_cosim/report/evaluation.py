@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from amb_cosim.cosim.simulation import Progress
-from amb_cosim.report.sources import Answer, Asked, Job, answers, code_digest, job_of
-from amb_cosim.report.statements import Reading, Source, Statement, Statements, load_statements, selected
-from amb_cosim.report.verdict import Computed, Verdict, judge, ratios
+from amb_cosim.report.sources import Answer, Job, answers, code_digest, job_of
 from amb_cosim.scenario import load_scenario
+from amb_cosim.thesis.asked import Asked
+from amb_cosim.thesis.statements import Reading, Source, Statement, Statements, load_statements, selected
+from amb_cosim.thesis.verdict import Computed, Verdict, judge, ratios
 from amb_files.atomic import write_atomically
 
 DATA = "report.json"
@@ -200,7 +201,7 @@ def _way(
 
 def reading_of(source: Source) -> list[str]:
     """Return the factor on all unbalances of a source's scenario, if it has one, and the reading that it declares."""
-    factor = load_scenario(source.scenario).unbalance_factor if source.scenario else 1.0
+    factor = source.unbalance_factor or (load_scenario(source.scenario).unbalance_factor if source.scenario else 1.0)
     scaled = [] if factor == 1.0 else [f"all unbalances times {factor:g}"]
     return [*scaled, *([source.reading] if source.reading else [])]
 

@@ -18,7 +18,7 @@ from markupsafe import Markup
 from amb_cosim.report.evaluation import Judged, Report
 from amb_cosim.report.sources import Answer
 from amb_cosim.report.texts import ratio_text, remark_text, thesis_text, tolerance_text, value_text
-from amb_cosim.report.verdict import Verdict
+from amb_cosim.thesis.verdict import Verdict
 from amb_files.atomic import write_atomically
 
 PAGE = "report.html"

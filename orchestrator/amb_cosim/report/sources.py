@@ -5,54 +5,37 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
 from amb_cosim.cosim.simulation import Progress
-from amb_cosim.cosim.values import quantity
-from amb_cosim.json_data import json_data
-from amb_cosim.report import run_quantities, study_quantities
+from amb_cosim.report import study_quantities
 from amb_cosim.report.panels import Panel, panel_of, run_panels
 from amb_cosim.report.pictures import picture_of
-from amb_cosim.report.statements import Source
 from amb_cosim.report.study_panels import study_panels
-from amb_cosim.report.verdict import Computed
-from amb_cosim.scenario import Scenario, load_scenario
+from amb_cosim.scenario import load_scenario
 from amb_cosim.scenario_file import packaged_files, read_scenario
-from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.simulation import run_prepared
 from amb_cosim.studies.processes import simulate_in_processes
+from amb_cosim.thesis import run_quantities
+from amb_cosim.thesis.asked import Asked, work_out
+from amb_cosim.thesis.source_runs import build_fmus, prepare_source
+from amb_cosim.thesis.statements import Source
+from amb_cosim.thesis.verdict import Computed
 from amb_files.atomic import write_atomically
-from amb_files.toml import parse_toml, read_text, read_toml
+from amb_files.toml import parse_toml, read_text
 from fmi_export.building.identity import package_folder
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR, rotor_path
 
 PACKAGES = (
     *("amb_cosim", "rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"),
     *("rotor_analysis", "amb_analysis", "fmi_export", "amb_files"),
 )
 CODE = (".py", ".c", ".h", ".ll", ".toml")
-OTHER = ("scenarios/", "report/statements.toml", "report/page.py", "report/table.py", "report/texts.py", "commands/")
+OTHER = ("scenarios/", "thesis/statements.toml", "report/page.py", "report/table.py", "report/texts.py", "commands/")
 FOLDER = "sources"  # in that of the report
-
-
-@dataclass(frozen=True)
-class Asked:
-    """A quantity with its arguments, and the unit that its number is wanted in."""
-
-    quantity: str
-    arguments: tuple[tuple[str, Any], ...]
-    unit: str
-
-    @property
-    def key(self) -> str:
-        """Text that identifies it."""
-        return json.dumps([self.quantity, dict(self.arguments), self.unit], sort_keys=True)
 
 
 @dataclass(frozen=True)
@@ -134,14 +117,14 @@ def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> d
     progress(len(found), len(jobs))
     if open_jobs:
         open_jobs[0].file.parent.mkdir(parents=True, exist_ok=True)
-        _build_fmus(open_jobs)
+        build_fmus((job.source for job in open_jobs), open_jobs[0].file.parent)
         simulate_in_processes(
-            work_out, open_jobs, lambda done, _: progress(len(found) + done, len(jobs)), processes=processes
+            keep_answer, open_jobs, lambda done, _: progress(len(found) + done, len(jobs)), processes=processes
         )
     return {job.name: found.get(job.name) or _read(job) for job in jobs}
 
 
-def work_out(job: Job) -> None:
+def keep_answer(job: Job) -> None:
     """Run the source of a job, work out what is asked, and keep the answer; a failure is part of the answer."""
     begin = time.perf_counter()
     try:
@@ -156,24 +139,18 @@ def work_out(job: Job) -> None:
 
 def _of_run(job: Job) -> dict[str, Any]:
     source = job.source
-    scenario = load_scenario(source.scenario)
-    if source.end_cycle is not None:
-        scenario = scenario.changed(end_cycle=source.end_cycle)
-    if source.planes:
-        scenario = scenario.changed(
-            rotor=str(_rotor_with(source.planes, scenario.rotor, job.file.with_suffix(".rotor.toml")))
-        )
-    result = run_prepared(prepare(scenario, dict(source.set)))
+    prepared = prepare_source(source, job.file.with_suffix(".rotor.toml"))
+    result = run_prepared(prepared)
     if result.outcome.failure is not None:
         raise ValueError(f"the run ended early: {result.outcome.failure}")
     values, failures = _work_out_all(job, result.signals, run_quantities.QUANTITIES)
     panels = run_panels(result.signals)
-    changes = {**dict(source.set), **({"end_cycle": source.end_cycle} if source.end_cycle else {})}
-    changes |= {"planes kept": ", ".join(map(str, source.planes))} if source.planes else {}
+    changes = dict(source.set) | source.model_dump(include={"end_cycle", "unbalance_factor"}, exclude_none=True)
+    changes |= {f"rotor {table}.{key}": v for table, values in source.rotor.items() for key, v in values.items()}
     return {
         "values": values,
         "failures": failures,
-        "title": scenario.description,
+        "title": prepared.scenario.description,
         "text": scenario_text(source.scenario),
         "parameters": [*scenario_parameters(source.scenario), *((k, str(v)) for k, v in changes.items())],
         "panels": [panel.as_data() for panel in panels],
@@ -201,33 +178,12 @@ def _work_out_all(job: Job, subject: Any, quantities: Mapping[str, Any]) -> tupl
     values, failures = {}, {}
     for one in job.asked:
         try:
-            values[one.key] = work_out_one(subject, one, quantities)
+            values[one.key] = work_out(subject, one, quantities)
         except (ValueError, LookupError, TypeError, AttributeError, AssertionError) as error:
             failures[one.key] = f"{one.quantity}: {error or type(error).__name__}"
     return {key: value for key, value in values.items() if value is not None}, failures | {
         key: "the run has no such value" for key, value in values.items() if value is None
     }
-
-
-def work_out_one(subject: Any, one: Asked, quantities: Mapping[str, Any]) -> Computed | None:
-    """Return a quantity of a run or of a study in the unit that is wanted.
-
-    Raises
-    ------
-    ValueError
-        If there is no such quantity, or the unit is of another dimension.
-    """
-    if one.quantity not in quantities:
-        raise ValueError(f"there is no quantity {one.quantity!r}; there are {', '.join(quantities)}")
-    function, unit = quantities[one.quantity]
-    value = json_data(function(subject, **dict(one.arguments)))
-    if value is None or isinstance(value, bool | str):
-        return value
-    factor = quantity(f"1 {one.unit}", unit, one.quantity) if unit and one.unit and unit != one.unit else 1.0
-    numbers = [number / factor for number in (value if isinstance(value, list) else [value])]
-    if not all(math.isfinite(number) for number in numbers):
-        return None
-    return numbers if isinstance(value, list) else numbers[0]
 
 
 def scenario_text(name: str) -> str:
@@ -261,35 +217,8 @@ def study_title(study: str) -> str:
     return STUDIES[study].description if study in STUDIES else "What the models take over from the thesis."
 
 
-def _rotor_with(planes: tuple[int, ...], rotor: str | None, path: Path) -> Path:
-    """Write the file of a rotor whose plant keeps some planes, by the same kind of reduction; return its path."""
-    content = read_toml(rotor_path(rotor or DEFAULT_ROTOR), "rotor file")
-    reduction = content.get("reduction", {}) | {"masters": list(planes)}
-    write_atomically(
-        path, lambda file: file.write_text(tomli_w.dumps(content | {"reduction": reduction}), encoding="utf-8")
-    )
-    return path
-
-
 def _scenario_data(source: Source) -> Any:
     return read_scenario(source.scenario) if source.scenario else None
-
-
-def _build_fmus(jobs: Sequence[Job]) -> None:
-    """Build the FMUs of each rotor before several processes do; what is wrong with a scenario is told by its run."""
-    rotors: dict[tuple[str | None, str], Scenario] = {}
-    for job in jobs:
-        if job.source.scenario:
-            try:
-                scenario = load_scenario(job.source.scenario)
-                rotors.setdefault((scenario.rotor, scenario.system), scenario)
-            except ValueError:
-                continue
-    for scenario in rotors.values():
-        try:
-            prepare(scenario)
-        except ValueError:
-            continue
 
 
 def _kept(job: Job) -> Answer | None:

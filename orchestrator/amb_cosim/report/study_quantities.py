@@ -139,15 +139,6 @@ def static_load(axis: BearingAxis) -> float:
     return axis.load.own.static_load
 
 
-def levitated_critical_speeds(inputs: ModelInputs, k_b: float, c_b: float, count: int) -> list[float]:
-    """Return the lowest critical speeds with forward whirl (rad/s) on equal bearings, K_b (N/m) and C_b (N s/m)."""
-    from rotor_analysis.campbell import campbell
-
-    model = supported_rotor(inputs.rotor.on_equal_bearings(k_b, c_b)).model
-    found = campbell(model, np.linspace(0.0, 300.0, 121), 2 * count)
-    return [crossing.Omega for crossing in found.critical_speeds if crossing.whirl == "forward"][:count]
-
-
 def frequencies(tables: ThesisTables, mesh: str, mass: str, speed: float) -> list[float]:
     """Return natural frequencies (rad/s) by mesh (`13_node`, `condensed`), mass matrix and spin speed (rad/s)."""
     if mesh == "condensed" and mass == "diagonal":
@@ -313,7 +304,6 @@ QUANTITIES: dict[str, tuple[Callable[..., Any], str]] = {
     "largest_force": (largest_force, "N"),
     "stiffness_at": (stiffness_at, "N/m"),
     "static_load": (static_load, "N"),
-    "levitated_critical_speeds": (levitated_critical_speeds, "rad/s"),
     "synchronous_force": (synchronous_force, "N"),
     "frequencies": (frequencies, "rad/s"),
     "frequency_errors": (frequency_errors, "1"),

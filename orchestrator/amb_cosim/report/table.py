@@ -12,7 +12,7 @@ import click
 
 from amb_cosim.report.evaluation import Judged, Report, evaluate
 from amb_cosim.report.texts import ratio_text, remark_text, thesis_text, value_text
-from amb_cosim.report.verdict import Verdict
+from amb_cosim.thesis.verdict import Verdict
 from amb_files.atomic import write_atomically
 
 TABLE = "report.md"

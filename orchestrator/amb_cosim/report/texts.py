@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from amb_cosim.report.evaluation import Judged
-from amb_cosim.report.statements import Expected, Statement
-from amb_cosim.report.verdict import Computed, Verdict
+from amb_cosim.thesis.statements import Expected, Statement
+from amb_cosim.thesis.verdict import Computed, Verdict
 
 RELATIONS = {"equal": "", "below": "at most ", "above": "at least "}
 MOST_NUMBERS = 4  # of a list, that are shown

@@ -2,8 +2,7 @@
 
 The thesis gives no positions along the shaft, does not say how its rig was balanced, names discs in two ways, and
 measures other critical speeds than its stiffness gives. A reading settles one of these, and every statement of the
-chapter is measured under it. A number errs by |ln(ours/theirs)|, at most ln 10, an outcome that differs counts 1, and
-the misfit of a reading is the mean of all statements of the chapter.
+chapter that a run answers is measured under it (`amb_cosim.thesis`). The misfit of a reading is their mean.
 """
 
 from __future__ import annotations
@@ -19,46 +18,38 @@ from amb_cosim.cosim.simulation import Progress
 from amb_cosim.progress import progress_bar
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.reading_cases import (
-    Case,
     Finding,
-    Reading,
-    Statement,
-    of_scenario,
-    prepare_case,
-    read_file,
+    cases_of,
+    load_readings,
+    mean_misfit,
     simulate_case,
     statements_of,
-    with_rotor,
 )
-from amb_cosim.studies.reading_measures import Found
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, labelled_table, number
+from amb_cosim.thesis.source_runs import build_fmus
+from amb_cosim.thesis.statements import Expected, Statement
+from amb_cosim.thesis.verdict import Computed
 from rotor_analysis.checks import require
 
 CHAPTERS = (4, 5, 6)
-SIGNS = {"value": "", "at_most": "<= ", "at_least": ">= ", "is": ""}
-MET = 0.2  # misfit of a number that counts as met: within a factor of 1.22
+SIGNS = {"equal": "", "below": "<= ", "above": ">= "}
+MOVED = 0.05  # misfit by which a statement counts as moved
 
 
 @dataclass(frozen=True)
 class Row:
     """A statement and what each reading finds of it.
 
-    statement
-        Figure, scenario and measure.
-    stated
-        What the thesis states.
-    counted
-        Whether the misfit of a reading counts it.
-    found, misfit
+    key, stated
+        Name of the statement, and what the thesis states.
+    findings
         By reading, what the run shows and how far that is from it.
     """
 
-    statement: str
+    key: str
     stated: str
-    counted: bool
-    found: dict[str, Found]
-    misfit: dict[str, float]
+    findings: dict[str, Finding]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,7 +61,7 @@ class Readings(DrawnResult):
     misfit
         By chapter and reading, the mean over the chapter's statements.
     met
-        By chapter and reading, the number of statements with a misfit below 0.2.
+        By chapter and reading, the number of statements that are met within their tolerances.
     """
 
     name: ClassVar[str] = "readings"
@@ -83,22 +74,21 @@ class Readings(DrawnResult):
         """Return a table of readings and one of statements for each chapter."""
         parts: list[TextPart] = []
         for chapter, rows in self.rows.items():
-            first, counted = next(iter(self.misfit[chapter])), [row for row in rows if row.counted]
-            title, of = f"Chapter {chapter}", f"met of {len(counted)}"
-            table = labelled_table(title, "reading", "misfit", of, "better", "worse")
-            for reading, value in self.misfit[chapter].items():
-                change = [row.misfit[reading] - row.misfit[first] for row in counted]
-                better, worse = sum(c < -0.05 for c in change), sum(c > 0.05 for c in change)
-                table.add_row(reading, f"{value:.3f}", f"{self.met[chapter][reading]}", f"{better}", f"{worse}")
             names = list(self.misfit[chapter])
+            table = labelled_table(f"Chapter {chapter}", "reading", "misfit", f"met of {len(rows)}", "better", "worse")
+            for name in names:
+                moves = [row.findings[name].misfit - row.findings[names[0]].misfit for row in rows]
+                better, worse = sum(move < -MOVED for move in moves), sum(move > MOVED for move in moves)
+                table.add_row(
+                    name, f"{self.misfit[chapter][name]:.3f}", f"{self.met[chapter][name]}", f"{better}", f"{worse}"
+                )
             table_of_rows = labelled_table("", "statement", "thesis", *(f"{k}" for k in range(len(names))))
             for row in rows:
-                mark = "" if row.counted else " (not counted)"
-                table_of_rows.add_row(row.statement + mark, row.stated, *(_cell(row.found[name]) for name in names))
+                table_of_rows.add_row(row.key, row.stated, *(_cell(row.findings[name].found) for name in names))
             parts += [table, table_of_rows, "; ".join(f"{k} {name}" for k, name in enumerate(names)), ""]
         parts.append(
             "misfit: mean of |ln(ours/theirs)|, at most ln 10, for numbers and of 1 for an outcome that differs; "
-            "better, worse: statements that a reading moves by more than 0.05 against the first"
+            f"better, worse: statements that a reading moves by more than {MOVED} against the first"
         )
         return parts
 
@@ -124,16 +114,20 @@ def readings(
         If a chapter is another one, or a run does not reach its end.
     """
     wanted = _chapters(chapters)
-    chosen = [reading for reading in read_file()[1] if reading.chapter in wanted]
+    chosen = [reading for reading in load_readings() if reading.chapter in wanted]
     with TemporaryDirectory() as folder, progress_bar(progress) as report:
-        cases = [with_rotor(case, Path(folder)) for reading in chosen for case in _cases(reading, flavour)]
-        for case in {case.rotor: case for case in cases}.values():
-            prepare_case(case)  # checks the input and builds the FMUs before processes are started
+        cases = [case for reading in chosen for case in cases_of(reading, Path(folder), flavour)]
+        build_fmus((case.source for case in cases), Path(folder), flavour)
         found = simulate_in_processes(simulate_case, cases, report)
-    findings: dict[tuple[int, str], dict[str, list[Finding]]] = {}
+    findings: dict[int, dict[str, dict[str, Finding]]] = {}
     for case, of_case in zip(cases, found, strict=True):
-        findings.setdefault((case.reading.chapter, case.reading.name), {})[case.scenario] = of_case
-    return _result({chapter: {n: f for (c, n), f in findings.items() if c == chapter} for chapter in wanted})
+        of_reading = findings.setdefault(case.reading.chapter, {}).setdefault(case.reading.name, {})
+        of_reading |= {statement.key: one for statement, one in zip(case.statements, of_case, strict=True)}
+    return Readings(
+        rows={f"{chapter}": _rows(chapter, of) for chapter, of in findings.items()},
+        misfit={f"{k}": {name: mean_misfit([*of.values()]) for name, of in v.items()} for k, v in findings.items()},
+        met={f"{k}": {n: sum(one.is_met for one in of.values()) for n, of in v.items()} for k, v in findings.items()},
+    )
 
 
 def _chapters(raw: Sequence[int] | str) -> list[int]:
@@ -144,48 +138,19 @@ def _chapters(raw: Sequence[int] | str) -> list[int]:
     return sorted({int(part) for part in parts})
 
 
-def _cases(reading: Reading, flavour: Flavour) -> list[Case]:
-    """Return the runs of a reading, one for each scenario of its chapter."""
-    names = dict.fromkeys(statement.scenario for statement in statements_of(reading.chapter))
-    return [Case(reading, name, flavour) for name in names]
-
-
-def _result(findings: dict[int, dict[str, dict[str, list[Finding]]]]) -> Readings:
-    """Return the result; findings are by chapter, reading and scenario."""
-    rows: dict[str, tuple[Row, ...]] = {}
-    for chapter, of_readings in findings.items():
-        statements = statements_of(chapter)
-        by_scenario = {s.scenario: of_scenario(statements, s.scenario) for s in statements}
-        rows[str(chapter)] = tuple(
-            _row(s, {name: runs[s.scenario][by_scenario[s.scenario].index(s)] for name, runs in of_readings.items()})
-            for s in statements
-        )
-    names = {chapter: list(of[0].misfit) for chapter, of in rows.items()}
-    counted = {chapter: [row for row in of if row.counted] for chapter, of in rows.items()}
-    return Readings(
-        rows=rows,
-        misfit={
-            chapter: {name: sum(row.misfit[name] for row in of) / len(of) for name in names[chapter]}
-            for chapter, of in counted.items()
-        },
-        met={
-            chapter: {name: sum(row.misfit[name] < MET for row in of) for name in names[chapter]}
-            for chapter, of in counted.items()
-        },
+def _rows(chapter: int, findings: dict[str, dict[str, Finding]]) -> tuple[Row, ...]:
+    """Return a row for each statement of a chapter; findings are by reading and statement."""
+    return tuple(
+        Row(statement.key, _stated(statement), {name: of[statement.key] for name, of in findings.items()})
+        for statement in statements_of(chapter)
     )
 
 
-def _row(statement: Statement, found: dict[str, Finding]) -> Row:
-    kind, wanted = statement.stated
-    stated = wanted if isinstance(wanted, str) else f"{SIGNS[kind]}{number(wanted)} {statement.unit}".strip()
-    return Row(
-        statement=f"{statement.figure} {statement.scenario}: {statement.measure}",
-        stated=stated,
-        counted=statement.counted,
-        found={name: finding.found for name, finding in found.items()},
-        misfit={name: finding.misfit for name, finding in found.items()},
-    )
+def _stated(statement: Statement) -> str:
+    return f"{SIGNS[statement.relation]}{_cell(statement.value)} {statement.unit}".strip()
 
 
-def _cell(found: Found) -> str:
-    return found if isinstance(found, str) else number(found)
+def _cell(value: Expected | Computed | None) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(map(number, value))
+    return str(value) if isinstance(value, bool | str) else number(value)

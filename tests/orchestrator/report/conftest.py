@@ -42,6 +42,7 @@ def known_run() -> SignalTable:
     attributes = {
         "places": Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2")).to_json(),
         "parameters": json.dumps({"rotor_contact": {"rb1.clearance": CLEARANCE, "rb2.clearance": CLEARANCE}}),
+        "scenario_data": json.dumps({"unbalance_factor": 1.25}),
         "period_s": PERIOD,
         "speed_rad_s": 2.0 * np.pi / PERIOD,
         "step_cycle": 5.0,
@@ -54,7 +55,7 @@ def known_run() -> SignalTable:
 @pytest.fixture
 def statement():
     """`statement(value=..., tolerance=...)`: a statement about a run."""
-    from amb_cosim.report.statements import Statement
+    from amb_cosim.thesis.statements import Statement
 
     def make(**fields):
         basis = {"key": "fig4_9.force", "where": "Fig. 4.9", "what": "force", "source": "run", "quantity": "peak_force"}

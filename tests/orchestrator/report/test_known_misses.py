@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from amb_cosim.report.evaluation import evaluate
-from amb_cosim.report.statements import load_statements
-from amb_cosim.report.verdict import Verdict
+from amb_cosim.thesis.statements import load_statements
+from amb_cosim.thesis.verdict import Verdict
 
 KNOWN = tomllib.loads((Path(__file__).parent / "known_misses.toml").read_text(encoding="utf-8"))
 KINDNESS = [Verdict.NOT_COMPUTED, Verdict.MISSED, Verdict.WITH_READING, Verdict.REPRODUCED]

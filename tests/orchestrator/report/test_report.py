@@ -13,9 +13,9 @@ from amb_cosim.cli import main
 from amb_cosim.report import sources
 from amb_cosim.report.evaluation import evaluate
 from amb_cosim.report.page import page
-from amb_cosim.report.statements import parse_statements
 from amb_cosim.report.table import markdown
-from amb_cosim.report.verdict import Verdict
+from amb_cosim.thesis.statements import parse_statements
+from amb_cosim.thesis.verdict import Verdict
 
 HERE = {"where": "Fig. 4.9", "source": "run"}
 STATEMENTS = {

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from amb_cosim.report.panels import MOST_POINTS, curve, panel_of, run_panels
-from amb_cosim.report.run_quantities import QUANTITIES
-from amb_cosim.report.sources import Asked, work_out_one
+from amb_cosim.thesis.asked import Asked, work_out
+from amb_cosim.thesis.run_quantities import QUANTITIES
 
 SAMPLE = 0.011  # cycles; what a begin or an end can be off
 
@@ -20,6 +20,12 @@ KNOWN = {
     "spell broken by another state": ("longest_spell", {"states": "RB1"}, 1.0),
     "first contact": ("first_contact", {}, 6.0),
     "last contact": ("last_contact", {}, 9.0),
+    "first contact after the step": ("first_contact", {"since": 5.0}, 1.0),
+    "last contact after another cycle": ("last_contact", {"since": 7.5}, 1.5),
+    "the other retainer": ("second_site_after", {}, 1.0),
+    "rolling after the step": ("rolling_from", {"since": 5.0}, 3.0),
+    "factor": ("unbalance_factor", {}, 1.25),
+    "clearance": ("parameter", {"component": "rotor_contact", "name": "rb1.clearance"}, 0.75e-3),
     "duration": ("contact_duration", {}, 3.0),
     "first spell": ("first_spell", {}, 3.0),
     "rolling from": ("rolling_from", {}, 8.0),
@@ -34,6 +40,7 @@ TEXTS = {
     "site_of_largest_force": "RB1",
     "states_seen": "none, RB1, both",
     "outcome": "recovered",
+    "bearings_that_calm": "MB1 and MB2",
 }
 
 
@@ -50,12 +57,12 @@ def test_a_text_is_that_of_the_known_run(known_run, name, text):
 
 def test_a_number_comes_in_the_unit_that_is_asked_for(known_run):
     asked = Asked("peak_force", (("site", "rb1"),), "kN")
-    assert work_out_one(known_run, asked, QUANTITIES) == pytest.approx(3.0)
+    assert work_out(known_run, asked, QUANTITIES) == pytest.approx(3.0)
 
 
 def test_a_unit_of_another_dimension_is_refused(known_run):
     with pytest.raises(ValueError, match=r"cannot be converted to N"):
-        work_out_one(known_run, Asked("peak_force", (("site", "rb1"),), "mm"), QUANTITIES)
+        work_out(known_run, Asked("peak_force", (("site", "rb1"),), "mm"), QUANTITIES)
 
 
 def test_an_unknown_contact_state_is_refused(known_run):

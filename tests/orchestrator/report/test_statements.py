@@ -7,11 +7,12 @@ import re
 
 import pytest
 
-from amb_cosim.report import run_quantities, study_quantities
+from amb_cosim.report import study_quantities
 from amb_cosim.report.evaluation import reading_of, ways, ways_beside
-from amb_cosim.report.statements import load_statements, parse_statements, selected
 from amb_cosim.scenario import packaged_scenarios
 from amb_cosim.studies import STUDIES
+from amb_cosim.thesis import run_quantities
+from amb_cosim.thesis.statements import load_statements, parse_statements, selected
 
 FIGURES = {2: 8, 3: 9, 4: 21, 5: 6, 6: 20}
 TABLES = {2: 4, 3: 4}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from amb_cosim.report.verdict import Verdict, judge, meets, ratios
+from amb_cosim.thesis.verdict import Verdict, judge, meets, ratios
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ def draw(result: Readings) -> Figure:
             ax.text(value, place, f" {value:.2f}, {result.met[chapter][name]} met", va="center", fontsize=8)
         ax.axvline(first, color="0.3", lw=0.7, ls="--")
         ax.set_yticks(range(len(of)), list(of))
-        ax.set_title(f"chapter {chapter}, {sum(row.counted for row in result.rows[chapter])} statements")
+        ax.set_title(f"chapter {chapter}, {len(result.rows[chapter])} statements")
         ax.invert_yaxis()
         ax.margins(x=0.2)
     axes[-1].set_xlabel("mean misfit: |ln(ours/theirs)|, and 1 for an outcome that differs")

@@ -16,6 +16,7 @@ from amb_cosim.cosim.signals import Signals
 from amb_cosim.orbits import radius, synchronous_amplitude
 from amb_cosim.places import places
 from amb_cosim.series import change, cycles, parameters, signal, speed, turns
+from amb_cosim.thesis.run_settings import QUANTITIES as SETTINGS
 
 Bools = NDArray[np.bool_]
 When = Literal["before", "end"]
@@ -57,15 +58,26 @@ def longest_spell(run: Signals, states: str, begin: float = 0.0, end: float = np
     return max((last - first for first, last in spells), default=0.0)
 
 
-def first_contact(run: Signals) -> float | None:
-    """Return the cycle of the first sample in contact from cycle 0 on."""
-    return contact_history.contact_cycles(run)[0]
+def first_contact(run: Signals, since: float = 0.0) -> float | None:
+    """Return the cycle of the first sample in contact from cycle 0 on, counted from `since`."""
+    first = contact_history.contact_cycles(run)[0]
+    return None if first is None else first - since
 
 
-def last_contact(run: Signals) -> float | None:
-    """Return the cycle of the last sample in contact, 0 without contact."""
-    first, last = contact_history.contact_cycles(run)
-    return 0.0 if first is None else last
+def second_site_after(run: Signals) -> float | None:
+    """Return the cycles from the first contact at one retainer to the first at another; None if only one is touched."""
+    state, from_0 = signal(run, "contact_state"), cycles(run) >= 0.0
+    if state is None:
+        return None
+    touching = [from_0 & (np.asarray(state, int) >> k & 1 > 0) for k in range(len(places(run).bearings))]
+    first = sorted(float(cycles(run)[np.argmax(one)]) for one in touching if one.any())
+    return first[1] - first[0] if len(first) > 1 else None
+
+
+def last_contact(run: Signals, since: float = 0.0) -> float | None:
+    """Return the cycle of the last sample in contact, counted from `since`, 0 without contact after it."""
+    last = contact_history.contact_cycles(run)[1]
+    return 0.0 if last is None else max(0.0, last - since)
 
 
 def contact_duration(run: Signals) -> float | None:
@@ -114,9 +126,10 @@ def outcome(run: Signals) -> str | None:
     return contact_history.recovery(run)
 
 
-def rolling_from(run: Signals) -> float | None:
-    """Return the cycle from which the rotor rolls on a site through a turn of its whirl."""
-    return contact_history.rolling_from(run)
+def rolling_from(run: Signals, since: float = 0.0) -> float | None:
+    """Return the cycle from which the rotor rolls on a site through a turn of its whirl, counted from `since`."""
+    rolling = contact_history.rolling_from(run)
+    return None if rolling is None else rolling - since
 
 
 def contact_to_rolling(run: Signals) -> float | None:
@@ -158,6 +171,16 @@ def largest_remaining_share(run: Signals) -> float | None:
     planes = [(f"s{n}", f"s{n + 1}") for n in (1, 3, 5, 7)]
     pairs = [(_amplitude(run, x, y, "before"), _amplitude(run, x, y, "end")) for x, y in planes]
     return max((after / before for before, after in pairs if before and after is not None), default=None)
+
+
+def bearings_that_calm(run: Signals) -> str:
+    """Return the bearings whose synchronous amplitude at the end is below that before the change: `MB1 and MB2`."""
+    calm = []
+    for bearing in places(run).bearings:
+        before, end = orbit_amplitude(run, bearing, "before"), orbit_amplitude(run, bearing, "end")
+        if before is not None and end is not None and end < before:
+            calm.append(bearing.upper())
+    return " and ".join(calm) or "none"
 
 
 def speed_of_largest_radius(run: Signals, bearing: str, lowest: float, highest: float) -> float | None:
@@ -247,6 +270,7 @@ QUANTITIES: dict[str, tuple[Callable[..., Any], str]] = {
     "longest_spell": (longest_spell, "1"),
     "first_contact": (first_contact, "1"),
     "last_contact": (last_contact, "1"),
+    "second_site_after": (second_site_after, "1"),
     "contact_duration": (contact_duration, "1"),
     "first_spell": (first_spell, "1"),
     "first_site": (first_site, ""),
@@ -262,7 +286,9 @@ QUANTITIES: dict[str, tuple[Callable[..., Any], str]] = {
     "orbit_amplitude": (orbit_amplitude, "m"),
     "sensor_amplitude": (sensor_amplitude, "m"),
     "largest_remaining_share": (largest_remaining_share, "1"),
+    "bearings_that_calm": (bearings_that_calm, ""),
     "speed_of_largest_radius": (speed_of_largest_radius, "rad/s"),
     "identified_norm": (identified_norm, "N/m"),
+    **SETTINGS,
 }
 """Each quantity with the unit of its number, empty for texts and truth values."""

@@ -31,8 +31,8 @@ class Source(Table):
 
     scenario, set, end_cycle
         Name of a scenario, values that replace its own, and the cycle at which the run ends in place of its own.
-    planes
-        Nodes whose translations the plant keeps, in place of those of the scenario's rotor.
+    unbalance_factor, rotor
+        Factor on all unbalances in place of the scenario's, and tables that replace those of its rotor file.
     study, arguments
         Name of a study of `study_quantities`, and its arguments.
     reading
@@ -42,7 +42,8 @@ class Source(Table):
     scenario: str = ""
     set: Values = Field(default={})
     end_cycle: float | None = Field(default=None, gt=0.0)
-    planes: tuple[StrictInt, ...] = ()
+    unbalance_factor: float | None = Field(default=None, gt=0.0)
+    rotor: dict[str, dict[str, Any]] = Field(default={})
     study: str = ""
     arguments: Values = Field(default={})
     reading: str = ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 
-from amb_cosim.report.statements import Statement
+from amb_cosim.thesis.statements import Statement
 
 Computed = bool | float | str | list[float]
 

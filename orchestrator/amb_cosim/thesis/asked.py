@@ -1,0 +1,48 @@
+"""A quantity that is asked of a run or of a study, and how it is worked out."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from amb_cosim.cosim.values import quantity
+from amb_cosim.json_data import json_data
+from amb_cosim.thesis.verdict import Computed
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A quantity with its arguments, and the unit that its number is wanted in."""
+
+    quantity: str
+    arguments: tuple[tuple[str, Any], ...]
+    unit: str
+
+    @property
+    def key(self) -> str:
+        """Text that identifies it."""
+        return json.dumps([self.quantity, dict(self.arguments), self.unit], sort_keys=True)
+
+
+def work_out(subject: Any, one: Asked, quantities: Mapping[str, Any]) -> Computed | None:
+    """Return a quantity of a run or of a study in the unit that is wanted; None if it has none.
+
+    Raises
+    ------
+    ValueError
+        If there is no such quantity, or the unit is of another dimension.
+    """
+    if one.quantity not in quantities:
+        raise ValueError(f"there is no quantity {one.quantity!r}; there are {', '.join(quantities)}")
+    function, unit = quantities[one.quantity]
+    value = json_data(function(subject, **dict(one.arguments)))
+    if value is None or isinstance(value, bool | str):
+        return value
+    factor = quantity(f"1 {one.unit}", unit, one.quantity) if unit and one.unit and unit != one.unit else 1.0
+    numbers = [number / factor for number in (value if isinstance(value, list) else [value])]
+    if not all(math.isfinite(number) for number in numbers):
+        return None
+    return numbers if isinstance(value, list) else numbers[0]
