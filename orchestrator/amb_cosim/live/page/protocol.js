@@ -97,6 +97,7 @@
  * @property {string} source
  * @property {string} system name of a system that comes with the package, or path
  * @property {string | null} rotor as the scenario names it; null for the rig of the thesis
+ * @property {string | null} receptances file of the controller's table, as the scenario names it
  * @property {boolean} gradient
  * @property {number} stepSize communication step in s
  * @property {number} rate communication steps in a second, an integer
