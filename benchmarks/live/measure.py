@@ -1,7 +1,7 @@
 """Factors over real time of scenarios, everything recorded: native FMUs, WebAssembly in node and in Chromium.
 
-All compute the scenario at 4 kHz as fast as they can. In node and Chromium that is timed from the beginning of cycle 0 on; of
-a native run settling is a part like the rest of it.
+All compute the scenario at 4 kHz as fast as they can. In node and Chromium that is timed from the beginning of cycle 0
+on; of a native run settling is a part like the rest of it.
 """
 
 from __future__ import annotations

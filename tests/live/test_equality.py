@@ -33,8 +33,8 @@ def compare(name, session, record_property, capsys):
     first = int(np.argmax(touching)) if touching.any() else len(touching)
     apart = np.max([np.abs(answers.column(signal) - dataset[signal].values) for signal in DISPLACEMENTS], axis=0)
     before, largest = apart[:first].max(), apart.max()
-    record_property("largest_difference_before_contact_m", before)
-    record_property("largest_difference_m", largest)
+    record_property("largest_difference_before_contact_m", float(before))
+    record_property("largest_difference_m", float(largest))
     with capsys.disabled():
         print(f"\n{name}: displacements differ by {before:.1e} m before the first contact, by {largest:.1e} m in all")
     assert touching.any()
