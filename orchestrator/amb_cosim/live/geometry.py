@@ -6,6 +6,7 @@ strain energy to pass through them, which is exact where no inertia acts between
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -98,8 +99,7 @@ def _places(rotor: Rotor) -> dict[int, tuple[str, str]]:
 def _between(nodes: tuple[float, ...]) -> list[float]:
     """Points within the elements, so that the shaft has `PIECES` or more."""
     longest = (nodes[-1] - nodes[0]) / PIECES
-    pairs = zip(nodes[:-1], nodes[1:], strict=True)
-    return [z for a, b in pairs for z in np.linspace(a, b, int(np.ceil((b - a) / longest)) + 1)[1:-1].tolist()]
+    return [z for a, b in pairwise(nodes) for z in np.linspace(a, b, int(np.ceil((b - a) / longest)) + 1)[1:-1].tolist()]
 
 
 def _size(body: BodyOrDisc, length: float) -> dict[str, float]:

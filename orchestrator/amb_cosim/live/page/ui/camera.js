@@ -1,0 +1,55 @@
+// From places in the rig to the screen. Rig coordinates: z along the shaft, u to the right and v up as seen from the motor.
+
+/**
+ * @typedef {object} Camera
+ * @property {number} yaw about the vertical (rad); 0 looks along the shaft
+ * @property {number} pitch from above (rad)
+ * @property {number} scale pixels per metre
+ * @property {number} distance of the eye from the middle (m)
+ * @property {readonly [number, number]} centre of the screen (pixels)
+ */
+
+/** A place on the screen, and how far it is behind the middle (m).
+ * @typedef {[x: number, y: number, depth: number]} Projected */
+
+/**
+ * Return what projects a place (z from the middle of the shaft, u, v; m) to the screen, in weak perspective.
+ * @param {Camera} camera
+ * @returns {(z: number, u: number, v: number) => Projected}
+ */
+export function projection(camera) {
+  const [cy, sy, cp, sp] = [Math.cos(camera.yaw), Math.sin(camera.yaw), Math.cos(camera.pitch), Math.sin(camera.pitch)];
+  return (z, u, v) => {
+    const right = cy * u + sy * z, away = cy * z - sy * u;
+    const up = cp * v + sp * away, depth = cp * away - sp * v;
+    const share = camera.distance / (camera.distance + depth);
+    return [camera.centre[0] + camera.scale * share * right, camera.centre[1] - camera.scale * share * up, depth];
+  };
+}
+
+/**
+ * Return a camera turned by a drag or a key.
+ * @param {Camera} camera
+ * @param {number} yaw rad
+ * @param {number} pitch rad
+ * @returns {Camera}
+ */
+export function turned(camera, yaw, pitch) {
+  return { ...camera, yaw: camera.yaw + yaw, pitch: Math.min(Math.max(camera.pitch + pitch, -1.4), 1.4) };
+}
+
+/**
+ * Return a camera that shows a shaft whole.
+ * @param {Camera} camera
+ * @param {number} length of the shaft (m)
+ * @param {number} reach largest radius of what is drawn (m)
+ * @param {number} width pixels
+ * @param {number} height pixels
+ * @returns {Camera}
+ */
+export function fitted(camera, length, reach, width, height) {
+  const across = Math.abs(Math.sin(camera.yaw)) * length + 2 * reach * Math.abs(Math.cos(camera.yaw)) + reach;
+  const rise = Math.abs(Math.sin(camera.pitch) * Math.cos(camera.yaw)) * length + 2.3 * reach;
+  const scale = Math.min(width / across, height / rise);
+  return { ...camera, scale, distance: 3.2 * length, centre: [0.5 * width, 0.5 * height] };
+}
