@@ -26,10 +26,10 @@
  * An instance of an FMU.
  * @typedef {object} Component
  * @property {string} name
- * @property {string} model key of its module in `Modules`
+ * @property {string} model key of its module in `Parts`
  * @property {string} guid
  * @property {number} every communication steps that one of its steps spans
- * @property {string} data its constants: the file `resources/model.bin`, in base64
+ * @property {string} data key of its constants in `Parts`, the file `resources/model.bin` of its FMU
  * @property {Variable[]} variables
  * @property {Record<string, number>} parameters values that it starts with, where they differ from its own
  */
@@ -88,7 +88,7 @@
  */
 
 /**
- * A scenario with all that it needs to run, but for the modules.
+ * A scenario with all that it needs to run, but for `Parts`.
  * @typedef {object} Rig
  * @property {1} format
  * @property {string} version of amb-cosim
@@ -97,6 +97,7 @@
  * @property {string} source
  * @property {string} system name of a system that comes with the package, or path
  * @property {string | null} rotor as the scenario names it; null for the rig of the thesis
+ * @property {string | null} receptances file of the controller's table, as the scenario names it
  * @property {boolean} gradient
  * @property {number} stepSize communication step in s
  * @property {number} rate communication steps in a second, an integer
@@ -115,8 +116,9 @@
  * @property {Geometry} geometry
  */
 
-/** WebAssembly of the models by name (`rotor_contact`, `amb_actuator`, `rolac_controller`).
- * @typedef {Record<string, Uint8Array | ArrayBuffer>} Modules */
+/** Bytes by key: the modules of the models (`rotor_contact`, `amb_actuator`, `rolac_controller`), and the constants of the
+ * FMUs. Rigs of one rotor share them.
+ * @typedef {Record<string, Uint8Array>} Parts */
 
 // What was done --------------------------------------------------------------------------------------------------------
 
@@ -148,7 +150,7 @@
 // All but `load` are refused before `ready`. Changes take place at the next communication point, not before point 0.
 
 /**
- * @typedef {{ type: "load", rig: Rig, modules: Modules, deed?: Deed, watched?: string[] }} Load
+ * @typedef {{ type: "load", rig: Rig, parts: Parts, deed?: Deed, watched?: string[] }} Load
  * Compile the modules, start, settle, and stop at point 0. `deed` of a link or another page is done again: its settings hold
  * from the start, and its changes take place when their time comes. `watched` are the signals of frames, all by default.
  *
