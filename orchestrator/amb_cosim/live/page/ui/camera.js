@@ -39,7 +39,7 @@ export function turned(camera, yaw, pitch) {
 }
 
 /**
- * Return a camera that shows a shaft whole.
+ * Return a camera that shows a shaft whole: the box around it fills the screen.
  * @param {Camera} camera
  * @param {number} length of the shaft (m)
  * @param {number} reach largest radius of what is drawn (m)
@@ -48,8 +48,11 @@ export function turned(camera, yaw, pitch) {
  * @returns {Camera}
  */
 export function fitted(camera, length, reach, width, height) {
-  const across = Math.abs(Math.sin(camera.yaw)) * length + 2 * reach * Math.abs(Math.cos(camera.yaw)) + reach;
-  const rise = Math.abs(Math.sin(camera.pitch) * Math.cos(camera.yaw)) * length + 2.3 * reach;
-  const scale = Math.min(width / across, height / rise);
-  return { ...camera, scale, distance: 3.2 * length, centre: [0.5 * width, 0.5 * height] };
+  const plain = { ...camera, scale: 1, distance: 2.6 * length, centre: /** @type {const} */ ([0, 0]) };
+  const project = projection(plain);
+  const corners = [-0.5, 0.5].flatMap((end) => [-1, 1].flatMap((u) => [-1.1, 1].map((v) => project(end * length, u * reach, v * reach))));
+  const [x, y] = [0, 1].map((axis) => corners.map((corner) => corner[axis]));
+  const [left, right, top, bottom] = [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y)];
+  const scale = 0.94 * Math.min(width / (right - left), height / (bottom - top));
+  return { ...plain, scale, centre: [0.5 * width - 0.5 * scale * (left + right), 0.5 * height - 0.5 * scale * (top + bottom)] };
 }

@@ -158,17 +158,12 @@ function extremes(traces, ring, first, end, scale) {
 }
 
 /**
- * Return everything held as CSV, with one line of names.
+ * Return everything held as columns, time first.
  * @param {Traces} traces
- * @param {Map<string, string>} units by signal
- * @returns {string}
+ * @returns {{ name: string, values: Float64Array | Float32Array }[]}
  */
-export function toCsv(traces, units) {
-  const names = [...traces.values.keys()], columns = [...traces.values.values()];
-  const lines = [["time (s)", ...names.map((name) => (units.get(name) ? `${name} (${units.get(name)})` : name))].join(",")];
-  for (let k = 0; k < traces.count; k++) {
-    const at = position(traces, k);
-    lines.push([traces.time[at], ...columns.map((column) => Number(column[at].toPrecision(7)))].join(","));
-  }
-  return `${lines.join("\n")}\n`;
+export function columnsOf(traces) {
+  const ends = traces.count === 0 ? [0, 0] : [traces.time[position(traces, 0)], traces.time[position(traces, traces.count - 1)]];
+  const time = Float64Array.from({ length: traces.count }, (_, k) => traces.time[position(traces, k)]);
+  return [{ name: "time", values: time }, ...[...traces.values.keys()].map((name) => ({ name, values: between(traces, name, ends[0], ends[1]) }))];
 }

@@ -70,7 +70,7 @@ export function makeTransport(wishes, current) {
     setPace: (value) => { pace.value = String(Math.log10(value)); repace(); },
     change: (decades) => { pace.value = String(Number(pace.value) + decades); repace(); },
     draw: (session, palette) => {
-      setText(play, isRunning() ? "❚❚" : "▶");
+      play.classList.toggle("running", isRunning());
       play.setAttribute("aria-label", isRunning() ? "Pause" : "Run");
       setText(clock, clockText(session.time));
       setText(cycle, `cycle ${(session.time / session.rig.period).toFixed(2)}`);
