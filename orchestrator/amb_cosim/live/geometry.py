@@ -77,7 +77,7 @@ def geometry(rotor_file: str | None, layout: Mapping[str, Any], gravity_angle: f
 
 
 def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
-    """Return the displacements of all nodes when each of some nodes alone is displaced by 1 and no force acts elsewhere.
+    """Return the displacements of all nodes when one of some nodes is displaced by 1, the others held at 0.
 
     That is q = -K_ss^-1 K_sm q_m in one plane of motion (3.8), shape (nodes, places).
     """
@@ -89,7 +89,7 @@ def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
 
 
 def _radii(rotor: Rotor) -> list[float]:
-    """Return the outer radius (m) of the element that begins at each node; at the last node of the one that ends there."""
+    """Return the outer radius (m) of the element that begins at each node, at the last one of that which ends there."""
     radii = [max(layer.diameter[0] for layer in layers) / 2.0 for layers in rotor.elements]
     return [*radii, radii[-1]]
 

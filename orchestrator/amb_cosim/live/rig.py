@@ -40,8 +40,8 @@ def rig(scenario: Scenario) -> Rig:
     Raises
     ------
     ValueError
-        If the scenario is wrong, or runs what a browser cannot: an FMU that was given as a file, or another coupling than
-        Gauss-Seidel.
+        If the scenario is wrong, or runs what a browser cannot: an FMU that was given as a file, or another coupling
+        than Gauss-Seidel.
     """
     prepared = prepare(scenario)
     _check(prepared)
@@ -72,7 +72,6 @@ def rig(scenario: Scenario) -> Rig:
         "rate": round(1.0 / plan.step_size),
         "first": plan.first,
         "last": plan.last,
-        "grid": math.lcm(*(c.every for c in system.components)),
         "period": plan.period,
         "components": components,
         "connections": [{"source": link.source, "target": link.target} for link in system.connections],
@@ -93,7 +92,8 @@ def _check(prepared: Prepared) -> None:
         raise ValueError(f"coupling = {coupling!r} is not allowed in the live rig; it must be 'gauss_seidel'")
     if prepared.assembly.from_elsewhere:
         name = prepared.assembly.from_elsewhere[0]
-        raise ValueError(f"{name} is the FMU file {prepared.fmus[name].path}; the live rig runs this project's models alone")
+        path = prepared.fmus[name].path
+        raise ValueError(f"{name} is the FMU file {path}; the live rig runs this project's models alone")
     if PLANT not in prepared.interfaces:
         raise ValueError(f"system {prepared.assembly.system.name} has no component {PLANT}, which the live rig shows")
 

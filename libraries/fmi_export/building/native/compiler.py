@@ -1,4 +1,4 @@
-"""Compiles sources to shared libraries for every platform, and to WebAssembly, by the C compiler of PyPI's `ziglang`."""
+"""Compiles sources to shared libraries for every platform, and to WebAssembly, by the C compiler of `ziglang`."""
 
 from __future__ import annotations
 

@@ -103,7 +103,6 @@
  * @property {number} rate communication steps in a second, an integer
  * @property {number} first point
  * @property {number} last point at which the scenario ends
- * @property {number} grid `first` is a multiple of it
  * @property {number} period of the initial speed (s)
  * @property {Component[]} components in Gauss-Seidel order
  * @property {{ source: string, target: string }[]} connections
