@@ -17,7 +17,7 @@ from amb_files.atomic import check_writable
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), default=Path("rig.html"), show_default=True, help="Page to write."
 )
-@click.option("--only", is_flag=True, help="The page has SCENARIO alone; by default those of the same rotor too.")
+@click.option("--only", is_flag=True, help="The page has SCENARIO alone; by default others too, one for each thing to see.")
 @click.option("--docs", default="", metavar="ADDRESS", help="Folder docs of the documentation, for links to its theory.")
 @click.option("--open/--no-open", "opens", default=True, help="Whether the page is opened in a browser.")
 def live(scenario: str, rotor_file: str | None, output: Path, only: bool, docs: str, opens: bool) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -59,7 +60,7 @@ def page(rigs: Sequence[Rig], documentation: str = "") -> str:
 
 
 def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
-    """What the page reads: each rig, and once what several share, bytes in base64."""
+    """What the page reads, compressed: each rig, and once what several share."""
     shown: list[dict[str, Any]] = []
     variables: dict[str, Any] = {}
     parts: dict[str, bytes] = {}
@@ -70,11 +71,14 @@ def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
             components.append({**component, "variables": component["guid"]})
         shown.append({**rig.data, "components": components})
         parts |= rig.parts
-    return {"documentation": documentation, "rigs": shown, "variables": variables, "parts": _in_base64(parts)}
+    described = {"documentation": documentation, "rigs": shown, "variables": variables}
+    text = json.dumps(described, allow_nan=False, separators=(",", ":"))
+    return {"described": _packed(text.encode()), "parts": {key: _packed(content) for key, content in parts.items()}}
 
 
-def _in_base64(parts: Mapping[str, bytes]) -> dict[str, str]:
-    return {key: base64.b64encode(content).decode("ascii") for key, content in parts.items()}
+def _packed(content: bytes) -> str:
+    """Bytes by gzip, which a browser undoes by itself, in base64; the same bytes give the same text."""
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
 
 
 def _sources() -> Iterable[tuple[str, str]]:

@@ -39,12 +39,13 @@ export function makeControls(panel, session, changes) {
 
 /**
  * @param {Session} session
- * @param {import("./declared.js").Slider | import("./declared.js").Boxes | import("./declared.js").Choice} control
+ * @param {import("./declared.js").Declared} control
  * @param {Changes} changes
  * @returns {Control}
  */
 function makeControl(session, control, changes) {
   if (control.kind === "slider") { return makeSlider(session, control, changes); }
+  if (control.kind === "pair") { return makePair(session, control, changes); }
   return control.kind === "boxes" ? makeBoxes(session, control, changes) : makeChoice(session, control, changes);
 }
 
@@ -65,20 +66,47 @@ function shownSetting(session, changes, name) {
  * @returns {Control}
  */
 function makeSlider(session, control, changes) {
+  const { names, range, field, unit, update } = makeNumber(session, control, changes);
+  const label = make("span", { text: control.label, title: session.variables.get(names[0])?.description ?? "" });
+  return { element: make("div", { class: "control" }, [label, make("span", { class: "field" }, [field, unit]), effectBadge(session, names[0]), range]), update };
+}
+
+/**
+ * @param {Session} session
+ * @param {import("./declared.js").Pair} control
+ * @param {Changes} changes
+ * @returns {Control}
+ */
+function makePair(session, control, changes) {
+  const [amount, angle] = [makeNumber(session, control.amount, changes), makeNumber(session, control.angle, changes)];
+  const fields = [make("b", { text: control.label }), amount.field, amount.unit, angle.field, angle.unit, effectBadge(session, amount.names[0])];
+  const ranges = make("div", { class: "ranges" }, [amount.range, angle.range]);
+  return {
+    element: make("div", { class: "pair-control" }, [make("div", { class: "fields" }, fields), ranges]),
+    update: (now) => { amount.update(now); angle.update(now); },
+  };
+}
+
+/**
+ * Return the slider and the field of a number, and what updates them.
+ * @param {Session} session
+ * @param {import("./declared.js").Slider} control
+ * @param {Changes} changes
+ */
+function makeNumber(session, control, changes) {
   const names = control.patterns.flatMap((pattern) => matching(session, pattern));
   const limits = { min: String(control.from), max: String(control.to), step: String(control.step) };
   const range = make("input", { type: "range", ...limits, "aria-label": control.label });
-  const field = make("input", { type: "number", step: "any", "aria-label": `${control.label}, ${control.unit}` });
+  const field = make("input", { type: "number", step: "any", "aria-label": `${control.label}, ${control.unit}`, "data-variable": names[0] });
   const send = (/** @type {number} */ shown) => {
     if (Number.isFinite(shown)) { apply(session, changes, Object.fromEntries(names.map((name) => [name, shown / control.scale]))); }
   };
   range.addEventListener("input", () => { field.value = range.value; send(Number(range.value)); });
   field.addEventListener("change", () => send(field.valueAsNumber));
-  const variable = session.variables.get(names[0]);
-  const label = make("span", { text: control.label, title: variable?.description ?? "" });
   const unit = make("span", { class: "unit", text: control.unit });
   return {
-    element: make("div", { class: "control" }, [label, make("span", { class: "field" }, [field, unit]), effectBadge(session, names[0]), range]),
+    names, range, field, unit,
+    /** @type {Update} */
     update: (now) => {
       const values = names.map((name) => control.scale * shownSetting(now, changes, name));
       const isMixed = values.some((value) => Math.abs(value - values[0]) > 1e-9 * Math.abs(values[0]));

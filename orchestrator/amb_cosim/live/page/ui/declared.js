@@ -28,12 +28,19 @@ import { matching } from "./session.js";
  */
 
 /**
+ * An amount and its angle, side by side.
+ * @typedef {{ kind: "pair", label: string, amount: Slider, angle: Slider }} Pair
+ */
+
+/** @typedef {Slider | Pair | Boxes | Choice} Declared */
+
+/**
  * Controls of one subject, with the theory behind them.
  * @typedef {object} Group
  * @property {string} title
  * @property {string} theory
  * @property {boolean} open
- * @property {(Slider | Boxes | Choice)[]} controls
+ * @property {Declared[]} controls
  * @property {string} [hint]
  */
 
@@ -51,10 +58,11 @@ export function declaredGroups(session) {
   const groups = [
     {
       title: "Unbalance", theory: "rotor", open: true,
-      controls: discs.flatMap((name) => [
-        slider(name.toUpperCase(), [`rotor_contact.${name}.u`], "g m", 1e3, 0, 60, 0.25),
-        slider(`${name.toUpperCase()} angle`, [`rotor_contact.${name}.phi`], "°", 180 / Math.PI, -180, 180, 1),
-      ]),
+      controls: discs.map((name) => ({
+        kind: "pair", label: name.toUpperCase(),
+        amount: slider(`unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.u`], "g m", 1e3, 0, 60, 0.25),
+        angle: slider(`angle of the unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.phi`], "°", 180 / Math.PI, -180, 180, 1),
+      })),
     },
     { title: "Controller", theory: "synchronous", open: true, controls: [controllers(session), slider("adaptation rate", ["rolac_controller.rolac.alpha"], "1/s", 1, 0, 40, 0.5)] },
     {
@@ -127,7 +135,7 @@ function named(session, pattern, label) {
 
 /**
  * @param {Session} session
- * @param {Slider | Boxes | Choice} control
+ * @param {Declared} control
  */
 function isHere(session, control) {
   if (control.kind === "choice") { return control.options.length > 0; }
@@ -135,5 +143,6 @@ function isHere(session, control) {
     control.boxes = control.boxes.filter((box) => session.variables.has(box.name));
     return control.boxes.length > 0;
   }
-  return control.patterns.some((pattern) => matching(session, pattern).length > 0);
+  const { patterns } = control.kind === "pair" ? control.amount : control;
+  return patterns.some((pattern) => matching(session, pattern).length > 0);
 }

@@ -29,12 +29,3 @@ export function startEngine(script, hear, fail) {
     },
   };
 }
-
-/**
- * Return the bytes of base64.
- * @param {string} text
- * @returns {Uint8Array}
- */
-export function bytesOf(text) {
-  return Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
-}

@@ -1,5 +1,7 @@
 // Shortcuts: one list for what they do and for the help that tells them.
 
+import { make } from "./dom.js";
+
 /**
  * @typedef {object} Shortcut
  * @property {string} key as the keyboard reports it
@@ -9,10 +11,13 @@
  */
 
 /**
- * Listen to shortcuts, except while something is typed or held.
+ * Listen to shortcuts, except while something is typed or held, and list them in the help.
+ * @param {HTMLElement} help
  * @param {readonly Shortcut[]} shortcuts
  */
-export function listenToKeys(shortcuts) {
+export function listenToKeys(help, shortcuts) {
+  help.replaceChildren(...shortcuts.flatMap((one) => [make("dt", {}, [make("kbd", { text: one.shown })]), make("dd", { text: one.what })]),
+    make("dt", { text: "arrow keys" }), make("dd", { text: "on an orbit: push; on the shaft: turn; on the time line: back and ahead" }));
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.defaultPrevented || isTaken(event)) { return; }
     const found = shortcuts.find((one) => one.key === event.key.toLowerCase());

@@ -37,7 +37,7 @@ export function spanOf(clearance, x, y) {
 }
 
 /**
- * Return the largest normal force in each of equal sectors of the clearance circle.
+ * Return the largest normal force in each of equal sectors of the clearance circle, those passed between samples too.
  * @param {Float32Array} x m
  * @param {Float32Array} y m
  * @param {Float32Array} force N
@@ -47,11 +47,15 @@ export function spanOf(clearance, x, y) {
  */
 export function contactArcs(x, y, force, sectors, centre = [0, 0]) {
   const arcs = new Float32Array(sectors);
+  const sectorAt = (/** @type {number} */ k) => Math.floor((0.5 * sectors * Math.atan2(y[k] - centre[1], x[k] - centre[0])) / Math.PI);
   for (let k = 0; k < force.length; k++) {
     if (force[k] > 0) {
-      const turn = Math.atan2(y[k] - centre[1], x[k] - centre[0]) / (2 * Math.PI);
-      const sector = Math.floor((turn - Math.floor(turn)) * sectors) % sectors;
-      arcs[sector] = Math.max(arcs[sector], force[k]);
+      const last = sectorAt(k), first = k > 0 && force[k - 1] > 0 ? sectorAt(k - 1) : last;
+      const way = (((last - first) % sectors) + 1.5 * sectors) % sectors - 0.5 * sectors; // the short way round, where it slid
+      for (let step = 0; step <= Math.abs(way); step++) {
+        const sector = (((first + Math.sign(way) * step) % sectors) + sectors) % sectors;
+        arcs[sector] = Math.max(arcs[sector], force[k]);
+      }
     }
   }
   return arcs;

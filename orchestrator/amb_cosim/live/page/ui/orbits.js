@@ -158,7 +158,7 @@ function drawView(view, session, rotation, palette) {
   view.span = wanted > view.span || view.span > 1.6 * wanted ? wanted : view.span + 0.05 * (wanted - view.span);
   const touching = valueOf(session, `${name}.mode`) > 0;
   /** @type {[number, number]} */
-  const centre = ["x", "y"].map((axis) => (settingOf(session, `${name}.offset_${axis}`) || 0) + (valueOf(session, `${name}.housing_${axis}`) || 0));
+  const centre = [centreOf(session, name, "x"), centreOf(session, name, "y")];
   drawOrbit(surfaceOf(view.canvas), {
     clearance, span: view.span, rotation, x, y, centre, arcs: contactArcs(x, y, force, SECTORS, centre),
     f_n, f_t: valueOf(session, `${name}.f_t`), touching, push: view.push, colour,
@@ -168,4 +168,15 @@ function drawView(view, session, rotation, palette) {
   setText(view.force, pushing > 0 ? `push ${quantityText(pushing, "N")} on ${view.disc.toUpperCase()}`
     : touching ? `N = ${quantityText(f_n, "N")}` : `gap ${quantityText(valueOf(session, `${name}.gap`), "m")}`);
   setText(view.scale, `circle ${quantityText(clearance, "m")}`);
+}
+
+/**
+ * Where the centre of a clearance is, with its housing's motion.
+ * @param {Session} session
+ * @param {string} site full name
+ * @param {"x" | "y"} axis
+ * @returns {number} m
+ */
+function centreOf(session, site, axis) {
+  return (settingOf(session, `${site}.offset_${axis}`) || 0) + (valueOf(session, `${site}.housing_${axis}`) || 0);
 }

@@ -20,6 +20,7 @@ import { disc, face, ring, tube } from "./solids.js";
  * @property {readonly { x: Float32Array, y: Float32Array }[]} trails of each bearing
  * @property {readonly { name: string, u: number, phi: number }[]} unbalances kg m, rad
  * @property {number} enlargement of displacements
+ * @property {number} room across the shaft that is shown (m)
  * @property {{ disc: string, force: readonly [number, number] }} push
  */
 
@@ -39,6 +40,20 @@ export function enlargementOf(geometry) {
 }
 
 /**
+ * Return how much room across the shaft its picture needs: the farthest that a disc or a node reaches (m).
+ * @param {Geometry} geometry
+ * @param {(signal: string) => number} value
+ * @param {number} enlargement
+ * @returns {number}
+ */
+export function roomOf(geometry, value, enlargement) {
+  const bent = deflection(geometry, value), length = geometry.nodes[geometry.nodes.length - 1].z - geometry.nodes[0].z;
+  const out = (/** @type {[number, number]} */ [x, y]) => enlargement * Math.hypot(x, y);
+  const discs = geometry.discs.map((one) => one.radius + out(bent.at(one.z)));
+  return Math.max(...discs, ...geometry.nodes.map((node, k) => node.radius + out(bent.nodes[k])), 0.08 * length) + 0.025 * length;
+}
+
+/**
  * Return the displacement of each node, and of a place on the shaft by linear interpolation between nodes.
  * @param {Geometry} geometry
  * @param {(signal: string) => number} value
@@ -55,7 +70,8 @@ export function deflection(geometry, value) {
     at: (place) => {
       const k = Math.min(Math.max(z.findIndex((one) => one >= place), 1), z.length - 1);
       const share = Math.min(Math.max((place - z[k - 1]) / (z[k] - z[k - 1]), 0), 1);
-      return [0, 1].map((axis) => nodes[k - 1][axis] + share * (nodes[k][axis] - nodes[k - 1][axis]));
+      const [[x0, y0], [x1, y1]] = [nodes[k - 1], nodes[k]];
+      return [x0 + share * (x1 - x0), y0 + share * (y1 - y0)];
     },
   };
 }
@@ -70,7 +86,7 @@ export function deflection(geometry, value) {
 export function drawShaft(surface, scene, camera, palette) {
   const { context, width, height } = surface, { geometry } = scene;
   const z = geometry.nodes.map((node) => node.z), length = z[z.length - 1] - z[0], middle = 0.5 * (z[0] + z[z.length - 1]);
-  const reach = Math.max(...geometry.discs.map((one) => one.radius), 0.08 * length) + 0.05 * length;
+  const reach = scene.room;
   const eye = projection(fitted(camera, length, reach, width, height));
   const project = (/** @type {number} */ place, /** @type {number} */ u, /** @type {number} */ v) => eye(middle - place, u, v);
   const [c, s] = [Math.cos(scene.rotation), Math.sin(scene.rotation)];
@@ -268,9 +284,9 @@ function drawLabels(context, scene, place, project, palette) {
   geometry.bearings.forEach((bearing, k) => {
     const site = geometry.sites.find((one) => one.name === bearing.retainer);
     const radius = journalRadius(geometry, bearing.z) + scene.enlargement * (site === undefined ? 1e-3 : scene.clearance(site.name));
-    const [x, y] = project(bearing.z, 0, radius + 0.045);
+    const [x, y] = project(bearing.z, 0, -radius - 0.045);
     context.fillStyle = palette.series[k % palette.series.length];
-    context.fillText(bearing.name.toUpperCase(), x, y - 4);
+    context.fillText(bearing.name.toUpperCase(), x, y + 16);
   });
 }
 

@@ -6,7 +6,7 @@ import { makeControls } from "./controls.js";
 import { byId, setText } from "./dom.js";
 import { makeOrbits, rotationOf } from "./orbits.js";
 import { settingOf, valueOf } from "./session.js";
-import { drawShaft, enlargementOf } from "./shaft.js";
+import { drawShaft, enlargementOf, roomOf } from "./shaft.js";
 import { isSeen, makeSignals } from "./signals.js";
 import { makeContacts, makeEnergies, makeFacts } from "./state.js";
 import { makeSynchronous } from "./synchronous.js";
@@ -66,6 +66,7 @@ export function makeView(current, changes, palette) {
  */
 function makeShaft(current, push) {
   const canvas = byId("shaft", HTMLCanvasElement), listeners = new AbortController(), { signal } = listeners;
+  let room = 0;
   /** @type {import("./camera.js").Camera} */
   let camera = { yaw: YAW.home, pitch: 0.3, scale: 1, distance: 1, centre: [0, 0] };
   canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId), { signal });
@@ -82,7 +83,11 @@ function makeShaft(current, push) {
   return {
     end: () => listeners.abort(),
     draw: (/** @type {Palette} */ palette) => {
-      if (isSeen(canvas)) { drawShaft(surfaceOf(canvas), sceneOf(current(), push()), camera, palette); }
+      if (!isSeen(canvas)) { return; }
+      const scene = sceneOf(current(), push());
+      const needed = roomOf(scene.geometry, scene.value, scene.enlargement);
+      room = Math.max(needed, room + 0.01 * (needed - room)); // at once wider, slowly narrower
+      drawShaft(surfaceOf(canvas), { ...scene, room }, camera, palette);
     },
   };
 }
@@ -90,7 +95,7 @@ function makeShaft(current, push) {
 /**
  * @param {Session} session
  * @param {{ disc: string, force: readonly [number, number] }} push
- * @returns {import("./shaft.js").ShaftScene}
+ * @returns {Omit<import("./shaft.js").ShaftScene, "room">}
  */
 function sceneOf(session, push) {
   const { geometry } = session.rig, setting = (/** @type {string} */ name) => settingOf(session, `rotor_contact.${name}`);
