@@ -26,9 +26,13 @@ import { effectOf, settingOf } from "./session.js";
  * @param {Record<string, number>} values
  */
 export function apply(session, changes, values) {
+  const isLive = (/** @type {string} */ name) => effectOf(session, name) === "live";
   const differs = (/** @type {string} */ name) => settingOf(session, name) !== values[name] || name in changes.planned();
-  const needed = Object.fromEntries(Object.entries(values).filter(([name]) => differs(name)));
-  if (Object.keys(needed).some((name) => effectOf(session, name) === "anew")) { changes.plan(values); } else { changes.set(values); }
+  if (Object.keys(values).some((name) => !isLive(name) && differs(name))) {
+    changes.plan(values);
+  } else {
+    changes.set(Object.fromEntries(Object.entries(values).filter(([name]) => isLive(name))));
+  }
 }
 
 /**
