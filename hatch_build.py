@@ -1,8 +1,8 @@
 """Compiles the engines of the native FMUs into a wheel.
 
 They are for this machine, or for the platforms that AMB_COSIM_PLATFORMS names, with commas between them, or `all`. The
-wheel's tag says so. WebAssembly, which runs in browsers, comes with all of them. An editable installation gets none: its sources may change, and what is missing is compiled at
-first use.
+wheel's tag says so. WebAssembly, which runs in browsers, comes with all of them. An editable installation gets none:
+its sources may change, and what is missing is compiled at first use.
 """
 
 from __future__ import annotations
