@@ -15,10 +15,15 @@ from amb_files.atomic import check_writable
 @click.argument("scenario", default="fig4_9")
 @ROTOR
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), default=Path("rig.html"), show_default=True, help="Page to write."
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    default=Path("rig.html"),
+    show_default=True,
+    help="Page to write.",
 )
-@click.option("--only", is_flag=True, help="The page has SCENARIO alone; by default others too, one for each thing to see.")
-@click.option("--docs", default="", metavar="ADDRESS", help="Folder docs of the documentation, for links to its theory.")
+@click.option("--only", is_flag=True, help="SCENARIO alone; by default others too, one for each thing to see.")
+@click.option("--docs", default="", metavar="ADDRESS", help="Folder docs of the documentation, for links to theory.")
 @click.option("--open/--no-open", "opens", default=True, help="Whether the page is opened in a browser.")
 def live(scenario: str, rotor_file: str | None, output: Path, only: bool, docs: str, opens: bool) -> None:
     """Write one page that runs SCENARIO in a browser, by hand if you like, and open it. It needs no network."""

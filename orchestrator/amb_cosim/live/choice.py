@@ -5,7 +5,7 @@ from __future__ import annotations
 from amb_cosim.live.rig import Rig, rig
 from amb_cosim.scenario import load_scenario
 
-# One for each thing to see: steps of unbalance under each control, rolling, run-up, touchdown, faults, shock, compressor.
+# One for each thing to see: steps of unbalance, rolling, run-up, touchdown, faults, shock, another rotor.
 SHOWN = (
     "fig4_9",
     "fig5_6_pid",

@@ -1,8 +1,8 @@
 """Joins JavaScript modules to one script, so that a page needs no other file and its build no other program.
 
-Each module becomes a function that is called once and returns what the module exports; an import takes it from there. The
-modules keep to what is easily read so: every import names what it takes from a file by its relative path, every export
-stands before a function, a class or a constant or lists names, nothing is imported in a circle.
+Each module becomes a function that is called once and returns what the module exports; an import takes it from there.
+The modules keep to what is easily read so: every import names what it takes from a file by its relative path, every
+export stands before a function, a class or a constant or lists names, nothing is imported in a circle.
 """
 
 from __future__ import annotations

@@ -47,7 +47,8 @@ export function quantityText(value, unit, digits = 3) {
   if (base === undefined) { return `${numberText(value, digits)} ${unitText(unit)}`.trim(); }
   const size = Math.abs(value);
   const [scale, prefix] = size < 5e-10 ? [1, ""] : (PREFIXES.find(([factor]) => size >= 0.9995 * factor) ?? [1e-9, "n"]);
-  const scaled = value / scale, decimals = Math.max(digits - 1 - Math.floor(Math.log10(Math.abs(scaled))), 0);
+  const scaled = value / scale, rounded = Math.abs(Number(scaled.toPrecision(digits)));
+  const decimals = Math.max(digits - 1 - Math.floor(Math.log10(rounded)), 0);
   const text = size < 5e-10 ? "0" : scaled.toFixed(Math.min(decimals, digits));
   return `${text.replace("-", "−")} ${prefix}${base}`;
 }

@@ -49,7 +49,7 @@ export function absorb(session, answer) {
     session.traces = emptyTraces(answer.watched, HELD);
     session.contacts = [];
     session.deed = answer.deed;
-    session.status = "paused";
+    session.status = "settling";
   } else if (answer.type === "columns") {
     session.traces = emptyTraces(answer.watched, HELD);
   } else if (answer.type === "deed") {

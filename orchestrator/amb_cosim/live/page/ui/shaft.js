@@ -35,7 +35,7 @@ const MOST_CURRENT = 10; // A, a magnet of full colour
 export function enlargementOf(geometry) {
   const clearance = Math.min(...geometry.sites.map((site) => site.clearance), 1e-3);
   const radius = Math.max(...geometry.discs.map((one) => one.radius), 0.04);
-  const exact = (0.7 * radius) / clearance, decade = 10 ** Math.floor(Math.log10(exact));
+  const exact = (0.5 * radius) / clearance, decade = 10 ** Math.floor(Math.log10(exact));
   return decade * (exact / decade >= 5 ? 5 : exact / decade >= 2 ? 2 : 1);
 }
 

@@ -56,8 +56,8 @@ export function makePushControl(session, changes) {
   const discs = session.rig.geometry.discs.filter((one) => one.unbalance).map((one) => one.name);
   if (discs.length === 0) { return { element: make("span"), update: () => undefined }; }
   const disc = make("select", { "aria-label": "Disc to push" }, discs.map((name) => make("option", { value: name, text: name.toUpperCase() })));
-  const force = make("input", { type: "number", step: "any", value: "1000", "aria-label": "Force of the push, N" });
-  const angle = make("input", { type: "number", step: "any", value: "-90", style: "width: 4.2rem", "aria-label": "Direction of the push, degrees from the right, upwards positive" });
+  const force = make("input", { type: "number", step: "any", value: "1000", style: "width: 4.4rem", "aria-label": "Force of the push, N" });
+  const angle = make("input", { type: "number", step: "any", value: "-90", style: "width: 3.6rem", "aria-label": "Direction of the push, degrees from the right, upwards positive" });
   const button = make("button", { type: "button", id: "push", "aria-pressed": "false", text: "Push", title: "Pushes while it is held, by the pointer or a key" });
   const press = (/** @type {boolean} */ isOn) => {
     const turn = (Math.PI * (angle.valueAsNumber || 0)) / 180 - rotationOf(session.rig.geometry), size = isOn ? force.valueAsNumber || 0 : 0;

@@ -16,7 +16,7 @@ import { between } from "./traces.js";
 /** @typedef {import("./palette.js").Palette} Palette */
 
 const TEXTS = 100; // ms between updates of what is read
-const YAW = { home: -1.02, step: 0.08 };
+const YAW = { home: -1.15, step: 0.08 };
 
 /**
  * @typedef {object} View
