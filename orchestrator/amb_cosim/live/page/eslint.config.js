@@ -4,7 +4,7 @@ import globals from "globals";
 export default [
   { ignores: ["vendor/", "node_modules/"] },
   js.configs.recommended,
-  { languageOptions: { ecmaVersion: 2024, globals: { ...globals.browser, ...globals.worker } } },
+  { languageOptions: { ecmaVersion: 2024, globals: { ...globals.browser, ...globals.worker, uPlot: "readonly" } } },
   { files: ["tests/**", "*.config.js"], languageOptions: { globals: globals.node } },
   {
     rules: {
