@@ -35,8 +35,7 @@ class Rig:
 
     def pause(self) -> None:
         """Pause if it runs."""
-        if self.page.get_attribute("#play", "aria-label") == "Pause":
-            self.page.click("#play")
+        self.page.evaluate("document.querySelector('#play[aria-label=Pause]')?.click()")
         self.page.wait_for_function("document.querySelector('#achieved').textContent === 'paused'")
 
     def go(self, time: float) -> None:

@@ -27,6 +27,12 @@ test("what a variable is set to: by hand, by the scenario, or as the FMU starts"
   assert.deepEqual(["c.mu", "c.gain"].map((name) => settingOf(one, name)), [0.3, 9]);
 });
 
+test("a change that waits for the next step is shown already", () => {
+  const one = session(FRAME);
+  absorb(one, { type: "deed", deed: { settings: {}, changes: [{ point: 2, time: 0.5, values: { "c.u": 8 } }] } });
+  assert.deepEqual([settingOf(one, "c.u"), valueOf(one, "c.u")], [8, 3]);
+});
+
 test("a frame of an earlier time forgets what came after it", () => {
   const contact = { point: 2, time: 0.5, site: "r", mode: 1 };
   const one = session({ ...FRAME, contacts: [contact] }, { time: 0.25, anew: true, from: 1, rows: Float64Array.of(0.25, 21), values: Float64Array.of(3, 21) });

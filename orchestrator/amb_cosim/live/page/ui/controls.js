@@ -25,9 +25,10 @@ export function makeControls(panel, session, changes) {
     ...declaredGroups(session).map((group) => ({ ...group, controls: group.controls.map((control) => makeControl(session, control, changes)) })),
     { title: "Any variable", theory: "", open: false, controls: [makeAnyVariable(session, changes)] },
   ];
+  const wasOpen = new Map([...panel.querySelectorAll("details")].map((one) => [one.dataset.title, one.open]));
   panel.replaceChildren(...groups.map((group) => {
     const link = group.theory === "" ? [] : [make("a", { class: "theory", href: `#theory-${group.theory}`, "data-theory": group.theory, text: "theory" })];
-    return make("details", { open: group.open }, [
+    return make("details", { open: wasOpen.get(group.title) ?? group.open, "data-title": group.title }, [
       make("summary", {}, [group.title, ...link]),
       ...(group.hint === undefined ? [] : [make("p", { class: "hint", text: group.hint })]),
       ...group.controls.map((control) => control.element),

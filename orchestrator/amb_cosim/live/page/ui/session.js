@@ -94,11 +94,13 @@ export function valueOf(session, name) {
  * @returns {number}
  */
 export function settingOf(session, name) {
-  const shown = valueOf(session, name);
-  if (Number.isFinite(shown)) { return shown; }
-  for (const change of [...session.deed.changes].reverse()) {
-    if (change.time <= session.time + 1e-9 && name in change.values) { return change.values[name]; }
+  const shown = valueOf(session, name), half = 0.5 * session.rig.stepSize;
+  for (let k = session.deed.changes.length - 1; k >= 0; k--) {
+    const { time, values } = session.deed.changes[k];
+    const isDue = time > session.time - half; // at this point, but no step has been done with it
+    if (time < session.time + half && name in values && (isDue || !Number.isFinite(shown))) { return values[name]; }
   }
+  if (Number.isFinite(shown)) { return shown; }
   const given = session.deed.settings.values?.[name] ?? session.rig.inputs[name];
   if (given !== undefined) { return given; }
   const [component, variable] = split(name);
