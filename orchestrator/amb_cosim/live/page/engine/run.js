@@ -19,7 +19,8 @@ import { conditionMet } from "../cosim/stopping.js";
  * @property {Change[]} changes of the user, in order of time
  * @property {import("../cosim/schedule.js").Schedule} schedule
  * @property {import("../cosim/history.js").History} history
- * @property {number} arrived point whose values have been set and recorded; the next step begins there
+ * @property {number} arrived last point whose values have been set, to be recorded; a change there takes that back
+ * @property {boolean} completed whether the end of the scenario was told
  * @property {readonly import("../protocol.js").StopCondition[]} stops
  * @property {number[]} stopPositions
  * @property {number[]} since see `conditionMet`
@@ -51,6 +52,7 @@ export function startRun(rig, libraries, settings, changes) {
     schedule: { changes: new Map(), ramps: [], stepSize: rig.stepSize },
     history: newHistory(Math.max(1, Math.round(HISTORY_STEP * rig.rate))),
     arrived: rig.first - 1,
+    completed: false,
     stops,
     stopPositions: stops.map(({ signal }) => position.get(signal) ?? -1),
     since: stops.map(({ first }) => first),
@@ -137,10 +139,8 @@ export function change(run, values) {
   if (master.point >= 0) { tryOut(run, values); }
   run.changes.push({ point, time: point * rig.stepSize, values });
   run.changes.sort((a, b) => a.point - b.point);
-  for (const [name, value] of Object.entries(values)) {
-    addChange(run.schedule, point, positionOf(run, name), value);
-    if (run.arrived === point) { set(master, positionOf(run, name), value); }
-  }
+  Object.entries(values).forEach(([name, value]) => addChange(run.schedule, point, positionOf(run, name), value));
+  run.arrived = Math.min(run.arrived, point - 1);
 }
 
 /**
@@ -187,6 +187,7 @@ export function goBackTo(run, point, kept) {
   goBack(run.master, moment.snapshot);
   run.since = [...moment.since];
   run.arrived = run.master.point - 1;
+  run.completed = run.completed && run.master.point > run.rig.last;
   run.sites.forEach((site) => { site.mode = run.master.values[site.position]; });
   if (!kept) { run.changes = run.changes.filter((one) => one.point < point); }
   reschedule(run);

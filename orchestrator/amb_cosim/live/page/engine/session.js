@@ -188,10 +188,10 @@ function answer(session, run, request, now) {
       begin(session, rig, { settings: request.settings ?? run.settings, changes: [] }, now);
       return show(session, now);
     case "set":
-      change(run, request.values);
+      changeRun(session, run, request.values);
       break;
     case "push":
-      change(run, { [`rotor_contact.${request.disc}.f_x`]: request.force[0], [`rotor_contact.${request.disc}.f_y`]: request.force[1] });
+      changeRun(session, run, { [`rotor_contact.${request.disc}.f_x`]: request.force[0], [`rotor_contact.${request.disc}.f_y`]: request.force[1] });
       break;
     case "speed":
       speedUp(session, run, request.speed, request.acceleration);
@@ -208,6 +208,20 @@ function answer(session, run, request, now) {
   }
   session.deedChanged = true;
   if (!session.course) { show(session, now); }
+}
+
+/**
+ * Change values from the present point on; if it was recorded, that is taken back.
+ * @param {Session} session
+ * @param {Run} run
+ * @param {Record<string, number>} values
+ */
+function changeRun(session, run, values) {
+  const { arrived } = run, { rows, columns } = session;
+  change(run, values);
+  if (run.arrived === arrived || arrived < 0) { return; }
+  if (rows.length > 0) { rows.length -= columns.length + 1; } else { Object.assign(session, { anew: true }); }
+  if (rows.length === 0) { rows.from = arrived; }
 }
 
 /**
@@ -289,7 +303,8 @@ function look(session, run, course) {
   if (text !== null && course.status === "playing") {
     session.post({ type: "ended", reason: "stopped", time, text });
     session.course = null;
-  } else if (point === run.rig.last && course.status === "playing" && run.settings.events !== false) {
+  } else if (point === run.rig.last && course.status === "playing" && run.settings.events !== false && !run.completed) {
+    run.completed = true;
     session.post({ type: "ended", reason: "completed", time, text: `completed at t = ${time} s` });
     session.course = null;
   }
