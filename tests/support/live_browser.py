@@ -33,11 +33,6 @@ class Rig:
             "!['settling', ''].includes(document.querySelector('#achieved').textContent)", timeout=PATIENCE
         )
 
-    def pause(self) -> None:
-        """Pause if it runs."""
-        self.page.evaluate("document.querySelector('#play[aria-label=Pause]')?.click()")
-        self.page.wait_for_function("document.querySelector('#achieved').textContent === 'paused'")
-
     def go(self, time: float) -> None:
         """Go to a time (s) on the time line, and wait for it."""
         self.page.evaluate(

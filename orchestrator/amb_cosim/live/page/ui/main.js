@@ -10,7 +10,7 @@ import { addMessage, clearMessages, endNotice, showFailure, showNotice, showPend
 import { shownSites } from "./orbits.js";
 import { readPalette } from "./palette.js";
 import { makeSeeker } from "./seeker.js";
-import { absorb, newSession } from "./session.js";
+import { absorb, lasting, newSession } from "./session.js";
 import { watchedSignals } from "./signals.js";
 import { startTheme } from "./theme.js";
 import { listenToTheory, showTheory } from "./theory.js";
@@ -84,7 +84,7 @@ function open(data) {
     if (answer.type === "refused") { showFailure(answer.text); }
     if (answer.type === "failed") { showFailure(`${answer.component} at ${answer.time.toFixed(4)} s: ${answer.text}. Go back in time, or reset.`); }
     if (answer.type === "warning") { addMessage(answer.component, answer.text); }
-    if (answer.type === "ended") { showNotice(answer.reason === "completed" ? "The scenario has ended here. Run goes on." : answer.text); }
+    if (answer.type === "ended" && answer.reason !== "reached") { showNotice(answer.reason === "completed" ? "The scenario has ended here. Run goes on." : answer.text); }
     if (answer.type === "saved") {
       download(`${answer.name}.toml`, answer.toml, "application/toml");
       showNotice(`Saved ${answer.name}.toml: amb-cosim run ${answer.name}.toml repeats what was done.`);
@@ -108,11 +108,16 @@ function open(data) {
     if (plays) { send({ type: "play", pace: transport.pace() }); }
   }
 
+  /** Start anew as the controls stand. */
   function reset() {
+    const { settings, changes: done } = session.deed;
+    restart({ ...settings, values: { ...settings.values, ...lasting(done), ...planned } });
+  }
+
+  /** @param {import("../protocol.js").Settings} settings */
+  function restart(settings) {
     showFailure("");
     clearMessages();
-    const values = { ...session.deed.settings.values, ...planned };
-    const settings = Object.keys(planned).length > 0 ? { ...session.deed.settings, values } : undefined;
     [planned, waits] = [{}, true];
     seeker.drop();
     send({ type: "reset", settings });
@@ -167,7 +172,8 @@ function open(data) {
   listenToKeys(byId("keys", HTMLElement), [
     { key: " ", shown: "space", what: "run or pause", act: transport.toggle },
     { key: "s", shown: "S", what: "single step of communication", act: () => byId("step", HTMLButtonElement).click() },
-    { key: "r", shown: "R", what: "reset, with what waits for it", act: reset },
+    { key: "r", shown: "R", what: "reset: start anew as the controls stand", act: reset },
+    { key: "o", shown: "O", what: "the scenario without your changes", act: () => restart({}) },
     { key: "-", shown: "−", what: "slower", act: () => transport.change(-0.25) },
     { key: "+", shown: "+", what: "faster", act: () => transport.change(0.25) },
     { key: "1", shown: "1", what: "real time", act: () => transport.setPace(1) },
@@ -180,7 +186,7 @@ function open(data) {
     { key: "?", shown: "?", what: "this help", act: help },
   ]);
   listenToTheory(documentation);
-  const buttons = { share, save, csv: saveCsv, theme: switchTheme, theory, help };
+  const buttons = { original: () => restart({}), share, save, csv: saveCsv, theme: switchTheme, theory, help };
   for (const [id, act] of Object.entries(buttons)) { byId(id, HTMLButtonElement).addEventListener("click", act); }
   chooser.replaceChildren(...rigs.map((rig) => make("option", { value: rig.scenario, text: rig.scenario, title: rig.description })));
   chooser.addEventListener("change", () => {

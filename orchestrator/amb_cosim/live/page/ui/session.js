@@ -109,6 +109,16 @@ export function settingOf(session, name) {
 }
 
 /**
+ * Return the values that changes leave, but for forces on discs and the speed, which was on its way.
+ * @param {readonly import("../protocol.js").Change[]} changes in order of time
+ * @returns {Record<string, number>}
+ */
+export function lasting(changes) {
+  const values = Object.assign({}, ...changes.map((change) => change.values));
+  return Object.fromEntries(Object.entries(values).filter(([name]) => name !== "Omega" && !/^rotor_contact\.[^.]+\.f_[xy]$/.test(name)));
+}
+
+/**
  * Return component and variable of a full name.
  * @param {string} name
  * @returns {[string, string]}
