@@ -80,7 +80,7 @@ function makeSlider(session, control, changes) {
  */
 function makePair(session, control, changes) {
   const [amount, angle] = [makeNumber(session, control.amount, changes), makeNumber(session, control.angle, changes)];
-  const fields = [make("b", { text: control.label }), amount.field, amount.unit, angle.field, angle.unit, effectBadge(session, amount.names[0])];
+  const fields = [make("b", { text: control.label, class: control.label.length > 3 ? "long" : "" }), amount.field, amount.unit, angle.field, angle.unit, effectBadge(session, amount.names[0])];
   const ranges = make("div", { class: "ranges" }, [amount.range, angle.range]);
   return {
     element: make("div", { class: "pair-control" }, [make("div", { class: "fields" }, fields), ranges]),
