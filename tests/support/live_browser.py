@@ -33,12 +33,6 @@ class Rig:
             "!['settling', ''].includes(document.querySelector('#achieved').textContent)", timeout=PATIENCE
         )
 
-    def pause(self) -> None:
-        """Pause if it runs."""
-        if self.page.get_attribute("#play", "aria-label") == "Pause":
-            self.page.click("#play")
-        self.page.wait_for_function("document.querySelector('#achieved').textContent === 'paused'")
-
     def go(self, time: float) -> None:
         """Go to a time (s) on the time line, and wait for it."""
         self.page.evaluate(

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { apply } from "../../../orchestrator/amb_cosim/live/page/ui/changes.js";
 import { roomFor } from "../../../orchestrator/amb_cosim/live/page/ui/charts.js";
-import { absorb, effectOf, matching, newSession, settingOf, valueOf } from "../../../orchestrator/amb_cosim/live/page/ui/session.js";
+import { absorb, effectOf, lasting, matching, newSession, settingOf, valueOf } from "../../../orchestrator/amb_cosim/live/page/ui/session.js";
 
 const variable = (name, causality, variability, start) => ({ name, causality, variability, start, type: "Real", unit: "", min: null, max: null, description: "", reference: 0 });
 const rig = {
@@ -27,6 +27,12 @@ test("what a variable is set to: by hand, by the scenario, or as the FMU starts"
   assert.deepEqual(["c.mu", "c.gain"].map((name) => settingOf(one, name)), [0.3, 9]);
 });
 
+test("a change that waits for the next step is shown already", () => {
+  const one = session(FRAME);
+  absorb(one, { type: "deed", deed: { settings: {}, changes: [{ point: 2, time: 0.5, values: { "c.u": 8 } }] } });
+  assert.deepEqual([settingOf(one, "c.u"), valueOf(one, "c.u")], [8, 3]);
+});
+
 test("a frame of an earlier time forgets what came after it", () => {
   const contact = { point: 2, time: 0.5, site: "r", mode: 1 };
   const one = session({ ...FRAME, contacts: [contact] }, { time: 0.25, anew: true, from: 1, rows: Float64Array.of(0.25, 21), values: Float64Array.of(3, 21) });
@@ -43,6 +49,11 @@ test("a change waits as a whole if a fixed parameter differs; one that holds alr
   apply(session(FRAME), changes, { "c.u": 1, "c.mu": 0.2 });
   apply(session(FRAME), changes, { "c.u": 1, "c.mu": 0.1 });
   assert.deepEqual(said, [["plan", { "c.u": 1, "c.mu": 0.2 }], ["set", { "c.u": 1 }]]);
+});
+
+test("a new start keeps what was set last, but no push and no speed", () => {
+  const changes = [{ "c.u": 1, Omega: 9 }, { "rotor_contact.d1.f_x": 500 }, { "c.u": 2, "c.gain": 3 }].map((values, point) => ({ point, time: point, values }));
+  assert.deepEqual(lasting(changes), { "c.u": 2, "c.gain": 3 });
 });
 
 test("patterns match as in scenarios", () => {

@@ -50,7 +50,7 @@ export function turned(camera, yaw, pitch) {
 export function fitted(camera, length, reach, width, height) {
   const plain = { ...camera, scale: 1, distance: 2.6 * length, centre: /** @type {const} */ ([0, 0]) };
   const project = projection(plain);
-  const corners = [-0.5, 0.5].flatMap((end) => [-1, 1].flatMap((u) => [-1.1, 1].map((v) => project(end * length, u * reach, v * reach))));
+  const corners = [-0.5, 0.5].flatMap((end) => [-1, 1].flatMap((u) => [-1.25, 1].map((v) => project(end * length, u * reach, v * reach))));
   const [x, y] = [0, 1].map((axis) => corners.map((corner) => corner[axis]));
   const [left, right, top, bottom] = [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y)];
   const scale = 0.94 * Math.min(width / (right - left), height / (bottom - top));

@@ -25,9 +25,10 @@ export function makeControls(panel, session, changes) {
     ...declaredGroups(session).map((group) => ({ ...group, controls: group.controls.map((control) => makeControl(session, control, changes)) })),
     { title: "Any variable", theory: "", open: false, controls: [makeAnyVariable(session, changes)] },
   ];
+  const wasOpen = new Map([...panel.querySelectorAll("details")].map((one) => [one.dataset.title, one.open]));
   panel.replaceChildren(...groups.map((group) => {
     const link = group.theory === "" ? [] : [make("a", { class: "theory", href: `#theory-${group.theory}`, "data-theory": group.theory, text: "theory" })];
-    return make("details", { open: group.open }, [
+    return make("details", { open: wasOpen.get(group.title) ?? group.open, "data-title": group.title }, [
       make("summary", {}, [group.title, ...link]),
       ...(group.hint === undefined ? [] : [make("p", { class: "hint", text: group.hint })]),
       ...group.controls.map((control) => control.element),
@@ -79,7 +80,7 @@ function makeSlider(session, control, changes) {
  */
 function makePair(session, control, changes) {
   const [amount, angle] = [makeNumber(session, control.amount, changes), makeNumber(session, control.angle, changes)];
-  const fields = [make("b", { text: control.label }), amount.field, amount.unit, angle.field, angle.unit, effectBadge(session, amount.names[0])];
+  const fields = [make("b", { text: control.label, class: control.label.length > 3 ? "long" : "" }), amount.field, amount.unit, angle.field, angle.unit, effectBadge(session, amount.names[0])];
   const ranges = make("div", { class: "ranges" }, [amount.range, angle.range]);
   return {
     element: make("div", { class: "pair-control" }, [make("div", { class: "fields" }, fields), ranges]),

@@ -64,7 +64,11 @@ export function declaredGroups(session) {
         angle: slider(`angle of the unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.phi`], "°", 180 / Math.PI, -180, 180, 1),
       })),
     },
-    { title: "Controller", theory: "synchronous", open: true, controls: [controllers(session), slider("adaptation rate", ["rolac_controller.rolac.alpha"], "1/s", 1, 0, 40, 0.5)] },
+    {
+      title: "Controller", theory: "synchronous", open: true,
+      hint: "ROLAC from before a contact recovers from it. Switched on in a contact that lasts it does not; contact-aware ROLAC does.",
+      controls: [controllers(session), slider("adaptation rate", ["rolac_controller.rolac.alpha"], "1/s", 1, 0, 40, 0.5)],
+    },
     {
       title: "Gains", theory: "controller", open: false,
       controls: [

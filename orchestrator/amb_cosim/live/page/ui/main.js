@@ -7,8 +7,10 @@ import { byId, download, make, setText } from "./dom.js";
 import { startEngine } from "./engine.js";
 import { listenToKeys } from "./keys.js";
 import { addMessage, clearMessages, endNotice, showFailure, showNotice, showPending } from "./messages.js";
+import { shownSites } from "./orbits.js";
 import { readPalette } from "./palette.js";
-import { absorb, newSession } from "./session.js";
+import { makeSeeker } from "./seeker.js";
+import { absorb, lasting, newSession } from "./session.js";
 import { watchedSignals } from "./signals.js";
 import { startTheme } from "./theme.js";
 import { listenToTheory, showTheory } from "./theory.js";
@@ -38,8 +40,11 @@ function open(data) {
   let palette = readPalette();
   let plays = !matchMedia("(prefers-reduced-motion: reduce)").matches; // once the rotor has settled
   let waits = true; // for it to settle
+  let shown = ""; // sites that the view was made for
 
   const send = (/** @type {import("../protocol.js").Request} */ request) => engine?.send(request);
+  const seeker = makeSeeker(() => session, send);
+  const sitesShown = () => shownSites(session).map((site) => site.name).join();
   const tellPending = () => showPending(
     Object.keys(planned).filter((name) => session.variables.get(name)?.variability === "fixed"), reset,
     () => { planned = {}; tellPending(); });
@@ -53,6 +58,7 @@ function open(data) {
     engine?.end();
     view?.end();
     [engine, view, planned, waits] = [null, null, {}, true];
+    seeker.drop();
     const loaded = session = newSession(rigOf(data, scenario)), { rig } = session;
     chooser.value = rig.scenario;
     document.title = `Live rig: ${rig.scenario}`;
@@ -71,12 +77,14 @@ function open(data) {
   /** @param {Answer} answer */
   function hear(answer) {
     absorb(session, answer);
+    if (answer.type === "refused" || answer.type === "failed") { seeker.drop(); }
+    if (answer.type === "frame") { seeker.heard(); }
     if (answer.type === "ready") { rebuild(); }
     if (answer.type === "frame" && waits && answer.status === "paused") { begin(); }
     if (answer.type === "refused") { showFailure(answer.text); }
     if (answer.type === "failed") { showFailure(`${answer.component} at ${answer.time.toFixed(4)} s: ${answer.text}. Go back in time, or reset.`); }
     if (answer.type === "warning") { addMessage(answer.component, answer.text); }
-    if (answer.type === "ended") { showNotice(answer.reason === "completed" ? "The scenario has ended here. Run goes on." : answer.text); }
+    if (answer.type === "ended" && answer.reason !== "reached") { showNotice(answer.reason === "completed" ? "The scenario has ended here. Run goes on." : answer.text); }
     if (answer.type === "saved") {
       download(`${answer.name}.toml`, answer.toml, "application/toml");
       showNotice(`Saved ${answer.name}.toml: amb-cosim run ${answer.name}.toml repeats what was done.`);
@@ -86,6 +94,7 @@ function open(data) {
   /** Make the view anew, in the colours that are in force. */
   function rebuild() {
     palette = readPalette();
+    shown = sitesShown();
     if (session.status !== "loading") {
       view?.end();
       view = makeView(() => session, changes, () => palette);
@@ -95,16 +104,22 @@ function open(data) {
   /** Go on as the user wants, now that the rotor has settled. */
   function begin() {
     waits = false;
-    rebuild();
+    if (sitesShown() !== shown) { rebuild(); }
     if (plays) { send({ type: "play", pace: transport.pace() }); }
   }
 
+  /** Start anew as the controls stand. */
   function reset() {
+    const { settings, changes: done } = session.deed;
+    restart({ ...settings, values: { ...settings.values, ...lasting(done), ...planned } });
+  }
+
+  /** @param {import("../protocol.js").Settings} settings */
+  function restart(settings) {
     showFailure("");
     clearMessages();
-    const values = { ...session.deed.settings.values, ...planned };
-    const settings = Object.keys(planned).length > 0 ? { ...session.deed.settings, values } : undefined;
     [planned, waits] = [{}, true];
+    seeker.drop();
     send({ type: "reset", settings });
     tellPending();
   }
@@ -119,11 +134,11 @@ function open(data) {
   };
 
   const transport = makeTransport({
-    play: (pace) => { showFailure(""); plays = true; if (!waits) { send({ type: "play", pace }); } },
-    pause: () => { plays = false; send({ type: "pause" }); },
-    step: () => { plays = false; send({ type: "step" }); },
+    play: (pace) => { showFailure(""); plays = true; seeker.drop(); if (!waits) { send({ type: "play", pace }); } },
+    pause: () => { plays = false; seeker.drop(); send({ type: "pause" }); },
+    step: () => { plays = false; seeker.drop(); send({ type: "step" }); },
     reset,
-    go: (time, keep) => { showFailure(""); send(time <= session.time ? { type: "rewind", time, keep } : { type: "run", to: time }); },
+    go: (time, keep) => { showFailure(""); seeker.go(time, keep); },
   }, () => session);
 
   function share() {
@@ -157,7 +172,8 @@ function open(data) {
   listenToKeys(byId("keys", HTMLElement), [
     { key: " ", shown: "space", what: "run or pause", act: transport.toggle },
     { key: "s", shown: "S", what: "single step of communication", act: () => byId("step", HTMLButtonElement).click() },
-    { key: "r", shown: "R", what: "reset, with what waits for it", act: reset },
+    { key: "r", shown: "R", what: "reset: start anew as the controls stand", act: reset },
+    { key: "o", shown: "O", what: "the scenario without your changes", act: () => restart({}) },
     { key: "-", shown: "−", what: "slower", act: () => transport.change(-0.25) },
     { key: "+", shown: "+", what: "faster", act: () => transport.change(0.25) },
     { key: "1", shown: "1", what: "real time", act: () => transport.setPace(1) },
@@ -170,7 +186,7 @@ function open(data) {
     { key: "?", shown: "?", what: "this help", act: help },
   ]);
   listenToTheory(documentation);
-  const buttons = { share, save, csv: saveCsv, theme: switchTheme, theory, help };
+  const buttons = { original: () => restart({}), share, save, csv: saveCsv, theme: switchTheme, theory, help };
   for (const [id, act] of Object.entries(buttons)) { byId(id, HTMLButtonElement).addEventListener("click", act); }
   chooser.replaceChildren(...rigs.map((rig) => make("option", { value: rig.scenario, text: rig.scenario, title: rig.description })));
   chooser.addEventListener("change", () => {

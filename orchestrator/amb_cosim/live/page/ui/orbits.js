@@ -77,6 +77,7 @@ export function makeOrbits(panel, session, onPush) {
   const { geometry } = session.rig, rotation = rotationOf(geometry);
   let pushed = { disc: "", force: /** @type {[number, number]} */ ([0, 0]) };
   const views = shownSites(session).map((site) => makeView(site, nearestDisc(geometry, site.z)));
+  panel.classList.toggle("many", views.length > 2);
   panel.replaceChildren(...views.map((view) => view.element));
   const apply = (/** @type {OrbitView} */ view, /** @type {[number, number]} */ force) => {
     view.push = force;

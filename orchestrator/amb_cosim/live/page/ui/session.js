@@ -94,16 +94,28 @@ export function valueOf(session, name) {
  * @returns {number}
  */
 export function settingOf(session, name) {
-  const shown = valueOf(session, name);
-  if (Number.isFinite(shown)) { return shown; }
-  for (const change of [...session.deed.changes].reverse()) {
-    if (change.time <= session.time + 1e-9 && name in change.values) { return change.values[name]; }
+  const shown = valueOf(session, name), half = 0.5 * session.rig.stepSize;
+  for (let k = session.deed.changes.length - 1; k >= 0; k--) {
+    const { time, values } = session.deed.changes[k];
+    const isDue = time > session.time - half; // at this point, but no step has been done with it
+    if (time < session.time + half && name in values && (isDue || !Number.isFinite(shown))) { return values[name]; }
   }
+  if (Number.isFinite(shown)) { return shown; }
   const given = session.deed.settings.values?.[name] ?? session.rig.inputs[name];
   if (given !== undefined) { return given; }
   const [component, variable] = split(name);
   const own = session.rig.components.find((one) => one.name === component)?.parameters[variable];
   return own ?? session.variables.get(name)?.start ?? NaN;
+}
+
+/**
+ * Return the values that changes leave, but for forces on discs and the speed, which was on its way.
+ * @param {readonly import("../protocol.js").Change[]} changes in order of time
+ * @returns {Record<string, number>}
+ */
+export function lasting(changes) {
+  const values = Object.assign({}, ...changes.map((change) => change.values));
+  return Object.fromEntries(Object.entries(values).filter(([name]) => name !== "Omega" && !/^rotor_contact\.[^.]+\.f_[xy]$/.test(name)));
 }
 
 /**

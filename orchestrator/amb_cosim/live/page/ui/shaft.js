@@ -118,7 +118,7 @@ export function drawShaft(surface, scene, camera, palette) {
   });
   for (const site of geometry.sites.filter((one) => scene.enabled(one.name))) { faces.push(...retainer(site, scene, project, palette)); }
 
-  drawFloor(context, z[0], z[z.length - 1], -reach, project, palette);
+  drawFloor(context, z[0], z[z.length - 1], -1.2 * reach, project, palette);
   faces.sort((a, b) => b.depth - a.depth).forEach((one) => one.draw(context));
   drawLabels(context, scene, place, project, palette);
   drawPush(context, scene, place, project, palette);
@@ -277,9 +277,13 @@ function drawLabels(context, scene, place, project, palette) {
   context.textBaseline = "bottom";
   context.font = `600 12px ${palette.font}`;
   context.fillStyle = palette.soft;
+  let free = -Infinity; // of other labels, from the left
   for (const one of geometry.discs.filter((body) => body.unbalance && body.radius > 0)) {
-    const { u, v } = place(one.z), [x, y] = project(one.z, u, v + one.radius);
-    context.fillText(one.name.toUpperCase(), x, y - 4);
+    const { u, v } = place(one.z), [x, y] = project(one.z, u, v + one.radius), text = one.name.toUpperCase();
+    const half = 0.5 * context.measureText(text).width;
+    if (x - half < free && x > free - 2 * half) { continue; }
+    context.fillText(text, x, y - 4);
+    free = x + half + 4;
   }
   geometry.bearings.forEach((bearing, k) => {
     const site = geometry.sites.find((one) => one.name === bearing.retainer);

@@ -32,7 +32,7 @@ export function makeSpeedControl(session, changes) {
   field.addEventListener("change", () => send(field.valueAsNumber));
   const badge = make("span", { class: "badge live", title: "continuous input", text: "now" });
   const top = make("div", { class: "control" }, [make("span", { text: "Speed" }), make("span", { class: "field" }, [field, make("span", { class: "unit", text: "rad/s" })]), badge, range]);
-  const below = make("div", { class: "control" }, [make("span", { text: "reached at" }), make("span", { class: "field" }, [rate, make("span", { class: "unit", text: "rad/s²" })]), hertz]);
+  const below = make("div", { class: "control" }, [make("span", { text: "rate" }), make("span", { class: "field" }, [rate, make("span", { class: "unit", text: "rad/s²" })]), hertz]);
   return {
     element: make("div", {}, [top, below]),
     update: (now) => {
@@ -56,7 +56,7 @@ export function makePushControl(session, changes) {
   const discs = session.rig.geometry.discs.filter((one) => one.unbalance).map((one) => one.name);
   if (discs.length === 0) { return { element: make("span"), update: () => undefined }; }
   const disc = make("select", { "aria-label": "Disc to push" }, discs.map((name) => make("option", { value: name, text: name.toUpperCase() })));
-  const force = make("input", { type: "number", step: "any", value: "1000", style: "width: 4.4rem", "aria-label": "Force of the push, N" });
+  const force = make("input", { type: "number", step: "any", value: "1000", style: "width: 4.1rem", "aria-label": "Force of the push, N" });
   const angle = make("input", { type: "number", step: "any", value: "-90", style: "width: 3.6rem", "aria-label": "Direction of the push, degrees from the right, upwards positive" });
   const button = make("button", { type: "button", id: "push", "aria-pressed": "false", text: "Push", title: "Pushes while it is held, by the pointer or a key" });
   const press = (/** @type {boolean} */ isOn) => {
