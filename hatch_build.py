@@ -1,8 +1,8 @@
 """Compiles the engines of the native FMUs into a wheel.
 
 They are for this machine, or for the platforms that AMB_COSIM_PLATFORMS names, with commas between them, or `all`. The
-wheel's tag says so. An editable installation gets none: its sources may change, and what is missing is compiled at
-first use.
+wheel's tag says so. WebAssembly, which runs in browsers, comes with all of them. An editable installation gets none:
+its sources may change, and what is missing is compiled at first use.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class EngineBuildHook(BuildHookInterface[Any]):
         sys.path[:0] = [str(Path(self.root) / name) for name in ("fmus", "libraries", "orchestrator")]
         from amb_cosim.cosim.loop_library import compile_loop, loop_place
         from fmi_export.building.guard.libraries import SYSTEMS, guard, guard_place
-        from fmi_export.building.native.compiler import PLATFORMS, check_platforms, host_platform
+        from fmi_export.building.native.compiler import PLATFORMS, WASM, check_platforms, host_platform
         from fmi_export.building.native.engines import engine, engine_place
 
         named = os.environ.get(VARIABLE)
@@ -67,16 +67,17 @@ class EngineBuildHook(BuildHookInterface[Any]):
             if named:
                 raise SystemExit(f"{VARIABLE} = {named}: {error}") from None
             return  # there is no native FMU for this machine
+        machines = [platform for platform in platforms if platform != WASM]
         models = [Kernels.in_module(name, module) for name, module in self.config["kernels"].items()]
         self._stage = tempfile.TemporaryDirectory(prefix="engines-")
 
         engines, loops = Path(self._stage.name, "engines"), Path(self._stage.name, "loops")
 
         def add(model: Kernels) -> None:
-            for platform in platforms:
+            for platform in (*machines, WASM):
                 engine(model, platform).write(engines / engine_place(model, platform))
 
-        for platform in platforms:
+        for platform in machines:
             if platform in SYSTEMS:
                 guard(platform).write(engines / guard_place(platform))
             place = loops / loop_place(platform)
@@ -86,10 +87,10 @@ class EngineBuildHook(BuildHookInterface[Any]):
             list(pool.map(add, models))
         build_data["force_include"][str(engines)] = TARGET
         build_data["force_include"][str(loops)] = LOOPS
-        if platforms != list(PLATFORMS):
+        if machines and machines != list(PLATFORMS):
             here = sysconfig.get_platform().replace("-", "_").replace(".", "_")
             build_data["pure_python"] = False
-            build_data["tag"] = "py3-none-" + (".".join(TAGS[name] for name in platforms) if named else here)
+            build_data["tag"] = "py3-none-" + (".".join(TAGS[name] for name in machines) if named else here)
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         if stage := getattr(self, "_stage", None):

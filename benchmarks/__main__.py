@@ -48,5 +48,17 @@ def contact(as_json: bool, output: Path | None) -> None:
     show(data, contact_cost.as_tables, as_json)
 
 
+@main.command()
+@JSON
+@click.option("--quick", is_flag=True, help="A short run: shows that it works, the numbers mean little.")
+def live(as_json: bool, quick: bool) -> None:
+    """Compare WebAssembly in node and in Chromium with native FMUs."""
+    from benchmarks.live import measure
+
+    with refusing(), Console(stderr=True).status("measuring (a first run compiles the models)"):
+        data = measure.measure({"fig4_9": 0.1}, rounds=1) if quick else measure.measure()
+    show(data, measure.as_tables, as_json)
+
+
 if __name__ == "__main__":
     main(prog_name="python -m benchmarks")

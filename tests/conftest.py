@@ -41,7 +41,7 @@ sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(NATIVE_SUPPORT)]
 MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
 # Folders of tests that run the compiled kernels of a model.
 RUNS_KERNELS_OF = {
-    name: (name, "benchmarks", "cosim", "native", "orchestrator", "referees", "system") for name in MODELS
+    name: (name, "benchmarks", "cosim", "live", "native", "orchestrator", "referees", "system") for name in MODELS
 }
 
 

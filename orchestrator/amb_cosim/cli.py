@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from amb_cosim.commands import analysis, animate, build, compare, export, identify, report, rotor, run
+from amb_cosim.commands import analysis, animate, build, compare, export, identify, live, report, rotor, run
 from amb_cosim.commands.cli_errors import interrupted
 from amb_cosim.cosim.interruption import interruptible, was_interrupted
 
@@ -42,5 +42,6 @@ for command in (
     *analysis.COMMANDS,
     *rotor.COMMANDS,
     *report.COMMANDS,
+    *live.COMMANDS,
 ):
     main.add_command(command)

@@ -71,7 +71,7 @@ def build(
         Where the FMUs go; made if it is missing.
     flavour, platforms
         `native` FMUs are compiled, for this machine or for the platforms named (`linux64`, `win64`, `darwin64`,
-        `aarch64-linux`, `aarch64-darwin`); `python` ones are run by PythonFMU.
+        `aarch64-linux`, `aarch64-darwin`, `wasm32`); `python` ones are run by PythonFMU.
     rotor
         Name of a rotor that comes with the package, or rotor file (TOML); the rig of the thesis by default.
     receptances

@@ -82,7 +82,7 @@ def plan_scenario(
     for component, variables in scenario.parameters.items():
         for variable, raw in variables.items():
             given.update(values.give(f"{component}.{variable}", raw, only="parameter"))
-    for name, value in _scaled(scenario.inputs, scenario, values):
+    for name, value in _scaled(scenario.inputs, scenario, values, "input"):
         values.set(name, value, only="input")
     for name, raw in (settings or {}).items():
         given.update(values.set(name, raw))
@@ -128,14 +128,14 @@ def _essential(places: Places) -> tuple[str, ...]:
 
 
 def _scaled(
-    variables: Mapping[str, Mapping[str, Raw]], scenario: Scenario, values: Assignments
+    variables: Mapping[str, Mapping[str, Raw]], scenario: Scenario, values: Assignments, only: str | None = None
 ) -> list[tuple[str, Raw]]:
     """Return names and values of inputs, unbalances (kg m) multiplied by the scenario's factor."""
     scaled: list[tuple[str, Raw]] = []
     for component, of_component in variables.items():
         for variable, raw in of_component.items():
             given = f"{component}.{variable}"
-            for name in () if values.drops(given, "input") else values.matching(given):
+            for name in () if values.drops(given, only) else values.matching(given):
                 port = values.port(name)
                 if port.causality == "input" and port.unit == UNBALANCE:
                     _, value = values.read(name, raw, "input")

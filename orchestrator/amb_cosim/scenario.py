@@ -40,7 +40,7 @@ class _Moment(Table):
 
 
 class Event(_Moment):
-    """From a moment on, inputs have new values. `label` marks the event in figures and plots."""
+    """From a moment on, inputs and tunable parameters have new values. `label` marks the event in figures and plots."""
 
     noun = "an event"
 

@@ -12,7 +12,7 @@ import pytest
 
 from amb_files.stages import stage
 from fmi_export.building.native import compiler
-from fmi_export.building.native.compiler import PLATFORMS, check_platforms
+from fmi_export.building.native.compiler import PLATFORMS, TARGETS, check_platforms
 from fmi_export.building.native.universal import universal
 
 
@@ -33,6 +33,7 @@ def test_an_unknown_platform_lists_the_valid_ones():
 def test_all_stands_for_every_platform_and_repetition_for_nothing():
     assert check_platforms(["all", "win64"]) == list(PLATFORMS)
     assert check_platforms(["win64", "linux64", "win64"]) == ["linux64", "win64"]
+    assert check_platforms(["wasm32", "all"]) == list(TARGETS)
 
 
 def test_a_missing_compiler_says_what_to_install(monkeypatch):

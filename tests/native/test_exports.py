@@ -5,15 +5,10 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from standard import STANDARD, STANDARD3
 
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
 
-HEADERS = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native" / "fmi_headers"
-DECLARED, MODEL_EXCHANGE, CO_SIMULATION = (
-    (HEADERS / "fmi2Functions.h").read_text().split("/* Version number */")[1].split("Functions for FMI2 for ")
-)
-STANDARD = set(re.findall(r"FMI2_Export \w+ +(\w+);", DECLARED + CO_SIMULATION))
-STANDARD3 = set(re.findall(r"FMI3_Export \w+ +(\w+);", (HEADERS / "fmi3Functions.h").read_text()))
 MACHINES = {
     "linux64": [62],
     "win64": [0x8664],

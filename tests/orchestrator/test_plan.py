@@ -31,6 +31,7 @@ INTERFACES = {
                 Port("Omega", "Real", "input", 3, unit="rad/s", minimum=0.0, maximum=500.0),
                 Port("x", "Real", "input", 4, unit="m"),
                 Port("i", "Real", "output", 5, unit="A"),
+                Port("gain", "Real", "parameter", 6, start=1.0, variability="tunable"),
             )
         },
     ),
@@ -72,12 +73,13 @@ set.rotor."d1.u" = "10 g.m"
 time = "0.4 s"
 set.rotor."d2.u" = "1 g.m"
 """
+NO_EVENTS = SCENARIO.split("[[event]]")[0]
 PERIOD = 2.0 * math.pi / 100.0
 H = 250e-6
 
 
-def plan(settings=None, until=None, extra=""):
-    return plan_scenario(parse_scenario(extra + SCENARIO, "mine"), Assembly(SYSTEM, {}, INTERFACES), settings, until)
+def plan(settings=None, until=None, extra="", scenario=SCENARIO):
+    return plan_scenario(parse_scenario(extra + scenario, "mine"), Assembly(SYSTEM, {}, INTERFACES), settings, until)
 
 
 def test_moments_are_the_nearest_communication_points():
@@ -231,6 +233,20 @@ def test_parameters_and_inputs_are_told_apart():
         plan(extra='parameters.rotor."d1.u" = 1\n')
     with pytest.raises(ValueError, match=r"sampler\.k_x is a parameter and cannot be set here as input"):
         plan(extra="inputs.sampler.k_x = 1\n")
+
+
+def test_an_event_sets_a_tunable_parameter_which_the_component_then_receives():
+    planned = plan({"sampler.gain": 3.0}, extra="event = [{ time = 0.1, set.sampler.gain = 2 }]\n", scenario=NO_EVENTS)
+    assert planned.events == ((400, "sampler.gain", 2.0),)
+    assert (planned.inputs["sampler.gain"], planned.parameters["sampler"]["gain"]) == (3.0, 3.0)
+    wiring, inputs, _ = planned.system.wiring(INTERFACES, list(planned.inputs))
+    assert inputs["sampler"][-1] == "gain"
+    assert wiring.names[wiring.sources[0][-1]] == "sampler.gain"
+
+
+def test_an_event_sets_no_fixed_parameter():
+    with pytest.raises(ValueError, match=r"sampler\.k_x is a parameter and cannot be set here as input"):
+        plan(extra="event = [{ time = 0.1, set.sampler.k_x = 2 }]\n", scenario=NO_EVENTS)
 
 
 def test_recorded_variables_follow_the_patterns():

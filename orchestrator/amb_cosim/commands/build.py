@@ -31,8 +31,8 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     "--platform",
     "platforms",
     metavar="NAMES",
-    help="linux64, win64, and for native FMUs darwin64, aarch64-linux, aarch64-darwin; some with commas, or all; "
-    "this machine's by default.",
+    help="linux64, win64, and for native FMUs darwin64, aarch64-linux, aarch64-darwin; some with commas, or all of "
+    "these; wasm32, WebAssembly for browsers; this machine's by default.",
 )
 @click.option(
     "--fmi",

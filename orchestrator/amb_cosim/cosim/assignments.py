@@ -98,14 +98,22 @@ class Assignments:
             value = convert(raw, port, end if signal is None else signal.name)
         return (signal.name if signal is not None else name), value
 
+    def read_change(self, name: str, raw: Raw) -> tuple[str, float]:
+        """Do the same as `read` for a value that comes during the run: of an input, or of a tunable parameter."""
+        component, _, variable = name.partition(".")
+        port = self.interfaces[component].ports.get(variable) if component in self.interfaces else None
+        is_tunable = port is not None and port.causality == "parameter" and port.variability == "tunable"
+        return self.read(name, raw, "parameter" if is_tunable else "input")
+
     def port(self, name: str) -> Port:
         """Return the variable of a name; of a shared signal, the first input that it feeds."""
         component, variable = self._split(self.system.first_end(name))
         return self.interfaces[component].port(variable, component)
 
     def start_value(self, name: str) -> float:
-        """Return the start value of an input or a signal."""
-        return self.port(name).start or 0.0
+        """Return the start value of an input or a signal; of a parameter the value that was set."""
+        port = self.port(name)
+        return self.parameter(name) if port.causality == "parameter" else port.start or 0.0
 
     def parameter(self, name: str) -> float:
         """Return the value of a parameter, `component.variable`: the one that was set, or its start value."""

@@ -23,7 +23,7 @@ ROUNDING = 1e-9  # relative, of times that are whole numbers of steps
 
 @dataclass(frozen=True)
 class Event:
-    """From `time` (s) on, an input has a new value."""
+    """From `time` (s) on, an input or a tunable parameter has a new value."""
 
     time: float
     variable: str
@@ -150,9 +150,9 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
     ramped = {name for ramp in ramps for name in (ramp.variable, ramp.slope) if name is not None}
     events = []
     for event in experiment.events:
-        if values.drops(event.variable, "input"):
+        if values.drops(event.variable):
             continue
-        name, value = values.read(event.variable, event.value, "input")
+        name, value = values.read_change(event.variable, event.value)
         if name in ramped:
             raise ValueError(f"an event cannot set {name}; a profile does")
         values.inputs.setdefault(name, values.start_value(event.variable))

@@ -41,6 +41,7 @@ class Port:
     depends_on: tuple[str, ...] = ()
     warning: str = ""
     items: Mapping[str, int] = field(default_factory=dict)
+    variability: str = "continuous"
 
     @property
     def shown_unit(self) -> str:
@@ -186,6 +187,7 @@ def _port(variable: Any, definitions: Mapping[str, UnitDefinition], depends_on: 
         depends_on=depends_on,
         warning=warning,
         items={item.name: int(item.value) for item in items},
+        variability=variable.variability or "continuous",
     )
 
 

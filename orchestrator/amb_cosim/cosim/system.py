@@ -231,7 +231,8 @@ class System:
         interfaces
             The interface of each component by its name.
         exogenous
-            Shared signals by their names, and other inputs (`component.variable`) that a schedule sets.
+            Shared signals by their names, and other inputs and tunable parameters (`component.variable`) that a
+            schedule sets.
         recorded
             Outputs that are fetched though nothing is connected to them.
         """
@@ -244,7 +245,7 @@ class System:
         source_of = {target: source.removeprefix("signal ") for source, target in self._feeds()}
         source_of |= {name: name for name in exogenous if "." in name}
         inputs = {
-            c.name: [p.name for p in interfaces[c.name].of("input") if f"{c.name}.{p.name}" in source_of]
+            c.name: [p.name for p in _receiving(interfaces[c.name]) if f"{c.name}.{p.name}" in source_of]
             for c in self.components
         }
         names = [
@@ -278,6 +279,11 @@ class System:
         if port is None or port.causality != "output" or port.type != "Real" or samples:
             return 0.0
         return 1.0 if port.depends_on else 0.5
+
+
+def _receiving(interface: FmuInterface) -> tuple[Port, ...]:
+    """Return what may be set during a run."""
+    return (*interface.of("input"), *(p for p in interface.of("parameter") if p.variability == "tunable"))
 
 
 def _not_real(port: Port) -> bool:

@@ -1,4 +1,4 @@
-"""Compiles sources to shared libraries for every platform, by the C compiler of PyPI's `ziglang`."""
+"""Compiles sources to shared libraries for every platform, and to WebAssembly, by the C compiler of `ziglang`."""
 
 from __future__ import annotations
 
@@ -29,6 +29,10 @@ PLATFORMS: dict[str, tuple[str, tuple[str, ...]]] = {
     "aarch64-darwin": (".dylib", ("aarch64-macos.11.0",)),
 }
 
+# WebAssembly belongs to no machine, and `all` leaves it out; what the module imports of WASI opens files, and may fail.
+WASM = "wasm32"
+TARGETS = PLATFORMS | {WASM: (".wasm", ("wasm32-wasi",))}
+
 # The same in FMI 3.0, where a universal macOS library has two folders.
 FOLDERS3 = {
     "linux64": ("x86_64-linux",),
@@ -36,12 +40,19 @@ FOLDERS3 = {
     "darwin64": ("x86_64-darwin", "aarch64-darwin"),
     "aarch64-linux": ("aarch64-linux",),
     "aarch64-darwin": ("aarch64-darwin",),
+    WASM: ("wasm32-wasi",),
 }
 
 ZIG_CACHE = "ZIG_GLOBAL_CACHE_DIR"  # environment variable
 
+LIBRARY_OPTIONS = ("-shared",)
+MODULE_OPTIONS = (
+    "-mexec-model=reactor",  # a library: no main function
+    "-Wl,--export-dynamic,--export=malloc,--export=free",
+    "-Wl,--export-table,--growable-table",  # where a host adds its logger
+    "-Wl,-z,stack-size=262144",
+)
 OPTIONS = (
-    "-shared",
     "-O2",
     "-std=c11",
     "-s",  # no names of functions, no paths
@@ -74,7 +85,7 @@ def host_platform() -> str:
 
 
 def check_platforms(platforms: Iterable[str]) -> list[str]:
-    """Return `platforms` without repetition, in the order of `PLATFORMS`; `all` means every one.
+    """Return `platforms` without repetition, in the order of `TARGETS`; `all` means every one of `PLATFORMS`.
 
     Raises
     ------
@@ -82,17 +93,17 @@ def check_platforms(platforms: Iterable[str]) -> list[str]:
         If none is given, or one is unknown.
     """
     wanted = set(platforms)
-    unknown = sorted(wanted - {*PLATFORMS, "all"})
+    unknown = sorted(wanted - {*TARGETS, "all"})
     if unknown or not wanted:
         what = f"no platform {', '.join(unknown)}" if unknown else "no platform was named"
-        raise ValueError(f"{what}; there are {', '.join(PLATFORMS)}, and all for every one")
-    return [name for name in PLATFORMS if wanted & {name, "all"}]
+        raise ValueError(f"{what}; there are {', '.join(PLATFORMS)}, all for every one of these, and {WASM}")
+    return [name for name in TARGETS if name in wanted or (name in PLATFORMS and "all" in wanted)]
 
 
 def compile_library(
     name: str, sources: Mapping[str, str], target_platform: str, libraries: Iterable[str] = ("m",)
 ) -> bytes:
-    """Compile sources (C, LLVM assembly, headers; by file name) to the shared library `name` for a platform.
+    """Compile sources (C, LLVM assembly, headers; by file name) to the shared library `name` for one of `TARGETS`.
 
     `libraries` of the platform are linked to it.
 
@@ -102,7 +113,8 @@ def compile_library(
         If the compiler is missing, its LLVM is not that of numba, or it rejects the sources.
     """
     check_compiler()
-    suffix, targets = PLATFORMS[target_platform]
+    suffix, targets = TARGETS[target_platform]
+    kind = MODULE_OPTIONS if target_platform == WASM else LIBRARY_OPTIONS
     with stage() as folder:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8", newline="\n")
@@ -111,7 +123,7 @@ def compile_library(
         slices = []
         for target in targets:
             (folder / target).mkdir()
-            _zig(["-target", target, *OPTIONS, "-o", f"{name}{suffix}", *inputs, *links], folder / target)
+            _zig(["-target", target, *kind, *OPTIONS, "-o", f"{name}{suffix}", *inputs, *links], folder / target)
             slices.append((folder / target / f"{name}{suffix}").read_bytes())
     return slices[0] if len(slices) == 1 else universal(slices)
 

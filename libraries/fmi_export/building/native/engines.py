@@ -69,7 +69,7 @@ def engine_key(model: Kernels) -> str:
 
 
 def engine(model: Kernels, platform: str) -> Engine:
-    """Return the engine of a model for one of `PLATFORMS`.
+    """Return the engine of a model for one of `TARGETS`.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from fmi_export.building.description import model_description
 from fmi_export.building.description3 import model_description3
 from fmi_export.building.documentation import documentation
 from fmi_export.building.identity import guid_of
-from fmi_export.building.native.compiler import FOLDERS3, PLATFORMS, check_platforms, host_platform
+from fmi_export.building.native.compiler import FOLDERS3, TARGETS, check_platforms, host_platform
 from fmi_export.building.native.data import model_data
 from fmi_export.building.native.engines import engine, engine_key
 from fmi_export.model import Array, Model
@@ -37,7 +37,7 @@ def build_native_fmu(
     folder
         Where the FMU goes; made if it is missing.
     platforms
-        FMI names of the platforms that it runs on, or `all`; this machine's by default. See `compiler.PLATFORMS`.
+        FMI names of the platforms that it runs on, or `all`; this machine's by default. See `compiler.TARGETS`.
     fmi
         Version of FMI: 2.0 or 3.0. Engine and data are the same but for the guid, and so are the results.
 
@@ -54,7 +54,7 @@ def build_native_fmu(
     content = {"modelDescription.xml": _description(model, guid, made_by, fmi), "resources/model.bin": data}
     for platform, one in engines.items():
         for place in FOLDERS3[platform] if fmi == 3 else (platform,):
-            content[f"binaries/{place}/{model.name}{PLATFORMS[platform][0]}"] = one.library
+            content[f"binaries/{place}/{model.name}{TARGETS[platform][0]}"] = one.library
     content |= {ICON3 if fmi == 3 and name == ICON else name: file for name, file in documentation(model).items()}
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
     folder.mkdir(parents=True, exist_ok=True)

@@ -22,7 +22,11 @@ def experiment_table(run: Described) -> bytes:
         "communication_step": h,
         "start_time": plan.first * h,
         "stop_time": plan.last * h,
-        "inputs": {name: _typed(run, name, value) for name, value in plan.inputs.items()},
+        "inputs": {
+            name: _typed(run, name, value)
+            for name, value in plan.inputs.items()
+            if run.port(name).causality == "input"  # tunable parameters have theirs in the archive's bindings
+        },
         "event": [{"time": n * h, "set": {name: _typed(run, name, value)}} for n, name, value in plan.events],
         "profile": [
             {"variable": r.variable, "points": [[n * h, value] for n, value in r.points]}

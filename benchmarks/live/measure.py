@@ -1,0 +1,172 @@
+"""Factors over real time of scenarios, everything recorded: native FMUs, WebAssembly in node and in Chromium.
+
+All compute the scenario at 4 kHz as fast as they can. In node and Chromium that is timed from the beginning of cycle 0
+on; of a native run settling is a part like the rest of it.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Future
+from functools import partial
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib import resources
+from pathlib import Path
+from shutil import which
+from statistics import median
+from threading import Thread
+from typing import Any
+from urllib.parse import unquote
+
+from rich.table import Table
+
+from amb_cosim.live.rig import rig
+from amb_cosim.scenario import load_scenario
+from amb_cosim.simulation import prepare, run_prepared
+from benchmarks.timing import environment
+
+HERE = Path(__file__).parent
+SCENARIOS = {"fig4_9": None, "fig5_6": None, "drop": 0.5}  # until (s) in place of the end
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+TIMEOUT = 600.0  # s
+TYPES = {".js": "text/javascript", ".html": "text/html", ".json": "application/json"}
+
+Ends = Mapping[str, float | None]  # scenarios, and until when (s) in place of their ends
+
+
+def measure(scenarios: Ends = SCENARIOS, rounds: int = 3) -> dict[str, Any]:
+    """Return the median factors over real time of each scenario, by where it was computed; None where that is missing.
+
+    A first round, in which code is compiled, is told apart.
+    """
+    with tempfile.TemporaryDirectory(prefix="live-", ignore_cleanup_errors=True) as temporary:
+        folder = Path(temporary)
+        for name in scenarios:
+            _write(name, folder / name)
+        request = {"scenarios": [{"name": name, "until": until} for name, until in scenarios.items()], "rounds": rounds}
+        (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
+        found = {"native": _native(scenarios, rounds), "node": _in_node(folder), "chromium": _in_chromium(folder)}
+    factors = {
+        name: {place: _summary(times[name]) if times else None for place, times in found.items()} for name in scenarios
+    }
+    return {"factors": factors, "environment": environment()}
+
+
+def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
+    """Return what `measure` returns as a table."""
+    title = "Simulated seconds in a second, everything recorded (in brackets the first run, while code is compiled)"
+    table = Table(title=title, title_justify="left", box=None, padding=(0, 2, 0, 0))
+    table.add_column("scenario")
+    places = ("native", "node", "chromium")
+    for place in places:
+        table.add_column(place, justify="right")
+    for name, factors in data["factors"].items():
+        table.add_row(name, *(_shown(factors[place]) for place in places))
+    return [table]
+
+
+def _shown(factor: Mapping[str, float] | None) -> str:
+    return "not installed" if factor is None else f"{factor['median']:.3g} ({factor['first']:.3g})"
+
+
+def _summary(factors: list[float]) -> dict[str, float]:
+    return {"first": factors[0], "median": median(factors[1:]), "least": min(factors[1:])}
+
+
+def _write(name: str, folder: Path) -> None:
+    folder.mkdir()
+    made = rig(load_scenario(name))
+    (folder / "rig.json").write_text(json.dumps(made.data), encoding="utf-8")
+    for key, content in made.parts.items():
+        (folder / key).write_bytes(content)
+
+
+def _native(scenarios: Ends, rounds: int) -> dict[str, list[float]]:
+    found: dict[str, list[float]] = {}
+    for name, until in scenarios.items():
+        prepared = prepare(load_scenario(name), until=until)
+        simulated = (prepared.plan.last - prepared.plan.first) * prepared.plan.step_size
+        found[name] = []
+        for _ in range(rounds + 1):
+            begin = time.perf_counter()
+            run_prepared(prepared)
+            found[name].append(simulated / (time.perf_counter() - begin))
+    return found
+
+
+def _in_node(folder: Path) -> dict[str, list[float]] | None:
+    node = which("node")
+    if node is None:
+        return None
+    command = [node, str(HERE / "node.mjs"), str(folder), str(_page())]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
+    if ended.returncode != 0:
+        raise ValueError(f"node ended with {ended.returncode}: {ended.stderr.strip()[-500:]}")
+    found: dict[str, list[float]] = json.loads(ended.stdout)
+    return found
+
+
+def _in_chromium(folder: Path) -> dict[str, list[float]] | None:
+    """Serve page and rigs on this machine, and let a browser report to the server."""
+    browser = next(filter(None, map(which, BROWSERS)), None)
+    if browser is None:
+        return None
+    answer: Future[dict[str, Any]] = Future()
+    handler = partial(_Handler, {"/": HERE, "/page/": _page(), "/rigs/": folder}, answer)
+    server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    Thread(target=server.serve_forever, daemon=True).start()
+    options = ["--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}"]
+    url = f"http://127.0.0.1:{server.server_port}/browser.html"
+    process = subprocess.Popen([browser, *options, url], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        reported = answer.result(TIMEOUT)
+    finally:
+        process.terminate()
+        process.wait()
+        server.shutdown()
+    if "error" in reported:
+        raise ValueError(f"{browser}: {reported['error']}")
+    found: dict[str, list[float]] = reported["factors"]
+    return found
+
+
+def _page() -> Path:
+    return Path(str(resources.files("amb_cosim.live").joinpath("page")))
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Serves files of some folders, by the beginning of their paths, and takes the report."""
+
+    def __init__(self, folders: Mapping[str, Path], answer: Future[dict[str, Any]], *arguments: Any) -> None:
+        self._folders, self._answer = folders, answer
+        super().__init__(*arguments)
+
+    def do_GET(self) -> None:
+        file = next(self._files(), None)
+        if file is None:
+            self.send_error(404)
+            return
+        self.send_response(200)
+        self.send_header("Content-Type", TYPES.get(file.suffix, "application/octet-stream"))
+        self.end_headers()
+        self.wfile.write(file.read_bytes())
+
+    def do_POST(self) -> None:
+        content = self.rfile.read(int(self.headers["Content-Length"]))
+        self.send_response(204)
+        self.end_headers()
+        self._answer.set_result(json.loads(content))
+
+    def log_message(self, *_: Any) -> None:
+        """Say nothing."""
+
+    def _files(self) -> Iterator[Path]:
+        path = unquote(self.path)
+        for begin, folder in sorted(self._folders.items(), key=lambda item: -len(item[0])):
+            file = folder / path.removeprefix(begin)
+            if path.startswith(begin) and file.is_file():
+                yield file

@@ -1,0 +1,108 @@
+"""What the page draws of a rotor: its shaft with discs, bearings and contact sites, and the shape that sensors show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fmi_export.model import Array
+from rotor_analysis.assembly import assemble
+from rotor_analysis.parts import Disc
+from rotor_analysis.reduction import msdc
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+
+PLANT = "rotor_contact"
+DENSITY = 7850.0  # kg/m3, steel: of bodies that are given by their inertia
+
+
+def geometry(rotor_file: str | None, layout: Mapping[str, Any], gravity_angle: float) -> dict[str, Any]:
+    """Return what `protocol.js` calls a Geometry.
+
+    Parameters
+    ----------
+    rotor_file
+        Name of a rotor or rotor file; the rig of the thesis by default.
+    layout
+        What the plant's interface was made from.
+    gravity_angle
+        Direction of gravity (rad), from x towards y.
+    """
+    rotor = load_rotor() if rotor_file is None else load_rotor(rotor_file)
+    z = rotor.shaft.nodes
+    signals = {s.node: (f"{PLANT}.{s.x}", f"{PLANT}.{s.y}") for s in reversed(rotor.sensors)}
+    signals |= {b.node: (f"{PLANT}.{b.name}.x", f"{PLANT}.{b.name}.y") for b in reversed(rotor.bearings)}
+    sites = {site["name"]: site for site in layout["sites"]}
+    retainers = {site.bearing: site.name for site in reversed(rotor.sites) if site.bearing}
+    return {
+        "nodes": [{"z": z[k], "radius": radius} for k, radius in enumerate(_radii(rotor))],
+        "discs": [
+            {"name": body.name, "z": z[body.node - 1], "unbalance": body.unbalance, **_cylinder(body)}
+            for body in rotor.bodies
+        ],
+        "bearings": [
+            {
+                "name": bearing.name,
+                "z": z[bearing.node - 1],
+                "x": f"{PLANT}.{bearing.name}.x",
+                "y": f"{PLANT}.{bearing.name}.y",
+                "retainer": retainers.get(bearing.name, ""),
+            }
+            for bearing in rotor.bearings
+        ],
+        "sites": [
+            {
+                "name": site.name,
+                "bearing": site.bearing or "",
+                "z": z[site.node - 1],
+                "radius": sites[site.name]["journal_radius"],
+                "clearance": site.clearance,
+                "x": signals.get(site.node, ("", ""))[0],
+                "y": signals.get(site.node, ("", ""))[1],
+            }
+            for site in rotor.sites
+        ],
+        "planes": [
+            {"name": s.name, "z": z[s.node - 1], "x": f"{PLANT}.{s.x}", "y": f"{PLANT}.{s.y}"} for s in rotor.sensors
+        ],
+        "shape": {
+            "places": [{"z": z[node - 1], "x": x, "y": y} for node, (x, y) in sorted(signals.items())],
+            "rows": _shape(rotor, tuple(sorted(signals))).tolist(),
+        },
+        "gravityAngle": gravity_angle,
+    }
+
+
+def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
+    """Return the displacements of all nodes when one of some nodes is displaced by 1, the others held at 0.
+
+    That is q = -K_ss^-1 K_sm q_m in one plane of motion (3.8), shape (nodes, places).
+    """
+    full = assemble(rotor)
+    if len(places) == 1:
+        return np.ones((len(rotor.shaft.nodes), 1))
+    rows = full.rows(tuple(range(1, len(rotor.shaft.nodes) + 1)))[::2]
+    return msdc(full, places).right[rows, ::2]
+
+
+def _radii(rotor: Rotor) -> list[float]:
+    """Return the outer radius (m) of the element that begins at each node, at the last one of that which ends there."""
+    radii = [max(layer.diameter[0] for layer in layers) / 2.0 for layers in rotor.elements]
+    return [*radii, radii[-1]]
+
+
+def _cylinder(body: Any) -> dict[str, float]:
+    """Return radius and width (m) of the steel cylinder with the mass and the polar inertia of a body.
+
+    I_p = m r^2 / 2 and m = rho pi r^2 b. A disc has its own; a point of mass is drawn as a sphere's section.
+    """
+    if isinstance(body, Disc):
+        return {"radius": body.radius, "width": body.width}
+    if body.polar_inertia <= 0.0 or body.mass <= 0.0:
+        radius = (3.0 * body.mass / (4.0 * math.pi * DENSITY)) ** (1.0 / 3.0)
+        return {"radius": radius, "width": 2.0 * radius}
+    radius = math.sqrt(2.0 * body.polar_inertia / body.mass)
+    return {"radius": radius, "width": body.mass / (DENSITY * math.pi * radius**2)}

@@ -1,0 +1,108 @@
+"""The live rig as one HTML page that needs no other file."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from collections.abc import Iterable, Sequence
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from amb_cosim.live.rig import Rig
+from amb_cosim.live.scripts import joined
+from amb_files.atomic import write_atomically
+
+PAGE = "ui/main.js"
+WORKER = "worker.js"
+
+
+def write_page(rigs: Sequence[Rig], path: Path, documentation: str = "") -> Path:
+    """Write the page; it appears complete or not at all. See `page` for the arguments."""
+    text = page(rigs, documentation)
+    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+    return path
+
+
+def page(rigs: Sequence[Rig], documentation: str = "") -> str:
+    """Return the text of the page.
+
+    Parameters
+    ----------
+    rigs
+        The scenarios that it has, the first of which it shows.
+    documentation
+        Address of the documentation's folder `docs`, relative to the page or whole, for links to its theory; none are
+        made without.
+    """
+    environment = Environment(
+        loader=PackageLoader("amb_cosim.live", "page"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    sources = dict(_sources())
+    return environment.get_template("live.html.j2").render(
+        title=rigs[0].data["scenario"],
+        style=_text("live.css"),
+        uplot_style=_text("vendor/uplot/uPlot.min.css"),
+        uplot=_script(_text("vendor/uplot/uPlot.iife.min.js")),
+        script=_script(joined(PAGE, sources)),
+        worker=_script(joined(WORKER, sources)),
+        data=_json(_data(rigs, documentation)),
+    )
+
+
+def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
+    """What the page reads, compressed: each rig, and once what several share."""
+    shown: list[dict[str, Any]] = []
+    variables: dict[str, Any] = {}
+    parts: dict[str, bytes] = {}
+    for rig in rigs:
+        components = []
+        for component in rig.data["components"]:
+            variables[component["guid"]] = component["variables"]
+            components.append({**component, "variables": component["guid"]})
+        shown.append({**rig.data, "components": components})
+        parts |= rig.parts
+    described = {"documentation": documentation, "rigs": shown, "variables": variables}
+    text = json.dumps(described, allow_nan=False, separators=(",", ":"))
+    return {"described": _packed(text.encode()), "parts": {key: _packed(content) for key, content in parts.items()}}
+
+
+def _packed(content: bytes) -> str:
+    """Bytes by gzip, which a browser undoes by itself, in base64; the same bytes give the same text."""
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
+
+
+def _sources() -> Iterable[tuple[str, str]]:
+    """Path and text of each module of the page."""
+    yield from _modules(files("amb_cosim.live") / "page", "")
+
+
+def _modules(folder: Traversable, prefix: str) -> Iterable[tuple[str, str]]:
+    for entry in folder.iterdir():
+        if entry.is_dir() and entry.name not in ("node_modules", "vendor", "tests"):
+            yield from _modules(entry, f"{prefix}{entry.name}/")
+        elif entry.name.endswith(".js"):
+            yield f"{prefix}{entry.name}", entry.read_text(encoding="utf-8")
+
+
+def _text(name: str) -> Markup:
+    return Markup((files("amb_cosim.live") / "page" / name).read_text(encoding="utf-8"))
+
+
+def _script(text: str) -> Markup:
+    """JavaScript that may stand in a script element; what is escaped occurs in strings alone."""
+    return Markup(text.replace("</script", "<\\/script").replace("<!--", "<\\!--"))
+
+
+def _json(data: Any) -> Markup:
+    """JSON that may stand in a script element."""
+    return Markup(json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))

@@ -1,0 +1,62 @@
+// Snapshots of a run, evenly spread from its beginning to now: the way back to any time is short, and memory has an end.
+
+import { discard, snapshot } from "./master.js";
+
+/** @typedef {import("./master.js").Master} Master */
+
+/**
+ * @typedef {object} Moment
+ * @property {import("./master.js").Snapshot} snapshot
+ * @property {number[]} since when conditions have been met, see `stopping.js`
+ */
+
+/**
+ * @typedef {object} History
+ * @property {Moment[]} moments ascending
+ * @property {number} every points between two
+ */
+
+const MOST = 128; // moments; then every second one goes
+
+/**
+ * @param {number} every points between two moments, at first
+ * @returns {History}
+ */
+export function newHistory(every) {
+  return { moments: [], every };
+}
+
+/**
+ * Keep the present moment if its time has come.
+ * @param {History} history
+ * @param {Master} master
+ * @param {readonly number[]} since
+ */
+export function keep(history, master, since) {
+  const { moments, every } = history, latest = moments.at(-1)?.snapshot.point ?? -Infinity;
+  if (master.point < 0 || master.point <= latest || (master.point % every !== 0 && moments.length > 0)) { return; }
+  moments.push({ snapshot: snapshot(master), since: [...since] });
+  if (moments.length >= MOST) {
+    history.every = 2 * every;
+    history.moments = moments.filter((moment, k) => {
+      const stays = k % 2 === 0;
+      if (!stays) { discard(master, moment.snapshot); }
+      return stays;
+    });
+  }
+}
+
+/**
+ * Forget the moments after a point, and return the last one that is left; nothing if there is none.
+ * @param {History} history
+ * @param {Master} master
+ * @param {number} point
+ * @returns {Moment | undefined}
+ */
+export function backTo(history, master, point) {
+  const { moments } = history;
+  while (moments.length > 0 && moments[moments.length - 1].snapshot.point > point) {
+    discard(master, /** @type {Moment} */ (moments.pop()).snapshot);
+  }
+  return moments.at(-1);
+}

@@ -1,0 +1,59 @@
+// Values from outside over time: changes at points, and ramps that are linear between points, as `cosim/schedules.py` has them.
+
+/**
+ * @typedef {object} Ramp
+ * @property {[point: number, value: number][]} points ascending
+ * @property {number} value position
+ * @property {number} slope position of the derivative over the coming step (1/s); -1 without
+ */
+
+/**
+ * @typedef {object} Schedule
+ * @property {Map<number, [position: number, value: number][]>} changes at points; of several, the last one counts
+ * @property {Ramp[]} ramps
+ * @property {number} stepSize s
+ */
+
+/**
+ * Add a change.
+ * @param {Schedule} schedule
+ * @param {number} point
+ * @param {number} position
+ * @param {number} value
+ */
+export function addChange({ changes }, point, position, value) {
+  const due = changes.get(point) ?? [];
+  due.push([position, value]);
+  changes.set(point, due);
+}
+
+/**
+ * Hand the values that hold from a point on to `set`.
+ * @param {Schedule} schedule
+ * @param {number} point
+ * @param {(position: number, value: number) => void} set
+ */
+export function apply({ changes, ramps, stepSize }, point, set) {
+  for (const [position, value] of changes.get(point) ?? []) { set(position, value); }
+  for (const ramp of ramps) {
+    const { value, slope } = at(ramp.points, point, stepSize);
+    set(ramp.value, value);
+    if (ramp.slope >= 0) { set(ramp.slope, slope); }
+  }
+}
+
+/**
+ * Return a ramp's value at a point, and its slope from there on (1/s).
+ * @param {readonly [point: number, value: number][]} points
+ * @param {number} point
+ * @param {number} stepSize s
+ * @returns {{ value: number, slope: number }}
+ */
+export function at(points, point, stepSize) {
+  let after = points.length;
+  while (after > 0 && points[after - 1][0] > point) { after -= 1; }
+  const [begin, first] = points[Math.max(after - 1, 0)], [end, last] = points[Math.min(after, points.length - 1)];
+  const steps = end - begin, rise = last - first;
+  if (steps === 0) { return { value: first, slope: 0 }; }
+  return { value: first + (rise * (point - begin)) / steps, slope: rise / (steps * stepSize) };
+}

@@ -1,0 +1,57 @@
+// Settings and changes in the hash of a link: the name of the scenario, =, and JSON in base64url.
+
+/** @typedef {import("../protocol.js").Deed} Deed */
+
+/**
+ * Return the hash of a link, without `#`.
+ * @param {string} scenario
+ * @param {Deed} deed
+ * @returns {string}
+ */
+export function toHash(scenario, { settings, changes }) {
+  const said = Object.keys(settings.values ?? {}).length > 0 || settings.events === false || changes.length > 0;
+  const short = [settings.values ?? {}, settings.events !== false, changes.map(({ point, values, until }) => [point, values, until])];
+  const text = said ? String.fromCharCode(...new TextEncoder().encode(JSON.stringify(short))) : "";
+  return encodeURIComponent(scenario) + (said ? `=${btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "")}` : "");
+}
+
+/**
+ * Return what `toHash` made a hash of.
+ * @param {string} hash with or without `#`
+ * @param {number} stepSize s
+ * @returns {{ scenario: string, deed: Deed }}
+ * @throws {Error} if it is damaged
+ */
+export function fromHash(hash, stepSize) {
+  const text = hash.replace(/^#/, ""), dot = text.indexOf("=");
+  const name = dot < 0 ? text : text.slice(0, dot), scenario = decodeURIComponent(name);
+  if (dot < 0) { return { scenario, deed: { settings: {}, changes: [] } }; }
+  try {
+    const bytes = Uint8Array.from(atob(text.slice(dot + 1).replaceAll("-", "+").replaceAll("_", "/")), (one) => one.charCodeAt(0));
+    const [values, events, changes] = JSON.parse(new TextDecoder().decode(bytes));
+    const deed = { settings: { values: numbers(values), events: events !== false }, changes: changes.map(changeOf) };
+    return { scenario, deed };
+  } catch {
+    throw new Error("the link is damaged: what follows the name of the scenario is no record of settings");
+  }
+
+  /**
+   * @param {[number, unknown, number?]} change
+   * @returns {import("../protocol.js").Change}
+   */
+  function changeOf([point, values, until]) {
+    if (!Number.isInteger(point) || point < 0) { throw new Error(); }
+    const found = { point, time: point * stepSize, values: numbers(values) };
+    return until === undefined || until === null ? found : { ...found, until: Number(until) };
+  }
+}
+
+/**
+ * @param {unknown} values
+ * @returns {Record<string, number>}
+ */
+function numbers(values) {
+  const entries = Object.entries(/** @type {Record<string, number>} */ (values));
+  if (entries.some(([, value]) => typeof value !== "number")) { throw new Error(); }
+  return Object.fromEntries(entries);
+}

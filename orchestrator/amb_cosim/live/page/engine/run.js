@@ -1,0 +1,287 @@
+// A run of a rig: its master with the schedule of scenario and user, what it records, and the way back.
+
+import { FmuError } from "../fmi/instance.js";
+import { backTo, keep, newHistory } from "../cosim/history.js";
+import { advance, close, discard, goBack, set, snapshot, startMaster } from "../cosim/master.js";
+import { addChange, apply, at } from "../cosim/schedule.js";
+import { conditionMet } from "../cosim/stopping.js";
+
+/** @typedef {import("../protocol.js").Rig} Rig */
+/** @typedef {import("../protocol.js").Change} Change */
+/** @typedef {import("../protocol.js").Settings} Settings */
+/** @typedef {import("../protocol.js").ContactEvent} ContactEvent */
+
+/**
+ * @typedef {object} Run
+ * @property {Rig} rig
+ * @property {import("../cosim/master.js").Master} master
+ * @property {Settings} settings
+ * @property {Change[]} changes of the user, in order of time
+ * @property {import("../cosim/schedule.js").Schedule} schedule
+ * @property {import("../cosim/history.js").History} history
+ * @property {number} arrived last point whose values have been set, to be recorded; a change there takes that back
+ * @property {boolean} completed whether the end of the scenario was told
+ * @property {readonly import("../protocol.js").StopCondition[]} stops
+ * @property {number[]} stopPositions
+ * @property {number[]} since see `conditionMet`
+ * @property {{ site: string, position: number, mode: number }[]} sites last mode of contact of each
+ */
+
+const HISTORY_STEP = 0.05; // s
+const MODE = ".mode";
+const NEVER = Infinity;
+
+/**
+ * Start a run; it is then at its first point.
+ * @param {Rig} rig
+ * @param {ReadonlyMap<string, import("../fmi/library.js").Library>} libraries
+ * @param {Settings} settings
+ * @param {readonly Change[]} changes that take place when their time comes
+ * @returns {Run}
+ */
+export function startRun(rig, libraries, settings, changes) {
+  const master = startMaster(rig, libraries, settings.values), { position, names } = master.wiring;
+  const stops = settings.events === false ? [] : rig.stops;
+  const sites = names.filter((name) => name.endsWith(MODE) && position.has(`${name.slice(0, -MODE.length)}.f_n`));
+  /** @type {Run} */
+  const run = {
+    rig,
+    master,
+    settings,
+    changes: [...changes],
+    schedule: { changes: new Map(), ramps: [], stepSize: rig.stepSize },
+    history: newHistory(Math.max(1, Math.round(HISTORY_STEP * rig.rate))),
+    arrived: rig.first - 1,
+    completed: false,
+    stops,
+    stopPositions: stops.map(({ signal }) => position.get(signal) ?? -1),
+    since: stops.map(({ first }) => first),
+    sites: sites.map((name) => ({ site: name.slice(name.indexOf(".") + 1, -MODE.length), position: position.get(name) ?? 0, mode: 0 })),
+  };
+  try {
+    reschedule(run);
+  } catch (error) {
+    endRun(run);
+    throw error;
+  }
+  return run;
+}
+
+/**
+ * Free a run.
+ * @param {Run} run
+ */
+export function endRun({ master, history }) {
+  backTo(history, master, -Infinity);
+  close(master);
+}
+
+/**
+ * Set what holds from the present point on, unless that was done; return whether it was not.
+ * @param {Run} run
+ * @returns {boolean}
+ */
+export function arrive(run) {
+  const { master, history, schedule, since } = run;
+  if (run.arrived >= master.point) { return false; }
+  keep(history, master, since);
+  apply(schedule, master.point, (position, value) => {
+    if (master.values[position] !== value) { set(master, position, value); }
+  });
+  run.arrived = master.point;
+  return true;
+}
+
+/**
+ * Return the condition that ends the run at the present point, if one does; it then ends it no more.
+ * @param {Run} run
+ * @returns {string | null}
+ */
+export function stopsBy({ stops, stopPositions, since, master }) {
+  const met = conditionMet(stops, stopPositions, since, master.values, master.point);
+  if (met < 0) { return null; }
+  since[met] = NEVER;
+  return stops[met].text;
+}
+
+/**
+ * Do a step, after `arrive`, and return the changes of contact in it.
+ * @param {Run} run
+ * @returns {ContactEvent[]}
+ */
+export function stepRun({ master, sites, rig }) {
+  advance(master);
+  /** @type {ContactEvent[]} */
+  const events = [];
+  for (const site of sites) {
+    const mode = master.values[site.position];
+    if (mode !== site.mode) {
+      site.mode = mode;
+      events.push({ point: master.point, time: master.point * rig.stepSize, site: site.site, mode });
+    }
+  }
+  return events;
+}
+
+/**
+ * Take values for the coming step and what follows, if the FMUs do: they are tried for one step first.
+ * @param {Run} run
+ * @param {Record<string, number>} values
+ * @throws {Error} if one is refused; nothing is changed then
+ */
+export function change(run, values) {
+  const { master, rig } = run, point = Math.max(master.point, 0);
+  for (const name of Object.keys(values)) { positionOf(run, name); }
+  const ramped = run.schedule.ramps.find(({ value, slope }) => [value, slope].some((k) => master.wiring.names[k] in values));
+  if (ramped) {
+    throw new Error(`${master.wiring.names[ramped.value]} follows points, and cannot be set; it goes from speed to speed`);
+  }
+  if (master.point >= 0) { tryOut(run, values); }
+  run.changes.push({ point, time: point * rig.stepSize, values });
+  run.changes.sort((a, b) => a.point - b.point);
+  Object.entries(values).forEach(([name, value]) => addChange(run.schedule, point, positionOf(run, name), value));
+  run.arrived = Math.min(run.arrived, point - 1);
+}
+
+/**
+ * Add a piece of a ramp of a signal, which begins where it is now, and return the point at which it ends.
+ * @param {Run} run
+ * @param {string} signal
+ * @param {number} goal
+ * @param {number} rate change in a second
+ * @param {number} longest steps of the piece
+ * @returns {number}
+ */
+export function addPiece(run, signal, goal, rate, longest) {
+  const { rig, master } = run, point = Math.max(master.point, run.arrived + 1, 1), from = valueAt(run, signal, point);
+  const needed = Math.max(1, Math.round(Math.abs(goal - from) / rate * rig.rate)), steps = Math.min(needed, longest);
+  const value = steps === needed ? goal : from + (goal - from) * steps / needed;
+  run.changes = run.changes.filter((one) => one.until === undefined || !(signal in one.values) || one.point < point);
+  run.changes.push({ point, time: point * rig.stepSize, values: { [signal]: value }, until: point + steps });
+  run.changes.sort((a, b) => a.point - b.point);
+  reschedule(run);
+  return point + steps;
+}
+
+/**
+ * Return the value of a signal at a point, of a ramp in the future too.
+ * @param {Run} run
+ * @param {string} signal
+ * @param {number} point
+ * @returns {number}
+ */
+export function valueAt(run, signal, point) {
+  const position = positionOf(run, signal), ramp = run.schedule.ramps.find(({ value }) => value === position);
+  return ramp ? at(ramp.points, point, run.rig.stepSize).value : run.master.values[position];
+}
+
+/**
+ * Go back to the last snapshot before a point, from where steps lead there. Changes from it on are forgotten unless `kept`.
+ * @param {Run} run
+ * @param {number} point
+ * @param {boolean} kept
+ */
+export function goBackTo(run, point, kept) {
+  const moment = backTo(run.history, run.master, point);
+  if (!moment) { throw new Error("there is no way back before the beginning of the run"); }
+  goBack(run.master, moment.snapshot);
+  run.since = [...moment.since];
+  run.arrived = run.master.point - 1;
+  run.completed = run.completed && run.master.point > run.rig.last;
+  run.sites.forEach((site) => { site.mode = run.master.values[site.position]; });
+  if (!kept) { run.changes = run.changes.filter((one) => one.point < point); }
+  reschedule(run);
+}
+
+/**
+ * Do a step with values on trial, and undo it.
+ * @param {Run} run
+ * @param {Record<string, number>} values
+ */
+export function tryOut(run, values) {
+  const { master } = run, before = snapshot(master);
+  try {
+    Object.entries(values).forEach(([name, value]) => set(master, positionOf(run, name), value));
+    advance(master);
+  } finally {
+    goBack(master, before);
+    discard(master, before);
+  }
+}
+
+/**
+ * Return the warnings that FMUs logged since the last call.
+ * @param {Run} run
+ * @returns {{ component: string, text: string }[]}
+ */
+export function takeWarnings({ master }) {
+  return master.members.flatMap(({ instance }) =>
+    instance.log.splice(0).map(({ text }) => ({ component: instance.name, text })));
+}
+
+/**
+ * Return the points that the speed is linear between; none where it is constant.
+ * @param {Run} run
+ * @returns {readonly [point: number, value: number][]}
+ */
+export function speedsOf({ master, schedule }) {
+  const position = master.wiring.position.get("Omega");
+  return schedule.ramps.find(({ value }) => value === position)?.points ?? [];
+}
+
+/**
+ * Make the schedule of scenario and user.
+ * @param {Run} run
+ */
+function reschedule(run) {
+  const { rig, settings, changes, schedule } = run, planned = settings.events !== false;
+  schedule.changes.clear();
+  schedule.ramps = planned ? rig.ramps.map(({ variable, points, slope }) =>
+    ({ points: [...points], value: positionOf(run, variable), slope: slope === null ? -1 : positionOf(run, slope) })) : [];
+  for (const { point, variable, value } of planned ? rig.events : []) {
+    addChange(schedule, point, positionOf(run, variable), value);
+  }
+  for (const { point, values, until } of changes) {
+    for (const [name, value] of Object.entries(values)) {
+      if (until === undefined) { addChange(schedule, point, positionOf(run, name), value); } else { extend(run, name, point, until, value); }
+    }
+  }
+}
+
+/**
+ * Let the ramp of a signal go on to a value; where there is none, make it.
+ * @param {Run} run
+ * @param {string} name
+ * @param {number} point
+ * @param {number} until
+ * @param {number} value
+ */
+function extend(run, name, point, until, value) {
+  const position = positionOf(run, name), { names, position: positions } = run.master.wiring, { ramps } = run.schedule;
+  let ramp = ramps.find((one) => one.value === position);
+  if (!ramp) {
+    const first = run.settings.values?.[name] ?? run.rig.inputs[name] ?? 0;
+    ramp = { points: [[0, first]], value: position, slope: positions.get(`${names[position]}_dot`) ?? -1 };
+    ramps.push(ramp);
+  }
+  const [last, held] = /** @type {[number, number]} */ (ramp.points.at(-1));
+  if (point < last) { throw new Error(`${name} follows the scenario's points until t = ${last * run.rig.stepSize} s`); }
+  if (point > last) { ramp.points.push([point, held]); }
+  ramp.points.push([until, value]);
+}
+
+/**
+ * Return the position of a value from outside.
+ * @param {Run} run
+ * @param {string} name
+ * @returns {number}
+ */
+function positionOf({ master: { wiring } }, name) {
+  const position = wiring.position.get(name) ?? -1;
+  if (position < 0 || position >= wiring.outside.length) {
+    throw new Error(`${name} cannot be set while it runs: it is no input that is free, and no parameter that is tunable`);
+  }
+  return position;
+}
+
+export { FmuError };

@@ -1,0 +1,172 @@
+// A run as a scenario in TOML, which `amb-cosim run` repeats: every value stands in it, whatever it came from.
+
+/** @typedef {import("../protocol.js").Rig} Rig */
+/** @typedef {import("../protocol.js").Deed} Deed */
+/** @typedef {import("../protocol.js").Variable} Variable */
+/** @typedef {Map<string, Record<string, number>>} ByComponent values of variables */
+
+const SPEED = "Omega";
+
+/**
+ * Return a run as a scenario.
+ * @param {Rig} rig
+ * @param {Deed} deed
+ * @param {readonly [point: number, value: number][]} speeds points of the speed, the first of which is at point 0
+ * @param {number} end point
+ * @param {string} [description]
+ * @returns {string}
+ */
+export function scenarioToml(rig, { settings, changes }, speeds, end, description = rig.description) {
+  const known = variablesOf(rig), given = { ...rig.inputs, ...settings.values }, planned = settings.events !== false;
+  const speed = given[SPEED], period = 2 * Math.PI / speed, { stepSize, first } = rig;
+  const top = {
+    description,
+    source: rig.source || undefined,
+    system: rig.system,
+    rotor: rig.rotor ?? undefined,
+    receptances: rig.receptances ?? undefined,
+    gradient: rig.gradient ? undefined : false,
+    communication_step: stepSize,
+    Omega: speed,
+    settle_cycles: first < 0 ? (-first - 0.5) * stepSize / period : 0, // half a step less, since it is rounded up
+    end_time: Math.max(end, 1) * stepSize,
+  };
+  const events = [
+    ...(planned ? rig.events : []).map(({ point, variable, value, label }) => ({ point, label, values: { [variable]: value } })),
+    ...changes.filter(({ until }) => until === undefined).map(({ point, values }) => ({ point, label: "", values })),
+  ].filter(({ point }) => point <= end).sort((a, b) => a.point - b.point);
+  const { parameters, inputs } = startValues(rig, given, known);
+  const lines = [
+    `# The run of the live rig up to t = ${end * stepSize} s, by amb-cosim ${rig.version}; it began as scenario ${rig.scenario}.`,
+    ...Object.entries(top).filter(([, value]) => value !== undefined).map(([key, value]) => `${key} = ${plain(value)}`),
+    ...tables("parameters", parameters, known),
+    ...tables("inputs", inputs, known),
+    ...merged(events).flatMap(({ point, label, values }) => [
+      "",
+      "[[event]]",
+      ...(label ? [`label = ${JSON.stringify(label)}`] : []),
+      `time = ${real(point * stepSize)}`,
+      ...Object.entries(values).map(([name, value]) => {
+        const end = endOf(rig, name), [component, variable] = split(end);
+        return `set.${component}.${JSON.stringify(variable)} = ${typed(value, known.get(end))}`;
+      }),
+    ]),
+    ...speeds.filter(([point]) => point > 0).flatMap(([point, value]) =>
+      ["", "[[speed]]", `time = ${real(point * stepSize)}`, `Omega = ${real(value)}`]),
+    ...(planned ? rig.stops : []).flatMap(({ signal, above, limit, first: from, hold }) => [
+      "", "[[stop]]", `variable = ${JSON.stringify(signal)}`, `${above ? "above" : "below"} = ${real(limit)}`,
+      `hold_time = ${real(hold * stepSize)}`, `from_time = ${real(from * stepSize)}`,
+    ]),
+  ];
+  return `${lines.join("\n")}\n`;
+}
+
+/**
+ * @param {Rig} rig
+ * @returns {Map<string, Variable>} by `component.variable`
+ */
+function variablesOf({ components }) {
+  return new Map(components.flatMap(({ name, variables }) =>
+    variables.map((variable) => /** @type {[string, Variable]} */ ([`${name}.${variable.name}`, variable]))));
+}
+
+/**
+ * @param {Rig} rig
+ * @param {Record<string, number>} given
+ * @param {Map<string, Variable>} known
+ * @returns {{ parameters: ByComponent, inputs: ByComponent }}
+ */
+function startValues(rig, given, known) {
+  /** @type {ByComponent} */
+  const parameters = new Map(rig.components.map(({ name, parameters: values }) => [name, { ...values }]));
+  /** @type {ByComponent} */
+  const inputs = new Map();
+  for (const [name, value] of Object.entries(given)) {
+    const end = endOf(rig, name), [component, variable] = split(end), found = known.get(end);
+    if (name === SPEED || (end !== name && value === found?.start)) { continue; }
+    const target = found?.causality === "parameter" ? parameters : inputs;
+    target.set(component, { ...target.get(component), [variable]: value });
+  }
+  return { parameters, inputs };
+}
+
+/**
+ * Put events together that follow each other at one point and have one label.
+ * @param {{ point: number, label: string, values: Record<string, number> }[]} events
+ * @returns {typeof events}
+ */
+function merged(events) {
+  /** @type {typeof events} */
+  const found = [];
+  for (const { point, label, values } of events) {
+    const latest = found.at(-1);
+    if (latest?.point === point && (latest.label === label || !label)) {
+      latest.values = { ...latest.values, ...values };
+    } else {
+      found.push({ point, label, values });
+    }
+  }
+  return found;
+}
+
+/**
+ * Return the first input that a shared signal feeds; any other name as it is.
+ * @param {Rig} rig
+ * @param {string} name
+ * @returns {string}
+ */
+function endOf({ signals }, name) {
+  return signals.find((signal) => signal.name === name)?.targets[0] ?? name;
+}
+
+/**
+ * @param {string} end
+ * @returns {[component: string, variable: string]}
+ */
+function split(end) {
+  const dot = end.indexOf(".");
+  return [end.slice(0, dot), end.slice(dot + 1)];
+}
+
+/**
+ * @param {string} kind
+ * @param {ByComponent} values
+ * @param {Map<string, Variable>} known
+ * @returns {string[]}
+ */
+function tables(kind, values, known) {
+  return [...values].filter(([, one]) => Object.keys(one).length > 0).flatMap(([component, one]) => [
+    "",
+    `[${kind}.${component}]`,
+    ...Object.entries(one).map(([name, value]) => `${JSON.stringify(name)} = ${typed(value, known.get(`${component}.${name}`))}`),
+  ]);
+}
+
+/**
+ * Return a value as its variable takes it.
+ * @param {number} value
+ * @param {Variable | undefined} variable
+ * @returns {string}
+ */
+function typed(value, variable) {
+  if (variable?.type === "Boolean") { return value === 0 ? "false" : "true"; }
+  return variable?.type === "Integer" ? String(value) : real(value);
+}
+
+/**
+ * Return a number such that TOML reads the same one, as a float.
+ * @param {number} value
+ * @returns {string}
+ */
+function real(value) {
+  const text = String(value);
+  return /[.e]/.test(text) ? text : `${text}.0`;
+}
+
+/**
+ * @param {string | number | boolean | undefined} value
+ * @returns {string}
+ */
+function plain(value) {
+  return typeof value === "number" ? real(value) : JSON.stringify(value);
+}

@@ -1,0 +1,465 @@
+// A session: requests in, answers out, and work in slices between them. It knows no clock and no worker; see `worker.js`.
+
+import { startLibrary } from "../fmi/library.js";
+import { scenarioToml } from "./scenario.js";
+import {
+  addPiece, arrive, change, endRun, FmuError, goBackTo, startRun, stepRun, stopsBy, takeWarnings, tryOut, speedsOf,
+  valueAt,
+} from "./run.js";
+
+/** @typedef {import("../protocol.js").Request} Request */
+/** @typedef {import("../protocol.js").Answer} Answer */
+/** @typedef {import("../protocol.js").Rig} Rig */
+/** @typedef {import("../protocol.js").Deed} Deed */
+/** @typedef {import("../protocol.js").ContactEvent} ContactEvent */
+/** @typedef {import("./run.js").Run} Run */
+
+/**
+ * What is being computed: up to a point, at a pace, shown or not.
+ * @typedef {object} Course
+ * @property {"settling" | "playing"} status
+ * @property {number} to point; may be infinite
+ * @property {number} pace simulated seconds in a second
+ * @property {boolean} tells whether its end is answered
+ */
+
+/**
+ * @typedef {object} Session
+ * @property {(answer: Answer, transfer?: ArrayBuffer[]) => void} post
+ * @property {Map<string, import("../fmi/library.js").Library>} libraries
+ * @property {Run | null} run
+ * @property {Course | null} course null while it pauses
+ * @property {boolean} failed
+ * @property {{ point: number, now: number }} start of the course, or later if it fell behind
+ * @property {string[] | null} watched null for what the scenario records
+ * @property {Int32Array} columns positions of the watched signals
+ * @property {Rows} rows
+ * @property {ContactEvent[]} contacts
+ * @property {boolean} anew
+ * @property {boolean} deedChanged
+ * @property {{ signal: string, goal: number, rate: number, until: number } | null} ramp that the user asked for
+ * @property {{ speed: number, pace: number, point: number, now: number, shown: number }} measured
+ */
+
+/** Samples that no frame has shown yet. @typedef {{ data: Float64Array, length: number, from: number }} Rows */
+
+const SLICE = 8; // ms of work at a time
+const BATCH = 16; // steps between two looks at the clock
+const FRAME = 15; // ms between frames
+const BEHIND = 250; // ms that it may be late before it gives them up
+const PIECE = 0.1; // s, of a ramp of the speed
+
+/**
+ * @param {Session["post"]} post
+ * @returns {Session}
+ */
+export function openSession(post) {
+  return {
+    post, libraries: new Map(), run: null, course: null, failed: false, start: { point: 0, now: 0 }, watched: null,
+    columns: new Int32Array(), rows: { data: new Float64Array(4096), length: 0, from: 0 }, contacts: [], anew: false,
+    deedChanged: false, ramp: null, measured: { speed: NaN, pace: 0, point: 0, now: 0, shown: -Infinity },
+  };
+}
+
+/**
+ * Do what the page asks for.
+ * @param {Session} session
+ * @param {Request} request
+ * @param {number} now ms
+ */
+export function handle(session, request, now) {
+  try {
+    if (request.type === "load") { load(session, request, now); } else { answer(session, runOf(session), request, now); }
+  } catch (error) {
+    session.post({ type: "refused", request: request.type, text: textOf(error) });
+  }
+}
+
+/**
+ * Compute for a slice of time, and show what is new.
+ * @param {Session} session
+ * @param {number} now ms
+ * @param {() => number} clock ms
+ * @returns {boolean} whether there is more to compute at once
+ */
+export function work(session, now, clock) {
+  const { run, course } = session;
+  if (!run || !course) { return false; }
+  const goal = goalOf(session, run, course, now), begin = run.master.point;
+  let time = now;
+  while (session.course === course && run.master.point < goal && time - now < SLICE) {
+    const batch = Math.min(run.master.point + BATCH, goal);
+    while (session.course === course && run.master.point < batch) { advanceRun(session, run, course); }
+    time = clock();
+  }
+  if (session.course === course && run.master.point >= course.to) { finish(session, run, course); }
+  measure(session, run, begin, time - now);
+  if (session.course !== course || time - session.measured.shown >= FRAME) { show(session, time); }
+  return session.course === course && run.master.point < goal;
+}
+
+/**
+ * @param {Session} session
+ * @param {Extract<Request, { type: "load" }>} request
+ * @param {number} now
+ */
+function load(session, { rig, parts, deed, watched }, now) {
+  const { libraries } = session;
+  for (const { model } of rig.components) {
+    if (!libraries.has(model)) { libraries.set(model, startLibrary(new WebAssembly.Module(bytesOf(parts, model)))); }
+  }
+  const filled = { ...rig, components: rig.components.map((one) => ({ ...one, data: base64(bytesOf(parts, one.data)) })) };
+  begin(session, filled, deed ?? { settings: {}, changes: [] }, now);
+  watch(session, runOf(session), watched ?? null);
+  const run = runOf(session), names = run.master.wiring.names;
+  session.post({ type: "ready", signals: [...names], watched: watchedOf(session, run), deed: deedOf(run) });
+  show(session, now);
+}
+
+/**
+ * Start a run in place of the present one, and settle.
+ * @param {Session} session
+ * @param {Rig} rig
+ * @param {Deed} deed
+ * @param {number} now
+ */
+function begin(session, rig, { settings, changes }, now) {
+  const run = startRun(rig, session.libraries, settings, changes);
+  if (session.run) { endRun(session.run); }
+  session.run = run;
+  seek(session, 0, now);
+}
+
+/**
+ * Compute up to a point without showing it.
+ * @param {Session} session
+ * @param {number} point
+ * @param {number} now
+ */
+function seek(session, point, now) {
+  Object.assign(session, { failed: false, ramp: null, anew: true, contacts: [], deedChanged: true });
+  session.rows.length = 0;
+  session.rows.from = point;
+  pursue(session, { status: "settling", to: point, pace: Infinity, tells: false }, now);
+}
+
+/**
+ * @param {Session} session
+ * @param {Course} course
+ * @param {number} now
+ */
+function pursue(session, course, now) {
+  const run = runOf(session);
+  if (session.failed) { throw new Error("the run has failed; go back in time, or start anew"); }
+  session.course = course;
+  session.start = { point: run.master.point, now };
+  Object.assign(session.measured, { point: run.master.point, now, pace: 0 });
+}
+
+/**
+ * @param {Session} session
+ * @param {Run} run
+ * @param {Exclude<Request, { type: "load" }>} request
+ * @param {number} now
+ */
+function answer(session, run, request, now) {
+  const { rig, master } = run, present = Math.max(master.point, 0);
+  switch (request.type) {
+    case "watch":
+      show(session, now);
+      watch(session, run, request.signals);
+      session.post({ type: "columns", watched: watchedOf(session, run) });
+      return;
+    case "play":
+      if (!(request.pace > 0)) { throw new Error(`pace = ${request.pace} is not allowed; it must be > 0`); }
+      whenSettled(session);
+      return pursue(session, { status: "playing", to: Infinity, pace: request.pace, tells: false }, now);
+    case "pause":
+      whenSettled(session);
+      session.course = null;
+      return show(session, now);
+    case "step":
+      whenSettled(session);
+      return pursue(session, { status: "playing", to: present + (request.points ?? 1), pace: Infinity, tells: false }, now);
+    case "run":
+      whenSettled(session);
+      return pursue(session, { status: "playing", to: Math.round(request.to / rig.stepSize), pace: Infinity, tells: true }, now);
+    case "reset":
+      begin(session, rig, { settings: request.settings ?? run.settings, changes: [] }, now);
+      return show(session, now);
+    case "set":
+      changeRun(session, run, request.values);
+      break;
+    case "push":
+      changeRun(session, run, { [`rotor_contact.${request.disc}.f_x`]: request.force[0], [`rotor_contact.${request.disc}.f_y`]: request.force[1] });
+      break;
+    case "speed":
+      speedUp(session, run, request.speed, request.acceleration);
+      break;
+    case "rewind": {
+      const point = Math.min(Math.max(Math.round(request.time / rig.stepSize), 0), present);
+      goBackTo(run, point, request.keep ?? false);
+      seek(session, point, now);
+      return show(session, now);
+    }
+    case "save":
+      session.post({ type: "saved", name: request.name, toml: scenarioToml(rig, deedOf(run), speedsOf(run), present, request.description) });
+      return;
+  }
+  session.deedChanged = true;
+  if (!session.course) { show(session, now); }
+}
+
+/**
+ * Change values from the present point on; if it was recorded, that is taken back.
+ * @param {Session} session
+ * @param {Run} run
+ * @param {Record<string, number>} values
+ */
+function changeRun(session, run, values) {
+  const { arrived } = run, { rows, columns } = session;
+  change(run, values);
+  if (run.arrived === arrived || arrived < 0) { return; }
+  if (rows.length > 0) { rows.length -= columns.length + 1; } else { Object.assign(session, { anew: true }); }
+  if (rows.length === 0) { rows.from = arrived; }
+}
+
+/**
+ * Throw while it settles, which nothing else may end.
+ * @param {Session} session
+ */
+function whenSettled({ course }) {
+  if (course?.status === "settling") { throw new Error("the rotor still settles"); }
+}
+
+/**
+ * Go to a speed in pieces, the first of which begins when the present one ends.
+ * @param {Session} session
+ * @param {Run} run
+ * @param {number} speed rad/s
+ * @param {number} acceleration rad/s2
+ */
+function speedUp(session, run, speed, acceleration) {
+  if (!(speed > 0)) { throw new Error(`Omega = ${speed} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns`); }
+  if (!(acceleration > 0)) { throw new Error(`acceleration = ${acceleration} rad/s2 is not allowed; it must be > 0 rad/s2`); }
+  const signal = "Omega", until = session.ramp?.until ?? -Infinity;
+  tryOut(run, { [signal]: speed });
+  const before = session.ramp;
+  session.ramp = { signal, goal: speed, rate: acceleration, until };
+  try {
+    if (until <= run.master.point) { nextPiece(session, run); }
+  } catch (error) {
+    session.ramp = before;
+    throw error;
+  }
+}
+
+/**
+ * @param {Session} session
+ * @param {Run} run
+ */
+function nextPiece(session, run) {
+  const { ramp } = session;
+  if (!ramp) { return; }
+  ramp.until = addPiece(run, ramp.signal, ramp.goal, ramp.rate, Math.round(PIECE * run.rig.rate));
+  session.deedChanged = true;
+}
+
+/**
+ * Do a step, and what comes before it.
+ * @param {Session} session
+ * @param {Run} run
+ * @param {Course} course
+ */
+function advanceRun(session, run, course) {
+  if (session.ramp && session.ramp.until <= run.master.point) {
+    const { signal, goal } = session.ramp;
+    if (valueAt(run, signal, run.master.point) === goal) { session.ramp = null; } else { nextPiece(session, run); }
+  }
+  if (look(session, run, course)) { return; }
+  try {
+    const events = stepRun(run);
+    if (course.status === "playing") { session.contacts.push(...events); }
+  } catch (error) {
+    if (!(error instanceof FmuError)) { throw error; }
+    session.course = null;
+    session.failed = true;
+    const time = run.master.point * run.rig.stepSize;
+    session.post({ type: "failed", component: error.component, time, text: error.message });
+  }
+}
+
+/**
+ * Record the present point, and judge whether the run ends there.
+ * @param {Session} session
+ * @param {Run} run
+ * @param {Course} course
+ * @returns {boolean}
+ */
+function look(session, run, course) {
+  if (!arrive(run)) { return false; }
+  if (course.status === "playing") { record(session, run); }
+  const text = stopsBy(run), { point } = run.master, time = point * run.rig.stepSize;
+  if (text !== null && course.status === "playing") {
+    session.post({ type: "ended", reason: "stopped", time, text });
+    session.course = null;
+  } else if (point === run.rig.last && course.status === "playing" && run.settings.events !== false && !run.completed) {
+    run.completed = true;
+    session.post({ type: "ended", reason: "completed", time, text: `completed at t = ${time} s` });
+    session.course = null;
+  }
+  return session.course !== course;
+}
+
+/**
+ * @param {Session} session
+ * @param {Run} run
+ * @param {Course} course
+ */
+function finish(session, run, course) {
+  session.course = null;
+  if (!course.tells) { return; }
+  session.course = course;
+  look(session, run, course);
+  const time = run.master.point * run.rig.stepSize;
+  if (session.course === course) { session.post({ type: "ended", reason: "reached", time, text: "" }); }
+  session.course = null;
+}
+
+/**
+ * Return the point up to which a course leads now.
+ * @param {Session} session
+ * @param {Run} run
+ * @param {Course} course
+ * @param {number} now
+ * @returns {number}
+ */
+function goalOf({ start }, { master, rig }, { pace, to }, now) {
+  if (pace === Infinity) { return to; }
+  const goal = start.point + Math.floor((now - start.now) / 1000 * pace * rig.rate);
+  const late = (goal - master.point) / rig.rate / pace * 1000;
+  if (late > BEHIND) { start.now += late - BEHIND; }
+  return Math.min(goal, to);
+}
+
+/**
+ * @param {Session} session
+ * @param {Run} run
+ * @param {number} begin
+ * @param {number} taken ms
+ */
+function measure({ measured }, { master, rig }, begin, taken) {
+  const steps = master.point - begin;
+  if (steps < BATCH || taken <= 0) { return; }
+  const speed = steps * rig.stepSize / (taken / 1000);
+  measured.speed = Number.isFinite(measured.speed) ? 0.9 * measured.speed + 0.1 * speed : speed;
+}
+
+/**
+ * @param {Session} session
+ * @param {Run} run
+ */
+function record({ rows, columns }, { master, rig }) {
+  const width = columns.length + 1, needed = rows.length + width, { values, point } = master;
+  if (needed > rows.data.length) {
+    const larger = new Float64Array(2 * needed);
+    larger.set(rows.data);
+    rows.data = larger;
+  }
+  if (rows.length === 0) { rows.from = point; }
+  rows.data[rows.length] = point * rig.stepSize;
+  for (let k = 0; k < columns.length; k++) { rows.data[rows.length + 1 + k] = values[columns[k]]; }
+  rows.length = needed;
+}
+
+/**
+ * Post a frame.
+ * @param {Session} session
+ * @param {number} now
+ */
+function show(session, now) {
+  const run = runOf(session), { rows, measured, contacts, course, anew } = session, { point } = run.master;
+  for (const warning of takeWarnings(run)) {
+    session.post({ type: "warning", ...warning, time: point * run.rig.stepSize });
+  }
+  if (session.deedChanged) { session.post({ type: "deed", deed: deedOf(run) }); }
+  if (now > measured.now + 200) {
+    measured.pace = (point - measured.point) * run.rig.stepSize / ((now - measured.now) / 1000);
+    Object.assign(measured, { point, now });
+  }
+  measured.shown = now;
+  const data = rows.data.slice(0, rows.length), values = run.master.values.slice();
+  session.post({
+    type: "frame", point, time: point * run.rig.stepSize, status: session.failed ? "failed" : course?.status ?? "paused", anew,
+    from: rows.length > 0 ? rows.from : anew ? rows.from : point, rows: data, values, contacts, speed: measured.speed,
+    pace: course ? measured.pace : 0,
+  }, [data.buffer, values.buffer]);
+  Object.assign(session, { anew: false, contacts: [], deedChanged: false });
+  rows.length = 0;
+}
+
+/**
+ * @param {Session} session
+ * @param {Run} run
+ * @param {string[] | null} signals
+ */
+function watch(session, run, signals) {
+  const { position } = run.master.wiring, unknown = (signals ?? []).find((name) => !position.has(name));
+  if (unknown !== undefined) { throw new Error(`there is no signal ${unknown}`); }
+  session.watched = signals;
+  session.columns = Int32Array.from(watchedOf(session, run), (name) => position.get(name) ?? 0);
+}
+
+/**
+ * @param {Session} session
+ * @param {Run} run
+ * @returns {string[]}
+ */
+function watchedOf({ watched }, { rig }) {
+  return [...watched ?? rig.recorded];
+}
+
+/**
+ * @param {Run} run
+ * @returns {Deed}
+ */
+function deedOf({ settings, changes }) {
+  return { settings, changes: [...changes] };
+}
+
+/**
+ * @param {Session} session
+ * @returns {Run}
+ */
+function runOf({ run }) {
+  if (!run) { throw new Error("no rig is loaded"); }
+  return run;
+}
+
+/**
+ * @param {import("../protocol.js").Parts} parts
+ * @param {string} key
+ * @returns {Uint8Array<ArrayBuffer>}
+ */
+function bytesOf(parts, key) {
+  if (!(key in parts)) { throw new Error(`the rig has no part ${key}`); }
+  return /** @type {Uint8Array<ArrayBuffer>} */ (parts[key]);
+}
+
+/**
+ * @param {Uint8Array} bytes
+ * @returns {string}
+ */
+function base64(bytes) {
+  let text = "";
+  for (let k = 0; k < bytes.length; k += 8192) { text += String.fromCharCode(...bytes.subarray(k, k + 8192)); }
+  return btoa(text);
+}
+
+/**
+ * @param {unknown} error
+ * @returns {string}
+ */
+function textOf(error) {
+  return error instanceof Error ? error.message : String(error);
+}

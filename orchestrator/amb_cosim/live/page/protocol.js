@@ -1,0 +1,224 @@
+// What engine and page say to each other: the JSON of a rig, and the messages of the worker. Types alone, no code.
+//
+// Variables are called `component.variable`, a shared signal by its name (`Omega`), as in scenarios. Values are numbers in
+// the unit of the variable; a Boolean is 0 or 1, an Enumeration its number. Points are integers: communication point n is
+// at the time n * stepSize, 0 the beginning of cycle 0, and what comes before it lets the rotor settle.
+
+// The rig --------------------------------------------------------------------------------------------------------------
+
+/**
+ * A variable of an FMU.
+ * @typedef {object} Variable
+ * @property {string} name
+ * @property {number} reference value reference
+ * @property {"Real" | "Integer" | "Boolean"} type an Enumeration is an Integer with `items`
+ * @property {"parameter" | "input" | "output"} causality
+ * @property {"fixed" | "tunable" | "continuous" | "discrete"} variability tunable parameters may be set while it runs
+ * @property {string} unit empty where there is none
+ * @property {number | null} min
+ * @property {number | null} max
+ * @property {number | null} start what the FMU starts with if nothing is set; null of outputs
+ * @property {string} description
+ * @property {Record<string, number>} [items] values of an Enumeration by name
+ */
+
+/**
+ * An instance of an FMU.
+ * @typedef {object} Component
+ * @property {string} name
+ * @property {string} model key of its module in `Parts`
+ * @property {string} guid
+ * @property {number} every communication steps that one of its steps spans
+ * @property {string} data key of its constants in `Parts`, the file `resources/model.bin` of its FMU
+ * @property {Variable[]} variables
+ * @property {Record<string, number>} parameters values that it starts with, where they differ from its own
+ */
+
+/**
+ * A change of an input at a point, which the scenario makes.
+ * @typedef {object} PlannedEvent
+ * @property {number} point
+ * @property {string} variable
+ * @property {number} value
+ * @property {string} label `step`, `removal` or empty
+ */
+
+/**
+ * An input that is linear between points and constant outside.
+ * @typedef {object} Ramp
+ * @property {string} variable
+ * @property {[point: number, value: number][]} points
+ * @property {string | null} slope signal that gets the derivative over the coming step (1/s)
+ */
+
+/**
+ * A condition that ends the run: a signal above (or below) a limit at all points from `first` on for `hold` steps.
+ * @typedef {object} StopCondition
+ * @property {string} signal
+ * @property {boolean} above
+ * @property {number} limit
+ * @property {number} first
+ * @property {number} hold
+ * @property {string} text
+ */
+
+/**
+ * What is drawn. Lengths in m; z along the shaft. `shape` turns what the sensors show into the deflected shaft: the
+ * displacement of node k is the sum over j of shape.rows[k][j] times the displacement at place j.
+ * @typedef {object} Geometry
+ * @property {{ z: number, radius: number }[]} nodes of the shaft, from its left end; `radius` of the element that begins there
+ * @property {{ name: string, z: number, radius: number, width: number, unbalance: boolean }[]} discs
+ * @property {{ name: string, z: number, x: string, y: string, retainer: string }[]} bearings signals of displacement
+ * @property {Site[]} sites retainers and bushes
+ * @property {{ name: string, z: number, x: string, y: string }[]} planes of sensors, with their signals
+ * @property {{ places: { z: number, x: string, y: string }[], rows: number[][] }} shape
+ * @property {number} gravityAngle direction of gravity, from x towards y (rad)
+ */
+
+/**
+ * A place where the rotor can touch. `x` and `y` are signals of its displacement, empty where none shows it.
+ * @typedef {object} Site
+ * @property {string} name its variables are `rotor_contact.<name>.f_n` and so on
+ * @property {string} bearing that it protects; empty for a bush
+ * @property {number} z
+ * @property {number} radius of the journal
+ * @property {number} clearance as it starts; the parameter `rotor_contact.<name>.clearance` is what holds
+ * @property {string} x
+ * @property {string} y
+ */
+
+/**
+ * A scenario with all that it needs to run, but for `Parts`.
+ * @typedef {object} Rig
+ * @property {1} format
+ * @property {string} version of amb-cosim
+ * @property {string} scenario name
+ * @property {string} description
+ * @property {string} source
+ * @property {string} system name of a system that comes with the package, or path
+ * @property {string | null} rotor as the scenario names it; null for the rig of the thesis
+ * @property {string | null} receptances file of the controller's table, as the scenario names it
+ * @property {boolean} gradient
+ * @property {number} stepSize communication step in s
+ * @property {number} rate communication steps in a second, an integer
+ * @property {number} first point
+ * @property {number} last point at which the scenario ends
+ * @property {number} period of the initial speed (s)
+ * @property {Component[]} components in Gauss-Seidel order
+ * @property {{ source: string, target: string }[]} connections
+ * @property {{ name: string, targets: string[] }[]} signals shared ones, each feeding several inputs
+ * @property {Record<string, number>} inputs first values of signals and inputs, where they are not the FMU's own
+ * @property {PlannedEvent[]} events
+ * @property {Ramp[]} ramps
+ * @property {StopCondition[]} stops
+ * @property {string[]} recorded signals that a run of the scenario records
+ * @property {Geometry} geometry
+ */
+
+/** Bytes by key: the modules of the models (`rotor_contact`, `amb_actuator`, `rolac_controller`), and the constants of the
+ * FMUs. Rigs of one rotor share them.
+ * @typedef {Record<string, Uint8Array>} Parts */
+
+// What was done --------------------------------------------------------------------------------------------------------
+
+/**
+ * What the user starts with in place of the scenario's values.
+ * @typedef {object} Settings
+ * @property {Record<string, number>} [values] of parameters, inputs and signals (`Omega`)
+ * @property {boolean} [events] whether the scenario's events, ramps and stops take place; they do by default
+ */
+
+/**
+ * A change that the user made: from `point` on, the variables have these values; a speed is reached at `until`.
+ * @typedef {object} Change
+ * @property {number} point
+ * @property {number} time s
+ * @property {Record<string, number>} values
+ * @property {number} [until] point at which a ramp ends
+ */
+
+/**
+ * All that distinguishes the run from the scenario; what links and saved scenarios hold.
+ * @typedef {object} Deed
+ * @property {Settings} settings
+ * @property {Change[]} changes in order of time
+ */
+
+// Page to worker -------------------------------------------------------------------------------------------------------
+//
+// All but `load` are refused before `ready`. Changes take place at the next communication point, not before point 0.
+
+/**
+ * @typedef {{ type: "load", rig: Rig, parts: Parts, deed?: Deed, watched?: string[] }} Load
+ * Compile the modules, start, settle, and stop at point 0. `deed` of a link or another page is done again: its settings hold
+ * from the start, and its changes take place when their time comes. `watched` are the signals of frames, all by default.
+ *
+ * @typedef {{ type: "watch", signals: string[] }} Watch columns of the frames from now on
+ * @typedef {{ type: "play", pace: number }} Play simulated seconds in a second; Infinity is as fast as it goes
+ * @typedef {{ type: "pause" }} Pause
+ * @typedef {{ type: "step", points?: number }} Step pause, then do so many communication steps, 1 by default
+ * @typedef {{ type: "run", to: number }} Run compute up to a time (s) as fast as it goes, then pause
+ * @typedef {{ type: "reset", settings?: Settings }} Reset start anew; settings are those of before by default
+ * @typedef {{ type: "set", values: Record<string, number> }} Set inputs, signals and tunable parameters; one refused, none is
+ * set
+ * @typedef {{ type: "speed", speed: number, acceleration: number }} Speed go to a speed (rad/s) at a rate (rad/s2), as speed
+ * points do: a change on the way begins at the end of the piece of 0.1 s that runs
+ * @typedef {{ type: "push", disc: string, force: [number, number] }} Push force (N) on a disc until the next push of it
+ * @typedef {{ type: "rewind", time: number, keep?: boolean }} Rewind go back to a time (s), and pause there; changes after it
+ * are forgotten unless `keep`, when they take place again
+ * @typedef {{ type: "save", name: string, description?: string }} Save ask for `saved`: the run up to now as a scenario
+ *
+ * @typedef {Load | Watch | Play | Pause | Step | Run | Reset | Set | Speed | Push | Rewind | Save} Request
+ */
+
+// Worker to page -------------------------------------------------------------------------------------------------------
+
+/**
+ * Contact began, or ended (`mode` 0), or changed between sliding (1) and rolling (2).
+ * @typedef {object} ContactEvent
+ * @property {number} point at the end of the step in which it did
+ * @property {number} time s
+ * @property {string} site
+ * @property {number} mode
+ */
+
+/**
+ * About 60 times a second while it runs, and once after each request that changes what is seen.
+ * @typedef {object} Frame
+ * @property {"frame"} type
+ * @property {number} point
+ * @property {number} time s
+ * @property {"settling" | "playing" | "paused" | "failed"} status
+ * @property {boolean} anew whether rows are those of a new run or of an earlier time: forget all rows from `from` on
+ * @property {number} from first point of the rows; where there are none, the point
+ * @property {Float64Array} rows since the last frame, row by row: time (s), then a column for each watched signal
+ * @property {Float64Array} values newest values of all signals, in the order of `Ready.signals`
+ * @property {ContactEvent[]} contacts since the last frame
+ * @property {number} speed simulated seconds in a second that it can do
+ * @property {number} pace simulated seconds in a second that it does
+ */
+
+/**
+ * @typedef {object} Ready
+ * @property {"ready"} type
+ * @property {string[]} signals names of all signals: inputs that nothing is connected to, then outputs
+ * @property {string[]} watched columns of rows after time
+ * @property {Deed} deed
+ */
+
+/**
+ * @typedef {{ type: "columns", watched: string[] }} Columns before the first frame with other columns
+ * @typedef {{ type: "deed", deed: Deed }} DeedChanged the record changed: settings, and what was set, pushed, sped up
+ * @typedef {{ type: "warning", component: string, time: number, text: string }} Warning that an FMU logged
+ * @typedef {{ type: "refused", request: string, text: string }} Refused a request that changed nothing, with the reason: the
+ * FMU's own message where it was the FMU's to judge
+ * @typedef {{ type: "failed", component: string, time: number, text: string }} Failed a step failed by itself, with the FMU's
+ * message; rewind and reset lead on
+ * @typedef {{ type: "ended", reason: "completed" | "stopped" | "reached", time: number, text: string }} Ended paused at the
+ * scenario's end, by its condition, or where `run` was to lead; play goes on
+ * @typedef {{ type: "saved", name: string, toml: string }} Saved
+ *
+ * @typedef {Ready | Frame | Columns | DeedChanged | Warning | Refused | Failed | Ended | Saved} Answer
+ */
+
+export {};

@@ -1,0 +1,63 @@
+// What Python put into the page: scenarios, and once what several of them share.
+
+import { byId } from "./dom.js";
+
+/** @typedef {import("../protocol.js").Rig} Rig */
+/** @typedef {import("../protocol.js").Component} Component */
+/** @typedef {import("../protocol.js").Parts} Parts */
+
+/**
+ * Scenarios whose components name their variables by a key.
+ * @typedef {object} Described
+ * @property {string} documentation address of the documentation; empty if there is none
+ * @property {(Omit<Rig, "components"> & { components: (Omit<Component, "variables"> & { variables: string })[] })[]} rigs
+ * @property {Record<string, Component["variables"]>} variables
+ */
+
+/**
+ * @typedef {object} PageData
+ * @property {Described} described
+ * @property {Record<string, string>} parts packed
+ */
+
+/**
+ * Read what is in the page.
+ * @returns {Promise<PageData>}
+ */
+export async function readPageData() {
+  const { described, parts } = JSON.parse(byId("data", HTMLScriptElement).text);
+  return { described: JSON.parse(new TextDecoder().decode(await unpacked(described))), parts };
+}
+
+/**
+ * Return a scenario of the page; the first if it has none of that name.
+ * @param {PageData} data
+ * @param {string} scenario
+ * @returns {Rig}
+ */
+export function rigOf({ described }, scenario) {
+  const found = described.rigs.find((rig) => rig.scenario === scenario) ?? described.rigs[0];
+  return { ...found, components: found.components.map((one) => ({ ...one, variables: described.variables[one.variables] })) };
+}
+
+/**
+ * Return the bytes that a scenario needs.
+ * @param {PageData} data
+ * @param {Rig} rig
+ * @returns {Promise<Parts>}
+ */
+export async function partsOf({ parts }, rig) {
+  const keys = [...new Set(rig.components.flatMap((one) => [one.model, one.data]))];
+  return Object.fromEntries(await Promise.all(keys.map(async (key) => /** @type {const} */ ([key, await unpacked(parts[key])]))));
+}
+
+/**
+ * Return the bytes that Python packed: base64 of what gzip made of them.
+ * @param {string} text
+ * @returns {Promise<Uint8Array>}
+ */
+export async function unpacked(text) {
+  const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}

@@ -1,0 +1,56 @@
+// Elements of the page, found and made.
+
+/**
+ * Return the element with an id; the page has it, or is wrong.
+ * @template {HTMLElement} T
+ * @param {string} id
+ * @param {new () => T} kind
+ * @returns {T}
+ */
+export function byId(id, kind) {
+  const found = document.getElementById(id);
+  if (!(found instanceof kind)) { throw new Error(`the page has no ${kind.name} #${id}`); }
+  return found;
+}
+
+/**
+ * Return a new element.
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} tag
+ * @param {Record<string, string | boolean>} [attributes] `text` is its content
+ * @param {(Node | string)[]} [children]
+ * @returns {HTMLElementTagNameMap[K]}
+ */
+export function make(tag, attributes = {}, children = []) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name === "text") {
+      element.textContent = String(value);
+    } else if (value !== false) {
+      element.setAttribute(name, value === true ? "" : value);
+    }
+  }
+  element.append(...children);
+  return element;
+}
+
+/**
+ * Set an element's text if it is another; the page does less that way.
+ * @param {HTMLElement} element
+ * @param {string} text
+ */
+export function setText(element, text) {
+  if (element.textContent !== text) { element.textContent = text; }
+}
+
+/**
+ * Offer a file to save.
+ * @param {string} name
+ * @param {string} text
+ * @param {string} kind media type
+ */
+export function download(name, text, kind) {
+  const url = URL.createObjectURL(new Blob([text], { type: kind }));
+  make("a", { href: url, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(url), 10_000);
+}

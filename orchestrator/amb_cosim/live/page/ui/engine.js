@@ -1,0 +1,31 @@
+// The worker that computes: started from the script in the page, so that it needs no other file.
+
+/** @typedef {import("../protocol.js").Request} Request */
+/** @typedef {import("../protocol.js").Answer} Answer */
+
+/**
+ * @typedef {object} Engine
+ * @property {(request: Request) => void} send
+ * @property {() => void} end
+ */
+
+/**
+ * Start a worker.
+ * @param {string} script
+ * @param {(answer: Answer) => void} hear
+ * @param {(text: string) => void} fail
+ * @returns {Engine}
+ */
+export function startEngine(script, hear, fail) {
+  const url = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
+  const worker = new Worker(url);
+  worker.onmessage = (event) => hear(event.data);
+  worker.onerror = (event) => fail(event.message || "the worker could not be started");
+  return {
+    send: (request) => worker.postMessage(request),
+    end: () => {
+      worker.terminate();
+      URL.revokeObjectURL(url);
+    },
+  };
+}

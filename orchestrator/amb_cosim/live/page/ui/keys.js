@@ -1,0 +1,42 @@
+// Shortcuts: one list for what they do and for the help that tells them.
+
+import { make } from "./dom.js";
+
+/**
+ * @typedef {object} Shortcut
+ * @property {string} key as the keyboard reports it
+ * @property {string} shown
+ * @property {string} what
+ * @property {() => void} act
+ */
+
+/**
+ * Listen to shortcuts, except while something is typed or held, and list them in the help.
+ * @param {HTMLElement} help
+ * @param {readonly Shortcut[]} shortcuts
+ */
+export function listenToKeys(help, shortcuts) {
+  help.replaceChildren(...shortcuts.flatMap((one) => [make("dt", {}, [make("kbd", { text: one.shown })]), make("dd", { text: one.what })]),
+    make("dt", { text: "arrow keys" }), make("dd", { text: "on an orbit: push; on the shaft: turn; on the time line: back and ahead" }));
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.altKey || event.metaKey || event.defaultPrevented || isTaken(event)) { return; }
+    const found = shortcuts.find((one) => one.key === event.key.toLowerCase());
+    if (found !== undefined) {
+      event.preventDefault();
+      found.act();
+    }
+  });
+}
+
+/**
+ * Whether a key belongs to the element that has the focus.
+ * @param {KeyboardEvent} event
+ */
+function isTaken(event) {
+  const { target } = event;
+  if (document.querySelector("dialog[open]") !== null) { return true; }
+  if (target instanceof HTMLInputElement && target.type !== "range" && target.type !== "checkbox") { return true; }
+  if (target instanceof HTMLSelectElement) { return true; }
+  const isPressable = target instanceof HTMLButtonElement || target instanceof HTMLInputElement || (target instanceof HTMLElement && target.tagName === "SUMMARY");
+  return isPressable && (event.key === " " || event.key === "Enter");
+}

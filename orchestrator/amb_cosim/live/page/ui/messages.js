@@ -1,0 +1,63 @@
+// What the page says in words: a failure, a notice that goes by itself, what waits for a new start, and the FMUs' messages.
+
+import { byId, make, setText } from "./dom.js";
+
+const READ = 8000; // ms that a notice stays
+const MOST = 30; // messages of FMUs that are kept
+
+let noticeEnds = 0;
+
+/**
+ * Show what failed or was refused, in plain sight.
+ * @param {string} text empty for nothing
+ */
+export function showFailure(text) {
+  const box = byId("failure", HTMLElement);
+  box.hidden = text === "";
+  setText(box, text);
+}
+
+/** @param {string} text */
+export function showNotice(text) {
+  const box = byId("notice", HTMLElement);
+  box.hidden = false;
+  setText(box, text);
+  noticeEnds = performance.now() + READ;
+}
+
+/** Take a notice away once it was there for long enough. @param {number} now ms */
+export function endNotice(now) {
+  if (now > noticeEnds) { byId("notice", HTMLElement).hidden = true; }
+}
+
+/**
+ * Add what an FMU logged to the list of messages, the newest first.
+ * @param {string} component
+ * @param {string} text
+ */
+export function addMessage(component, text) {
+  const list = byId("log", HTMLOListElement);
+  list.prepend(make("li", {}, [make("b", { text: component }), ` ${text}`]));
+  while (list.children.length > MOST) { list.lastElementChild?.remove(); }
+}
+
+/** Forget the FMUs' messages. */
+export function clearMessages() {
+  byId("log", HTMLOListElement).replaceChildren();
+}
+
+/**
+ * Say what waits for a new start; nothing if no name is given.
+ * @param {readonly string[]} names of fixed parameters
+ * @param {() => void} reset
+ * @param {() => void} forget
+ */
+export function showPending(names, reset, forget) {
+  const box = byId("pending", HTMLElement);
+  box.hidden = names.length === 0;
+  const shown = names.length > 3 ? `${names.slice(0, 2).join(", ")} and ${names.length - 2} more` : names.join(", ");
+  const now = make("button", { type: "button", id: "apply", text: "Reset with it (R)" }), drop = make("button", { type: "button", text: "Forget" });
+  now.addEventListener("click", reset);
+  drop.addEventListener("click", forget);
+  box.replaceChildren(make("span", { text: `${shown} can only change when the run starts anew.` }), now, drop);
+}

@@ -1,0 +1,207 @@
+// The orbit of the rotor's centre within the clearance of a retainer, seen from the motor, with vertical up.
+
+import { arrow } from "./canvas.js";
+import { faded } from "./palette.js";
+
+/**
+ * What an orbit view shows. Lengths in m, forces in N.
+ * @typedef {object} OrbitScene
+ * @property {number} clearance
+ * @property {number} span half the width of the view
+ * @property {number} rotation angle of the x axis on the screen, from the right, counter-clockwise (rad)
+ * @property {Float32Array} x displacement, oldest first
+ * @property {Float32Array} y
+ * @property {readonly [number, number]} centre of the clearance
+ * @property {Float32Array} arcs largest normal force of late in each of equal sectors, from x towards y
+ * @property {number} f_n
+ * @property {number} f_t
+ * @property {boolean} touching
+ * @property {readonly [number, number]} push
+ * @property {string} colour
+ */
+
+const TRAIL_PIECES = 28;
+const FULL_FORCE = 4000; // N, an arc or arrow of full size
+
+/**
+ * Return the half-width of a view that shows the clearance and what lies beyond it.
+ * @param {number} clearance m
+ * @param {Float32Array} x m
+ * @param {Float32Array} y m
+ * @returns {number}
+ */
+export function spanOf(clearance, x, y) {
+  let largest = 0;
+  for (let k = 0; k < x.length; k++) { largest = Math.max(largest, x[k] * x[k] + y[k] * y[k]); }
+  return Math.max(1.34 * clearance, 1.1 * Math.sqrt(largest));
+}
+
+/**
+ * Return the largest normal force in each of equal sectors of the clearance circle, those passed between samples too.
+ * @param {Float32Array} x m
+ * @param {Float32Array} y m
+ * @param {Float32Array} force N
+ * @param {number} sectors
+ * @param {readonly [number, number]} centre m
+ * @returns {Float32Array}
+ */
+export function contactArcs(x, y, force, sectors, centre = [0, 0]) {
+  const arcs = new Float32Array(sectors);
+  const sectorAt = (/** @type {number} */ k) => Math.floor((0.5 * sectors * Math.atan2(y[k] - centre[1], x[k] - centre[0])) / Math.PI);
+  for (let k = 0; k < force.length; k++) {
+    if (force[k] > 0) {
+      const last = sectorAt(k), first = k > 0 && force[k - 1] > 0 ? sectorAt(k - 1) : last;
+      const way = (((last - first) % sectors) + 1.5 * sectors) % sectors - 0.5 * sectors; // the short way round, where it slid
+      for (let step = 0; step <= Math.abs(way); step++) {
+        const sector = (((first + Math.sign(way) * step) % sectors) + sectors) % sectors;
+        arcs[sector] = Math.max(arcs[sector], force[k]);
+      }
+    }
+  }
+  return arcs;
+}
+
+/**
+ * Return the place in the view, in the rotor's axes, of a point of the canvas.
+ * @param {number} px pixels from the left
+ * @param {number} py pixels from the top
+ * @param {number} width
+ * @param {number} height
+ * @param {number} span m
+ * @param {number} rotation rad
+ * @returns {[number, number]} m
+ */
+export function fromCanvas(px, py, width, height, span, rotation) {
+  const scale = span / (0.5 * Math.min(width, height));
+  const [u, v] = [(px - 0.5 * width) * scale, (0.5 * height - py) * scale];
+  const [c, s] = [Math.cos(rotation), Math.sin(rotation)];
+  return [c * u + s * v, c * v - s * u];
+}
+
+/**
+ * Draw an orbit view.
+ * @param {import("./canvas.js").Surface} surface
+ * @param {OrbitScene} scene
+ * @param {import("./palette.js").Palette} palette
+ */
+export function drawOrbit(surface, scene, palette) {
+  const { context, width, height } = surface;
+  const scale = (0.5 * Math.min(width, height)) / scene.span;
+  const [c, s] = [Math.cos(scene.rotation), Math.sin(scene.rotation)];
+  const at = (/** @type {number} */ x, /** @type {number} */ y) =>
+    /** @type {[number, number]} */ ([0.5 * width + scale * (c * x - s * y), 0.5 * height - scale * (s * x + c * y)]);
+  drawAxes(context, scene, at, palette);
+  drawClearance(context, scene, at, scale, palette);
+  drawTrail(context, scene, at);
+  drawRotor(context, scene, at, palette);
+}
+
+/** @typedef {(x: number, y: number) => [number, number]} Place */
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {OrbitScene} scene
+ * @param {Place} at
+ * @param {import("./palette.js").Palette} palette
+ */
+function drawAxes(context, scene, at, palette) {
+  const reach = 1.16 * scene.clearance;
+  context.lineWidth = 1;
+  context.strokeStyle = palette.line;
+  context.fillStyle = palette.soft;
+  context.font = `italic 13px ${palette.font}`;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  for (const [name, ux, uy] of /** @type {const} */ ([["x", 1, 0], ["y", 0, 1]])) {
+    context.beginPath();
+    context.moveTo(...at(-reach * ux, -reach * uy));
+    context.lineTo(...at(reach * ux, reach * uy));
+    context.stroke();
+    context.fillText(name, ...at(1.25 * scene.clearance * ux, 1.25 * scene.clearance * uy));
+  }
+  for (const share of [-0.5, 0.5]) {
+    for (const [ux, uy] of [[1, 0], [0, 1]]) {
+      const [px, py] = at(share * scene.clearance * ux, share * scene.clearance * uy);
+      context.beginPath();
+      context.arc(px, py, 1.5, 0, 2 * Math.PI);
+      context.fill();
+    }
+  }
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {OrbitScene} scene
+ * @param {Place} at
+ * @param {number} scale
+ * @param {import("./palette.js").Palette} palette
+ */
+function drawClearance(context, scene, at, scale, palette) {
+  const [px, py] = at(...scene.centre), radius = scale * scene.clearance;
+  context.lineWidth = 1.75;
+  context.strokeStyle = palette.ink;
+  context.beginPath();
+  context.arc(px, py, radius, 0, 2 * Math.PI);
+  context.stroke();
+  const sector = (2 * Math.PI) / scene.arcs.length;
+  scene.arcs.forEach((force, k) => {
+    if (force > 0) {
+      const thickness = 2.5 + 9 * Math.min(Math.sqrt(force / FULL_FORCE), 1);
+      const from = -(k * sector + scene.rotation);
+      context.lineWidth = thickness;
+      context.strokeStyle = palette.touch;
+      context.beginPath();
+      context.arc(px, py, radius + 0.5 * thickness + 1, from - sector - 0.01, from + 0.01);
+      context.stroke();
+    }
+  });
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {OrbitScene} scene
+ * @param {Place} at
+ */
+function drawTrail(context, scene, at) {
+  const count = scene.x.length, piece = Math.max(Math.ceil(count / TRAIL_PIECES), 1);
+  context.lineWidth = 1.8;
+  context.lineJoin = "round";
+  for (let first = 0; first < count - 1; first += piece) {
+    context.strokeStyle = faded(scene.colour, 0.1 + 0.9 * ((first + piece) / count) ** 1.6);
+    context.beginPath();
+    context.moveTo(...at(scene.x[first], scene.y[first]));
+    for (let k = first + 1; k <= Math.min(first + piece, count - 1); k++) { context.lineTo(...at(scene.x[k], scene.y[k])); }
+    context.stroke();
+  }
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {OrbitScene} scene
+ * @param {Place} at
+ * @param {import("./palette.js").Palette} palette
+ */
+function drawRotor(context, scene, at, palette) {
+  const last = scene.x.length - 1;
+  if (last < 0) { return; }
+  const [x, y] = [scene.x[last], scene.y[last]], [px, py] = at(x, y);
+  const [rx, ry] = [x - scene.centre[0], y - scene.centre[1]], r = Math.hypot(rx, ry);
+  if (scene.touching && r > 0) { // inward N, forward T
+    const size = (0.6 * scene.clearance * Math.min(Math.sqrt(scene.f_n / FULL_FORCE), 1)) / r;
+    arrow(context, px, py, ...at(x - size * rx, y - size * ry), palette.touch);
+    const share = scene.f_n > 0 ? (size * scene.f_t) / scene.f_n : 0;
+    arrow(context, px, py, ...at(x - share * ry, y + share * rx), palette.touch, 1.6);
+  }
+  const force = Math.hypot(...scene.push);
+  if (force > 0) {
+    const size = (scene.clearance * Math.min(force / 1000, 1.2)) / force;
+    arrow(context, px, py, ...at(x + size * scene.push[0], y + size * scene.push[1]), palette.push, 3.5);
+  }
+  context.beginPath();
+  context.arc(px, py, 6, 0, 2 * Math.PI);
+  context.fillStyle = scene.touching ? palette.touch : scene.colour;
+  context.fill();
+  context.lineWidth = 2;
+  context.strokeStyle = palette.ground;
+  context.stroke();
+}

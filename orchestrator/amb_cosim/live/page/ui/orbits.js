@@ -1,0 +1,183 @@
+// The panel of orbits: a view for each retainer and for each bush that the rotor can touch, and the push by hand.
+
+import { surfaceOf } from "./canvas.js";
+import { make, setText } from "./dom.js";
+import { quantityText } from "./format.js";
+import { contactArcs, drawOrbit, fromCanvas, spanOf } from "./orbit.js";
+import { settingOf, valueOf } from "./session.js";
+import { between } from "./traces.js";
+
+const SECTORS = 120;
+const REVOLUTIONS = 3; // of a trail
+const LONGEST = 0.5; // s of a trail
+const PER_CLEARANCE = 1000; // N of push for a drag of one clearance
+const KEY_PUSH = 500; // N
+/** @type {Record<string, [number, number]>} */
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/** @typedef {import("./session.js").Session} Session */
+/** @typedef {import("../protocol.js").Site} Site */
+
+/**
+ * @typedef {object} OrbitView
+ * @property {Site} site
+ * @property {string} disc that a push acts on
+ * @property {string} colour number
+ * @property {HTMLElement} element
+ * @property {HTMLCanvasElement} canvas
+ * @property {HTMLElement} force
+ * @property {HTMLElement} scale
+ * @property {number} span m
+ * @property {[number, number]} push N
+ */
+
+/**
+ * @typedef {object} Orbits
+ * @property {(session: Session, palette: import("./palette.js").Palette) => void} draw
+ * @property {() => { disc: string, force: [number, number] }} push
+ */
+
+/**
+ * Return the angle of the x axis on the screen, such that gravity pulls down.
+ * @param {import("../protocol.js").Geometry} geometry
+ * @returns {number} rad
+ */
+export function rotationOf(geometry) {
+  return -0.5 * Math.PI - geometry.gravityAngle;
+}
+
+/**
+ * Return the sites that have a view: those whose displacement is known and where the rotor can touch.
+ * @param {Session} session
+ * @returns {Site[]}
+ */
+export function shownSites(session) {
+  return session.rig.geometry.sites.filter((site) => site.x !== "" && settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0);
+}
+
+/**
+ * Return the disc nearest to a place, on which a push there acts; empty without discs.
+ * @param {import("../protocol.js").Geometry} geometry
+ * @param {number} z m
+ * @returns {string}
+ */
+export function nearestDisc(geometry, z) {
+  const discs = geometry.discs.filter((one) => one.unbalance);
+  return discs.reduce((best, one) => (best === undefined || Math.abs(one.z - z) < Math.abs(best.z - z) ? one : best), discs[0])?.name ?? "";
+}
+
+/**
+ * Fill the panel of orbits.
+ * @param {HTMLElement} panel
+ * @param {Session} session
+ * @param {(disc: string, force: [number, number]) => void} onPush
+ * @returns {Orbits}
+ */
+export function makeOrbits(panel, session, onPush) {
+  const { geometry } = session.rig, rotation = rotationOf(geometry);
+  let pushed = { disc: "", force: /** @type {[number, number]} */ ([0, 0]) };
+  const views = shownSites(session).map((site) => makeView(site, nearestDisc(geometry, site.z)));
+  panel.classList.toggle("many", views.length > 2);
+  panel.replaceChildren(...views.map((view) => view.element));
+  const apply = (/** @type {OrbitView} */ view, /** @type {[number, number]} */ force) => {
+    view.push = force;
+    pushed = { disc: view.disc, force };
+    onPush(view.disc, force);
+  };
+  for (const view of views.filter((one) => one.disc !== "")) { listen(view, session, rotation, apply); }
+  return {
+    push: () => pushed,
+    draw: (now, palette) => {
+      for (const view of views) { drawView(view, now, rotation, palette); }
+    },
+  };
+}
+
+/**
+ * @param {Site} site
+ * @param {string} disc
+ * @returns {OrbitView}
+ */
+function makeView(site, disc) {
+  const canvas = make("canvas", { tabindex: "0", role: "img" });
+  canvas.setAttribute("aria-label", `Orbit at ${site.name.toUpperCase()}${disc ? `; drag, or hold an arrow key, to push ${disc.toUpperCase()}` : ""}`);
+  const force = make("span", { class: "force" }), scale = make("span", { class: "scale" });
+  const element = make("div", { class: "orbit" }, [canvas, make("span", { class: "tag", text: site.name.toUpperCase() }), force, scale]);
+  return { site, disc, colour: "", element, canvas, force, scale, span: 1e-3, push: [0, 0] };
+}
+
+/**
+ * @param {OrbitView} view
+ * @param {Session} session
+ * @param {number} rotation
+ * @param {(view: OrbitView, force: [number, number]) => void} apply
+ */
+function listen(view, session, rotation, apply) {
+  const { canvas } = view;
+  let grabbed = false;
+  const pull = (/** @type {PointerEvent} */ event) => {
+    const box = canvas.getBoundingClientRect();
+    const [x, y] = fromCanvas(event.clientX - box.left, event.clientY - box.top, box.width, box.height, view.span, rotation);
+    const scale = PER_CLEARANCE / settingOf(session, `rotor_contact.${view.site.name}.clearance`);
+    apply(view, [scale * (x - valueOf(session, view.site.x)), scale * (y - valueOf(session, view.site.y))]);
+  };
+  const release = () => {
+    if (grabbed) { grabbed = false; apply(view, [0, 0]); }
+  };
+  canvas.addEventListener("pointerdown", (event) => { grabbed = true; canvas.setPointerCapture(event.pointerId); pull(event); });
+  canvas.addEventListener("pointermove", (event) => { if (grabbed) { pull(event); } });
+  for (const name of /** @type {const} */ (["pointerup", "pointercancel"])) { canvas.addEventListener(name, release); }
+  canvas.addEventListener("keydown", (event) => {
+    const direction = ARROWS[event.key];
+    if (direction === undefined) { return; }
+    event.preventDefault();
+    if (event.repeat) { return; }
+    const [c, s] = [Math.cos(rotation), Math.sin(rotation)], [u, v] = direction;
+    apply(view, [KEY_PUSH * (c * u + s * v), KEY_PUSH * (c * v - s * u)]);
+  });
+  for (const name of /** @type {const} */ (["keyup", "blur"])) {
+    canvas.addEventListener(name, () => { if (!grabbed && (view.push[0] !== 0 || view.push[1] !== 0)) { apply(view, [0, 0]); } });
+  }
+}
+
+/**
+ * @param {OrbitView} view
+ * @param {Session} session
+ * @param {number} rotation
+ * @param {import("./palette.js").Palette} palette
+ */
+function drawView(view, session, rotation, palette) {
+  const name = `rotor_contact.${view.site.name}`, bearings = session.rig.geometry.bearings;
+  const index = bearings.findIndex((one) => one.name === view.site.bearing);
+  const colour = palette.series[index >= 0 ? index : palette.series.length - 1];
+  const omega = Math.abs(valueOf(session, "rotor_contact.speed")) || 100;
+  const from = session.time - Math.min((REVOLUTIONS * 2 * Math.PI) / omega, LONGEST);
+  const x = between(session.traces, view.site.x, from, session.time), y = between(session.traces, view.site.y, from, session.time);
+  const force = between(session.traces, `${name}.f_n`, from, session.time);
+  const clearance = settingOf(session, `${name}.clearance`), f_n = valueOf(session, `${name}.f_n`);
+  const wanted = spanOf(clearance, x, y);
+  view.span = wanted > view.span || view.span > 1.6 * wanted ? wanted : view.span + 0.05 * (wanted - view.span);
+  const touching = valueOf(session, `${name}.mode`) > 0;
+  /** @type {[number, number]} */
+  const centre = [centreOf(session, name, "x"), centreOf(session, name, "y")];
+  drawOrbit(surfaceOf(view.canvas), {
+    clearance, span: view.span, rotation, x, y, centre, arcs: contactArcs(x, y, force, SECTORS, centre),
+    f_n, f_t: valueOf(session, `${name}.f_t`), touching, push: view.push, colour,
+  }, palette);
+  const pushing = Math.hypot(...view.push);
+  view.element.classList.toggle("touching", touching);
+  setText(view.force, pushing > 0 ? `push ${quantityText(pushing, "N")} on ${view.disc.toUpperCase()}`
+    : touching ? `N = ${quantityText(f_n, "N")}` : `gap ${quantityText(valueOf(session, `${name}.gap`), "m")}`);
+  setText(view.scale, `circle ${quantityText(clearance, "m")}`);
+}
+
+/**
+ * Where the centre of a clearance is, with its housing's motion.
+ * @param {Session} session
+ * @param {string} site full name
+ * @param {"x" | "y"} axis
+ * @returns {number} m
+ */
+function centreOf(session, site, axis) {
+  return (settingOf(session, `${site}.offset_${axis}`) || 0) + (valueOf(session, `${site}.housing_${axis}`) || 0);
+}

@@ -1,0 +1,53 @@
+// Colours of the drawings, taken from the style sheet, so that dark and light are decided in one place.
+
+/**
+ * @typedef {object} Palette
+ * @property {string} ink
+ * @property {string} soft
+ * @property {string} line
+ * @property {string} ground
+ * @property {string} metal
+ * @property {string} touch colour of contact
+ * @property {string} push colour of a force applied by hand
+ * @property {string} font
+ * @property {readonly string[]} series one colour for each bearing, after Okabe and Ito
+ */
+
+const SERIES = ["--series-1", "--series-2", "--series-3", "--series-4", "--series-5", "--series-6"];
+
+/**
+ * Read the palette that is in force.
+ * @param {Element} [element]
+ * @returns {Palette}
+ */
+export function readPalette(element = document.documentElement) {
+  const style = getComputedStyle(element);
+  const value = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
+  return {
+    ink: value("--ink"), soft: value("--soft"), line: value("--line"), ground: value("--ground"), metal: value("--metal"),
+    touch: value("--touch"), push: value("--push"), font: value("--font"), series: SERIES.map(value),
+  };
+}
+
+/**
+ * Return a colour with less than full opacity.
+ * @param {string} colour as #rrggbb
+ * @param {number} opacity from 0 to 1
+ * @returns {string}
+ */
+export function faded(colour, opacity) {
+  const level = Math.round(255 * Math.min(Math.max(opacity, 0), 1));
+  return `${colour}${level.toString(16).padStart(2, "0")}`;
+}
+
+/**
+ * Return a colour between two.
+ * @param {string} from as #rrggbb
+ * @param {string} to as #rrggbb
+ * @param {number} share of `to`, from 0 to 1
+ * @returns {string}
+ */
+export function mixed(from, to, share) {
+  const part = (/** @type {string} */ colour, /** @type {number} */ k) => parseInt(colour.slice(1 + 2 * k, 3 + 2 * k), 16);
+  return `#${[0, 1, 2].map((k) => Math.round(part(from, k) + share * (part(to, k) - part(from, k))).toString(16).padStart(2, "0")).join("")}`;
+}

@@ -1,0 +1,152 @@
+// What the page knows of the run: the rig, the newest values, the samples of late, and when the rotor touched.
+
+import { append, emptyTraces, truncate } from "./traces.js";
+
+/** @typedef {import("../protocol.js").Rig} Rig */
+/** @typedef {import("../protocol.js").Variable} Variable */
+/** @typedef {import("../protocol.js").Answer} Answer */
+
+/**
+ * @typedef {object} Session
+ * @property {Rig} rig
+ * @property {Map<string, Variable>} variables by `component.variable`
+ * @property {Map<string, number>} columns where a signal stands in `values`
+ * @property {Float64Array} values
+ * @property {import("./traces.js").Traces} traces
+ * @property {import("../protocol.js").ContactEvent[]} contacts
+ * @property {import("../protocol.js").Deed} deed
+ * @property {import("../protocol.js").Frame["status"] | "loading"} status
+ * @property {number} time s
+ * @property {number} reached latest time computed since the run began (s)
+ * @property {number} pace
+ * @property {number} speed
+ */
+
+const HELD = 1 << 18; // samples: a minute at 4 kHz
+
+/**
+ * Return the session of a rig before its worker is ready.
+ * @param {Rig} rig
+ * @returns {Session}
+ */
+export function newSession(rig) {
+  const variables = new Map(rig.components.flatMap((component) =>
+    component.variables.map((variable) => /** @type {const} */ ([`${component.name}.${variable.name}`, variable]))));
+  return {
+    rig, variables, columns: new Map(), values: new Float64Array(0), traces: emptyTraces([], 1), contacts: [],
+    deed: { settings: {}, changes: [] }, status: "loading", time: 0, reached: 0, pace: 0, speed: NaN,
+  };
+}
+
+/**
+ * Take in what the worker says.
+ * @param {Session} session
+ * @param {Answer} answer
+ */
+export function absorb(session, answer) {
+  if (answer.type === "ready") {
+    session.columns = new Map(answer.signals.map((name, k) => [name, k]));
+    session.traces = emptyTraces(answer.watched, HELD);
+    session.contacts = [];
+    session.deed = answer.deed;
+    session.status = "settling";
+  } else if (answer.type === "columns") {
+    session.traces = emptyTraces(answer.watched, HELD);
+  } else if (answer.type === "deed") {
+    session.deed = answer.deed;
+  } else if (answer.type === "frame") {
+    absorbFrame(session, answer);
+  }
+}
+
+/**
+ * @param {Session} session
+ * @param {import("../protocol.js").Frame} frame
+ */
+function absorbFrame(session, frame) {
+  if (frame.anew) {
+    const from = frame.from * session.rig.stepSize;
+    truncate(session.traces, from - 0.5 * session.rig.stepSize);
+    session.contacts = session.contacts.filter((contact) => contact.time < from);
+    if (from <= 0 || session.traces.count === 0) { session.reached = frame.time; }
+  }
+  append(session.traces, frame.rows);
+  session.contacts.push(...frame.contacts);
+  Object.assign(session, { values: frame.values, status: frame.status, time: frame.time, pace: frame.pace, speed: frame.speed });
+  session.reached = Math.max(session.reached, frame.time);
+}
+
+/**
+ * Return the newest value of a signal, NaN where there is none.
+ * @param {Session} session
+ * @param {string} name
+ * @returns {number}
+ */
+export function valueOf(session, name) {
+  const column = session.columns.get(name);
+  return column === undefined || column >= session.values.length ? NaN : session.values[column];
+}
+
+/**
+ * Return what a parameter, input or shared signal is set to: by the user, by the scenario, or from the start.
+ * @param {Session} session
+ * @param {string} name
+ * @returns {number}
+ */
+export function settingOf(session, name) {
+  const shown = valueOf(session, name), half = 0.5 * session.rig.stepSize;
+  for (let k = session.deed.changes.length - 1; k >= 0; k--) {
+    const { time, values } = session.deed.changes[k];
+    const isDue = time > session.time - half; // at this point, but no step has been done with it
+    if (time < session.time + half && name in values && (isDue || !Number.isFinite(shown))) { return values[name]; }
+  }
+  if (Number.isFinite(shown)) { return shown; }
+  const given = session.deed.settings.values?.[name] ?? session.rig.inputs[name];
+  if (given !== undefined) { return given; }
+  const [component, variable] = split(name);
+  const own = session.rig.components.find((one) => one.name === component)?.parameters[variable];
+  return own ?? session.variables.get(name)?.start ?? NaN;
+}
+
+/**
+ * Return the values that changes leave, but for forces on discs and the speed, which was on its way.
+ * @param {readonly import("../protocol.js").Change[]} changes in order of time
+ * @returns {Record<string, number>}
+ */
+export function lasting(changes) {
+  const values = Object.assign({}, ...changes.map((change) => change.values));
+  return Object.fromEntries(Object.entries(values).filter(([name]) => name !== "Omega" && !/^rotor_contact\.[^.]+\.f_[xy]$/.test(name)));
+}
+
+/**
+ * Return component and variable of a full name.
+ * @param {string} name
+ * @returns {[string, string]}
+ */
+export function split(name) {
+  const at = name.indexOf(".");
+  return [name.slice(0, at), name.slice(at + 1)];
+}
+
+/**
+ * Return the names of variables that match a pattern with `*` and `?`, as scenarios match them.
+ * @param {Session} session
+ * @param {string} pattern
+ * @returns {string[]}
+ */
+export function matching(session, pattern) {
+  const text = pattern.replace(/[.+^${}()|[\]\\]/g, "\\$&").replaceAll("*", ".*").replaceAll("?", ".");
+  const expression = new RegExp(`^${text}$`);
+  return [...session.variables.keys()].filter((name) => expression.test(name));
+}
+
+/**
+ * Return when a change of a variable takes effect: at the next step, or when the run starts anew.
+ * @param {Session} session
+ * @param {string} name
+ * @returns {"live" | "anew"}
+ */
+export function effectOf(session, name) {
+  const variable = session.variables.get(name);
+  return variable !== undefined && variable.causality === "parameter" && variable.variability === "fixed" ? "anew" : "live";
+}

@@ -1,0 +1,98 @@
+// The panel of scrolling curves: what is drawn in each chart, and the keys that hide a curve.
+
+import { makeChart } from "./charts.js";
+import { make } from "./dom.js";
+import { settingOf } from "./session.js";
+
+/** @typedef {import("./session.js").Session} Session */
+/** @typedef {import("./charts.js").ChartSpec} ChartSpec */
+
+/**
+ * Return the charts of a rig: displacements, contact forces, currents and forces of the magnets.
+ * @param {() => Session} current
+ * @returns {ChartSpec[]}
+ */
+export function chartSpecs(current) {
+  const session = current(), { bearings, sites } = session.rig.geometry;
+  const axes = (/** @type {(name: string, axis: string) => string} */ signal) => bearings.flatMap((bearing, k) => ["x", "y"].map((axis) => ({
+    signal: signal(bearing.name, axis), label: `${bearing.name.toUpperCase()} ${axis}`, series: k, dashed: axis === "y" })));
+  const seriesOfSite = (/** @type {string} */ bearing, /** @type {number} */ k) => {
+    const index = bearings.findIndex((one) => one.name === bearing);
+    return index >= 0 ? index : (bearings.length + k) % 6;
+  };
+  const clearances = () => sites.filter((site) => site.bearing !== "").flatMap((site) => {
+    const c = 1e3 * settingOf(current(), `rotor_contact.${site.name}.clearance`);
+    return [c, -c];
+  });
+  /** @type {ChartSpec[]} */
+  const specs = [
+    { key: "displacement", title: "Displacement (mm)", unit: "mm", scale: 1e3, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`), levels: clearances, least: 0.01, positive: false },
+    { key: "contact", title: "Contact force N (kN)", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
+      curves: sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0).map((site, k) => ({
+        signal: `rotor_contact.${site.name}.f_n`, label: site.name.toUpperCase(), series: seriesOfSite(site.bearing, k), dashed: false })) },
+    { key: "current", title: "Control current (A)", unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: () => [], least: 0.1, positive: false },
+    { key: "force", title: "Magnet force (kN)", unit: "kN", scale: 1e-3, curves: axes((name, axis) => `amb_actuator.${name}.f_${axis}`), levels: () => [], least: 0.05, positive: false },
+  ];
+  return specs.map((spec) => ({ ...spec, curves: spec.curves.filter((curve) => session.columns.has(curve.signal)) })).filter((spec) => spec.curves.length > 0);
+}
+
+/**
+ * Return the signals whose samples the page keeps: what it draws over time, and what a CSV file should have.
+ * @param {import("../protocol.js").Rig} rig
+ * @returns {string[]}
+ */
+export function watchedSignals(rig) {
+  const { bearings, sites, shape } = rig.geometry;
+  const outputs = new Set(rig.components.flatMap((one) => one.variables.filter((variable) => variable.causality === "output").map((variable) => `${one.name}.${variable.name}`)));
+  const wanted = [
+    ...shape.places.flatMap((place) => [place.x, place.y]),
+    ...sites.flatMap((site) => ["f_n", "f_t", "mode"].map((name) => `rotor_contact.${site.name}.${name}`)),
+    ...bearings.flatMap(({ name }) => ["x", "y"].flatMap((axis) => [`rolac_controller.${name}.i_${axis}`, `amb_actuator.${name}.f_${axis}`])),
+    "rotor_contact.theta", "rotor_contact.speed", "rolac_controller.harmonic1.displacement", "rolac_controller.harmonic1.force",
+    ...["kinetic", "strain", "friction", "impact", "damping", "balance"].map((name) => `rotor_contact.energy.${name}`),
+  ];
+  return [...new Set(wanted)].filter((name) => outputs.has(name));
+}
+
+/**
+ * Fill the panel, and return what draws and ends it.
+ * @param {HTMLElement} panel
+ * @param {() => Session} current
+ * @param {import("./palette.js").Palette} palette
+ * @returns {{ draw: (span: number) => void, end: () => void }}
+ */
+export function makeSignals(panel, current, palette) {
+  const specs = chartSpecs(current);
+  const places = specs.map((spec) => {
+    const keys = spec.curves.map((curve) => make("button", {
+      type: "button", class: `key${curve.dashed ? " dashed" : ""}`, "aria-pressed": "true", title: "Show or hide", text: curve.label,
+      style: `--key: var(--series-${(curve.series % 6) + 1})` }));
+    const plot = make("div", { class: "plot", role: "img", "aria-label": `${spec.title} over time: ${spec.curves.map((curve) => curve.label).join(", ")}` });
+    const element = make("div", { class: "chart", "data-chart": spec.key }, [make("header", {}, [make("b", { text: spec.title }), ...keys]), plot]);
+    return { element, keys, plot };
+  });
+  panel.replaceChildren(...places.map((place) => place.element));
+  const charts = specs.map((spec, k) => makeChart(places[k].plot, spec, palette));
+  places.forEach(({ keys }, k) => keys.forEach((key) => key.addEventListener("click", () => {
+    key.setAttribute("aria-pressed", String(key.getAttribute("aria-pressed") !== "true"));
+    charts[k].show(keys.map((one) => one.getAttribute("aria-pressed") === "true"));
+  })));
+  const sizes = new ResizeObserver(() => charts.forEach((chart) => chart.resize()));
+  sizes.observe(panel);
+  return {
+    draw: (span) => charts.forEach((chart, k) => {
+      if (isSeen(places[k].element)) { chart.draw(current().traces, current().time - span, current().time); }
+    }),
+    end: () => { sizes.disconnect(); charts.forEach((chart) => chart.destroy()); },
+  };
+}
+
+/**
+ * Whether an element is on the screen.
+ * @param {HTMLElement} element
+ * @returns {boolean}
+ */
+export function isSeen(element) {
+  const { top, bottom } = element.getBoundingClientRect();
+  return bottom > 0 && top < window.innerHeight;
+}

@@ -1,0 +1,130 @@
+// The panels of state: contact at each site, what the controller does, and the energies.
+
+import { make, setText } from "./dom.js";
+import { numberText, quantityText } from "./format.js";
+import { shownSites } from "./orbits.js";
+import { settingOf, valueOf } from "./session.js";
+
+/** @typedef {import("./session.js").Session} Session */
+
+const MODES = [["○", "free"], ["◐", "sliding"], ["●", "rolling"]];
+
+/**
+ * Fill the list of contact sites, and return what updates it.
+ * @param {HTMLElement} panel
+ * @param {Session} session
+ * @returns {(session: Session) => void}
+ */
+export function makeContacts(panel, session) {
+  const rows = shownSites(session).map((site) => {
+    const mode = make("span", { class: "mode" }), value = make("span", { class: "value" });
+    const element = make("div", { class: "contact" }, [make("b", { text: site.name.toUpperCase() }), mode, value]);
+    return { site: `rotor_contact.${site.name}`, element, mode, value };
+  });
+  panel.replaceChildren(...rows.map((row) => row.element));
+  return (now) => {
+    for (const row of rows) {
+      const k = Math.max(Math.round(valueOf(now, `${row.site}.mode`)) || 0, 0), [sign, text] = MODES[k] ?? MODES[0];
+      row.element.dataset.mode = String(k);
+      setText(row.mode, `${sign} ${text}`);
+      const gap = valueOf(now, `${row.site}.gap`);
+      setText(row.value, k === 0 ? `gap ${quantityText(gap, "m")}`
+        : `N ${quantityText(valueOf(now, `${row.site}.f_n`), "N")}, T ${quantityText(valueOf(now, `${row.site}.f_t`), "N")}`);
+    }
+  };
+}
+
+/**
+ * Fill the list of what the machine does, and return what updates it.
+ * @param {HTMLElement} panel
+ * @param {Session} session
+ * @returns {(session: Session) => void}
+ */
+export function makeFacts(panel, session) {
+  const status = session.variables.get("rolac_controller.rolac_status");
+  const names = new Map(Object.entries(status?.items ?? {}).map(([name, value]) => [value, name.replaceAll("_", " ")]));
+  /** @type {[string, (now: Session) => string, (now: Session) => boolean][]} */
+  const facts = [
+    ["speed", (now) => speedText(valueOf(now, "rotor_contact.speed")), () => false],
+    ["control", (now) => controlText(now, names), (now) => isOff(now)],
+    ["synchronous force", (now) => quantityText(valueOf(now, "rolac_controller.harmonic1.force"), "N"), (now) => valueOf(now, "rolac_controller.rolac_limited") === 1],
+    ["limits", (now) => limitsText(now), (now) => limitsText(now) !== "none reached"],
+    ["largest contact force", (now) => quantityText(largestForce(now), "N"), () => false],
+  ];
+  const shown = facts.filter(([name]) => session.rig.components.some((one) => one.name === "rolac_controller") || name === "speed" || name === "largest contact force");
+  const rows = shown.map(([name, text, isAlarm]) => ({ term: make("dt", { text: name }), value: make("dd"), text, isAlarm }));
+  panel.replaceChildren(...rows.flatMap((row) => [row.term, row.value]));
+  return (now) => {
+    for (const row of rows) {
+      setText(row.value, row.text(now));
+      row.value.classList.toggle("alarm", row.isAlarm(now));
+    }
+  };
+}
+
+/** @param {number} speed rad/s */
+function speedText(speed) {
+  return `${numberText(speed, 4)} rad/s, ${numberText(speed / (2 * Math.PI), 4)} Hz`;
+}
+
+/** @param {Session} session */
+function isOff(session) {
+  const names = [...session.columns.keys()].filter((name) => /^amb_actuator\..*\.amplifier_off_/.test(name));
+  return names.length > 0 && names.every((name) => valueOf(session, name) === 1);
+}
+
+/** @param {Session} session @param {Map<number, string>} names */
+function controlText(session, names) {
+  if (isOff(session)) { return "amplifiers off"; }
+  const status = valueOf(session, "rolac_controller.rolac_status");
+  if (!(status > 0)) { return "PID"; }
+  const mode = session.variables.get("rolac_controller.rolac.mode");
+  const law = Object.entries(mode?.items ?? {}).find(([, value]) => value === settingOf(session, "rolac_controller.rolac.mode"))?.[0] ?? "rolac";
+  return `PID + ${law.replaceAll("_", " ").toUpperCase()}, ${names.get(status) ?? status}`;
+}
+
+/** @param {Session} session */
+function limitsText(session) {
+  const flags = { "rolac_controller.current_limited": "current", "rolac_controller.rolac_limited": "synchronous force", "rolac_controller.h_extrapolated": "table of H", "rolac_controller.adc_limited": "ADC" };
+  return Object.entries(flags).filter(([name]) => valueOf(session, name) === 1).map(([, text]) => text).join(", ") || "none reached";
+}
+
+/** @param {Session} session */
+function largestForce(session) {
+  const { traces } = session;
+  let largest = 0;
+  for (const site of session.rig.geometry.sites) {
+    const ring = traces.values.get(`rotor_contact.${site.name}.f_n`);
+    for (let k = Math.max(traces.count - 4000, 0); ring !== undefined && k < traces.count; k++) {
+      largest = Math.max(largest, ring[(traces.next - traces.count + k + 2 * traces.capacity) % traces.capacity]);
+    }
+  }
+  return largest;
+}
+
+const ENERGIES = /** @type {const} */ ([
+  ["kinetic", "energy.kinetic", 0, "of the lateral motion, now"], ["strain", "energy.strain", 0, "of shaft and mounts, now"],
+  ["friction", "energy.friction", 1, "heat so far"], ["impacts", "energy.impact", 1, "heat so far"], ["damping", "energy.damping", 2, "heat so far"],
+  ["balance", "energy.balance", 3, "gain beyond the work; ideally zero"],
+]);
+
+/**
+ * Fill the panel of energies, and return what updates it. Bars are logarithmic, from 0.1 mJ to 1 kJ.
+ * @param {HTMLElement} panel
+ * @returns {(session: Session) => void}
+ */
+export function makeEnergies(panel) {
+  const rows = ENERGIES.map(([name, signal, series, hint]) => {
+    const fill = make("i"), value = make("span", { class: "value" });
+    const bar = make("span", { class: "bar", style: `--key: var(--series-${series + 1})` }, [fill]);
+    return { signal: `rotor_contact.${signal}`, fill, value, parts: [make("span", { text: name, title: hint }), bar, value] };
+  });
+  panel.replaceChildren(...rows.flatMap((row) => row.parts), make("span", { class: "hint", style: "grid-column: 1 / -1", text: "Bars: logarithmic, 0.1 mJ to 1 kJ" }));
+  return (session) => {
+    for (const row of rows) {
+      const energy = valueOf(session, row.signal), share = (Math.log10(Math.max(Math.abs(energy), 1e-4)) + 4) / 7;
+      row.fill.style.transform = `scaleX(${Math.min(share || 0, 1)})`;
+      setText(row.value, quantityText(energy, "J"));
+    }
+  };
+}

@@ -1,0 +1,105 @@
+// Time: run, pause, single step, reset, pace, and the time line on which one goes back.
+
+import { byId, setText } from "./dom.js";
+import { clockText, factorText, numberText } from "./format.js";
+import { drawTimeline, endOfLine } from "./timeline.js";
+
+/** @typedef {import("./session.js").Session} Session */
+
+/**
+ * What the buttons ask for.
+ * @typedef {object} Wishes
+ * @property {(pace: number) => void} play
+ * @property {() => void} pause
+ * @property {() => void} step
+ * @property {() => void} reset
+ * @property {(time: number, keep: boolean) => void} go
+ */
+
+/**
+ * @typedef {object} Transport
+ * @property {(session: Session, palette: import("./palette.js").Palette) => void} draw
+ * @property {() => void} toggle
+ * @property {(decades: number) => void} change the pace
+ * @property {() => number} pace
+ * @property {(pace: number) => void} setPace
+ */
+
+const DETENTS = [-3, -2, -1, 0, Math.log10(5)]; // 1/1000, 1/100, 1/10, 1, 5
+const SEEKS = 120; // ms between going to times while the handle is dragged
+
+/**
+ * Make the controls of time work.
+ * @param {Wishes} wishes
+ * @param {() => Session} current
+ * @returns {Transport}
+ */
+export function makeTransport(wishes, current) {
+  const play = byId("play", HTMLButtonElement), pace = byId("pace", HTMLInputElement), seek = byId("seek", HTMLInputElement);
+  const keep = byId("keep", HTMLInputElement), canvas = byId("line-canvas", HTMLCanvasElement);
+  const clock = byId("clock", HTMLElement), cycle = byId("cycle", HTMLElement), achieved = byId("achieved", HTMLElement);
+  let isDragging = false, lastSeek = 0;
+  const paceNow = () => 10 ** snapped(Number(pace.value));
+  const isRunning = () => current().status === "playing" || current().status === "settling";
+  const toggle = () => (isRunning() ? wishes.pause() : wishes.play(paceNow()));
+  const showPace = () => {
+    const text = factorText(paceNow());
+    setText(byId("pace-text", HTMLOutputElement), text);
+    pace.setAttribute("aria-valuetext", `${text} of real time`);
+  };
+  const repace = () => {
+    showPace();
+    if (current().status === "playing") { wishes.play(paceNow()); }
+  };
+  play.addEventListener("click", toggle);
+  byId("step", HTMLButtonElement).addEventListener("click", wishes.step);
+  byId("reset", HTMLButtonElement).addEventListener("click", wishes.reset);
+  pace.addEventListener("input", repace);
+  seek.addEventListener("input", () => {
+    isDragging = true;
+    if (performance.now() - lastSeek > SEEKS) {
+      lastSeek = performance.now();
+      wishes.go(Number(seek.value), keep.checked);
+    }
+  });
+  seek.addEventListener("change", () => { isDragging = false; wishes.go(Number(seek.value), keep.checked); });
+  showPace();
+  return {
+    toggle,
+    pace: paceNow,
+    setPace: (value) => { pace.value = String(Math.log10(value)); repace(); },
+    change: (decades) => { pace.value = String(Number(pace.value) + decades); repace(); },
+    draw: (session, palette) => {
+      play.classList.toggle("running", isRunning());
+      play.setAttribute("aria-label", isRunning() ? "Pause" : "Run");
+      setText(clock, clockText(session.time));
+      setText(cycle, `cycle ${(session.time / session.rig.period).toFixed(2)}`);
+      setText(achieved, statusText(session));
+      seek.max = String(endOfLine(session));
+      seek.step = String(session.rig.stepSize);
+      if (!isDragging) { seek.value = String(session.time); }
+      seek.setAttribute("aria-valuetext", `${numberText(session.time, 4)} s`);
+      drawTimeline(canvas, session, palette);
+    },
+  };
+}
+
+/**
+ * Return a pace drawn to those that have names: 1/1000, 1/100, 1/10, real time, 5.
+ * @param {number} decades
+ * @returns {number}
+ */
+export function snapped(decades) {
+  return DETENTS.find((detent) => Math.abs(decades - detent) < 0.04) ?? decades;
+}
+
+/**
+ * @param {Session} session
+ * @returns {string}
+ */
+function statusText(session) {
+  if (session.status === "loading" || session.status === "settling") { return "settling"; }
+  if (session.status === "failed") { return "failed"; }
+  if (session.status === "paused") { return "paused"; }
+  return Number.isFinite(session.speed) && session.speed > 0 ? `of ${numberText(session.speed, 2)}× possible` : "running";
+}

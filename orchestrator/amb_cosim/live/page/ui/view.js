@@ -1,0 +1,112 @@
+// Everything that is drawn of a session, made when the worker is ready, and drawn once for each picture on the screen.
+
+import { surfaceOf } from "./canvas.js";
+import { turned } from "./camera.js";
+import { makeControls } from "./controls.js";
+import { byId, setText } from "./dom.js";
+import { makeOrbits, rotationOf } from "./orbits.js";
+import { settingOf, valueOf } from "./session.js";
+import { drawShaft, enlargementOf, roomOf } from "./shaft.js";
+import { isSeen, makeSignals } from "./signals.js";
+import { makeContacts, makeEnergies, makeFacts } from "./state.js";
+import { makeSynchronous } from "./synchronous.js";
+import { between } from "./traces.js";
+
+/** @typedef {import("./session.js").Session} Session */
+/** @typedef {import("./palette.js").Palette} Palette */
+
+const TEXTS = 100; // ms between updates of what is read
+const YAW = { home: -1.15, step: 0.08 };
+
+/**
+ * @typedef {object} View
+ * @property {(now: number) => void} draw
+ * @property {() => void} end
+ */
+
+/**
+ * Make the view of a session.
+ * @param {() => Session} current
+ * @param {import("./changes.js").Changes} changes
+ * @param {() => Palette} palette
+ * @returns {View}
+ */
+export function makeView(current, changes, palette) {
+  const session = current(), colours = palette();
+  const orbits = makeOrbits(byId("orbits", HTMLElement), session, changes.push);
+  const shaft = makeShaft(current, orbits.push);
+  const signals = makeSignals(byId("charts", HTMLElement), current, colours);
+  const synchronous = makeSynchronous(byId("polar", HTMLCanvasElement), byId("synchronous", HTMLTableElement), session);
+  const window_ = byId("window", HTMLSelectElement);
+  const texts = [
+    makeContacts(byId("contacts", HTMLElement), session), makeFacts(byId("control-state", HTMLElement), session),
+    makeEnergies(byId("energies", HTMLElement)), makeControls(byId("controls", HTMLElement), session, changes),
+  ];
+  setText(byId("enlargement", HTMLElement), `displacements ${enlargementOf(session.rig.geometry)} times enlarged`);
+  let lastTexts = -Infinity;
+  return {
+    draw: (now) => {
+      orbits.draw(current(), colours);
+      shaft.draw(colours);
+      signals.draw(Number(window_.value));
+      if (now - lastTexts > TEXTS) {
+        lastTexts = now;
+        texts.forEach((update) => update(current()));
+        synchronous(current(), colours);
+      }
+    },
+    end: () => { signals.end(); shaft.end(); },
+  };
+}
+
+/**
+ * The shaft view with its camera, which a drag or the arrow keys turn.
+ * @param {() => Session} current
+ * @param {() => { disc: string, force: readonly [number, number] }} push
+ */
+function makeShaft(current, push) {
+  const canvas = byId("shaft", HTMLCanvasElement), listeners = new AbortController(), { signal } = listeners;
+  let room = 0;
+  /** @type {import("./camera.js").Camera} */
+  let camera = { yaw: YAW.home, pitch: 0.3, scale: 1, distance: 1, centre: [0, 0] };
+  canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId), { signal });
+  canvas.addEventListener("pointermove", (event) => {
+    if (event.buttons === 1) { camera = turned(camera, 0.008 * event.movementX, 0.008 * event.movementY); }
+  }, { signal });
+  canvas.addEventListener("keydown", (event) => {
+    const turns = { ArrowLeft: [-YAW.step, 0], ArrowRight: [YAW.step, 0], ArrowUp: [0, YAW.step], ArrowDown: [0, -YAW.step] }[event.key];
+    if (turns !== undefined) {
+      event.preventDefault();
+      camera = turned(camera, turns[0], turns[1]);
+    }
+  }, { signal });
+  return {
+    end: () => listeners.abort(),
+    draw: (/** @type {Palette} */ palette) => {
+      if (!isSeen(canvas)) { return; }
+      const scene = sceneOf(current(), push());
+      const needed = roomOf(scene.geometry, scene.value, scene.enlargement);
+      room = Math.max(needed, room + 0.01 * (needed - room)); // at once wider, slowly narrower
+      drawShaft(surfaceOf(canvas), { ...scene, room }, camera, palette);
+    },
+  };
+}
+
+/**
+ * @param {Session} session
+ * @param {{ disc: string, force: readonly [number, number] }} push
+ * @returns {Omit<import("./shaft.js").ShaftScene, "room">}
+ */
+function sceneOf(session, push) {
+  const { geometry } = session.rig, setting = (/** @type {string} */ name) => settingOf(session, `rotor_contact.${name}`);
+  const omega = Math.abs(valueOf(session, "rotor_contact.speed")) || 100, from = session.time - Math.min((4 * Math.PI) / omega, 0.5);
+  return {
+    geometry, push, rotation: rotationOf(geometry), enlargement: enlargementOf(geometry),
+    value: (signal) => valueOf(session, signal),
+    clearance: (site) => setting(`${site}.clearance`),
+    enabled: (site) => setting(`${site}.enabled`) !== 0,
+    angle: valueOf(session, "rotor_contact.theta") || 0,
+    trails: geometry.bearings.map((bearing) => ({ x: between(session.traces, bearing.x, from, session.time), y: between(session.traces, bearing.y, from, session.time) })),
+    unbalances: geometry.discs.filter((one) => one.unbalance).map((one) => ({ name: one.name, u: setting(`${one.name}.u`) || 0, phi: setting(`${one.name}.phi`) || 0 })),
+  };
+}

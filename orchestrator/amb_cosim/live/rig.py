@@ -1,0 +1,142 @@
+"""A scenario as the live rig takes it: the plan of the master as JSON, and the bytes of its FMUs."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmus import model_source
+from amb_cosim.live.geometry import geometry
+from amb_cosim.places import PLANT
+from amb_cosim.plan import ScenarioPlan
+from amb_cosim.scenario import Scenario
+from amb_cosim.simulation import Prepared, prepare
+
+WEBASSEMBLY = "wasm32"  # platform of the modules
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A scenario for the page.
+
+    data
+        What `protocol.js` calls a Rig, for a JSON file.
+    parts
+        Modules and constants of the FMUs, by the keys that `data` names.
+    """
+
+    data: dict[str, Any]
+    parts: Mapping[str, bytes]
+
+
+def rig(scenario: Scenario) -> Rig:
+    """Return a scenario with all that a browser needs to run it.
+
+    Raises
+    ------
+    ValueError
+        If the scenario is wrong, or runs what a browser cannot: an FMU that was given as a file, or another coupling
+        than Gauss-Seidel.
+    """
+    prepared = prepare(scenario)
+    _check(prepared)
+    plan, system = prepared.plan, prepared.plan.system
+    components = [
+        {
+            "name": c.name,
+            "model": c.fmu,
+            "guid": prepared.interfaces[c.name].guid,
+            "every": c.every,
+            "data": prepared.interfaces[c.name].guid,
+            "variables": [_variable(port) for port in prepared.interfaces[c.name].ports.values()],
+            "parameters": dict(plan.parameters[c.name]),
+        }
+        for c in system.components
+    ]
+    data = {
+        "format": 1,
+        "version": importlib.metadata.version("amb-cosim"),
+        "scenario": scenario.name,
+        "description": scenario.description,
+        "source": scenario.source,
+        "system": scenario.system,
+        "rotor": scenario.rotor,
+        "receptances": scenario.receptances,
+        "gradient": scenario.gradient,
+        "stepSize": plan.step_size,
+        "rate": round(1.0 / plan.step_size),
+        "first": plan.first,
+        "last": plan.last,
+        "period": plan.period,
+        "components": components,
+        "connections": [{"source": link.source, "target": link.target} for link in system.connections],
+        "signals": [{"name": signal.name, "targets": list(signal.targets)} for signal in system.signals],
+        "inputs": dict(plan.inputs),
+        "events": _events(plan),
+        "ramps": [{"variable": r.variable, "points": list(map(list, r.points)), "slope": r.slope} for r in plan.ramps],
+        "stops": [condition._asdict() for condition in plan.stops],
+        "recorded": list(plan.recorded),
+        "geometry": geometry(scenario.rotor, prepared.fmus[PLANT].layout or {}, _gravity_angle(prepared)),
+    }
+    return Rig(data, _parts(prepared))
+
+
+def _check(prepared: Prepared) -> None:
+    coupling = prepared.scenario.coupling or prepared.assembly.system.coupling
+    if coupling != "gauss_seidel":
+        raise ValueError(f"coupling = {coupling!r} is not allowed in the live rig; it must be 'gauss_seidel'")
+    if prepared.assembly.from_elsewhere:
+        name = prepared.assembly.from_elsewhere[0]
+        path = prepared.fmus[name].path
+        raise ValueError(f"{name} is the FMU file {path}; the live rig runs this project's models alone")
+    if PLANT not in prepared.interfaces:
+        raise ValueError(f"system {prepared.assembly.system.name} has no component {PLANT}, which the live rig shows")
+
+
+def _variable(port: Port) -> dict[str, Any]:
+    variable: dict[str, Any] = {
+        "name": port.name,
+        "reference": port.reference,
+        "type": port.type,
+        "causality": port.causality,
+        "variability": port.variability,
+        "unit": "" if port.unit in (None, "1") else port.unit,
+        "min": port.minimum if math.isfinite(port.minimum) else None,
+        "max": port.maximum if math.isfinite(port.maximum) else None,
+        "start": port.start if port.causality != "output" else None,
+        "description": port.description,
+    }
+    return variable | ({"items": dict(port.items)} if port.items else {})
+
+
+def _events(plan: ScenarioPlan) -> list[dict[str, Any]]:
+    labels = {point: label for label, point in plan.marks.items()}
+    return [
+        {"point": point, "variable": variable, "value": value, "label": labels.get(point, "")}
+        for point, variable, value in plan.events
+    ]
+
+
+def _gravity_angle(prepared: Prepared) -> float:
+    """Direction of gravity (rad), from x towards y."""
+    interface: FmuInterface = prepared.interfaces[PLANT]
+    start = interface.ports["gravity_angle"].start or 0.0
+    return prepared.plan.parameters[PLANT].get("gravity_angle", start)
+
+
+def _parts(prepared: Prepared) -> dict[str, bytes]:
+    from fmi_export.building.native.engines import engine
+
+    scenario = prepared.scenario
+    table = None if scenario.receptances is None else Path(scenario.receptances)
+    parts: dict[str, bytes] = {}
+    for c in prepared.plan.system.components:
+        model, _ = model_source(c.fmu, rotor=scenario.rotor, receptances=table)
+        parts[c.fmu] = engine(model, WEBASSEMBLY).library
+        parts[prepared.interfaces[c.name].guid] = (prepared.fmus[c.name].folder / "resources/model.bin").read_bytes()
+    return parts

@@ -1,0 +1,325 @@
+"""The page of the live rig in Debian's Chromium: it opens, shows and does what it says."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import shutil
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from live_browser import FASTEST, Rig
+
+from amb_cosim.live.page import write_page
+from amb_cosim.live.rig import rig
+from amb_cosim.scenario import load_scenario
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="playwright, which drives a browser, is not installed")
+SCENARIOS = ("fig5_6_pid", "drop")
+END = 2.5  # s, of fig5_6_pid
+
+
+@pytest.fixture(scope="session")
+def page_file(create_once: Callable[..., Path]) -> Path:
+    def fill(folder: Path) -> None:
+        write_page([rig(load_scenario(name)) for name in SCENARIOS], folder / "rig.html", "docs")
+
+    return create_once("live-page", fill) / "rig.html"
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    found = shutil.which("chromium")
+    if found is None:
+        pytest.skip("chromium, the browser of Debian, is not installed")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_rig(chromium: Any, page_file: Path) -> Iterator[Callable[..., Rig]]:
+    """`open_rig(address, **context)`: a page in a window of its own, without any error at the end."""
+    opened: list[tuple[Any, Rig]] = []
+
+    def make(address: str | None = None, settle: bool = True, **options: Any) -> Rig:
+        settings = {"viewport": {"width": 1440, "height": 900}, "reduced_motion": "reduce", **options}
+        context = chromium.new_context(**settings)
+        page, problems = context.new_page(), []
+        page.on(
+            "console", lambda message: problems.append(message.text) if message.type in ("error", "warning") else None
+        )
+        page.on("pageerror", lambda error: problems.append(str(error)))
+        page.on(
+            "request", lambda r: None if r.url.split(":")[0] in ("file", "blob", "data") else problems.append(r.url)
+        )
+        page.goto(address or page_file.as_uri())
+        found = Rig(page, problems)
+        opened.append((context, found))
+        if settle:
+            found.settled()
+        return found
+
+    yield make
+    for context, found in opened:
+        context.close()
+        assert found.problems == []
+
+
+@pytest.fixture
+def server(page_file: Path) -> Iterator[str]:
+    class Quiet(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, *_: Any) -> None:
+            pass
+
+    handler = functools.partial(Quiet, directory=str(page_file.parent))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as running:
+        thread = threading.Thread(target=running.serve_forever, daemon=True)
+        thread.start()
+        yield f"http://127.0.0.1:{running.server_port}/{page_file.name}"
+        running.shutdown()
+
+
+def test_it_is_smaller_than_two_megabytes(page_file):
+    assert page_file.stat().st_size < 2_000_000
+
+
+def test_opened_from_a_file_it_runs_and_draws(open_rig):
+    found = open_rig(reduced_motion="no-preference")
+    found.page.wait_for_function("parseFloat(document.querySelector('#clock').textContent) > 0.02")
+    for canvas in ("#shaft", "#polar", ".orbit canvas", ".chart canvas", "#line-canvas"):
+        colours = found.page.eval_on_selector(
+            canvas,
+            """(canvas) => new Set(new Uint32Array(
+                canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer)).size""",
+        )
+        assert colours > 5, canvas
+
+
+def test_it_runs_from_a_server_too(open_rig, server):
+    found = open_rig(server)
+    assert [url for url in found.problems if not url.startswith("http://127.0.0.1")] == []
+    found.problems.clear()  # the page itself
+    found.go(0.1)
+    assert found.time == pytest.approx(0.1, abs=3e-4)
+
+
+def test_a_single_step_is_one_of_communication_and_reset_goes_to_zero(open_rig):
+    found = open_rig()
+    assert found.time == 0.0
+    found.page.click("#step")
+    found.page.wait_for_function("document.querySelector('#clock').textContent.startsWith('0.0003')")  # 250 us, rounded
+    found.page.click("#step")
+    found.reach(0.0005)
+    found.page.click("#reset")
+    found.reach(0.0)
+
+
+def test_the_keyboard_runs_pauses_steps_and_resets(open_rig):
+    found = open_rig()
+    found.page.keyboard.press(" ")
+    found.page.wait_for_function("parseFloat(document.querySelector('#clock').textContent) > 0.005")
+    found.page.keyboard.press(" ")
+    found.page.wait_for_function("document.querySelector('#achieved').textContent === 'paused'")
+    before = found.time
+    found.page.keyboard.press("s")
+    found.page.wait_for_function("(t) => parseFloat(document.querySelector('#clock').textContent) > t", arg=before)
+    found.page.keyboard.press("r")
+    found.reach(0.0)
+    found.page.keyboard.press("?")
+    assert found.page.is_visible("#help-dialog")
+
+
+def test_pid_traps_the_rotor_and_rolac_from_the_start_frees_it(open_rig):
+    found = open_rig()
+    found.go(END)
+    assert found.modes == ["1", "1"]
+    found.page.click("button[data-option=ROLAC]")
+    found.page.wait_for_selector("button[data-option=ROLAC][aria-pressed=true]")
+    found.page.click("#reset")
+    found.reach(0.0)
+    found.go(END)
+    assert found.modes == ["0", "0"]
+
+
+def test_contact_aware_rolac_frees_a_rotor_that_is_trapped(open_rig):
+    found = open_rig()
+    found.page.click("button[data-option=Contact-aware]")
+    found.page.click("#apply")
+    found.page.wait_for_selector("#pending", state="hidden")
+    found.reach(0.0)
+    found.page.click("button[data-option=PID]")
+    found.go(1.5)
+    assert found.modes == ["1", "1"]
+    found.page.click("button[data-option=Contact-aware]")
+    found.page.fill("#pace", FASTEST)
+    found.page.click("#play")
+    found.reach(END)  # where the scenario ends
+    assert found.modes == ["0", "0"]
+
+
+def test_the_original_forgets_what_was_done(open_rig):
+    found = open_rig()
+    found.page.click("button[data-option=ROLAC]")
+    found.page.wait_for_selector("button[data-option=ROLAC][aria-pressed=true]")
+    found.page.click("#original")
+    found.page.wait_for_selector("button[data-option=PID][aria-pressed=true]")
+
+
+def test_bad_input_says_the_message_of_the_fmu(open_rig):
+    found = open_rig()
+    found.set("rotor_contact.d1.u", -1)
+    found.page.wait_for_selector("#failure:not([hidden])")
+    text = found.page.inner_text("#failure")
+    assert "d1.u" in text
+    assert "-1 kg.m" in text
+    assert found.page.get_attribute("#failure", "role") == "alert"
+
+
+def test_a_fixed_parameter_waits_for_a_new_start(open_rig):
+    found = open_rig()
+    found.go(0.05)
+    found.set("rotor_contact.rb1.mu", 0.25)
+    assert "rotor_contact.rb1.mu can only change" in found.page.inner_text("#pending")
+    found.page.click("#apply")
+    found.reach(0.0)
+    found.page.fill("#variable-name", "rotor_contact.rb1.mu")
+    assert found.page.input_value("#variable-value") == "0.25"
+
+
+def test_dragging_in_an_orbit_pushes_until_it_is_let_go(open_rig):
+    found = open_rig()
+    found.page.fill("#pace", "-1")
+    found.page.click("#play")
+    box = found.page.locator(".orbit canvas").first.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    found.page.mouse.move(x, y)
+    found.page.mouse.down()
+    found.page.mouse.move(x + 60, y, steps=4)
+    found.page.wait_for_function("document.querySelector('.orbit .force').textContent.startsWith('push')")
+    found.page.wait_for_timeout(1500)
+    moved = found.page.inner_text(".contact .value")
+    found.page.mouse.up()
+    found.page.wait_for_function("!document.querySelector('.orbit .force').textContent.startsWith('push')")
+    gap = float(moved.split()[1]) if moved.startswith("gap") else 0.0
+    assert gap < 600.0  # um, of 750
+
+
+def test_an_arrow_key_on_an_orbit_pushes_while_it_is_held(open_rig):
+    found = open_rig()
+    found.page.focus(".orbit canvas")
+    found.page.keyboard.down("ArrowRight")
+    found.page.wait_for_function("document.querySelector('.orbit .force').textContent.includes('500 N')")
+    found.page.keyboard.up("ArrowRight")
+    found.page.wait_for_function("!document.querySelector('.orbit .force').textContent.includes('500 N')")
+
+
+def test_what_was_done_is_saved_as_a_scenario_that_can_be_read(open_rig, tmp_path):
+    found = open_rig()
+    found.go(0.05)
+    found.set("rotor_contact.d2.u", 0.004)
+    found.go(0.1)
+    with found.page.expect_download() as download:
+        found.page.click("#save")
+    path = tmp_path / download.value.suggested_filename
+    download.value.save_as(path)
+    assert path.suffix == ".toml"
+    scenario = load_scenario(str(path))
+    assert scenario.event[-1].set["rotor_contact"]["d2.u"] == 0.004
+
+
+def test_the_curves_are_saved_as_csv_with_units(open_rig, tmp_path):
+    found = open_rig()
+    found.go(0.05)
+    with found.page.expect_download() as download:
+        found.page.click("#csv")
+    download.value.save_as(tmp_path / "curves.csv")
+    lines = (tmp_path / "curves.csv").read_text(encoding="utf-8").splitlines()
+    names = lines[0].split(",")
+    assert names[0] == "time (s)"
+    assert "rotor_contact.mb1.x (m)" in names
+    assert len(lines) >= 1 + 200
+    assert all(len(line.split(",")) == len(names) for line in lines)
+
+
+def test_a_link_holds_what_was_done(open_rig):
+    found = open_rig()
+    found.go(0.05)
+    found.set("rotor_contact.d3.u", 0.007)
+    found.page.wait_for_function("document.querySelector('[data-variable=\"rotor_contact.d3.u\"]').value === '7'")
+    found.page.click("#share")
+    again = open_rig(found.page.url)
+    again.go(0.1)
+    assert again.page.input_value('[data-variable="rotor_contact.d3.u"]') == "7"
+
+
+def test_a_damaged_link_is_told(open_rig, page_file):
+    found = open_rig(f"{page_file.as_uri()}#fig5_6_pid=%%%")
+    assert "damaged" in found.page.inner_text("#failure")
+
+
+def test_another_scenario_can_be_chosen(open_rig):
+    found = open_rig()
+    found.page.select_option("#scenario", "drop")
+    found.page.wait_for_function("document.querySelectorAll('.contact').length === 4")  # with the bushes
+    found.settled()
+    assert "rotor falls" in found.page.inner_text("#description")
+    found.go(0.2)
+    assert "1" in found.modes
+
+
+def test_speed_is_reached_at_the_rate_that_is_given(open_rig):
+    found = open_rig()
+    found.page.fill("#speed-field", "110")
+    found.page.press("#speed-field", "Enter")
+    found.go(0.1)
+    assert "100.5 rad/s" not in found.page.inner_text("#control-state")
+    found.go(0.3)
+    assert "110 rad/s" in found.page.inner_text("#control-state")
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_the_theme_is_that_of_the_system_until_it_is_chosen(open_rig, theme):
+    found = open_rig(color_scheme=theme, settle=False)
+    shown = "document.documentElement.dataset.theme"
+    found.page.wait_for_function(f"{shown} === '{theme}'")
+    found.page.click("#theme")
+    assert found.page.evaluate(shown) == {"dark": "light", "light": "dark"}[theme]
+
+
+def test_who_wants_little_motion_starts_it_by_hand(open_rig):
+    found = open_rig()
+    found.page.wait_for_timeout(500)
+    assert found.time == 0.0
+
+
+@pytest.mark.parametrize("width", [390, 800, 1440])
+def test_nothing_is_wider_than_the_screen(open_rig, width):
+    found = open_rig(viewport={"width": width, "height": 844})
+    assert found.page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_every_control_has_a_name_and_can_be_reached_by_keyboard(open_rig):
+    found = open_rig()
+    found.page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+    nameless = found.page.evaluate(
+        """[...document.querySelectorAll("button, input, select, canvas[tabindex]")]
+            .filter((one) => !(one.ariaLabel || one.textContent.trim() || one.title || one.labels?.length))
+            .map((one) => one.outerHTML)"""
+    )
+    assert nameless == []
+    skipped = found.page.evaluate(
+        "[...document.querySelectorAll('button, input, select')].filter((one) => one.tabIndex < 0).length"
+    )
+    assert skipped == 0
+
+
+def test_theory_is_one_click_away(open_rig):
+    found = open_rig()
+    found.page.click(".orbits a[data-theory=contact]")
+    assert "4.14" in found.page.inner_text("#theory-text")
+    assert found.page.get_attribute("#theory-text a", "href") == "docs/theory/contact.html"

@@ -1,0 +1,33 @@
+"""The scripts of the page pass their own tests, their types are right, and their linter has nothing to say."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+PAGE = HERE.parents[1] / "orchestrator" / "amb_cosim" / "live" / "page"
+TOOLS = PAGE / "node_modules" / ".bin"
+
+
+def passes(*command: str, cwd: Path = PAGE) -> None:
+    ended = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300, check=False)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+@pytest.mark.parametrize("file", sorted((HERE / "unit").glob("*.mjs")), ids=lambda file: file.name.partition(".")[0])
+def test_its_unit_tests_pass(node, file):
+    passes(node, "--test", str(file))
+
+
+@pytest.mark.parametrize("tool", ["tsc", "eslint"])
+def test_types_and_style_are_right(node, tool):
+    if not (TOOLS / tool).exists():
+        pytest.skip(f"{tool} is not installed: npm ci in {PAGE.relative_to(HERE.parents[1])}")
+    passes(str(TOOLS / tool), *(["."] if tool == "eslint" else []))
+
+
+def test_the_lock_of_the_tools_names_no_download():
+    assert '"resolved"' not in (PAGE / "package-lock.json").read_text(encoding="utf-8")

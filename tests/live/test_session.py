@@ -1,0 +1,163 @@
+"""Sessions of the live rig: what is set, refused, taken back, saved and linked."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import amb_cosim
+
+X, Y, CONTACT, UNBALANCE = (
+    "rotor_contact.mb1.x",
+    "rotor_contact.mb1.y",
+    "rotor_contact.contact_state",
+    "rotor_contact.d1.u",
+)
+WATCHED = [X, Y, CONTACT, UNBALANCE, "Omega", "rolac_controller.mb1.c_b_x"]
+CLEARANCE = 0.75e-3  # m
+
+
+def run(to):
+    return {"type": "run", "to": to}
+
+
+def test_bad_values_are_refused_in_the_words_of_the_fmu(session):
+    answers = session(
+        "fig5_6",
+        WATCHED,
+        {"type": "speed", "speed": 20000, "acceleration": 10},
+        {"type": "set", "values": {UNBALANCE: -1}},
+        {"type": "set", "values": {"rolac_controller.mb1.c_b_x": -5}},
+        {"type": "set", "values": {"rotor_contact.rb1.mu": 0.2}},
+        {"type": "push", "disc": "d9", "force": [1, 0]},
+        {"type": "reset", "settings": {"values": {"rotor_contact.rb1.clearance": -1}}},
+        {"type": "reset", "settings": {"values": {"rotor_contact.nonsense": 1}}},
+    )
+    said = [refused["text"] for refused in answers.of("refused")]
+    assert len(said) == 7
+    assert "Omega = 20000 rad/s is not allowed; it must be >= -10000 and <= 10000 rad/s" in said[0]
+    assert "d1.u = -1 kg.m is not allowed; it must be >= 0 kg.m" in said[1]
+    assert "mb1.c_b_x = -5 N.s/m is not allowed; it must be >= 0 N.s/m" in said[2]
+    assert "rotor_contact.rb1.mu cannot be set while it runs" in said[3]
+    assert "rotor_contact.d9.f_x cannot be set" in said[4]
+    assert "rb1.clearance = -1 m is not allowed; it must be >= 1e-06 and <= 0.1 m" in said[5]
+    assert "there is no parameter and no free input rotor_contact.nonsense" in said[6]
+    assert answers.of("deed")[-1]["deed"] == {"settings": {}, "changes": []}
+
+
+def test_what_was_refused_leaves_no_trace(session):
+    bad = {"type": "set", "values": {UNBALANCE: -1}}
+    plain = session("fig4_9", WATCHED, run(0.2))
+    tried = session("fig4_9", WATCHED, run(0.05), bad, run(0.15), bad, bad, run(0.2))
+    assert len(tried.of("refused")) == 3
+    np.testing.assert_array_equal(tried.rows, plain.rows)
+
+
+def test_going_back_leads_to_the_same_run_through_contact_too(session):
+    plain = session("fig4_9", WATCHED, run(0.3))
+    there = session("fig4_9", WATCHED, run(0.3), {"type": "rewind", "time": 0.1237}, run(0.3))
+    assert plain.column(CONTACT)[: round(0.1237 * 4000)].max() == 0
+    assert plain.column(CONTACT).max() > 0
+    np.testing.assert_array_equal(there.rows, plain.rows)
+
+
+def test_going_back_forgets_or_keeps_what_came_after(session):
+    heavier = {"type": "set", "values": {UNBALANCE: 0.002}}
+    back = {"type": "rewind", "time": 0.02}
+    once = session("fig4_9", WATCHED, run(0.05), heavier, run(0.1))
+    forgotten = session("fig4_9", WATCHED, run(0.05), heavier, run(0.1), back, run(0.1))
+    kept = session("fig4_9", WATCHED, run(0.05), heavier, run(0.1), back | {"keep": True}, run(0.1))
+    assert (once.column(UNBALANCE)[-1], forgotten.column(UNBALANCE)[-1]) == (0.002, 0.0005)
+    np.testing.assert_array_equal(kept.rows, once.rows)
+
+
+def test_a_change_takes_effect_where_it_is_made_and_is_recorded(session):
+    answers = session("fig4_9", WATCHED, run(0.05), {"type": "set", "values": {UNBALANCE: 0.002}}, run(0.06))
+    assert answers.of("deed")[-1]["deed"]["changes"] == [{"point": 200, "time": 0.05, "values": {UNBALANCE: 0.002}}]
+    assert list(answers.rows[199:202, 0]) == pytest.approx([0.04975, 0.05, 0.05025])
+    assert list(answers.column(UNBALANCE)[199:202]) == [0.0005, 0.002, 0.002]
+
+
+def test_the_speed_goes_to_its_goal_at_the_rate_asked_for(session):
+    faster = {"type": "speed", "speed": 115.0, "acceleration": 50.0}
+    answers = session("fig5_6", WATCHED, run(0.1), faster, run(0.5))
+    speed, rise = answers.column("Omega"), np.diff(answers.column("Omega")) * 4000.0
+    assert speed[-1] == 115.0
+    turning = rise != 0.0
+    assert rise[turning] == pytest.approx(50.0, rel=2e-3)
+    assert np.count_nonzero(turning) == round((115.0 - speed[0]) / 50.0 * 4000.0)
+
+
+def test_a_step_that_fails_says_why_and_the_way_back_is_open(session):
+    free = {"rotor_contact.rb1.enabled": 0, "rotor_contact.rb2.enabled": 0}
+    answers = session(
+        "fig5_6",
+        WATCHED,
+        {"type": "reset", "settings": {"values": free}},
+        run(0.01),
+        {"type": "push", "disc": "d1", "force": [2e5, 0]},
+        run(1.0),
+        run(1.1),
+        {"type": "rewind", "time": 0.01},
+        run(0.02),
+    )
+    (failed,) = answers.of("failed")
+    assert failed["component"] == "amb_actuator"
+    assert "the rotor must stay within the air gap, |mb1.x| < 0.0012 m" in failed["text"]
+    assert "the run has failed" in answers.of("refused")[0]["text"]
+    assert answers.of("ended")[-1]["time"] == pytest.approx(0.02)
+
+
+def test_a_saved_scenario_is_the_run_that_was_seen(session, tmp_path):
+    deeds = (
+        run(0.1),
+        {"type": "set", "values": {UNBALANCE: 0.04, "rolac_controller.rolac_enable": 0}},
+        run(0.2),
+        {"type": "push", "disc": "d2", "force": [300.0, -200.0]},
+        run(0.21),
+        {"type": "push", "disc": "d2", "force": [0.0, 0.0]},
+        {"type": "set", "values": {"rolac_controller.mb1.c_b_x": 7000.0}},
+        run(0.3),
+        {"type": "speed", "speed": 110.0, "acceleration": 60.0},
+        {"type": "set", "values": {"rolac_controller.rolac_enable": 1}},
+        run(0.7),
+        {"type": "save", "name": "mine"},
+    )
+    values = {"rotor_contact.rb1.clearance": 0.6e-3, "rotor_contact.rb2.mu": 0.05, "Omega": 95.0}
+    answers = session("fig5_6", WATCHED, {"type": "reset", "settings": {"values": values}}, *deeds)
+    file = tmp_path / "mine.toml"
+    file.write_text(answers.of("saved")[0]["toml"], encoding="utf-8")
+    dataset = amb_cosim.run(file, progress=False).dataset
+    np.testing.assert_array_equal(answers.rows[:, 0], dataset["time"])
+    for name in (CONTACT, "Omega"):
+        np.testing.assert_array_equal(answers.column(name), dataset[name])
+    assert answers.column(CONTACT).max() == 3
+    for name in (X, Y):
+        assert np.abs(answers.column(name) - dataset[name].values).max() < 1e-6 * CLEARANCE
+
+
+def test_a_scenario_saved_untouched_is_the_scenario(session, tmp_path):
+    answers = session("fig4_9", [X], run(0.1), {"type": "save", "name": "same"})
+    file = tmp_path / "same.toml"
+    file.write_text(answers.of("saved")[0]["toml"], encoding="utf-8")
+    ours, theirs = (amb_cosim.run(name, until=0.1, progress=False).dataset for name in (file, "fig4_9"))
+    np.testing.assert_array_equal(ours[X], theirs[X])
+
+
+def test_a_deed_done_again_is_the_same_run(session):
+    deeds = (
+        run(0.05),
+        {"type": "set", "values": {UNBALANCE: 0.01}},
+        {"type": "speed", "speed": 250, "acceleration": 100},
+    )
+    first = session("fig4_9", WATCHED, *deeds, run(0.3))
+    deed = first.of("deed")[-1]["deed"]
+    again = session("fig4_9", WATCHED, run(0.3), deed=deed)
+    np.testing.assert_array_equal(again.rows, first.rows)
+
+
+def test_it_plays_at_the_pace_that_was_asked_for(session):
+    answers = session("fig4_9", [X], {"type": "play", "pace": 0.2}, {"type": "wait", "ms": 500}, {"type": "pause"})
+    played = answers.of("frame")[-1]
+    assert played["status"] == "paused"
+    assert 0.05 < played["time"] <= 0.2  # in half a second; a busy machine may be slow, and is never early
