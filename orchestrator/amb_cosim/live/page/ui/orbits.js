@@ -153,8 +153,8 @@ function drawView(view, session, rotation, palette) {
   const omega = Math.abs(valueOf(session, "rotor_contact.speed")) || 100;
   const from = session.time - Math.min((REVOLUTIONS * 2 * Math.PI) / omega, LONGEST);
   const [x, y] = [view.site.x, view.site.y].map((signal) => {
-    const path = between(session.traces, signal, from, session.time);
-    return path.length > 0 ? path : Float32Array.of(valueOf(session, signal)); // nothing is recorded before the first step
+    const path = between(session.traces, signal, from, session.time), now = valueOf(session, signal);
+    return path.length === 0 && Number.isFinite(now) ? Float32Array.of(now) : path; // no samples before the first step
   });
   const force = between(session.traces, `${name}.f_n`, from, session.time);
   const clearance = settingOf(session, `${name}.clearance`), f_n = valueOf(session, `${name}.f_n`);
