@@ -32,6 +32,8 @@ export function synchronousVectors(session) {
  * @returns {(session: Session, palette: import("./palette.js").Palette) => void}
  */
 export function makeSynchronous(canvas, table, session) {
+  const section = table.closest("section");
+  if (section !== null) { section.hidden = !session.rig.components.some((one) => one.name === "rolac_controller"); }
   const rows = session.rig.geometry.planes.map((plane, k) => {
     const name = make("td", { text: plane.name.replaceAll("_", " "), style: `--key: var(--series-${seriesOf(session, k) + 1})` });
     const amplitude = make("td"), phase = make("td");
