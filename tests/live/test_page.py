@@ -10,9 +10,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from live_browser import FASTEST, Rig
 
+import amb_cosim
 from amb_cosim.live.page import write_page
 from amb_cosim.live.rig import rig
 from amb_cosim.scenario import load_scenario
@@ -244,6 +246,26 @@ def test_the_curves_are_saved_as_csv_with_units(open_rig, tmp_path):
     assert "rotor_contact.mb1.x (m)" in names
     assert len(lines) >= 1 + 200
     assert all(len(line.split(",")) == len(names) for line in lines)
+
+
+def test_a_saved_scenario_repeats_what_the_page_showed(open_rig, tmp_path):
+    found = open_rig()
+    found.go(0.1)
+    found.set("rotor_contact.d4.u", 0.02)
+    found.page.click("button[data-option=ROLAC]")
+    found.page.wait_for_selector("button[data-option=ROLAC][aria-pressed=true]")
+    found.go(0.6)
+    for button, name in (("#save", "done.toml"), ("#csv", "shown.csv")):
+        with found.page.expect_download() as download:
+            found.page.click(button)
+        download.value.save_as(tmp_path / name)
+    shown = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True, deletechars="", replace_space=" ")
+    again = amb_cosim.run(tmp_path / "done.toml").dataset
+    clearance = 0.75e-3
+    for axis in ("mb1.x", "mb2.y"):
+        repeated = again[f"rotor_contact.{axis}"].interp(time=shown["time (s)"])
+        assert float(abs(repeated - shown[f"rotor_contact.{axis} (m)"]).max()) < 1e-6 * clearance  # single precision
+    assert float(again["rotor_contact.rb1.f_n"].max()) > 0.0
 
 
 def test_a_link_holds_what_was_done(open_rig):

@@ -88,6 +88,29 @@ def test_the_speed_goes_to_its_goal_at_the_rate_asked_for(session):
     assert np.count_nonzero(turning) == round((115.0 - speed[0]) / 50.0 * 4000.0)
 
 
+def test_another_speed_on_the_way_counts_from_the_end_of_the_piece_that_runs(session, tmp_path):
+    up, down = ({"type": "speed", "speed": speed, "acceleration": 50.0} for speed in (130.0, 90.0))
+    save = {"type": "save", "name": "mine"}
+    answers = session("fig5_6", WATCHED, run(0.1), up, run(0.25), up, down, down, run(0.6), save)
+    speed = answers.column("Omega")
+    turn = int(np.argmax(speed))
+    assert answers.rows[turn, 0] == pytest.approx(0.3, abs=5e-4)  # pieces of 0.1 s from 0.1 s on
+    assert (np.diff(speed)[turn:] <= 0.0).all()
+    file = tmp_path / "mine.toml"
+    file.write_text(answers.of("saved")[0]["toml"], encoding="utf-8")
+    np.testing.assert_array_equal(amb_cosim.run(file, progress=False).dataset["Omega"][: len(speed)], speed)
+
+
+def test_a_speed_that_the_scenario_leads_is_its_own(session):
+    faster = {"type": "speed", "speed": 400.0, "acceleration": 50.0}
+    answers = session("run_up", ["Omega"], run(0.01), faster, {"type": "set", "values": {"Omega": 300.0}}, run(0.02))
+    plain = session("run_up", ["Omega"], run(0.02))
+    said = [refused["text"] for refused in answers.of("refused")]
+    assert "Omega follows the scenario's points until t = " in said[0]
+    assert "Omega is not set at once" in said[1]
+    np.testing.assert_array_equal(answers.rows, plain.rows)
+
+
 def test_a_step_that_fails_says_why_and_the_way_back_is_open(session):
     free = {"rotor_contact.rb1.enabled": 0, "rotor_contact.rb2.enabled": 0}
     answers = session(

@@ -213,7 +213,7 @@
  * @typedef {{ type: "refused", request: string, text: string }} Refused a request that changed nothing, with the reason: the
  * FMU's own message where it was the FMU's to judge
  * @typedef {{ type: "failed", component: string, time: number, text: string }} Failed a step failed by itself, with the FMU's
- * message; rewind and reset lead on
+ * message, or the engine's where `component` is empty; rewind and reset lead on
  * @typedef {{ type: "ended", reason: "completed" | "stopped" | "reached", time: number, text: string }} Ended paused at the
  * scenario's end, by its condition, or where `run` was to lead; play goes on
  * @typedef {{ type: "saved", name: string, toml: string }} Saved

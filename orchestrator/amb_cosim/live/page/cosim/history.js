@@ -16,7 +16,7 @@ import { discard, snapshot } from "./master.js";
  * @property {number} every points between two
  */
 
-const MOST = 128; // moments; then every second one goes
+const MOST = 64; // moments, each of half a megabyte; then every second one goes
 
 /**
  * @param {number} every points between two moments, at first

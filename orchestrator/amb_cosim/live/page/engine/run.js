@@ -28,7 +28,7 @@ import { conditionMet } from "../cosim/stopping.js";
  */
 
 const HISTORY_STEP = 0.05; // s
-const MODE = ".mode";
+const MODE = ".mode", SPEED = "Omega";
 const NEVER = Infinity;
 
 /**
@@ -131,10 +131,9 @@ export function stepRun({ master, sites, rig }) {
  */
 export function change(run, values) {
   const { master, rig } = run, point = Math.max(master.point, 0);
-  for (const name of Object.keys(values)) { positionOf(run, name); }
-  const ramped = run.schedule.ramps.find(({ value, slope }) => [value, slope].some((k) => master.wiring.names[k] in values));
-  if (ramped) {
-    throw new Error(`${master.wiring.names[ramped.value]} follows points, and cannot be set; it goes from speed to speed`);
+  for (const name of Object.keys(values)) {
+    positionOf(run, name);
+    if ([SPEED, `${SPEED}_dot`].includes(name)) { throw new Error(`${name} is not set at once: the rotor goes to a speed at a rate`); }
   }
   if (master.point >= 0) { tryOut(run, values); }
   run.changes.push({ point, time: point * rig.stepSize, values });
@@ -144,23 +143,33 @@ export function change(run, values) {
 }
 
 /**
- * Add a piece of a ramp of a signal, which begins where it is now, and return the point at which it ends.
+ * Add a piece of a ramp of the speed, from now or from the end of the piece that runs, in place of those that were to come.
  * @param {Run} run
- * @param {string} signal
- * @param {number} goal
- * @param {number} rate change in a second
+ * @param {number} goal rad/s
+ * @param {number} rate rad/s2
  * @param {number} longest steps of the piece
- * @returns {number}
+ * @returns {number} the point at which it ends
  */
-export function addPiece(run, signal, goal, rate, longest) {
-  const { rig, master } = run, point = Math.max(master.point, run.arrived + 1, 1), from = valueAt(run, signal, point);
-  const needed = Math.max(1, Math.round(Math.abs(goal - from) / rate * rig.rate)), steps = Math.min(needed, longest);
-  const value = steps === needed ? goal : from + (goal - from) * steps / needed;
-  run.changes = run.changes.filter((one) => one.until === undefined || !(signal in one.values) || one.point < point);
-  run.changes.push({ point, time: point * rig.stepSize, values: { [signal]: value }, until: point + steps });
-  run.changes.sort((a, b) => a.point - b.point);
-  reschedule(run);
-  return point + steps;
+export function addPiece(run, goal, rate, longest) {
+  const { rig, master, changes: before } = run, present = Math.max(master.point, run.arrived + 1, 1);
+  if (run.settings.events !== false && rig.events.some(({ variable }) => variable === SPEED)) {
+    throw new Error(`${SPEED} is set by the scenario's events, and follows no ramp`);
+  }
+  run.changes = before.filter((one) => one.until === undefined || one.point < present);
+  const begin = run.changes.reduce((latest, { until = 0 }) => Math.max(latest, until), present);
+  try {
+    reschedule(run);
+    const from = valueAt(run, SPEED, begin), needed = Math.max(1, Math.round(Math.abs(goal - from) / rate * rig.rate));
+    const steps = Math.min(needed, longest), value = steps === needed ? goal : from + (goal - from) * steps / needed;
+    run.changes.push({ point: begin, time: begin * rig.stepSize, values: { [SPEED]: value }, until: begin + steps });
+    run.changes.sort((a, b) => a.point - b.point);
+    reschedule(run);
+    return begin + steps;
+  } catch (error) {
+    run.changes = before;
+    reschedule(run);
+    throw error;
+  }
 }
 
 /**
@@ -225,7 +234,7 @@ export function takeWarnings({ master }) {
  * @returns {readonly [point: number, value: number][]}
  */
 export function speedsOf({ master, schedule }) {
-  const position = master.wiring.position.get("Omega");
+  const position = master.wiring.position.get(SPEED);
   return schedule.ramps.find(({ value }) => value === position)?.points ?? [];
 }
 

@@ -37,7 +37,7 @@ import {
  * @property {ContactEvent[]} contacts
  * @property {boolean} anew
  * @property {boolean} deedChanged
- * @property {{ signal: string, goal: number, rate: number, until: number } | null} ramp that the user asked for
+ * @property {{ goal: number, rate: number, until: number } | null} ramp of the speed that the user asked for
  * @property {{ speed: number, pace: number, point: number, now: number, shown: number }} measured
  */
 
@@ -233,7 +233,7 @@ function whenSettled({ course }) {
 }
 
 /**
- * Go to a speed in pieces, the first of which begins when the present one ends.
+ * Go to a speed in pieces, so that the way can change.
  * @param {Session} session
  * @param {Run} run
  * @param {number} speed rad/s
@@ -242,27 +242,20 @@ function whenSettled({ course }) {
 function speedUp(session, run, speed, acceleration) {
   if (!(speed > 0)) { throw new Error(`Omega = ${speed} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns`); }
   if (!(acceleration > 0)) { throw new Error(`acceleration = ${acceleration} rad/s2 is not allowed; it must be > 0 rad/s2`); }
-  const signal = "Omega", until = session.ramp?.until ?? -Infinity;
-  tryOut(run, { [signal]: speed });
-  const before = session.ramp;
-  session.ramp = { signal, goal: speed, rate: acceleration, until };
-  try {
-    if (until <= run.master.point) { nextPiece(session, run); }
-  } catch (error) {
-    session.ramp = before;
-    throw error;
-  }
+  tryOut(run, { Omega: speed });
+  session.ramp = nextPiece(session, run, { goal: speed, rate: acceleration });
 }
 
 /**
  * @param {Session} session
  * @param {Run} run
+ * @param {{ goal: number, rate: number }} ramp
+ * @returns {Session["ramp"]}
  */
-function nextPiece(session, run) {
-  const { ramp } = session;
-  if (!ramp) { return; }
-  ramp.until = addPiece(run, ramp.signal, ramp.goal, ramp.rate, Math.round(PIECE * run.rig.rate));
+function nextPiece(session, run, { goal, rate }) {
+  const until = addPiece(run, goal, rate, Math.round(PIECE * run.rig.rate));
   session.deedChanged = true;
+  return { goal, rate, until };
 }
 
 /**
@@ -273,19 +266,18 @@ function nextPiece(session, run) {
  */
 function advanceRun(session, run, course) {
   if (session.ramp && session.ramp.until <= run.master.point) {
-    const { signal, goal } = session.ramp;
-    if (valueAt(run, signal, run.master.point) === goal) { session.ramp = null; } else { nextPiece(session, run); }
+    const arrived = valueAt(run, "Omega", run.master.point) === session.ramp.goal;
+    session.ramp = arrived ? null : nextPiece(session, run, session.ramp);
   }
   if (look(session, run, course)) { return; }
   try {
     const events = stepRun(run);
     if (course.status === "playing") { session.contacts.push(...events); }
   } catch (error) {
-    if (!(error instanceof FmuError)) { throw error; }
     session.course = null;
     session.failed = true;
-    const time = run.master.point * run.rig.stepSize;
-    session.post({ type: "failed", component: error.component, time, text: error.message });
+    const time = run.master.point * run.rig.stepSize, component = error instanceof FmuError ? error.component : "";
+    session.post({ type: "failed", component, time, text: textOf(error) });
   }
 }
 

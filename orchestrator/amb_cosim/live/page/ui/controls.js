@@ -2,7 +2,7 @@
 
 import { apply, effectBadge } from "./changes.js";
 import { declaredGroups } from "./declared.js";
-import { make, setText } from "./dom.js";
+import { make, setText, typeset } from "./dom.js";
 import { makeAnyVariable, makePushControl, makeSpeedControl } from "./special_controls.js";
 import { effectOf, matching, settingOf } from "./session.js";
 
@@ -68,7 +68,7 @@ function shownSetting(session, changes, name) {
  */
 function makeSlider(session, control, changes) {
   const { names, range, field, unit, update } = makeNumber(session, control, changes);
-  const label = make("span", { text: control.label, title: session.variables.get(names[0])?.description ?? "" });
+  const label = make("span", { title: session.variables.get(names[0])?.description ?? "" }, typeset(control.label));
   return { element: make("div", { class: "control" }, [label, make("span", { class: "field" }, [field, unit]), effectBadge(session, names[0]), range]), update };
 }
 

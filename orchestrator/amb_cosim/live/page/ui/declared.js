@@ -1,5 +1,6 @@
 // What can be changed by hand, and in which units: declared once, for the rotor that the rig has.
 
+import { roomFor } from "./charts.js";
 import { matching } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -53,14 +54,14 @@ export function declaredGroups(session) {
   const { geometry } = session.rig;
   /** @type {(label: string, patterns: string[], unit: string, scale: number, from: number, to: number, step: number) => Slider} */
   const slider = (label, patterns, unit, scale, from, to, step) => ({ kind: "slider", label, patterns, unit, scale, from, to, step });
-  const discs = geometry.discs.filter((one) => one.unbalance).map((one) => one.name);
+  const discs = geometry.discs.filter((one) => one.unbalance).map((one) => one.name), most = 1e3 * largestUnbalance(session);
   /** @type {Group[]} */
   const groups = [
     {
       title: "Unbalance", theory: "rotor", open: true,
       controls: discs.map((name) => ({
         kind: "pair", label: name.toUpperCase(),
-        amount: slider(`unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.u`], "g m", 1e3, 0, 60, 0.25),
+        amount: slider(`unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.u`], "g m", 1e3, 0, most, most / 240),
         angle: slider(`angle of the unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.phi`], "°", 180 / Math.PI, -180, 180, 1),
       })),
     },
@@ -102,6 +103,17 @@ export function declaredGroups(session) {
   ];
   return groups.map((group) => ({ ...group, controls: group.controls.filter((control) => isHere(session, control)) }))
     .filter((group) => group.controls.length > 0);
+}
+
+/**
+ * Return the end of the sliders of unbalance: twice the largest of the scenario, rounded up; 60 g m if it has none.
+ * @param {Session} session
+ * @returns {number} kg m
+ */
+function largestUnbalance({ rig }) {
+  const set = [...Object.entries(rig.inputs), ...rig.events.map((event) => /** @type {const} */ ([event.variable, event.value]))];
+  const values = set.filter(([name]) => /^rotor_contact\.[^.]+\.u$/.test(name)).map(([, value]) => value);
+  return values.some((value) => value > 0) ? roomFor([values], 0, 0) * 2 : 0.06;
 }
 
 /**

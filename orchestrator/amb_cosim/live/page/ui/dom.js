@@ -35,6 +35,18 @@ export function make(tag, attributes = {}, children = []) {
 }
 
 /**
+ * Return a text with its indices (`_x`) and exponents (`^{x}`) set as such.
+ * @param {string} text
+ * @returns {(Node | string)[]}
+ */
+export function typeset(text) {
+  return text.split(/(_[A-Za-z]+|\^\{[^}]*\})/).filter((part) => part !== "").map((part) => {
+    if (part.startsWith("_")) { return make("sub", { text: part.slice(1) }); }
+    return part.startsWith("^{") ? make("sup", { text: part.slice(2, -1) }) : part;
+  });
+}
+
+/**
  * Set an element's text if it is another; the page does less that way.
  * @param {HTMLElement} element
  * @param {string} text

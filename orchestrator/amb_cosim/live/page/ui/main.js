@@ -5,6 +5,7 @@ import { fromHash, toHash } from "../engine/link.js";
 import { partsOf, readPageData, rigOf } from "./data.js";
 import { byId, download, make, setText } from "./dom.js";
 import { startEngine } from "./engine.js";
+import { quantityText } from "./format.js";
 import { listenToKeys } from "./keys.js";
 import { addMessage, clearMessages, endNotice, showFailure, showNotice, showPending } from "./messages.js";
 import { shownSites } from "./orbits.js";
@@ -212,7 +213,7 @@ function open(data) {
  */
 function originOf(rig) {
   const source = rig.source === "" ? "" : ` Source: ${rig.source}.`;
-  return `amb-cosim ${rig.version}.${source} The machine code of the FMUs as WebAssembly, coupled every ${1e6 * rig.stepSize} µs in this browser; nothing leaves it.`;
+  return `amb-cosim ${rig.version}.${source} The machine code of the FMUs as WebAssembly, coupled every ${quantityText(rig.stepSize, "s")} in this browser; nothing leaves it.`;
 }
 
 readPageData().then(open, (error) => showFailure(`the page is damaged: ${error}`));

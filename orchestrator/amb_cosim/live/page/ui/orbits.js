@@ -152,7 +152,10 @@ function drawView(view, session, rotation, palette) {
   const colour = palette.series[index >= 0 ? index : palette.series.length - 1];
   const omega = Math.abs(valueOf(session, "rotor_contact.speed")) || 100;
   const from = session.time - Math.min((REVOLUTIONS * 2 * Math.PI) / omega, LONGEST);
-  const x = between(session.traces, view.site.x, from, session.time), y = between(session.traces, view.site.y, from, session.time);
+  const [x, y] = [view.site.x, view.site.y].map((signal) => {
+    const path = between(session.traces, signal, from, session.time), now = valueOf(session, signal);
+    return path.length === 0 && Number.isFinite(now) ? Float32Array.of(now) : path; // no samples before the first step
+  });
   const force = between(session.traces, `${name}.f_n`, from, session.time);
   const clearance = settingOf(session, `${name}.clearance`), f_n = valueOf(session, `${name}.f_n`);
   const wanted = spanOf(clearance, x, y);

@@ -15,6 +15,7 @@ import { mixed } from "./palette.js";
  * @typedef {{ z: number, u: number, v: number, radius: number }} Point */
 
 const SIDES = 18;
+const BEHIND = 0.004; // m, an end of a section behind the thinner one beside it
 
 /**
  * Return the face through projected corners, if it looks at the eye.
@@ -62,7 +63,7 @@ export function shade(colour, dark, bright, u, v) {
 }
 
 /**
- * Return the faces of a tube along points.
+ * Return the faces of a tube along points, with the ends of its sections.
  * @param {readonly Point[]} points
  * @param {Project} project
  * @param {number} angle of the rotor (rad)
@@ -84,6 +85,9 @@ export function tube(points, project, angle, colours) {
       const fill = shade(stripe, colours.dark, colours.bright, Math.cos(turn), Math.sin(turn));
       faces.push(...face([corner(a, k), corner(b, k), corner(b, k + 1), corner(a, k + 1)], fill));
     }
+    const turns = Array.from({ length: SIDES }, (_, k) => k), flat = mixed(colours.metal, colours.dark, 0.3);
+    if (i === 0 || points[i - 1].radius < a.radius) { faces.push(...face(turns.map((k) => corner(a, -k)), flat, flat, BEHIND)); }
+    if (i + 2 === points.length || points[i + 1].radius < a.radius) { faces.push(...face(turns.map((k) => corner(b, k)), flat, flat, BEHIND)); }
   }
   return faces;
 }

@@ -32,6 +32,8 @@ export function synchronousVectors(session) {
  * @returns {(session: Session, palette: import("./palette.js").Palette) => void}
  */
 export function makeSynchronous(canvas, table, session) {
+  const section = table.closest("section");
+  if (section !== null) { section.hidden = !session.rig.components.some((one) => one.name === "rolac_controller"); }
   const rows = session.rig.geometry.planes.map((plane, k) => {
     const name = make("td", { text: plane.name.replaceAll("_", " "), style: `--key: var(--series-${seriesOf(session, k) + 1})` });
     const amplitude = make("td"), phase = make("td");
@@ -69,7 +71,7 @@ function seriesOf(session, k) {
  */
 function drawPolar(canvas, vectors, span, palette) {
   const { context, width, height } = surfaceOf(canvas);
-  const radius = 0.5 * Math.min(width, height) - 14, [x0, y0] = [0.5 * width, 0.5 * height];
+  const radius = 0.5 * Math.min(width, height) - 20, [x0, y0] = [0.5 * width, 0.5 * height];
   context.strokeStyle = palette.line;
   context.lineWidth = 1;
   for (const share of [0.5, 1]) {
@@ -87,7 +89,7 @@ function drawPolar(canvas, vectors, span, palette) {
     context.moveTo(x0, y0);
     context.lineTo(x0 + radius * c, y0 - radius * s);
     context.stroke();
-    context.fillText(degrees === 180 ? "±180°" : degrees === 270 ? "−90°" : `${degrees}°`, x0 + (radius + 8) * c, y0 - (radius + 7) * s);
+    context.fillText(degrees === 180 ? "±180°" : degrees === 270 ? "−90°" : `${degrees}°`, x0 + (radius + 10) * c, y0 - (radius + 8) * s);
   }
   context.textAlign = "left";
   context.fillText(quantityText(span, "m", 2), x0 + 4, y0 - radius + 9);

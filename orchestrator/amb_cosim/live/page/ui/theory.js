@@ -1,6 +1,6 @@
 // The equations behind what is on the screen, in short, with a link to the page that has them in full.
 
-import { byId, make } from "./dom.js";
+import { byId, make, typeset } from "./dom.js";
 
 /**
  * A subject: its page of the documentation, its equations with their numbers in the thesis, and what they say.
@@ -49,24 +49,12 @@ const SUBJECTS = {
 export function showTheory(documentation, subject) {
   const shown = subject !== undefined && subject in SUBJECTS ? [SUBJECTS[subject]] : Object.values(SUBJECTS);
   byId("theory-text", HTMLElement).replaceChildren(...shown.flatMap((one) => [
-    make("h3", { text: one.title }), make("p", { text: one.text }),
+    make("h3", { text: one.title }), make("p", {}, typeset(one.text)),
     ...one.equations.map(([equation, number]) => make("span", { class: "math" }, [...typeset(equation), number === "" ? "" : make("small", { text: `  (${number})` })])),
     documentation === "" ? make("p", { class: "hint", text: `In full: docs/theory/${one.page}.md` })
       : make("p", {}, [make("a", { href: `${documentation.replace(/\/$/, "")}/theory/${one.page}.html`, text: `${one.title}: the page of theory` })]),
   ]));
   byId("theory-dialog", HTMLDialogElement).showModal();
-}
-
-/**
- * Return an equation with its indices (`_x`) and exponents (`^{x}`) set as such.
- * @param {string} equation
- * @returns {(Node | string)[]}
- */
-export function typeset(equation) {
-  return equation.split(/(_[A-Za-z]+|\^\{[^}]*\})/).filter((part) => part !== "").map((part) => {
-    if (part.startsWith("_")) { return make("sub", { text: part.slice(1) }); }
-    return part.startsWith("^{") ? make("sup", { text: part.slice(2, -1) }) : part;
-  });
 }
 
 /**
