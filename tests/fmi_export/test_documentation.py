@@ -123,6 +123,7 @@ def test_another_page_or_picture_is_another_guid(tmp_path, monkeypatch):
     assert len(set(guids)) == 4
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(find_spec("fmu_manipulation_toolbox") is None, reason="fmutool is not installed (extra: peers)")
 @pytest.mark.parametrize("name", MODELS)
 def test_fmutool_and_fmpy_find_no_problem(name, build_fmu):

@@ -85,6 +85,7 @@ def test_a_kernel_that_allocates_is_not_compiled():
         total(3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
 def test_a_damaged_cache_of_a_kernel_is_made_anew(run_python, tmp_path, kind):
     (tmp_path / "cached").mkdir()
@@ -121,6 +122,7 @@ def bits_unnoticed(folder: str) -> int:
     return unnoticed
 
 
+@pytest.mark.slow
 def test_every_wrong_bit_of_machine_code_in_the_cache_is_noticed(run_python, tmp_path):
     """A process that ran such code could crash, or compute something else."""
     (tmp_path / "cached").mkdir()

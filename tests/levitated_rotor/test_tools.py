@@ -38,6 +38,7 @@ set = {{ "rig.rotor_contact.d1.u" = "25.5 g.m" }}
 """
 
 
+@pytest.mark.slow
 def test_fmpy_finds_it_valid(assembled: Callable[..., Path]) -> None:
     assert validate_fmu(str(assembled("fig4_9"))) == []
 
@@ -92,6 +93,7 @@ def test_the_command_line_builds_it(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     assert not Path("d").exists()
 
 
+@pytest.mark.slow
 def test_flavour_python_gives_the_same(extracted: Callable[..., Path], run_python: Callable[..., Any]) -> None:
     """Its kernels, run by Python itself, through contact at steps of a sample and a half."""
 
@@ -118,6 +120,7 @@ def test_flavour_python_gives_the_same(extracted: Callable[..., Path], run_pytho
     assert found == expected
 
 
+@pytest.mark.slow
 def test_fmi_3_gives_the_same_numbers(assembled: Callable[..., Path], tmp_path: Path) -> None:
     """Through contact, in FMPy; what FMI 3.0 has as an array are the elements that FMI 2.0 has one by one."""
     import numpy as np

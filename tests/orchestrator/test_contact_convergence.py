@@ -136,6 +136,7 @@ def test_run_that_fails_is_a_row_and_the_scenarios_own_failure_an_error(study, m
     assert all(row.failure == "" for row in result.rows)
 
 
+@pytest.mark.slow
 def test_study_writes_table_data_and_figure(study, tmp_path):
     result = study(lambda case: 1000.0 + case.value)
     folder = result.save(tmp_path / "out")

@@ -55,6 +55,7 @@ def test_every_mesh_has_the_mass_and_lumping_raises_the_inertia(result):
     assert body.diametral_inertia < inertias[0]
 
 
+@pytest.mark.slow
 def test_study_writes_its_figure_and_its_data(runner, tmp_path):
     found = runner("study", "reduction", "--up-to", "20 rad/s", "-o", "out")
     assert found.exit_code == 0, found.output

@@ -168,6 +168,7 @@ def test_what_ssp_cannot_say_is_in_the_notes(sequential):
     assert "- rotor_contact.rb1.f_n above 1000000 N for 0.001 s" in notes
 
 
+@pytest.mark.slow
 def test_the_archive_is_the_same_run_to_the_last_bit(run_python, run_once, sequential):
     ours = run_once(tools.with_this_project, scenario=SEQUENTIAL)
     back = run_python(tools.read_back, archive=str(sequential))
@@ -192,6 +193,7 @@ def test_the_python_flavour_is_the_same_run(run_python, run_once, archive):
     assert {name for name in ours if ours[name] != back[name]} == set()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(find_spec("libcosimpy") is None, reason="libcosimpy is not installed (extra: peers)")
 def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
     ours = run_once(tools.with_this_project, scenario=JACOBI, nanoseconds=True)

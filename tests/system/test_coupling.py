@@ -150,6 +150,7 @@ RUBBING = Levitation(
 )  # the unbalance of Fig. 4.9, from rest: both bearings touch
 
 
+@pytest.mark.slow
 def test_held_force_converges_with_first_order(cosimulate: Any, regression: Any) -> None:
     errors = []
     for step in (250, 125):
@@ -186,6 +187,7 @@ def test_contact_phases_agree_with_the_whole_system(
     assert np.abs(force[:count] - exact_force[:count]).max() < 1e-4 * exact_force.max()
 
 
+@pytest.mark.slow
 def test_contact_converges_with_fourth_order_through_events(
     cosimulate: Any, rubbing: tuple[np.ndarray, np.ndarray]
 ) -> None:

@@ -89,6 +89,7 @@ def deviations(theirs: dict[str, list[Any]], ours: dict[str, list[Any]], first: 
     return found
 
 
+@pytest.mark.slow
 def test_the_cases_rub_and_use_rolac(reference: Reference) -> None:
     for coupling in ("jacobi", "gauss_seidel"):
         rubbing, rolac = (reference(case, coupling)["series"] for case in ("rubbing", "rolac"))

@@ -57,6 +57,7 @@ def figures(run_once: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
     return lambda name, law=None: run_once(figures_of, name=name, law=law, timeout=300)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "settled", "transient"), [("fig3_8", 0.60, 0.7), ("fig3_9", 0.32, 0.4)], ids=["120 rad/s", "145 rad/s"]
 )
@@ -186,6 +187,7 @@ def test_force_at_mb1_alone_touches_mb1_first_below_1_kn(figures: Any) -> None:
     assert f["last_contact_cycle"] < 10.5
 
 
+@pytest.mark.slow
 def test_phase_between_two_forces_decides_which_bearings_rub(figures: Any, regression: Any) -> None:
     """Fig. 4.16, the experiment beside Fig. 4.14: MB1 first, then both, free once the forces are gone.
 

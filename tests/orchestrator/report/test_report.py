@@ -141,6 +141,7 @@ def test_the_command_refuses_what_is_not_there(tmp_path):
     assert not (tmp_path / "out").exists() or not any((tmp_path / "out").iterdir())
 
 
+@pytest.mark.slow
 def test_the_command_writes_page_and_data(tmp_path):
     result = CliRunner().invoke(main, ["report", "--only", "eq4_30", "-o", str(tmp_path)])
     assert result.exit_code == 0, result.output
