@@ -12,8 +12,10 @@ from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.dataset import to_signals
 from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmus import Fmu
+from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.signals import SignalTable, Variable
 from amb_cosim.cosim.simulation import Assembly, Progress, Recording, assemble, run_plan
+from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import load_system
 from amb_cosim.cosim.values import Raw
 from amb_cosim.cosim.warnings import ATTRIBUTE as WARNINGS
@@ -120,20 +122,47 @@ def prepare(
     ValueError
         If anything in it does not fit.
     """
+    return plan_prepared(scenario, assemble_scenario(scenario, flavour), settings, until)
+
+
+def assemble_scenario(scenario: Scenario, flavour: Flavour = "native") -> Assembly:
+    """Find the FMUs of a scenario and check its system; it holds for all values that the scenario may be given.
+
+    Raises
+    ------
+    ValueError
+        If an FMU cannot be had, or the system does not fit.
+    """
     system = load_system(scenario.system, {"gradient": scenario.gradient})
     for component, fmu in scenario.fmu.items():
         system = system.with_fmu(component, fmu)
-    table = None if scenario.receptances is None else Path(scenario.receptances)
-    controller = next((c.name for c in system.components if c.fmu == CONTROLLER), None)
+    table, controller = _table(scenario), _controller(system)
     if table is not None and controller is None:
         raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
     assembly = assemble(system, flavour, rotor=scenario.rotor, receptances=table)
     if controller is not None:
         _check_sensors(assembly, controller)
+    return assembly
+
+
+def plan_prepared(
+    scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None, until: float | None = None
+) -> Prepared:
+    """Plan a scenario whose FMUs have been found; see `plan_scenario` for the arguments and errors."""
     plan = plan_scenario(scenario, assembly, settings, until)
+    table, controller = _table(scenario), _controller(assembly.system)
     if table is not None and controller is not None:
         check_loop(table, plan.all_parameters(assembly.interfaces)[controller], scenario.rotor)
     return Prepared(scenario, plan, assembly)
+
+
+def _table(scenario: Scenario) -> Path | None:
+    return None if scenario.receptances is None else Path(scenario.receptances)
+
+
+def _controller(system: System) -> str | None:
+    """Return the component that is the model of the controller, if there is one."""
+    return next((c.name for c in system.components if c.fmu == CONTROLLER), None)
 
 
 def _check_sensors(assembly: Assembly, controller: str) -> None:
@@ -152,10 +181,15 @@ def _check_sensors(assembly: Assembly, controller: str) -> None:
 
 
 def run_prepared(
-    prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled", isolated: bool | None = None
+    prepared: Prepared,
+    progress: Progress | None = None,
+    loop: Loop = "compiled",
+    isolated: bool | None = None,
+    instances: Instances | None = None,
 ) -> Result:
     """Run a prepared scenario; see `cosim.simulation.run_plan` for the arguments and errors."""
-    recording = run_plan(prepared.assembly, prepared.plan, progress, loop, prepared.scenario.coupling, isolated)
+    coupling = prepared.scenario.coupling
+    recording = run_plan(prepared.assembly, prepared.plan, progress, loop, coupling, isolated, instances)
     return Result(_labelled(prepared, recording), recording.outcome)
 
 

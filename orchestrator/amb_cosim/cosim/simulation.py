@@ -12,12 +12,12 @@ from typing import Any, Literal
 from amb_cosim.cosim import compiled
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.choices import Coupling, Flavour, Loop
-from amb_cosim.cosim.component import FmuComponent
 from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
 from amb_cosim.cosim.fmu_libraries import check_libraries
 from amb_cosim.cosim.fmus import Fmu, provide
+from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.isolation import run_isolated
 from amb_cosim.cosim.loop_library import load_loop
@@ -159,6 +159,7 @@ def run_plan(
     loop: Loop = "compiled",
     coupling: Coupling | None = None,
     isolated: bool | None = None,
+    instances: Instances | None = None,
 ) -> Recording:
     """Run a plan with the FMUs of an assembly.
 
@@ -200,13 +201,13 @@ def run_plan(
     wiring, inputs, outputs = system.wiring(assembly.interfaces, list(plan.inputs), plan.recorded)
     recorder = Recorder([wiring.names.index(name) for name in plan.recorded], plan.record_from, plan.record_every)
     with ExitStack() as stack, deferred() as interruption:
+        living = Instances() if instances is None else instances
+        stack.callback(living.close)
         components = []
         for c in system.components:
             folder, interface = assembly.fmus[c.name].folder, assembly.interfaces[c.name]
             exchanged = inputs[c.name], outputs[c.name]
-            component = FmuComponent(c.name, folder, interface, *exchanged, plan.parameters[c.name], c.every)
-            stack.callback(component.close)
-            components.append(component)
+            components.append(living.take(c.name, folder, interface, *exchanged, plan.parameters[c.name], c.every))
         master = Master(components, wiring, plan.step_size, coupling)
         master.exogenous[:] = list(plan.inputs.values())
         master.initialise(plan.first)
@@ -229,6 +230,8 @@ def run_plan(
         except KeyboardInterrupt:
             outcome = Outcome("interrupted", recorder.reached * plan.step_size)
         warnings = {component.name: component.warnings for component in components}
+        if instances is not None and outcome.status in ("completed", "stopped"):
+            stack.pop_all()  # the next run resets them
     return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings)
 
 
