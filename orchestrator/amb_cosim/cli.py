@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from amb_cosim.commands import analysis, build, export, identify, rotor, run
+from amb_cosim.commands import analysis, build, export, identify, rotor, run, sweep
 from amb_cosim.commands.cli_errors import interrupted
 from amb_cosim.cosim.interruption import interruptible, was_interrupted
 
@@ -39,5 +39,6 @@ for command in (
     *identify.COMMANDS,
     *analysis.COMMANDS,
     *rotor.COMMANDS,
+    *sweep.COMMANDS,
 ):
     main.add_command(command)

@@ -1,0 +1,56 @@
+"""Sweeps that come with the package, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from amb_cosim.studies.recovery_trials import CONTROLS
+
+
+@dataclass(frozen=True)
+class ReadySweep:
+    """A scenario and what is varied, as arguments of `amb_cosim.sweep`."""
+
+    scenario: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _controls(*names: str) -> dict[str, dict[str, Any]]:
+    return {name: {f"rolac_controller.{key}": raw for key, raw in CONTROLS[name].items()} for name in names}
+
+
+READY: dict[str, ReadySweep] = {
+    "recovery": ReadySweep(  # which control frees the rotor of Fig. 5.6, over speed and step of unbalance
+        "fig5_6",
+        {
+            "vary": {
+                "control": _controls("PID", "PID + OLAC", "PID + ROLAC", "PID + contact-aware ROLAC"),
+                "Omega": "14 Hz:18 Hz:9",
+                "step.rotor_contact.d1.u": "10 g.m:45 g.m:15",
+            },
+            "boundary": "recovered",
+        },
+    ),
+    "rolling": ReadySweep(  # which friction makes the rotor of Fig. 4.18 roll, over its speed
+        "fig4_18",
+        {"vary": {"Omega": "60:240:10", "rotor_contact.rb?.mu": "0.1:2:20"}, "boundary": "rolling"},
+    ),
+    "touchdown": ReadySweep(  # what a fall leads to, over speed and friction
+        "drop",
+        {"vary": {"Omega": "100:400:13", "rotor_contact.rb?.mu": "0.05:0.5:10"}, "boundary": "rolling"},
+    ),
+    "sensitivity": ReadySweep(  # which parameter decides on the peak force of Fig. 4.9
+        "fig4_9",
+        {
+            "vary": {
+                "step.rotor_contact.d1.u": "20 g.m:30 g.m",
+                "rotor_contact.rb?.clearance": "0.65 mm:0.85 mm",
+                "rotor_contact.rb?.mu": "0:0.3",
+                "Omega": "250:270",
+            },
+            "sample": "saltelli:64",
+        },
+    ),
+}

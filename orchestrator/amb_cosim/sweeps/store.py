@@ -1,0 +1,205 @@
+"""The Zarr store of a sweep: what each point led to, over the axes of the sweep.
+
+    folder/sweep.zarr      opens as xarray.open_zarr(path); rounds of refinement are groups round_1, round_2, ...
+    folder/runs            full records of points that are kept
+
+One process writes it. Every chunk is a file that is replaced whole; that of `outcome`, the last one written, says which
+points are there: a sweep that was killed at any moment goes on from it.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.sweeps.metrics import UNITS
+from amb_cosim.sweeps.sampling import Design
+from amb_cosim.sweeps.worker import PointResult
+from amb_files.atomic import write_atomically
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STORE, RUNS = "sweep.zarr", "runs"
+CHUNK = 16384  # points at most that are written together
+LONGEST = 24, 400  # characters of an outcome and of a reason
+DESCRIPTIONS = {
+    "outcome": "prevented, recovered, trapped; completed, stopped; failed, invalid, crashed; empty: not run yet",
+    "reason": "Why a run failed or stopped",
+    "seconds": "Wall-clock time of the run",
+    "contact": "1 where the rotor touched from cycle 0 on",
+    "recovered": "1 where the rotor is free of contact for good at the end",
+    "rolling": "1 where the rotor rolled on a site through a turn of its whirl or more",
+    "contact_share": "Share of the time between step and removal in contact",
+}
+
+
+class SweepStore:
+    """Results of the points of a design, in memory and in a group of the store.
+
+    Parameters
+    ----------
+    folder
+        Of the sweep.
+    design
+        Its points.
+    request
+        What was asked for, as JSON data; a store that is there must have been made for the same.
+    provenance
+        Versions and whatever else is kept beside the results, as JSON data.
+    group
+        Of the store; its root by default.
+
+    Raises
+    ------
+    ValueError
+        If the store was made for something else; the message says what differs.
+    """
+
+    def __init__(
+        self, folder: Path, design: Design, request: Mapping[str, Any], provenance: Mapping[str, Any], group: str = ""
+    ) -> None:
+        self.folder, self.design, self.group = folder, design, group
+        self.path = folder / STORE
+        self._values: dict[str, NDArray[Any]] = {}
+        self._rows = max(1, CHUNK // max(1, design.size // design.shape[0]))  # of a chunk, along the first axis
+        self._dirty: set[int] = set()
+        asked = json.loads(json.dumps(dict(request)))
+        self._attrs = {"request": json.dumps(asked), "provenance": json.dumps(dict(provenance))}
+        if (self.path / group / ".zattrs").is_file():
+            check_same(asked, self._request(), folder)
+            self._read()
+        else:
+            self._create()
+
+    @property
+    def missing(self) -> list[int]:
+        """Points that have no result yet."""
+        return [int(n) for n in np.flatnonzero(self._values["outcome"].ravel() == "")]
+
+    def add(self, results: Sequence[PointResult]) -> None:
+        """Take results, and write the chunks that they are in, and the records that are kept."""
+        for result in results:
+            if result.record is not None:
+                file = self.folder / RUNS / f"{self.group or 'grid'}_{result.point}.nc"
+                file.parent.mkdir(exist_ok=True)
+                content = result.record
+                write_atomically(file, lambda path, content=content: path.write_bytes(content))  # type: ignore[misc]
+            index = np.unravel_index(result.point, self.design.shape)
+            for name, value in (*result.metrics.items(), ("seconds", result.seconds)):
+                if name not in self._values:
+                    self._values[name] = np.full(self.design.shape, np.nan)
+                    self._write_new(name)
+                self._values[name][index] = value
+            self._values["reason"][index] = result.reason[: LONGEST[1]]
+            self._values["outcome"][index] = result.outcome
+            self._dirty.add(int(index[0]) // self._rows)
+        self._write()
+
+    def dataset(self) -> xr.Dataset:
+        """Return what is there as a data set over the axes."""
+        return self._labelled(tuple(self._values)).copy(deep=True)
+
+    @property
+    def _dims(self) -> tuple[str, ...]:
+        return tuple(axis.name for axis in self.design.axes)
+
+    def _coordinates(self) -> dict[str, Any]:
+        coordinates: dict[str, Any] = {}
+        for axis in self.design.axes:
+            for column in axis.columns:
+                values = column.values if column.numeric else [str(v) for v in column.values]
+                attributes = {"units": column.unit} if column.unit else {}
+                coordinates[column.name] = (axis.name, np.array(values), attributes)
+        return coordinates
+
+    def _attributes(self, name: str) -> dict[str, str]:
+        unit = "s" if name == "seconds" else UNITS.get(name.partition(".")[0], "")
+        described = DESCRIPTIONS.get(name)
+        return {**({"units": unit} if unit else {}), **({"description": described} if described else {})}
+
+    def _create(self) -> None:
+        """Make the store with no results, whole or not at all."""
+        for name, width in zip(("outcome", "reason"), LONGEST, strict=True):
+            self._values[name] = np.full(self.design.shape, "", f"<U{width}")
+        self._values["seconds"] = np.full(self.design.shape, np.nan)
+        dataset = self._labelled(tuple(self._values))
+        self.folder.mkdir(parents=True, exist_ok=True)
+        target, stage = self.path / self.group, self.folder / f".{self.group or STORE}.new"
+        shutil.rmtree(stage, ignore_errors=True)
+        self._save(dataset, stage, mode="w")
+        if target.exists():  # a group or a store that has not come so far
+            shutil.rmtree(target)
+        stage.rename(target)
+
+    def _labelled(self, names: Sequence[str]) -> xr.Dataset:
+        import xarray as xr
+
+        data = {name: (self._dims, self._values[name], self._attributes(name)) for name in names}
+        return xr.Dataset(data, self._coordinates(), self._attrs)
+
+    def _save(self, dataset: xr.Dataset, path: Path, **how: Any) -> None:
+        chunks = (min(self._rows, self.design.shape[0]), *self.design.shape[1:])
+        encoding = {name: {"chunks": chunks} for name in dataset.data_vars}
+        dataset.to_zarr(path, zarr_format=2, consolidated=False, encoding=encoding, **how)
+
+    def _write_new(self, name: str) -> None:
+        self._save(self._labelled((name,)).drop_vars(list(self._coordinates())), self.path / self.group, mode="a")
+
+    def _write(self) -> None:
+        """Write the chunks that have changed, outcomes last."""
+        import zarr
+
+        group = zarr.open_group(self.path / self.group, mode="r+", zarr_format=2)
+        for name in sorted(self._values, key=lambda name: name == "outcome"):
+            array: Any = group[name]
+            for block in self._dirty:
+                rows = slice(block * self._rows, (block + 1) * self._rows)
+                array[rows] = self._values[name][rows]
+        self._dirty.clear()
+
+    def _read(self) -> None:
+        dataset = open_sweep(self.folder, self.group)
+        self._values = {str(name): np.array(variable.values) for name, variable in dataset.data_vars.items()}
+
+    def _request(self) -> dict[str, Any]:
+        import zarr
+
+        found: dict[str, Any] = json.loads(str(zarr.open_group(self.path / self.group, mode="r").attrs["request"]))
+        return found
+
+
+def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
+    """Read the results of a sweep, or of a round of its refinement, into memory.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
+    import xarray as xr
+
+    path = Path(folder) / STORE
+    if not (path / group).is_dir():
+        raise ValueError(f"no sweep in {folder}; it must be a folder with {STORE}")
+    with xr.open_zarr(path, group=group or None, consolidated=False, chunks=None) as dataset:
+        return dataset.load()
+
+
+def check_same(asked: Mapping[str, Any], there: Mapping[str, Any], folder: Path) -> None:
+    """Raise ValueError if what is asked for is not what the sweep in a folder was made for."""
+    differing = [key for key in {**there, **asked} if there.get(key) != asked.get(key)]
+    if differing:
+        told = "\n".join(f"  {key}: {_short(there.get(key))} there, {_short(asked.get(key))} now" for key in differing)
+        raise ValueError(f"the sweep in {folder} was made for something else; choose another folder\n{told}")
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 160 else f"{text[:157]}..."

@@ -1,0 +1,194 @@
+"""Runs the points of a sweep in a worker process, which finds and loads the FMUs of a scenario once."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.instances import Instances
+from amb_cosim.cosim.simulation import Assembly
+from amb_cosim.cosim.system_tables import Record
+from amb_cosim.cosim.values import Raw
+from amb_cosim.result import Result
+from amb_cosim.scenario import Event, Scenario, load_scenario, make_scenario
+from amb_cosim.simulation import Prepared, assemble_scenario, plan_prepared, run_prepared
+from amb_cosim.sweeps.metrics import key_values, outcome_of
+from amb_files.suggestions import suggest
+
+Metric = Callable[[Result], Mapping[str, float]]
+LABELS = ("step", "removal")  # of events, which names of what is varied may begin with
+FIELDS = ("unbalance_factor", "settle_cycles", "end_cycle", "end_time", "gravity", "gravity_angle", "rotor", "coupling")
+_ASSEMBLED_FROM = ("system", "rotor", "receptances", "gradient", "fmu")  # fields of a scenario
+
+
+@dataclass(frozen=True)
+class Task:
+    """What all points of a sweep have in common.
+
+    Parameters
+    ----------
+    scenario, settings, until, flavour
+        As for `amb_cosim.run`; what a point sets goes over `settings`.
+    metrics
+        Functions of a result, whose numbers are added to the key values.
+    keep
+        Outcomes whose full records are kept; `all` for every run.
+    """
+
+    scenario: Scenario
+    settings: Mapping[str, Raw] = field(default_factory=dict)
+    until: float | None = None
+    flavour: Flavour = "native"
+    metrics: tuple[Metric, ...] = ()
+    keep: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class PointResult:
+    """What a point led to: outcome, why it failed if it did, metrics, wall-clock time (s), and its record as NetCDF."""
+
+    point: int
+    outcome: str
+    reason: str = ""
+    metrics: Mapping[str, float] = field(default_factory=dict)
+    seconds: float = 0.0
+    record: bytes | None = None
+
+
+class Runner:
+    """Runs points one after another with the same FMU instances."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self._assemblies: dict[str, tuple[Assembly, Instances]] = {}
+
+    def prepare(self, settings: Mapping[str, Raw]) -> Prepared:
+        """Return a point that is ready to run.
+
+        Raises
+        ------
+        ValueError
+            If a name or a value is wrong.
+        """
+        return self._prepared(settings)[0]
+
+    def run(self, point: int, settings: Mapping[str, Raw]) -> PointResult:
+        """Run a point; whatever goes wrong with it is its result."""
+        began = time.perf_counter()
+        try:
+            prepared, instances = self._prepared(settings)
+            result = run_prepared(prepared, instances=instances)
+        except ValueError as error:
+            return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
+        except (StartFailed, FmuError, ProcessFailed) as error:
+            return PointResult(point, "failed", str(error), seconds=time.perf_counter() - began)
+        outcome, reason = outcome_of(result)
+        values: dict[str, float] = {}
+        if outcome != "failed":
+            values = key_values(result)
+            for metric in self.task.metrics:
+                try:
+                    values |= _numbers(metric(result))
+                except Exception as error:  # a function of the user's: its error is the result of this point
+                    outcome, reason = "failed", f"metric {_name(metric)}: {type(error).__name__}: {error}"
+        kept = self.task.keep and ("all" in self.task.keep or outcome in self.task.keep)
+        record = _record(result) if kept else None
+        return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
+
+    def close(self) -> None:
+        """Free the FMUs."""
+        for _, instances in self._assemblies.values():
+            instances.close()
+        self._assemblies.clear()
+
+    def _prepared(self, given: Mapping[str, Raw]) -> tuple[Prepared, Instances]:
+        scenario, settings = varied(self.task.scenario, given)
+        if not self.task.metrics and not self.task.keep:
+            scenario = scenario.model_copy(update={"record": Record(variables=(), every=scenario.record.every)})
+        key = repr([getattr(scenario, name) for name in _ASSEMBLED_FROM])
+        if key not in self._assemblies:
+            self._assemblies[key] = assemble_scenario(scenario, self.task.flavour), Instances()
+        assembly, instances = self._assemblies[key]
+        return plan_prepared(scenario, assembly, {**self.task.settings, **settings}, self.task.until), instances
+
+
+def varied(scenario: Scenario, given: Mapping[str, Raw]) -> tuple[Scenario, dict[str, Raw]]:
+    """Return the scenario that a point runs, and the rest of what it sets: values by `component.variable`.
+
+    Raises
+    ------
+    ValueError
+        If the scenario has no such event or field.
+    """
+    settings = dict(given)
+    if "scenario" in settings:
+        scenario = load_scenario(str(settings.pop("scenario")))
+    changes: dict[str, Any] = {name: settings.pop(name) for name in FIELDS if name in settings}
+    if "end_cycle" in changes or "end_time" in changes:
+        changes = {"end_cycle": None, "end_time": None} | changes
+    fmus = {name: settings.pop(name) for name in list(settings) if name.startswith("fmu.")}
+    if fmus:
+        changes["fmu"] = {**scenario.fmu, **{name.removeprefix("fmu."): str(fmu) for name, fmu in fmus.items()}}
+    of_events = {name: settings.pop(name) for name in list(settings) if name.partition(".")[0] in LABELS}
+    if of_events:
+        changes["event"] = tuple(_event(event, of_events) for event in scenario.event)
+        labels = [event.label for event in scenario.event if event.label]
+        for name in of_events:
+            if name.partition(".")[0] not in labels:
+                raise ValueError(f"scenario {scenario.name} has no event labelled {name.partition('.')[0]} for {name}")
+    return (_checked(scenario, changes) if changes else scenario), settings
+
+
+def _event(event: Event, given: Mapping[str, Raw]) -> Event:
+    """Return an event with the moment and the values that are given for its label."""
+    changes: dict[str, Any] = {}
+    values = {component: dict(of_one) for component, of_one in event.set.items()}
+    for name, raw in given.items():
+        label, _, rest = name.partition(".")
+        if label != event.label:
+            continue
+        component, _, variable = rest.partition(".")
+        if rest in ("cycle", "time"):
+            changes |= {"cycle": None, "time": None, rest: raw}
+        elif not variable:
+            raise ValueError(f"{name} is nothing of an event; {suggest(rest, ['cycle', 'time', 'component.variable'])}")
+        else:
+            values.setdefault(component, {})[variable] = raw
+    return event.model_copy(update={**changes, "set": values})
+
+
+def _checked(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
+    """Return a changed scenario; raises ValueError for what it does not allow."""
+    data = scenario.model_copy(update=dict(changes)).model_dump(mode="json", exclude_none=True)
+    return make_scenario({key: value for key, value in data.items() if key != "name"}, scenario.name)
+
+
+def _numbers(given: Mapping[str, float]) -> dict[str, float]:
+    return {str(name): float(value) for name, value in given.items()}
+
+
+def _name(function: Metric) -> str:
+    return getattr(function, "__name__", type(function).__name__)
+
+
+def _record(result: Result) -> bytes:
+    from amb_cosim.cosim.netcdf import netcdf
+
+    return bytes(netcdf(result.dataset))
+
+
+_runners: dict[str, Runner] = {}  # of this process, by the sweep's identifier
+
+
+def run_batch(sweep: str, task: Task, points: Sequence[tuple[int, Mapping[str, Raw]]]) -> list[PointResult]:
+    """Run points of a sweep, with what this process has kept of the sweep's batches before."""
+    if sweep not in _runners:
+        for runner in _runners.values():
+            runner.close()
+        _runners.clear()
+        _runners[sweep] = Runner(task)
+    return [_runners[sweep].run(point, settings) for point, settings in points]
