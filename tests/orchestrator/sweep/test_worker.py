@@ -26,11 +26,15 @@ def assert_equal(first, second):
         np.testing.assert_array_equal(values, second[name], err_msg=name)
 
 
-@pytest.mark.parametrize("flavour", ["native", "python"])
-@pytest.mark.parametrize("coupling", ["gauss_seidel", "iterative"])
+@pytest.mark.parametrize(
+    ("flavour", "coupling"),
+    [
+        ("native", "gauss_seidel"),
+        ("native", "iterative"),
+        pytest.param("python", "gauss_seidel", marks=pytest.mark.slow),
+    ],
+)
 def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
-    if flavour == "python" and coupling == "iterative":
-        pytest.skip("the plain loop with Python FMUs takes minutes; the reset is the same")
     scenario = SCENARIO.changed(coupling=coupling)
     until = UNTIL if coupling == "gauss_seidel" else 0.01
     cases = [prepare(scenario, settings, until, flavour) for settings in ({}, HIT, {})]
