@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -146,10 +146,14 @@ def assemble_scenario(scenario: Scenario, flavour: Flavour = "native") -> Assemb
 
 
 def plan_prepared(
-    scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None, until: float | None = None
+    scenario: Scenario,
+    assembly: Assembly,
+    settings: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    recorded: Sequence[str] | None = None,
 ) -> Prepared:
     """Plan a scenario whose FMUs have been found; see `plan_scenario` for the arguments and errors."""
-    plan = plan_scenario(scenario, assembly, settings, until)
+    plan = plan_scenario(scenario, assembly, settings, until, recorded)
     table, controller = _table(scenario), _controller(assembly.system)
     if table is not None and controller is not None:
         check_loop(table, plan.all_parameters(assembly.interfaces)[controller], scenario.rotor)

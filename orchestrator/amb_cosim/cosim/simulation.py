@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 from amb_cosim.cosim import compiled
@@ -105,6 +106,10 @@ class Assembly:
 
     def assignments(self) -> Assignments:
         """Return the values of the system's parameters, to add others to."""
+        return self._assignments.copy()
+
+    @cached_property
+    def _assignments(self) -> Assignments:
         values = Assignments(self.system, self.interfaces)
         for component, variables in self.system.parameters.items():
             for variable, raw in variables.items():

@@ -12,6 +12,7 @@ import logging
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -122,20 +123,21 @@ class _Submission:
         self._tell()
         while self._waiting or self._suspects or self._under_way:
             self._interruption.check()
-            if self._client.status in ("closed", "closing", "connecting") and time.monotonic() > alive + 10.0:
+            if self._client.status == "closed":
                 raise ClusterFailed("the scheduler is gone")
             workers = self._threads()
-            if self._client.status == "running" and workers:
-                alive = time.monotonic()
-            elif time.monotonic() > alive + START_TIME:
+            alive = time.monotonic() if workers else alive
+            if time.monotonic() > alive + START_TIME:
                 raise ClusterFailed(f"the scheduler has had no worker for {START_TIME} s")
             while len(self._under_way) < workers and (self._waiting or self._suspects):
                 self._submit()
             self._collect()
 
     def _threads(self) -> int:
-        with suppress(Exception):
-            return sum(info["nthreads"] for info in self._client.scheduler_info(n_workers=-1)["workers"].values())
+        """Return how many batches can run at once; none while there is no connection."""
+        if self._client.status == "running":
+            with suppress(OSError, CancelledError):
+                return sum(self._client.nthreads().values())
         return 0
 
     def _submit(self) -> None:
@@ -156,7 +158,10 @@ class _Submission:
         """Wait for results, and store all that are there."""
         from distributed import wait
 
-        with suppress(TimeoutError):
+        if not self._under_way:
+            time.sleep(POLL)
+            return
+        with suppress(TimeoutError, CancelledError):
             wait(list(self._under_way), timeout=POLL, return_when="FIRST_COMPLETED")
         results: list[PointResult] = []
         for future in [future for future in self._under_way if future.done()]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ from amb_cosim.plots.style import (
     StyledFigure,
     write_png,
 )
+from amb_cosim.sweeps.axes import Axis
 from amb_cosim.sweeps.refine import GROUP
 from amb_cosim.sweeps.run import Sweep
 from amb_cosim.sweeps.sampling import SAMPLE
@@ -88,10 +90,10 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
     if name == "outcome":
         found = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
         handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in found]
-        figure.legend(handles=handles, loc="outside right upper")
+        figure.legend(handles=handles, loc="outside right upper", frameon=False)
     elif drawn is not None:
         figure.colorbar(drawn, ax=list(axes), label=LABELS[name])
-    figure.suptitle(LABELS[name], fontsize=TITLE_SIZE)
+    figure.suptitle(json.loads(dataset.attrs["request"])["scenario"].get("name", ""), fontsize=TITLE_SIZE)
     return figure
 
 
@@ -113,8 +115,12 @@ def _layout(swept: Sweep, dataset: xr.Dataset) -> tuple[list[str], list[tuple[st
     return across, panels[:MOST_PANELS]
 
 
-def _value(value: Any, unit: str, axis: Any) -> str:
-    return str(value) if isinstance(value, str) else f"{axis.name} = {value:.4g} {unit}".rstrip()
+def _value(value: Any, unit: str, axis: Axis) -> str:
+    if axis.alternatives or axis.name == "scenario":
+        return str(value)
+    return (
+        f"{axis.name.rpartition('.')[2]} = {value if isinstance(value, str) else format(value, '.4g')} {unit}".rstrip()
+    )
 
 
 def _limits(dataset: xr.Dataset, name: str) -> tuple[float, float]:

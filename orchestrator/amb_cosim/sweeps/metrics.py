@@ -6,7 +6,7 @@ import math
 
 from amb_cosim import contact_history
 from amb_cosim.orbits import orbit_largest
-from amb_cosim.places import places
+from amb_cosim.places import PLANT, Places, places
 from amb_cosim.result import Result
 
 UNITS = {
@@ -20,6 +20,13 @@ UNITS = {
     "rolling_from": "cycle",
     "last_contact": "cycle",
 }
+
+
+def needed(found: Places) -> tuple[str, ...]:
+    """Return patterns of the variables that the key values take."""
+    of_sites = (f"{PLANT}.{site}.{name}" for site in found.sites for name in ("f_n", "impulse", "mode", "whirl_speed"))
+    of_bearings = (f"{PLANT}.{bearing}.[xy]" for bearing in found.bearings)
+    return (f"{PLANT}.contact_state", *of_sites, *of_bearings)
 
 
 def key_values(result: Result) -> dict[str, float]:

@@ -100,7 +100,10 @@ class Refinement:
 
     def save(self, path: Path) -> None:
         """Write the boundary as a group of the store."""
+        import zarr
+
         self.boundary().to_zarr(path, group=f"{GROUP}_{self.metric}", mode="w", zarr_format=2, consolidated=False)
+        zarr.consolidate_metadata(path, zarr_format=2)
 
     def _place(self, interval: Interval, at: float) -> dict[str, Any]:
         """Return the coordinates of a point of an interval's line."""

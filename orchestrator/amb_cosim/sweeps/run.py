@@ -19,11 +19,12 @@ from amb_cosim.cosim.values import Raw
 from amb_cosim.progress import SweepReport as Report
 from amb_cosim.progress import sweep_bar
 from amb_cosim.scenario import Scenario, load_scenario
+from amb_cosim.simulation import Prepared
 from amb_cosim.sweeps.axes import Vary
 from amb_cosim.sweeps.engine import connect, run_missing
 from amb_cosim.sweeps.sampling import Design, make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
-from amb_cosim.sweeps.worker import Metric, Runner, Task
+from amb_cosim.sweeps.worker import LABELS, Metric, Runner, Task
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -137,7 +138,9 @@ def sweep(
 
         check_refinement(design, refine, boundary)
     task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep))
-    asked = {**_request(task), "guids": check_points(task, design)}
+    guids, units = check_points(task, design)
+    design = design.with_units(units)
+    asked = {**_request(task), "guids": guids}
     folder = Path(output)
     provenance = _provenance()
     with only_writer(folder):
@@ -174,8 +177,10 @@ def _refine(
     refinement.save(store.path)
 
 
-def check_points(task: Task, design: Design) -> dict[str, str]:
-    """Return the guids of the FMUs of a sweep, whose values have been checked one by one; builds FMUs if need be.
+def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, str]]:
+    """Check the values of a sweep one by one; return the guids of its FMUs, and the units of what is varied.
+
+    FMUs are built if need be.
 
     Raises
     ------
@@ -184,12 +189,25 @@ def check_points(task: Task, design: Design) -> dict[str, str]:
     """
     runner = Runner(task)
     guids: dict[str, str] = {}
-    sampled = design.sampling != "grid"
-    checked = [0, design.size - 1] if sampled and len(design.axes) == 1 else design.corners()
-    for point in checked:
-        prepared = runner.prepare(design.settings(point))
-        guids |= {f"{prepared.fmus[c].path.stem}": i.guid for c, i in prepared.interfaces.items()}
-    return guids
+    units: dict[str, str] = {}
+    sampled = design.sampling != "grid" and len(design.axes) == 1
+    for point in (0, design.size - 1) if sampled else design.corners():
+        settings = design.settings(point)
+        prepared = runner.prepare(settings)
+        if not set(guids) >= {fmu.path.stem for fmu in prepared.fmus.values()}:
+            guids |= {prepared.fmus[c].path.stem: interface.guid for c, interface in prepared.interfaces.items()}
+        units |= {name: unit for name in settings if name not in units and (unit := unit_of(prepared, name))}
+    return guids, units
+
+
+def unit_of(prepared: Prepared, name: str) -> str:
+    """Return the unit of what is varied under a name; empty where it has none or is no variable."""
+    label, _, rest = name.partition(".")
+    values = prepared.assembly.assignments()
+    try:
+        return values.port(values.matching(rest if label in LABELS else name)[0]).unit or ""
+    except ValueError:
+        return ""
 
 
 def _request(task: Task) -> dict[str, Any]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from amb_cosim.cosim.values import Raw
-from amb_cosim.sweeps.axes import MOST_POINTS, Axis, Range, Vary, read_variations
+from amb_cosim.sweeps.axes import MOST_POINTS, Axis, Column, Range, Vary, read_variations
 
 SAMPLE = "sample"  # name of the axis of sampled points
 POINT = "point"  # name of the axis of points that are listed one by one
@@ -49,6 +49,16 @@ class Design:
                 index = [0] * len(self.axes)
                 index[at] = k
                 yield int(np.ravel_multi_index(index, self.shape))
+
+    def with_units(self, units: Mapping[str, str]) -> Design:
+        """Return the same with these units, by name, where numbers have none of their own."""
+
+        def labelled(column: Column) -> Column:
+            unit = units.get(column.name, "")
+            return replace(column, unit=unit) if column.numeric and not column.unit and unit != "1" else column
+
+        axes = (replace(axis, columns=tuple(labelled(column) for column in axis.columns)) for axis in self.axes)
+        return replace(self, axes=tuple(axes))
 
     def as_dict(self) -> dict[str, Any]:
         """Return axes, sampling and seed, ready for JSON."""

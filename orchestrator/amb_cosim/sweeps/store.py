@@ -137,6 +137,7 @@ class SweepStore:
         if target.exists():  # a group or a store that has not come so far
             shutil.rmtree(target)
         stage.rename(target)
+        self._consolidate()
 
     def _labelled(self, names: Sequence[str]) -> xr.Dataset:
         import xarray as xr
@@ -151,6 +152,13 @@ class SweepStore:
 
     def _write_new(self, name: str) -> None:
         self._save(self._labelled((name,)).drop_vars(list(self._coordinates())), self.path / self.group, mode="a")
+        self._consolidate()
+
+    def _consolidate(self) -> None:
+        """Write what arrays there are into one file, which xarray opens a store by."""
+        import zarr
+
+        zarr.consolidate_metadata(self.path, zarr_format=2)
 
     def _write(self) -> None:
         """Write the chunks that have changed, outcomes last."""

@@ -11,12 +11,12 @@ from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.simulation import Assembly
-from amb_cosim.cosim.system_tables import Record
 from amb_cosim.cosim.values import Raw
+from amb_cosim.places import places_of
 from amb_cosim.result import Result
 from amb_cosim.scenario import Event, Scenario, load_scenario, make_scenario
 from amb_cosim.simulation import Prepared, assemble_scenario, plan_prepared, run_prepared
-from amb_cosim.sweeps.metrics import key_values, outcome_of
+from amb_cosim.sweeps.metrics import key_values, needed, outcome_of
 from amb_files.suggestions import suggest
 
 Metric = Callable[[Result], Mapping[str, float]]
@@ -107,13 +107,13 @@ class Runner:
 
     def _prepared(self, given: Mapping[str, Raw]) -> tuple[Prepared, Instances]:
         scenario, settings = varied(self.task.scenario, given)
-        if not self.task.metrics and not self.task.keep:
-            scenario = scenario.model_copy(update={"record": Record(variables=(), every=scenario.record.every)})
         key = repr([getattr(scenario, name) for name in _ASSEMBLED_FROM])
         if key not in self._assemblies:
             self._assemblies[key] = assemble_scenario(scenario, self.task.flavour), Instances()
         assembly, instances = self._assemblies[key]
-        return plan_prepared(scenario, assembly, {**self.task.settings, **settings}, self.task.until), instances
+        recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
+        values = {**self.task.settings, **settings}
+        return plan_prepared(scenario, assembly, values, self.task.until, recorded), instances
 
 
 def varied(scenario: Scenario, given: Mapping[str, Raw]) -> tuple[Scenario, dict[str, Raw]]:
