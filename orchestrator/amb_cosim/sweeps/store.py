@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -173,6 +173,8 @@ class SweepStore:
         self._dirty.clear()
 
     def _read(self) -> None:
+        for left in self.path.rglob("*.partial"):  # by a process that was killed while it wrote
+            left.unlink()
         dataset = open_sweep(self.folder, self.group)
         self._values = {str(name): np.array(variable.values) for name, variable in dataset.data_vars.items()}
 
@@ -202,10 +204,23 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
 
 def check_same(asked: Mapping[str, Any], there: Mapping[str, Any], folder: Path) -> None:
     """Raise ValueError if what is asked for is not what the sweep in a folder was made for."""
-    differing = [key for key in {**there, **asked} if there.get(key) != asked.get(key)]
-    if differing:
-        told = "\n".join(f"  {key}: {_short(there.get(key))} there, {_short(asked.get(key))} now" for key in differing)
+    if differing := list(_differences(there, asked)):
+        told = "\n".join(
+            f"  {where}: {_short(before)} there, {_short(now)} now" for where, before, now in differing[:10]
+        )
         raise ValueError(f"the sweep in {folder} was made for something else; choose another folder\n{told}")
+
+
+def _differences(there: Any, asked: Any, where: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Yield where two pieces of JSON data differ, and both values."""
+    if isinstance(there, Mapping) and isinstance(asked, Mapping):
+        for key in {**there, **asked}:
+            yield from _differences(there.get(key), asked.get(key), f"{where}.{key}".lstrip("."))
+    elif isinstance(there, list) and isinstance(asked, list) and len(there) == len(asked):
+        for k, (before, now) in enumerate(zip(there, asked, strict=True)):
+            yield from _differences(before, now, f"{where}[{k}]")
+    elif there != asked:
+        yield where, there, asked
 
 
 def _short(value: Any) -> str:
