@@ -102,7 +102,10 @@ class _Submission:
     def __init__(
         self, client: Client, sweep: str, task: Task, store: SweepStore, report: Report, interruption: Interruption
     ) -> None:
-        self._client, self._sweep, self._task, self._store = client, sweep, task, store
+        import cloudpickle
+
+        self._client, self._sweep, self._store = client, sweep, store
+        self._task = cloudpickle.dumps(task)  # functions of a file by value, which Dask would pickle by name
         self._report, self._interruption = report, interruption
         self._waiting = deque(store.missing)
         self._suspects: deque[int] = deque()  # points of batches that ended processes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -184,11 +185,11 @@ def _record(result: Result) -> bytes:
 _runners: dict[str, Runner] = {}  # of this process, by the sweep's identifier
 
 
-def run_batch(sweep: str, task: Task, points: Sequence[tuple[int, Mapping[str, Raw]]]) -> list[PointResult]:
-    """Run points of a sweep, with what this process has kept of the sweep's batches before."""
+def run_batch(sweep: str, task: bytes, points: Sequence[tuple[int, Mapping[str, Raw]]]) -> list[PointResult]:
+    """Run points of a sweep, with what this process has kept of the sweep's batches before; `task` is pickled."""
     if sweep not in _runners:
         for runner in _runners.values():
             runner.close()
         _runners.clear()
-        _runners[sweep] = Runner(task)
+        _runners[sweep] = Runner(pickle.loads(task))
     return [_runners[sweep].run(point, settings) for point, settings in points]
