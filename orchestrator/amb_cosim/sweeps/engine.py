@@ -66,6 +66,7 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
                 threads_per_worker=1,
                 dashboard_address="127.0.0.1:0",
                 memory_limit=0,
+                preload=["amb_cosim.sweeps.local_worker"],
                 silence_logs=logging.CRITICAL,  # the death of a process is told as the outcome of its points
             )
             with cluster, Client(cluster) as client:

@@ -95,11 +95,13 @@ def undisturbed(scenario, processes, tmp_path):
     return amb_cosim.sweep(scenario, VARY, output=tmp_path / "undisturbed", **options).dataset
 
 
-def client(folder: Path, scenario: str, address: str) -> subprocess.Popen[str]:
+def client(folder: Path, scenario: str, *where: str) -> subprocess.Popen[str]:
     """Start the command in a process of its own."""
     command = [sys.executable, "-c", "from amb_cosim.start import main; main()", "sweep", scenario]
-    options = ["--vary", f"Omega={VARY['Omega']}", "--until", str(UNTIL), "--scheduler", address, "--no-plots"]
-    return subprocess.Popen([*command, *options, "-o", str(folder)], stderr=subprocess.PIPE, text=True)
+    options = ["--vary", f"Omega={VARY['Omega']}", "--until", str(UNTIL), "--no-plots", *where]
+    return subprocess.Popen(
+        [*command, *options, "-o", str(folder)], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
 
 
 def landed(folder: Path) -> int:
@@ -125,7 +127,7 @@ def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, sce
     chance, killed = random.Random(first_seed), 0
     for k in range(30 if is_long else 3):
         folder = tmp_path / f"killed_{k}"
-        process = client(folder, scenario, processes.address)
+        process = client(folder, scenario, "--scheduler", processes.address)
         wait_for(lambda folder=folder, process=process: landed(folder) > 0 or process.poll() is not None)
         time.sleep(chance.uniform(0.0, 1.0))
         process.kill()
@@ -160,10 +162,12 @@ def test_a_sweep_goes_on_after_its_scheduler_was_killed(undisturbed, processes, 
     same(amb_cosim.sweep(scenario, VARY, jobs=1, progress=False, **options).dataset, undisturbed)
 
 
-def test_ctrl_c_keeps_what_came_and_exits_with_130(processes, scenario, tmp_path):
-    process = client(tmp_path / "swept", scenario, processes.address)
+@pytest.mark.parametrize("local", [True, False])
+def test_ctrl_c_keeps_what_came_and_exits_with_130(processes, scenario, tmp_path, local):
+    where = ["--jobs", "1"] if local else ["--scheduler", processes.address]
+    process = client(tmp_path / "swept", scenario, *where)
     wait_for(lambda: landed(tmp_path / "swept") > 0 or process.poll() is not None)
-    os.kill(process.pid, signal.SIGINT)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
     assert "the same command goes on" in errors
