@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.interruption import Interruption, deferred
@@ -41,6 +42,13 @@ class ClusterFailed(Exception):
     """The cluster ended before the sweep did."""
 
 
+def check_installed() -> None:
+    """Raise ValueError if a package is missing that sweeps need and the rest does not."""
+    missing = [name for name in ("dask", "distributed", "zarr", "SALib") if find_spec(name) is None]
+    if missing:
+        raise ValueError(f"a sweep needs {', '.join(missing)}, not installed: pip install 'amb-cosim[sweep]'")
+
+
 @contextmanager
 def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[Client]:
     """Connect to the scheduler at an address, or start a local cluster of `jobs` processes with one thread each.
@@ -48,13 +56,11 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
     Raises
     ------
     ValueError
-        If Dask is not installed, or nothing answers at that address.
+        If nothing answers at that address.
     """
-    try:
-        import dask
-        from distributed import Client, LocalCluster
-    except ImportError as error:
-        raise ValueError(f"a sweep needs Dask and Zarr: pip install 'amb-cosim[sweep]' ({error})") from error
+    import dask
+    from distributed import Client, LocalCluster
+
     if scheduler is not None and jobs is not None:
         raise ValueError("--jobs is for a local cluster; the scheduler's workers are as many as were started")
     if jobs is not None and jobs < 1:

@@ -21,7 +21,7 @@ from amb_cosim.progress import sweep_bar
 from amb_cosim.scenario import Scenario, load_scenario
 from amb_cosim.simulation import Prepared
 from amb_cosim.sweeps.axes import Vary
-from amb_cosim.sweeps.engine import connect, run_missing
+from amb_cosim.sweeps.engine import check_installed, connect, run_missing
 from amb_cosim.sweeps.sampling import Design, make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
 from amb_cosim.sweeps.worker import LABELS, Metric, Runner, Task
@@ -125,6 +125,7 @@ def sweep(
     KeyboardInterrupt
         If it was interrupted; what had come until then is kept.
     """
+    check_installed()
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(str(scenario))
     files = {"rotor": rotor, "receptances": receptances}

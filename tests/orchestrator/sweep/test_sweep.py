@@ -138,6 +138,12 @@ def test_no_scheduler_is_an_error_of_the_input(small, tmp_path):
         amb_cosim.sweep(small, VARY, until=UNTIL, output=tmp_path, scheduler="tcp://127.0.0.1:9", progress=False)
 
 
+def test_a_missing_package_is_named(small, tmp_path, monkeypatch):
+    monkeypatch.setattr("amb_cosim.sweeps.engine.find_spec", lambda name: None if name == "zarr" else object())
+    with pytest.raises(ValueError, match=r"needs zarr, not installed: pip install 'amb-cosim\[sweep\]'"):
+        amb_cosim.sweep(small, VARY, output=tmp_path)
+
+
 @pytest.mark.parametrize("size", [1, 7, 40000])
 def test_a_store_is_read_as_it_was_written(tmp_path, size):
     design = make_design({"Omega": np.arange(1.0, size + 1.0), "x.y": ["a", "b"]})
