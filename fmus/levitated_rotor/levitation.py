@@ -1,12 +1,7 @@
 """Controller, actuator and plant stepped together, in the order that leaves one sample between sensor and force.
 
 A communication step is cut into pieces at the controller's samples. In each piece the parts step one after the other,
-and each sees what those before it have found, as in a Gauss-Seidel master:
-
-    samples      |                         |                         |
-    step              [--------------------------------------]
-    pieces            [--------------------][----------------]
-                      controller, actuator, plant   the same
+and each sees what those before it have found, as in a Gauss-Seidel master; docs/theory/levitated_rotor.md has a sketch.
 """
 
 from __future__ import annotations

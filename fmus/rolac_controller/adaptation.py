@@ -1,11 +1,8 @@
 """Recursive open-loop adaptive control: the integral law for the synchronous force (thesis 5.22, 5.23).
 
-    U(t) = alpha integral( H(Omega) Q(t) ) dt
-    u(t) = Re[U exp(j n theta)] = Re[U] cos(n theta) - Im[U] sin(n theta)
-
-With Q = Q_0 + R U and H = -(R^H W R)^-1 R^H W this is U' = -alpha (U - U_opt): the forces approach the
-weighted least-squares optimum with time constant 1/alpha, as long as the revolution over which Q is averaged is
-short against it.
+docs/theory/synchronous_control.md has the law. With Q = Q_0 + R U and its H it is U' = -alpha (U - U_opt): the forces
+approach the weighted least-squares optimum with time constant 1/alpha, as long as the revolution over which Q is
+averaged is short against it.
 
 While it may not adapt, the forces fade, U' = -fade U, and go on from what is left once it may again: they never jump.
 """

@@ -29,7 +29,7 @@ def amplitude_at(frequency: float) -> float:
 
 @kernel
 def periods(frequency: float) -> float:
-    """Return the revolutions of a slot, N_per = max(3 f, 45) rounded up (6.3); n slots take n N_per/f (6.4)."""
+    """Return the revolutions of a slot, N_per = max(3 f, 45) rounded up (6.4); n slots take n N_per/f (6.3)."""
     needed = max(PERIODS_PER_HZ * frequency, FEWEST_PERIODS)
     return float(math.ceil(needed - ROUNDING))
 

@@ -1,9 +1,7 @@
 """Recursive Fourier transform of the sensor signals over the last revolution (thesis 5.20, 5.21).
 
-    Q_n(t) = (2/T) integral_{t-T}^{t} q exp(-j n theta) ds = (1/pi) integral q exp(-j n theta) dtheta
-
-over the last 2 pi of rotor angle, so that q ~ Re[sum Q_n exp(j n theta)]. At constant speed both forms are the
-same; on the angle the harmonics stay orthogonal while the speed changes.
+The integral is that of docs/theory/synchronous_control.md, over the last 2 pi of rotor angle, so that
+q ~ Re[sum Q_n exp(j n theta)]. At constant speed it is that over a period of time.
 
     oldest sample                                              newest sample
       o-----|-o-------o-------o---  ...  ---o-------o-------o-------o      angle ->

@@ -1,11 +1,7 @@
 """Identification of the receptance while the rotor runs (thesis 5.15 to 5.19, 6.3 to 6.7): its course.
 
-A slot of N_per revolutions for each axis and two more; the forces of ROLAC do not change meanwhile. With four axes:
-
-    |  before  |  mb1.x   |  mb1.y   |  mb2.x   |  mb2.y   |  after   |
-    |   idle   | A cos th | A cos th | A cos th | A cos th |   idle   |
-    0         N_per                       ...               6 N_per   revolutions
-         [avg]      [avg]      [avg]      [avg]      [avg]      [avg]
+A slot of N_per revolutions for each axis and two more, before and after; the forces of ROLAC do not change meanwhile.
+docs/theory/identification.md has a sketch.
 
 Q is averaged over the last revolutions of each slot; `identified_receptance` makes R and H of the means.
 """

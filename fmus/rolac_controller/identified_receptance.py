@@ -1,4 +1,4 @@
-"""The receptance from the mean displacements of the slots of an identification (thesis 6.7).
+"""The receptance from the mean displacements of the slots of an identification (thesis 5.16).
 
     Q = Q_0 + R U:   R_i = (Q with a force U_i on axis i - Q without) / U_i
 

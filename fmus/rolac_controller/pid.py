@@ -1,7 +1,4 @@
-"""PID of one bearing axis (thesis 5.1 to 5.4), sampled.
-
-    I_pid = -(1/K_i) [ K_s x + K_b (x - x_set) + C_b x' + K_I integral(x - x_set) ]
-    I_pid = -(1/K_i) [ k_p (x - x_set) + k_d x' + K_I integral(x - x_set) ]                  with pid.direct
+"""PID of one bearing axis (thesis 5.1 to 5.4), sampled; docs/theory/controller.md has its equations.
 
 K_s cancels the bearing's negative stiffness: the closed bearing has net stiffness K_b and damping C_b.
 `k_s`, `k_i` are constants of the bearing (N/m, N/A); the gain of the integral is `k_integral`.

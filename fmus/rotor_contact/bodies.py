@@ -1,13 +1,9 @@
 """What moves beside the shaft: housings of retainers on their mounts, races in them, and the rotor's spin.
 
-    housing    m x'' = -k_x x - c_x x' - m a_base + contact          and the same in y
-    race       J_r omega_r' = -M tanh(omega_r/omega_0) - c_r omega_r - T (R_s + c)
-    spin       J Omega' + p . q'' = M_drive - c_s Omega + sum T R_s,    M_drive = M_0 + g (Omega_demanded - Omega)
+docs/theory/retainers.md has the equations of motion; omega_0 there is `RACE_SPEED_SCALE`. T is the friction force on
+the rotor, forward positive. Unbalance couples a free spin to the shaft by p, so that
 
-M_drive is limited. T is the friction force on the rotor, forward positive; omega_0 is `RACE_SPEED_SCALE`. Unbalance
-couples a free spin to the shaft: with p = i e, e being the unbalance as a force per Omega^2,
-
-    M q'' + p Omega' = f + Omega^2 e        so that  (J - p . M^-1 p) Omega' = M_drive - c_s Omega - p . a
+    (J - p . M^-1 p) Omega' = M_drive - c_s Omega - p . a
 
 where a is the shaft's acceleration at constant speed; damping that rotates with the shaft adds its torque. Mass matrix
 and energy hold the coupling; what gravity and base do to the unbalance itself is left out. Each body exists where its

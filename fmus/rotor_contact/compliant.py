@@ -1,17 +1,8 @@
 """Compliant contact: the classical force laws (thesis 4.1 to 4.9, 4.13), for comparison with the constraint.
 
-With penetration delta = |r| - c > 0 and its rate delta', the normal force N >= 0 is
-
-    linear                 k_c delta                                          (Hertz with n = 1)
-    hertz                  K delta^(3/2)
-    kelvin_voigt           k_c delta + c_c delta'
-    kirk                   (k_c delta + c_c delta') psi,  psi = 1 - exp(-3 delta/delta_c)
-    hunt_crossley          K delta^(3/2) (1 + 3/2 alpha_c delta')      restitution about 1 - alpha_c delta'(0)
-    ulbrich                K delta^(3/2) (1 + 3/2 eta S),  S = tanh(delta'/v_s)
-    switched_kelvin_voigt  F tanh(delta/delta_c) (1 + tanh(F/(k_c delta_c)))/2,  F = k_c delta + c_c delta'
-
-with K = k_c / sqrt(delta_c), so that k_c is the secant stiffness at delta_c; v_s is `RATE_SCALE`. For friction, which
-does not stick but creeps, see `friction.compliant_friction`.
+docs/theory/contact_laws.md has their equations. With K = k_c / sqrt(delta_c) k_c is the secant stiffness at delta_c of
+the laws with a power of 3/2; v_s there is `RATE_SCALE`. For friction, which does not stick but creeps, see
+`friction.compliant_friction`.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
 """Acceleration of the shaft without contact, with everything that is constant over a step collected once.
 
-    M q'' + (C + Omega G) q' + R (q' - Omega J q) + K q = f        (3.1 to 3.6, with damping R that rotates)
-
-J turns by a right angle in the direction of spin. The work of the rotating damping comes from the spin: beyond a
-critical speed its force J q drives the rotor into forward whirl.
+The equation of motion, with damping that rotates, is that of docs/theory/rotor.md. The work of the rotating
+damping comes from the spin: beyond a critical speed its force R J q drives the rotor into forward whirl.
 """
 
 from __future__ import annotations

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Union, get_args, get_origin
 
 import annotated_types
-from pydantic import Tag, ValidationError
+from pydantic import GetJsonSchemaHandler, Tag, ValidationError
 from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, ErrorDetails
 
 from amb_files.suggestions import suggest
 
@@ -39,6 +40,9 @@ class Unit:
     """The unit of a number, in an `Annotated` type; messages show it with the value and the limits."""
 
     text: str
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return handler(core) | {"unit": self.text}
 
 
 @dataclass(frozen=True)

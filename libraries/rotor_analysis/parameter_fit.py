@@ -15,7 +15,7 @@ The fitted parameters p minimise
 
 The frequencies alone do not determine all of p: a heavier core at one bearing and a lighter one at the other fit as
 well, and so does softer steel with the other parameters shifted. The priors decide there; `PARAMETERS` has them with
-bounds and reasons. Their widths are a choice; the README says what other widths give.
+bounds and reasons. Their widths are a choice; docs/theory/rig.md says what other widths give.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Reduction of the rotor to a few planes: multiple static-dynamic condensation, or Craig and Bampton's method."""
+"""Reduction of the rotor to a few planes: modified static condensation, or Craig and Bampton's method."""
 
 from __future__ import annotations
 

@@ -6,6 +6,7 @@
     run          run a scenario and return its Result
     scenarios    names and descriptions of the scenarios that come with the package
     Scenario     a scenario as an object: load, changed, check, save
+    compare      put runs or saved results side by side: table of summaries, overlaid figures
     Result       a run: dataset, summary, plot, outcome, save; Result.load reads one from its folder
     build        write the FMUs of rotor, actuator and controller, for use in any tool
     build_assembled  write one FMU that holds all three, for masters that could not couple them well
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from amb_cosim import cosim as cosim
     from amb_cosim import studies as studies
     from amb_cosim.assembled import build_assembled as build_assembled
+    from amb_cosim.comparison import compare as compare
     from amb_cosim.cosim.run import simulate as simulate
     from amb_cosim.cosim.system import System as System
     from amb_cosim.exchange import export_ssp as export_ssp
@@ -49,6 +51,7 @@ _MODULES = {
     "scenarios": "scenario",
     "Scenario": "scenario",
     "Result": "result",
+    "compare": "comparison",
     "build": "models",
     "build_assembled": "assembled",
     "export_ssp": "exchange",

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from amb_cosim.commands import analysis, build, export, identify, rotor, run, sweep
+from amb_cosim.commands import analysis, animate, build, compare, export, identify, report, rotor, run, sweep
 from amb_cosim.commands.cli_errors import interrupted
 from amb_cosim.cosim.interruption import interruptible, was_interrupted
 
@@ -34,11 +34,14 @@ def main() -> None:
 
 for command in (
     *run.COMMANDS,
+    *compare.COMMANDS,
+    *animate.COMMANDS,
     *build.COMMANDS,
     *export.COMMANDS,
     *identify.COMMANDS,
     *analysis.COMMANDS,
     *rotor.COMMANDS,
+    *report.COMMANDS,
     *sweep.COMMANDS,
 ):
     main.add_command(command)

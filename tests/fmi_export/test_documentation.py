@@ -105,7 +105,7 @@ def test_the_page_has_all_faults_and_warnings(name):
 
 def test_a_model_without_a_readme_has_a_page_too(lag):
     shown = Page(page(lag))
-    assert shown.headings[:2] == [lag.name, "Variables"]
+    assert shown.headings[:2] == [lag.name, "Parameters"]
     assert [row[0] for row in shown.rows if row[0] in lag.interface.position][: len(lag.interface.variables)] == [
         *lag.interface.position
     ]

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from fmi_export.building.readme import BEGIN, END, full_description, interface_table, with_table
+from fmi_export.building.interface_page import full_description
 from fmi_export.interface import Interface, interface, repeated
 from fmi_export.model import Model
 from fmi_export.variables import Enumeration, input_, one_of, output, parameter
@@ -137,24 +137,3 @@ def test_the_canonical_bytes_change_with_every_field_that_is_seen_outside():
 def test_a_model_without_a_fault_code_at_the_end_is_refused(lag):
     with pytest.raises(ValueError, match="mute: the last output must be fault_code"):
         Model("mute", "", interface(A, U, Y), lag.initialise, lag.step, 0, 0, ())
-
-
-def test_the_readme_table_shows_types_ranges_and_start_values(lag):
-    rows = interface_table(lag).splitlines()
-    assert len(rows) == 2 + len(lag.interface.variables)
-    assert "| `offset` | parameter | Integer | 1 | 0 | >= -5, <= 5 | Added to the output in whole numbers |" in rows
-    assert "| `gain` | tunable parameter | Real | 1 | 1 |  | Gain, may change at any time |" in rows
-    assert "| `hold` | input | Boolean | 1 | false |  | Stop following |" in rows
-    assert "| `steps` | output | Integer | 1 |  |  | Steps since the start |" in rows
-
-
-def test_the_readme_table_is_replaced_between_the_markers_only():
-    text = with_table(f"before\n{BEGIN}\nold\n{END}\nafter\n", "new")
-    assert text == f"before\n{BEGIN}\n\nnew\n\n{END}\nafter\n"
-    assert with_table(text, "new") == text
-
-
-@pytest.mark.parametrize("text", ["", BEGIN, f"{END}{BEGIN}", f"{BEGIN}{END}{BEGIN}{END}"])
-def test_a_readme_without_proper_markers_is_refused(text):
-    with pytest.raises(ValueError, match="must contain"):
-        with_table(text, "new")

@@ -14,7 +14,8 @@ CONTACT = tuple(
     f"tests/rotor_contact/test_{name}.py"
     for name in (
         *("contact", "friction", "stribeck", "impact", "sites", "compliant", "collocation", "speed", "energy"),
-        *("touchdown_closed_forms", "touchdown_two_bodies", "touchdown_many_sites", "free_flight"),
+        *("path", "touchdown_closed_forms", "touchdown_two_bodies", "touchdown_many_sites", "free_flight"),
+        *("robustness", "interface", "shaft_damping", "bodies"),
     )
 )
 TARGETS = {

@@ -201,7 +201,7 @@ def from_the_wheel(wheel: str, folder: str) -> dict:
 @pytest.mark.slow
 @pytest.mark.usefixtures("compiler")
 def test_the_wheel_builds_for_every_platform_without_a_compiler(run_python, tmp_path):
-    pytest.importorskip("hatchling")
+    pytest.importorskip("hatch_vcs")
 
     def build(root: str, folder: str) -> str:
         import os

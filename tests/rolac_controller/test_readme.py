@@ -1,4 +1,4 @@
-"""The README shows the interface as it is and code that runs."""
+"""The README shows code that runs."""
 
 from __future__ import annotations
 
@@ -6,17 +6,10 @@ import re
 from pathlib import Path
 
 import pytest
-from rig import CONTROLLER
 
 import rolac_controller
-from fmi_export.building.readme import interface_table, with_table
 
 README = Path(rolac_controller.__file__).parent / "README.md"
-
-
-def test_rewriting_the_interface_table_changes_nothing():
-    text = README.read_text(encoding="utf-8")
-    assert with_table(text, interface_table(CONTROLLER)) == text
 
 
 def test_example_in_the_readme_finds_the_vibration_it_made(run_python, tmp_path):

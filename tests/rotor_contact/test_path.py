@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 from rotor_cases import BEARINGS, CLEARANCE, H, memory, plant, run
+from scipy.interpolate import BPoly, PPoly
+from scipy.optimize import brentq
 
 from rotor_contact.layout import scratch_of
-from rotor_contact.path import Point, leaves_or_stays_within, stays_within
+from rotor_contact.path import Point, leaves_or_stays_within, point_of, stays_within, touch_time
 from rotor_contact.propagator import STEPS_BEFORE_BUILD
 from rotor_contact.structure import structure_of
 
@@ -22,13 +25,53 @@ def site():
     return scratch(plant()).sites[0]
 
 
+@pytest.fixture(scope="module")
+def off_centre():
+    """The same, its centre not in the origin."""
+    return scratch(plant({"rb1.offset_x": 2e-4, "rb1.offset_y": -3e-4})).sites[0]
+
+
+def cubic(begin, end, dt):
+    """The course over time through two points with their velocities, by SciPy."""
+    a, u, b, w = (np.array(pair) for pair in (begin[:2], begin[2:], end[:2], end[2:]))
+    return BPoly.from_derivatives([0.0, dt], [[a, u], [b, w]])
+
+
 def radii(begin, end, dt):
     """Radii along the cubic through two points with their velocities."""
-    s = ALONG
-    a, u, b, w = (np.array(pair) for pair in (begin[:2], begin[2:], end[:2], end[2:]))
-    course = (1 + 2 * s) * (1 - s) ** 2 * a + s * (1 - s) ** 2 * dt * u
-    course = course + s**2 * (3 - 2 * s) * b + s**2 * (s - 1) * dt * w
-    return np.hypot(*course.T)
+    return np.hypot(*cubic(begin, end, dt)(ALONG[:, 0] * dt).T)
+
+
+def random_ends(rng, spread):
+    return tuple(Point(*rng.normal(0, spread * CLEARANCE, 2), *rng.normal(0, 2.0, 2)) for _ in range(2))
+
+
+def ends_near_the_circle(rng):
+    """Ends for which each of the Bezier points decides now and then."""
+    radii, angles = CLEARANCE * rng.uniform(0.7, 1.0, 2), rng.normal(0, 0.2, 2)
+    return tuple(
+        Point(r * np.cos(a), r * np.sin(a), *rng.normal(0, 2.0, 2)) for r, a in zip(radii, angles, strict=True)
+    )
+
+
+def states_of(site, *points, n=8):
+    """States with the journal of a site at points that are given from the centre of its retainer."""
+    states = [np.zeros(2 * n) for _ in points]
+    for z, point in zip(states, points, strict=True):
+        z[site.row : site.row + 2] = point[0] + site.offset_x, point[1] + site.offset_y
+        z[n + site.row : n + site.row + 2] = point[2:]
+    return states
+
+
+def bezier_points_of_the_square(begin, end):
+    """Bezier points of the squared radius, from the powers of its polynomial, by numpy and SciPy."""
+    powers = [
+        Polynomial(np.polynomial.polynomial.polyfit(np.linspace(0, 1, 4), axis, 3))
+        for axis in cubic(begin, end, H)(np.linspace(0, 1, 4) * H).T
+    ]
+    square = sum((axis * axis).coef for axis in powers)
+    from_highest = np.asarray(square)[::-1].reshape(-1, 1)
+    return BPoly.from_power_basis(PPoly(from_highest, [0.0, 1.0])).c[:, 0]
 
 
 def leaving(whirl, inward, gap=0.0):
@@ -42,11 +85,56 @@ def test_a_path_that_is_found_inside_is_inside(site):
     rng = np.random.default_rng(3)
     found = 0
     for _ in range(3000):
-        begin, end = (Point(*rng.normal(0, 0.6 * CLEARANCE, 2), *rng.normal(0, 2.0, 2)) for _ in range(2))
+        begin, end = random_ends(rng, 0.6)
         if leaves_or_stays_within(site, begin, end, H, 0.0):
             found += 1
             assert np.max(radii(begin, end, H)) <= CLEARANCE * (1 + 1e-10)
     assert found > 300
+
+
+def test_the_bound_is_the_largest_bezier_point_of_the_squared_radius(site):
+    rng = np.random.default_rng(5)
+    found = []
+    for k in range(3000):
+        begin, end = random_ends(rng, 0.5) if k % 2 else ends_near_the_circle(rng)
+        points = bezier_points_of_the_square(begin, end) / CLEARANCE**2
+        inside = np.max(points[:3]) <= 1.0 and np.max(points[3:]) < 0.81
+        if min(abs(np.max(points[:3]) - 1.0), abs(np.max(points[3:]) - 0.81)) > 1e-9:
+            found.append(inside)
+            assert leaves_or_stays_within(site, begin, end, H, 0.1) is bool(inside)
+    assert 300 < sum(found) < 2700
+
+
+def test_the_hull_of_the_path_is_that_of_its_bezier_points(off_centre):
+    rng = np.random.default_rng(6)
+    found = []
+    for _ in range(3000):
+        begin, end = random_ends(rng, 0.5)
+        hull = np.hypot(*cubic(begin, end, H).c[:, 0].T) / CLEARANCE
+        found.append(bool(np.max(hull) < 0.9))
+        assert stays_within(off_centre, *states_of(off_centre, begin, end), H, 8, 0.1) is found[-1]
+    assert 300 < sum(found) < 2700
+
+
+def test_the_journal_is_seen_from_the_centre_of_its_retainer(off_centre):
+    (begin, end) = random_ends(np.random.default_rng(7), 0.5)
+    for point, z in zip((begin, end), states_of(off_centre, begin, end), strict=True):
+        assert point_of(off_centre, z, 8) == pytest.approx(point, rel=1e-12)
+
+
+def test_the_time_of_touch_is_where_the_path_crosses_the_circle(off_centre):
+    rng = np.random.default_rng(8)
+    crossed = 0
+    while crossed < 300:
+        begin, end = random_ends(rng, 0.7)
+        along = radii(begin, end, H)
+        if not (along[0] < CLEARANCE < along[-1]) or np.sum(np.diff(along > CLEARANCE)) != 1:
+            continue
+        crossed += 1
+        path = cubic(begin, end, H)
+        expected = brentq(lambda t, path=path: np.hypot(*path(t)) - CLEARANCE, 0.0, H, xtol=1e-18)
+        found = touch_time(off_centre, *states_of(off_centre, begin, end), H, 8)
+        assert found == pytest.approx(expected, abs=1e-10 * H)
 
 
 @pytest.mark.parametrize("whirl", [60.0, 260.0, 420.0])
@@ -60,10 +148,7 @@ def test_a_journal_leaves_its_circle_if_it_turns_faster_than_the_circle(site, wh
 
 def test_the_hull_of_the_path_itself_cannot_tell_that_a_journal_leaves(site):
     begin, end = leaving(260.0, 1.5 * 260.0**2 * CLEARANCE)
-    states = [np.zeros(2 * 8) for _ in range(2)]
-    for z, point in zip(states, (begin, end), strict=True):
-        z[site.row : site.row + 2], z[8 + site.row : 10 + site.row] = point[:2], point[2:]
-    assert not stays_within(site, *states, H, 8, 0.0)
+    assert not stays_within(site, *states_of(site, begin, end), H, 8, 0.0)
 
 
 def test_the_propagator_grows_a_few_rows_a_step_so_that_no_step_is_long():

@@ -1,4 +1,4 @@
-"""The README shows the interface as it is and code that runs."""
+"""The README shows code that runs."""
 
 import re
 import shutil
@@ -8,15 +8,10 @@ import pytest
 from rotor_cases import OnePlane
 
 import rotor_contact
-from fmi_export.building.readme import interface_table, with_table
 from rotor_analysis.plant_data import plant
 from rotor_analysis.rotor_file import load_rotor
 
 README = (Path(rotor_contact.__file__).parent / "README.md").read_text(encoding="utf-8")
-
-
-def test_rewriting_the_interface_table_changes_nothing():
-    assert with_table(README, interface_table(plant()[0])) == README
 
 
 def test_example_in_the_readme_shows_the_orbit_of_the_complex_model(build_fmu, run_python, tmp_path):
@@ -32,9 +27,3 @@ def test_example_in_the_readme_shows_the_orbit_of_the_complex_model(build_fmu, r
     assert radius == pytest.approx(abs(orbit[model.bearings[0]]), rel=1e-4)
     assert (x, y) == (pytest.approx(100.0 / 1e6, rel=1e-4), pytest.approx(0.0, abs=1e-8))  # 100 N on 1e6 N/m
     assert contact == 0
-
-
-def test_readme_names_every_file_of_the_model():
-    files = {f.name for f in Path(rotor_contact.__file__).parent.glob("*.py")}
-    unnamed = files - {"__init__.py", "interface.py", "rotor.py", "rotor_contact_fmu.py"}
-    assert {name for name in unnamed if f"`{name}`" not in README} == set()

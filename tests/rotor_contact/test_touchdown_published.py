@@ -2,7 +2,7 @@
 
 The rotor turns on a pivot at its driven end; here it is a straight one between the pivot, too heavy to move, and the
 place of contact, with everything that acts between them moved there by the rule of the lever. What is stated, what is
-assumed and how far the three agree is in docs/published_touchdown.md.
+assumed and how far the three agree is in docs/validation/published_touchdown.md.
 """
 
 import json

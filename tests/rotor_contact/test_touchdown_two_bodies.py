@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rotor_cases import CLEARANCE, UNWATCHED, both, plant, rigid_rotor, run, state
 from touchdown_cases import follow_plant, plant_of
 from two_bodies import FREE, PHI, SLIDING, THETA, X_H, TwoBodies, X, Y, follow
 
@@ -110,3 +111,16 @@ def test_retainer_without_mass_is_fixed_to_the_last_bit():
     first, second = (follow_plant(plant_of(model, q, v), times) for model in (with_mount, without))
     np.testing.assert_array_equal(first.q, second.q)
     np.testing.assert_array_equal(first.N, second.N)
+
+
+@pytest.mark.parametrize("housing", [{}, {"rb1.housing_mass": 3.0, "rb1.mount_stiffness_x": 1e6}])
+def test_a_blow_that_ends_within_a_substep_is_not_missed(housing):
+    """A force turns the journal within a substep; at both ends of it there is a gap."""
+    outward, turned_after, gap = 0.05, 15e-6, 1e-7
+    rotor = plant(both("eb.enabled", 0) | {"rb2.enabled": 0, "Omega": 1.0} | housing | UNWATCHED, rigid_rotor(20.0))
+    z, n = state(rotor), 6 if housing else 4
+    z[[0, 2]], z[[n, n + 2]] = CLEARANCE - gap, outward
+    for bearing in ("mb1", "mb2"):
+        rotor[f"{bearing}.f_x"] = -10.0 * outward / turned_after
+    run(rotor, 1, h=62.5e-6)
+    assert rotor["rb1.impulse"] > 0.1 * 10.0 * outward

@@ -29,7 +29,7 @@ with contextlib.suppress(OSError):
 
 def programs(page):
     text = (PAGES / f"{page}.md").read_text(encoding="utf-8")
-    return [block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "rig.ssp" in block]
+    return [block for block in re.findall(r"```python[^\n]*\n(.*?)```", text, re.DOTALL) if "rig.ssp" in block]
 
 
 @pytest.fixture(scope="session")

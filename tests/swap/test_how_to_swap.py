@@ -1,4 +1,4 @@
-"""The how-to about swapping a component: its files and commands do what they say."""
+"""The pages on a controller of one's own and on swapping a component: their files and commands do what they say."""
 
 import json
 import re
@@ -9,15 +9,18 @@ from pathlib import Path
 
 import pytest
 
-HOW_TO = Path(__file__).parents[2] / "docs" / "how-to" / "swap_a_component.md"
-BLOCKS = re.findall(r"```(\w+)\n(.*?)```", HOW_TO.read_text(encoding="utf-8"), re.DOTALL)
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = [DOCS / "tutorials" / "own_controller.md", DOCS / "how-to" / "swap_a_component.md"]
+BLOCKS = [
+    block for page in PAGES for block in re.findall(r"```(\w+)\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+]
 COMMANDS = [line for kind, text in BLOCKS if kind == "sh" for line in text.splitlines()]
 MESSAGES = [text.strip() for kind, text in BLOCKS if kind == "text"]
 
 
 @pytest.fixture(scope="module")
 def folder(create_once):
-    """The files of the how-to, each named in its first line, after the command that builds the FMU."""
+    """The files of both pages, each named in its first line, after the command that builds the FMU."""
 
     def fill(folder):
         for kind, text in BLOCKS:

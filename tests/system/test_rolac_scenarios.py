@@ -6,8 +6,8 @@ Thesis, and the scenarios here: outcome, and the cycles of the first and of the 
 | --- | --- | --- | --- |
 | Fig. 5.5 | PID stays in contact, ROLAC prevents it | trapped from 5.8 | prevented |
 | Fig. 5.6 | PID stays in contact, ROLAC: short contact, recovered | trapped from 5.5 | recovered, 5.8 to 14.5 |
-| Fig. 6.13 | PID trapped, ROLAC recovers | trapped from 5.7 | recovered, 6.0 to 8.0 |
-| Fig. 6.15 | ROLAC recovers after about two cycles | trapped from 5.1 | recovered, 5.1 to 5.8 |
+| Fig. 6.13 | PID trapped, ROLAC recovers | trapped from 5.7 | recovered, 5.8 to 10.9 |
+| Fig. 6.15 | ROLAC recovers after about two cycles | trapped from 5.1 | recovered, 5.1 to 5.9 |
 | Fig. 6.18 | (force at the non-driven bearing) | trapped from 5.3, RB1 | recovered, 5.6 to 9.1 |
 """
 
@@ -30,6 +30,7 @@ AWARE = {"rolac_controller.contact.aware": True}
 OWN_SENSORS = {**AWARE, "rolac_controller.contact.source": 1}
 GIVEN = {**AWARE, "rolac_controller.contact.source": 2}
 PID = {"rolac_controller.rolac_enable": False}
+D1 = {"rotor_contact.d1.u": "5 g.m", "rotor_contact.d2.u": 0, "rotor_contact.d3.u": 0}
 
 
 def figures_of(name: str, settings: dict[str, Any], factor: float | None) -> dict[str, Any]:
@@ -193,7 +194,7 @@ SWITCHED_ON = {"fig6_6": 10.0, "fig6_8": 16.0, "fig6_10": 35.0}  # Hz
 def test_rolac_reaches_the_optimum_of_the_identified_receptance(figures: Any, regression: Any, name: str) -> None:
     """Figs 6.6, 6.8, 6.10: the eight synchronous amplitudes fall to the least-squares optimum min |Q_0 + R U|.
 
-    With 5 g m on D1 the root of their sum of squares falls to 10, 16 and 62 % at 10, 16 and 35 Hz.
+    The root of their sum of squares falls to less than a quarter at 10, 16 and 35 Hz.
     """
     f = figures(name)
     assert f["recovery"] is None
@@ -204,21 +205,31 @@ def test_rolac_reaches_the_optimum_of_the_identified_receptance(figures: Any, re
     R, u = receptance(f["at_end"]), components(f["at_end"], "force")
     optimum = q_0 - R @ np.linalg.lstsq(R, q_0, rcond=None)[0]
     assert np.linalg.norm(components(f["at_5"], "force")) == 0.0
-    assert np.linalg.norm(q) == pytest.approx(np.linalg.norm(optimum), rel=0.03)
+    assert np.linalg.norm(q) == pytest.approx(np.linalg.norm(optimum), rel=0.06)  # with noise, and a twentieth left
+    assert np.linalg.norm(q) < 0.25 * np.linalg.norm(q_0)
     regression("amplitudes over those before", float(np.linalg.norm(q) / np.linalg.norm(q_0)), abs=0.01)
     assert np.linalg.norm(q_0 + R @ u - q) < 0.03 * np.linalg.norm(q_0)
 
 
+MEASURED_MM = {"fig6_8": {"mb1": 0.20}, "fig6_10": {"mb1": 0.37, "mb2": 0.35}}  # under PID, Figs 6.8 and 6.10
+
+
 @pytest.mark.slow
-def test_at_35_hz_rolac_halves_the_vibration_at_mb2_not_at_mb1(figures: Any, regression: Any) -> None:
-    """Fig. 6.10: it is the sum over all sensors that falls. At 10 and 16 Hz both bearings gain."""
+def test_rolac_reduces_the_vibration_at_both_bearings_of_the_rig(figures: Any, regression: Any) -> None:
+    """Figs 6.6 to 6.12: under PID as measured, to which the unbalance was fitted; what ROLAC leaves was not fitted.
+
+    At 35 Hz the thesis has 0.05 to 0.065 mm left. With 5 g m on D1 in place of the fit MB1 grows there.
+    """
     amplitude = {name: figures(name)["settled_amplitude_mm"] for name in SWITCHED_ON}
-    for name in ("fig6_6", "fig6_8"):
-        assert all(amplitude[name]["end"][mb] < 0.8 * amplitude[name]["before"][mb] for mb in ("mb1", "mb2"))
-    before, end = amplitude["fig6_10"]["before"], amplitude["fig6_10"]["end"]
-    assert end["mb2"] < 0.65 * before["mb2"]
-    assert end["mb1"] > before["mb1"]
-    regression("amplitude over that before", {mb: end[mb] / before[mb] for mb in ("mb1", "mb2")}, abs=0.03)
+    for name in SWITCHED_ON:
+        assert all(amplitude[name]["end"][mb] < 0.4 * amplitude[name]["before"][mb] for mb in ("mb1", "mb2"))
+    for name, measured in MEASURED_MM.items():
+        for mb, value in measured.items():
+            assert amplitude[name]["before"][mb] == pytest.approx(value, rel=0.2)
+    assert all(0.02 < amplitude["fig6_10"]["end"][mb] < 0.08 for mb in ("mb1", "mb2"))
+    regression("amplitude at 35 Hz (mm)", amplitude["fig6_10"]["end"], abs=0.003)
+    one_disc = figures("fig6_10", D1)["settled_amplitude_mm"]
+    assert one_disc["end"]["mb1"] > 1.1 * one_disc["before"]["mb1"]
 
 
 @pytest.mark.slow
@@ -230,14 +241,14 @@ def test_rolac_frees_the_rig_where_pid_leaves_it_trapped(figures: Any, regressio
     assert pid["first_contact_cycle"] < 5.8
     assert pid["contact_share"]["0"] < 0.1
     assert rolac["at_0"]["identification_state"] == DONE
-    assert rolac["last_contact_cycle"] < 10.0
+    assert rolac["last_contact_cycle"] < 12.0
     regression("first contact (cycle)", rolac["first_contact_cycle"], abs=0.1)
     regression("last contact (cycle)", rolac["last_contact_cycle"], abs=0.5)
     before, end = (rolac["settled_amplitude_mm"][when] for when in ("before", "end"))
     for mb in ("mb1", "mb2"):
         assert end[mb] < 0.12 * CLEARANCE_MM
         # Forces at the bearings are what ROLAC can cancel: what is left is as before the step.
-        assert end[mb] == pytest.approx(before[mb], abs=0.03)
+        assert end[mb] == pytest.approx(before[mb], abs=0.04)
 
 
 @pytest.mark.slow
@@ -245,7 +256,7 @@ def test_force_at_the_non_driven_bearing_rubs_there_alone(figures: Any) -> None:
     """Fig. 6.18."""
     f = figures("fig6_18_pid")
     assert f["contact_share"]["1"] > 0.95
-    assert f["contact_share"]["2"] == 0.0
+    assert f["contact_share"]["2"] == f["contact_share"]["3"] == 0.0
 
 
 @pytest.mark.slow

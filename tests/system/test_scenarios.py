@@ -18,7 +18,8 @@ NODAL, NEWTON = 0, 1
 CLEARANCE_MM = 0.75
 THESIS = [
     *("fig3_8", "fig3_9", "fig4_5", "fig4_5_d2", "fig4_5_scaled", "fig4_5_stated", "fig4_7", "fig4_9", "fig4_12"),
-    *("fig4_14", "fig4_15", "fig4_16", "fig4_16_opposed", "rolling_90", "rolling_220"),
+    *("fig4_12_d2", "fig4_14", "fig4_15", "fig4_16", "fig4_16_in_phase", "fig4_16_opposed"),
+    *("rolling_90", "rolling_220"),
 ]
 
 
@@ -28,6 +29,7 @@ def figures_of(name: str, law: int | None) -> dict[str, Any]:
 
     from amb_cosim.scenario import load_scenario
     from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.studies.reading_measures import first_site
     from amb_cosim.summary import summarise
 
     settings = None if law is None else {"rotor_contact.contact.impact_law": law}
@@ -40,6 +42,7 @@ def figures_of(name: str, law: int | None) -> dict[str, Any]:
     trace = {"speed_Hz": d["Omega"].values / (2 * np.pi), "r_1": np.hypot(x["mb1"], d["rotor_contact.mb1.y"].values)}
     return summarise(d).as_dict() | {
         "speed_rad_s": d.attrs["speed_rad_s"],
+        "first_site": first_site(d),
         "largest_x_mm": {mb: 1e3 * float(np.abs(values).max()) for mb, values in x.items()},
         "last_force_N": {
             site: float(np.median(d[f"rotor_contact.{site}.f_n"].values[last])) for site in ("rb1", "rb2")
@@ -116,13 +119,18 @@ def test_unbalance_as_stated_keeps_the_rotor_in_contact_from_start(figures: Any)
     assert not f["recovered"]
 
 
-def test_unbalance_near_the_middle_rubs_at_the_motor_side_only(figures: Any) -> None:
-    """Fig. 4.7: no contact before the step, then continuous rubbing at MB2."""
+def test_unbalance_near_the_middle_rubs_at_the_motor_side_only(figures: Any, regression: Any) -> None:
+    """Fig. 4.7: no contact before the step, then rubbing at MB2, in the thesis continuous to cycle 15.
+
+    Here the rotor leaves MB2 for two cycles from cycle 11 on.
+    """
     f = figures("fig4_7")
     assert f["first_contact_cycle"] > 5.0
     assert f["orbit_before_mm"]["mb2"] < CLEARANCE_MM
     assert f["contact_share"]["1"] == f["contact_share"]["3"] == 0.0
-    assert f["contact_share"]["2"] > 0.9
+    assert 0.7 < f["contact_share"]["2"] < 0.85
+    assert f["last_contact_cycle"] > 14.99
+    regression("share of contact", f["contact_share"]["2"], abs=0.05)
     assert f["peak_contact_force_N"]["rb1"] == 0.0
 
 
@@ -149,6 +157,15 @@ def test_sudden_unbalance_beside_mb2_is_recovered_from_within_a_cycle(figures: A
     assert f["last_contact_cycle"] == pytest.approx(10.1, abs=0.1)
 
 
+def test_sudden_unbalance_on_d2_touches_mb1_first(figures: Any, regression: Any) -> None:
+    """Fig. 4.12 by its caption: MB1 first as in the thesis, but hardly both at once, and half of its 5 and 4 kN."""
+    text, caption = figures("fig4_12"), figures("fig4_12_d2")
+    assert (text["first_site"], caption["first_site"]) == ("rb2", "rb1")
+    assert caption["recovered"]
+    assert caption["contact_share"]["3"] < 0.1 < text["contact_share"]["3"]
+    regression("peak contact force (N)", caption["peak_contact_force_N"], rel=0.1)
+
+
 def test_opposed_unbalances_rub_at_both_bearings(figures: Any) -> None:
     """Fig. 4.14: all states at first, then both bearings. Prototype: both 87 % of the time, 5.3 and 3.9 kN."""
     f = figures("fig4_14")
@@ -170,14 +187,20 @@ def test_force_at_mb1_alone_touches_mb1_first_below_1_kn(figures: Any) -> None:
 
 
 def test_phase_between_two_forces_decides_which_bearings_rub(figures: Any, regression: Any) -> None:
-    """Fig. 4.16, the experiment beside Fig. 4.14: only in opposition do both bearings rub, as they do there."""
-    together, opposed = figures("fig4_16"), figures("fig4_16_opposed")
+    """Fig. 4.16, the experiment beside Fig. 4.14: MB1 first, then both, free once the forces are gone.
+
+    So it is here with the force at MB2 a quarter turn behind; in opposition both rub, but MB2 first, and in phase MB2
+    almost alone.
+    """
+    quarter, together, opposed = (figures(name) for name in ("fig4_16", "fig4_16_in_phase", "fig4_16_opposed"))
+    assert [f["first_site"] for f in (quarter, together, opposed)] == ["rb1", "rb2", "rb2"]
+    assert quarter["contact_share"]["3"] > 0.7
     assert together["contact_share"]["2"] > 0.85
     assert together["contact_share"]["3"] < 0.05
     assert opposed["contact_share"]["3"] > 0.75
-    regression("peak contact force (N)", opposed["peak_contact_force_N"], rel=0.05)
-    assert together["recovered"]
-    assert opposed["recovered"]
+    for name, f in (("quarter", quarter), ("opposed", opposed)):
+        regression(f"peak contact force (N), {name}", f["peak_contact_force_N"], rel=0.05)
+    assert all(f["recovered"] for f in (quarter, together, opposed))
 
 
 ROLLING = [

@@ -1,1 +1,1 @@
-"""Builds FMUs of both flavours, their descriptions and the tables of their READMEs; no FMU contains this package."""
+"""Builds FMUs of both flavours, their descriptions and the pages of their interfaces; no FMU contains this package."""

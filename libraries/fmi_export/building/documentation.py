@@ -1,23 +1,21 @@
 """What an FMU holds for people: a page about its model, sketch, licences, icon.
 
-The page is the README of the model's package, whose table of variables gives way to that of the FMU, with the faults
-and warnings of the model. It needs no network and no other file but the sketch.
+The page is the README of the model's package, followed by the FMU's variables, faults and warnings. It needs no network
+and no other file but the sketch.
 """
 
 from __future__ import annotations
 
 import importlib.metadata
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from html import escape
 
 from fmi_export.building.identity import DOCUMENTATION, package_folder
-from fmi_export.building.readme import BEGIN, DIGITS, END, full_description
-from fmi_export.model import FAULT_NOT_FINITE, FAULT_RANGE, FAULT_STEP_SIZE, Model
-from fmi_export.variables import LARGEST, Variable
+from fmi_export.building.interface_page import Table, tables
+from fmi_export.model import Model
 
 PICTURES = {"sketch.svg": "documentation/sketch.svg", "icon.png": "model.png"}  # of a package, and where they go
-HEADINGS = {"parameter": "Parameters", "input": "Inputs", "output": "Outputs"}
 STYLE = """
 body { font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }
 table { border-collapse: collapse; margin: 1em 0; font-size: 14px; }
@@ -63,12 +61,10 @@ def page(model: Model) -> str:
     """Return the page of a model as HTML."""
     readme = package_folder(model.packages[0]) / "README.md"
     text = readme.read_text(encoding="utf-8") if readme.is_file() else f"# {model.name}\n\n{model.description}.\n"
-    head, _, rest = text.partition(BEGIN)
-    table = "\n".join(_variables(kind, model.interface.of(kind)) for kind in HEADINGS)  # type: ignore[arg-type]
-    body = _html(head) + ("" if BEGIN in text else "<h2>Variables</h2>\n") + table + _html(rest.partition(END)[2])
+    shown = "\n".join(_table(table) for table in tables(model))
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(model.name)}</title>\n'
-        f"<style>{STYLE}</style>\n</head>\n<body>\n{body}\n{_faults(model)}\n{_warnings(model)}\n</body>\n</html>\n"
+        f"<style>{STYLE}</style>\n</head>\n<body>\n{_html(text)}\n{shown}\n</body>\n</html>\n"
     )
 
 
@@ -82,45 +78,12 @@ def _html(markdown: str) -> str:
     return rendered
 
 
-def _table(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Return a table of cells that are HTML already."""
-    lines = ["".join(f"<th>{cell}</th>" for cell in header)]
-    lines += ["".join(f"<td>{cell}</td>" for cell in row) for row in rows]
-    return "<table>\n" + "".join(f"<tr>{line}</tr>\n" for line in lines) + "</table>\n"
+def _table(table: Table) -> str:
+    lines = ["".join(f"<th>{cell}</th>" for cell in table.header)]
+    lines += ["".join(f"<td>{_cell(cell)}</td>" for cell in row) for row in table.rows]
+    rows = "".join(f"<tr>{line}</tr>\n" for line in lines)
+    return f"<h2>{table.title}</h2>\n<table>\n{rows}</table>\n"
 
 
-def _variables(kind: str, variables: Iterable[Variable]) -> str:
-    header = ("name", "type", "unit", "start", "allowed", "description")
-    return f"<h3>{HEADINGS[kind]}</h3>\n" + _table(header, (_cells(v) for v in variables))
-
-
-def _cells(v: Variable) -> tuple[str, ...]:
-    low = f"&ge; {v.literal(v.minimum, DIGITS)}" if v.minimum > -LARGEST else ""
-    high = f"&le; {v.literal(v.maximum, DIGITS)}" if v.maximum < LARGEST else ""
-    start = "" if v.causality == "output" else v.literal(v.start, DIGITS)
-    allowed = ", ".join(bound for bound in (low, high) if bound)
-    if v.enumeration:
-        allowed, start = "", start and v.enumeration.names[int(v.start)]
-    kind = ("tunable " if v.tunable else "") + ("Enumeration" if v.enumeration else v.type)
-    unit = "" if v.unit == "1" else escape(v.unit)
-    return f"<code>{escape(v.name)}</code>", kind, unit, start, allowed, escape(full_description(v))
-
-
-def _faults(model: Model) -> str:
-    own: Mapping[str, str] = {str(code): _sentence(sentence) for code, sentence in sorted(model.faults.items())}
-    shared = {
-        str(FAULT_STEP_SIZE): "step size not positive or not finite",
-        f"{FAULT_RANGE} + r": "parameter or input with value reference r outside its range or not a number",
-        f"{FAULT_NOT_FINITE} + r": "output with value reference r outside its range or not finite",
-    }
-    return "<h2>Faults</h2>\n" + _table(("fault_code", "meaning"), {**own, **shared}.items())
-
-
-def _warnings(model: Model) -> str:
-    told = [(f"<code>{v.name}</code>", _sentence(v.warning)) for v in model.interface.of("output") if v.warning]
-    return "<h2>Warnings</h2>\n" + _table(("output", "logged when it becomes true"), told) if told else ""
-
-
-def _sentence(sentence: str) -> str:
-    """Return a sentence as HTML, with the names of the variables whose values it shows."""
-    return re.sub(r"\{([^}]+)\}", r"<code>\1</code>", escape(sentence))
+def _cell(cell: str) -> str:
+    return re.sub(r"`([^`]*)`", lambda code: f"<code>{code[1]}</code>", escape(cell))

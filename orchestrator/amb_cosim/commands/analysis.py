@@ -27,6 +27,7 @@ MASS = click.option(
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
 UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
 UP_TO_50_HZ = click.option("--up-to", default="50 Hz", show_default=True, help="Highest speed; also in rad/s.")
+MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 CLOSED_BEARINGS = (
     click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
     click.option("--c-b", default="5000 N.s/m", show_default=True, help="Damping of the closed bearings."),
@@ -117,6 +118,11 @@ add_study(
     click.option("--planes", help="Nodes to condense to, 1,4,11,13; the master planes of the rotor by default."),
 )
 add_study(
+    "reduction",
+    click.option("--up-to", default="500 rad/s", show_default=True, help="Highest spin speed; also in Hz."),
+    click.option("--unbalance", default="0.5 g.m", show_default=True, help="Unbalance on D1."),
+)
+add_study(
     "unbalance_response",
     ROTOR,
     MASS,
@@ -124,6 +130,14 @@ add_study(
     click.option("--unbalance", default="10 g.m", show_default=True, help="Unbalance."),
     click.option("--node", type=int, help="Its node; the first disc by default."),
     click.option("--clearance", default="0.75 mm", show_default=True, help="Radial clearance, drawn as a line."),
+)
+add_study(
+    "contact_laws",
+    click.option("--speed", default="0.1 m/s", show_default=True, help="Speed of approach."),
+    click.option("--restitution", type=float, default=0.7, show_default=True, help="Share of it that is returned."),
+    click.option("--k-c", default="1e8 N/m", show_default=True, help="Contact stiffness."),
+    click.option("--delta-c", default="10 um", show_default=True, help="Penetration at which laws are engaged."),
+    click.option("--mass", help="Mass; what the rig's journal at MB1 resists a blow with by default."),
 )
 add_study("coupling", FLAVOUR)
 add_study(
@@ -152,6 +166,15 @@ add_study(
     click.option("--static-current", default="1.14 A", show_default=True, help="Current that carries the static load."),
 )
 add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
+add_study(
+    "synchronous_response",
+    ROTOR,
+    UP_TO_50_HZ,
+    click.option("--at", default=MEASURED_AT, show_default=True, help="Speeds of the identifications."),
+    *CLOSED_BEARINGS,
+    FLAVOUR,
+    shows_progress=True,
+)
 add_study("test_force", UP_TO_50_HZ)
 add_study("h_matrix", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
 add_study(
@@ -164,6 +187,29 @@ add_study(
     ),
     click.option("--instants", type=int, default=5, show_default=True, help="Instants of the step within a turn."),
     click.option("--alpha", default="7 1/s", show_default=True, help="Adaptation rate."),
+    FLAVOUR,
+    shows_progress=True,
+)
+
+add_study(
+    "waterfall",
+    click.argument("source", default="run_up"),
+    click.option("--up-to", default="60 Hz", show_default=True, help="Highest frequency; also in rad/s."),
+    click.option("--window", help="Length of a window; 1 s, or an eighth of a shorter run, by default."),
+    ROTOR,
+    SETTINGS,
+    FLAVOUR,
+    shows_progress=True,
+)
+add_study(
+    "readings",
+    click.option("--chapters", default="4,5,6", show_default=True, help="Chapters of the thesis."),
+    FLAVOUR,
+    shows_progress=True,
+)
+add_study(
+    "rig_unbalance",
+    click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
     FLAVOUR,
     shows_progress=True,
 )

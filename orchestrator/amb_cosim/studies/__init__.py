@@ -17,16 +17,22 @@ if TYPE_CHECKING:
     from amb_cosim.studies.bearing_axis import linearisation
     from amb_cosim.studies.campbell_diagram import campbell
     from amb_cosim.studies.contact_convergence import convergence
+    from amb_cosim.studies.contact_hysteresis import contact_laws
     from amb_cosim.studies.contact_recovery import recovery
     from amb_cosim.studies.coupling_convergence import coupling
     from amb_cosim.studies.frequency_tables import tables, thesis_tables
     from amb_cosim.studies.h_interpolation import h_matrix
     from amb_cosim.studies.identification_force import test_force
+    from amb_cosim.studies.measured_response import synchronous_response
     from amb_cosim.studies.natural_modes import modes, natural_frequencies
     from amb_cosim.studies.receptance_identification import identify
+    from amb_cosim.studies.reduced_models import reduction
     from amb_cosim.studies.rotor_layout import layout
+    from amb_cosim.studies.run_spectra import waterfall
     from amb_cosim.studies.sensor_receptance import receptance
     from amb_cosim.studies.stability_margin import sensitivity
+    from amb_cosim.studies.thesis_readings import readings
+    from amb_cosim.studies.unbalance_fit import rig_unbalance
     from amb_cosim.studies.unbalance_over_speed import unbalance_response
 
 
@@ -48,8 +54,15 @@ STUDIES = {
     ),
     "modes": Study("natural_modes", "Mode shapes with their orbits (Figs 3.2, 3.3)."),
     "tables": Study("frequency_tables", "Frequencies by mesh, mass matrix and condensation (Tables 3.1 to 3.4)."),
+    "reduction": Study(
+        "reduced_models",
+        "Full, condensed and coarse model of the rig: frequencies, response, errors (Figs 3.4 to 3.7, Table 3.4).",
+    ),
     "unbalance_response": Study(
         "unbalance_over_speed", "Amplitude and phase over speed under unbalance at a node (Fig. 3.7)."
+    ),
+    "contact_laws": Study(
+        "contact_hysteresis", "Force over penetration of the classical contact laws in one blow (Figs 4.1, 4.2)."
     ),
     "coupling": Study(
         "coupling_convergence",
@@ -70,16 +83,32 @@ STUDIES = {
     "receptance": Study(
         "sensor_receptance", "Synchronous response of the eight sensors to the bearing forces over speed (Fig. 5.1)."
     ),
+    "synchronous_response": Study(
+        "measured_response",
+        "Norm of the synchronous response S(f), computed and measured in co-simulations (Fig. 5.1, 5.18, 5.19).",
+    ),
     "test_force": Study(
-        "identification_force", "Test force of an identification and how long it takes, over speed (Fig. 5.2)."
+        "identification_force",
+        "Test force of an identification, its response and how long it takes, over speed (Fig. 5.2).",
     ),
     "h_matrix": Study(
         "h_interpolation",
-        "H of the synchronous control over speed, exact and interpolated in a table, condition number (Fig. 5.3).",
+        "H of the synchronous control over speed, exact and interpolated; at 10 Hz beside the printed one (Fig. 5.3).",
     ),
     "recovery": Study(
         "contact_recovery",
         "Share of runs that PID, OLAC, notch, force rejection and ROLAC free of contact, by unbalance (Fig. 5.6).",
+    ),
+    "waterfall": Study(
+        "run_spectra", "Spectra of the orbits of a run, such as a run-up, or of a saved result, over its time."
+    ),
+    "readings": Study(
+        "thesis_readings",
+        "How near readings of what the thesis leaves open in chapters 4 to 6 come to all that it states.",
+    ),
+    "rig_unbalance": Study(
+        "unbalance_fit",
+        "Unbalances of the rig's discs, fitted to its amplitudes before ROLAC acts (Figs 6.6 to 6.10).",
     ),
     "identify": Study(
         "receptance_identification",
@@ -91,6 +120,7 @@ __all__ = [
     "STUDIES",
     "Study",
     "campbell",
+    "contact_laws",
     "convergence",
     "coupling",
     "h_matrix",
@@ -99,13 +129,18 @@ __all__ = [
     "linearisation",
     "modes",
     "natural_frequencies",
+    "readings",
     "receptance",
     "recovery",
+    "reduction",
+    "rig_unbalance",
     "sensitivity",
+    "synchronous_response",
     "tables",
     "test_force",
     "thesis_tables",
     "unbalance_response",
+    "waterfall",
 ]
 
 

@@ -1,4 +1,4 @@
-"""Study of H, the inverse of the receptance, over the spin speed: exact, and interpolated (thesis Fig. 5.3)."""
+"""Study of H, the inverse of the receptance, over the spin speed: exact, interpolated, printed (thesis Fig. 5.3)."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import numpy as np
 
 from amb_analysis.controller_data import SPEEDS, condition_number, inverse_receptance, pack
 from amb_analysis.rotor_models import control_loop
-from amb_cosim.json_data import Key
+from amb_cosim.json_data import Key, Layout
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
+from amb_cosim.studies.printed_h import FREQUENCY, PrintedH, compare_with_print
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.studies.sensor_receptance import HERTZ, POINTS, levitated_receptance, sensor_planes
 from amb_cosim.text_tables import TextPart, labelled_table
@@ -20,6 +21,7 @@ from rolac_controller.control_loop import ControlLoop
 from rolac_controller.receptance_table import built_table, find_bracket, interpolate
 from rolac_controller.sizes import sizes_of
 from rotor_analysis.modes import Complex
+from rotor_analysis.rotor_file import load_rotor
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +58,10 @@ class InverseReceptance(DrawnResult):
         Condition number of R at each speed (1), shape (n,).
     tables
         Error of interpolation in the table of the thesis (`thesis`) and in one with a row for each Hz (`every_hertz`).
+    norm_by_force
+        |H_i| of each force (Fig. 5.3) (N/m), shape (n, 4).
+    at_10_hz
+        H at 10 Hz beside the matrix that the thesis prints; None for any other rotor than its rig.
     """
 
     name: ClassVar[str] = "h_matrix"
@@ -69,9 +75,11 @@ class InverseReceptance(DrawnResult):
     h_interpolated: Annotated[Complex, "N/m"]
     condition_number: Array
     tables: dict[str, InterpolationError]
+    norm_by_force: Annotated[Array, "N/m"]
+    at_10_hz: Annotated[PrintedH | None, Layout.OMITTED_IF_NONE]
 
     def text(self) -> list[TextPart]:
-        """Return a table of the largest errors between neighbouring speeds of the thesis's table."""
+        """Return the largest errors between neighbouring speeds of the thesis's table, and H at 10 Hz."""
         table = labelled_table(
             f"{self.rotor}: H interpolated between the speeds of the table",
             "between (Hz)",
@@ -92,7 +100,7 @@ class InverseReceptance(DrawnResult):
                     f"{100.0 * errors.left_by_a_step[within].max():.2f}",
                     f"{self.condition_number[within].max():.1f}",
                 )
-        return [table]
+        return [table, *(self.at_10_hz.text() if self.at_10_hz is not None else ())]
 
 
 def h_matrix(
@@ -127,6 +135,10 @@ def h_matrix(
         name: interpolated(loop, rows, levitated_receptance(description, rows, k_b, c_b), speeds)
         for name, rows in table_speeds.items()
     }
+    in_print = None
+    if description == load_rotor():
+        (at_10_hz,) = levitated_receptance(description, np.array([FREQUENCY * HERTZ]), k_b, c_b)
+        in_print = compare_with_print(inverse_receptance(at_10_hz), loop.axis_names)
     return InverseReceptance(
         rotor=description.name,
         planes=sensor_planes(description),
@@ -139,6 +151,8 @@ def h_matrix(
         tables={
             name: InterpolationError(_relative_error(H, exact), _force_after_step(H, R)) for name, H in found.items()
         },
+        norm_by_force=np.linalg.norm(exact, axis=2),
+        at_10_hz=in_print,
     )
 
 

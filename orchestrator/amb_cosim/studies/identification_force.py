@@ -10,16 +10,22 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.controller_data import SPEEDS
+from amb_analysis.rotor_models import control_loop
 from amb_cosim.json_data import Layout
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.result import DrawnResult
+from amb_cosim.studies.sensor_receptance import levitated_receptance
 from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
 from rolac_controller.excitation import FORCE, amplitude_at, periods
 from rotor_analysis.checks import require
+from rotor_analysis.rotor_file import load_rotor
 
+K_B, C_B = 1e6, 5000.0  # N/m and N s/m of the closed bearings
 LOWEST = 5.0  # Hz, below which there is no synchronous signal
 POINTS_PER_HZ = 20
+HEADINGS = ("f (Hz)", "S", "A (N)", "N_per", "t_halt (s)", "moves mb1 (mm)", "mb2 (mm)")
+INTENDED = 1e-4  # m, the response that the gain of 220 N is chosen for
 SLOTS = 6  # of an identification of four axes
 JUMP = 30.0  # Hz, where the rule of 6.6 is not continuous
 
@@ -38,6 +44,9 @@ class ForceColumns:
         Revolutions of a slot, N_per (1) (6.3).
     t_halt
         Duration of an identification, in which ROLAC is halted (s) (6.4).
+    response_mb1, response_mb2
+        Amplitude that the force gives the rig's journal in its own bearing, at 1e6 N/m and 5000 N s/m (m); the thesis
+        aims at about 0.1 mm.
     """
 
     frequencies: Annotated[Array, "Hz"]
@@ -45,6 +54,8 @@ class ForceColumns:
     amplitude: Annotated[Array, "N"]
     periods_per_slot: Array
     t_halt: Annotated[Array, "s"]
+    response_mb1: Annotated[Array, "m"]
+    response_mb2: Annotated[Array, "m"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,12 +78,19 @@ class IdentificationForce(DrawnResult):
 
     def text(self) -> list[TextPart]:
         """Return a table for the speeds of the thesis, and a line about the jump."""
-        table = text_table("Test force of an identification", ("f (Hz)", "S", "A (N)", "N_per", "t_halt (s)"))
+        table = text_table("Test force of an identification", HEADINGS)
         at = self.at_the_speeds_of_the_thesis
-        rows = zip(at.frequencies, at.s, at.amplitude, at.periods_per_slot, at.t_halt, strict=True)
-        for f, s, amplitude, slots, halt in rows:
-            table.add_row(f"{f:g}", f"{s:.2f}", f"{amplitude:.1f}", f"{slots:.0f}", f"{halt:.2f}")
-        parts: list[TextPart] = [table]
+        responses = zip(1e3 * at.response_mb1, 1e3 * at.response_mb2, strict=True)
+        rows = zip(at.frequencies, at.s, at.amplitude, at.periods_per_slot, at.t_halt, responses, strict=True)
+        for f, s, amplitude, slots, halt, moved in rows:
+            ours = (f"{response:.3f}" for response in moved)
+            table.add_row(f"{f:g}", f"{s:.2f}", f"{amplitude:.1f}", f"{slots:.0f}", f"{halt:.2f}", *ours)
+        every = 1e3 * np.concatenate([self.columns.response_mb1, self.columns.response_mb2])
+        parts: list[TextPart] = [
+            table,
+            f"the force moves its own journal by {every.min():.3f} to {every.max():.3f} mm; "
+            f"the thesis chose its gain for about {1e3 * INTENDED:g} mm",
+        ]
         if len(self.at_the_jump.frequencies):
             before, after = self.at_the_jump.amplitude
             parts.append(f"S is not continuous at {JUMP:g} Hz: the force jumps from {before:.0f} to {after:.0f} N")
@@ -110,6 +128,16 @@ def _columns(frequencies: Sequence[float]) -> ForceColumns:
     slots = [periods(f) for f in frequencies]
     durations = [SLOTS * n / f for n, f in zip(slots, frequencies, strict=True)]
     s = [FORCE / amplitude for amplitude in amplitudes]
-    return ForceColumns(
-        *(np.array(column, dtype=np.float64) for column in (frequencies, s, amplitudes, slots, durations))
-    )
+    columns = (np.array(column, dtype=np.float64) for column in (frequencies, s, amplitudes, slots, durations))
+    return ForceColumns(*columns, *_responses(frequencies, amplitudes))
+
+
+def _responses(frequencies: Sequence[float], amplitudes: Sequence[float]) -> tuple[Array, ...]:
+    """Return the amplitude (m) of the rig's journal in each bearing under a test force (N) in x there."""
+    rotor = load_rotor()
+    loop = control_loop(rotor)
+    R = levitated_receptance(rotor, 2.0 * math.pi * np.array(frequencies), K_B, C_B).reshape(-1, *loop.shape)
+    own = [
+        (loop.sensor_names.index(sensor), k) for k, (_, direction, sensor) in enumerate(loop.axes) if direction == "x"
+    ]
+    return tuple(np.array(amplitudes) * np.abs(R[:, sensor, k]) for sensor, k in own)

@@ -19,6 +19,9 @@ HIGHEST = 1e5  # rad/s; dentists' drills turn at a third of it
 Number = float | str
 """A number in the unit that is asked for, or a text with another unit of the same dimension (`"16 Hz"`)."""
 
+RotorFile = Path | str | None
+"""Name of a rotor that comes with the package, path of a rotor file, or None for the rig of the thesis."""
+
 RotorSource = Rotor | Path | str | None
 """A rotor, the name of one that comes with the package, the path of a rotor file, or None for the rig of the thesis."""
 

@@ -7,10 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+import numpy as np
+
 from amb_cosim.json_data import Key, Layout
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, spin_speed, spin_speeds
+from amb_cosim.studies.mode_kinds import kind_of
 from amb_cosim.studies.result import DrawnResult, StudyResult
-from amb_cosim.text_tables import TextPart, text_table
+from amb_cosim.text_tables import TextPart, labelled_table, text_table
+from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import Complex, Mode, Whirl, overdamped_modes, translations
 from rotor_analysis.modes import modes as modes_of
@@ -76,10 +80,23 @@ class NaturalFrequencies(StudyResult):
 
 @dataclass(frozen=True, eq=False)
 class ModeShape:
-    """Complex displacement in x and y of each node, shape (nodes,) each; the largest of all is 1 (no unit)."""
+    """One mode shape.
+
+    x, y
+        Complex displacement of each node, shape (nodes,) each; the largest of all is 1 (no unit).
+    kind
+        `cylindrical` or `conical` for the motion of a rigid body, `flexural` for that of a shaft that bends.
+    rigid_share
+        Share of the kinetic energy in motion as a rigid body (1).
+    crossings
+        Places between the ends where the line of the shaft crosses the axis.
+    """
 
     x: Annotated[Complex, Layout.PAIRS]
     y: Annotated[Complex, Layout.PAIRS]
+    kind: str
+    rigid_share: float
+    crossings: int
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,8 +128,11 @@ class ModeShapes(DrawnResult):
         return speed
 
     def text(self) -> list[TextPart]:
-        """Return the table of the modes."""
-        return self.frequencies.text()
+        """Return the table of the modes, and one of their shapes."""
+        table = labelled_table("Mode shapes", "kind", "mode", "rigid motion (% of kinetic energy)", "crossings")
+        for number, shape in enumerate(self.shapes, start=1):
+            table.add_row(shape.kind, str(number), f"{100.0 * shape.rigid_share:.1f}", str(shape.crossings))
+        return [*self.frequencies.text(), table]
 
 
 def natural_frequencies(
@@ -175,7 +195,8 @@ def modes(
     model = supported_rotor(description, mass).model
     found = tuple(modes_of(model, Omega, count))
     frequencies = NaturalFrequencies(description.name, mass, {Omega: _at_speed(model, Omega, found)})
-    shapes = tuple(ModeShape(*translations(model, mode.shape).T) for mode in found)
+    z = np.array(description.shaft.nodes)
+    shapes = tuple(_shape(model, z, mode) for mode in found)
     return ModeShapes(frequencies, shapes, description.shaft.nodes, description, found)
 
 
@@ -186,3 +207,8 @@ def _at_speed(model: Matrices, Omega: float, found: Sequence[Mode]) -> ModesAtSp
         tuple(mode.whirl for mode in found),
         tuple(mode.eigenvalue.real for mode in overdamped_modes(model, Omega)),
     )
+
+
+def _shape(model: Matrices, z: Array, mode: Mode) -> ModeShape:
+    x, y = translations(model, mode.shape).T
+    return ModeShape(x, y, *kind_of(model, z, mode.shape))

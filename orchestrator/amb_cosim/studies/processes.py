@@ -1,4 +1,4 @@
-"""Runs of a study in as many processes as there are processors."""
+"""Runs of a study in parallel processes."""
 
 from __future__ import annotations
 
@@ -22,9 +22,11 @@ PATIENCE = 0.1  # s, until an interruption is noticed
 
 
 def simulate_in_processes(
-    simulate: Callable[[Case], CaseResult], cases: Sequence[Case], progress: Progress
+    simulate: Callable[[Case], CaseResult], cases: Sequence[Case], progress: Progress, processes: int | None = None
 ) -> list[CaseResult]:
     """Return what `simulate`, a function of a module, returns for each case; `progress` hears of each that is done.
+
+    There are at most `processes`, by default as many as there are processors.
 
     FMUs of flavour `python` hold the interpreter's lock, so that threads would run one after the other. An error of a
     case is raised, and ends the others. Whatever ends this process ends them too. An interruption is put off until no
@@ -34,7 +36,7 @@ def simulate_in_processes(
     end_of_this, end_of_others = context.Pipe()
     with (
         deferred() as interruption,
-        ProcessPoolExecutor(mp_context=context, initializer=_follow, initargs=(end_of_others,)) as pool,
+        ProcessPoolExecutor(processes, context, _follow, (end_of_others,)) as pool,
     ):
         try:
             futures = [pool.submit(simulate, case) for case in cases]

@@ -31,7 +31,10 @@ def draw(result: ModeShapes) -> Figure:
         axes = figure.add_subplot(rows, columns, k + 1, projection="3d", computed_zorder=False)
         _draw_mode(axes, rotor, mode)
         ratio = round(mode.damping_ratio, 3) + 0.0  # not -0.000
-        axes.set_title(f"{k + 1}: {mode.whirl}\n{mode.frequency:.1f} rad/s, $\\zeta$ = {ratio:.3f}", y=0.86)
+        axes.set_title(
+            f"{k + 1}: {result.shapes[k].kind}, {mode.whirl}\n{mode.frequency:.1f} rad/s, $\\zeta$ = {ratio:.3f}",
+            y=0.86,
+        )
     handles = [
         Line2D([], [], color="0.6", lw=0.8, ls=DASHED, label="axis at rest"),
         Line2D([], [], color="black", marker="o", ms=4, ls="", label="body"),

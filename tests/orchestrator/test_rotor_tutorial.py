@@ -1,4 +1,4 @@
-"""The how-to about a rotor of one's own: its files and commands do what they say."""
+"""The tutorial on a rotor of one's own: its files and commands do what they say."""
 
 import re
 from pathlib import Path
@@ -7,14 +7,14 @@ import pytest
 
 from amb_cosim.result import Result
 
-HOW_TO = Path(__file__).parents[2] / "docs" / "how-to" / "describe_your_rotor.md"
-BLOCKS = re.findall(r"```(toml|sh)\n(.*?)```", HOW_TO.read_text(encoding="utf-8"), re.DOTALL)
+PAGE = Path(__file__).parents[2] / "docs" / "tutorials" / "own_rotor.md"
+BLOCKS = re.findall(r"```(toml|sh)\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
 COMMANDS = [line for kind, text in BLOCKS if kind == "sh" for line in text.splitlines()]
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """The files of the how-to, each named in its first line."""
+    """The files of the page, each named in its first line."""
     for kind, text in BLOCKS:
         if kind == "toml":
             (tmp_path / text.split()[1]).write_text(text, encoding="utf-8")

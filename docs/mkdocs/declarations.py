@@ -1,0 +1,147 @@
+"""MkDocs hook: writes reference pages from declarations.
+
+{{ keys of MODULE.CLASS }}       the keys of a TOML file: type, unit, default and limits, as the classes declare them
+{{ names of MODULE }}            the documentation of every public function and class of a module, by mkdocstrings
+{{ statements }}                 those of the thesis, by the answers that `amb-cosim report` left in results/report
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from inspect import isclass, isfunction
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+Schema = Mapping[str, Any]
+
+KEYS = re.compile(r"^\{\{ keys of ([\w.]+)\.(\w+) \}\}$", re.MULTILINE)
+NAMES = re.compile(r"^\{\{ names of ([\w.]+) \}\}$", re.MULTILINE)
+STATEMENTS = re.compile(r"^\{\{ statements \}\}$", re.MULTILINE)
+REPORT = Path(__file__).parents[2] / "results/report"
+TYPES = {
+    "string": "text",
+    "number": "number",
+    "integer": "whole number",
+    "boolean": "true or false",
+    "null": "",
+}
+LIMITS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+VALUE = {"string", "number", "integer", "boolean"}  # a number, or a text with a unit, of a variable of any type
+
+
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """Return the page with what its lines in double braces ask for."""
+    markdown = KEYS.sub(lambda found: keys_of(getattr(import_module(found[1]), found[2])), markdown)
+    markdown = NAMES.sub(lambda found: "\n\n".join(names_of(found[1])), markdown)
+    return STATEMENTS.sub(lambda _: statements(), markdown)
+
+
+def statements() -> str:
+    """The tables of the report's verdicts, or how to get them where no report has been made."""
+    if not (REPORT / "report.json").exists():
+        return "The tables are here once `amb-cosim report` has run in the folder of this project."
+    from amb_cosim.report.evaluation import evaluate
+    from amb_cosim.report.table import markdown
+
+    return markdown(evaluate(REPORT))
+
+
+def names_of(module: str) -> Iterator[str]:
+    """The directives of mkdocstrings for the functions and classes that a module offers by `__dir__`."""
+    offered = import_module(module)
+    for name in dir(offered):
+        if isfunction(getattr(offered, name)) or isclass(getattr(offered, name)):
+            yield f"::: {module}.{name}"
+
+
+def keys_of(form: type[Any]) -> str:
+    """Return the sections of a file's form: a pydantic model or dataclass, and those that it holds."""
+    schema = TypeAdapter(form).json_schema()
+    forms: dict[str, Schema] = schema.get("$defs", {})
+    sections = [_section(schema)]
+    done: list[tuple[str, str]] = []
+    waiting = list(_tables("", schema))
+    while waiting:
+        path, name = waiting.pop(0)
+        if name not in [other for _, other in done]:
+            places = [place for place, _ in (*waiting, *done)]
+            title = f"`{path}` ({name})" if path in places else f"`{path}`"
+            sections.append(f"## {title}\n\n" + _section(forms[name]))
+            waiting = [*_tables(path.strip("[]"), forms[name]), *waiting]
+            done.append((path, name))
+    return "\n\n".join(sections)
+
+
+def _section(schema: Schema) -> str:
+    """The docstring and the table of keys of one form."""
+    text = re.sub(r"\n\nRaises\n-+\n.*", "", schema.get("description", ""), flags=re.DOTALL)
+    rows = [_row(key, value, key in schema.get("required", ())) for key, value in schema["properties"].items()]
+    head = ["| key | type | unit | default | allowed |", "| --- | --- | --- | --- | --- |"]
+    return "\n".join([*([text, ""] if text else []), *head, *rows])
+
+
+def _row(key: str, schema: Schema, required: bool) -> str:
+    leaves = list(_leaves(schema))
+    units = dict.fromkeys(leaf["unit"] for leaf in leaves if "unit" in leaf)
+    limits = dict.fromkeys(f"{sign} {leaf[name]:g}" for leaf in leaves for name, sign in LIMITS.items() if name in leaf)
+    choices = [f"`{choice}`" for leaf in leaves for choice in leaf.get("enum", ())]
+    default = "required" if required else _default(schema)
+    return f"| `{key}` | {_type(schema)} | {', '.join(units)} | {default} | {', '.join([*limits, *choices])} |"
+
+
+def _leaves(schema: Schema) -> Iterator[Schema]:
+    """The schema and the parts of which its values consist, without other tables."""
+    yield schema
+    parts = [*schema.get("anyOf", ()), *schema.get("oneOf", ()), *schema.get("prefixItems", ())]
+    for part in (
+        *parts,
+        *(schema[key] for key in ("items", "additionalProperties") if isinstance(schema.get(key), dict)),
+    ):
+        yield from _leaves(part)
+
+
+def _type(schema: Schema) -> str:
+    """What a key holds, in words."""
+    if "$ref" in schema:
+        return "table"
+    if "anyOf" in schema or "oneOf" in schema:
+        parts = [*schema.get("anyOf", ()), *schema.get("oneOf", ())]
+        if {part.get("type") for part in parts} >= VALUE:
+            return "value"
+        return " or ".join(dict.fromkeys(filter(None, map(_type, parts))))
+    if schema.get("type") == "array":
+        inside = schema.get("items", {})
+        return f"list of {_plural(_type(inside))}" if inside else "list"
+    if schema.get("type") == "object":
+        inside = schema.get("additionalProperties")
+        return f"table of {_plural(_type(inside))}" if isinstance(inside, dict) else "table"
+    return TYPES[schema["type"]]
+
+
+def _plural(noun: str) -> str:
+    head, of, rest = noun.partition(" of ")
+    return f"{head}s{of}{rest}"
+
+
+def _default(schema: Schema) -> str:
+    """The default of a key; nothing where it is empty, stands for "not given", or is a table with keys of its own."""
+    value = schema.get("default")
+    if value in (None, "", [], {}) or isinstance(value, dict) or (schema.get("minimum", value) != value and not value):
+        return ""
+    return f"`{str(value).lower() if isinstance(value, bool) else value}`"
+
+
+def _tables(path: str, schema: Schema) -> Iterator[tuple[str, str]]:
+    """The tables in a form: their place in the file, in TOML's brackets, and the names of their forms."""
+    for key, value in schema["properties"].items():
+        place = f"{path}.{key}" if path else key
+        for leaf in _leaves(value):
+            if "$ref" in leaf:
+                name = leaf["$ref"].rpartition("/")[2]
+                is_list = any(part.get("type") == "array" for part in _leaves(value))
+                named = "additionalProperties" in value
+                yield (f"[[{place}]]" if is_list else f"[{place}.NAME]" if named else f"[{place}]"), name

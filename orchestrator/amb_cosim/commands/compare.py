@@ -1,0 +1,105 @@
+"""Command that puts runs side by side."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import cast
+
+import click
+
+from amb_cosim.commands.cli_errors import Failed, interrupted, refuse_nothing, refusing
+from amb_cosim.cosim.choices import Flavour
+from amb_files.atomic import check_writable
+
+ONE = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
+
+
+@click.command()
+@click.argument("sources", nargs=-1, required=True, metavar="A B [C ...]")
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="[N:]COMPONENT.VARIABLE=VALUE",
+    help="Replace a value in all runs, or in the Nth; units are understood.",
+)
+@click.option("--rotor", "rotors", multiple=True, metavar="[N:]NAME|FILE", help="Rotor of all runs, or of the Nth.")
+@click.option(
+    "--flavour", "flavours", multiple=True, metavar="[N:]native|python", help="FMUs of all runs, or of the Nth."
+)
+@click.option("--until", type=float, metavar="SECONDS", help="End of the runs, from the beginning of cycle 0.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder; default results/comparison.")
+@click.option("--no-plots", is_flag=True, help="Draw no figures.")
+def compare(
+    sources: tuple[str, ...],
+    settings: tuple[str, ...],
+    rotors: tuple[str, ...],
+    flavours: tuple[str, ...],
+    until: float | None,
+    output: Path | None,
+    no_plots: bool,
+) -> None:
+    """Run scenarios or read saved results, and put them side by side.
+
+    A, B, ... are names of scenarios, their TOML files, or folders (or files .nc) of saved results. A number in front,
+    as in --set 2:rotor_contact.*.law=hertz, is that of the run that an option is for.
+    """
+    import amb_cosim
+    from amb_cosim.plan import parse_settings
+    from amb_cosim.text_tables import print_parts
+
+    folder = output or Path("results") / "comparison"
+    with refusing():
+        check_writable(folder, is_folder=True)
+        count = len(sources)
+        of_each = [parse_settings(texts) for texts in _by_run(settings, count, "--set")]
+        found = amb_cosim.compare(
+            *sources,
+            set=of_each if _names_run(settings) else of_each[0] if of_each else None,
+            rotor=_last(rotors, count, "--rotor"),
+            flavour=_flavours(flavours, count),
+            until=until,
+        )
+        refuse_nothing(found.sides[-1].result.outcome)
+        found.save(folder, plots=not no_plots)
+    print_parts([*found.text(), f"results in {folder}"])
+    failures = [f"{side.label}: {side.result.outcome.failure}" for side in found.sides if side.result.outcome.failure]
+    if failures:
+        stopped = found.sides[-1].result.outcome.status == "interrupted"
+        raise (interrupted if stopped else Failed)("\n".join(failures))
+
+
+def _names_run(texts: Sequence[str]) -> bool:
+    """Return whether one of the texts is for one run."""
+    return any(ONE.fullmatch(text) for text in texts)
+
+
+def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
+    """Return the texts that are for each run: those for all, and its own after them."""
+    for_all = [text for text in texts if not ONE.fullmatch(text)]
+    of_each = [list(for_all) for _ in range(count)]
+    for match in filter(None, (ONE.fullmatch(text) for text in texts)):
+        number = int(match[1])
+        if not 1 <= number <= count:
+            raise ValueError(f"{option} {match[0]}: there is no run {number}; it must be from 1 to {count}")
+        of_each[number - 1].append(match[2])
+    return of_each
+
+
+def _last(texts: Sequence[str], count: int, option: str) -> str | list[str | None] | None:
+    """Return the last text for all runs, or for each of them where one is for one run."""
+    of_each = [own[-1] if own else None for own in _by_run(texts, count, option)]
+    return of_each if _names_run(texts) else of_each[0] if of_each else None
+
+
+def _flavours(texts: Sequence[str], count: int) -> Flavour | list[Flavour]:
+    """Return the flavour of all runs, or of each."""
+    chosen = _last(texts, count, "--flavour")
+    if isinstance(chosen, list):
+        return [cast(Flavour, flavour or "native") for flavour in chosen]
+    return cast(Flavour, chosen or "native")
+
+
+COMMANDS = (compare,)

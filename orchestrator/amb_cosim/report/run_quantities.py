@@ -1,0 +1,268 @@
+"""Named quantities of a run: each takes its signals and returns a number in SI units, a text, or None if it has none.
+
+Windows `begin` and `end` are in cycles of the initial speed; without them the whole run from cycle 0 on counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim import contact_history
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.orbits import radius, synchronous_amplitude
+from amb_cosim.places import places
+from amb_cosim.series import change, cycles, parameters, signal, speed, turns
+
+Bools = NDArray[np.bool_]
+When = Literal["before", "end"]
+HERTZ = 2.0 * np.pi  # rad/s
+BOUNCE = 0.1  # cycles; a break of the contact that is shorter is a bounce
+
+
+def peak_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
+    """Return the largest normal contact force at a site (N)."""
+    force = signal(run, f"{site}.f_n")
+    within = _window(run, begin, end)
+    return None if force is None or not within.any() else float(force[within].max())
+
+
+def contact_share(run: Signals, states: str, begin: float | None = None, end: float | None = None) -> float | None:
+    """Return the share of the time in some contact states (1): `none`, `RB1`, `RB2`, `both`, joined by commas.
+
+    By default from the step to the removal, or to the end.
+    """
+    step, removal = contact_history.loaded_interval(run)
+    state = signal(run, "contact_state")
+    within = _window(run, step if begin is None else begin, removal if end is None else end)
+    return None if state is None or not within.any() else float(np.mean(_is_in(run, states)[within]))
+
+
+def cycles_in(run: Signals, states: str, begin: float = 0.0, end: float = np.inf) -> float | None:
+    """Return how long the rotor is in some contact states, in cycles."""
+    if signal(run, "contact_state") is None:
+        return None
+    within = _window(run, begin, end)
+    return float(np.sum(_is_in(run, states)[within]) * _spacing(run))
+
+
+def longest_spell(run: Signals, states: str, begin: float = 0.0, end: float = np.inf) -> float | None:
+    """Return the longest time in some contact states without a break longer than a tenth of a cycle, in cycles."""
+    if signal(run, "contact_state") is None:
+        return None
+    spells = _spells(cycles(run), _is_in(run, states) & _window(run, begin, end))
+    return max((last - first for first, last in spells), default=0.0)
+
+
+def first_contact(run: Signals) -> float | None:
+    """Return the cycle of the first sample in contact from cycle 0 on."""
+    return contact_history.contact_cycles(run)[0]
+
+
+def last_contact(run: Signals) -> float | None:
+    """Return the cycle of the last sample in contact, 0 without contact."""
+    first, last = contact_history.contact_cycles(run)
+    return 0.0 if first is None else last
+
+
+def contact_duration(run: Signals) -> float | None:
+    """Return the cycles from the first to the last contact; 0 without contact."""
+    first, last = contact_history.contact_cycles(run)
+    return 0.0 if first is None or last is None else last - first
+
+
+def first_spell(run: Signals, bounce: float = BOUNCE) -> float | None:
+    """Return how long the first contact lasts; a break longer than `bounce` ends it; both in cycles."""
+    spells = _spells(cycles(run), _is_in_any(run) & _window(run, 0.0, np.inf), bounce)
+    return spells[0][1] - spells[0][0] if spells else None
+
+
+def first_site(run: Signals, begin: float = 0.0) -> str:
+    """Return the retainer that is touched first: `RB1`, `RB2`, `both` or `none`."""
+    found = _is_in_any(run) & _window(run, begin, np.inf)
+    state = signal(run, "contact_state")
+    if state is None or not found.any():
+        return "none"
+    return _states(run)[int(state[np.argmax(found)])]
+
+
+def sites_touched(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
+    """Return the retainers that are touched: `RB1`, `RB2`, `RB1 and RB2` or `none`."""
+    touched = [site.upper() for site in places(run).retainers if (peak_force(run, site, begin, end) or 0.0) > 0.0]
+    return " and ".join(touched) or "none"
+
+
+def site_of_largest_force(run: Signals, begin: float = 0.0, end: float = np.inf) -> str | None:
+    """Return the retainer with the largest normal contact force, None without contact."""
+    forces = {site.upper(): peak_force(run, site, begin, end) or 0.0 for site in places(run).retainers}
+    return max(forces, key=lambda site: forces[site]) if any(forces.values()) else None
+
+
+def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
+    """Return all contact states of a window, in the order of their numbers."""
+    state = signal(run, "contact_state")
+    within = _window(run, begin, end)
+    seen = [] if state is None else sorted({int(value) for value in state[within]})
+    return ", ".join(_states(run)[value] for value in seen)
+
+
+def outcome(run: Signals) -> str | None:
+    """Return what the step led to: `prevented`, `recovered` or `trapped`."""
+    return contact_history.recovery(run)
+
+
+def rolling_from(run: Signals) -> float | None:
+    """Return the cycle from which the rotor rolls on a site through a turn of its whirl."""
+    return contact_history.rolling_from(run)
+
+
+def contact_to_rolling(run: Signals) -> float | None:
+    """Return the time from the first contact to rolling (s)."""
+    first, rolling = contact_history.contact_cycles(run)[0], contact_history.rolling_from(run)
+    return None if first is None or rolling is None else (rolling - first) * float(run.attrs["period_s"])
+
+
+def whirl_at_end(run: Signals, site: str) -> float | None:
+    """Return the whirl speed at a site at the end (rad/s)."""
+    return contact_history.whirl_at_the_end(run, site)
+
+
+def rolls_at_end(run: Signals) -> bool:
+    """Return whether the rotor rolls on a retainer at the end of the run."""
+    modes = [signal(run, f"{site}.mode") for site in places(run).retainers]
+    return any(mode is not None and int(mode[-1]) == contact_history.ROLLING for mode in modes)
+
+
+def largest_radius(run: Signals, bearing: str, begin: float = 0.0, end: float = np.inf) -> float | None:
+    """Return the largest radial displacement at a bearing over the clearance of its retainer (1)."""
+    values = radius(run, bearing)
+    within = _window(run, begin, end)
+    return None if values is None or not within.any() else float(values[within].max()) / _clearance(run, bearing)
+
+
+def orbit_amplitude(run: Signals, bearing: str, when: When) -> float | None:
+    """Return the synchronous amplitude at a bearing (m) `before` the step, or ROLAC's beginning, or at the `end`."""
+    return _amplitude(run, f"{bearing}.x", f"{bearing}.y", when)
+
+
+def sensor_amplitude(run: Signals, x: str, y: str, when: When) -> float | None:
+    """Return the synchronous amplitude of the rotor in the plane of two sensors (m), as `orbit_amplitude`."""
+    return _amplitude(run, x, y, when)
+
+
+def largest_remaining_share(run: Signals) -> float | None:
+    """Return the largest amplitude at the end over that before ROLAC's beginning, of the four sensor planes (1)."""
+    planes = [(f"s{n}", f"s{n + 1}") for n in (1, 3, 5, 7)]
+    pairs = [(_amplitude(run, x, y, "before"), _amplitude(run, x, y, "end")) for x, y in planes]
+    return max((after / before for before, after in pairs if before and after is not None), default=None)
+
+
+def speed_of_largest_radius(run: Signals, bearing: str, lowest: float, highest: float) -> float | None:
+    """Return the spin speed (Hz) of the largest radius at a bearing between two speeds (Hz), before any contact."""
+    values, Omega = radius(run, bearing), speed(run)
+    if values is None:
+        return None
+    first, _ = contact_history.contact_cycles(run)
+    within = _window(run, 0.0, np.inf if first is None else first)
+    within &= (Omega >= lowest * HERTZ) & (Omega <= highest * HERTZ)
+    if not within.any():
+        return None
+    return float(Omega[within][np.argmax(values[within])])
+
+
+def identified_norm(run: Signals) -> float | None:
+    """Return the Frobenius norm (N/m) of H from the receptance that the controller identified in the run (5.10)."""
+    from amb_analysis.controller_data import inverse_receptance
+
+    axes = [f"{bearing}_{axis}" for bearing in places(run).bearings for axis in "xy"]
+    names = [[f"rolac_controller.r.s{n}.{axis}" for axis in axes] for n in range(1, 9)]
+    if any(f"{name}.re" not in run for row in names for name in row):
+        return None
+    R = np.array([[run[f"{n}.re"].values[-1] + 1j * run[f"{n}.im"].values[-1] for n in row] for row in names])
+    return float(np.linalg.norm(inverse_receptance(R)))
+
+
+def _window(run: Signals, begin: float, end: float) -> Bools:
+    return np.asarray((cycles(run) >= max(begin, 0.0)) & (cycles(run) < end))
+
+
+def _states(run: Signals) -> tuple[str, ...]:
+    return places(run).contact_states
+
+
+def _is_in(run: Signals, states: str) -> Bools:
+    names = [name.strip() for name in states.split(",")]
+    unknown = [name for name in names if name not in _states(run)]
+    if unknown:
+        raise ValueError(f"contact state {unknown[0]!r} is not allowed; it must be one of {', '.join(_states(run))}")
+    return np.isin(np.asarray(signal(run, "contact_state")), [_states(run).index(name) for name in names])
+
+
+def _is_in_any(run: Signals) -> Bools:
+    state = signal(run, "contact_state")
+    return np.zeros(run.sizes["time"], bool) if state is None else np.asarray(state > 0)
+
+
+def _spacing(run: Signals) -> float:
+    """Return the cycles between two samples."""
+    when = cycles(run)
+    return float(when[-1] - when[0]) / max(len(when) - 1, 1)
+
+
+def _spells(when: NDArray[np.float64], inside: Bools, bounce: float = BOUNCE) -> list[tuple[float, float]]:
+    """Return begin and end of each spell inside, in cycles; breaks up to `bounce` do not end one."""
+    spells: list[tuple[float, float]] = []
+    for moment in when[inside].tolist():
+        if spells and moment - spells[-1][1] <= bounce:
+            spells[-1] = (spells[-1][0], moment)
+        else:
+            spells.append((moment, moment))
+    return spells
+
+
+def _clearance(run: Signals, bearing: str) -> float:
+    site = places(run).bearings[bearing]
+    return float(parameters(run)[f"{site}.clearance"])
+
+
+def _amplitude(run: Signals, x: str, y: str, when: When) -> float | None:
+    xs, ys, turned = signal(run, x), signal(run, y), turns(run)
+    at = change(run) if when == "before" else cycles(run)[-1]
+    if xs is None or ys is None or at is None:
+        return None
+    last = float(np.interp(at, cycles(run), turned))
+    within = (turned > last - 1.0) & (turned <= last)
+    if np.count_nonzero(within) < 8:
+        return None
+    return synchronous_amplitude(xs[within], ys[within], 2.0 * np.pi * turned[within])
+
+
+QUANTITIES: dict[str, tuple[Callable[..., Any], str]] = {
+    "peak_force": (peak_force, "N"),
+    "contact_share": (contact_share, "1"),
+    "cycles_in": (cycles_in, "1"),
+    "longest_spell": (longest_spell, "1"),
+    "first_contact": (first_contact, "1"),
+    "last_contact": (last_contact, "1"),
+    "contact_duration": (contact_duration, "1"),
+    "first_spell": (first_spell, "1"),
+    "first_site": (first_site, ""),
+    "sites_touched": (sites_touched, ""),
+    "site_of_largest_force": (site_of_largest_force, ""),
+    "states_seen": (states_seen, ""),
+    "outcome": (outcome, ""),
+    "rolling_from": (rolling_from, "1"),
+    "contact_to_rolling": (contact_to_rolling, "s"),
+    "whirl_at_end": (whirl_at_end, "rad/s"),
+    "rolls_at_end": (rolls_at_end, ""),
+    "largest_radius": (largest_radius, "1"),
+    "orbit_amplitude": (orbit_amplitude, "m"),
+    "sensor_amplitude": (sensor_amplitude, "m"),
+    "largest_remaining_share": (largest_remaining_share, "1"),
+    "speed_of_largest_radius": (speed_of_largest_radius, "rad/s"),
+    "identified_norm": (identified_norm, "N/m"),
+}
+"""Each quantity with the unit of its number, empty for texts and truth values."""

@@ -1,0 +1,321 @@
+"""Runs and studies that statements are computed from: each done once, in a process of its own, and kept."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from amb_cosim.cosim.simulation import Progress
+from amb_cosim.cosim.values import quantity
+from amb_cosim.json_data import json_data
+from amb_cosim.report import run_quantities, study_quantities
+from amb_cosim.report.panels import Panel, panel_of, run_panels
+from amb_cosim.report.pictures import picture_of
+from amb_cosim.report.statements import Source
+from amb_cosim.report.study_panels import study_panels
+from amb_cosim.report.verdict import Computed
+from amb_cosim.scenario import Scenario, load_scenario
+from amb_cosim.scenario_file import packaged_files, read_scenario
+from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.studies.processes import simulate_in_processes
+from amb_files.atomic import write_atomically
+from amb_files.toml import parse_toml, read_text, read_toml
+from fmi_export.building.identity import package_folder
+from rotor_analysis.packaged_rotors import DEFAULT_ROTOR, rotor_path
+
+PACKAGES = (
+    *("amb_cosim", "rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"),
+    *("rotor_analysis", "amb_analysis", "fmi_export", "amb_files"),
+)
+CODE = (".py", ".c", ".h", ".ll", ".toml")
+OTHER = ("scenarios/", "report/statements.toml", "report/page.py", "report/table.py", "report/texts.py", "commands/")
+FOLDER = "sources"  # in that of the report
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A quantity with its arguments, and the unit that its number is wanted in."""
+
+    quantity: str
+    arguments: tuple[tuple[str, Any], ...]
+    unit: str
+
+    @property
+    def key(self) -> str:
+        """Text that identifies it."""
+        return json.dumps([self.quantity, dict(self.arguments), self.unit], sort_keys=True)
+
+
+@dataclass(frozen=True)
+class Job:
+    """A source with everything that is asked of it, and the file that keeps the answer."""
+
+    name: str
+    source: Source
+    asked: tuple[Asked, ...]
+    file: Path
+    key: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came of a source.
+
+    values, failures
+        What was asked, by the key of each, in its unit; why something has no value.
+    title, text, parameters
+        Of the run or the study: what it is, the text of its file, and what it ran with.
+    panels, picture
+        Plots as data, and one picture of them, a PNG.
+    wall
+        Time that it took (s).
+    """
+
+    values: Mapping[str, Computed]
+    failures: Mapping[str, str]
+    title: str
+    text: str
+    parameters: tuple[tuple[str, str], ...]
+    panels: tuple[Panel, ...]
+    picture: bytes
+    wall: float
+
+
+def code_digest() -> str:
+    """Return a hash of the code, rotors and systems that answers depend on; a scenario's own text is not in it."""
+    sha = hashlib.sha256()
+    for package in PACKAGES:
+        folder = package_folder(package)
+        for file in sorted(folder.rglob("*")):
+            name = file.relative_to(folder).as_posix()
+            if file.suffix in CODE and not name.startswith(OTHER):
+                sha.update(f"{package}/{name}\0".encode() + file.read_bytes() + b"\0")
+    return sha.hexdigest()
+
+
+def job_of(name: str, source: Source, asked: Sequence[Asked], folder: Path, code: str) -> Job:
+    """Return the job of a source; its key changes with scenario, parameters, what is asked, and code."""
+    ordered = tuple(sorted(set(asked), key=lambda one: one.key))
+    facts = [name, source.model_dump(mode="json"), _scenario_data(source), [one.key for one in ordered], code]
+    key = hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
+    return Job(name, source, ordered, folder / FOLDER / f"{name}.json", key)
+
+
+def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> dict[str, Answer]:
+    """Return the answer of each job by the name of its source.
+
+    An answer that is kept under the job's key is read; the others are worked out in parallel processes and kept.
+
+    Parameters
+    ----------
+    jobs
+        What is asked.
+    processes
+        Most processes at a time; as many as there are processors by default.
+    progress
+        Called with the number of jobs done and of all.
+
+    Raises
+    ------
+    OSError
+        If an answer cannot be written.
+    """
+    found = {job.name: answer for job in jobs if (answer := _kept(job)) is not None}
+    open_jobs = [job for job in jobs if job.name not in found]
+    progress(len(found), len(jobs))
+    if open_jobs:
+        open_jobs[0].file.parent.mkdir(parents=True, exist_ok=True)
+        _build_fmus(open_jobs)
+        simulate_in_processes(
+            work_out, open_jobs, lambda done, _: progress(len(found) + done, len(jobs)), processes=processes
+        )
+    return {job.name: found.get(job.name) or _read(job) for job in jobs}
+
+
+def work_out(job: Job) -> None:
+    """Run the source of a job, work out what is asked, and keep the answer; a failure is part of the answer."""
+    begin = time.perf_counter()
+    try:
+        facts = _of_run(job) if job.source.scenario else _of_study(job)
+    except (ValueError, LookupError, ArithmeticError, RuntimeError) as error:
+        reason = f"{type(error).__name__}: {error}" if not str(error) else str(error)
+        facts = {"values": {}, "failures": {one.key: reason for one in job.asked}, "title": job.name, "text": ""}
+        facts |= {"parameters": [], "panels": [], "picture": ""}
+    text = json.dumps({"key": job.key, **facts, "wall": time.perf_counter() - begin}, allow_nan=False)
+    write_atomically(job.file, lambda path: path.write_text(text, encoding="utf-8"))
+
+
+def _of_run(job: Job) -> dict[str, Any]:
+    source = job.source
+    scenario = load_scenario(source.scenario)
+    if source.end_cycle is not None:
+        scenario = scenario.changed(end_cycle=source.end_cycle)
+    if source.planes:
+        scenario = scenario.changed(
+            rotor=str(_rotor_with(source.planes, scenario.rotor, job.file.with_suffix(".rotor.toml")))
+        )
+    result = run_prepared(prepare(scenario, dict(source.set)))
+    if result.outcome.failure is not None:
+        raise ValueError(f"the run ended early: {result.outcome.failure}")
+    values, failures = _work_out_all(job, result.signals, run_quantities.QUANTITIES)
+    panels = run_panels(result.signals)
+    changes = {**dict(source.set), **({"end_cycle": source.end_cycle} if source.end_cycle else {})}
+    changes |= {"planes kept": ", ".join(map(str, source.planes))} if source.planes else {}
+    return {
+        "values": values,
+        "failures": failures,
+        "title": scenario.description,
+        "text": scenario_text(source.scenario),
+        "parameters": [*scenario_parameters(source.scenario), *((k, str(v)) for k, v in changes.items())],
+        "panels": [panel.as_data() for panel in panels],
+        "picture": _in_base64(picture_of(panels)),
+    }
+
+
+def _of_study(job: Job) -> dict[str, Any]:
+    result = study_quantities.compute(job.source.study, dict(job.source.arguments))
+    values, failures = _work_out_all(job, result, study_quantities.QUANTITIES)
+    panels = study_panels(result)
+    picture = picture_of(panels)
+    return {
+        "values": values,
+        "failures": failures,
+        "title": study_title(job.source.study),
+        "text": "",
+        "parameters": [("study", job.source.study), *((k, str(v)) for k, v in job.source.arguments.items())],
+        "panels": [panel.as_data() for panel in panels],
+        "picture": _in_base64(picture),
+    }
+
+
+def _work_out_all(job: Job, subject: Any, quantities: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
+    values, failures = {}, {}
+    for one in job.asked:
+        try:
+            values[one.key] = work_out_one(subject, one, quantities)
+        except (ValueError, LookupError, TypeError, AttributeError, AssertionError) as error:
+            failures[one.key] = f"{one.quantity}: {error or type(error).__name__}"
+    return {key: value for key, value in values.items() if value is not None}, failures | {
+        key: "the run has no such value" for key, value in values.items() if value is None
+    }
+
+
+def work_out_one(subject: Any, one: Asked, quantities: Mapping[str, Any]) -> Computed | None:
+    """Return a quantity of a run or of a study in the unit that is wanted.
+
+    Raises
+    ------
+    ValueError
+        If there is no such quantity, or the unit is of another dimension.
+    """
+    if one.quantity not in quantities:
+        raise ValueError(f"there is no quantity {one.quantity!r}; there are {', '.join(quantities)}")
+    function, unit = quantities[one.quantity]
+    value = json_data(function(subject, **dict(one.arguments)))
+    if value is None or isinstance(value, bool | str):
+        return value
+    factor = quantity(f"1 {one.unit}", unit, one.quantity) if unit and one.unit and unit != one.unit else 1.0
+    numbers = [number / factor for number in (value if isinstance(value, list) else [value])]
+    if not all(math.isfinite(number) for number in numbers):
+        return None
+    return numbers if isinstance(value, list) else numbers[0]
+
+
+def scenario_text(name: str) -> str:
+    """Return the text of a scenario's file and, before it, of those that it is based on."""
+    text = read_text(packaged_files()[name], name)
+    base = parse_toml(text, name).get("base")
+    own = f"# {name}.toml\n{text}"
+    return own if base is None else f"{scenario_text(str(base))}\n{own}"
+
+
+def scenario_parameters(name: str) -> list[tuple[str, str]]:
+    """Return what a scenario runs with: speed, factor, inputs, parameters and events, in the words of its file."""
+    scenario = load_scenario(name)
+    rows = [("scenario", name), ("Omega", str(scenario.Omega))]
+    if scenario.unbalance_factor != 1.0:
+        rows.append(("unbalance_factor", f"{scenario.unbalance_factor:g}"))
+    for table in (scenario.inputs, scenario.parameters):
+        rows += [(variable, str(value)) for values in table.values() for variable, value in values.items()]
+    for event in scenario.event:
+        when = f"cycle {event.cycle:g}" if event.cycle is not None else str(event.time)
+        rows += [
+            (f"{variable}, {when}", str(value)) for values in event.set.values() for variable, value in values.items()
+        ]
+    return rows
+
+
+def study_title(study: str) -> str:
+    """Return one line about a study."""
+    from amb_cosim.studies import STUDIES
+
+    return STUDIES[study].description if study in STUDIES else "What the models take over from the thesis."
+
+
+def _rotor_with(planes: tuple[int, ...], rotor: str | None, path: Path) -> Path:
+    """Write the file of a rotor whose plant keeps some planes, by the same kind of reduction; return its path."""
+    content = read_toml(rotor_path(rotor or DEFAULT_ROTOR), "rotor file")
+    reduction = content.get("reduction", {}) | {"masters": list(planes)}
+    write_atomically(
+        path, lambda file: file.write_text(tomli_w.dumps(content | {"reduction": reduction}), encoding="utf-8")
+    )
+    return path
+
+
+def _scenario_data(source: Source) -> Any:
+    return read_scenario(source.scenario) if source.scenario else None
+
+
+def _build_fmus(jobs: Sequence[Job]) -> None:
+    """Build the FMUs of each rotor before several processes do; what is wrong with a scenario is told by its run."""
+    rotors: dict[tuple[str | None, str], Scenario] = {}
+    for job in jobs:
+        if job.source.scenario:
+            try:
+                scenario = load_scenario(job.source.scenario)
+                rotors.setdefault((scenario.rotor, scenario.system), scenario)
+            except ValueError:
+                continue
+    for scenario in rotors.values():
+        try:
+            prepare(scenario)
+        except ValueError:
+            continue
+
+
+def _kept(job: Job) -> Answer | None:
+    try:
+        data = json.loads(job.file.read_text(encoding="utf-8"))
+        return _answer(data) if data["key"] == job.key else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _read(job: Job) -> Answer:
+    return _answer(json.loads(job.file.read_text(encoding="utf-8")))
+
+
+def _answer(data: dict[str, Any]) -> Answer:
+    return Answer(
+        values=data["values"],
+        failures=data["failures"],
+        title=data["title"],
+        text=data["text"],
+        parameters=tuple((k, v) for k, v in data["parameters"]),
+        panels=tuple(panel_of(panel) for panel in data["panels"]),
+        picture=base64.b64decode(data["picture"]),
+        wall=data["wall"],
+    )
+
+
+def _in_base64(data: bytes) -> str:
+    return base64.b64encode(data).decode("ascii")

@@ -1,0 +1,101 @@
+"use strict";
+// Plots are drawn when they come into view. Colours: Okabe and Ito.
+(function () {
+  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999"];
+  const data = JSON.parse(document.getElementById("plots").textContent);
+
+  // A dashed curve is a reference and takes no colour of its own.
+  function traces(panel) {
+    let k = -1;
+    return panel.curves.map((curve) => {
+      const isReference = curve.style === "dashed";
+      k += isReference ? 0 : 1;
+      return {
+        name: curve.name, x: curve.x, y: curve.y, type: "scatter", mode: curve.style === "dots" ? "markers" : "lines",
+        line: { color: isReference ? "#777777" : COLOURS[k % COLOURS.length], width: 1.3, dash: isReference ? "dash" : "solid" },
+        marker: { color: COLOURS[Math.max(k, 0) % COLOURS.length], size: 7, symbol: Math.max(k, 0) % 8 },
+      };
+    });
+  }
+
+  function layout(panel) {
+    const axis = (title) => ({ title: { text: title, standoff: 6 }, gridcolor: "#e6e6e6", zeroline: false,
+                               linecolor: "#999999", ticks: "outside", ticklen: 3, automargin: true });
+    const y = axis(panel.y);
+    if (panel.round) { y.scaleanchor = "x"; y.scaleratio = 1; }
+    return { autosize: true,
+             title: { text: panel.title, font: { size: 14 }, x: 0, xref: "container", xanchor: "left", pad: { l: 8, b: 6 },
+                      yref: "paper", y: 1, yanchor: "bottom" },
+             xaxis: axis(panel.x), yaxis: y,
+             margin: { l: 10, r: 10, t: 60, b: 10 }, font: { size: 12, color: "#1b1f24" }, showlegend: panel.curves.length > 1,
+             legend: { orientation: "h", y: -0.22 }, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
+             hovermode: "closest" };
+  }
+
+  // Move a range by a share of its width, and scale it about its middle.
+  function changed(range, by, scale) {
+    const [a, b] = range.map(Number), middle = (a + b) / 2 + by * (b - a), half = scale * (b - a) / 2;
+    return [middle - half, middle + half];
+  }
+
+  function onKey(event) {
+    const plot = event.currentTarget, shown = plot._fullLayout, step = 0.15;
+    if (event.target !== plot || event.ctrlKey || event.altKey || event.metaKey) { return; }
+    const move = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowDown: [0, -step], ArrowUp: [0, step] }[event.key];
+    const scale = { "+": 0.7, "=": 0.7, "-": 1 / 0.7 }[event.key];
+    if (move || scale) {
+      const [dx, dy] = move || [0, 0];
+      Plotly.relayout(plot, { "xaxis.range": changed(shown.xaxis.range, dx, scale || 1),
+                              "yaxis.range": changed(shown.yaxis.range, dy, 1) });
+    } else if (event.key === "0") {
+      Plotly.relayout(plot, { "xaxis.autorange": true, "yaxis.autorange": true });
+    } else if (/^[1-9]$/.test(event.key) && plot.data.length >= Number(event.key)) {
+      const k = Number(event.key) - 1;
+      Plotly.restyle(plot, { visible: plot.data[k].visible === "legendonly" ? true : "legendonly" }, [k]);
+    } else {
+      return;
+    }
+    event.preventDefault();
+  }
+
+  const sizes = new ResizeObserver((entries) => entries.forEach((entry) => Plotly.Plots.resize(entry.target)));
+
+  function draw(place, panels) {
+    const plots = panels.map(() => document.createElement("div"));
+    place.append(...plots);
+    plots.forEach((plot, k) => {
+      plot.className = "plot";
+      plot.tabIndex = 0;
+      plot.setAttribute("role", "img");
+      plot.setAttribute("aria-label", panels[k].title + ": " + panels[k].curves.map((curve) => curve.name).join(", "));
+      plot.addEventListener("keydown", onKey);
+    });
+    plots.forEach((plot, k) => {
+      Plotly.newPlot(plot, traces(panels[k]), layout(panels[k]),
+                     { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] })
+        .then(() => sizes.observe(plot));
+    });
+  }
+
+  const observer = new IntersectionObserver((entries) => {
+    for (const entry of entries.filter((one) => one.isIntersecting)) {
+      observer.unobserve(entry.target);
+      draw(entry.target, data[entry.target.dataset.source] || []);
+      entry.target.style.minHeight = "";
+    }
+  }, { rootMargin: "600px" });
+  for (const place of document.querySelectorAll(".plots")) {
+    place.style.minHeight = "20rem";
+    observer.observe(place);
+  }
+
+  const boxes = [...document.querySelectorAll(".filter input")];
+  function filter() {
+    const shown = new Set(boxes.filter((box) => box.checked).map((box) => box.value));
+    for (const row of document.querySelectorAll(".statements tbody tr")) { row.hidden = !shown.has(row.className); }
+    for (const article of document.querySelectorAll("article")) {
+      article.hidden = !article.querySelector(".statements tbody tr:not([hidden])");
+    }
+  }
+  boxes.forEach((box) => box.addEventListener("change", filter));
+})();

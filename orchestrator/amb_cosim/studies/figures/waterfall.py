@@ -1,0 +1,65 @@
+"""Spectra of a run over its time."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from amb_cosim.plots.style import BLUE, DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.studies.run_spectra import Waterfall
+
+HEIGHT = 0.22  # of the axis, of the largest amplitude of the stacked lines
+DECADES = 1e-4  # of the largest amplitude, the smallest that has a colour
+
+
+def draw(result: Waterfall) -> Figure:
+    """Draw for each bearing the spectra above each other, as a map of colours, and their peak hold."""
+    figure = StyledFigure(figsize=(11.0, 3.6 * len(result.bearings) + 0.4), layout="constrained")
+    rows = figure.subplots(len(result.bearings), 3, squeeze=False, sharex=True)
+    place, label = (result.speeds, "spin speed (Hz)") if result.changing_speed else (result.times, "time (s)")
+    # A speed that rises and falls again has no order: then time is the axis.
+    if result.changing_speed and not np.all(np.diff(place) >= 0.0):
+        place, label = result.times, "time (s)"
+    for (stacked, coloured, held), (name, found) in zip(rows, result.bearings.items(), strict=True):
+        amplitude = 1e3 * found.amplitude
+        _stack(stacked, result.frequencies, place, amplitude)
+        floor = DECADES * float(amplitude.max())
+        shown = coloured.pcolormesh(
+            result.frequencies,
+            place,
+            np.maximum(amplitude, floor),
+            norm=LogNorm(floor),
+            cmap="viridis",
+            rasterized=True,
+        )
+        figure.colorbar(shown, ax=coloured, label="amplitude (mm)")
+        held.semilogy(result.frequencies, 1e3 * found.peak_hold, color=BLUE)
+        held.set(ylabel="largest amplitude (mm)", ylim=(floor, None))
+        held.grid(color="0.9", lw=0.5)
+        for axes in (stacked, coloured):
+            for sign in (1.0, -1.0):
+                axes.plot(sign * result.speeds, place, color="0.2", ls=DASHED, lw=0.7)
+            axes.set_ylabel(label)
+        stacked.set_title(f"{name.upper()}: spectra")
+        coloured.set_title(f"{name.upper()}: as a map")
+        held.set_title(f"{name.upper()}: peak hold")
+    for axes in rows[-1]:
+        axes.set(xlabel="frequency (Hz), forward > 0", xlim=(result.frequencies[0], result.frequencies[-1]))
+    figure.suptitle(
+        f"{result.scenario}: spectra of x + jy, windows of {result.window:.3g} s; dashed: frequency of rotation",
+        fontsize=TITLE_SIZE,
+    )
+    return figure
+
+
+def _stack(axes: Axes, frequencies: np.ndarray, place: np.ndarray, amplitude: np.ndarray) -> None:
+    """Draw the spectra above each other, the last one at the back."""
+    span = float(place[-1] - place[0]) or 1.0
+    scale = HEIGHT * span / float(amplitude.max() or 1.0)
+    for k in range(len(place))[::-1]:
+        line = place[k] + scale * amplitude[k]
+        axes.fill_between(frequencies, place[k], line, color="white", lw=0.0)
+        axes.plot(frequencies, line, color=BLUE, lw=0.6)
+    axes.set_ylim(float(place[0]), float(place[-1]) + HEIGHT * span)

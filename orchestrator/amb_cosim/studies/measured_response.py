@@ -1,0 +1,171 @@
+"""Study of the norm of the synchronous response over frequency, modelled and measured (thesis Fig. 5.1, 5.18, 5.19)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_analysis.rotor_models import control_loop
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.values import quantity
+from amb_cosim.studies.inputs import Number, RotorFile, rotor_of, speed_range, spin_speeds
+from amb_cosim.studies.receptance_identification import identify
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.studies.sensor_receptance import HERTZ, LOWEST, POINTS, levitated_receptance
+from amb_cosim.text_tables import TextPart, labelled_table
+from fmi_export.model import Array
+from rolac_controller.excitation import FORCE, amplitude_at
+from rotor_analysis.modes import Complex
+
+SPEEDS = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
+
+
+@dataclass(frozen=True, eq=False)
+class NormAtSpeeds:
+    """Norms of the response at the speeds of the identifications; all but the first two have the shape (n, n_axes).
+
+    speeds
+        Spin speeds (Hz), shape (n,).
+    thesis
+        S(f) of (5.19) (m/N), shape (n,).
+    continuous
+        S_i of the model with continuous control (m/N).
+    sampled
+        S_i of the model with the sampled loop (m/N).
+    measured
+        S_i that the controller identifies in a co-simulation (m/N).
+    """
+
+    speeds: Annotated[Array, "Hz"]
+    thesis: Annotated[Array, "m/N"]
+    continuous: Annotated[Array, "m/N"]
+    sampled: Annotated[Array, "m/N"]
+    measured: Annotated[Array, "m/N"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SynchronousResponse(DrawnResult):
+    """Norm S_i = |R_i| of the sensors' synchronous response to each bearing force.
+
+    rotor
+        Name of the rotor.
+    forces
+        Names of the forces.
+    speeds
+        Spin speeds of the curves (Hz), shape (n,).
+    thesis
+        S(f) of (5.19) over the speeds (m/N), shape (n,).
+    norm
+        S_i = (R_i^H R_i)^(1/2) of the model with continuous control (m/N), shape (n, n_axes).
+    norm_without_conjugate
+        |R_i^T R_i|^(1/2), (5.18) as it is printed, without the conjugate (m/N), shape (n, n_axes).
+    at_speeds
+        Both models, the thesis and the measurement at some speeds.
+    """
+
+    name: ClassVar[str] = "synchronous_response"
+
+    rotor: str
+    forces: tuple[str, ...]
+    speeds: Annotated[Array, "Hz"]
+    thesis: Annotated[Array, "m/N"]
+    norm: Annotated[Array, "m/N"]
+    norm_without_conjugate: Annotated[Array, "m/N"]
+    at_speeds: NormAtSpeeds
+
+    def text(self) -> list[TextPart]:
+        """Return a table with a row for each speed of the measurement, for the forces in x."""
+        shown = range(0, len(self.forces), 2)
+        kinds = {"model": "continuous", "sampled": "sampled", "measured": "measured"}
+        headings = [f"{kind} {self.forces[k]}" for kind in kinds for k in shown]
+        title = f"{self.rotor}: norm of the synchronous response S (um/N)"
+        table = labelled_table(title, "f (Hz)", "(5.19)", *headings, "measured over (5.19)")
+        at = self.at_speeds
+        for n, f in enumerate(at.speeds):
+            values = [1e6 * getattr(at, kind)[n, k] for kind in kinds.values() for k in shown]
+            ratios = ", ".join(f"{at.measured[n, k] / at.thesis[n]:.2f}" for k in shown)
+            table.add_row(f"{f:g}", f"{1e6 * at.thesis[n]:.2f}", *(f"{value:.3f}" for value in values), ratios)
+        difference = np.abs(at.measured / at.sampled - 1.0).max()
+        return [table, f"measured and sampled model differ by {100.0 * difference:.2g} % at most"]
+
+
+def synchronous_response(
+    rotor: RotorFile = None,
+    *,
+    up_to: Number = "50 Hz",
+    at: str | Sequence[Number] = SPEEDS,
+    k_b: Number = "1e6 N/m",
+    c_b: Number = "5000 N.s/m",
+    flavour: Flavour = "native",
+    progress: bool | None = None,
+) -> SynchronousResponse:
+    """Return the norm of the synchronous response over frequency, of the model and as identified in co-simulations.
+
+    S_i(f) = (R_i^H R_i)^(1/2)     (5.18)
+
+    Parameters
+    ----------
+    rotor
+        Rotor file (TOML); the rig of the thesis by default.
+    up_to
+        Highest spin speed of the curves (rad/s), or a text with its unit.
+    at
+        Spin speeds of the identifications (rad/s), each a number or a text with its unit, or one text with commas.
+    k_b, c_b
+        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or texts with their units.
+    flavour
+        Flavour of the FMUs.
+    progress
+        Whether bars are shown; by default in a terminal and in a notebook.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, or an identification fails.
+    KeyboardInterrupt
+        If Ctrl-C interrupts an identification.
+    """
+    description, speeds, chosen = rotor_of(rotor), speed_range(up_to, POINTS, LOWEST), np.array(spin_speeds(at))
+    R = levitated_receptance(description, speeds, k_b, c_b)
+    continuous = _norm(levitated_receptance(description, chosen, k_b, c_b))
+    settings = {
+        "rolac_controller.*.k_b_?": quantity(k_b, "N/m", "k-b"),
+        "rolac_controller.*.c_b_?": quantity(c_b, "N.s/m", "c-b"),
+    }
+    found = identify(chosen.tolist(), rotor=rotor, set=settings, flavour=flavour, progress=progress)
+    if found.interruption:
+        raise KeyboardInterrupt(found.interruption)
+    measured = []
+    for result in found.results:
+        if result.receptance is None:
+            raise ValueError(f"the identification at {result.frequency:g} Hz failed: {result.reason}")
+        measured.append(result.receptance)
+    return SynchronousResponse(
+        rotor=description.name,
+        forces=control_loop(description).axis_names,
+        speeds=speeds / HERTZ,
+        thesis=linearised_norm(speeds / HERTZ),
+        norm=_norm(R),
+        norm_without_conjugate=np.sqrt(np.abs(np.einsum("nsa,nsa->na", R, R))),
+        at_speeds=NormAtSpeeds(
+            speeds=chosen / HERTZ,
+            thesis=linearised_norm(chosen / HERTZ),
+            continuous=continuous,
+            sampled=_norm(np.array([result.model for result in found.results])),
+            measured=_norm(np.array(measured)),
+        ),
+    )
+
+
+def linearised_norm(frequencies: Array) -> Array:
+    """Return S(f) of (5.19) (m/N) at some frequencies (Hz), in which the thesis counts micrometres."""
+    rounded = np.round(frequencies, 9)
+    return np.array([1e-6 * FORCE / amplitude_at(float(f)) for f in rounded])
+
+
+def _norm(R: Complex) -> Array:
+    """Return the norm of each column of each R, shape (n, n_axes)."""
+    return np.asarray(np.linalg.norm(R, axis=1))

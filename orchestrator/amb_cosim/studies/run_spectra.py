@@ -1,0 +1,224 @@
+"""Study of the spectra of a run over its time: the waterfall of a run-up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+from scipy.signal import find_peaks, stft
+
+from amb_cosim.comparison import Source, load
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.places import places
+from amb_cosim.result import Result
+from amb_cosim.series import cycles, signal, speed, speed_changes, turns
+from amb_cosim.simulation import run
+from amb_cosim.studies.inputs import Number, spin_speed
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.text_tables import TextPart, labelled_table
+from fmi_export.model import Array
+from rotor_analysis.checks import require
+from rotor_analysis.modes import Complex
+
+LONGEST_WINDOW = 1.0  # s, by default
+WINDOWS = 8  # in a run that is shorter, at least
+FEWEST = 16  # samples of a window
+PROMINENCE = 0.05  # of the largest amplitude, by which a peak stands out
+NEAR = 1.5  # lines of the spectrum by which a vibration counts as synchronous
+
+
+@dataclass(frozen=True, eq=False)
+class BearingSpectra:
+    """Spectra of the orbit x + j y at one bearing; a frequency above zero is forward whirl, one below backward.
+
+    amplitude
+        Amplitude of each line (m), shape (windows, lines).
+    peak_hold
+        Largest amplitude of each line in any window (m), shape (lines,).
+    synchronous
+        Amplitude of the forward motion in step with the rotor's angle, of each window (m), shape (windows,).
+    resonances, resonance_amplitudes
+        Spin speeds (Hz) at which the synchronous amplitude has a peak, and the amplitudes (m); none at constant speed.
+    largest, largest_at
+        Largest synchronous amplitude (m), and the spin speed there (Hz).
+    other_frequency, other_amplitude, other_speed
+        Frequency (Hz) of the strongest vibration that is not near that of rotation, its amplitude (m), and the spin
+        speed then (Hz).
+    """
+
+    amplitude: Annotated[Array, "m"]
+    peak_hold: Annotated[Array, "m"]
+    synchronous: Annotated[Array, "m"]
+    resonances: Annotated[Array, "Hz"]
+    resonance_amplitudes: Annotated[Array, "m"]
+    largest: Annotated[float, "m"]
+    largest_at: Annotated[float, "Hz"]
+    other_frequency: Annotated[float, "Hz"]
+    other_amplitude: Annotated[float, "m"]
+    other_speed: Annotated[float, "Hz"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Waterfall(DrawnResult):
+    """Spectra of the orbits of a run over its time.
+
+    scenario
+        What was run.
+    window
+        Length of a window (s); the lines are one over it apart.
+    times, speeds
+        Middle of each window (s), and the mean spin speed in it (Hz), shape (windows,).
+    frequencies
+        Frequencies of the lines (Hz), ascending from below zero, shape (lines,).
+    changing_speed
+        Whether the spin speed changes.
+    bearings
+        Spectra by bearing.
+    """
+
+    name: ClassVar[str] = "waterfall"
+
+    scenario: str
+    window: Annotated[float, "s"]
+    times: Annotated[Array, "s"]
+    speeds: Annotated[Array, "Hz"]
+    frequencies: Annotated[Array, "Hz"]
+    changing_speed: bool
+    bearings: dict[str, BearingSpectra]
+
+    def text(self) -> list[TextPart]:
+        """Return a table of the largest synchronous and other vibration of each bearing."""
+        headings = ("synchronous (mm)", "at (Hz)", "peaks at (Hz)", "other (mm)", "frequency (Hz)", "at speed (Hz)")
+        table = labelled_table(f"{self.scenario}: spectra, windows of {self.window:.3g} s", "bearing", *headings)
+        for name, found in self.bearings.items():
+            table.add_row(
+                name,
+                f"{1e3 * found.largest:.4f}",
+                f"{found.largest_at:.2f}",
+                ", ".join(f"{peak:.4g}" for peak in found.resonances) or "-",
+                f"{1e3 * found.other_amplitude:.4f}",
+                f"{found.other_frequency:.2f}",
+                f"{found.other_speed:.2f}",
+            )
+        return [table, "frequencies below zero are backward whirl"]
+
+
+def waterfall(
+    source: Source = "run_up",
+    *,
+    up_to: Number = "60 Hz",
+    window: Number | None = None,
+    rotor: str | Path | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> Waterfall:
+    """Return the spectra of the orbits of a run, window by window.
+
+    Z(f, t) = sum_n w_n (x + j y)(t_n) exp(-j 2 pi f t_n) / sum_n w_n, with a Hann window w; windows overlap by half.
+    The synchronous part is the same with the rotor's angle in place of 2 pi f t, which a changing speed does not blur.
+
+    Parameters
+    ----------
+    source
+        A scenario, its name or TOML file, which is run; or a result, its folder or its file.
+    up_to
+        Highest frequency (rad/s), or a text with its unit.
+    window
+        Length of a window (s), or a text with its unit; by default 1 s, or an eighth of a shorter run.
+    rotor, set, flavour
+        As in `amb_cosim.run`; not for a result.
+
+    Raises
+    ------
+    ValueError
+        If the source is wrong, the run recorded no orbit or not at equal steps, or a window does not fit into it.
+    KeyboardInterrupt
+        If Ctrl-C interrupts the run.
+    """
+    highest = spin_speed(up_to, "up-to") / (2.0 * np.pi)
+    require(highest > 0.0, "up-to", f"{highest:g} Hz", "> 0 Hz")
+    plan = load(source)
+    if isinstance(plan, Result):
+        if rotor or set:
+            raise ValueError(f"{source} is a saved result; nothing can be set for it")
+        return spectra_of(plan.signals, highest, window)
+    result = run(plan, rotor=rotor, set=set, flavour=flavour)
+    if result.outcome.status == "interrupted":
+        raise KeyboardInterrupt(result.outcome.failure)
+    return spectra_of(result.signals, highest, window)
+
+
+def spectra_of(recorded: Signals, highest: float, window: Number | None = None) -> Waterfall:
+    """Return the spectra of a recorded run up to a frequency (Hz); see `waterfall`."""
+    time, after = np.asarray(recorded["time"].values), cycles(recorded) >= 0.0
+    time = time[after]
+    steps = np.diff(time)
+    if not len(steps) or not np.allclose(steps, steps[0], rtol=1e-6):
+        raise ValueError("the run has no samples at equal steps, from which spectra could be made")
+    h, duration = float(steps[0]), float(time[-1] - time[0])
+    length = min(LONGEST_WINDOW, duration / WINDOWS) if window is None else quantity(window, "s", "window")
+    require(FEWEST * h <= length <= duration, "window", f"{length:g} s", f">= {FEWEST * h:g} s and <= {duration:.6g} s")
+    size = round(length / h)
+    Omega, theta = speed(recorded)[after], 2.0 * np.pi * turns(recorded)[after]
+
+    def spectra(values: Complex) -> tuple[Array, Array, Complex]:
+        """Return frequencies (Hz), ascending, middles of the windows (s), and the spectra, shape (windows, lines)."""
+        lines, middles, Z = stft(
+            values, 1.0 / h, "hann", size, size // 2, return_onesided=False, boundary=None, padded=False
+        )
+        order = np.argsort(lines)
+        return lines[order], middles, Z[order].T
+
+    found: dict[str, tuple[Array, Array]] = {}
+    lines, middles = np.empty(0), np.empty(0)
+    for bearing in places(recorded).bearings:
+        x, y = signal(recorded, f"{bearing}.x"), signal(recorded, f"{bearing}.y")
+        if x is None or y is None:
+            continue
+        orbit = np.asarray(x + 1j * y)[after]
+        lines, middles, Z = spectra(orbit)
+        _, _, turned_back = spectra(orbit * np.exp(-1j * theta))
+        shown = np.abs(lines) <= highest
+        found[bearing] = (np.abs(Z[:, shown]), np.abs(turned_back[:, lines == 0.0][:, 0]))
+    if not found:
+        raise ValueError("the run did not record the displacement at a bearing")
+    lines = lines[np.abs(lines) <= highest]
+    speeds = np.interp(middles, time - time[0], Omega) / (2.0 * np.pi)
+    return Waterfall(
+        scenario=str(recorded.attrs["scenario"]),
+        window=size * h,
+        times=middles + time[0],
+        speeds=speeds,
+        frequencies=lines,
+        changing_speed=speed_changes(recorded),
+        bearings={name: _bearing(*amplitudes, lines, speeds) for name, amplitudes in found.items()},
+    )
+
+
+def _bearing(amplitude: Array, synchronous: Array, lines: Array, speeds: Array) -> BearingSpectra:
+    """Return the spectra at a bearing with their largest vibrations; the mean of the orbit, at 0 Hz, is none."""
+    spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
+    near = np.abs(lines - speeds[:, np.newaxis]) <= NEAR * spacing
+    steady = np.abs(lines) <= NEAR * spacing
+    others = np.where(near | steady, 0.0, amplitude)
+    top = int(np.argmax(synchronous))
+    peaks, _ = find_peaks(synchronous, prominence=PROMINENCE * synchronous[top])
+    peaks = peaks if np.ptp(speeds) > 0.0 else peaks[:0]
+    row, column = np.unravel_index(int(np.argmax(others)), others.shape)
+    return BearingSpectra(
+        amplitude=amplitude,
+        peak_hold=amplitude.max(axis=0),
+        synchronous=synchronous,
+        resonances=speeds[peaks],
+        resonance_amplitudes=synchronous[peaks],
+        largest=float(synchronous[top]),
+        largest_at=float(speeds[top]),
+        other_frequency=float(lines[column]),
+        other_amplitude=float(others[row, column]),
+        other_speed=float(speeds[row]),
+    )

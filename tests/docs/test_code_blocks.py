@@ -1,0 +1,131 @@
+"""The code of the pages runs, in an empty folder but for the files that a page takes for granted."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from code_blocks import LANGUAGES, blocks_of, run_blocks
+
+ROOT = Path(__file__).parents[2]
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted(ROOT.glob("docs/**/*.md")),
+    *ROOT.glob("examples/**/*.md"),
+]
+RUNNING = [page for page in PAGES if any(not (block.needs or block.part_of) for block in blocks_of(page))]
+FAST = ("README", "own_scenario", "run_any_fmus")
+NEEDING = [(page, block) for page in PAGES for block in blocks_of(page) if block.needs]
+
+# What blocks need, and whether it is here; what is None cannot be had in a test.
+NEEDS = {
+    "a clone": None,  # installs packages; tests/cosim/test_fourth_fmu.py has the example
+    "the changes above": None,
+    "ecospy": None,  # tests/ssp/test_tool_pages.py runs it
+    "libcosimpy": None,  # tests/ssp/test_tool_pages.py runs it
+    "pyfmi": find_spec("pyfmi"),
+    "fmusim": shutil.which("fmusim"),
+    "OMSimulator": shutil.which("OMSimulator"),
+}
+
+
+def name_of(page: Path) -> str:
+    return str(page.relative_to(ROOT).with_suffix(""))
+
+
+def command(folder: Path, *arguments: str) -> None:
+    start = ["-c", "from amb_cosim.cli import main; main()"] if arguments[0] != "-m" else []
+    subprocess.run([sys.executable, *start, *arguments], cwd=folder, check=True, timeout=600)
+
+
+def put_lag_sensor(folder: Path) -> None:
+    """The FMU of the example, of flavour python, which takes no compiler."""
+    sys.path.insert(0, str(ROOT / "examples" / "lag_sensor"))
+    from lag_sensor.model import source
+
+    from fmi_export.building.python_fmu import build_python_fmu
+
+    build_python_fmu(*source(), folder)
+    sys.path.pop(0)
+
+
+def put_masses(folder: Path) -> None:
+    for script in ("mass.py", "spring.py"):
+        shutil.copy(ROOT / "tests" / "cosim" / "support" / script, folder)
+        command(folder, "-m", "pythonfmu", "build", "-f", script)
+
+
+def put_controller(folder: Path) -> None:
+    tutorial = ROOT / "docs" / "tutorials" / "own_controller.md"
+    run_blocks([block for block in blocks_of(tutorial) if block.file_name == "pd_controller.py"], tutorial, folder)
+    command(folder, "-m", "pythonfmu", "build", "-f", "pd_controller.py")
+
+
+def put_rig(folder: Path) -> None:
+    """The archive of a levitated rig for parallel masters, and the assembled FMU."""
+    text = 'base = "fig4_9"\ncoupling = "jacobi"\nsettle_cycles = 0\nend_cycle = 3\nevent = []\n'
+    (folder / "parallel.toml").write_text(text, encoding="utf-8")
+    command(folder, "export-ssp", "parallel.toml", "-o", "rig.ssp", "--integers")
+    command(folder, "build", "--assembled", "fig4_9", "-o", ".")
+
+
+PUT = {
+    "docs/how-to/add_an_fmu": put_lag_sensor,
+    "docs/how-to/run_any_fmus": put_masses,
+    "docs/how-to/swap_a_component": put_controller,
+    "docs/how-to/tools/fmpy": put_rig,
+    "docs/how-to/tools/fmusim": put_rig,
+    "docs/how-to/tools/omsimulator": put_rig,
+    "docs/how-to/tools/pyfmi": put_rig,
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    return tmp_path
+
+
+def run_page(page, blocks, folder):
+    if put := PUT.get(name_of(page)):
+        put(folder)
+    run_blocks(blocks, page, folder)
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=[pytest.mark.slow] if page.stem not in FAST else [], id=name_of(page))
+        for page in RUNNING
+    ],
+)
+def test_the_code_of_a_page_runs(page, folder):
+    run_page(page, [block for block in blocks_of(page) if not (block.needs or block.part_of)], folder)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("page", "block"), [pytest.param(*each, id=f"{name_of(each[0])}:{each[1].line}") for each in NEEDING]
+)
+def test_code_runs_where_what_it_needs_is_here(page, block, folder):
+    if NEEDS[block.needs] is None:
+        pytest.skip(f"needs {block.needs}")
+    if block.language == "lua":
+        (folder / "program.lua").write_text(block.code, encoding="utf-8")
+        block = block._replace(language="sh", code="OMSimulator program.lua")
+    run_page(page, [block], folder)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_block_runs_or_says_what_it_needs(page):
+    for block in blocks_of(page):
+        if block.needs:
+            assert block.needs in NEEDS, f"{page}:{block.line}"
+        elif not block.part_of:
+            assert block.language in LANGUAGES, f"{page}:{block.line}"

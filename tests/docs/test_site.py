@@ -1,0 +1,52 @@
+"""What the site renders: equations, and pages written from declarations."""
+
+import logging
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+pytest.importorskip("mkdocs")
+pytest.importorskip("latex2mathml")
+sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "mkdocs"))
+
+import declarations
+import equations
+
+from rotor_analysis.rotor import Rotor
+
+PAGE = (
+    r'<p>speed <span class="arithmatex">\(\Omega &lt; 2\)</span></p><div class="arithmatex">\[a = b \tag{4.1}\]</div>'
+)
+
+
+def test_equations_become_mathml_with_their_numbers():
+    html = equations.on_page_content(PAGE, "page")
+    tree = ElementTree.fromstring(f"<main>{html}</main>")
+    inline, block = tree.iter("{http://www.w3.org/1998/Math/MathML}math")
+    assert "".join(inline.itertext()) == "Ω<2"
+    assert "".join(block.itertext()) == "a=b"
+    assert [span.text for span in tree.iter("span")] == ["(4.1)"]
+
+
+@pytest.mark.parametrize("tex", [r"\nosuchcommand x", r"a & b", r"a^b^c"])
+def test_an_equation_that_cannot_be_rendered_is_a_warning_of_mkdocs(tex, caplog):
+    with caplog.at_level(logging.WARNING, logger="mkdocs"):
+        equations.mathml(tex, True, "page.md")
+    assert any(tex in record.getMessage() and "page.md" in record.getMessage() for record in caplog.records)
+
+
+def test_keys_of_a_file_have_units_limits_and_defaults():
+    page = declarations.keys_of(Rotor)
+    bearing = page[page.index("## `[[bodies]]` (Body)") :]
+    assert "| `mass` | number | kg | required | >= 0 |" in bearing
+    assert "| `clearance` | number | m | `0.0005` | > 0 |" in page
+    assert "| `theory` | text |  | `timoshenko` | `timoshenko`, `rayleigh` |" in page
+    assert "## `[materials.NAME]`" in page
+
+
+def test_every_public_name_is_documented():
+    directives = list(declarations.names_of("amb_cosim"))
+    assert "::: amb_cosim.run" in directives
+    assert "::: amb_cosim.Scenario" in directives

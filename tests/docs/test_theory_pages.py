@@ -1,0 +1,64 @@
+"""Theory pages name the code they are about; pages of the FMUs are short, and their links lead somewhere."""
+
+import re
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+THEORY = sorted((ROOT / "docs" / "theory").glob("*.md"))
+MODELS = ("rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor")
+FMU_PAGES = [ROOT / "fmus" / name / "README.md" for name in MODELS]
+DECLARING = {"__init__", "interface", "records", "signals"}  # tables and records, which every model has
+MOST_WORDS = 400
+
+
+def text_of(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+def prose(markdown: str) -> str:
+    """Return Markdown without code blocks and pictures."""
+    without_fences = re.sub(r"```.*?```", "", markdown, flags=re.DOTALL)
+    without_code = "\n".join(line for line in without_fences.splitlines() if not line.startswith("    "))
+    return re.sub(r"!?\[([^\]]*)\]\([^)]*\)", lambda link: "" if link[0][0] == "!" else link[1], without_code)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_file_of_a_model_is_named_on_a_theory_page(name):
+    named = set(re.findall(r"`(?:[a-z_]+\.)?([a-z_]+)(?:\.py)?`", " ".join(text_of(page) for page in THEORY)))
+    files = {file.stem for file in Path(import_module(name).__file__).parent.glob("*.py")}
+    assert files - DECLARING - {f"{name}_fmu"} - named == set()
+
+
+@pytest.mark.parametrize("page", FMU_PAGES, ids=MODELS)
+def test_the_page_of_an_fmu_has_few_words_a_sketch_and_a_snippet(page):
+    text = text_of(page)
+    assert len(prose(text).split()) <= MOST_WORDS
+    assert "(documentation/sketch.svg)" in text
+    assert len(re.findall(r"```python\n", text)) == 1
+
+
+@pytest.mark.parametrize("page", [*THEORY, *FMU_PAGES], ids=lambda page: f"{page.parent.name}/{page.stem}")
+def test_links_and_pictures_of_a_page_lead_to_files(page):
+    links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", text_of(page))
+    assert [link for link in links if not (page.parent / link).is_file()] == []
+
+
+@pytest.mark.parametrize("page", THEORY, ids=lambda page: page.stem)
+def test_every_theory_page_is_listed_and_says_how_far_it_holds(page):
+    index = text_of(ROOT / "docs" / "theory" / "index.md")
+    if page.stem in ("index", "rig"):
+        return
+    assert f"({page.name})" in index
+    assert "## How far it holds" in text_of(page)
+
+
+@pytest.mark.parametrize("page", THEORY, ids=lambda page: page.stem)
+def test_equations_of_a_page_are_delimited_in_pairs(page):
+    text = re.sub(r"```.*?```|`[^`]*`", "", text_of(page), flags=re.DOTALL)
+    displayed = text.split("\n$$\n")
+    assert len(displayed) % 2 == 1
+    for paragraph in "\n".join(displayed[::2]).split("\n\n"):
+        assert paragraph.count("$") % 2 == 0, paragraph

@@ -1,0 +1,44 @@
+"""Every model has a reference page of its interface, which is that of its FMU, word for word."""
+
+from pathlib import Path
+
+import pytest
+from markdown_it import MarkdownIt
+
+from amb_cosim import models
+from fmi_export.building.interface_page import Table, interface_page, outside_code, tables
+
+REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
+
+
+@pytest.mark.parametrize("name", models.MODELS)
+def test_the_reference_page_is_that_of_the_interface(name):
+    model, _ = getattr(models, name)()
+    page = REFERENCE / f"interface_{name}.md"
+    command = f"python -m fmi_export.building.interface_page amb_cosim.models:{name} docs/reference/{page.name}"
+    assert page.read_text(encoding="utf-8") == interface_page(model), f"regenerate with: {command}"
+
+
+def test_tables_show_types_units_ranges_and_start_values(lag):
+    shown = {table.title: table for table in tables(lag)}
+    assert list(shown)[:4] == ["Parameters", "Inputs", "Outputs", "Faults"]
+    rows = [row for title in ("Parameters", "Inputs", "Outputs") for row in shown[title].rows]
+    assert len(rows) == len(lag.interface.variables)
+    assert ("`offset`", "Integer", "", "0", ">= -5, <= 5", "Added to the output in whole numbers") in rows
+    assert ("`gain`", "tunable Real", "", "1", "", "Gain, may change at any time") in rows
+    assert ("`hold`", "Boolean", "", "false", "", "Stop following") in rows
+    assert ("`steps`", "Integer", "", "", "", "Steps since the start") in rows
+
+
+def test_markdown_of_a_page_renders_every_cell_as_it_is(lag):
+    rendered = MarkdownIt("commonmark").enable("table").render(interface_page(lag))
+    for table in tables(lag):
+        for cell in (cell for row in table.rows for cell in row):
+            plain = outside_code(cell, lambda text: text.replace("<", "&lt;").replace(">", "&gt;"))
+            assert f"<td>{plain.replace('`', '')}</td>" in rendered.replace("<code>", "").replace("</code>", "")
+
+
+def test_what_markdown_would_take_for_its_own_is_escaped(lag, monkeypatch):
+    odd = Table("Odd", ("cell",), (("|x| < 2 * `a_b` * 3",),))
+    monkeypatch.setattr("fmi_export.building.interface_page.tables", lambda model: [odd])
+    assert r"| \|x\| &lt; 2 \* `a_b` \* 3 |" in interface_page(lag)

@@ -1,0 +1,209 @@
+"""Runs side by side: table and differences, signals, figures, files, and what the command refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+import amb_cosim
+from amb_cosim import comparison
+from amb_cosim.cosim.simulation import Outcome
+from amb_cosim.result import Result
+
+DONE = Outcome("completed", 0.4)
+
+
+@pytest.fixture
+def make(synthetic):
+    """`make(force=1.0, **attributes)`: a result whose contact force at RB1 is scaled."""
+
+    def result(force: float = 1.0, outcome: Outcome = DONE, **attributes) -> Result:
+        fields = [outcome.status, outcome.time, outcome.component, outcome.reason]
+        dataset = synthetic(**{"outcome": json.dumps(fields)} | attributes)
+        measured = dataset["rotor_contact.rb1.f_n"]
+        dataset["rotor_contact.rb1.f_n"] = measured.copy(data=force * measured.values)
+        return Result(dataset, outcome)
+
+    return result
+
+
+def row(found, quantity):
+    return next(row for row in found.rows if row.quantity == quantity)
+
+
+def test_differences_are_to_the_first_run(make):
+    found = amb_cosim.compare(make(), make(force=1.5), make(force=0.5))
+    peak = row(found, "peak_contact_force rb1")
+    assert peak.unit == "N"
+    assert peak.values == pytest.approx((1234.5, 1851.75, 617.25))
+    assert peak.differences == pytest.approx((0.0, 617.25, -617.25))
+    assert row(found, "peak_contact_force rb2").differences == (0.0, 0.0, 0.0)
+    assert "+50 %" in str(found)
+    assert "-50 %" in str(found)
+
+
+def test_shares_have_the_names_of_the_contact_states(make):
+    found = amb_cosim.compare(make(), make(step_cycle=6.0))
+    both = row(found, "contact_share both")
+    assert both.unit == "1"
+    assert both.values == pytest.approx((0.1, 0.125), abs=0.01)
+
+
+def test_equal_runs_are_equal_to_the_last_bit(make):
+    (against,) = amb_cosim.compare(make(), make()).signals.against_first
+    assert against.same_times
+    assert against.equal == against.compared > 20
+    assert against.largest is None
+
+
+def test_signal_that_deviates_most_is_told_with_its_cycle(make):
+    (against,) = amb_cosim.compare(make(), make(force=1.5)).signals.against_first
+    assert against.equal == against.compared - 1
+    assert against.largest.signal == "rotor_contact.rb1.f_n"
+    assert against.largest.difference == pytest.approx(0.5 * 1234.5)
+    assert against.largest.cycle == pytest.approx(6.5)
+
+
+def test_shorter_run_is_compared_as_far_as_it_goes(make):
+    (against,) = amb_cosim.compare(make(), make(end=12)).signals.against_first
+    assert against.same_times
+    assert against.equal == against.compared
+
+
+def test_signals_that_only_some_have_are_told(make):
+    less = make()
+    dataset = less.dataset.drop_vars("rotor_contact.energy.strain")
+    found = amb_cosim.compare(make(), Result(dataset.assign_attrs(scenario="lean"), DONE))
+    assert found.signals.only_some == {"rotor_contact.energy.strain": ("synthetic",)}
+    assert "only in synthetic: rotor_contact.energy.strain" in str(found)
+
+
+def test_runs_of_one_scenario_have_numbers(make):
+    assert amb_cosim.compare(make(), make()).labels == ["synthetic (1)", "synthetic (2)"]
+    assert amb_cosim.compare(make(), make(scenario="other")).labels == ["synthetic", "other"]
+
+
+@pytest.fixture
+def runs(make, monkeypatch):
+    """Calls of `run`, which does not run."""
+    calls = []
+
+    def run(scenario, **options):
+        calls.append((scenario.name, options))
+        return make(scenario=scenario.name)
+
+    monkeypatch.setattr(comparison, "run", run)
+    return calls
+
+
+def test_options_are_for_all_runs_or_for_one(runner, runs):
+    options = [
+        "--set",
+        "a.b=1",
+        "--set",
+        "2:a.c=2 mm",
+        "--rotor",
+        "1:bath_rig",
+        "--flavour",
+        "2:python",
+        "--until",
+        "0.1",
+    ]
+    result = runner("compare", "fig4_9", "fig4_9", *options, "--no-plots")
+    assert result.exit_code == 0, result.output
+    (_, first), (_, second) = runs
+    assert (first["set"], second["set"]) == ({"a.b": "1"}, {"a.b": "1", "a.c": "2 mm"})
+    assert (first["rotor"], second["rotor"]) == ("bath_rig", None)
+    assert (first["flavour"], second["flavour"]) == ("native", "python")
+    assert first["until"] == second["until"] == 0.1
+    labels = [run["label"] for run in json.loads(Path("results/comparison/comparison.json").read_text())["runs"]]
+    assert labels == ["fig4_9, a.b=1, bath_rig, native", "fig4_9, a.b=1, a.c=2 mm, python"]
+
+
+def test_what_is_set_for_all_is_set_for_the_runs_that_run(make, runs, tmp_path):
+    make().save(tmp_path / "saved", plots=False)
+    found = amb_cosim.compare(tmp_path / "saved", "fig4_9", set={"a.b": 1})
+    assert runs == [
+        ("fig4_9", {"set": {"a.b": 1}, "rotor": None, "flavour": "native", "until": None, "progress": None})
+    ]
+    assert found.labels == ["synthetic", "fig4_9"]
+
+
+def test_saved_results_give_table_figures_and_data(make, runner, tmp_path):
+    make().save(tmp_path / "a", plots=False)
+    make(force=2.0, scenario="heavy").save(tmp_path / "b", plots=False)
+    result = runner("compare", "a", "b/result.nc", "-o", "out")
+    assert result.exit_code == 0, result.output
+    assert "+100 %" in result.stdout
+    assert "results in out" in result.stdout
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == ["comparison.json", "contact.png", "displacement.png", "orbits.png"]
+    for name in names[1:]:
+        picture = imread(tmp_path / "out" / name)[:, :, :3]
+        assert (picture.min(axis=2) < 0.99).mean() > 0.01
+    data = json.loads((tmp_path / "out" / "comparison.json").read_text(), parse_constant=pytest.fail)
+    assert [run["label"] for run in data["runs"]] == ["synthetic", "heavy"]
+    peak = next(row for row in data["rows"] if row["quantity"] == "peak_contact_force rb1")
+    assert peak["differences"] == pytest.approx([0.0, 1234.5])
+
+
+def test_run_that_failed_is_compared_and_told(make, runner, tmp_path):
+    make().save(tmp_path / "a", plots=False)
+    make(outcome=Outcome("failed", 0.3, "rotor_contact", "too fast")).save(tmp_path / "b", plots=False)
+    result = runner("compare", "a", "b", "-o", "out", "--no-plots")
+    assert result.exit_code == 1
+    assert "synthetic (2): rotor_contact failed at t = 0.3 s: too fast" in result.stderr
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["comparison.json"]
+
+
+def test_bearings_of_all_rotors_are_drawn(make):
+    other = make(scenario="other").dataset
+    renamed = {name: name.replace("mb2", "b9") for name in other.data_vars if ".mb2." in name}
+    attributes = other.attrs | {"places": other.attrs["places"].replace("mb2", "b9")}
+    found = amb_cosim.compare(make(), Result(other.rename(renamed).assign_attrs(attributes), DONE))
+    titles = [panel.get_title() for panel in found.figures()["orbits"].axes]
+    assert titles == ["MB1", "MB2", "B9"]
+    assert row(found, "orbit_largest b9").values[0] is None
+
+
+def test_axis_is_time_where_a_speed_changes(make):
+    changing = make(scenario="sweep", speed_profile=json.dumps([(0.0, 300.0), (0.4, 330.0)]))
+    labels = [
+        amb_cosim.compare(make(), other).figures()["contact"].axes[-1].get_xlabel() for other in (make(), changing)
+    ]
+    assert labels == ["synchronous cycles", "time (s)"]
+
+
+BAD = {
+    "one run": (["fig4_9"], "1 runs are not allowed; it must be from 2 to 8 that are compared"),
+    "unknown scenario": (["fig4_9", "fig4_99"], "fig4_99"),
+    "empty folder": (["fig4_9", "empty"], "no result empty/result.nc"),
+    "setting for a saved result": (
+        ["fig4_9", "saved", "--set", "2:a.b=1"],
+        "saved is a saved result; {'a.b': '1'} cannot be set for it",
+    ),
+    "settings for saved results": (["saved", "saved", "--set", "a.b=1"], "nothing can be set for them"),
+    "run that is not there": (["saved", "saved", "--set", "3:a.b=1"], "there is no run 3; it must be from 1 to 2"),
+    "no setting": (["fig4_9", "fig4_9", "--set", "2:a.b"], "'a.b' is no setting"),
+    "unknown flavour": (["fig4_9", "fig4_9", "--flavour", "2:java"], "flavour = 'java' is not allowed"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_ends_with_one_message_and_nothing_written(make, refuses, tmp_path, case):
+    make().save(tmp_path / "saved", plots=False)
+    (tmp_path / "empty").mkdir()
+    arguments, expected = BAD[case]
+    refuses(expected, "compare", *arguments)
+
+
+@pytest.mark.slow
+def test_flavours_of_a_run_are_equal():
+    found = amb_cosim.compare("fig4_9", "fig4_9", flavour=["native", "python"], until=0.15, progress=False)
+    (against,) = found.signals.against_first
+    assert against.equal == against.compared > 100
+    assert np.all([row.differences[1] in (0.0, None) for row in found.rows])

@@ -1,0 +1,92 @@
+"""The study of a run's spectra: whirl of known amplitudes and directions, resonance of a sweep, bad input."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from amb_cosim import studies
+from amb_cosim.cosim.simulation import Outcome
+from amb_cosim.result import Result
+
+PERIOD = 0.02  # s, of the synthetic run
+DONE = Outcome("completed", 4.0)
+
+
+@pytest.fixture
+def make(synthetic):
+    """`make(orbit, **attributes)`: a run of 200 cycles with the orbit x + j y = orbit(time) at MB1."""
+
+    def result(orbit, **attributes) -> Result:
+        dataset = synthetic(end=200, outcome=json.dumps(["completed", 4.0, None, ""]), **attributes)
+        z = orbit(dataset["time"].values)
+        for name, values in (("x", z.real), ("y", z.imag)):
+            signal = dataset[f"rotor_contact.mb1.{name}"]
+            dataset[f"rotor_contact.mb1.{name}"] = signal.copy(data=values)
+        return Result(dataset, DONE)
+
+    return result
+
+
+def whirl(amplitude, frequency):
+    return lambda t: amplitude * np.exp(2j * np.pi * frequency * t)
+
+
+def test_forward_and_backward_whirl_have_their_amplitudes(make):
+    run = make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + whirl(0.1e-3, -20.0)(t) + 0.2e-3)
+    found = studies.waterfall(run, window=0.5).bearings["mb1"]
+    assert found.largest == pytest.approx(0.3e-3, rel=1e-3)
+    assert (found.other_amplitude, found.other_frequency) == pytest.approx((0.1e-3, -20.0), rel=1e-3)
+    assert found.largest_at == found.other_speed == pytest.approx(50.0)
+    assert len(found.resonances) == 0  # the speed does not change
+
+
+def test_peak_of_a_sweep_is_its_resonance(make):
+    """From 10 to 50 Hz in 4 s, with an amplitude that is largest as the frequency passes 30 Hz after 2 s."""
+    profile = [(0.0, 20.0 * np.pi), (4.0, 100.0 * np.pi)]
+    sweep = lambda t: (1e-4 + 4e-4 * np.exp(-((t - 2.0) ** 2))) * np.exp(2j * np.pi * (10.0 * t + 5.0 * t**2))  # noqa: E731
+    found = studies.waterfall(make(sweep, speed_profile=json.dumps(profile)), window="0.25 s")
+    assert found.changing_speed
+    assert found.bearings["mb1"].resonances == pytest.approx([30.0], abs=1.5)
+    assert found.bearings["mb1"].resonance_amplitudes == pytest.approx([5e-4], rel=0.2)
+    assert found.speeds == pytest.approx(10.0 + 10.0 * found.times)
+
+
+def test_saved_result_gives_figure_and_data(make, runner, tmp_path):
+    make(whirl(0.3e-3, 50.0)).save(tmp_path / "run", plots=False)
+    result = runner("study", "waterfall", "run", "--up-to", "80 Hz", "-o", "out")
+    assert result.exit_code == 0, result.output
+    data = json.loads((tmp_path / "out" / "waterfall.json").read_text(), parse_constant=pytest.fail)
+    assert data["window_s"] == pytest.approx(0.5)
+    assert max(np.abs(data["frequencies_hz"])) <= 80.0
+    assert len(data["bearings"]["mb1"]["amplitude_m"]) == len(data["times_s"])
+    assert min(imread(tmp_path / "out" / "waterfall.png").shape[:2]) > 600
+
+
+BAD = {
+    "no scenario": (["fig4_99"], "no scenario 'fig4_99'"),
+    "window longer than the run": (
+        ["run", "--window", "5 s"],
+        "window = 5 s is not allowed; it must be >= 0.0032 s and <=",
+    ),
+    "window of no time": (["run", "--window", "0"], "window = 0 s is not allowed"),
+    "no frequency": (["run", "--up-to", "0"], "up-to = 0 Hz is not allowed; it must be > 0 Hz"),
+    "setting for a saved result": (["run", "--set", "a.b=1"], "run is a saved result; nothing can be set for it"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_ends_with_one_message_and_nothing_written(make, refuses, tmp_path, case):
+    make(whirl(0.3e-3, 50.0)).save(tmp_path / "run", plots=False)
+    arguments, expected = BAD[case]
+    refuses(expected, "study", "waterfall", *arguments)
+
+
+@pytest.mark.parametrize("samples", [0, 1])
+def test_run_without_samples_is_refused(make, samples):
+    run = make(whirl(0.3e-3, 50.0))
+    with pytest.raises(ValueError, match="no samples at equal steps"):
+        studies.waterfall(Result(run.dataset.isel(time=slice(samples)), DONE))

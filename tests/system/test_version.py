@@ -1,0 +1,56 @@
+"""The version comes from the tags of git; trees and clones without tags have one too, and build."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+LAST_RELEASE = "0.2.0"
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """A source tree as far as the version needs it."""
+    pytest.importorskip("hatch_vcs")
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    return tmp_path
+
+
+def git(tree, *arguments):
+    command = ["git", "-c", "user.name=A", "-c", "user.email=a@example.org", *arguments]
+    subprocess.run(command, cwd=tree, check=True, capture_output=True)
+
+
+def version(tree):
+    command = [sys.executable, "-m", "hatchling", "version"]
+    return subprocess.run(command, cwd=tree, check=True, capture_output=True, text=True).stdout.strip()
+
+
+def test_a_tree_without_git_has_the_last_release(tree):
+    assert version(tree) == LAST_RELEASE
+
+
+def test_a_clone_without_tags_comes_after_the_last_release(tree):
+    git(tree, "init", "-q")
+    git(tree, "add", ".")
+    git(tree, "commit", "-qm", "First")
+    assert re.fullmatch(r"0\.2\.1\.dev\d+", version(tree))
+
+
+def test_a_tag_is_the_version_and_what_follows_is_on_the_way_to_the_next(tree):
+    git(tree, "init", "-q")
+    git(tree, "add", ".")
+    git(tree, "commit", "-qm", "First")
+    git(tree, "tag", "v1.2.3")
+    assert version(tree) == "1.2.3"
+    git(tree, "commit", "-qm", "Second", "--allow-empty")
+    assert version(tree) == version(tree) == "1.2.4.dev1", "the same commit has the same version"
+
+
+def test_citation_and_changes_name_the_last_release():
+    assert f"\nversion: {LAST_RELEASE}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\n## {LAST_RELEASE}\n" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
