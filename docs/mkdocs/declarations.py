@@ -2,7 +2,7 @@
 
 {{ keys of MODULE.CLASS }}       the keys of a TOML file: type, unit, default and limits, as the classes declare them
 {{ names of MODULE }}            the documentation of every public function and class of a module, by mkdocstrings
-{{ statements }}                 those of the thesis, by the answers that `amb-cosim report` left in results/report
+{{ statements }}                 those of the thesis, by the tables that `amb-cosim report` left in results/report
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Schema = Mapping[str, Any]
 KEYS = re.compile(r"^\{\{ keys of ([\w.]+)\.(\w+) \}\}$", re.MULTILINE)
 NAMES = re.compile(r"^\{\{ names of ([\w.]+) \}\}$", re.MULTILINE)
 STATEMENTS = re.compile(r"^\{\{ statements \}\}$", re.MULTILINE)
-REPORT = Path(__file__).parents[2] / "results/report"
+REPORT = Path(__file__).parents[2] / "results/report/report.md"
 TYPES = {
     "string": "text",
     "number": "number",
@@ -42,12 +42,9 @@ def on_page_markdown(markdown: str, **_: object) -> str:
 
 def statements() -> str:
     """The tables of the report's verdicts, or how to get them where no report has been made."""
-    if not (REPORT / "report.json").exists():
+    if not REPORT.exists():
         return "The tables are here once `amb-cosim report` has run in the folder of this project."
-    from amb_cosim.report.evaluation import evaluate
-    from amb_cosim.report.table import markdown
-
-    return markdown(evaluate(REPORT))
+    return REPORT.read_text(encoding="utf-8")
 
 
 def names_of(module: str) -> Iterator[str]:

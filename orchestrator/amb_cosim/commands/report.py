@@ -28,6 +28,7 @@ def report(output: Path, only: tuple[str, ...], jobs: int | None) -> None:
     from amb_cosim.progress import bars
     from amb_cosim.report.evaluation import evaluate
     from amb_cosim.report.page import PAGE, write_page
+    from amb_cosim.report.table import TABLE, write_table
     from amb_cosim.report.verdict import Verdict
 
     with refusing(), bars(Console(stderr=True)) as shown:
@@ -40,6 +41,7 @@ def report(output: Path, only: tuple[str, ...], jobs: int | None) -> None:
             lambda done, total: shown.update(task, description="runs and studies", completed=done, total=total),
         )
         found.save_data(output)
+        write_table(found, output / TABLE)
         write_page(found, output / PAGE)
     counts = found.counts()
     for verdict in Verdict:

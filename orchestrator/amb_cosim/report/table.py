@@ -13,11 +13,20 @@ import click
 from amb_cosim.report.evaluation import Judged, Report, evaluate
 from amb_cosim.report.texts import ratio_text, remark_text, thesis_text, value_text
 from amb_cosim.report.verdict import Verdict
+from amb_files.atomic import write_atomically
+
+TABLE = "report.md"
 
 
 def markdown(report: Report) -> str:
     """Return the counts by verdict and chapter, and a table of the statements of each chapter."""
     return "\n".join([*_counts(report), *(line for c in report.chapters for line in _chapter(report, c))]) + "\n"
+
+
+def write_table(report: Report, path: Path) -> None:
+    """Write what `markdown` returns."""
+    text = markdown(report)
+    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
 
 
 def _counts(report: Report) -> Iterator[str]:
