@@ -90,10 +90,8 @@ def recovered(dataset: Signals) -> bool | None:
 
     A rotor that never touched has nothing to recover from, and counts as recovered.
     """
-    if in_contact(dataset) is None:
-        return None
     _, last = contact_cycles(dataset)
-    return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
+    return None if signal(dataset, "contact_state") is None else _free_for_good(dataset, last)
 
 
 def recovery(dataset: Signals) -> Recovery | None:
@@ -101,13 +99,17 @@ def recovery(dataset: Signals) -> Recovery | None:
 
     `trapped` is a rotor that has not `recovered`. Of the others, `prevented` is one that never touches after the step.
     """
-    free, step = recovered(dataset), dataset.attrs.get("step_cycle")
-    if free is None or step is None:
+    step, (_, last) = dataset.attrs.get("step_cycle"), contact_cycles(dataset)
+    if step is None or signal(dataset, "contact_state") is None:
         return None
-    if not free:
+    if not _free_for_good(dataset, last):
         return "trapped"
-    _, last = contact_cycles(dataset)
     return "prevented" if last is None or last <= step else "recovered"
+
+
+def _free_for_good(dataset: Signals, last: float | None) -> bool:
+    """Return whether a rotor whose last contact was in cycle `last` is free of it."""
+    return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
@@ -127,7 +129,7 @@ def rolling_from(dataset: Signals) -> float | None:
 def _turns_rolled(dataset: Signals, site: str) -> list[float]:
     """Return the cycles at which the rolling of at least a turn begins."""
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
-    if mode is None or whirl is None:
+    if mode is None or whirl is None or not np.any(mode == ROLLING):
         return []
     rolls = np.concatenate([[False], (mode == ROLLING) & (cycles(dataset) >= 0.0), [False]])
     begins, ends = np.flatnonzero(rolls[1:] & ~rolls[:-1]), np.flatnonzero(rolls[:-1] & ~rolls[1:])

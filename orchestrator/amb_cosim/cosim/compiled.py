@@ -17,6 +17,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from ctypes import Structure, byref, c_bool, c_double, c_ssize_t, c_void_p
 from dataclasses import replace
+from functools import cache
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -155,7 +156,7 @@ def run(
             for observe in observers:
                 observe(reached, master.values)
             taken, size = time.perf_counter() - started, reached + 1 - begin
-            size = 2 * size if taken < BLOCK_TIME / 2 else max(1, size // 2) if taken > BLOCK_TIME else size
+            size = 4 * size if taken < BLOCK_TIME / 4 else max(1, size // 2) if taken > BLOCK_TIME else size
             begin = reached + 1
 
 
@@ -261,8 +262,12 @@ def _structure(data: Any) -> Structure:
     values = [_member(value) for value in data]
     size = c_ssize_t(next(len(value) for value in data if isinstance(value, np.ndarray)))
     members = dict(zip((*data._fields, "size"), (*values, size), strict=True))
-    fields = [(name, type(value)) for name, value in members.items()]
-    return type(type(data).__name__, (Structure,), {"_fields_": fields})(**members)
+    return _structure_type(tuple((name, type(value)) for name, value in members.items()))(**members)
+
+
+@cache
+def _structure_type(fields: tuple[tuple[str, type[Any]], ...]) -> type[Structure]:
+    return type("Data", (Structure,), {"_fields_": fields})
 
 
 def _member(value: Any) -> Any:

@@ -104,6 +104,7 @@ class FmuComponent:
         self._fmu: Any = None
         self._running = False  # between initialisation and an error, when fmi2Terminate may be called
         self._state = c_void_p()
+        self._exchanges: dict[tuple[str, ...], _Exchange] = {}
         try:
             self._fmu = FMU2Slave(
                 guid=interface.guid,
@@ -214,12 +215,16 @@ class FmuComponent:
     def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: Mapping[str, float], every: int) -> None:
         """Set the start values of a run, and say what it exchanges."""
         self.every = every
-        self._in, self._out, initial = (
-            _Exchange([self._interface.port(v, self.name) for v in names]) for names in (inputs, outputs, start)
-        )
+        self._in, self._out, initial = (self._exchange(tuple(names)) for names in (inputs, outputs, start))
         self.inputs, self.outputs = self._in.values, self._out.values
         initial.values[:] = list(start.values())
         self._call("fmi2Set", initial.write, self._fmu)
+
+    def _exchange(self, names: tuple[str, ...]) -> _Exchange:
+        """Return what moves the variables of these names; a run after a reset has those of the run before."""
+        if names not in self._exchanges:
+            self._exchanges[names] = _Exchange([self._interface.port(v, self.name) for v in names])
+        return self._exchanges[names]
 
     def _free_state(self, fmu: Any) -> None:
         if self._state:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,7 +28,7 @@ from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.replacement import missing_ports, original, with_units, without_lacking
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.stopping import StopObserver, Stopped
-from amb_cosim.cosim.system import System
+from amb_cosim.cosim.system import MasterLayout, System
 
 REPORT_TIME = 0.04  # s between two reports of progress
 
@@ -107,6 +107,17 @@ class Assembly:
     def assignments(self) -> Assignments:
         """Return the values of the system's parameters, to add others to."""
         return self._assignments.copy()
+
+    def wiring(self, exogenous: Iterable[str], recorded: Iterable[str]) -> MasterLayout:
+        """Lay out all signals for a master, see `System.wiring`; runs that differ in values alone share it."""
+        key = tuple(exogenous), tuple(recorded)
+        if key not in self._wirings:
+            self._wirings[key] = self.system.wiring(self.interfaces, *key)
+        return self._wirings[key]
+
+    @cached_property
+    def _wirings(self) -> dict[tuple[tuple[str, ...], tuple[str, ...]], MasterLayout]:
+        return {}
 
     @cached_property
     def _assignments(self) -> Assignments:
@@ -203,7 +214,7 @@ def run_plan(
         loop = "plain"
     if loop == "compiled" and load_loop() is None:
         loop = "plain"
-    wiring, inputs, outputs = system.wiring(assembly.interfaces, list(plan.inputs), plan.recorded)
+    wiring, inputs, outputs = assembly.wiring(plan.inputs, plan.recorded)
     recorder = Recorder([wiring.names.index(name) for name in plan.recorded], plan.record_from, plan.record_every)
     with ExitStack() as stack, deferred() as interruption:
         living = Instances() if instances is None else instances

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 from amb_cosim import contact_history
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.simulation import Outcome
 from amb_cosim.orbits import orbit_largest
 from amb_cosim.places import PLANT, Places, places
-from amb_cosim.result import Result
 
 UNITS = {
     "contact": "1",
@@ -29,13 +30,12 @@ def needed(found: Places) -> tuple[str, ...]:
     return (f"{PLANT}.contact_state", *of_sites, *of_bearings)
 
 
-def key_values(result: Result) -> dict[str, float]:
+def key_values(signals: Signals) -> dict[str, float]:
     """Return the key values of a run from cycle 0 on; NaN for what it does not have.
 
     `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is that of the time between step and removal. A value
     at a place has the place behind its name, `peak_contact_force.rb1`; without one it is the largest of them.
     """
-    signals = result.signals
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
     free = contact_history.recovered(signals)
@@ -61,16 +61,15 @@ def key_values(result: Result) -> dict[str, float]:
     return values
 
 
-def outcome_of(result: Result) -> tuple[str, str]:
+def outcome_of(outcome: Outcome, signals: Signals) -> tuple[str, str]:
     """Return what a run led to, and why it ended before its time.
 
     `prevented`, `recovered` or `trapped` where the scenario has a step; otherwise how it ended: `completed`, `stopped`,
     `failed`.
     """
-    outcome = result.outcome
     if outcome.failure is not None:
         return "failed", outcome.failure
-    recovery = contact_history.recovery(result.signals)
+    recovery = contact_history.recovery(signals)
     return recovery or outcome.status, outcome.stopped or ""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,8 +16,8 @@ from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.values import Raw
 from amb_cosim.places import places_of
 from amb_cosim.result import Result
-from amb_cosim.scenario import Event, Scenario, load_scenario, make_scenario
-from amb_cosim.simulation import Prepared, assemble_scenario, plan_prepared, run_prepared
+from amb_cosim.scenario import Event, Scenario, load_scenario
+from amb_cosim.simulation import Prepared, assemble_scenario, bare_signals, labelled, plan_prepared, record_prepared
 from amb_cosim.sweeps.metrics import key_values, needed, outcome_of
 from amb_files.suggestions import suggest
 
@@ -82,23 +83,35 @@ class Runner:
         began = time.perf_counter()
         try:
             prepared, instances = self._prepared(settings)
-            result = run_prepared(prepared, instances=instances)
+            recording = record_prepared(prepared, instances=instances)
         except ValueError as error:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
         except (StartFailed, FmuError, ProcessFailed) as error:
             return PointResult(point, "failed", str(error), seconds=time.perf_counter() - began)
-        outcome, reason = outcome_of(result)
+        signals = bare_signals(prepared, recording)
+        outcome, reason = outcome_of(recording.outcome, signals)
         values: dict[str, float] = {}
         if outcome != "failed":
-            values = key_values(result)
-            for metric in self.task.metrics:
-                try:
-                    values |= _numbers(metric(result))
-                except Exception as error:  # a function of the user's: its error is the result of this point
-                    outcome, reason = "failed", f"metric {_name(metric)}: {type(error).__name__}: {error}"
-        kept = self.task.keep and ("all" in self.task.keep or outcome in self.task.keep)
-        record = _record(result) if kept else None
+            values = key_values(signals)
+            if self.task.metrics:
+                own, wrong = self._own_metrics(labelled(prepared, recording))
+                values |= own
+                outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
+        kept = "all" in self.task.keep or outcome in self.task.keep
+        record = _netcdf(labelled(prepared, recording)) if kept else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
+
+    def _own_metrics(self, result: Result) -> tuple[dict[str, float], str]:
+        """Return the numbers of the user's functions, and what went wrong in the last one that failed."""
+        values: dict[str, float] = {}
+        wrong = ""
+        for metric in self.task.metrics:
+            try:
+                values |= {_checked(name): float(value) for name, value in metric(result).items()}
+            except Exception as error:  # whatever a function of the user's raises
+                name = getattr(metric, "__name__", type(metric).__name__)
+                wrong = f"metric {name}: {type(error).__name__}: {error}"
+        return values, wrong
 
     def close(self) -> None:
         """Free the FMUs."""
@@ -133,19 +146,19 @@ def varied(scenario: Scenario, given: Mapping[str, Raw]) -> tuple[Scenario, dict
         changes = {"end_cycle": None, "end_time": None} | changes
     fmus = {name: settings.pop(name) for name in list(settings) if name.startswith("fmu.")}
     if fmus:
-        changes["fmu"] = {**scenario.fmu, **{name.removeprefix("fmu."): str(fmu) for name, fmu in fmus.items()}}
+        changes["fmu"] = {name.removeprefix("fmu."): str(fmu) for name, fmu in fmus.items()}
     of_events = {name: settings.pop(name) for name in list(settings) if name.partition(".")[0] in LABELS}
     if of_events:
-        changes["event"] = tuple(_event(event, of_events) for event in scenario.event)
+        changes["event"] = [_event(event, of_events) for event in scenario.event]
         labels = [event.label for event in scenario.event if event.label]
         for name in of_events:
             if name.partition(".")[0] not in labels:
                 raise ValueError(f"scenario {scenario.name} has no event labelled {name.partition('.')[0]} for {name}")
-    return (_checked(scenario, changes) if changes else scenario), settings
+    return (scenario.changed(**changes) if changes else scenario), settings
 
 
-def _event(event: Event, given: Mapping[str, Raw]) -> Event:
-    """Return an event with the moment and the values that are given for its label."""
+def _event(event: Event, given: Mapping[str, Raw]) -> dict[str, Any]:
+    """Return an event, as TOML holds it, with the moment and the values that are given for its label."""
     changes: dict[str, Any] = {}
     values = {component: dict(of_one) for component, of_one in event.set.items()}
     for name, raw in given.items():
@@ -159,24 +172,17 @@ def _event(event: Event, given: Mapping[str, Raw]) -> Event:
             raise ValueError(f"{name} is nothing of an event; {suggest(rest, ['cycle', 'time', 'component.variable'])}")
         else:
             values.setdefault(component, {})[variable] = raw
-    return event.model_copy(update={**changes, "set": values})
+    return {**event.model_dump(mode="json", exclude_none=True), **changes, "set": values}
 
 
-def _checked(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
-    """Return a changed scenario; raises ValueError for what it does not allow."""
-    data = scenario.model_copy(update=dict(changes)).model_dump(mode="json", exclude_none=True)
-    return make_scenario({key: value for key, value in data.items() if key != "name"}, scenario.name)
+def _checked(name: str) -> str:
+    """Return the name of an own metric, which becomes that of a variable of the store."""
+    if not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in ("outcome", "reason", "seconds"):
+        raise ValueError(f"{name!r} is no name for a metric; it must be like friction_heat or friction_heat.rb1")
+    return name
 
 
-def _numbers(given: Mapping[str, float]) -> dict[str, float]:
-    return {str(name): float(value) for name, value in given.items()}
-
-
-def _name(function: Metric) -> str:
-    return getattr(function, "__name__", type(function).__name__)
-
-
-def _record(result: Result) -> bytes:
+def _netcdf(result: Result) -> bytes:
     from amb_cosim.cosim.netcdf import netcdf
 
     return bytes(netcdf(result.dataset))
