@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -66,8 +66,8 @@ def sweep(
     """Run the scenario NAME thousands of times, over a grid or a sample of its values.
 
     What runs lead to is in OUTPUT/sweep.zarr as soon as they end, and the same command goes on with a sweep that was
-    ended. In place of a scenario NAME may be a ready study: recovery, rolling, touchdown, sensitivity; options go over
-    what it has.
+    ended. In place of a scenario NAME may be a ready sweep: recovery, phase, rolling, touchdown, sensitivity; options
+    go over what it has.
     """
     folder = output or Path("results") / f"sweep_{Path(name).stem}"
     with refusing():
@@ -106,10 +106,8 @@ def sweep(
         except ClusterFailed as error:
             raise Failed(f"{error}; the same command goes on with what is in {folder}") from error
         if not no_plots:
-            from amb_cosim.sweeps.maps import draw_maps
-
-            draw_maps(swept)
-        _tell(swept)
+            swept.draw()
+    click.echo(swept.summary)
     click.echo(f"results in {folder}")
 
 
@@ -148,27 +146,6 @@ def _function(text: str) -> Callable[..., Any]:
     sys.modules[module.__name__] = module
     cloudpickle.register_pickle_by_value(module)
     return function
-
-
-def _tell(swept: Any) -> None:
-    """Print how many runs led to what, and the reasons of those that failed."""
-    import numpy as np
-
-    for outcome, count in swept.outcomes.items():
-        click.echo(f"{outcome}: {count}")
-    if swept.design.sampling.startswith("saltelli:") and len(swept.design.axes) == 1:
-        from amb_cosim.sweeps.sensitivity import sensitivity
-
-        indices = sensitivity(swept)
-        for name in indices["parameter"].values:
-            row = indices.sel(parameter=name)
-            first, total = (f"{float(row[k]):.2f} +- {float(row[f'{k}_conf']):.2f}" for k in ("S1", "ST"))
-            click.echo(f"{indices.attrs['metric']} over {name}: first index {first}, total {total}")
-    dataset = swept.dataset
-    failed = np.isin(dataset["outcome"].values, ("failed", "invalid", "crashed"))
-    reasons: Sequence[str] = np.unique(dataset["reason"].values[failed]).tolist()
-    for reason in reasons[:5]:
-        click.echo(f"  {reason}")
 
 
 COMMANDS = (sweep,)

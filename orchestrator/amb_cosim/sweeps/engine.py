@@ -9,6 +9,7 @@ as `crashed`.
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 BATCH_TIME = 1.0  # s
 LARGEST_BATCH = 500  # points
+WRITE_TIME = 1.0  # s between two writes of the store, whatever the number of processes
 POLL = 0.1  # s, until an interruption is noticed
 START_TIME = 120  # s, until a process of the cluster is there
 SETTINGS = {
@@ -117,6 +119,8 @@ class _Submission:
         self._waiting = deque(store.missing)
         self._suspects: deque[int] = deque()  # points of batches that ended processes
         self._under_way: dict[Future[Any], list[int]] = {}
+        self._landed: list[PointResult] = []  # since the last time that the store was written
+        self._written = -math.inf
         self._done, self._total = store.design.size - len(self._waiting), store.design.size
         self._seconds, self._ran = 0.0, 0
 
@@ -127,6 +131,8 @@ class _Submission:
             with suppress(Exception):
                 self._client.cancel(list(self._under_way))
             raise
+        finally:
+            self._write()
 
     def _run(self) -> None:
         alive = time.monotonic()
@@ -165,7 +171,7 @@ class _Submission:
         ]
 
     def _collect(self) -> None:
-        """Wait for results, and store all that are there."""
+        """Wait for results, and take all that are there."""
         from distributed import wait
 
         if not self._under_way:
@@ -177,9 +183,16 @@ class _Submission:
         for future in [future for future in self._under_way if future.done()]:
             results += self._results(future, self._under_way.pop(future))
         if results:
-            self._store.add(results)
+            self._landed += results
             self._done += len(results)
             self._tell()
+        if time.monotonic() > self._written + WRITE_TIME:
+            self._write()
+
+    def _write(self) -> None:
+        if self._landed:
+            self._store.add(self._landed)
+            self._landed, self._written = [], time.monotonic()
 
     def _results(self, future: Future[Any], points: Sequence[int]) -> list[PointResult]:
         """Return what a batch led to; points to try again wait for it."""

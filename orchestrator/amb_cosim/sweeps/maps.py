@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -23,14 +22,15 @@ from amb_cosim.plots.style import (
     StyledFigure,
     write_png,
 )
-from amb_cosim.sweeps.axes import Axis
-from amb_cosim.sweeps.refine import GROUP
-from amb_cosim.sweeps.run import Sweep
+from amb_cosim.sweeps.panels import numeric_axes, panels
+from amb_cosim.sweeps.refine import boundary_group
 from amb_cosim.sweeps.sampling import SAMPLE
 from amb_cosim.sweeps.store import STORE, open_sweep
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from amb_cosim.sweeps.run import Sweep
 
 DRAWN = ("contact_share", "peak_contact_force", "orbit_largest", "rolling")
 LABELS = {
@@ -74,17 +74,19 @@ def draw_maps(swept: Sweep) -> list[str]:
 
 def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
     """Draw one variable of a sweep."""
-    across, panels = _layout(swept, dataset)
-    width = 3.4 * len(panels) + 1.0
+    across = _across(swept)
+    parts = panels(swept.design, {*across, SAMPLE})[:MOST_PANELS]
+    width = 3.4 * len(parts) + 1.0
     figure = StyledFigure(figsize=(max(4.6, width), 3.6), layout="constrained")
-    axes: Sequence[Axes] = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
+    axes: Sequence[Axes] = figure.subplots(1, len(parts), squeeze=False, sharey=True)[0]
     limits = _limits(dataset, name)
     drawn: Any = None
-    for ax, (title, of_panel) in zip(axes, panels, strict=True):
-        mapped = _draw_panel(ax, dataset.isel(of_panel), across, name, limits)
+    for ax, panel in zip(axes, parts, strict=True):
+        part = dataset.isel(panel.at)
+        mapped = _draw_panel(ax, part, across, name, limits)
         drawn = mapped if mapped is not None else drawn
-        _draw_boundary(ax, swept, dataset.isel(of_panel), across)
-        ax.set_title(title)
+        _draw_boundary(ax, swept, part, across)
+        ax.set_title(panel.title)
         ax.set_xlabel(_axis_label(dataset, across[0]))
     axes[0].set_ylabel(_axis_label(dataset, across[1]) if len(across) > 1 else LABELS[name])
     if name == "outcome":
@@ -93,34 +95,16 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
         figure.legend(handles=handles, loc="outside right upper", frameon=False)
     elif drawn is not None:
         figure.colorbar(drawn, ax=list(axes), label=LABELS[name])
-    figure.suptitle(json.loads(dataset.attrs["request"])["scenario"].get("name", ""), fontsize=TITLE_SIZE)
+    figure.suptitle(swept.name, fontsize=TITLE_SIZE)
     return figure
 
 
-def _layout(swept: Sweep, dataset: xr.Dataset) -> tuple[list[str], list[tuple[str, dict[str, int]]]]:
-    """Return the coordinates across a map, one or two, and the panels: their titles, and where they are."""
-    numeric = [axis.name for axis in swept.design.axes if axis.columns[0].numeric and len(axis) > 1]
+def _across(swept: Sweep) -> list[str]:
+    """Return the coordinates across a map, one or two."""
+    numeric = numeric_axes(swept.design)
     if SAMPLE in numeric:
-        of_sample = [column.name for axis in swept.design.axes if axis.name == SAMPLE for column in axis.columns]
-        across, used = of_sample[:2], {SAMPLE}
-    else:
-        across = numeric[:2] or [swept.design.axes[0].name]
-        used = set(across)
-    others = [axis for axis in swept.design.axes if axis.name not in used]
-    panels: list[tuple[str, dict[str, int]]] = []
-    for index in np.ndindex(*(len(axis) for axis in others)):
-        at = {axis.name: int(k) for axis, k in zip(others, index, strict=True)}
-        named = [_value(axis.columns[0].values[at[axis.name]], axis.columns[0].unit, axis) for axis in others]
-        panels.append((", ".join(named), at))
-    return across, panels[:MOST_PANELS]
-
-
-def _value(value: Any, unit: str, axis: Axis) -> str:
-    if axis.alternatives or axis.name == "scenario":
-        return str(value)
-    return (
-        f"{axis.name.rpartition('.')[2]} = {value if isinstance(value, str) else format(value, '.4g')} {unit}".rstrip()
-    )
+        return [column.name for axis in swept.design.axes if axis.name == SAMPLE for column in axis.columns][:2]
+    return numeric[:2] or [swept.design.axes[0].name]
 
 
 def _limits(dataset: xr.Dataset, name: str) -> tuple[float, float]:
@@ -162,7 +146,7 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
     """Draw the boundary of a map as far as it is known: refined points, or the line half-way between grid points."""
     if len(across) < 2 or SAMPLE in dataset.dims or swept.boundary not in dataset:
         return
-    group = f"{GROUP}_{swept.boundary}"
+    group = boundary_group(swept.boundary)
     if (swept.folder / STORE / group).is_dir():
         points = open_sweep(swept.folder, group)
         here = np.ones(points.sizes["point"], bool)

@@ -17,21 +17,26 @@ class ReadySweep:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def _controls(*names: str) -> dict[str, dict[str, Any]]:
-    return {name: {f"rolac_controller.{key}": raw for key, raw in CONTROLS[name].items()} for name in names}
-
+COMPARED: dict[str, dict[str, Any]] = {
+    name: {f"rolac_controller.{key}": raw for key, raw in CONTROLS[name].items()}
+    for name in ("PID", "PID + OLAC", "PID + ROLAC", "PID + contact-aware ROLAC")
+}
 
 READY: dict[str, ReadySweep] = {
     "recovery": ReadySweep(  # which control frees the rotor of Fig. 5.6, over speed and step of unbalance
         "fig5_6",
         {
             "vary": {
-                "control": _controls("PID", "PID + OLAC", "PID + ROLAC", "PID + contact-aware ROLAC"),
+                "control": COMPARED,
                 "Omega": "14 Hz:18 Hz:9",
                 "step.rotor_contact.d1.u": "10 g.m:45 g.m:15",
             },
             "boundary": "recovered",
         },
+    ),
+    "phase": ReadySweep(  # how the peak force of Fig. 5.6 depends on when within a turn the step comes
+        "fig5_6",
+        {"vary": {"control": COMPARED, "step.cycle": "5:6:25", "step.rotor_contact.d1.u": "20 g.m:30 g.m:6"}},
     ),
     "rolling": ReadySweep(  # which friction makes the rotor of Fig. 4.18 roll, over its speed
         "fig4_18",

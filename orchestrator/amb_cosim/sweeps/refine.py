@@ -22,7 +22,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BOUNDARIES = ("recovered", "contact", "rolling")
-GROUP = "boundary"
+
+
+def boundary_group(metric: str) -> str:
+    """Return the group of the store with the boundary of a metric."""
+    return f"boundary_{metric}"
 
 
 @dataclass
@@ -57,7 +61,7 @@ class Refinement:
     def __init__(self, design: Design, results: xr.Dataset, tolerance: float, metric: str) -> None:
         self.design, self.metric, self.tolerance = design, metric, tolerance
         self.intervals = _crossed(design, np.asarray(results[metric].values, np.float64))
-        self.rounds = 0
+        self.rounds = self.runs = 0
         self._asked: list[Interval] = []
 
     def next_round(self) -> Design | None:
@@ -66,6 +70,7 @@ class Refinement:
         if not self._asked:
             return None
         self.rounds += 1
+        self.runs += len(self._asked)
         rows = [self._place(interval, interval.middle) for interval in self._asked]
         settings = tuple(self._settings(interval) for interval in self._asked)
         columns = [
@@ -96,13 +101,17 @@ class Refinement:
         along = [self.design.axes[i.axis].name for i in self.intervals]
         width = [self._width(i) for i in self.intervals]
         found = {"along": (POINT, np.array(along, "<U80")), "uncertainty": (POINT, np.array(width, np.float64))}
-        return xr.Dataset({**data, **found}, attrs={"metric": self.metric, "tolerance": self.tolerance})
+        return xr.Dataset({**data, **found}, attrs=self._attributes())
+
+    def _attributes(self) -> dict[str, Any]:
+        return {"metric": self.metric, "tolerance": self.tolerance, "rounds": self.rounds, "runs": self.runs}
 
     def save(self, path: Path) -> None:
         """Write the boundary as a group of the store."""
         import zarr
 
-        self.boundary().to_zarr(path, group=f"{GROUP}_{self.metric}", mode="w", zarr_format=2, consolidated=False)
+        group = boundary_group(self.metric)
+        self.boundary().to_zarr(path, group=group, mode="w", zarr_format=2, consolidated=False)
         zarr.consolidate_metadata(path, zarr_format=2)
 
     def _place(self, interval: Interval, at: float) -> dict[str, Any]:
@@ -141,12 +150,16 @@ def check_refinement(design: Design, tolerance: float, metric: str) -> None:
         raise ValueError(f"--boundary {metric} is not allowed; it must be one of {', '.join(BOUNDARIES)}")
     if not 1e-6 <= tolerance < 1.0:
         raise ValueError(f"--refine {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, a share of an axis")
-    if not any(_is_refined(axis) for axis in design.axes):
+    if not refined_axes(design):
         raise ValueError("--refine needs an axis with two numbers or more, in order")
 
 
-def _is_refined(axis: Axis) -> bool:
-    """Return whether an axis has numbers, in order, between which others can be run."""
+def refined_axes(design: Design) -> list[Axis]:
+    """Return the axes of numbers in order, between which others can be run."""
+    return [axis for axis in design.axes if _is_ordered(axis)]
+
+
+def _is_ordered(axis: Axis) -> bool:
     if axis.alternatives or len(axis) < 2 or not all(column.numeric for column in axis.columns):
         return False
     return bool(np.all(np.diff(np.asarray(axis.columns[0].values, np.float64)) > 0.0))
@@ -156,7 +169,7 @@ def _crossed(design: Design, values: np.ndarray[Any, Any]) -> list[Interval]:
     """Return the intervals between neighbours that differ; those without an outcome have no boundary."""
     found = []
     for k, axis in enumerate(design.axes):
-        if not _is_refined(axis):
+        if not _is_ordered(axis):
             continue
         lower, upper = (np.take(values, range(*ends), axis=k) for ends in ((0, len(axis) - 1), (1, len(axis))))
         for index in np.argwhere((lower != upper) & ~np.isnan(lower) & ~np.isnan(upper)):

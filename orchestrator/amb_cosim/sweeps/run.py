@@ -58,6 +58,28 @@ class Sweep:
         return open_sweep(self.folder)
 
     @property
+    def name(self) -> str:
+        """Name of its scenario."""
+        return str(json.loads(self.dataset.attrs["request"])["scenario"].get("name", ""))
+
+    @property
+    def summary(self) -> str:
+        """What the runs led to, a line for each alternative."""
+        from amb_cosim.sweeps.summary import summarise_sweep
+
+        return "\n".join(summarise_sweep(self))
+
+    def draw(self) -> list[str]:
+        """Draw maps, and the peak force over the phase of an event where that was varied, into the folder.
+
+        Return the names of the files.
+        """
+        from amb_cosim.sweeps.maps import draw_maps
+        from amb_cosim.sweeps.phases import draw_phases
+
+        return [*draw_maps(self), *draw_phases(self)]
+
+    @property
     def outcomes(self) -> dict[str, int]:
         """How many points led to each outcome."""
         import numpy as np

@@ -1,6 +1,6 @@
 """The Zarr store of a sweep: what each point led to, over the axes of the sweep.
 
-    folder/sweep.zarr      opens as xarray.open_zarr(path); rounds of refinement are groups round_1, round_2, ...
+    folder/sweep.zarr      opens as xarray.open_zarr(path); rounds of refinement are groups, contact_1, contact_2, ...
     folder/runs            full records of points that are kept
 
 One process writes it. Every chunk is a file that is replaced whole; that of `outcome`, the last one written, says which
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 STORE, RUNS = "sweep.zarr", "runs"
 CHUNK = 16384  # points at most that are written together
-LONGEST = 24, 400  # characters of an outcome and of a reason
+LONGEST = 400  # characters of a reason
 DESCRIPTIONS = {
     "outcome": "prevented, recovered, trapped; completed, stopped; failed, invalid, crashed; empty: not run yet",
     "reason": "Why a run failed or stopped",
@@ -68,6 +68,7 @@ class SweepStore:
         self.folder, self.design, self.group = folder, design, group
         self.path = folder / STORE
         self._values: dict[str, NDArray[Any]] = {}
+        self._arrays: dict[str, Any] = {}
         self._rows = max(1, CHUNK // max(1, design.size // design.shape[0]))  # of a chunk, along the first axis
         self._dirty: set[int] = set()
         asked = json.loads(json.dumps(dict(request)))
@@ -85,6 +86,10 @@ class SweepStore:
 
     def add(self, results: Sequence[PointResult]) -> None:
         """Take results, and write the chunks that they are in, and the records that are kept."""
+        names = dict.fromkeys(name for result in results for name in result.metrics)
+        if new := [name for name in names if name not in self._values]:
+            self._values |= {name: np.full(self.design.shape, np.nan) for name in new}
+            self._write_new(new)
         for result in results:
             if result.record is not None:
                 file = self.folder / RUNS / f"{self.group or 'grid'}_{result.point}.nc"
@@ -93,11 +98,8 @@ class SweepStore:
                 write_atomically(file, lambda path, content=content: path.write_bytes(content))  # type: ignore[misc]
             index = np.unravel_index(result.point, self.design.shape)
             for name, value in (*result.metrics.items(), ("seconds", result.seconds)):
-                if name not in self._values:
-                    self._values[name] = np.full(self.design.shape, np.nan)
-                    self._write_new(name)
                 self._values[name][index] = value
-            self._values["reason"][index] = result.reason[: LONGEST[1]]
+            self._values["reason"][index] = result.reason[:LONGEST]
             self._values["outcome"][index] = result.outcome
             self._dirty.add(int(index[0]) // self._rows)
         self._write()
@@ -126,14 +128,11 @@ class SweepStore:
 
     def _create(self) -> None:
         """Make the store with no results, whole or not at all."""
-        for name, width in zip(("outcome", "reason"), LONGEST, strict=True):
-            self._values[name] = np.full(self.design.shape, "", f"<U{width}")
+        self._values["outcome"] = np.full(self.design.shape, "", "<U16")
+        self._values["reason"] = np.full(self.design.shape, "", object)  # of any length, so that most take nothing
         self._values["seconds"] = np.full(self.design.shape, np.nan)
-        dataset = self._labelled(tuple(self._values))
         self.folder.mkdir(parents=True, exist_ok=True)
-        target, stage = self.path / self.group, self.folder / f".{self.group or STORE}.new"
-        shutil.rmtree(stage, ignore_errors=True)
-        self._save(dataset, stage, mode="w")
+        stage, target = self._staged(self._labelled(tuple(self._values))), self.path / self.group
         if target.exists():  # a group or a store that has not come so far
             shutil.rmtree(target)
         stage.rename(target)
@@ -145,13 +144,21 @@ class SweepStore:
         data = {name: (self._dims, self._values[name], self._attributes(name)) for name in names}
         return xr.Dataset(data, self._coordinates(), self._attrs)
 
-    def _save(self, dataset: xr.Dataset, path: Path, **how: Any) -> None:
+    def _staged(self, dataset: xr.Dataset) -> Path:
+        """Write a data set beside the store, and return where; what is moved into the store then is whole."""
+        stage = self.folder / f".{STORE}.new"
+        shutil.rmtree(stage, ignore_errors=True)
         chunks = (min(self._rows, self.design.shape[0]), *self.design.shape[1:])
         encoding = {name: {"chunks": chunks} for name in dataset.data_vars}
-        dataset.to_zarr(path, zarr_format=2, consolidated=False, encoding=encoding, **how)
+        dataset.to_zarr(stage, mode="w", zarr_format=2, consolidated=False, encoding=encoding)
+        return stage
 
-    def _write_new(self, name: str) -> None:
-        self._save(self._labelled((name,)).drop_vars(list(self._coordinates())), self.path / self.group, mode="a")
+    def _write_new(self, names: Sequence[str]) -> None:
+        """Add arrays that no result has had before, each of them whole or not at all."""
+        stage = self._staged(self._labelled(names).drop_vars(list(self._coordinates())))
+        for name in names:
+            (stage / name).rename(self.path / self.group / name)
+        shutil.rmtree(stage)
         self._consolidate()
 
     def _consolidate(self) -> None:
@@ -162,19 +169,24 @@ class SweepStore:
 
     def _write(self) -> None:
         """Write the chunks that have changed, outcomes last."""
-        import zarr
-
-        group = zarr.open_group(self.path / self.group, mode="r+", zarr_format=2)
         for name in sorted(self._values, key=lambda name: name == "outcome"):
-            array: Any = group[name]
             for block in self._dirty:
                 rows = slice(block * self._rows, (block + 1) * self._rows)
-                array[rows] = self._values[name][rows]
+                self._array(name)[rows] = self._values[name][rows]
         self._dirty.clear()
+
+    def _array(self, name: str) -> Any:
+        """Return an array of the store, which is opened once."""
+        import zarr
+
+        if name not in self._arrays:
+            self._arrays[name] = zarr.open_array(self.path / self.group / name, mode="r+", zarr_format=2)
+        return self._arrays[name]
 
     def _read(self) -> None:
         for left in self.path.rglob("*.partial"):  # by a process that was killed while it wrote
             left.unlink()
+        self._consolidate()
         dataset = open_sweep(self.folder, self.group)
         self._values = {str(name): np.array(variable.values) for name, variable in dataset.data_vars.items()}
 

@@ -83,7 +83,7 @@ class Runner:
         began = time.perf_counter()
         try:
             prepared, instances = self._prepared(settings)
-            recording = record_prepared(prepared, instances=instances)
+            recording = record_prepared(prepared, isolated=False, instances=instances)  # this process is expendable
         except ValueError as error:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
         except (StartFailed, FmuError, ProcessFailed) as error:

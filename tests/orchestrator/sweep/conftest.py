@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,10 @@ import pytest
 import xarray as xr
 
 from amb_cosim.scenario import Scenario, load_scenario
+from amb_cosim.sweeps.run import Sweep
+from amb_cosim.sweeps.sampling import make_design
+from amb_cosim.sweeps.store import SweepStore
+from amb_cosim.sweeps.worker import PointResult
 
 VARY = {"Omega": "200:260:3", "rotor_contact.d1.u": "5 g.m:60 g.m:3"}
 UNTIL = 0.06
@@ -41,6 +46,16 @@ def cluster(cache: Path) -> Any:
 
     with connect(jobs=2) as client:
         yield client.scheduler.address
+
+
+def filled(
+    folder: Path, vary: dict[str, Any], function: Callable[[dict[str, Any]], dict[str, float]], sample: str = "grid"
+) -> Sweep:
+    """Return a sweep whose metrics are a function of its coordinates."""
+    design = make_design(vary, sample)
+    store = SweepStore(folder, design, {"scenario": {"name": "made up"}}, {})
+    store.add([PointResult(n, "recovered", "", function(design.settings(n))) for n in range(design.size)])
+    return Sweep(folder, design)
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> None:

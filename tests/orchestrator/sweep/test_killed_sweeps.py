@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,13 +16,15 @@ from pathlib import Path
 import pytest
 
 import amb_cosim
+from amb_cosim.sweeps.engine import ClusterFailed
 from amb_cosim.sweeps.store import open_sweep
 from tests.orchestrator.sweep.conftest import same
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are killed by SIGKILL")]
 
-VARY = {"Omega": "180:280:12"}
-UNTIL = 0.3
+POINTS = 120
+VARY = {"Omega": f"180:280:{POINTS}"}
+UNTIL = 2.0  # s; the points take a second or two together
 START_TIME = 120.0  # s
 
 
@@ -28,6 +32,7 @@ class Processes:
     """A scheduler and two workers, each a process."""
 
     def __init__(self, folder: Path) -> None:
+        folder.mkdir()
         self.folder, self.started = folder, []
         file = folder / "scheduler.json"
         self.scheduler = self.start(
@@ -58,9 +63,11 @@ class Processes:
 
     @property
     def address(self) -> str:
-        import json
-
         return str(json.loads(Path(self.file).read_text())["address"])
+
+    def revive(self) -> None:
+        """Start again what has ended."""
+        self.workers = [w if w.poll() is None else self.add_worker() for w in self.workers]
 
     def close(self) -> None:
         for process in self.started:
@@ -77,9 +84,7 @@ def wait_for(condition) -> None:
 
 @pytest.fixture
 def processes(tmp_path: Path) -> Iterator[Processes]:
-    folder = tmp_path / "cluster"
-    folder.mkdir()
-    cluster = Processes(folder)
+    cluster = Processes(tmp_path / "cluster")
     yield cluster
     cluster.close()
 
@@ -89,10 +94,41 @@ def scenario(small, tmp_path):
     return str(small.save(tmp_path / "small.toml"))
 
 
+@pytest.fixture(scope="module")
+def undisturbed(small, cluster, tmp_path_factory):
+    """The same sweep on another cluster, and how long its runs take (s)."""
+    reports: list[float] = []
+    options = {"until": UNTIL, "scheduler": cluster, "output": tmp_path_factory.mktemp("undisturbed")}
+    swept = amb_cosim.sweep(small, VARY, progress=lambda *_: reports.append(time.monotonic()), **options)
+    return swept.dataset, reports[-1] - reports[0]
+
+
 @pytest.fixture
-def undisturbed(scenario, processes, tmp_path):
-    options = {"until": UNTIL, "scheduler": processes.address, "progress": False}
-    return amb_cosim.sweep(scenario, VARY, output=tmp_path / "undisturbed", **options).dataset
+def kills(is_long: bool) -> int:
+    """How often each kind of process is killed."""
+    return 30 if is_long else 10
+
+
+class Killer:
+    """Kills a process so long (s) after the first report of a sweep."""
+
+    def __init__(self, process: subprocess.Popen[bytes], delay: float) -> None:
+        self._process, self._timer = process, threading.Timer(delay, self._kill)
+        self._begun = self._fired = False
+
+    def _kill(self) -> None:
+        self._fired = True
+        self._process.kill()
+
+    def __call__(self, done: int, total: int, dashboard: str) -> None:
+        if not self._begun:
+            self._begun = True
+            self._timer.start()
+
+    def came_in_time(self) -> bool:
+        """Whether the process was killed before this was asked; it is not killed any more."""
+        self._timer.cancel()
+        return self._fired and self._process.wait() == -signal.SIGKILL
 
 
 def client(folder: Path, scenario: str, *where: str) -> subprocess.Popen[str]:
@@ -112,54 +148,57 @@ def landed(folder: Path) -> int:
         return 0
 
 
-def test_a_sweep_survives_the_death_of_a_worker(undisturbed, processes, scenario, tmp_path):
-    def kill(done: int, total: int, dashboard: str) -> None:
-        if done >= 2 and processes.workers[0].poll() is None:
-            processes.workers[0].kill()
+def test_a_sweep_survives_the_death_of_workers(undisturbed, processes, scenario, tmp_path, kills, first_seed):
+    (expected, seconds), chance, killed = undisturbed, random.Random(first_seed), 0
+    for k in range(kills):
+        killer = Killer(processes.workers[k % 2], chance.uniform(0.0, seconds))
+        options = {"until": UNTIL, "scheduler": processes.address, "output": tmp_path / f"swept_{k}"}
+        swept = amb_cosim.sweep(scenario, VARY, progress=killer, **options)
+        killed += killer.came_in_time()
+        same(swept.dataset, expected)
+        processes.revive()
+    assert killed > kills // 2, f"seed {first_seed}: {killed} of {kills} came in time"
 
-    options = {"until": UNTIL, "scheduler": processes.address, "progress": kill}
-    swept = amb_cosim.sweep(scenario, VARY, output=tmp_path / "swept", **options)
-    assert processes.workers[0].wait() == -signal.SIGKILL
-    same(swept.dataset, undisturbed)
 
-
-def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, scenario, tmp_path, is_long, first_seed):
-    chance, killed = random.Random(first_seed), 0
-    for k in range(30 if is_long else 3):
-        folder = tmp_path / f"killed_{k}"
+def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, scenario, tmp_path, kills, first_seed):
+    (expected, seconds), chance, killed = undisturbed, random.Random(first_seed), 0
+    for k in range(kills):
+        folder = tmp_path / f"swept_{k}"
         process = client(folder, scenario, "--scheduler", processes.address)
         wait_for(lambda folder=folder, process=process: landed(folder) > 0 or process.poll() is not None)
-        time.sleep(chance.uniform(0.0, 1.0))
+        time.sleep(chance.uniform(0.0, seconds))
         process.kill()
         process.communicate()
         killed += process.returncode == -signal.SIGKILL
-        before = landed(folder)
-        seen: list[int] = []
-        swept = amb_cosim.sweep(
-            scenario,
-            VARY,
-            output=folder,
-            until=UNTIL,
-            scheduler=processes.address,
-            progress=lambda n, *_, seen=seen: seen.append(n),
-        )
-        assert not seen or seen[0] == before, f"seed {first_seed}: points were run again"
-        same(swept.dataset, undisturbed)
-    assert killed > 0
+        go_on(scenario, folder, processes.address, expected, first_seed)
+    assert killed > kills // 2, f"seed {first_seed}: {killed} of {kills} came in time"
 
 
-def test_a_sweep_goes_on_after_its_scheduler_was_killed(undisturbed, processes, scenario, tmp_path):
-    def kill(done: int, total: int, dashboard: str) -> None:
-        if done >= 2 and processes.scheduler.poll() is None:
-            processes.scheduler.kill()
+def test_a_sweep_goes_on_after_its_scheduler_was_killed(undisturbed, scenario, tmp_path, kills, first_seed):
+    (expected, seconds), chance, killed = undisturbed, random.Random(first_seed), 0
+    before = Processes(tmp_path / "cluster")
+    for k in range(kills):
+        folder, killer = tmp_path / f"swept_{k}", Killer(before.scheduler, chance.uniform(0.0, seconds))
+        try:
+            amb_cosim.sweep(scenario, VARY, until=UNTIL, scheduler=before.address, output=folder, progress=killer)
+        except ClusterFailed:
+            assert killer.came_in_time()
+            killed += 1
+        before.close()
+        before = Processes(tmp_path / f"cluster_{k}")
+        go_on(scenario, folder, before.address, expected, first_seed)
+    before.close()
+    assert killed > kills // 2, f"seed {first_seed}: {killed} of {kills} came in time"
 
-    from amb_cosim.sweeps.engine import ClusterFailed
 
-    options = {"until": UNTIL, "output": tmp_path / "swept"}
-    with pytest.raises(ClusterFailed):
-        amb_cosim.sweep(scenario, VARY, scheduler=processes.address, progress=kill, **options)
-    assert 0 < landed(tmp_path / "swept") < 12
-    same(amb_cosim.sweep(scenario, VARY, jobs=1, progress=False, **options).dataset, undisturbed)
+def go_on(scenario: str, folder: Path, scheduler: str, expected, seed: int) -> None:
+    """Go on with a sweep, and check that it runs what is missing alone and equals the undisturbed one."""
+    before, seen = landed(folder), []
+    swept = amb_cosim.sweep(
+        scenario, VARY, output=folder, until=UNTIL, scheduler=scheduler, progress=lambda done, *_: seen.append(done)
+    )
+    assert before == POINTS or seen[0] == before, f"seed {seed}: points were run again"
+    same(swept.dataset, expected)
 
 
 @pytest.mark.parametrize("local", [True, False])

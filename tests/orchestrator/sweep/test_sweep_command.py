@@ -12,11 +12,11 @@ from amb_cosim.sweeps import sensitivity as indices
 from amb_cosim.sweeps.maps import draw_map
 from amb_cosim.sweeps.ready import READY
 from amb_cosim.sweeps.refine import Refinement
-from amb_cosim.sweeps.run import Sweep, check_points
+from amb_cosim.sweeps.run import check_points
 from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.store import SweepStore, open_sweep
-from amb_cosim.sweeps.worker import PointResult, Task
-from tests.orchestrator.sweep.conftest import UNTIL
+from amb_cosim.sweeps.store import open_sweep
+from amb_cosim.sweeps.worker import Task
+from tests.orchestrator.sweep.conftest import UNTIL, filled
 
 METRIC = "def turns(result):\n    return {'turns': float(result.dataset['cycle'].values[-1])}\n"
 
@@ -36,7 +36,7 @@ def test_the_command_maps_a_scenario_and_goes_on(command, tmp_path):
     for _ in range(2):
         result = command(*options)
         assert result.exit_code == 0, result.output
-        assert "completed: 4" in result.output
+        assert "4 runs, 4 completed; peak contact force up to" in result.output
     assert (tmp_path / "out" / "outcome.png").read_bytes().startswith(b"\x89PNG")
     turns = open_sweep(tmp_path / "out")["turns"]
     np.testing.assert_allclose(turns.sel(Omega=220.0), UNTIL * 220.0 / (2.0 * np.pi))
@@ -74,14 +74,6 @@ def test_ready_sweeps_fit_their_scenarios(name):
     assert len(guids) == 3
     assert units["Omega"] == "rad/s"
     assert prepare(amb_cosim.Scenario.load(study.scenario)).plan.last > 0
-
-
-def filled(folder, vary, function, sample="grid"):
-    """Return a sweep whose metrics are a function of its coordinates."""
-    design = make_design(vary, sample)
-    store = SweepStore(folder, design, {"scenario": {"name": "made up"}}, {})
-    store.add([PointResult(n, "recovered", "", function(design.settings(n))) for n in range(design.size)])
-    return Sweep(folder, design)
 
 
 def test_refinement_converges_to_a_circle_with_few_points(tmp_path):

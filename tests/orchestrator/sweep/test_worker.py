@@ -71,6 +71,16 @@ def test_a_point_has_the_key_values_of_the_summary():
     runner.close()
 
 
+def test_an_fmu_that_is_a_file_runs_in_the_process_of_the_sweep(monkeypatch):
+    file = str(prepare(SCENARIO).fmus["rolac_controller"].path)
+    monkeypatch.setattr("amb_cosim.cosim.simulation.run_isolated", None)
+    runner = Runner(Task(SCENARIO, until=UNTIL))
+    points = [runner.run(0, {**HIT, **fmu}) for fmu in ({}, {"fmu.rolac_controller": file})]
+    assert [point.outcome for point in points] == ["completed", "completed"]
+    assert str(points[0].metrics) == str(points[1].metrics)
+    runner.close()
+
+
 def test_points_do_not_depend_on_those_before_them():
     points = [{}, HIT, {"Omega": 200.0}, HIT, {}]
     runner = Runner(Task(SCENARIO, until=UNTIL))
@@ -93,6 +103,13 @@ def test_what_a_metric_raises_is_the_reason_of_its_point():
 
     found = Runner(Task(SCENARIO, until=UNTIL, metrics=(broken,))).run(0, {})
     assert (found.outcome, found.reason) == ("failed", "metric broken: KeyError: 'nothing'")
+
+
+@pytest.mark.parametrize("name", ["a/b", "outcome", "", "1st"])
+def test_a_metric_has_a_name_that_a_store_can_have(name):
+    found = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: {name: 1.0},))).run(0, {})
+    assert (found.outcome, name in found.metrics) == ("failed", False)
+    assert "is no name for a metric; it must be like" in found.reason
 
 
 def test_a_value_that_is_not_allowed_is_an_invalid_point():
