@@ -90,8 +90,14 @@ def recovered(dataset: Signals) -> bool | None:
 
     A rotor that never touched has nothing to recover from, and counts as recovered.
     """
-    _, last = contact_cycles(dataset)
-    return None if signal(dataset, "contact_state") is None else _free_for_good(dataset, last)
+    return free_after(dataset, contact_cycles(dataset)[1])
+
+
+def free_after(dataset: Signals, last: float | None) -> bool | None:
+    """Do the same, for a last contact in cycle `last` that is known already; None without any."""
+    if signal(dataset, "contact_state") is None:
+        return None
+    return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
 
 
 def recovery(dataset: Signals) -> Recovery | None:
@@ -99,17 +105,17 @@ def recovery(dataset: Signals) -> Recovery | None:
 
     `trapped` is a rotor that has not `recovered`. Of the others, `prevented` is one that never touches after the step.
     """
-    step, (_, last) = dataset.attrs.get("step_cycle"), contact_cycles(dataset)
-    if step is None or signal(dataset, "contact_state") is None:
+    return recovery_after(dataset, contact_cycles(dataset)[1])
+
+
+def recovery_after(dataset: Signals, last: float | None) -> Recovery | None:
+    """Do the same, for a last contact in cycle `last` that is known already; None without any."""
+    free, step = free_after(dataset, last), dataset.attrs.get("step_cycle")
+    if free is None or step is None:
         return None
-    if not _free_for_good(dataset, last):
+    if not free:
         return "trapped"
     return "prevented" if last is None or last <= step else "recovered"
-
-
-def _free_for_good(dataset: Signals, last: float | None) -> bool:
-    """Return whether a rotor whose last contact was in cycle `last` is free of it."""
-    return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:

@@ -11,10 +11,8 @@ in any host, and other threads run meanwhile.
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from ctypes import Structure, byref, c_bool, c_double, c_ssize_t, c_void_p
 from dataclasses import replace
 from functools import cache
@@ -23,6 +21,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.clock import Clock
 from amb_cosim.cosim.component import EntryPoints, Transfer
 from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.loop_library import load_loop
@@ -34,6 +33,7 @@ from amb_cosim.cosim.stopping import Conditions, StopObserver, Stopped
 CALLS = ("fmi2Set", "fmi2DoStep", "fmi2Get")
 WARNING = 1  # the highest status with which a call has done its work
 BLOCK_TIME = 0.05  # s; Python is asked about that often
+CLOCK = Clock()
 
 
 class Addressable(Participant, Protocol):
@@ -135,7 +135,7 @@ def run(
     buffer, row = recorder.buffer(first, last), len(recorder.points)
     given, kept, judged = _structure(program), _structure(buffer), _structure(conditions)
     begin, size, stopped = first, 64, End()
-    with _clock() as pause:
+    with CLOCK.flag(BLOCK_TIME) as pause:
         while begin <= last:
             # Point 0 begins a block, because the recorder's clock starts there.
             end = min(begin + size, last + 1, 0 if begin < 0 else last + 1)
@@ -158,24 +158,6 @@ def run(
             taken, size = time.perf_counter() - started, reached + 1 - begin
             size = 4 * size if taken < BLOCK_TIME / 4 else max(1, size // 2) if taken > BLOCK_TIME else size
             begin = reached + 1
-
-
-@contextmanager
-def _clock() -> Iterator[c_bool]:
-    """Yield what a thread sets to true every `BLOCK_TIME`."""
-    pause, is_over = c_bool(False), threading.Event()
-
-    def tick() -> None:
-        while not is_over.wait(BLOCK_TIME):
-            pause.value = True
-
-    thread = threading.Thread(target=tick, daemon=True)
-    thread.start()
-    try:
-        yield pause
-    finally:
-        is_over.set()
-        thread.join()
 
 
 def _program(master: Master[C], conditions: Conditions) -> Program:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from amb_cosim import contact_history
+from amb_cosim.contact_history import Recovery
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.simulation import Outcome
 from amb_cosim.orbits import orbit_largest
@@ -30,15 +31,15 @@ def needed(found: Places) -> tuple[str, ...]:
     return (f"{PLANT}.contact_state", *of_sites, *of_bearings)
 
 
-def key_values(signals: Signals) -> dict[str, float]:
-    """Return the key values of a run from cycle 0 on; NaN for what it does not have.
+def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
+    """Return what the step of a run led to, and its key values from cycle 0 on; NaN for what it does not have.
 
     `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is that of the time between step and removal. A value
     at a place has the place behind its name, `peak_contact_force.rb1`; without one it is the largest of them.
     """
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
-    free = contact_history.recovered(signals)
+    free = contact_history.free_after(signals, last)
     shares = contact_history.contact_share(signals)
     sites = [*places(signals).retainers] or list(places(signals).others)
     values = {
@@ -58,10 +59,10 @@ def key_values(signals: Signals) -> dict[str, float]:
         numbers = [_nan(value) for value in of_place.values()]
         values[name] = max((v for v in numbers if not math.isnan(v)), default=math.nan)
         values |= {f"{name}.{place}": v for place, v in zip(of_place, numbers, strict=True)}
-    return values
+    return contact_history.recovery_after(signals, last), values
 
 
-def outcome_of(outcome: Outcome, signals: Signals) -> tuple[str, str]:
+def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
     """Return what a run led to, and why it ended before its time.
 
     `prevented`, `recovered` or `trapped` where the scenario has a step; otherwise how it ended: `completed`, `stopped`,
@@ -69,7 +70,6 @@ def outcome_of(outcome: Outcome, signals: Signals) -> tuple[str, str]:
     """
     if outcome.failure is not None:
         return "failed", outcome.failure
-    recovery = contact_history.recovery(signals)
     return recovery or outcome.status, outcome.stopped or ""
 
 

@@ -18,7 +18,7 @@ from amb_cosim.places import places_of
 from amb_cosim.result import Result
 from amb_cosim.scenario import Event, Scenario, load_scenario
 from amb_cosim.simulation import Prepared, assemble_scenario, bare_signals, labelled, plan_prepared, record_prepared
-from amb_cosim.sweeps.metrics import key_values, needed, outcome_of
+from amb_cosim.sweeps.metrics import evaluate, needed, outcome_of
 from amb_files.suggestions import suggest
 
 Metric = Callable[[Result], Mapping[str, float]]
@@ -88,15 +88,14 @@ class Runner:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
         except (StartFailed, FmuError, ProcessFailed) as error:
             return PointResult(point, "failed", str(error), seconds=time.perf_counter() - began)
-        signals = bare_signals(prepared, recording)
-        outcome, reason = outcome_of(recording.outcome, signals)
-        values: dict[str, float] = {}
-        if outcome != "failed":
-            values = key_values(signals)
-            if self.task.metrics:
-                own, wrong = self._own_metrics(labelled(prepared, recording))
-                values |= own
-                outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
+        recovery, values = evaluate(bare_signals(prepared, recording))
+        outcome, reason = outcome_of(recording.outcome, recovery)
+        if outcome == "failed":
+            values = {}  # of a run that broke off they mean nothing
+        elif self.task.metrics:
+            own, wrong = self._own_metrics(labelled(prepared, recording))
+            values |= own
+            outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
         kept = "all" in self.task.keep or outcome in self.task.keep
         record = _netcdf(labelled(prepared, recording)) if kept else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
