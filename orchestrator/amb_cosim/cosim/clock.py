@@ -17,9 +17,12 @@ class Clock:
     """Sets flags to true, in a thread that ends soon after the last of them is given back."""
 
     def __init__(self) -> None:
-        self._reset()
+        self._lock = threading.Lock()
+        self._flags: list[c_bool] = []
+        self._period = 0.0
+        self._ticking = False
         if hasattr(os, "register_at_fork"):  # a child has neither the thread nor who holds the lock
-            os.register_at_fork(after_in_child=self._reset)
+            os.register_at_fork(after_in_child=self._forget)
 
     @contextmanager
     def flag(self, period: float) -> Iterator[c_bool]:
@@ -37,10 +40,9 @@ class Clock:
             with self._lock:
                 self._flags.remove(flag)
 
-    def _reset(self) -> None:
+    def _forget(self) -> None:
         self._lock = threading.Lock()
-        self._flags: list[c_bool] = []
-        self._ticking = False
+        self._flags, self._ticking = [], False
 
     def _tick(self) -> None:
         while True:
