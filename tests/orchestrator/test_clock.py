@@ -21,8 +21,8 @@ def is_raised(flag: c_bool, within: float = 10.0) -> bool:
 
 
 def test_flags_are_raised_again_and_again_while_they_are_held():
-    clock = Clock()
-    with clock.flag(0.005) as first, clock.flag(0.005) as second:
+    clock = Clock(0.005)
+    with clock.flag() as first, clock.flag() as second:
         for _ in range(3):
             assert is_raised(first)
             assert is_raised(second)
@@ -30,29 +30,29 @@ def test_flags_are_raised_again_and_again_while_they_are_held():
 
 
 def test_runs_share_a_thread_that_ends_after_the_last():
-    clock, before = Clock(), threading.active_count()
+    clock, before = Clock(0.05), threading.active_count()
     for _ in range(20):
-        with clock.flag(0.05):
+        with clock.flag():
             assert threading.active_count() == before + 1
     end = time.monotonic() + 10.0
     while threading.active_count() > before and time.monotonic() < end:
         time.sleep(0.01)
     assert threading.active_count() == before
-    with clock.flag(0.005) as flag:
+    with clock.flag() as flag:
         assert is_raised(flag)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are forked")
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
 def test_a_forked_process_has_a_clock_of_its_own():
-    clock = Clock()
+    clock = Clock(0.005)
 
     def child(answer) -> None:
-        with clock.flag(0.005) as flag:
+        with clock.flag() as flag:
             answer.put(is_raised(flag))
 
     context = multiprocessing.get_context("fork")
-    with clock.flag(0.005):
+    with clock.flag():
         answer = context.Queue()
         process = context.Process(target=child, args=(answer,))
         process.start()

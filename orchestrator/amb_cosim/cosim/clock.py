@@ -14,22 +14,21 @@ from ctypes import c_bool
 
 
 class Clock:
-    """Sets flags to true, in a thread that ends soon after the last of them is given back."""
+    """Sets flags to true every `period` (s), in a thread that ends soon after the last of them is given back."""
 
-    def __init__(self) -> None:
+    def __init__(self, period: float) -> None:
+        self._period = period
         self._lock = threading.Lock()
         self._flags: list[c_bool] = []
-        self._period = 0.0
         self._ticking = False
         if hasattr(os, "register_at_fork"):  # a child has neither the thread nor who holds the lock
             os.register_at_fork(after_in_child=self._forget)
 
     @contextmanager
-    def flag(self, period: float) -> Iterator[c_bool]:
-        """Yield what is set to true every `period` (s), that of the latest flag where there are several."""
+    def flag(self) -> Iterator[c_bool]:
+        """Yield a flag."""
         flag = c_bool(False)
         with self._lock:
-            self._period = period
             self._flags.append(flag)
             if not self._ticking:
                 self._ticking = True

@@ -33,7 +33,7 @@ from amb_cosim.cosim.stopping import Conditions, StopObserver, Stopped
 CALLS = ("fmi2Set", "fmi2DoStep", "fmi2Get")
 WARNING = 1  # the highest status with which a call has done its work
 BLOCK_TIME = 0.05  # s; Python is asked about that often
-CLOCK = Clock()
+CLOCK = Clock(BLOCK_TIME)
 
 
 class Addressable(Participant, Protocol):
@@ -135,7 +135,7 @@ def run(
     buffer, row = recorder.buffer(first, last), len(recorder.points)
     given, kept, judged = _structure(program), _structure(buffer), _structure(conditions)
     begin, size, stopped = first, 64, End()
-    with CLOCK.flag(BLOCK_TIME) as pause:
+    with CLOCK.flag() as pause:
         while begin <= last:
             # Point 0 begins a block, because the recorder's clock starts there.
             end = min(begin + size, last + 1, 0 if begin < 0 else last + 1)
@@ -241,15 +241,16 @@ def _structure(data: Any) -> Structure:
 
     It holds no references to the arrays, which must live as long as it.
     """
-    values = [_member(value) for value in data]
-    size = c_ssize_t(next(len(value) for value in data if isinstance(value, np.ndarray)))
-    members = dict(zip((*data._fields, "size"), (*values, size), strict=True))
-    return _structure_type(tuple((name, type(value)) for name, value in members.items()))(**members)
+    size = next(len(value) for value in data if isinstance(value, np.ndarray))
+    members = [_member(value) for value in (*data, size)]
+    record: Any = type(data)
+    return _structure_type(record, tuple(type(member) for member in members))(*members)
 
 
 @cache
-def _structure_type(fields: tuple[tuple[str, type[Any]], ...]) -> type[Structure]:
-    return type("Data", (Structure,), {"_fields_": fields})
+def _structure_type(record: Any, types: tuple[type[Any], ...]) -> type[Structure]:
+    fields = list(zip((*record._fields, "size"), types, strict=True))
+    return type(record.__name__, (Structure,), {"_fields_": fields})
 
 
 def _member(value: Any) -> Any:

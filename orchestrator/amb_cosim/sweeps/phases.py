@@ -53,8 +53,11 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
         ax.set_title(panel.title)
         ax.set_xlabel(f"phase of the {along.partition('.')[0]} (deg)")
         ax.set_xticks(np.arange(0.0, phase.max() + 1.0, 90.0))
-        ax.set_ylim(bottom=0.0)
+    axes[0].set_ylim(bottom=0.0)
     axes[0].set_ylabel(LABELS[METRIC])
+    handles, labels = axes[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside right upper", frameon=False)
     figure.suptitle(swept.name, fontsize=TITLE_SIZE)
     return figure
 
@@ -76,4 +79,3 @@ def _draw_band(ax: Axes, phase: NDArray[Any], bands: NDArray[np.float64]) -> Non
         ax.fill_between(phase, lowest, highest, color=BLUE, alpha=0.15, lw=0.0, label="all")
         ax.fill_between(phase, lower, upper, color=BLUE, alpha=0.35, lw=0.0, label="half of them")
     ax.plot(phase, median, ".-", color=ORANGE, label="median")
-    ax.legend(loc="best")

@@ -34,9 +34,9 @@ READY: dict[str, ReadySweep] = {
             "boundary": "recovered",
         },
     ),
-    "phase": ReadySweep(  # how the peak force of Fig. 5.6 depends on when within a turn the step comes
-        "fig5_6",
-        {"vary": {"control": COMPARED, "step.cycle": "5:6:25", "step.rotor_contact.d1.u": "20 g.m:30 g.m:6"}},
+    "phase": ReadySweep(  # how hard a fall is over the angle of its unbalance when the bearings lose their power
+        "drop",
+        {"vary": {"step.cycle": "0:1:25", "rotor_contact.d?.u": "0.23 g.m:2.3 g.m:4"}, "until": 0.3},
     ),
     "rolling": ReadySweep(  # which friction makes the rotor of Fig. 4.18 roll, over its speed
         "fig4_18",
