@@ -197,12 +197,14 @@ class _Submission:
     def _results(self, future: Future[Any], points: Sequence[int]) -> list[PointResult]:
         """Return what a batch led to; points to try again wait for it."""
         from distributed import KilledWorker
+        from distributed.comm.core import CommClosedError
 
         if future.status == "finished":
-            found: list[PointResult] = future.result()
-            self._seconds += sum(result.seconds for result in found)
-            self._ran += len(found)
-            return found
+            with suppress(CommClosedError, CancelledError):  # a scheduler that dies as it answers
+                found: list[PointResult] = future.result()
+                self._seconds += sum(result.seconds for result in found)
+                self._ran += len(found)
+                return found
         if future.status != "error":  # cancelled, or lost with a scheduler
             self._waiting.extend(points)
             return []

@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
@@ -176,18 +177,18 @@ def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, sce
 
 def test_a_sweep_goes_on_after_its_scheduler_was_killed(undisturbed, scenario, tmp_path, kills, first_seed):
     (expected, seconds), chance, killed = undisturbed, random.Random(first_seed), 0
-    before = Processes(tmp_path / "cluster")
-    for k in range(kills):
-        folder, killer = tmp_path / f"swept_{k}", Killer(before.scheduler, chance.uniform(0.0, seconds))
-        try:
-            amb_cosim.sweep(scenario, VARY, until=UNTIL, scheduler=before.address, output=folder, progress=killer)
-        except ClusterFailed:
-            assert killer.came_in_time()
-            killed += 1
-        before.close()
-        before = Processes(tmp_path / f"cluster_{k}")
-        go_on(scenario, folder, before.address, expected, first_seed)
-    before.close()
+    with ExitStack() as stack:
+        before = stack.enter_context(closing(Processes(tmp_path / "cluster")))
+        for k in range(kills):
+            folder, killer = tmp_path / f"swept_{k}", Killer(before.scheduler, chance.uniform(0.0, seconds))
+            try:
+                amb_cosim.sweep(scenario, VARY, until=UNTIL, scheduler=before.address, output=folder, progress=killer)
+            except ClusterFailed:
+                assert killer.came_in_time()
+                killed += 1
+            before.close()
+            before = stack.enter_context(closing(Processes(tmp_path / f"cluster_{k}")))
+            go_on(scenario, folder, before.address, expected, first_seed)
     assert killed > kills // 2, f"seed {first_seed}: {killed} of {kills} came in time"
 
 
