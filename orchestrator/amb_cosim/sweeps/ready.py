@@ -36,7 +36,7 @@ READY: dict[str, ReadySweep] = {
     ),
     "phase": ReadySweep(  # how hard a fall is over the angle of its unbalance when the bearings lose their power
         "drop",
-        {"vary": {"step.cycle": "0:1:25", "rotor_contact.d?.u": "0.23 g.m:2.3 g.m:4"}, "until": 0.3},
+        {"vary": {"step.cycle": "0:1:17", "rotor_contact.d?.u": "0.23 g.m:2.3 g.m:4"}, "until": 0.1},
     ),
     "rolling": ReadySweep(  # which friction makes the rotor of Fig. 4.18 roll, over its speed
         "fig4_18",
@@ -44,7 +44,7 @@ READY: dict[str, ReadySweep] = {
     ),
     "touchdown": ReadySweep(  # what a fall leads to, over speed and friction
         "drop",
-        {"vary": {"Omega": "100:400:13", "rotor_contact.rb?.mu": "0.05:0.5:10"}, "boundary": "rolling"},
+        {"vary": {"Omega": "100:400:7", "rotor_contact.rb?.mu": "0.05:0.5:7"}, "until": 0.3, "boundary": "rolling"},
     ),
     "sensitivity": ReadySweep(  # which parameter decides on the peak force of Fig. 4.9
         "fig4_9",
