@@ -60,5 +60,17 @@ def live(as_json: bool, quick: bool) -> None:
     show(data, measure.as_tables, as_json)
 
 
+@main.command()
+@JSON
+@click.option("--quick", is_flag=True, help="A few runs: shows that it works, the numbers mean little.")
+def sweep(as_json: bool, quick: bool) -> None:
+    """Measure sweeps: overhead of a run, one and two processes, FMPy in a loop, memory over 5,000 runs."""
+    from benchmarks import sweeps
+
+    with refusing(), Console(stderr=True).status("") as status:
+        data = sweeps.measure(sweeps.QUICK if quick else sweeps.Effort(), status.update)
+    show(data, sweeps.as_tables, as_json)
+
+
 if __name__ == "__main__":
     main(prog_name="python -m benchmarks")

@@ -12,6 +12,7 @@
     build_assembled  write one FMU that holds all three, for masters that could not couple them well
     export_ssp   write a scenario with its FMUs as an SSP archive, for other tools
     identify     identify receptances of the levitated rotor by co-simulation, into a table for ROLAC
+    sweep        run a scenario over a grid or a sample of its values, thousands of runs, on Dask
     studies      questions answered by analysis or by many runs: Campbell diagram, sensitivity, recovery, ...
     simulate     run any FMI 2.0 co-simulation FMUs from a system file or an SSP archive
     System       components and connections of one's own; System.load reads a system file
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from amb_cosim.scenario import scenarios as scenarios
     from amb_cosim.simulation import run as run
     from amb_cosim.studies.receptance_identification import identify as identify
+    from amb_cosim.sweeps.run import sweep as sweep
 
 _MODULES = {
     "run": "simulation",
@@ -54,6 +56,7 @@ _MODULES = {
     "build_assembled": "assembled",
     "export_ssp": "exchange",
     "identify": "studies.receptance_identification",
+    "sweep": "sweeps.run",
     "studies": "studies",
     "simulate": "cosim.run",
     "System": "cosim.system",

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from amb_cosim.commands import analysis, animate, build, compare, export, identify, live, report, rotor, run
+from amb_cosim.commands import analysis, animate, build, compare, export, identify, live, report, rotor, run, sweep
 from amb_cosim.commands.cli_errors import interrupted
 from amb_cosim.cosim.interruption import interruptible, was_interrupted
 
@@ -43,5 +43,6 @@ for command in (
     *rotor.COMMANDS,
     *report.COMMANDS,
     *live.COMMANDS,
+    *sweep.COMMANDS,
 ):
     main.add_command(command)

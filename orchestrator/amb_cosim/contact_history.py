@@ -90,9 +90,13 @@ def recovered(dataset: Signals) -> bool | None:
 
     A rotor that never touched has nothing to recover from, and counts as recovered.
     """
-    if in_contact(dataset) is None:
+    return free_after(dataset, contact_cycles(dataset)[1])
+
+
+def free_after(dataset: Signals, last: float | None) -> bool | None:
+    """Do the same, for a last contact in cycle `last` that is known already; None without any."""
+    if signal(dataset, "contact_state") is None:
         return None
-    _, last = contact_cycles(dataset)
     return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
 
 
@@ -101,12 +105,16 @@ def recovery(dataset: Signals) -> Recovery | None:
 
     `trapped` is a rotor that has not `recovered`. Of the others, `prevented` is one that never touches after the step.
     """
-    free, step = recovered(dataset), dataset.attrs.get("step_cycle")
+    return recovery_after(dataset, contact_cycles(dataset)[1])
+
+
+def recovery_after(dataset: Signals, last: float | None) -> Recovery | None:
+    """Do the same, for a last contact in cycle `last` that is known already; None without any."""
+    free, step = free_after(dataset, last), dataset.attrs.get("step_cycle")
     if free is None or step is None:
         return None
     if not free:
         return "trapped"
-    _, last = contact_cycles(dataset)
     return "prevented" if last is None or last <= step else "recovered"
 
 
@@ -127,7 +135,7 @@ def rolling_from(dataset: Signals) -> float | None:
 def _turns_rolled(dataset: Signals, site: str) -> list[float]:
     """Return the cycles at which the rolling of at least a turn begins."""
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
-    if mode is None or whirl is None:
+    if mode is None or whirl is None or not np.any(mode == ROLLING):
         return []
     rolls = np.concatenate([[False], (mode == ROLLING) & (cycles(dataset) >= 0.0), [False]])
     begins, ends = np.flatnonzero(rolls[1:] & ~rolls[:-1]), np.flatnonzero(rolls[:-1] & ~rolls[1:])

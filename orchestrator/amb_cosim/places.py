@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import zip_longest
 from typing import Any
 
@@ -55,12 +56,17 @@ class Places:
 
     def to_json(self) -> str:
         """Return the text that `places` reads."""
-        return json.dumps(asdict(self))
+        return json.dumps(vars(self))
 
 
 def places(dataset: Signals) -> Places:
     """Return the places of the rotor that a data set is about."""
-    stored: dict[str, Any] = json.loads(dataset.attrs[ATTRIBUTE])
+    return _read(dataset.attrs[ATTRIBUTE])
+
+
+@lru_cache(maxsize=8)  # a summary asks for them at every signal
+def _read(text: str) -> Places:
+    stored: dict[str, Any] = json.loads(text)
     measured = {site: (x, y) for site, (x, y) in stored.get("measured", {}).items()}
     return Places(stored["bearings"], tuple(stored["sites"]), measured, stored.get("valid_to"))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -55,7 +55,11 @@ def parse_settings(settings: Iterable[str]) -> dict[str, str]:
 
 
 def plan_scenario(
-    scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None, until: float | None = None
+    scenario: Scenario,
+    assembly: Assembly,
+    settings: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    recorded: Sequence[str] | None = None,
 ) -> ScenarioPlan:
     """Plan a scenario on the time grid of the master.
 
@@ -67,6 +71,8 @@ def plan_scenario(
         Values by `component.variable`, or by a signal's name, that replace the scenario's first values.
     until
         End of the run in s from the beginning of cycle 0, in place of the scenario's.
+    recorded
+        Patterns of all that is recorded, in place of what the scenario, summary and figures ask for.
 
     A controller that can predict does so by the delay of Jacobi order, unless a value is given.
 
@@ -107,8 +113,8 @@ def plan_scenario(
         events=tuple(events),
         profiles=_speed_profile(scenario, values, period, h),
         stops=tuple(stop.condition(period) for stop in scenario.stop),
-        recorded=scenario.record.variables,
-        essential=_essential(places_of(assembly)),
+        recorded=scenario.record.variables if recorded is None else (),
+        essential=_essential(places_of(assembly)) if recorded is None else tuple(recorded),
         record_every=scenario.record.every,
         record_settling=scenario.record.settling,
     )

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from amb_cosim.cosim.simulation import Progress as Report
+
+SweepReport = Callable[[int, int, str], None]  # points done, their number, address of the dashboard
 
 STARTING = "starting (a first run compiles the models)"
 
@@ -32,3 +35,32 @@ def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
     with bars(Console(stderr=True), progress) as shown:
         task = shown.add_task(STARTING, total=None)
         yield lambda done, total: shown.update(task, description="simulating", completed=done, total=total)
+
+
+@contextmanager
+def sweep_bar(progress: bool | SweepReport | None = None) -> Iterator[SweepReport]:
+    """Show a bar for a sweep with its rate, the time left and the dashboard's address, unless `progress` is a function.
+
+    Yield what is called with the points done, their number, and the address.
+    """
+    if callable(progress):
+        yield progress
+        return
+    console = Console(stderr=True)
+    with bars(console, progress) as shown:
+        task = shown.add_task("starting processes", total=None)
+        began: list[tuple[float, int]] = []
+        told: set[str] = set()
+
+        def report(done: int, total: int, dashboard: str) -> None:
+            if dashboard and dashboard not in told:
+                told.add(dashboard)
+                console.print(f"dashboard {dashboard}", highlight=False)
+            if not began or done < began[0][1]:
+                began[:] = [(time.monotonic(), done)]
+            passed = time.monotonic() - began[0][0]
+            rate = (done - began[0][1]) / passed if passed > 0.0 else 0.0
+            text = f"{done} of {total} runs, {rate:.3g} a second"
+            shown.update(task, description=text, completed=done, total=total)
+
+        yield report

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.dataset import to_signals
 from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmus import Fmu
+from amb_cosim.cosim.instances import Instances
+from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.signals import SignalTable, Variable
 from amb_cosim.cosim.simulation import Assembly, Progress, Recording, assemble, run_plan
+from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import load_system
 from amb_cosim.cosim.values import Raw
 from amb_cosim.cosim.warnings import ATTRIBUTE as WARNINGS
@@ -120,20 +126,51 @@ def prepare(
     ValueError
         If anything in it does not fit.
     """
+    return plan_prepared(scenario, assemble_scenario(scenario, flavour), settings, until)
+
+
+def assemble_scenario(scenario: Scenario, flavour: Flavour = "native") -> Assembly:
+    """Find the FMUs of a scenario and check its system; it holds for all values that the scenario may be given.
+
+    Raises
+    ------
+    ValueError
+        If an FMU cannot be had, or the system does not fit.
+    """
     system = load_system(scenario.system, {"gradient": scenario.gradient})
     for component, fmu in scenario.fmu.items():
         system = system.with_fmu(component, fmu)
-    table = None if scenario.receptances is None else Path(scenario.receptances)
-    controller = next((c.name for c in system.components if c.fmu == CONTROLLER), None)
+    table, controller = _table(scenario), _controller(system)
     if table is not None and controller is None:
         raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
     assembly = assemble(system, flavour, rotor=scenario.rotor, receptances=table)
     if controller is not None:
         _check_sensors(assembly, controller)
-    plan = plan_scenario(scenario, assembly, settings, until)
+    return assembly
+
+
+def plan_prepared(
+    scenario: Scenario,
+    assembly: Assembly,
+    settings: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    recorded: Sequence[str] | None = None,
+) -> Prepared:
+    """Plan a scenario whose FMUs have been found; see `plan_scenario` for the arguments and errors."""
+    plan = plan_scenario(scenario, assembly, settings, until, recorded)
+    table, controller = _table(scenario), _controller(assembly.system)
     if table is not None and controller is not None:
         check_loop(table, plan.all_parameters(assembly.interfaces)[controller], scenario.rotor)
     return Prepared(scenario, plan, assembly)
+
+
+def _table(scenario: Scenario) -> Path | None:
+    return None if scenario.receptances is None else Path(scenario.receptances)
+
+
+def _controller(system: System) -> str | None:
+    """Return the component that is the model of the controller, if there is one."""
+    return next((c.name for c in system.components if c.fmu == CONTROLLER), None)
 
 
 def _check_sensors(assembly: Assembly, controller: str) -> None:
@@ -152,11 +189,37 @@ def _check_sensors(assembly: Assembly, controller: str) -> None:
 
 
 def run_prepared(
-    prepared: Prepared, progress: Progress | None = None, loop: Loop = "compiled", isolated: bool | None = None
+    prepared: Prepared,
+    progress: Progress | None = None,
+    loop: Loop = "compiled",
+    isolated: bool | None = None,
+    instances: Instances | None = None,
 ) -> Result:
     """Run a prepared scenario; see `cosim.simulation.run_plan` for the arguments and errors."""
-    recording = run_plan(prepared.assembly, prepared.plan, progress, loop, prepared.scenario.coupling, isolated)
-    return Result(_labelled(prepared, recording), recording.outcome)
+    return labelled(prepared, record_prepared(prepared, progress, loop, isolated, instances))
+
+
+def record_prepared(
+    prepared: Prepared,
+    progress: Progress | None = None,
+    loop: Loop = "compiled",
+    isolated: bool | None = None,
+    instances: Instances | None = None,
+) -> Recording:
+    """Do the same, and return what was recorded without its labels."""
+    coupling = prepared.scenario.coupling
+    return run_plan(prepared.assembly, prepared.plan, progress, loop, coupling, isolated, instances)
+
+
+def bare_signals(prepared: Prepared, recording: Recording) -> SignalTable:
+    """Return what a run recorded over time and cycle, with the places of the rotor and the cycles of its events.
+
+    That is what key values take; units, parameters and warnings cost more than they do.
+    """
+    plan, recorder = prepared.plan, recording.recorder
+    variables = {name: Variable(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
+    time = np.asarray(recorder.points * plan.step_size, np.float64)
+    return SignalTable(variables, _coordinates(plan, time), _landmarks(prepared, recorder))
 
 
 def _doubt(prepared: Prepared) -> str | None:
@@ -170,14 +233,12 @@ def _doubt(prepared: Prepared) -> str | None:
     return doubt(prepared.scenario.coupling or system.coupling, prepared.plan.step_size, predicted)
 
 
-def _labelled(prepared: Prepared, recording: Recording) -> SignalTable:
-    """What a run recorded, with the coordinate `cycle`, turns of the initial speed, and what the scenario says."""
-    scenario, plan, recorder = prepared.scenario, prepared.plan, recording.recorder
+def labelled(prepared: Prepared, recording: Recording) -> Result:
+    """Return what a run recorded with all its labels, and what the scenario says."""
+    scenario, plan = prepared.scenario, prepared.plan
     signals = to_signals(recording)
     sentence = _doubt(prepared)
     warned = [*warnings_of(signals), *([Warned("coupling", "", sentence, sentence)] if sentence else [])]
-    time = Variable(signals["time"].values, {"units": "s", "description": "Time from the beginning of cycle 0"})
-    cycle = Variable(time.values / plan.period, {"units": "1", "description": "Turns of the initial speed"})
     attributes: dict[str, Any] = {
         "scenario": scenario.name,
         "description": scenario.description,
@@ -185,7 +246,7 @@ def _labelled(prepared: Prepared, recording: Recording) -> SignalTable:
         "speed_rad_s": plan.speed,
         "period_s": plan.period,
         WARNINGS: to_json(warned),
-        PLACES: places_of(prepared.assembly).to_json(),
+        **_landmarks(prepared, recording.recorder),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }
     if plan.profile:
@@ -194,7 +255,22 @@ def _labelled(prepared: Prepared, recording: Recording) -> SignalTable:
         attributes["plot_cycles"] = list(scenario.plot.cycles)
     if scenario.plot.figures is not None:
         attributes["plot_figures"] = json.dumps(scenario.plot.figures)
-    for label, n in plan.marks.items():
-        if n <= recorder.reached:
-            attributes[f"{label}_cycle"] = n * plan.step_size / plan.period
-    return SignalTable(signals.variables, {"time": time, "cycle": cycle}, {**signals.attrs, **attributes})
+    coordinates = _coordinates(plan, signals["time"].values)
+    table = SignalTable(signals.variables, coordinates, {**signals.attrs, **attributes})
+    return Result(table, recording.outcome)
+
+
+def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Variable]:
+    """Return time, and the turns of the initial speed."""
+    return {
+        "time": Variable(time, {"units": "s", "description": "Time from the beginning of cycle 0"}),
+        "cycle": Variable(time / plan.period, {"units": "1", "description": "Turns of the initial speed"}),
+    }
+
+
+def _landmarks(prepared: Prepared, recorder: Recorder) -> dict[str, Any]:
+    """Return the places of the rotor and the cycles of the labelled events that were reached, as attributes."""
+    plan = prepared.plan
+    reached = {label: n for label, n in plan.marks.items() if n <= recorder.reached}
+    cycles = {f"{label}_cycle": n * plan.step_size / plan.period for label, n in reached.items()}
+    return {PLACES: places_of(prepared.assembly).to_json(), **cycles}

@@ -33,6 +33,13 @@ class Assignments:
         self.inputs: dict[str, float] = {}
         self.dropped: list[str] = []
 
+    def copy(self) -> Assignments:
+        """Return the same values, to add others to."""
+        other = Assignments(self.system, self.interfaces)
+        other.parameters = {component: dict(values) for component, values in self.parameters.items()}
+        other.inputs, other.dropped = dict(self.inputs), list(self.dropped)
+        return other
+
     def set(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
         """Give a value to every variable that `name` matches, and return their names.
 

@@ -11,17 +11,17 @@ in any host, and other threads run meanwhile.
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from ctypes import Structure, byref, c_bool, c_double, c_ssize_t, c_void_p
 from dataclasses import replace
+from functools import cache
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.clock import Clock
 from amb_cosim.cosim.component import EntryPoints, Transfer
 from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.loop_library import load_loop
@@ -33,6 +33,7 @@ from amb_cosim.cosim.stopping import Conditions, StopObserver, Stopped
 CALLS = ("fmi2Set", "fmi2DoStep", "fmi2Get")
 WARNING = 1  # the highest status with which a call has done its work
 BLOCK_TIME = 0.05  # s; Python is asked about that often
+CLOCK = Clock(BLOCK_TIME)
 
 
 class Addressable(Participant, Protocol):
@@ -134,7 +135,7 @@ def run(
     buffer, row = recorder.buffer(first, last), len(recorder.points)
     given, kept, judged = _structure(program), _structure(buffer), _structure(conditions)
     begin, size, stopped = first, 64, End()
-    with _clock() as pause:
+    with CLOCK.flag() as pause:
         while begin <= last:
             # Point 0 begins a block, because the recorder's clock starts there.
             end = min(begin + size, last + 1, 0 if begin < 0 else last + 1)
@@ -155,26 +156,8 @@ def run(
             for observe in observers:
                 observe(reached, master.values)
             taken, size = time.perf_counter() - started, reached + 1 - begin
-            size = 2 * size if taken < BLOCK_TIME / 2 else max(1, size // 2) if taken > BLOCK_TIME else size
+            size = 4 * size if taken < BLOCK_TIME / 4 else max(1, size // 2) if taken > BLOCK_TIME else size
             begin = reached + 1
-
-
-@contextmanager
-def _clock() -> Iterator[c_bool]:
-    """Yield what a thread sets to true every `BLOCK_TIME`."""
-    pause, is_over = c_bool(False), threading.Event()
-
-    def tick() -> None:
-        while not is_over.wait(BLOCK_TIME):
-            pause.value = True
-
-    thread = threading.Thread(target=tick, daemon=True)
-    thread.start()
-    try:
-        yield pause
-    finally:
-        is_over.set()
-        thread.join()
 
 
 def _program(master: Master[C], conditions: Conditions) -> Program:
@@ -258,11 +241,16 @@ def _structure(data: Any) -> Structure:
 
     It holds no references to the arrays, which must live as long as it.
     """
-    values = [_member(value) for value in data]
-    size = c_ssize_t(next(len(value) for value in data if isinstance(value, np.ndarray)))
-    members = dict(zip((*data._fields, "size"), (*values, size), strict=True))
-    fields = [(name, type(value)) for name, value in members.items()]
-    return type(type(data).__name__, (Structure,), {"_fields_": fields})(**members)
+    size = next(len(value) for value in data if isinstance(value, np.ndarray))
+    members = [_member(value) for value in (*data, size)]
+    record: Any = type(data)
+    return _structure_type(record, tuple(type(member) for member in members))(*members)
+
+
+@cache
+def _structure_type(record: Any, types: tuple[type[Any], ...]) -> type[Structure]:
+    fields = list(zip((*record._fields, "size"), types, strict=True))
+    return type(record.__name__, (Structure,), {"_fields_": fields})
 
 
 def _member(value: Any) -> Any:

@@ -98,13 +98,13 @@ class FmuComponent:
         every: int = 1,
     ) -> None:
         self.name = name
-        self.every = every
         self._interface = interface
         self._instance_name = f"{name}-{next(_serial)}"
         self._log = _logs.setdefault(self._instance_name, [])
         self._fmu: Any = None
         self._running = False  # between initialisation and an error, when fmi2Terminate may be called
         self._state = c_void_p()
+        self._exchanges: dict[tuple[str, ...], _Exchange] = {}
         try:
             self._fmu = FMU2Slave(
                 guid=interface.guid,
@@ -115,18 +115,26 @@ class FmuComponent:
             self._fmu.instantiate(callbacks=_callbacks(), loggingOn=True)
             if (folder / "resources" / "slavemodule.txt").is_file():  # PythonFMU's, which crashes at exit otherwise
                 release_before_static_destructors(folder / "binaries" / "linux64" / f"{interface.identifier}.so")
-            self._in = _Exchange([interface.port(v, name) for v in inputs])
-            self._out = _Exchange([interface.port(v, name) for v in outputs])
-            initial = _Exchange([interface.port(v, name) for v in start])
-            initial.values[:] = list(start.values())
-            self._call("fmi2Set", initial.write, self._fmu)
+            self._set_up(inputs, outputs, start, every)
         except Exception as error:
             self.close()
             if isinstance(error, FmuError):
                 raise
             raise FmuError("loading", "Error", [*self._said(), str(error)]) from error
-        self.inputs = self._in.values
-        self.outputs = self._out.values
+
+    def reset(self, inputs: Sequence[str], outputs: Sequence[str], start: Mapping[str, float], every: int = 1) -> None:
+        """Reset the FMU for another run; the arguments are those of the constructor.
+
+        Raises
+        ------
+        FmuError
+            If the FMU refuses to be reset, or a start value.
+        """
+        self._free_state(self._fmu)
+        self._running = False
+        self._call("fmi2Reset", self._fmu.reset)
+        self._log.clear()
+        self._set_up(inputs, outputs, start, every)
 
     def enter(self, start_time: float) -> None:
         """Begin initialisation at `start_time` (s)."""
@@ -196,14 +204,32 @@ class FmuComponent:
         if fmu is None or not fmu.component:
             return
         try:
-            if self._state:
-                fmu.fmi2FreeFMUstate(fmu.component, byref(self._state))
+            self._free_state(fmu)
             if self._running:
                 fmu.terminate()
         except Exception as error:  # an FMU that has failed may refuse this too, and must be freed all the same
             self._log.append((ERROR, str(error)))
         finally:
             fmu.freeInstance()
+
+    def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: Mapping[str, float], every: int) -> None:
+        """Set the start values of a run, and say what it exchanges."""
+        self.every = every
+        self._in, self._out, initial = (self._exchange(tuple(names)) for names in (inputs, outputs, start))
+        self.inputs, self.outputs = self._in.values, self._out.values
+        initial.values[:] = list(start.values())
+        self._call("fmi2Set", initial.write, self._fmu)
+
+    def _exchange(self, names: tuple[str, ...]) -> _Exchange:
+        """Return what moves the variables of these names; a run after a reset has those of the run before."""
+        if names not in self._exchanges:
+            self._exchanges[names] = _Exchange([self._interface.port(v, self.name) for v in names])
+        return self._exchanges[names]
+
+    def _free_state(self, fmu: Any) -> None:
+        if self._state:
+            fmu.fmi2FreeFMUstate(fmu.component, byref(self._state))
+            self._state = c_void_p()
 
     def _said(self) -> list[str]:
         """What the FMU logged, without warnings if there is more than those."""

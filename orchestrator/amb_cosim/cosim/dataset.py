@@ -6,6 +6,7 @@ import importlib.metadata
 import json
 import platform
 import subprocess
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -139,10 +140,12 @@ def load(path: Path) -> xr.Dataset:
         return dataset.load()
 
 
+@cache
 def _versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _PACKAGES}
 
 
+@cache
 def git_revision() -> str | None:
     """Return the commit of the checkout that this package runs from, `-dirty` if changed; None outside of one."""
     folder = Path(__file__).parent

@@ -6,6 +6,7 @@ import fnmatch
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
@@ -262,12 +263,20 @@ def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequ
     for pattern in experiment.recorded:
         if not fnmatch.filter(available, pattern):
             raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")
-    everything = EVERYTHING in experiment.recorded
     named = (*(pattern for pattern in experiment.recorded if pattern != EVERYTHING), *experiment.essential)
-    watched = [stop.variable for stop in experiment.stops]
+    watched = tuple(stop.variable for stop in experiment.stops)
+    everything = EVERYTHING in experiment.recorded
+    return _chosen(tuple(available), named, watched, tuple(unrecorded) if everything else None)
+
+
+@lru_cache(maxsize=32)  # the runs of a sweep record the same
+def _chosen(
+    available: tuple[str, ...], named: tuple[str, ...], watched: tuple[str, ...], unless: tuple[str, ...] | None
+) -> tuple[str, ...]:
+    """Return the names that are watched or match `named`, and all others that do not match `unless`, if it is given."""
 
     def is_recorded(name: str) -> bool:
-        return name in watched or _matches(name, named) or (everything and not _matches(name, unrecorded))
+        return name in watched or _matches(name, named) or (unless is not None and not _matches(name, unless))
 
     return tuple(name for name in available if is_recorded(name))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -83,7 +84,13 @@ class FmuInterface:
     saves_state: bool = False
 
     def of(self, causality: str) -> tuple[Port, ...]:
-        return tuple(port for port in self.ports.values() if port.causality == causality)
+        """Return the variables of a causality."""
+        return self._by_causality.get(causality, ())
+
+    @cached_property
+    def _by_causality(self) -> dict[str, tuple[Port, ...]]:
+        kinds = dict.fromkeys(port.causality for port in self.ports.values())
+        return {kind: tuple(port for port in self.ports.values() if port.causality == kind) for kind in kinds}
 
     def port(self, name: str, component: str) -> Port:
         """Return the variable called `name`.

@@ -19,7 +19,7 @@ import logging
 import sysconfig
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from importlib.metadata import EntryPoint, entry_points, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -60,7 +60,7 @@ class Fmu:
     folder: Path
     flavour: str
 
-    @property
+    @cached_property
     def layout(self) -> dict[str, Any] | None:
         """What its interface was made from, of an FMU of this project's export; None of others."""
         file = self.folder / "resources" / "layout.json"

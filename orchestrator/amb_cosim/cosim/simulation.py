@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 from amb_cosim.cosim import compiled
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.choices import Coupling, Flavour, Loop
-from amb_cosim.cosim.component import FmuComponent
 from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
 from amb_cosim.cosim.fmu_libraries import check_libraries
 from amb_cosim.cosim.fmus import Fmu, provide
+from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.isolation import run_isolated
 from amb_cosim.cosim.loop_library import load_loop
@@ -27,7 +28,7 @@ from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.replacement import missing_ports, original, with_units, without_lacking
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.stopping import StopObserver, Stopped
-from amb_cosim.cosim.system import System
+from amb_cosim.cosim.system import MasterLayout, System
 
 REPORT_TIME = 0.04  # s between two reports of progress
 
@@ -105,6 +106,21 @@ class Assembly:
 
     def assignments(self) -> Assignments:
         """Return the values of the system's parameters, to add others to."""
+        return self._assignments.copy()
+
+    def wiring(self, exogenous: Iterable[str], recorded: Iterable[str]) -> MasterLayout:
+        """Lay out all signals for a master, see `System.wiring`; runs that differ in values alone share it."""
+        key = tuple(exogenous), tuple(recorded)
+        if key not in self._wirings:
+            self._wirings[key] = self.system.wiring(self.interfaces, *key)
+        return self._wirings[key]
+
+    @cached_property
+    def _wirings(self) -> dict[tuple[tuple[str, ...], tuple[str, ...]], MasterLayout]:
+        return {}
+
+    @cached_property
+    def _assignments(self) -> Assignments:
         values = Assignments(self.system, self.interfaces)
         for component, variables in self.system.parameters.items():
             for variable, raw in variables.items():
@@ -159,6 +175,7 @@ def run_plan(
     loop: Loop = "compiled",
     coupling: Coupling | None = None,
     isolated: bool | None = None,
+    instances: Instances | None = None,
 ) -> Recording:
     """Run a plan with the FMUs of an assembly.
 
@@ -197,16 +214,16 @@ def run_plan(
         loop = "plain"
     if loop == "compiled" and load_loop() is None:
         loop = "plain"
-    wiring, inputs, outputs = system.wiring(assembly.interfaces, list(plan.inputs), plan.recorded)
+    wiring, inputs, outputs = assembly.wiring(plan.inputs, plan.recorded)
     recorder = Recorder([wiring.names.index(name) for name in plan.recorded], plan.record_from, plan.record_every)
     with ExitStack() as stack, deferred() as interruption:
+        living = Instances() if instances is None else instances
+        stack.callback(living.close)
         components = []
         for c in system.components:
             folder, interface = assembly.fmus[c.name].folder, assembly.interfaces[c.name]
             exchanged = inputs[c.name], outputs[c.name]
-            component = FmuComponent(c.name, folder, interface, *exchanged, plan.parameters[c.name], c.every)
-            stack.callback(component.close)
-            components.append(component)
+            components.append(living.take(c.name, folder, interface, *exchanged, plan.parameters[c.name], c.every))
         master = Master(components, wiring, plan.step_size, coupling)
         master.exogenous[:] = list(plan.inputs.values())
         master.initialise(plan.first)
@@ -229,6 +246,8 @@ def run_plan(
         except KeyboardInterrupt:
             outcome = Outcome("interrupted", recorder.reached * plan.step_size)
         warnings = {component.name: component.warnings for component in components}
+        if instances is not None and outcome.status in ("completed", "stopped"):
+            stack.pop_all()  # the next run resets them
     return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings)
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,6 +60,14 @@ class Signal:
     targets: tuple[str, ...]
 
 
+class MasterLayout(NamedTuple):
+    """Where all signals are for the master, and the names of the inputs and outputs that each component exchanges."""
+
+    wiring: Wiring
+    inputs: Mapping[str, list[str]]
+    outputs: Mapping[str, list[str]]
+
+
 @dataclass(frozen=True)
 class System:
     """Components in Gauss-Seidel order, their connections, shared signals and parameters.
@@ -92,10 +102,13 @@ class System:
 
     def component(self, name: str) -> Component:
         """Return the component called `name`; the ValueError for an unknown name lists those there are."""
-        names = [component.name for component in self.components]
-        if name not in names:
-            raise ValueError(f"no component {name!r}; {suggest(name, names)}")
-        return self.components[names.index(name)]
+        if name not in self._by_name:
+            raise ValueError(f"no component {name!r}; {suggest(name, [*self._by_name])}")
+        return self._by_name[name]
+
+    @cached_property
+    def _by_name(self) -> Mapping[str, Component]:
+        return {component.name: component for component in self.components}
 
     def with_fmu(self, name: str, fmu: str) -> System:
         """Return the system with another model or FMU file for a component."""
@@ -223,7 +236,7 @@ class System:
         interfaces: Mapping[str, FmuInterface],
         exogenous: Collection[str],
         recorded: Collection[str] = (),
-    ) -> tuple[Wiring, dict[str, list[str]], dict[str, list[str]]]:
+    ) -> MasterLayout:
         """Lay out all signals for the master, and list the inputs and outputs that each component exchanges.
 
         Parameters
@@ -266,7 +279,8 @@ class System:
             np.array([self._weight(source_of[f"{name}.{u}"], interfaces[name], interfaces) for u in variables])
             for name, variables in inputs.items()
         )
-        return Wiring(tuple(names), len(exogenous), sources, tuple(depends_on), weights), inputs, outputs
+        wiring = Wiring(tuple(names), len(exogenous), sources, tuple(depends_on), weights)
+        return MasterLayout(wiring, inputs, outputs)
 
     def _weight(self, source: str, target: FmuInterface, interfaces: Mapping[str, FmuInterface]) -> float:
         """Return how much the value of a source at the end of a step counts for an input of `target`.

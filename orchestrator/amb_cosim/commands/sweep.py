@@ -1,0 +1,151 @@
+"""The command that runs a scenario over a grid or a sample of its values."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
+from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR, SETTINGS
+from amb_cosim.cosim.choices import Flavour
+from amb_files.atomic import check_writable
+
+VARY = """Values of a variable, NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...; units are understood. What an event sets
+begins with step. or removal.; names joined by & are varied together; NAME=@FILE has a table of settings a label."""
+
+
+@click.command()
+@click.argument("name")
+@click.option("--vary", "vary", multiple=True, metavar="NAME=VALUES", help=VARY)
+@click.option("--sample", metavar="lhs:N|sobol:N|saltelli:N", help="Draw N points of the ranges without a count.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the sample.")
+@SETTINGS
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder; default results/sweep_NAME.")
+@click.option("--until", type=float, metavar="SECONDS", help="End of each run, from the beginning of cycle 0.")
+@ROTOR
+@RECEPTANCES
+@FLAVOUR
+@click.option(
+    "--metric", "metrics", multiple=True, metavar="FILE:FUNCTION", help="A function of a result: numbers by name."
+)
+@click.option(
+    "--keep", multiple=True, metavar="OUTCOME", help="Keep full records of runs that end so: trapped, failed, ...; all."
+)
+@click.option("--refine", type=float, metavar="TOL", help="Bisect the boundary on a grid to this share of an axis.")
+@click.option(
+    "--boundary", metavar="METRIC", help="What is 1 on one side of it: recovered (default), contact, rolling."
+)
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://host:8786, in place of processes here."
+)
+@click.option("--jobs", type=int, help="Number of processes here; one a processor by default.")
+@click.option("--no-plots", is_flag=True, help="Draw no maps.")
+def sweep(
+    name: str,
+    vary: tuple[str, ...],
+    sample: str | None,
+    seed: int,
+    settings: tuple[str, ...],
+    output: Path | None,
+    until: float | None,
+    rotor_file: str | None,
+    receptances: Path | None,
+    flavour: Flavour,
+    metrics: tuple[str, ...],
+    keep: tuple[str, ...],
+    refine: float | None,
+    boundary: str | None,
+    scheduler: str | None,
+    jobs: int | None,
+    no_plots: bool,
+) -> None:
+    """Run the scenario NAME thousands of times, over a grid or a sample of its values.
+
+    What runs lead to is in OUTPUT/sweep.zarr as soon as they end, and the same command goes on with a sweep that was
+    ended. In place of a scenario NAME may be a ready sweep: recovery, phase, rolling, touchdown, sensitivity; options
+    go over what it has.
+    """
+    folder = output or Path("results") / f"sweep_{Path(name).stem}"
+    with refusing():
+        check_writable(folder, is_folder=True)
+        from amb_cosim.plan import parse_settings
+        from amb_cosim.sweeps.axes import parse_vary
+
+        given: dict[str, Any] = {
+            "vary": parse_vary(vary),
+            "set": parse_settings(settings),
+            "sample": sample,
+            "refine": refine,
+            "boundary": boundary,
+            "until": until,
+        }
+        scenario, options = _request(name, given)
+        from amb_cosim.sweeps.engine import ClusterFailed
+        from amb_cosim.sweeps.run import sweep as run_sweep
+
+        try:
+            swept = run_sweep(
+                scenario,
+                output=folder,
+                seed=seed,
+                rotor=rotor_file,
+                receptances=receptances,
+                flavour=flavour,
+                metrics=[_function(text) for text in metrics],
+                keep=keep,
+                scheduler=scheduler,
+                jobs=jobs,
+                **options,
+            )
+        except KeyboardInterrupt as error:
+            raise interrupted(f"interrupted; the same command goes on with what is in {folder}") from error
+        except ClusterFailed as error:
+            raise Failed(f"{error}; the same command goes on with what is in {folder}") from error
+        if not no_plots:
+            swept.draw()
+    click.echo(swept.summary)
+    click.echo(f"results in {folder}")
+
+
+def _request(name: str, given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return scenario and options of `amb_cosim.sweep`, those of a ready study under what is given."""
+    from amb_cosim.sweeps.ready import READY
+
+    study = READY.get(name)
+    merged: dict[str, Any] = {} if study is None else dict(study.options)
+    for key, value in given.items():
+        if isinstance(value, Mapping):
+            merged[key] = {**merged.get(key, {}), **value}
+        elif value is not None:
+            merged[key] = value
+    return (name if study is None else study.scenario), merged
+
+
+def _function(text: str) -> Callable[..., Any]:
+    """Return the function that FILE:FUNCTION names; workers get it by value."""
+    file, _, name = text.rpartition(":")
+    if not file or not Path(file).is_file():
+        raise ValueError(f"--metric {text} is not allowed; it must be FILE:FUNCTION, and FILE must exist")
+    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
+    if spec is None or spec.loader is None:
+        raise ValueError(f"--metric {text}: {file} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+        function = getattr(module, name)
+    except Exception as error:  # whatever the user's file raises
+        raise ValueError(f"--metric {text}: {type(error).__name__}: {error}") from error
+    import sys
+
+    import cloudpickle
+
+    sys.modules[module.__name__] = module
+    cloudpickle.register_pickle_by_value(module)
+    return function
+
+
+COMMANDS = (sweep,)

@@ -1,0 +1,54 @@
+"""A clock for the runs of a process: one thread that raises a flag of each of them now and then.
+
+A thread for each run would cost a short one more than its initialisation.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from ctypes import c_bool
+
+
+class Clock:
+    """Sets flags to true every `period` (s), in a thread that ends soon after the last of them is given back."""
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._lock = threading.Lock()
+        self._flags: list[c_bool] = []
+        self._ticking = False
+        if hasattr(os, "register_at_fork"):  # a child has neither the thread nor who holds the lock
+            os.register_at_fork(after_in_child=self._forget)
+
+    @contextmanager
+    def flag(self) -> Iterator[c_bool]:
+        """Yield a flag."""
+        flag = c_bool(False)
+        with self._lock:
+            self._flags.append(flag)
+            if not self._ticking:
+                self._ticking = True
+                threading.Thread(target=self._tick, daemon=True).start()
+        try:
+            yield flag
+        finally:
+            with self._lock:
+                self._flags.remove(flag)
+
+    def _forget(self) -> None:
+        self._lock = threading.Lock()
+        self._flags, self._ticking = [], False
+
+    def _tick(self) -> None:
+        while True:
+            time.sleep(self._period)
+            with self._lock:
+                for flag in self._flags:
+                    flag.value = True
+                if not self._flags:
+                    self._ticking = False
+                    return

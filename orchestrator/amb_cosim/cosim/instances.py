@@ -1,0 +1,43 @@
+"""FMU instances that outlive a run: the first run loads them, each one after it resets them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from amb_cosim.cosim.component import FmuComponent
+from amb_cosim.cosim.fmu_interface import FmuInterface
+
+
+class Instances:
+    """The instance of each component, by its name; a run that fails closes them, and the next one loads new ones."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[Path, FmuComponent]] = {}
+
+    def take(
+        self,
+        name: str,
+        folder: Path,
+        interface: FmuInterface,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        start: Mapping[str, float],
+        every: int,
+    ) -> FmuComponent:
+        """Return the instance of a component as new; see `FmuComponent` for the arguments and errors."""
+        kept_folder, component = self._kept.get(name, (None, None))
+        if component is not None and kept_folder == folder:
+            component.reset(inputs, outputs, start, every)
+            return component
+        if component is not None:
+            component.close()
+        component = FmuComponent(name, folder, interface, inputs, outputs, start, every)
+        self._kept[name] = (folder, component)
+        return component
+
+    def close(self) -> None:
+        """Free all instances; they are loaded again when they are asked for."""
+        while self._kept:
+            _, (_, component) = self._kept.popitem()
+            component.close()

@@ -1,0 +1,218 @@
+"""What a sweep varies: axes with labelled values, each of which sets variables of a scenario.
+
+    Omega=60:300:60                                   sixty speeds, in the unit of the variable
+    rotor_contact.d1.u=1 g.m:60 g.m:40                with a unit
+    step.rotor_contact.d1.u=10 g.m,20 g.m,40 g.m      a list; what the event labelled `step` sets
+    Omega=60:300:3 & rotor_contact.d1.u=3 g.m,2 g.m,1 g.m    varied together
+    step.cycle=5:6:16                                 when the event happens
+    unbalance_factor=1,1.25                           a field of the scenario
+    fmu.rolac_controller=first.fmu,second.fmu         another FMU for a component
+    scenario=fig5_5,fig5_5_pid                        other scenarios
+    control=@controls.toml                            a table of settings for each label
+
+A range without a number of values, `60:300`, is for sampling.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.cosim.values import Raw
+from fmi_export.building.units import to_unit
+
+MOST_POINTS = 10_000_000  # of a sweep
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_NAME = re.compile(r"[A-Za-z_][\w.?*\[\]]*")
+
+Settings = Mapping[str, Raw]
+Vary = Mapping[str, Any]  # names, or several joined by "&", with what they are varied over
+
+
+@dataclass(frozen=True)
+class Column:
+    """Values of one variable along an axis: numbers in `unit`, which is empty for that of the variable, or texts."""
+
+    name: str
+    values: tuple[Raw, ...]
+    unit: str = ""
+
+    @property
+    def numeric(self) -> bool:
+        """Whether all values are numbers."""
+        return all(isinstance(v, int | float) and not isinstance(v, bool) for v in self.values)
+
+    def setting(self, k: int) -> Raw:
+        """Return the k-th value as a setting."""
+        value = self.values[k]
+        return f"{value!r} {self.unit}" if self.unit and not isinstance(value, str) else value
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One dimension of a sweep: columns that are varied together, or alternatives with a table of settings each."""
+
+    name: str
+    columns: tuple[Column, ...]
+    alternatives: tuple[Settings, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.columns[0].values)
+
+    def settings(self, k: int) -> dict[str, Raw]:
+        """Return what the k-th value sets."""
+        if self.alternatives:
+            return dict(self.alternatives[k])
+        return {column.name: column.setting(k) for column in self.columns}
+
+
+@dataclass(frozen=True)
+class Range:
+    """From `start` to `stop`, in `unit`, to be sampled."""
+
+    name: str
+    start: float
+    stop: float
+    unit: str = ""
+
+    def at(self, shares: Sequence[float]) -> Column:
+        """Return the values at these shares of the way."""
+        return Column(self.name, tuple(self.start + float(s) * (self.stop - self.start) for s in shares), self.unit)
+
+
+Variation = Axis | tuple[Range, ...]
+
+
+def read_variations(vary: Vary) -> list[Variation]:
+    """Read what is varied.
+
+    Parameters
+    ----------
+    vary
+        By name: a text as in a `--vary` option, a sequence of values, a table of settings for each label, or, for
+        names joined by `&`, a sequence of those for each.
+
+    Raises
+    ------
+    ValueError
+        If a text cannot be read, the numbers of values that are varied together differ, or a name is given twice.
+    """
+    variations = [_variation(name, given) for name, given in vary.items()]
+    names = [name for variation in variations for name in names_of(variation)]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"{', '.join(twice)} is varied twice; it may be varied once")
+    if not variations:
+        raise ValueError("nothing is varied; a sweep needs --vary NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...")
+    return variations
+
+
+def parse_vary(texts: Sequence[str]) -> dict[str, Any]:
+    """Read `--vary` options into the mapping that `read_variations` takes."""
+    vary: dict[str, Any] = {}
+    for text in texts:
+        parts = [[part.strip() for part in item.partition("=")] for item in text.split("&")]
+        if not all(name and equals and value for name, equals, value in parts):
+            raise ValueError(f"{text!r} varies nothing; write NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...")
+        name = " & ".join(name for name, _, _ in parts)
+        if name in vary:
+            raise ValueError(f"{name} is varied twice; it may be varied once")
+        vary[name] = [value for _, _, value in parts] if len(parts) > 1 else parts[0][2]
+    return vary
+
+
+def names_of(variation: Variation) -> list[str]:
+    """Return the name of an axis and of its columns."""
+    if isinstance(variation, Axis):
+        return list(dict.fromkeys([variation.name, *(column.name for column in variation.columns)]))
+    return [part.name for part in variation]
+
+
+def _variation(name: str, given: Any) -> Variation:
+    names = [part.strip() for part in name.split("&")]
+    for one in names:
+        if not _NAME.fullmatch(one):
+            raise ValueError(f"{one!r} is no name of a variable; write for example Omega or rotor_contact.d1.u")
+    if isinstance(given, str) and given.startswith("@"):
+        given = _table(given[1:])
+    if isinstance(given, Mapping):
+        return _alternatives(name, given)
+    if len(names) == 1:
+        part = _values(name, given)
+        return (part,) if isinstance(part, Range) else Axis(name, (part,))
+    if isinstance(given, str) or len(given) != len(names):
+        raise ValueError(f"{name} needs values for each of its {len(names)} names")
+    parts = [_values(one, of_one) for one, of_one in zip(names, given, strict=True)]
+    columns = [part for part in parts if isinstance(part, Column)]
+    if not columns:
+        return tuple(part for part in parts if isinstance(part, Range))
+    sizes = {column.name: len(column.values) for column in columns}
+    if len(columns) < len(parts) or len(set(sizes.values())) > 1:
+        told = ", ".join(f"{one} {n}" for one, n in sizes.items())
+        raise ValueError(f"{name}: what is varied together must have as many values: {told}")
+    return Axis(names[0], tuple(columns))
+
+
+def _alternatives(name: str, given: Mapping[str, Any]) -> Axis:
+    if not given or not all(isinstance(settings, Mapping) for settings in given.values()):
+        raise ValueError(f"{name}: each label needs a table of settings, such as PID.'rolac_controller.rolac_enable'")
+    return Axis(name, (Column(name, tuple(str(label) for label in given)),), tuple(dict(s) for s in given.values()))
+
+
+def _table(path: str) -> dict[str, Any]:
+    from amb_files.toml import parse_toml, read_bytes
+
+    return parse_toml(read_bytes(Path(path), f"table {path}").decode("utf-8", "replace"), f"table {path}")
+
+
+def _values(name: str, given: Any) -> Column | Range:
+    if isinstance(given, str):
+        return _range(name, given) if ":" in given and "/" not in given else _list(name, given.split(","))
+    if isinstance(given, bool | int | float):
+        given = [given]
+    return _list(name, [v.item() if isinstance(v, np.generic) else v for v in given])
+
+
+def _range(name: str, text: str) -> Column | Range:
+    parts = [part.strip() for part in text.split(":")]
+    ends = [_quantity(part) for part in parts[:2]]
+    if len(parts) not in (2, 3) or None in ends:
+        raise ValueError(f"{name} = {text} is no range; write START:STOP:COUNT, such as 1 g.m:60 g.m:40")
+    (start, first), (stop, last) = (end for end in ends if end is not None)
+    unit = last or first
+    if first != last and first and last:
+        start = to_unit(f"{start!r} {first}", unit, name)
+    if not (math.isfinite(start) and math.isfinite(stop)):
+        raise ValueError(f"{name} = {text} is not allowed; its ends must be finite numbers")
+    if len(parts) == 2:
+        return Range(name, start, stop, unit)
+    if not parts[2].isdecimal() or not 1 <= int(parts[2]) <= MOST_POINTS:
+        raise ValueError(f"{name} = {text}: a count of {parts[2]!r} is not allowed; it must be 1 to {MOST_POINTS}")
+    return Column(name, tuple(float(v) for v in np.linspace(start, stop, int(parts[2]))), unit)
+
+
+def _list(name: str, given: Sequence[Any]) -> Column:
+    """Return a column of numbers in one unit where all are such, of texts otherwise."""
+    items = [item.strip() if isinstance(item, str) else item for item in given]
+    wrong = [item for item in items if not isinstance(item, bool | int | float | str) or item == ""]
+    if wrong or not items:
+        raise ValueError(f"{name} = {given} is not allowed; it must be a list of numbers or texts")
+    found = [_quantity(item) if isinstance(item, str) else None for item in items]
+    numbers = [entry for entry in found if entry is not None]
+    if len(numbers) == len(items):
+        units = [unit for _, unit in numbers if unit]
+        unit = units[0] if units else ""
+        values = (v if own in ("", unit) else to_unit(f"{v!r} {own}", unit, name) for v, own in numbers)
+        return Column(name, tuple(values), unit)
+    return Column(name, tuple(items))
+
+
+def _quantity(text: str) -> tuple[float, str] | None:
+    match = _QUANTITY.fullmatch(text)
+    return (float(match[1]), match[2]) if match else None

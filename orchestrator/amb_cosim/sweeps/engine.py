@@ -1,0 +1,220 @@
+"""Hands the points of a sweep to the processes of a Dask cluster, in batches, and takes what they lead to.
+
+A batch takes about `BATCH_TIME`, by the seconds that points before it took. There is one batch under way for each
+process, so that the death of a process is the fault of none but the points that it had. Dask runs such a batch once
+more; if that kills a process too, its points are tried one by one, and one that kills two processes alone is recorded
+as `crashed`.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from amb_cosim.cosim.interruption import Interruption, deferred
+from amb_cosim.progress import SweepReport as Report
+from amb_cosim.sweeps.worker import PointResult, Task, run_batch
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+    from amb_cosim.sweeps.store import SweepStore
+
+BATCH_TIME = 1.0  # s
+LARGEST_BATCH = 500  # points
+WRITE_TIME = 1.0  # s between two writes of the store, whatever the number of processes
+POLL = 0.1  # s, until an interruption is noticed
+START_TIME = 120  # s, until a process of the cluster is there
+SETTINGS = {
+    "distributed.scheduler.allowed-failures": 1,
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.worker.daemon": True,
+    "distributed.comm.retry.count": 0,
+}
+
+
+class ClusterFailed(Exception):
+    """The cluster ended before the sweep did."""
+
+
+def check_installed() -> None:
+    """Raise ValueError if a package is missing that sweeps need and the rest does not."""
+    missing = [name for name in ("dask", "distributed", "zarr", "SALib") if find_spec(name) is None]
+    if missing:
+        raise ValueError(f"a sweep needs {', '.join(missing)}, not installed: pip install 'amb-cosim[sweep]'")
+
+
+@contextmanager
+def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[Client]:
+    """Connect to the scheduler at an address, or start a local cluster of `jobs` processes with one thread each.
+
+    Raises
+    ------
+    ValueError
+        If nothing answers at that address.
+    """
+    import dask
+    from distributed import Client, LocalCluster
+
+    if scheduler is not None and jobs is not None:
+        raise ValueError("--jobs is for a local cluster; the scheduler's workers are as many as were started")
+    if jobs is not None and jobs < 1:
+        raise ValueError(f"--jobs {jobs} is not allowed; it must be 1 or more")
+    with dask.config.set(SETTINGS):
+        if scheduler is None:
+            cluster = LocalCluster(
+                n_workers=jobs,
+                threads_per_worker=1,
+                dashboard_address="127.0.0.1:0",
+                memory_limit=0,
+                preload=["amb_cosim.sweeps.local_worker"],
+                silence_logs=logging.CRITICAL,  # the death of a process is told as the outcome of its points
+            )
+            with cluster, Client(cluster) as client:
+                yield client
+            return
+        try:
+            client = Client(scheduler, timeout=10)
+        except (OSError, ValueError) as error:
+            raise ValueError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+        try:
+            yield client
+        finally:
+            with suppress(Exception):  # a scheduler that is gone
+                client.close(timeout=2)
+
+
+def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, report: Report) -> None:
+    """Run the points that a store misses, and put them into it as they come.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If a signal came; what had come until then is in the store.
+    ClusterFailed
+        If the cluster is gone, or has no process.
+    """
+    with deferred() as interruption:
+        _Submission(client, sweep, task, store, report, interruption).run()
+
+
+class _Submission:
+    """The batches of a sweep that are under way, and the points that wait."""
+
+    def __init__(
+        self, client: Client, sweep: str, task: Task, store: SweepStore, report: Report, interruption: Interruption
+    ) -> None:
+        import cloudpickle
+
+        self._client, self._sweep, self._store = client, sweep, store
+        self._task = cloudpickle.dumps(task)  # functions of a file by value, which Dask would pickle by name
+        self._report, self._interruption = report, interruption
+        self._waiting = deque(store.missing)
+        self._suspects: deque[int] = deque()  # points of batches that ended processes
+        self._under_way: dict[Future[Any], list[int]] = {}
+        self._landed: list[PointResult] = []  # since the last time that the store was written
+        self._written = -math.inf
+        self._done, self._total = store.design.size - len(self._waiting), store.design.size
+        self._seconds, self._ran = 0.0, 0
+
+    def run(self) -> None:
+        try:
+            self._run()
+        except BaseException:
+            with suppress(Exception):
+                self._client.cancel(list(self._under_way))
+            raise
+        finally:
+            self._write()
+
+    def _run(self) -> None:
+        alive = time.monotonic()
+        self._tell()
+        while self._waiting or self._suspects or self._under_way:
+            self._interruption.check()
+            if self._client.status == "closed":
+                raise ClusterFailed("the scheduler is gone")
+            workers = self._threads()
+            alive = time.monotonic() if workers else alive
+            if time.monotonic() > alive + START_TIME:
+                raise ClusterFailed(f"the scheduler has had no worker for {START_TIME} s")
+            while len(self._under_way) < workers and (self._waiting or self._suspects):
+                self._submit()
+            self._collect()
+
+    def _threads(self) -> int:
+        """Return how many batches can run at once; none while there is no connection."""
+        if self._client.status == "running":
+            with suppress(OSError, CancelledError):
+                return sum(self._client.nthreads().values())
+        return 0
+
+    def _submit(self) -> None:
+        points = [self._suspects.popleft()] if self._suspects else self._next_batch()
+        batch = [(n, self._store.design.settings(n)) for n in points]
+        future = self._client.submit(run_batch, self._sweep, self._task, batch, pure=False)
+        self._under_way[future] = points
+
+    def _next_batch(self) -> list[int]:
+        """Return points for about `BATCH_TIME`, fewer at the end, so that all processes end together."""
+        size = int(BATCH_TIME * self._ran / self._seconds) if self._seconds > 0.0 else 1
+        share = len(self._waiting) // (2 * max(1, self._threads()))
+        return [
+            self._waiting.popleft() for _ in range(min(len(self._waiting), LARGEST_BATCH, max(1, size), share or 1))
+        ]
+
+    def _collect(self) -> None:
+        """Wait for results, and take all that are there."""
+        from distributed import wait
+
+        if not self._under_way:
+            time.sleep(POLL)
+            return
+        with suppress(TimeoutError, CancelledError):
+            wait(list(self._under_way), timeout=POLL, return_when="FIRST_COMPLETED")
+        results: list[PointResult] = []
+        for future in [future for future in self._under_way if future.done()]:
+            results += self._results(future, self._under_way.pop(future))
+        if results:
+            self._landed += results
+            self._done += len(results)
+            self._tell()
+        if time.monotonic() > self._written + WRITE_TIME:
+            self._write()
+
+    def _write(self) -> None:
+        if self._landed:
+            self._store.add(self._landed)
+            self._landed, self._written = [], time.monotonic()
+
+    def _results(self, future: Future[Any], points: Sequence[int]) -> list[PointResult]:
+        """Return what a batch led to; points to try again wait for it."""
+        from distributed import KilledWorker
+        from distributed.comm.core import CommClosedError
+
+        if future.status == "finished":
+            with suppress(CommClosedError, CancelledError):  # a scheduler that dies as it answers
+                found: list[PointResult] = future.result()
+                self._seconds += sum(result.seconds for result in found)
+                self._ran += len(found)
+                return found
+        if future.status != "error":  # cancelled, or lost with a scheduler
+            self._waiting.extend(points)
+            return []
+        error = future.exception()
+        if not isinstance(error, KilledWorker):
+            raise ClusterFailed(f"a worker cannot run the sweep: {type(error).__name__}: {error}") from error
+        if len(points) > 1:
+            self._suspects.extend(points)
+            return []
+        return [PointResult(points[0], "crashed", "the process that ran it ended, twice")]
+
+    def _tell(self) -> None:
+        self._report(self._done, self._total, str(self._client.dashboard_link or ""))

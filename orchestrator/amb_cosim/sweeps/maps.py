@@ -1,0 +1,165 @@
+"""Maps of a sweep: metrics over its axes, side by side for its alternatives, with the boundary between outcomes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch
+
+from amb_cosim.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY_BLUE,
+    TITLE_SIZE,
+    YELLOW,
+    StyledFigure,
+    write_png,
+)
+from amb_cosim.sweeps.panels import numeric_axes, panels
+from amb_cosim.sweeps.refine import boundary_group
+from amb_cosim.sweeps.sampling import SAMPLE
+from amb_cosim.sweeps.store import STORE, open_sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from amb_cosim.sweeps.run import Sweep
+
+DRAWN = ("contact_share", "peak_contact_force", "orbit_largest", "rolling")
+LABELS = {
+    "contact_share": "share of contact between step and removal",
+    "peak_contact_force": "peak contact force (N)",
+    "orbit_largest": "largest radius at a bearing (mm)",
+    "rolling": "rolling (1) or not (0)",
+    "outcome": "outcome",
+}
+COLOURS = {
+    "prevented": BLUE,
+    "recovered": GREEN,
+    "trapped": ORANGE,
+    "completed": SKY_BLUE,
+    "stopped": YELLOW,
+    "failed": PURPLE,
+    "invalid": PURPLE,
+    "crashed": "#000000",
+    "": GREY,
+}
+MOST_PANELS = 8
+
+
+def draw_maps(swept: Sweep) -> list[str]:
+    """Draw `outcome` and the metrics of a sweep into its folder, a figure each; return the names of the files.
+
+    Axes of numbers are the axes of a map, the first two of them; all others make panels side by side, `MOST_PANELS`
+    at most. A sample is drawn as points over its first two ranges.
+    """
+    dataset = swept.dataset
+    names = [
+        name for name in ("outcome", *DRAWN) if name == "outcome" or (name in dataset and dataset[name].notnull().any())
+    ]
+    files = []
+    for name in names:
+        figure = draw_map(swept, dataset, name)
+        files.append(f"{name}.png")
+        write_png(figure, swept.folder / files[-1])
+    return files
+
+
+def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
+    """Draw one variable of a sweep."""
+    across = _across(swept)
+    parts = panels(swept.design, {*across, SAMPLE})[:MOST_PANELS]
+    width = 3.4 * len(parts) + 1.0
+    figure = StyledFigure(figsize=(max(4.6, width), 3.6), layout="constrained")
+    axes: Sequence[Axes] = figure.subplots(1, len(parts), squeeze=False, sharey=True)[0]
+    limits = _limits(dataset, name)
+    drawn: Any = None
+    for ax, panel in zip(axes, parts, strict=True):
+        part = dataset.isel(panel.at)
+        mapped = _draw_panel(ax, part, across, name, limits)
+        drawn = mapped if mapped is not None else drawn
+        _draw_boundary(ax, swept, part, across)
+        ax.set_title(panel.title)
+        ax.set_xlabel(_axis_label(dataset, across[0]))
+    axes[0].set_ylabel(_axis_label(dataset, across[1]) if len(across) > 1 else LABELS[name])
+    if name == "outcome":
+        found = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
+        handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in found]
+        figure.legend(handles=handles, loc="outside right upper", frameon=False)
+    elif drawn is not None:
+        figure.colorbar(drawn, ax=list(axes), label=LABELS[name])
+    figure.suptitle(swept.name, fontsize=TITLE_SIZE)
+    return figure
+
+
+def _across(swept: Sweep) -> list[str]:
+    """Return the coordinates across a map, one or two."""
+    numeric = numeric_axes(swept.design)
+    if SAMPLE in numeric:
+        return [column.name for axis in swept.design.axes if axis.name == SAMPLE for column in axis.columns][:2]
+    return numeric[:2] or [swept.design.axes[0].name]
+
+
+def _limits(dataset: xr.Dataset, name: str) -> tuple[float, float]:
+    if name == "outcome":
+        return -0.5, len(COLOURS) - 0.5
+    if name in ("contact_share", "rolling"):
+        return 0.0, 1.0
+    values = dataset[name].values
+    return 0.0, float(np.nanmax(values)) or 1.0
+
+
+def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, limits: tuple[float, float]) -> Any:
+    """Draw a map, points of a sample, or a line; return what a colour bar is made for."""
+    values = dataset[name]
+    if name == "outcome":
+        numbers = np.array([list(COLOURS).index(str(v)) for v in values.values.ravel()], np.float64)
+        values = values.copy(data=numbers.reshape(values.shape))
+        colours: Any = ListedColormap(list(COLOURS.values()))
+    else:
+        colours = "viridis"
+    kind = {"vmin": limits[0], "vmax": limits[1], "cmap": colours}
+    x = dataset[across[0]]
+    if len(across) == 1:
+        if name == "outcome":
+            ax.scatter(x, np.zeros(x.size), c=values, **kind)
+            ax.set_yticks([])
+        else:
+            ax.plot(x, values, ".-", color=BLUE)
+        return None
+    y = dataset[across[1]]
+    if SAMPLE in values.dims:
+        return ax.scatter(x, y, c=values, s=8.0, **kind)
+    mesh = ax.pcolormesh(x, y, values.transpose(across[1], across[0]), shading="nearest", **kind)
+    mesh.set_edgecolor("face")
+    return mesh
+
+
+def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str]) -> None:
+    """Draw the boundary of a map as far as it is known: refined points, or the line half-way between grid points."""
+    if len(across) < 2 or SAMPLE in dataset.dims or swept.boundary not in dataset:
+        return
+    group = boundary_group(swept.boundary)
+    if (swept.folder / STORE / group).is_dir():
+        points = open_sweep(swept.folder, group)
+        here = np.ones(points.sizes["point"], bool)
+        for name in dataset.coords:
+            if dataset[name].ndim == 0 and name in points:
+                here &= points[name].values == dataset[name].values
+        ax.plot(points[across[0]][here], points[across[1]][here], "w.", ms=4.0, mec="k", mew=0.4)
+        return
+    values = dataset[swept.boundary].transpose(across[1], across[0]).values
+    if values.shape[0] > 1 and values.shape[1] > 1 and np.nanmin(values) < np.nanmax(values):
+        ax.contour(dataset[across[0]], dataset[across[1]], values, [0.5], colors="w", linewidths=1.2)
+
+
+def _axis_label(dataset: xr.Dataset, name: str) -> str:
+    unit = dataset[name].attrs.get("units", "")
+    return f"{name} ({unit})" if unit else name

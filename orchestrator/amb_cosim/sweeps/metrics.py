@@ -1,0 +1,77 @@
+"""Key values of a run as numbers, for a map: what the summary has of contact, forces and orbits."""
+
+from __future__ import annotations
+
+import math
+
+from amb_cosim import contact_history
+from amb_cosim.contact_history import Recovery
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.simulation import Outcome
+from amb_cosim.orbits import orbit_largest
+from amb_cosim.places import PLANT, Places, places
+
+UNITS = {
+    "contact": "1",
+    "recovered": "1",
+    "rolling": "1",
+    "contact_share": "1",
+    "peak_contact_force": "N",
+    "peak_impulse": "N s",
+    "orbit_largest": "mm",
+    "rolling_from": "cycle",
+    "last_contact": "cycle",
+}
+
+
+def needed(found: Places) -> tuple[str, ...]:
+    """Return patterns of the variables that the key values take."""
+    of_sites = (f"{PLANT}.{site}.{name}" for site in found.sites for name in ("f_n", "impulse", "mode", "whirl_speed"))
+    of_bearings = (f"{PLANT}.{bearing}.[xy]" for bearing in found.bearings)
+    return (f"{PLANT}.contact_state", *of_sites, *of_bearings)
+
+
+def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
+    """Return what the step of a run led to, and its key values from cycle 0 on; NaN for what it does not have.
+
+    `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is that of the time between step and removal. A value
+    at a place has the place behind its name, `peak_contact_force.rb1`; without one it is the largest of them.
+    """
+    _, last = contact_history.contact_cycles(signals)
+    rolls = contact_history.rolling_from(signals)
+    free = contact_history.free_after(signals, last)
+    shares = contact_history.contact_share(signals)
+    sites = [*places(signals).retainers] or list(places(signals).others)
+    values = {
+        "contact": _nan(None if free is None else last is not None),
+        "recovered": _nan(free),
+        "rolling": float(rolls is not None),
+        "contact_share": math.nan if shares.get("0") is None else 1.0 - _nan(shares["0"]),
+        "rolling_from": _nan(rolls),
+        "last_contact": _nan(last),
+    }
+    at_places = {
+        "peak_contact_force": {site: contact_history.peak(signals, f"{site}.f_n") for site in sites},
+        "peak_impulse": {site: contact_history.peak(signals, f"{site}.impulse") for site in sites},
+        "orbit_largest": orbit_largest(signals),
+    }
+    for name, of_place in at_places.items():
+        numbers = [_nan(value) for value in of_place.values()]
+        values[name] = max((v for v in numbers if not math.isnan(v)), default=math.nan)
+        values |= {f"{name}.{place}": v for place, v in zip(of_place, numbers, strict=True)}
+    return contact_history.recovery_after(signals, last), values
+
+
+def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
+    """Return what a run led to, and why it ended before its time.
+
+    `prevented`, `recovered` or `trapped` where the scenario has a step; otherwise how it ended: `completed`, `stopped`,
+    `failed`.
+    """
+    if outcome.failure is not None:
+        return "failed", outcome.failure
+    return recovery or outcome.status, outcome.stopped or ""
+
+
+def _nan(value: float | None) -> float:
+    return math.nan if value is None else float(value)

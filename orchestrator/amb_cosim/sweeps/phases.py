@@ -1,0 +1,81 @@
+"""How the peak force of a sweep is distributed over the phase of an event: when within a turn it happens."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from amb_cosim.plots.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure, write_png
+from amb_cosim.sweeps.maps import LABELS, MOST_PANELS
+from amb_cosim.sweeps.panels import numeric_axes, panels
+from amb_cosim.sweeps.sampling import SAMPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from amb_cosim.sweeps.run import Sweep
+
+PHASES = ("step.cycle", "removal.cycle")  # names of what is varied
+METRIC = "peak_contact_force"
+QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
+FILE = "phase.png"
+
+
+def draw_phases(swept: Sweep) -> list[str]:
+    """Draw the peak force over the phase of an event into the folder of a sweep that varies it; return the files."""
+    dataset = swept.dataset
+    varied = [name for name in PHASES if name in dataset.coords]
+    if not varied or METRIC not in dataset or not dataset[METRIC].notnull().any():
+        return []
+    write_png(draw_distribution(swept, dataset, varied[0]), swept.folder / FILE)
+    return [FILE]
+
+
+def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFigure:
+    """Draw median, quartiles and extremes of the peak force over `along`, the cycle of an event, in degrees.
+
+    All other numbers that are varied make the distribution; alternatives have panels side by side. Of a sample each
+    point is drawn.
+    """
+    parts = panels(swept.design, numeric_axes(swept.design))[:MOST_PANELS]
+    figure = StyledFigure(figsize=(max(4.6, 3.0 * len(parts) + 0.8), 3.2), layout="constrained")
+    axes = figure.subplots(1, len(parts), squeeze=False, sharey=True)[0]
+    for ax, panel in zip(axes, parts, strict=True):
+        part = dataset.isel(panel.at)
+        phase = phase_of(part[along].values)
+        if SAMPLE in part.dims:
+            ax.plot(phase, part[METRIC].values.ravel(), ".", ms=3.0, color=BLUE)
+        else:
+            _draw_band(ax, phase, distribution(part[METRIC], along))
+        ax.set_title(panel.title)
+        ax.set_xlabel(f"phase of the {along.partition('.')[0]} (deg)")
+        ax.set_xticks(np.arange(0.0, phase.max() + 1.0, 90.0))
+    axes[0].set_ylim(bottom=0.0)
+    axes[0].set_ylabel(LABELS[METRIC])
+    handles, labels = axes[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside right upper", frameon=False)
+    figure.suptitle(swept.name, fontsize=TITLE_SIZE)
+    return figure
+
+
+def phase_of(cycle: NDArray[Any]) -> NDArray[np.float64]:
+    """Return cycles as angles of the rotor (deg), from the beginning of the turn that the first of them is in."""
+    return np.asarray(360.0 * (cycle - np.floor(np.min(cycle))), np.float64)
+
+
+def distribution(values: xr.DataArray, along: str) -> NDArray[np.float64]:
+    """Return the `QUANTILES` of values along an axis, shape (quantiles, points); runs without a value do not count."""
+    table = values.transpose(along, ...).values.reshape(values.sizes[along], -1)
+    return np.nanquantile(np.asarray(table, np.float64), QUANTILES, axis=1)
+
+
+def _draw_band(ax: Axes, phase: NDArray[Any], bands: NDArray[np.float64]) -> None:
+    lowest, lower, median, upper, highest = bands
+    if not np.array_equal(lowest, highest):
+        ax.fill_between(phase, lowest, highest, color=BLUE, alpha=0.15, lw=0.0, label="all")
+        ax.fill_between(phase, lower, upper, color=BLUE, alpha=0.35, lw=0.0, label="half of them")
+    ax.plot(phase, median, ".-", color=ORANGE, label="median")

@@ -1,0 +1,283 @@
+"""A sweep from request to data set: check, run what is missing, refine, save."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import inspect
+import json
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.dataset import git_revision
+from amb_cosim.cosim.values import Raw
+from amb_cosim.progress import SweepReport as Report
+from amb_cosim.progress import sweep_bar
+from amb_cosim.scenario import Scenario, load_scenario
+from amb_cosim.simulation import Prepared
+from amb_cosim.sweeps.axes import Vary
+from amb_cosim.sweeps.engine import check_installed, connect, run_missing
+from amb_cosim.sweeps.sampling import Design, make_design
+from amb_cosim.sweeps.store import SweepStore, open_sweep
+from amb_cosim.sweeps.worker import LABELS, Metric, Runner, Task
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from distributed import Client
+
+OUTCOMES = ("prevented", "recovered", "trapped", "completed", "stopped", "failed")
+PACKAGES = ("amb-cosim", "numpy", "scipy", "xarray", "zarr", "dask", "distributed")
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep that was run.
+
+    Attributes
+    ----------
+    folder
+        Where its store is.
+    design
+        Its points.
+    boundary
+        Which 0 or 1 of the results its maps draw, and its refinement bisects.
+    """
+
+    folder: Path
+    design: Design
+    boundary: str = "recovered"
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Metrics, outcome, reason and seconds of each point, over the axes."""
+        return open_sweep(self.folder)
+
+    @property
+    def name(self) -> str:
+        """Name of its scenario."""
+        return str(json.loads(self.dataset.attrs["request"])["scenario"].get("name", ""))
+
+    @property
+    def summary(self) -> str:
+        """What the runs led to, a line for each alternative."""
+        from amb_cosim.sweeps.summary import summarise_sweep
+
+        return "\n".join(summarise_sweep(self))
+
+    def draw(self) -> list[str]:
+        """Draw maps, and the peak force over the phase of an event where that was varied, into the folder.
+
+        Return the names of the files.
+        """
+        from amb_cosim.sweeps.maps import draw_maps
+        from amb_cosim.sweeps.phases import draw_phases
+
+        return [*draw_maps(self), *draw_phases(self)]
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """How many points led to each outcome."""
+        import numpy as np
+
+        names, counts = np.unique(self.dataset["outcome"].values, return_counts=True)
+        return {str(name): int(count) for name, count in zip(names, counts, strict=True)}
+
+
+def sweep(
+    scenario: str | Path | Scenario,
+    vary: Vary,
+    *,
+    output: str | Path,
+    sample: str = "grid",
+    seed: int = 0,
+    set: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    rotor: str | Path | None = None,
+    receptances: str | Path | None = None,
+    flavour: Flavour = "native",
+    metrics: Sequence[Metric] = (),
+    keep: Sequence[str] = (),
+    refine: float | None = None,
+    boundary: str = "recovered",
+    scheduler: str | None = None,
+    jobs: int | None = None,
+    progress: bool | Report | None = None,
+) -> Sweep:
+    """Run a scenario over a grid or a sample of its values, and return what the runs led to.
+
+    A sweep that was ended goes on where it was when it is asked for again with the same folder.
+
+    Parameters
+    ----------
+    scenario, set, until, rotor, receptances, flavour
+        As for `amb_cosim.run`.
+    vary
+        What is varied, by name: `{"Omega": "60:300:60"}`, `{"Omega": [90, 120]}`, for alternatives a table of settings
+        for each label, for names joined by `&` the values of each. A name is a `component.variable`, a shared signal,
+        `step.` or `removal.` with an input, `cycle` or `time` of that event, a field such as `unbalance_factor`,
+        `fmu.COMPONENT`, or `scenario`.
+    output
+        Folder of the sweep, with `sweep.zarr`.
+    sample, seed
+        `grid`, `lhs:N`, `sobol:N` or `saltelli:N` points of the ranges without a count, and the seed of the draw.
+    metrics
+        Functions of a result that return numbers by name, besides the key values.
+    keep
+        Outcomes whose full records are kept in the folder `runs`: `trapped`, `failed`, ...; `all` for every run.
+    refine, boundary
+        To which share of an axis the boundary of `boundary` (recovered, contact, rolling) is bisected on a grid.
+    scheduler, jobs
+        Address of a Dask scheduler; or the number of processes of a local cluster, one a processor by default. A script
+        that starts a local cluster needs `if __name__ == "__main__":`, as for any processes in Python.
+    progress
+        Whether a bar is shown, or a function that is called with the points done, their number, and the address of the
+        dashboard.
+
+    Raises
+    ------
+    ValueError
+        If a name, value or file is wrong, or the folder has a sweep of something else.
+    ClusterFailed
+        If the cluster ended before the sweep did; what had come until then is kept.
+    KeyboardInterrupt
+        If it was interrupted; what had come until then is kept.
+    """
+    check_installed()
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(str(scenario))
+    files = {"rotor": rotor, "receptances": receptances}
+    scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
+    unknown = [name for name in keep if name not in (*OUTCOMES, "all")]
+    if unknown:
+        raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(OUTCOMES)}")
+    design = make_design(vary, sample, seed)
+    if refine is not None:
+        from amb_cosim.sweeps.refine import check_refinement
+
+        check_refinement(design, refine, boundary)
+    task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep))
+    guids, units = check_points(task, design)
+    design = design.with_units(units)
+    asked = {**_request(task), "guids": guids}
+    folder = Path(output)
+    provenance = _provenance()
+    with only_writer(folder):
+        store = SweepStore(folder, design, {**asked, "design": design.as_dict()}, provenance)
+        name = hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
+        with sweep_bar(progress) as report:
+            if store.missing or refine is not None:
+                with connect(scheduler, jobs) as client:
+                    run_missing(client, name, task, store, report)
+                    if refine is not None:
+                        _refine(client, name, task, store, asked, report, refine, boundary)
+    return Sweep(folder, design, boundary)
+
+
+def _refine(
+    client: Client,
+    name: str,
+    task: Task,
+    store: SweepStore,
+    asked: Mapping[str, Any],
+    report: Report,
+    tolerance: float,
+    boundary: str,
+) -> None:
+    from amb_cosim.sweeps.refine import Refinement
+
+    refinement = Refinement(store.design, store.dataset(), tolerance, boundary)
+    while (points := refinement.next_round()) is not None:
+        group = f"{boundary}_{refinement.rounds}"
+        request = {**asked, "design": points.as_dict()}
+        of_round = SweepStore(store.folder, points, request, _provenance(), group)
+        run_missing(client, name, task, of_round, report)
+        refinement.learn(of_round.dataset())
+    refinement.save(store.path)
+
+
+def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, str]]:
+    """Check the values of a sweep one by one; return the guids of its FMUs, and the units of what is varied.
+
+    FMUs are built if need be.
+
+    Raises
+    ------
+    ValueError
+        If a name or a value is wrong.
+    """
+    runner = Runner(task)
+    guids: dict[str, str] = {}
+    units: dict[str, str] = {}
+    sampled = design.sampling != "grid" and len(design.axes) == 1
+    for point in (0, design.size - 1) if sampled else design.corners():
+        settings = design.settings(point)
+        prepared = runner.prepare(settings)
+        if not set(guids) >= {fmu.path.stem for fmu in prepared.fmus.values()}:
+            guids |= {prepared.fmus[c].path.stem: interface.guid for c, interface in prepared.interfaces.items()}
+        units |= {name: unit for name in settings if name not in units and (unit := unit_of(prepared, name))}
+    return guids, units
+
+
+def unit_of(prepared: Prepared, name: str) -> str:
+    """Return the unit of what is varied under a name; empty where it has none or is no variable."""
+    label, _, rest = name.partition(".")
+    values = prepared.assembly.assignments()
+    try:
+        return values.port(values.matching(rest if label in LABELS else name)[0]).unit or ""
+    except ValueError:
+        return ""
+
+
+def _request(task: Task) -> dict[str, Any]:
+    """Return what decides the results of a point, as JSON data."""
+    return {
+        "scenario": task.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True),
+        "set": dict(task.settings),
+        "until": task.until,
+        "flavour": task.flavour,
+        "metrics": [_described(metric) for metric in task.metrics],
+        "keep": list(task.keep),
+    }
+
+
+def _described(metric: Metric) -> str:
+    """Return the name of a function and the digest of its source, where there is one."""
+    name = getattr(metric, "__qualname__", type(metric).__name__)
+    try:
+        source = inspect.getsource(metric)
+    except (OSError, TypeError):
+        return name
+    return f"{name} {hashlib.sha256(source.encode()).hexdigest()[:12]}"
+
+
+def _provenance() -> dict[str, Any]:
+    versions = {package: importlib.metadata.version(package) for package in PACKAGES}
+    return {"versions": {"python": platform.python_version(), **versions}, "git_revision": git_revision() or ""}
+
+
+@contextmanager
+def only_writer(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder, which the system takes back from a process that ends; there is none on Windows.
+
+    Raises
+    ------
+    ValueError
+        If another process holds it.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / ".lock").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise ValueError(f"another sweep is writing to {folder}") from error
+        yield

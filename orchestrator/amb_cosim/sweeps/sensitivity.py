@@ -1,0 +1,69 @@
+"""Variance-based sensitivity (Sobol indices) of a metric to what a sweep varies, by SALib.
+
+S_i = V(E(Y | X_i)) / V(Y),     S_Ti = 1 - V(E(Y | X_~i)) / V(Y)
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from amb_cosim.sweeps.sampling import SAMPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from amb_cosim.sweeps.run import Sweep
+
+
+def saltelli(count: int, dimensions: int, seed: int) -> np.ndarray[Any, Any]:
+    """Return Saltelli's sample of the unit cube, shape (count (dimensions + 2), dimensions); count is a power of 2.
+
+    Raises
+    ------
+    ValueError
+        If the count is none.
+    """
+    from SALib.sample import sobol
+
+    if count < 2 or count & (count - 1):
+        raise ValueError(f"--sample saltelli:{count} is not allowed; it must be a power of 2, such as 64")
+    return np.asarray(sobol.sample(_problem(dimensions), count, calc_second_order=False, seed=seed))
+
+
+def sensitivity(swept: Sweep, metric: str = "peak_contact_force") -> xr.Dataset:
+    """Return the first and total index of each range of a Saltelli sample, with 95 % confidence.
+
+    Raises
+    ------
+    ValueError
+        If the sample is another, the metric is not there, or a run has no value of it.
+    """
+    import xarray as xr
+    from SALib.analyze import sobol
+
+    design, results = swept.design, swept.dataset
+    if not design.sampling.startswith("saltelli:") or len(design.axes) > 1:
+        raise ValueError(f"a sensitivity needs one sample of saltelli:N, not {design.sampling} and other axes")
+    if metric not in results:
+        raise ValueError(f"no metric {metric!r}; there are {', '.join(str(name) for name in results.data_vars)}")
+    values = np.asarray(results[metric].values, np.float64)
+    without = int(np.isnan(values).sum())
+    if without:
+        raise ValueError(f"{without} of {values.size} runs have no {metric}; the indices need all of them")
+    names = [column.name for axis in design.axes if axis.name == SAMPLE for column in axis.columns]
+    indices = sobol.analyze(_problem(len(names)), values, calc_second_order=False, seed=design.seed or 0)
+    if math.isclose(float(np.ptp(values)), 0.0, abs_tol=1e-300):
+        raise ValueError(f"{metric} is {values[0]:g} in all runs; there is nothing to explain")
+    data = {key: ("parameter", np.asarray(indices[key])) for key in ("S1", "S1_conf", "ST", "ST_conf")}
+    return xr.Dataset(data, {"parameter": names}, {"metric": metric, "runs": values.size})
+
+
+def _problem(dimensions: int) -> dict[str, Any]:
+    return {
+        "num_vars": dimensions,
+        "names": [str(k) for k in range(dimensions)],
+        "bounds": [[0.0, 1.0]] * dimensions,
+    }

@@ -1,0 +1,88 @@
+"""A sweep in a few lines: what its runs led to, where its peak force is, what its boundary took, what failed."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from amb_cosim.sweeps.panels import numeric_axes, panels, shown
+from amb_cosim.sweeps.refine import boundary_group, refined_axes
+from amb_cosim.sweeps.sampling import SAMPLE
+from amb_cosim.sweeps.store import STORE, open_sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from amb_cosim.sweeps.run import Sweep
+
+FAILED = ("failed", "invalid", "crashed")
+MOST_REASONS = 5
+PEAK = "peak_contact_force"
+
+
+def summarise_sweep(swept: Sweep) -> list[str]:
+    """Return a line for each alternative, then lines on boundary, sensitivities and failures where there are any."""
+    dataset = swept.dataset
+    parts = panels(swept.design, numeric_axes(swept.design))
+    lines = [_of_part(panel.title, dataset.isel(panel.at)) for panel in parts]
+    return [*lines, *_of_boundary(swept), *_of_sensitivities(swept), *_of_failures(dataset)]
+
+
+def _of_part(title: str, part: xr.Dataset) -> str:
+    outcomes, counts = np.unique(part["outcome"].values, return_counts=True)
+    size = int(counts.sum())
+    told = [f"{count} {name or 'not run yet'}" for name, count in zip(outcomes, counts, strict=True)]
+    return f"{title + ': ' if title else ''}{size} runs, {', '.join(told)}{_peak(part)}"
+
+
+def _peak(part: xr.Dataset) -> str:
+    """Return the largest peak force and where it is, as the end of a line."""
+    if PEAK not in part or not part[PEAK].notnull().any() or not float(part[PEAK].max()):
+        return ""
+    values = part[PEAK].values
+    index = np.unravel_index(np.nanargmax(values), values.shape)
+    there = part.isel(dict(zip(part[PEAK].dims, (int(k) for k in index), strict=True)))
+    numbers = [name for name in part.coords if part[name].ndim and np.issubdtype(part[name].dtype, np.number)]
+    where = [shown(str(name), there[name].item(), there[name].attrs.get("units", "")) for name in numbers]
+    return f"; peak contact force up to {float(values[index]):.4g} N, at {', '.join(where)}"
+
+
+def _of_boundary(swept: Sweep) -> list[str]:
+    group = boundary_group(swept.boundary)
+    if not (swept.folder / STORE / group).is_dir():
+        return []
+    found, design = open_sweep(swept.folder, group), swept.design
+    tolerance, runs = float(found.attrs["tolerance"]), int(found.attrs["runs"])
+    finer = {axis.name for axis in refined_axes(design)}
+    as_fine = math.prod(math.ceil(1.0 / tolerance) + 1 if a.name in finer else len(a) for a in design.axes)
+    return [
+        f"boundary of {swept.boundary}: {found.sizes['point']} places, known to {100.0 * tolerance:.3g} % of an axis "
+        f"by {runs} runs more, {design.size + runs} in all; a grid as fine takes {as_fine}"
+    ]
+
+
+def _of_sensitivities(swept: Sweep) -> list[str]:
+    if not swept.design.sampling.startswith("saltelli:") or [a.name for a in swept.design.axes] != [SAMPLE]:
+        return []
+    from amb_cosim.sweeps.sensitivity import sensitivity
+
+    try:
+        indices = sensitivity(swept)
+    except ValueError as error:
+        return [f"no sensitivities: {error}"]
+    lines = []
+    for name in indices["parameter"].values:
+        row = indices.sel(parameter=name)
+        first, total = (f"{float(row[k]):.2f} +- {float(row[f'{k}_conf']):.2f}" for k in ("S1", "ST"))
+        lines.append(f"{indices.attrs['metric']} over {name}: first index {first}, total {total}")
+    return lines
+
+
+def _of_failures(dataset: xr.Dataset) -> list[str]:
+    """Return the reasons of the runs that failed, the most frequent first."""
+    failed = np.isin(dataset["outcome"].values, FAILED)
+    reasons, counts = np.unique(dataset["reason"].values[failed], return_counts=True)
+    order = np.argsort(-counts, kind="stable")[:MOST_REASONS]
+    return [f"{counts[k]} of the runs: {reasons[k]}" for k in order]

@@ -1,0 +1,200 @@
+"""Runs the points of a sweep in a worker process, which finds and loads the FMUs of a scenario once."""
+
+from __future__ import annotations
+
+import pickle
+import re
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.instances import Instances
+from amb_cosim.cosim.simulation import Assembly
+from amb_cosim.cosim.values import Raw
+from amb_cosim.places import places_of
+from amb_cosim.result import Result
+from amb_cosim.scenario import Event, Scenario, load_scenario
+from amb_cosim.simulation import Prepared, assemble_scenario, bare_signals, labelled, plan_prepared, record_prepared
+from amb_cosim.sweeps.metrics import evaluate, needed, outcome_of
+from amb_files.suggestions import suggest
+
+Metric = Callable[[Result], Mapping[str, float]]
+LABELS = ("step", "removal")  # of events, which names of what is varied may begin with
+FIELDS = ("unbalance_factor", "settle_cycles", "end_cycle", "end_time", "gravity", "gravity_angle", "rotor", "coupling")
+_ASSEMBLED_FROM = ("system", "rotor", "receptances", "gradient", "fmu")  # fields of a scenario
+
+
+@dataclass(frozen=True)
+class Task:
+    """What all points of a sweep have in common.
+
+    Parameters
+    ----------
+    scenario, settings, until, flavour
+        As for `amb_cosim.run`; what a point sets goes over `settings`.
+    metrics
+        Functions of a result, whose numbers are added to the key values.
+    keep
+        Outcomes whose full records are kept; `all` for every run.
+    """
+
+    scenario: Scenario
+    settings: Mapping[str, Raw] = field(default_factory=dict)
+    until: float | None = None
+    flavour: Flavour = "native"
+    metrics: tuple[Metric, ...] = ()
+    keep: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class PointResult:
+    """What a point led to: outcome, why it failed if it did, metrics, wall-clock time (s), and its record as NetCDF."""
+
+    point: int
+    outcome: str
+    reason: str = ""
+    metrics: Mapping[str, float] = field(default_factory=dict)
+    seconds: float = 0.0
+    record: bytes | None = None
+
+
+class Runner:
+    """Runs points one after another with the same FMU instances."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self._assemblies: dict[str, tuple[Assembly, Instances]] = {}
+
+    def prepare(self, settings: Mapping[str, Raw]) -> Prepared:
+        """Return a point that is ready to run.
+
+        Raises
+        ------
+        ValueError
+            If a name or a value is wrong.
+        """
+        return self._prepared(settings)[0]
+
+    def run(self, point: int, settings: Mapping[str, Raw]) -> PointResult:
+        """Run a point; whatever goes wrong with it is its result."""
+        began = time.perf_counter()
+        try:
+            prepared, instances = self._prepared(settings)
+            recording = record_prepared(prepared, isolated=False, instances=instances)  # this process is expendable
+        except ValueError as error:
+            return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
+        except (StartFailed, FmuError, ProcessFailed) as error:
+            return PointResult(point, "failed", str(error), seconds=time.perf_counter() - began)
+        recovery, values = evaluate(bare_signals(prepared, recording))
+        outcome, reason = outcome_of(recording.outcome, recovery)
+        if outcome == "failed":
+            values = {}  # of a run that broke off they mean nothing
+        elif self.task.metrics:
+            own, wrong = self._own_metrics(labelled(prepared, recording))
+            values |= own
+            outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
+        kept = "all" in self.task.keep or outcome in self.task.keep
+        record = _netcdf(labelled(prepared, recording)) if kept else None
+        return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
+
+    def _own_metrics(self, result: Result) -> tuple[dict[str, float], str]:
+        """Return the numbers of the user's functions, and what went wrong in the last one that failed."""
+        values: dict[str, float] = {}
+        wrong = ""
+        for metric in self.task.metrics:
+            try:
+                values |= {_checked(name): float(value) for name, value in metric(result).items()}
+            except Exception as error:  # whatever a function of the user's raises
+                name = getattr(metric, "__name__", type(metric).__name__)
+                wrong = f"metric {name}: {type(error).__name__}: {error}"
+        return values, wrong
+
+    def close(self) -> None:
+        """Free the FMUs."""
+        for _, instances in self._assemblies.values():
+            instances.close()
+        self._assemblies.clear()
+
+    def _prepared(self, given: Mapping[str, Raw]) -> tuple[Prepared, Instances]:
+        scenario, settings = varied(self.task.scenario, given)
+        key = repr([getattr(scenario, name) for name in _ASSEMBLED_FROM])
+        if key not in self._assemblies:
+            self._assemblies[key] = assemble_scenario(scenario, self.task.flavour), Instances()
+        assembly, instances = self._assemblies[key]
+        recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
+        values = {**self.task.settings, **settings}
+        return plan_prepared(scenario, assembly, values, self.task.until, recorded), instances
+
+
+def varied(scenario: Scenario, given: Mapping[str, Raw]) -> tuple[Scenario, dict[str, Raw]]:
+    """Return the scenario that a point runs, and the rest of what it sets: values by `component.variable`.
+
+    Raises
+    ------
+    ValueError
+        If the scenario has no such event or field.
+    """
+    settings = dict(given)
+    if "scenario" in settings:
+        scenario = load_scenario(str(settings.pop("scenario")))
+    changes: dict[str, Any] = {name: settings.pop(name) for name in FIELDS if name in settings}
+    if "end_cycle" in changes or "end_time" in changes:
+        changes = {"end_cycle": None, "end_time": None} | changes
+    fmus = {name: settings.pop(name) for name in list(settings) if name.startswith("fmu.")}
+    if fmus:
+        changes["fmu"] = {name.removeprefix("fmu."): str(fmu) for name, fmu in fmus.items()}
+    of_events = {name: settings.pop(name) for name in list(settings) if name.partition(".")[0] in LABELS}
+    if of_events:
+        changes["event"] = [_event(event, of_events) for event in scenario.event]
+        labels = [event.label for event in scenario.event if event.label]
+        for name in of_events:
+            if name.partition(".")[0] not in labels:
+                raise ValueError(f"scenario {scenario.name} has no event labelled {name.partition('.')[0]} for {name}")
+    return (scenario.changed(**changes) if changes else scenario), settings
+
+
+def _event(event: Event, given: Mapping[str, Raw]) -> dict[str, Any]:
+    """Return an event, as TOML holds it, with the moment and the values that are given for its label."""
+    changes: dict[str, Any] = {}
+    values = {component: dict(of_one) for component, of_one in event.set.items()}
+    for name, raw in given.items():
+        label, _, rest = name.partition(".")
+        if label != event.label:
+            continue
+        component, _, variable = rest.partition(".")
+        if rest in ("cycle", "time"):
+            changes |= {"cycle": None, "time": None, rest: raw}
+        elif not variable:
+            raise ValueError(f"{name} is nothing of an event; {suggest(rest, ['cycle', 'time', 'component.variable'])}")
+        else:
+            values.setdefault(component, {})[variable] = raw
+    return {**event.model_dump(mode="json", exclude_none=True), **changes, "set": values}
+
+
+def _checked(name: str) -> str:
+    """Return the name of an own metric, which becomes that of a variable of the store."""
+    if not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in ("outcome", "reason", "seconds"):
+        raise ValueError(f"{name!r} is no name for a metric; it must be like friction_heat or friction_heat.rb1")
+    return name
+
+
+def _netcdf(result: Result) -> bytes:
+    from amb_cosim.cosim.netcdf import netcdf
+
+    return bytes(netcdf(result.dataset))
+
+
+_runners: dict[str, Runner] = {}  # of this process, by the sweep's identifier
+
+
+def run_batch(sweep: str, task: bytes, points: Sequence[tuple[int, Mapping[str, Raw]]]) -> list[PointResult]:
+    """Run points of a sweep, with what this process has kept of the sweep's batches before; `task` is pickled."""
+    if sweep not in _runners:
+        for runner in _runners.values():
+            runner.close()
+        _runners.clear()
+        _runners[sweep] = Runner(pickle.loads(task))
+    return [_runners[sweep].run(point, settings) for point, settings in points]

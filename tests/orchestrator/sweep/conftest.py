@@ -1,0 +1,65 @@
+"""A cluster that tests share, and a small sweep."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from amb_cosim.scenario import Scenario, load_scenario
+from amb_cosim.sweeps.run import Sweep
+from amb_cosim.sweeps.sampling import make_design
+from amb_cosim.sweeps.store import SweepStore
+from amb_cosim.sweeps.worker import PointResult
+
+VARY = {"Omega": "200:260:3", "rotor_contact.d1.u": "5 g.m:60 g.m:3"}
+UNTIL = 0.06
+
+
+@pytest.fixture
+def is_long(request: pytest.FixtureRequest) -> bool:
+    """Whether campaigns are as long as they get: the option `--long`."""
+    return bool(request.config.getoption("--long"))
+
+
+@pytest.fixture
+def first_seed(is_long: bool) -> int:
+    """The same seed in every short campaign, another in each long one; messages name it."""
+    return random.SystemRandom().randrange(10**6) if is_long else 2006
+
+
+@pytest.fixture(scope="session")
+def small() -> Scenario:
+    """Fig. 4.9 without the most of its settling."""
+    return load_scenario("fig4_9").changed(settle_cycles=2)
+
+
+@pytest.fixture(scope="module")
+def cluster(cache: Path) -> Any:
+    """Address of a local cluster with two processes."""
+    from amb_cosim.sweeps.engine import connect
+
+    with connect(jobs=2) as client:
+        yield client.scheduler.address
+
+
+def filled(
+    folder: Path, vary: dict[str, Any], function: Callable[[dict[str, Any]], dict[str, float]], sample: str = "grid"
+) -> Sweep:
+    """Return a sweep whose metrics are a function of its coordinates."""
+    design = make_design(vary, sample)
+    store = SweepStore(folder, design, {"scenario": {"name": "made up"}}, {})
+    store.add([PointResult(n, "recovered", "", function(design.settings(n))) for n in range(design.size)])
+    return Sweep(folder, design)
+
+
+def same(one: xr.Dataset, other: xr.Dataset) -> None:
+    """Check that two sweeps have the same to the last bit, except for the time that they took."""
+    assert set(one.variables) == set(other.variables)
+    for name in set(one.variables) - {"seconds"}:
+        np.testing.assert_array_equal(one[name].values, other[name].values, err_msg=str(name))

@@ -1,0 +1,135 @@
+"""What a sweep varies, and the points that this makes."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from amb_cosim.sweeps.axes import Axis, parse_vary, read_variations
+from amb_cosim.sweeps.sampling import make_design
+
+
+def only(text):
+    (variation,) = read_variations(parse_vary([text]))
+    return variation
+
+
+def test_a_range_has_its_ends_and_its_unit():
+    axis = only("rotor_contact.d1.u=1 g.m:60 g.m:40")
+    (column,) = axis.columns
+    assert (len(axis), column.values[0], column.values[-1], column.unit) == (40, 1.0, 60.0, "g.m")
+    assert axis.settings(39) == {"rotor_contact.d1.u": "60.0 g.m"}
+
+
+def test_the_unit_of_the_stop_holds_for_the_range():
+    (column,) = only("rotor_contact.rb1.clearance=500 um:0.7 mm:3").columns
+    assert column.unit == "mm"
+    np.testing.assert_allclose(column.values, [0.5, 0.6, 0.7])
+
+
+def test_numbers_without_a_unit_are_set_as_numbers():
+    assert only("Omega=60:300:3").settings(1) == {"Omega": 180.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "values", "unit"),
+    [
+        ("Omega=90,120", (90.0, 120.0), ""),
+        ("Omega=10 Hz,12 Hz", (10.0, 12.0), "Hz"),
+        ("d.u=1 g.m,0.002 kg.m", (1.0, 2.0), "g.m"),
+        ("rotor_contact.contact.impact_law=nodal,newton", ("nodal", "newton"), ""),
+        ("rolac_controller.rolac_enable=true,false", ("true", "false"), ""),
+    ],
+)
+def test_a_list_is_of_numbers_in_one_unit_or_of_texts(text, values, unit):
+    (column,) = only(text).columns
+    assert (column.values, column.unit) == (values, unit)
+
+
+def test_what_is_varied_together_is_one_axis():
+    axis = only("Omega=60:300:3 & rotor_contact.d1.u=3 g.m,2 g.m,1 g.m")
+    assert axis.settings(2) == {"Omega": 300.0, "rotor_contact.d1.u": "1.0 g.m"}
+
+
+def test_alternatives_set_what_their_labels_say(tmp_path):
+    file = tmp_path / "controls.toml"
+    file.write_text('[PID]\n"c.on" = false\n[ROLAC]\n"c.on" = true\n"c.mode" = 1\n')
+    axis = only(f"control=@{file}")
+    assert axis.columns[0].values == ("PID", "ROLAC")
+    assert axis.settings(1) == {"c.on": True, "c.mode": 1}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("Omega", "varies nothing"),
+        ("Omega=", "varies nothing"),
+        ("Omega=a:b:3", "is no range; write START:STOP:COUNT"),
+        ("Omega=1:2:0", "a count of '0' is not allowed; it must be 1 to"),
+        ("Omega=1:2:3:4", "is no range"),
+        ("Omega=1:1e999:3", "its ends must be finite"),
+        ("O mega=1:2:3", "is no name of a variable"),
+        ("Omega=1 kg:2 s:3", "Omega"),
+        ("Omega=1:2:3 & x.y=1,2", "must have as many values: Omega 3, x.y 2"),
+        ("control=@missing.toml", "missing.toml"),
+    ],
+)
+def test_an_error_names_what_is_wrong_and_what_is_allowed(text, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        read_variations(parse_vary([text]))
+
+
+def test_a_name_is_varied_once():
+    with pytest.raises(ValueError, match="Omega is varied twice"):
+        read_variations(parse_vary(["Omega=1,2", "Omega=3,4 & x.y=5,6"]))
+
+
+def test_a_grid_is_the_product_of_its_axes():
+    design = make_design({"Omega": [60, 90], "x.y": [1, 2, 3], "control": {"a": {"x.z": 1}, "b": {}}})
+    assert (design.shape, design.size) == ((2, 3, 2), 12)
+    assert design.settings(0) == {"Omega": 60, "x.y": 1, "x.z": 1}
+    assert design.settings(11) == {"Omega": 90, "x.y": 3}
+    assert {design.settings(n)["x.y"] for n in design.corners()} == {1, 2, 3}
+
+
+@pytest.mark.parametrize("method", ["lhs", "sobol"])
+def test_a_sample_fills_each_stratum_and_repeats_with_its_seed(method):
+    vary = {"Omega": "60:300", "x.y": "1 mm:2 mm"}
+    design = make_design(vary, f"{method}:16", seed=3)
+    (axis,) = design.axes
+    for column, low, high in zip(axis.columns, (60, 1), (300, 2), strict=True):
+        strata = np.floor(16 * (np.array(column.values) - low) / (high - low))
+        assert sorted(strata) == list(range(16))
+    assert make_design(vary, f"{method}:16", seed=3) == design
+    assert make_design(vary, f"{method}:16", seed=4) != design
+
+
+def test_alternatives_see_the_same_samples():
+    design = make_design({"control": {"a": {}, "b": {"x.z": 1}}, "Omega": "60:300"}, "lhs:5")
+    assert design.shape == (2, 5)
+    assert [design.settings(n)["Omega"] for n in range(5)] == [design.settings(n + 5)["Omega"] for n in range(5)]
+
+
+def test_ranges_that_vary_together_share_their_samples():
+    (axis,) = make_design({"Omega & x.y": ["0:10", "0:1"]}, "sobol:8").axes
+    assert isinstance(axis, Axis)
+    np.testing.assert_allclose(np.array(axis.columns[0].values), 10.0 * np.array(axis.columns[1].values))
+
+
+@pytest.mark.parametrize(
+    ("vary", "sample", "message"),
+    [
+        ({"Omega": "1:2"}, "grid", "Omega has no number of values"),
+        ({"Omega": "1:2:3"}, "lhs:4", "has nothing to sample"),
+        ({"Omega": "1:2"}, "lhs:0", "must be grid, lhs:N"),
+        ({"Omega": "1:2"}, "random:4", "must be grid, lhs:N"),
+        ({"Omega": "1:2"}, "saltelli:6", "must be a power of 2"),
+        ({}, "grid", "nothing is varied"),
+        ({"a.a": "1:2:9999", "b.b": "1:2:9999"}, "grid", "points are not allowed"),
+    ],
+)
+def test_a_design_that_cannot_be_is_refused(vary, sample, message):
+    with pytest.raises(ValueError, match=message):
+        make_design(vary, sample)

@@ -1,0 +1,214 @@
+"""Sweeps whose client, worker or scheduler is killed: those that go on equal those that were not disturbed."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
+from pathlib import Path
+
+import pytest
+
+import amb_cosim
+from amb_cosim.sweeps.engine import ClusterFailed
+from amb_cosim.sweeps.store import open_sweep
+from tests.orchestrator.sweep.conftest import same
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are killed by SIGKILL")]
+
+POINTS = 120
+VARY = {"Omega": f"180:280:{POINTS}"}
+UNTIL = 2.0  # s; the points take a second or two together
+START_TIME = 120.0  # s
+
+
+class Processes:
+    """A scheduler and two workers, each a process."""
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir()
+        self.folder, self.started = folder, []
+        file = folder / "scheduler.json"
+        self.scheduler = self.start(
+            "dask_scheduler",
+            "--port",
+            "0",
+            "--dashboard-address",
+            "127.0.0.1:0",
+            "--host",
+            "127.0.0.1",
+            "--scheduler-file",
+            str(file),
+        )
+        wait_for(file.exists)
+        self.file = str(file)
+        self.workers = [self.add_worker() for _ in range(2)]
+
+    def start(self, name: str, *arguments: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.{name}", *arguments]
+        process = subprocess.Popen(command, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.started.append(process)
+        return process
+
+    def add_worker(self) -> subprocess.Popen[bytes]:
+        return self.start(
+            "dask_worker", "--scheduler-file", self.file, "--nthreads", "1", "--no-nanny", "--no-dashboard"
+        )
+
+    @property
+    def address(self) -> str:
+        return str(json.loads(Path(self.file).read_text())["address"])
+
+    def revive(self) -> None:
+        """Start again what has ended."""
+        self.workers = [w if w.poll() is None else self.add_worker() for w in self.workers]
+
+    def close(self) -> None:
+        for process in self.started:
+            process.kill()
+            process.wait()
+
+
+def wait_for(condition) -> None:
+    end = time.monotonic() + START_TIME
+    while not condition():
+        assert time.monotonic() < end, "the process did not start"
+        time.sleep(0.1)
+
+
+@pytest.fixture
+def processes(tmp_path: Path) -> Iterator[Processes]:
+    cluster = Processes(tmp_path / "cluster")
+    yield cluster
+    cluster.close()
+
+
+@pytest.fixture
+def scenario(small, tmp_path):
+    return str(small.save(tmp_path / "small.toml"))
+
+
+@pytest.fixture(scope="module")
+def undisturbed(small, cluster, tmp_path_factory):
+    """The same sweep on another cluster, and how long its runs take (s)."""
+    reports: list[float] = []
+    options = {"until": UNTIL, "scheduler": cluster, "output": tmp_path_factory.mktemp("undisturbed")}
+    swept = amb_cosim.sweep(small, VARY, progress=lambda *_: reports.append(time.monotonic()), **options)
+    return swept.dataset, reports[-1] - reports[0]
+
+
+@pytest.fixture
+def kills(is_long: bool) -> int:
+    """How often each kind of process is killed."""
+    return 30 if is_long else 10
+
+
+class Killer:
+    """Kills a process so long (s) after the first report of a sweep."""
+
+    def __init__(self, process: subprocess.Popen[bytes], delay: float) -> None:
+        self._process, self._timer = process, threading.Timer(delay, self._kill)
+        self._begun = self._fired = False
+
+    def _kill(self) -> None:
+        self._fired = True
+        self._process.kill()
+
+    def __call__(self, done: int, total: int, dashboard: str) -> None:
+        if not self._begun:
+            self._begun = True
+            self._timer.start()
+
+    def came_in_time(self) -> bool:
+        """Whether the process was killed before this was asked; it is not killed any more."""
+        self._timer.cancel()
+        return self._fired and self._process.wait() == -signal.SIGKILL
+
+
+def client(folder: Path, scenario: str, *where: str) -> subprocess.Popen[str]:
+    """Start the command in a process of its own."""
+    command = [sys.executable, "-c", "from amb_cosim.start import main; main()", "sweep", scenario]
+    options = ["--vary", f"Omega={VARY['Omega']}", "--until", str(UNTIL), "--no-plots", *where]
+    return subprocess.Popen(
+        [*command, *options, "-o", str(folder)], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def landed(folder: Path) -> int:
+    """Return how many points of a sweep have results."""
+    try:
+        return int((open_sweep(folder)["outcome"] != "").sum())
+    except (ValueError, OSError, KeyError):
+        return 0
+
+
+def test_a_sweep_survives_the_death_of_workers(undisturbed, processes, scenario, tmp_path, kills, first_seed):
+    (expected, seconds), chance, killed = undisturbed, random.Random(first_seed), 0
+    for k in range(kills):
+        killer = Killer(processes.workers[k % 2], chance.uniform(0.0, seconds))
+        options = {"until": UNTIL, "scheduler": processes.address, "output": tmp_path / f"swept_{k}"}
+        swept = amb_cosim.sweep(scenario, VARY, progress=killer, **options)
+        killed += killer.came_in_time()
+        same(swept.dataset, expected)
+        processes.revive()
+    assert killed > kills // 2, f"seed {first_seed}: {killed} of {kills} came in time"
+
+
+def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, scenario, tmp_path, kills, first_seed):
+    (expected, seconds), chance, killed = undisturbed, random.Random(first_seed), 0
+    for k in range(kills):
+        folder = tmp_path / f"swept_{k}"
+        process = client(folder, scenario, "--scheduler", processes.address)
+        wait_for(lambda folder=folder, process=process: landed(folder) > 0 or process.poll() is not None)
+        time.sleep(chance.uniform(0.0, seconds))
+        process.kill()
+        process.communicate()
+        killed += process.returncode == -signal.SIGKILL
+        go_on(scenario, folder, processes.address, expected, first_seed)
+    assert killed > kills // 2, f"seed {first_seed}: {killed} of {kills} came in time"
+
+
+def test_a_sweep_goes_on_after_its_scheduler_was_killed(undisturbed, scenario, tmp_path, kills, first_seed):
+    (expected, seconds), chance, killed = undisturbed, random.Random(first_seed), 0
+    with ExitStack() as stack:
+        before = stack.enter_context(closing(Processes(tmp_path / "cluster")))
+        for k in range(kills):
+            folder, killer = tmp_path / f"swept_{k}", Killer(before.scheduler, chance.uniform(0.0, seconds))
+            try:
+                amb_cosim.sweep(scenario, VARY, until=UNTIL, scheduler=before.address, output=folder, progress=killer)
+            except ClusterFailed:
+                assert killer.came_in_time()
+                killed += 1
+            before.close()
+            before = stack.enter_context(closing(Processes(tmp_path / f"cluster_{k}")))
+            go_on(scenario, folder, before.address, expected, first_seed)
+    assert killed > kills // 2, f"seed {first_seed}: {killed} of {kills} came in time"
+
+
+def go_on(scenario: str, folder: Path, scheduler: str, expected, seed: int) -> None:
+    """Go on with a sweep, and check that it runs what is missing alone and equals the undisturbed one."""
+    before, seen = landed(folder), []
+    swept = amb_cosim.sweep(
+        scenario, VARY, output=folder, until=UNTIL, scheduler=scheduler, progress=lambda done, *_: seen.append(done)
+    )
+    assert before == POINTS or seen[0] == before, f"seed {seed}: points were run again"
+    same(swept.dataset, expected)
+
+
+@pytest.mark.parametrize("local", [True, False])
+def test_ctrl_c_keeps_what_came_and_exits_with_130(processes, scenario, tmp_path, local):
+    where = ["--jobs", "1"] if local else ["--scheduler", processes.address]
+    process = client(tmp_path / "swept", scenario, *where)
+    wait_for(lambda: landed(tmp_path / "swept") > 0 or process.poll() is not None)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert "the same command goes on" in errors
+    assert "Traceback" not in errors

@@ -1,0 +1,136 @@
+"""The command `amb-cosim sweep`, ready sweeps, maps, and sensitivities."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import amb_cosim
+from amb_cosim.simulation import prepare
+from amb_cosim.sweeps import sensitivity as indices
+from amb_cosim.sweeps.maps import draw_map
+from amb_cosim.sweeps.ready import READY
+from amb_cosim.sweeps.refine import Refinement
+from amb_cosim.sweeps.run import check_points
+from amb_cosim.sweeps.sampling import make_design
+from amb_cosim.sweeps.store import open_sweep
+from amb_cosim.sweeps.worker import Task
+from tests.orchestrator.sweep.conftest import UNTIL, filled
+
+METRIC = "def turns(result):\n    return {'turns': float(result.dataset['cycle'].values[-1])}\n"
+
+
+@pytest.fixture
+def command(runner, small, tmp_path, cluster):
+    scenario = str(small.save(tmp_path / "small.toml"))
+    return lambda *options: runner(
+        "sweep", scenario, "--until", str(UNTIL), "--scheduler", cluster, "-o", str(tmp_path / "out"), *options
+    )
+
+
+def test_the_command_maps_a_scenario_and_goes_on(command, tmp_path):
+    (tmp_path / "own.py").write_text(METRIC)
+    options = ["--vary", "Omega=200:220:2", "--vary", "rotor_contact.d1.u=5 g.m,60 g.m"]
+    options += ["--metric", f"{tmp_path / 'own.py'}:turns"]
+    for _ in range(2):
+        result = command(*options)
+        assert result.exit_code == 0, result.output
+        assert "4 runs, 4 completed; peak contact force up to" in result.output
+    assert (tmp_path / "out" / "outcome.png").read_bytes().startswith(b"\x89PNG")
+    turns = open_sweep(tmp_path / "out")["turns"]
+    np.testing.assert_allclose(turns.sel(Omega=220.0), UNTIL * 220.0 / (2.0 * np.pi))
+    different = command(*options[:4], "--no-plots")
+    assert different.exit_code == 2
+    assert "metrics" in different.output
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "nothing is varied"),
+        (["--vary", "Omega=1:2"], "Omega has no number of values"),
+        (["--vary", "Omega=-1,2"], "Omega = -1"),
+        (["--vary", "Omega=200,220", "--refine", "3"], "--refine 3 is not allowed; it must be"),
+        (["--vary", "Omega=200:220", "--sample", "lhs:4", "--refine", "0.1"], "--refine needs a grid"),
+        (["--vary", "Omega=200,220", "--boundary", "shape", "--refine", "0.1"], "--boundary shape is not allowed"),
+        (["--vary", "Omega=200,220", "--keep", "nothing"], "--keep nothing is not allowed"),
+        (["--vary", "Omega=200,220", "--metric", "missing.py:f"], "--metric missing.py:f is not allowed"),
+        (["--vary", "Omega=200,220", "--jobs", "2"], "--jobs is for a local cluster"),
+    ],
+)
+def test_bad_input_is_one_message_and_exit_code_2(command, options, message):
+    result = command(*options)
+    assert result.exit_code == 2, result.output
+    assert message in result.output
+    assert "Traceback" not in result.output
+
+
+@pytest.mark.parametrize("name", READY)
+def test_ready_sweeps_fit_their_scenarios(name):
+    study = READY[name]
+    design = make_design(study.options["vary"], study.options.get("sample", "grid"))
+    guids, units = check_points(Task(amb_cosim.Scenario.load(study.scenario)), design)
+    assert len(guids) == 3
+    assert {"rad/s", "kg.m"} & set(units.values())
+    assert prepare(amb_cosim.Scenario.load(study.scenario)).plan.last > 0
+
+
+def test_refinement_converges_to_a_circle_with_few_points(tmp_path):
+    def inside(settings):
+        return {"recovered": float(settings["a.x"] ** 2 + settings["a.y"] ** 2 < 0.5)}
+
+    vary = {"a.x": np.linspace(0, 1, 5), "a.y": np.linspace(0, 1, 5)}
+    swept = filled(tmp_path, vary, inside)
+    tolerance, runs = 0.001, 25
+    refinement = Refinement(swept.design, swept.dataset, tolerance, "recovered")
+    while (points := refinement.next_round()) is not None:
+        runs += points.size
+        values = [inside(points.settings(n))["recovered"] for n in range(points.size)]
+        refinement.learn(xr.Dataset({"recovered": ("point", values)}))
+    found = refinement.boundary()
+    radius = np.hypot(found["a.x"], found["a.y"])
+    assert found.sizes["point"] == 6
+    assert np.all(np.abs(radius - np.sqrt(0.5)) < 2.0 * tolerance)
+    assert runs < 0.1 / tolerance**2
+
+
+def test_alternatives_have_panels_of_their_own(tmp_path):
+    vary = {"control": {"PID": {}, "ROLAC": {"a.z": 1}}, "a.x": [1.0, 2.0, 3.0], "a.y": [1.0, 2.0]}
+    swept = filled(
+        tmp_path, vary, lambda s: {"peak_contact_force": s["a.x"] * s["a.y"], "recovered": float(s["a.x"] > 1)}
+    )
+    figure = draw_map(swept, swept.dataset, "peak_contact_force")
+    assert [ax.get_title() for ax in figure.axes[:2]] == ["PID", "ROLAC"]
+    assert figure.axes[0].get_xlabel() == "a.x"
+    figure.canvas.draw()
+
+
+@pytest.mark.parametrize(
+    ("vary", "sample"),
+    [({"a.x": "1:2:3"}, "grid"), ({"a.x": "1:2", "a.y": "1:2"}, "lhs:8"), ({"a.kind": "one,two"}, "grid")],
+)
+def test_lines_samples_and_names_are_drawn(tmp_path, vary, sample):
+    swept = filled(tmp_path, vary, lambda settings: {"recovered": 1.0, "orbit_largest": 2.0}, sample)
+    for name in ("outcome", "orbit_largest"):
+        draw_map(swept, swept.dataset, name).canvas.draw()
+
+
+def test_sensitivities_are_those_of_a_known_function(tmp_path):
+    """The variance of a x + b y over the unit square is a^2 / 12 + b^2 / 12."""
+
+    def linear(settings):
+        return {"peak_contact_force": 3.0 * settings["a.x"] + 1.0 * settings["a.y"]}
+
+    swept = filled(tmp_path, {"a.x": "0:1", "a.y": "0:1", "a.z": "0:1"}, linear, "saltelli:512")
+    found = indices.sensitivity(swept)
+    np.testing.assert_allclose(found["S1"], [0.9, 0.1, 0.0], atol=0.02)
+    np.testing.assert_allclose(found["ST"], [0.9, 0.1, 0.0], atol=0.02)
+
+
+def test_a_sensitivity_needs_its_sample_and_its_metric(tmp_path):
+    with pytest.raises(ValueError, match="needs one sample of saltelli:N, not grid"):
+        indices.sensitivity(filled(tmp_path / "grid", {"a.x": "1:2:3"}, lambda _: {"m": 1.0}))
+    swept = filled(tmp_path / "sample", {"a.x": "1:2"}, lambda _: {"m": 1.0}, "saltelli:4")
+    with pytest.raises(ValueError, match="no metric 'peak_contact_force'"):
+        indices.sensitivity(swept)

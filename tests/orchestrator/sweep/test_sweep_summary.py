@@ -1,0 +1,75 @@
+"""What a sweep tells in lines, and the distribution of its peak force over the phase of an event."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from amb_cosim.sweeps.phases import distribution, draw_distribution, draw_phases, phase_of
+from amb_cosim.sweeps.refine import Refinement
+from amb_cosim.sweeps.run import Sweep
+from amb_cosim.sweeps.sampling import make_design
+from amb_cosim.sweeps.store import SweepStore
+from amb_cosim.sweeps.worker import PointResult
+from tests.orchestrator.sweep.conftest import filled
+
+CONTROLS = {"PID": {}, "ROLAC": {"a.on": True}}
+
+
+def force(settings):
+    return {"peak_contact_force": 100.0 * settings["a.x"] / (2.0 if settings.get("a.on") else 1.0)}
+
+
+def test_each_alternative_has_a_line_with_its_peak_and_where(tmp_path):
+    swept = filled(tmp_path, {"control": CONTROLS, "a.x": "1:3:3"}, force)
+    assert swept.summary.splitlines() == [
+        "PID: 3 runs, 3 recovered; peak contact force up to 300 N, at x = 3",
+        "ROLAC: 3 runs, 3 recovered; peak contact force up to 150 N, at x = 3",
+    ]
+
+
+def test_a_summary_counts_outcomes_and_tells_reasons(tmp_path):
+    design = make_design({"a.x": "1:4:4"})
+    store = SweepStore(tmp_path, design, {"scenario": {"name": "made up"}}, {})
+    store.add([PointResult(n, "failed", "no power") for n in (0, 1)] + [PointResult(2, "trapped", "", {"m": math.nan})])
+    assert Sweep(tmp_path, design).summary.splitlines() == [
+        "4 runs, 1 not run yet, 2 failed, 1 trapped",
+        "2 of the runs: no power",
+    ]
+
+
+def test_a_summary_compares_the_boundary_with_a_grid_as_fine(tmp_path):
+    swept = filled(tmp_path, {"control": CONTROLS, "a.x": "0:1:5"}, lambda s: {"recovered": float(s["a.x"] < 0.3)})
+    refinement = Refinement(swept.design, swept.dataset, 0.01, "recovered")
+    while (points := refinement.next_round()) is not None:
+        values = [float(points.settings(n)["a.x"] < 0.3) for n in range(points.size)]
+        refinement.learn(xr.Dataset({"recovered": ("point", values)}))
+    refinement.save(swept.folder / "sweep.zarr")
+    halvings = math.ceil(math.log2(0.25 / 0.01))
+    assert swept.summary.splitlines()[-1] == (
+        f"boundary of recovered: 2 places, known to 1 % of an axis by {2 * halvings} runs more, "
+        f"{10 + 2 * halvings} in all; a grid as fine takes 202"
+    )
+
+
+def test_a_phase_is_an_angle_within_the_turn_of_the_first(tmp_path):
+    np.testing.assert_allclose(phase_of(np.array([5.0, 5.25, 6.0])), [0.0, 90.0, 360.0])
+
+
+def test_a_distribution_has_the_quantiles_over_all_other_axes(tmp_path):
+    vary = {"control": CONTROLS, "step.cycle": "5:6:3", "a.x": "1:5:5"}
+    swept = filled(tmp_path, vary, lambda s: {"peak_contact_force": s["step.cycle"] * s["a.x"]})
+    found = distribution(swept.dataset["peak_contact_force"].sel(control="PID"), "step.cycle")
+    np.testing.assert_allclose(found, np.outer([1.0, 2.0, 3.0, 4.0, 5.0], [5.0, 5.5, 6.0]))
+    figure = draw_distribution(swept, swept.dataset, "step.cycle")
+    assert [ax.get_title() for ax in figure.axes] == ["PID", "ROLAC"]
+    assert figure.axes[0].get_xlabel() == "phase of the step (deg)"
+    assert swept.draw() == ["outcome.png", "peak_contact_force.png", "phase.png"]
+
+
+def test_a_sampled_phase_is_drawn_and_a_sweep_without_one_is_not(tmp_path):
+    sampled = filled(tmp_path / "sampled", {"step.cycle": "5:6", "a.x": "1:2"}, force, "lhs:8")
+    assert draw_phases(sampled) == ["phase.png"]
+    assert draw_phases(filled(tmp_path / "other", {"a.x": "1:2:2"}, force)) == []

@@ -1,0 +1,148 @@
+"""Points of a sweep, run one after another with the same FMUs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from amb_cosim.cosim.instances import Instances
+from amb_cosim.scenario import load_scenario
+from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.sweeps.worker import Runner, Task, varied
+
+UNTIL = 0.06
+SCENARIO = load_scenario("fig4_9").changed(settle_cycles=2)
+HIT = {"rotor_contact.d1.u": "60 g.m"}  # touches within `UNTIL`
+
+
+def data_of(result):
+    dataset = result.dataset
+    return {str(name): np.array(variable.values) for name, variable in dataset.data_vars.items()}
+
+
+def assert_equal(first, second):
+    assert list(first) == list(second)
+    for name, values in first.items():
+        np.testing.assert_array_equal(values, second[name], err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("flavour", "coupling"),
+    [
+        ("native", "gauss_seidel"),
+        ("native", "iterative"),
+        pytest.param("python", "gauss_seidel", marks=pytest.mark.slow),
+    ],
+)
+def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
+    scenario = SCENARIO.changed(coupling=coupling)
+    until = UNTIL if coupling == "gauss_seidel" else 0.01
+    cases = [prepare(scenario, settings, until, flavour) for settings in ({}, HIT, {})]
+    fresh = [data_of(run_prepared(case)) for case in cases]
+    instances = Instances()
+    try:
+        kept = [data_of(run_prepared(case, instances=instances)) for case in cases]
+    finally:
+        instances.close()
+    for one, other in zip(fresh, kept, strict=True):
+        assert_equal(one, other)
+
+
+def test_instances_are_new_after_a_run_that_failed():
+    instances = Instances()
+    good = prepare(SCENARIO, {}, UNTIL)
+    before = data_of(run_prepared(good, instances=instances))
+    bad = prepare(SCENARIO, {"rotor_contact.d1.u": "9e5 g.m"}, UNTIL)
+    assert run_prepared(bad, instances=instances).outcome.component == "rolac_controller"
+    assert_equal(data_of(run_prepared(good, instances=instances)), before)
+    instances.close()
+
+
+def test_a_point_has_the_key_values_of_the_summary():
+    runner = Runner(Task(SCENARIO, until=UNTIL))
+    point = runner.run(7, HIT)
+    summary = run_prepared(prepare(SCENARIO, HIT, UNTIL)).summary
+    assert (point.point, point.outcome) == (7, "completed")
+    assert point.metrics["contact"] == 1.0
+    for site, force in summary.peak_contact_force.items():
+        assert point.metrics[f"peak_contact_force.{site}"] == force > 0.0
+    assert point.metrics["peak_contact_force"] == max(summary.peak_contact_force.values())
+    assert point.metrics["orbit_largest.mb1"] == summary.orbit_largest["mb1"]
+    runner.close()
+
+
+def test_an_fmu_that_is_a_file_runs_in_the_process_of_the_sweep(monkeypatch):
+    file = str(prepare(SCENARIO).fmus["rolac_controller"].path)
+    monkeypatch.setattr("amb_cosim.cosim.simulation.run_isolated", None)
+    runner = Runner(Task(SCENARIO, until=UNTIL))
+    points = [runner.run(0, {**HIT, **fmu}) for fmu in ({}, {"fmu.rolac_controller": file})]
+    assert [point.outcome for point in points] == ["completed", "completed"]
+    assert str(points[0].metrics) == str(points[1].metrics)
+    runner.close()
+
+
+def test_points_do_not_depend_on_those_before_them():
+    points = [{}, HIT, {"Omega": 200.0}, HIT, {}]
+    runner = Runner(Task(SCENARIO, until=UNTIL))
+    first = [runner.run(0, settings).metrics for settings in points]
+    again = [runner.run(0, settings).metrics for settings in reversed(points)][::-1]
+    assert [str(metrics) for metrics in first] == [str(metrics) for metrics in again]
+    runner.close()
+
+
+def test_own_metrics_are_added_and_see_the_whole_record():
+    task = Task(SCENARIO, until=UNTIL, metrics=(lambda result: {"largest": float(result.dataset["theta_true"].size)},))
+    assert Runner(task).run(0, {}).outcome == "failed"
+    task = Task(SCENARIO, until=UNTIL, metrics=(lambda result: {"samples": result.dataset.sizes["time"]},))
+    assert Runner(task).run(0, {}).metrics["samples"] == 241
+
+
+def test_what_a_metric_raises_is_the_reason_of_its_point():
+    def broken(result):
+        raise KeyError("nothing")
+
+    found = Runner(Task(SCENARIO, until=UNTIL, metrics=(broken,))).run(0, {})
+    assert (found.outcome, found.reason) == ("failed", "metric broken: KeyError: 'nothing'")
+
+
+@pytest.mark.parametrize("name", ["a/b", "outcome", "", "1st"])
+def test_a_metric_has_a_name_that_a_store_can_have(name):
+    found = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: {name: 1.0},))).run(0, {})
+    assert (found.outcome, name in found.metrics) == ("failed", False)
+    assert "is no name for a metric; it must be like" in found.reason
+
+
+def test_a_value_that_is_not_allowed_is_an_invalid_point():
+    found = Runner(Task(SCENARIO, until=UNTIL)).run(0, {"rotor_contact.rb1.clearance": "-1 mm"})
+    assert found.outcome == "invalid"
+    assert "rotor_contact.rb1.clearance = -0.001 m" in found.reason
+
+
+def test_a_record_is_kept_where_its_outcome_is_asked_for():
+    assert Runner(Task(SCENARIO, until=UNTIL, keep=("completed",))).run(0, {}).record
+    assert Runner(Task(SCENARIO, until=UNTIL, keep=("trapped",))).run(0, {}).record is None
+
+
+def test_events_fields_fmus_and_scenarios_can_be_varied():
+    given = {"step.rotor_contact.d1.u": "7 g.m", "removal.cycle": 8.5, "unbalance_factor": 1.2, "Omega": 99.0}
+    scenario, settings = varied(SCENARIO, given)
+    step, removal = scenario.event
+    assert step.set["rotor_contact"]["d1.u"] == "7 g.m"
+    assert (step.cycle, removal.cycle, scenario.unbalance_factor, settings) == (5, 8.5, 1.2, {"Omega": 99.0})
+    assert varied(SCENARIO, {"fmu.rolac_controller": "a.fmu"})[0].fmu == {"rolac_controller": "a.fmu"}
+    assert varied(SCENARIO, {"scenario": "fig4_18"})[0].name == "fig4_18"
+
+
+@pytest.mark.parametrize(
+    ("scenario", "given", "message"),
+    [
+        ("run_up", {"step.cycle": 3}, "scenario run_up has no event labelled step for step.cycle"),
+        ("fig4_9", {"step.cycel": 3}, "cycle"),
+        ("fig4_9", {"removal.cycle": 4}, "a removal must come after the step"),
+        ("fig4_9", {"unbalance_factor": -1.0}, "unbalance_factor"),
+        ("fig4_9", {"scenario": "fig9_9"}, "fig9_9"),
+    ],
+)
+def test_what_a_scenario_does_not_have_cannot_be_varied(scenario, given, message):
+    with pytest.raises(ValueError, match=message):
+        varied(load_scenario(scenario), given)

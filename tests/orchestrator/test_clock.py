@@ -1,0 +1,60 @@
+"""The clock that the runs of a process share."""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+import threading
+import time
+from ctypes import c_bool
+
+import pytest
+
+from amb_cosim.cosim.clock import Clock
+
+
+def is_raised(flag: c_bool, within: float = 10.0) -> bool:
+    end = time.monotonic() + within
+    while not flag.value and time.monotonic() < end:
+        time.sleep(0.001)
+    return flag.value
+
+
+def test_flags_are_raised_again_and_again_while_they_are_held():
+    clock = Clock(0.005)
+    with clock.flag() as first, clock.flag() as second:
+        for _ in range(3):
+            assert is_raised(first)
+            assert is_raised(second)
+            first.value = second.value = False
+
+
+def test_runs_share_a_thread_that_ends_after_the_last():
+    clock, before = Clock(0.05), threading.active_count()
+    for _ in range(20):
+        with clock.flag():
+            assert threading.active_count() == before + 1
+    end = time.monotonic() + 10.0
+    while threading.active_count() > before and time.monotonic() < end:
+        time.sleep(0.01)
+    assert threading.active_count() == before
+    with clock.flag() as flag:
+        assert is_raised(flag)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are forked")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
+def test_a_forked_process_has_a_clock_of_its_own():
+    clock = Clock(0.005)
+
+    def child(answer) -> None:
+        with clock.flag() as flag:
+            answer.put(is_raised(flag))
+
+    context = multiprocessing.get_context("fork")
+    with clock.flag():
+        answer = context.Queue()
+        process = context.Process(target=child, args=(answer,))
+        process.start()
+        assert answer.get(timeout=30.0)
+        process.join()
