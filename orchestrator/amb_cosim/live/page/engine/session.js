@@ -38,13 +38,15 @@ import {
  * @property {boolean} anew
  * @property {boolean} deedChanged
  * @property {{ goal: number, rate: number, until: number } | null} ramp of the speed that the user asked for
- * @property {{ speed: number, pace: number, point: number, now: number, shown: number }} measured
+ * @property {{ speed: number, pace: number, point: number, now: number, shown: number, steps: number, busy: number }} measured
+ * `speed` and `pace` as in frames; since `now` (ms) and `point`, after so many steps in so many ms of work
  */
 
 /** Samples that no frame has shown yet. @typedef {{ data: Float64Array, length: number, from: number }} Rows */
 
 const SLICE = 8; // ms of work at a time
-const BATCH = 16; // steps between two looks at the clock
+const BATCH = 16; // most steps between two looks at the clock
+const ENOUGH = 5; // ms of work that tell how fast it is; clocks of browsers are coarse
 const FRAME = 15; // ms between frames
 const BEHIND = 250; // ms that it may be late before it gives them up
 const PIECE = 0.1; // s, of a ramp of the speed
@@ -57,7 +59,7 @@ export function openSession(post) {
   return {
     post, libraries: new Map(), run: null, course: null, failed: false, start: { point: 0, now: 0 }, watched: null,
     columns: new Int32Array(), rows: { data: new Float64Array(4096), length: 0, from: 0 }, contacts: [], anew: false,
-    deedChanged: false, ramp: null, measured: { speed: NaN, pace: 0, point: 0, now: 0, shown: -Infinity },
+    deedChanged: false, ramp: null, measured: { speed: NaN, pace: 0, point: 0, now: 0, shown: -Infinity, steps: 0, busy: 0 },
   };
 }
 
@@ -88,7 +90,7 @@ export function work(session, now, clock) {
   const goal = goalOf(session, run, course, now), begin = run.master.point;
   let time = now;
   while (session.course === course && run.master.point < goal && time - now < SLICE) {
-    const batch = Math.min(run.master.point + BATCH, goal);
+    const batch = Math.min(run.master.point + stepsIn(session, run), goal);
     while (session.course === course && run.master.point < batch) { advanceRun(session, run, course); }
     time = clock();
   }
@@ -335,16 +337,29 @@ function goalOf({ start }, { master, rig }, { pace, to }, now) {
 }
 
 /**
+ * Return how many steps take about a millisecond.
+ * @param {Session} session
+ * @param {Run} run
+ * @returns {number}
+ */
+function stepsIn({ measured }, { rig }) {
+  return Math.min(Math.max(Math.floor(measured.speed * rig.rate / 1000), 1), BATCH) || 1;
+}
+
+/**
+ * Note how fast it is.
  * @param {Session} session
  * @param {Run} run
  * @param {number} begin
  * @param {number} taken ms
  */
 function measure({ measured }, { master, rig }, begin, taken) {
-  const steps = master.point - begin;
-  if (steps < BATCH || taken <= 0) { return; }
-  const speed = steps * rig.stepSize / (taken / 1000);
-  measured.speed = Number.isFinite(measured.speed) ? 0.9 * measured.speed + 0.1 * speed : speed;
+  measured.steps += master.point - begin;
+  measured.busy += taken;
+  if (measured.busy < ENOUGH) { return; }
+  const speed = measured.steps * rig.stepSize / (measured.busy / 1000);
+  Object.assign(measured, { steps: 0, busy: 0 });
+  measured.speed = Number.isFinite(measured.speed) ? 0.8 * measured.speed + 0.2 * speed : speed;
 }
 
 /**

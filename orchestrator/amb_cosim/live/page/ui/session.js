@@ -69,7 +69,7 @@ function absorbFrame(session, frame) {
   if (frame.anew) {
     const from = frame.from * session.rig.stepSize;
     truncate(session.traces, from - 0.5 * session.rig.stepSize);
-    session.contacts = session.contacts.filter((contact) => contact.time < from);
+    session.contacts = session.contacts.filter((contact) => contact.point <= frame.from); // a step before led there
     if (from <= 0 || session.traces.count === 0) { session.reached = frame.time; }
   }
   append(session.traces, frame.rows);
