@@ -148,6 +148,7 @@ def test_pid_traps_the_rotor_and_rolac_from_the_start_frees_it(open_rig):
     assert found.modes == ["0", "0"]
 
 
+@pytest.mark.slow
 def test_contact_aware_rolac_frees_a_rotor_that_is_trapped(open_rig):
     found = open_rig()
     found.page.click("button[data-option=Contact-aware]")
@@ -193,6 +194,7 @@ def test_a_fixed_parameter_waits_for_a_new_start(open_rig):
     assert found.page.input_value("#variable-value") == "0.25"
 
 
+@pytest.mark.slow
 def test_dragging_in_an_orbit_pushes_until_it_is_let_go(open_rig):
     found = open_rig()
     found.page.fill("#pace", "-1")
@@ -248,6 +250,7 @@ def test_the_curves_are_saved_as_csv_with_units(open_rig, tmp_path):
     assert all(len(line.split(",")) == len(names) for line in lines)
 
 
+@pytest.mark.slow
 def test_a_saved_scenario_repeats_what_the_page_showed(open_rig, tmp_path):
     found = open_rig()
     found.go(0.1)
@@ -268,6 +271,7 @@ def test_a_saved_scenario_repeats_what_the_page_showed(open_rig, tmp_path):
     assert float(again["rotor_contact.rb1.f_n"].max()) > 0.0
 
 
+@pytest.mark.slow
 def test_a_link_holds_what_was_done(open_rig):
     found = open_rig()
     found.go(0.05)
@@ -284,6 +288,7 @@ def test_a_damaged_link_is_told(open_rig, page_file):
     assert "damaged" in found.page.inner_text("#failure")
 
 
+@pytest.mark.slow
 def test_another_scenario_can_be_chosen(open_rig):
     found = open_rig()
     found.page.select_option("#scenario", "drop")

@@ -7,13 +7,33 @@
  * @property {number} height
  */
 
+/** Sizes that are known, so that drawing does not ask for the layout. @type {WeakMap<Element, { width: number, height: number }>} */
+const sizes = new WeakMap();
+/** @type {ResizeObserver | null} */
+let observer = null;
+
+/**
+ * Return the size of an element in CSS pixels.
+ * @param {Element} element
+ * @returns {{ width: number, height: number }}
+ */
+function sizeOf(element) {
+  const known = sizes.get(element);
+  if (known !== undefined) { return known; }
+  observer ??= new ResizeObserver((entries) => entries.forEach(({ target }) => sizes.set(target, { width: target.clientWidth, height: target.clientHeight })));
+  observer.observe(element);
+  const size = { width: element.clientWidth, height: element.clientHeight };
+  sizes.set(element, size);
+  return size;
+}
+
 /**
  * Clear a canvas and return its surface.
  * @param {HTMLCanvasElement} canvas
  * @returns {Surface}
  */
 export function surfaceOf(canvas) {
-  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+  const ratio = window.devicePixelRatio || 1, { width, height } = sizeOf(canvas);
   const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
   if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
   const context = canvas.getContext("2d");

@@ -22,6 +22,7 @@ import { makeView } from "./view.js";
 /** @typedef {import("../protocol.js").Deed} Deed */
 /** @typedef {import("../protocol.js").Answer} Answer */
 
+const SETTLES = 1000; // ms that the page is drawn after anything happened
 const UNTOUCHED = { settings: {}, changes: [] };
 
 /**
@@ -41,6 +42,7 @@ function open(data) {
   let palette = readPalette();
   let plays = !matchMedia("(prefers-reduced-motion: reduce)").matches; // once the rotor has settled
   let waits = true; // for it to settle
+  let drawn = -1, rests = 0; // what was heard when it was drawn last, and when drawing may rest (ms)
   let shown = ""; // sites that the view was made for
 
   const send = (/** @type {import("../protocol.js").Request} */ request) => engine?.send(request);
@@ -95,6 +97,7 @@ function open(data) {
   /** Make the view anew, in the colours that are in force. */
   function rebuild() {
     palette = readPalette();
+    rests = performance.now() + SETTLES;
     shown = sitesShown();
     if (session.status !== "loading") {
       view?.end();
@@ -199,11 +202,16 @@ function open(data) {
 
   /** @param {number} now ms */
   function picture(now) {
-    transport.draw(session, palette);
-    view?.draw(now);
+    if (session.heard !== drawn) { [drawn, rests] = [session.heard, now + SETTLES]; }
+    if (now < rests) {
+      view?.draw(now);
+      transport.draw(session, palette, now);
+    }
     endNotice(now);
     requestAnimationFrame(picture);
   }
+  const wake = () => { rests = performance.now() + SETTLES; };
+  for (const name of ["pointerdown", "pointermove", "keydown", "input", "click", "resize", "scroll"]) { addEventListener(name, wake, { passive: true, capture: true }); }
   requestAnimationFrame(picture);
 }
 

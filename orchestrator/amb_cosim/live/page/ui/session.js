@@ -20,6 +20,7 @@ import { append, emptyTraces, truncate } from "./traces.js";
  * @property {number} reached latest time computed since the run began (s)
  * @property {number} pace
  * @property {number} speed
+ * @property {number} heard answers of the worker so far
  */
 
 const HELD = 1 << 18; // samples: a minute at 4 kHz
@@ -34,7 +35,7 @@ export function newSession(rig) {
     component.variables.map((variable) => /** @type {const} */ ([`${component.name}.${variable.name}`, variable]))));
   return {
     rig, variables, columns: new Map(), values: new Float64Array(0), traces: emptyTraces([], 1), contacts: [],
-    deed: { settings: {}, changes: [] }, status: "loading", time: 0, reached: 0, pace: 0, speed: NaN,
+    deed: { settings: {}, changes: [] }, status: "loading", time: 0, reached: 0, pace: 0, speed: NaN, heard: 0,
   };
 }
 
@@ -44,6 +45,7 @@ export function newSession(rig) {
  * @param {Answer} answer
  */
 export function absorb(session, answer) {
+  session.heard += 1;
   if (answer.type === "ready") {
     session.columns = new Map(answer.signals.map((name, k) => [name, k]));
     session.traces = emptyTraces(answer.watched, HELD);

@@ -2,6 +2,7 @@
 
 import { makeChart } from "./charts.js";
 import { make } from "./dom.js";
+import { whetherSeen } from "./seen.js";
 import { settingOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -79,20 +80,15 @@ export function makeSignals(panel, current, palette) {
   })));
   const sizes = new ResizeObserver(() => charts.forEach((chart) => chart.resize()));
   sizes.observe(panel);
+  const seen = places.map((place) => whetherSeen(place.element));
+  let turn = 0;
   return {
-    draw: (span) => charts.forEach((chart, k) => {
-      if (isSeen(places[k].element)) { chart.draw(current().traces, current().time - span, current().time); }
-    }),
-    end: () => { sizes.disconnect(); charts.forEach((chart) => chart.destroy()); },
+    draw: (span) => {
+      turn += 1; // half of the charts in each picture
+      charts.forEach((chart, k) => {
+        if ((k + turn) % 2 === 0 && seen[k].isSeen()) { chart.draw(current().traces, current().time - span, current().time); }
+      });
+    },
+    end: () => { sizes.disconnect(); seen.forEach((one) => one.end()); charts.forEach((chart) => chart.destroy()); },
   };
-}
-
-/**
- * Whether an element is on the screen.
- * @param {HTMLElement} element
- * @returns {boolean}
- */
-export function isSeen(element) {
-  const { top, bottom } = element.getBoundingClientRect();
-  return bottom > 0 && top < window.innerHeight;
 }

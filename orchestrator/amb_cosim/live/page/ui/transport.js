@@ -18,7 +18,7 @@ import { drawTimeline, endOfLine } from "./timeline.js";
 
 /**
  * @typedef {object} Transport
- * @property {(session: Session, palette: import("./palette.js").Palette) => void} draw
+ * @property {(session: Session, palette: import("./palette.js").Palette, now: number) => void} draw
  * @property {() => void} toggle
  * @property {(decades: number) => void} change the pace
  * @property {() => number} pace
@@ -26,6 +26,7 @@ import { drawTimeline, endOfLine } from "./timeline.js";
  */
 
 const DETENTS = [-3, -2, -1, 0, Math.log10(5)]; // 1/1000, 1/100, 1/10, 1, 5
+const LINES = 40; // ms between drawings of the time line
 const SEEKS = 120; // ms between going to times while the handle is dragged
 
 /**
@@ -38,7 +39,7 @@ export function makeTransport(wishes, current) {
   const play = byId("play", HTMLButtonElement), pace = byId("pace", HTMLInputElement), seek = byId("seek", HTMLInputElement);
   const keep = byId("keep", HTMLInputElement), canvas = byId("line-canvas", HTMLCanvasElement);
   const clock = byId("clock", HTMLElement), cycle = byId("cycle", HTMLElement), achieved = byId("achieved", HTMLElement);
-  let isDragging = false, lastSeek = 0;
+  let isDragging = false, lastSeek = 0, lastLine = -Infinity;
   const paceNow = () => 10 ** snapped(Number(pace.value));
   const isRunning = () => current().status === "playing" || current().status === "settling";
   const toggle = () => (isRunning() ? wishes.pause() : wishes.play(paceNow()));
@@ -69,7 +70,7 @@ export function makeTransport(wishes, current) {
     pace: paceNow,
     setPace: (value) => { pace.value = String(Math.log10(value)); repace(); },
     change: (decades) => { pace.value = String(Number(pace.value) + decades); repace(); },
-    draw: (session, palette) => {
+    draw: (session, palette, now) => {
       play.classList.toggle("running", isRunning());
       play.setAttribute("aria-label", isRunning() ? "Pause" : "Run");
       setText(clock, clockText(session.time));
@@ -79,7 +80,10 @@ export function makeTransport(wishes, current) {
       seek.step = String(session.rig.stepSize);
       if (!isDragging) { seek.value = String(session.time); }
       seek.setAttribute("aria-valuetext", `${numberText(session.time, 4)} s`);
-      drawTimeline(canvas, session, palette);
+      if (now - lastLine > LINES) {
+        lastLine = now;
+        drawTimeline(canvas, session, palette);
+      }
     },
   };
 }

@@ -5,9 +5,10 @@ import { turned } from "./camera.js";
 import { makeControls } from "./controls.js";
 import { byId, setText } from "./dom.js";
 import { makeOrbits, rotationOf } from "./orbits.js";
+import { whetherSeen } from "./seen.js";
 import { settingOf, valueOf } from "./session.js";
 import { drawShaft, enlargementOf, roomOf } from "./shaft.js";
-import { isSeen, makeSignals } from "./signals.js";
+import { makeSignals } from "./signals.js";
 import { makeContacts, makeEnergies, makeFacts } from "./state.js";
 import { makeSynchronous } from "./synchronous.js";
 import { between } from "./traces.js";
@@ -65,7 +66,7 @@ export function makeView(current, changes, palette) {
  * @param {() => { disc: string, force: readonly [number, number] }} push
  */
 function makeShaft(current, push) {
-  const canvas = byId("shaft", HTMLCanvasElement), listeners = new AbortController(), { signal } = listeners;
+  const canvas = byId("shaft", HTMLCanvasElement), seen = whetherSeen(canvas), listeners = new AbortController(), { signal } = listeners;
   let room = 0;
   /** @type {import("./camera.js").Camera} */
   let camera = { yaw: YAW.home, pitch: 0.3, scale: 1, distance: 1, centre: [0, 0] };
@@ -81,9 +82,9 @@ function makeShaft(current, push) {
     }
   }, { signal });
   return {
-    end: () => listeners.abort(),
+    end: () => { listeners.abort(); seen.end(); },
     draw: (/** @type {Palette} */ palette) => {
-      if (!isSeen(canvas)) { return; }
+      if (!seen.isSeen()) { return; }
       const scene = sceneOf(current(), push());
       const needed = roomOf(scene.geometry, scene.value, scene.enlargement);
       room = Math.max(needed, room + 0.01 * (needed - room)); // at once wider, slowly narrower

@@ -1,0 +1,13 @@
+// Which elements are on the screen, without asking for the layout in each picture.
+
+/**
+ * Return what tells whether an element is on the screen.
+ * @param {Element} element
+ * @returns {{ isSeen: () => boolean, end: () => void }}
+ */
+export function whetherSeen(element) {
+  let seen = true;
+  const observer = new IntersectionObserver((entries) => { seen = entries[entries.length - 1].isIntersecting; });
+  observer.observe(element);
+  return { isSeen: () => seen, end: () => observer.disconnect() };
+}
