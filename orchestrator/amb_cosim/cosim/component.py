@@ -148,7 +148,7 @@ class FmuComponent:
         self._running = True
         port = self._interface.ports.get("fault_code")
         if port is not None and port.causality == "output":
-            fault = _Exchange([port])
+            fault = self._exchange((port.name,))
             self._call("fmi2Get", fault.read, self._fmu)
             if fault.values[0] != 0.0:
                 # Initialisation mode tries again after every change, so only what was said last still holds.
