@@ -118,6 +118,7 @@ def test_a_scenario_in_node_is_that_of_the_orchestrator(name, in_node, record_pr
     compare(name, in_node, record_property, capsys)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["fig4_9", "fig5_6"])
 def test_a_scenario_in_chromium_is_that_of_the_orchestrator(name, in_chromium, record_property, capsys):
     compare(name, in_chromium, record_property, capsys)

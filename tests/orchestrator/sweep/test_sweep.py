@@ -81,6 +81,7 @@ def test_a_folder_has_one_sweep(sweep, tmp_path):
         sweep(tmp_path, vary={"Omega": [200.0]}, until=0.05)
 
 
+@pytest.mark.slow
 def test_one_process_writes_a_folder(sweep, tmp_path):
     from amb_cosim.sweeps.run import only_writer
 
@@ -94,6 +95,7 @@ def crash_at_220(result):
     return {"survived": 1.0}
 
 
+@pytest.mark.slow
 def test_a_crash_takes_its_point_alone(sweep, tmp_path):
     metrics = [crash_at_220]
     swept = sweep(tmp_path, vary={"Omega": "200:240:5"}, metrics=metrics)
@@ -111,6 +113,7 @@ def test_full_records_of_chosen_points_are_kept(sweep, tmp_path):
     assert result.dataset.attrs["speed_rad_s"] == 210.0
 
 
+@pytest.mark.slow
 def test_refinement_finds_the_boundary_with_few_runs(sweep, tmp_path):
     tolerance = 0.02
     vary = {"rotor_contact.d1.u": "5 g.m:60 g.m:3"}
