@@ -36,6 +36,7 @@ SETTINGS = {
     "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.worker.daemon": True,
+    "distributed.worker.profile.enabled": False,  # a sampler that looks at every worker a hundred times a second
     "distributed.comm.retry.count": 0,
 }
 
@@ -147,6 +148,8 @@ class _Submission:
                 raise ClusterFailed(f"the scheduler has had no worker for {START_TIME} s")
             while len(self._under_way) < workers and (self._waiting or self._suspects):
                 self._submit()
+            if time.monotonic() > self._written + WRITE_TIME:
+                self._write()  # while the processes are busy
             self._collect()
 
     def _threads(self) -> int:
@@ -186,8 +189,6 @@ class _Submission:
             self._landed += results
             self._done += len(results)
             self._tell()
-        if time.monotonic() > self._written + WRITE_TIME:
-            self._write()
 
     def _write(self) -> None:
         if self._landed:
