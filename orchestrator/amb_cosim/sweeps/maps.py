@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.patches import Patch
 
 from amb_cosim.plots.style import (
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from amb_cosim.sweeps.run import Sweep
 
+SPREAD = 100.0  # of the largest value over the smallest, beyond which colours are logarithmic
 DRAWN = ("contact_share", "peak_contact_force", "orbit_largest", "rolling")
 LABELS = {
     "contact_share": "share of contact between step and removal",
@@ -79,11 +80,11 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
     width = 3.4 * len(parts) + 1.0
     figure = StyledFigure(figsize=(max(4.6, width), 3.6), layout="constrained")
     axes: Sequence[Axes] = figure.subplots(1, len(parts), squeeze=False, sharey=True)[0]
-    limits = _limits(dataset, name)
+    scale = _scale(dataset, name)
     drawn: Any = None
     for ax, panel in zip(axes, parts, strict=True):
         part = dataset.isel(panel.at)
-        mapped = _draw_panel(ax, part, across, name, limits)
+        mapped = _draw_panel(ax, part, across, name, scale)
         drawn = mapped if mapped is not None else drawn
         _draw_boundary(ax, swept, part, across)
         ax.set_title(panel.title)
@@ -107,16 +108,20 @@ def _across(swept: Sweep) -> list[str]:
     return numeric[:2] or [swept.design.axes[0].name]
 
 
-def _limits(dataset: xr.Dataset, name: str) -> tuple[float, float]:
+def _scale(dataset: xr.Dataset, name: str) -> Normalize:
+    """Return the scale of the colours: logarithmic, and blank at zero, where values spread over decades."""
     if name == "outcome":
-        return -0.5, len(COLOURS) - 0.5
+        return Normalize(-0.5, len(COLOURS) - 0.5)
     if name in ("contact_share", "rolling"):
-        return 0.0, 1.0
+        return Normalize(0.0, 1.0)
     values = dataset[name].values
-    return 0.0, float(np.nanmax(values)) or 1.0
+    largest, positive = float(np.nanmax(values)) or 1.0, values[values > 0.0]
+    if positive.size and largest > SPREAD * positive.min():
+        return LogNorm(positive.min(), largest)
+    return Normalize(0.0, largest)
 
 
-def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, limits: tuple[float, float]) -> Any:
+def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, scale: Normalize) -> Any:
     """Draw a map, points of a sample, or a line; return what a colour bar is made for."""
     values = dataset[name]
     if name == "outcome":
@@ -125,7 +130,7 @@ def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, lim
         colours: Any = ListedColormap(list(COLOURS.values()))
     else:
         colours = "viridis"
-    kind = {"vmin": limits[0], "vmax": limits[1], "cmap": colours}
+    kind = {"norm": scale, "cmap": colours}
     x = dataset[across[0]]
     if len(across) == 1:
         if name == "outcome":
