@@ -152,7 +152,7 @@ def landed(folder: Path) -> int:
 def test_a_sweep_survives_the_death_of_workers(undisturbed, processes, scenario, tmp_path, kills, first_seed):
     (expected, seconds), chance, killed = undisturbed, random.Random(first_seed), 0
     for k in range(kills):
-        killer = Killer(processes.workers[k % 2], chance.uniform(0.0, seconds))
+        killer = Killer(processes.workers[k % 2], chance.uniform(0.0, 0.6 * seconds))
         options = {"until": UNTIL, "scheduler": processes.address, "output": tmp_path / f"swept_{k}"}
         swept = amb_cosim.sweep(scenario, VARY, progress=killer, **options)
         killed += killer.came_in_time()
@@ -167,7 +167,7 @@ def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, sce
         folder = tmp_path / f"swept_{k}"
         process = client(folder, scenario, "--scheduler", processes.address)
         wait_for(lambda folder=folder, process=process: landed(folder) > 0 or process.poll() is not None)
-        time.sleep(chance.uniform(0.0, seconds))
+        time.sleep(chance.uniform(0.0, 0.6 * seconds))
         process.kill()
         process.communicate()
         killed += process.returncode == -signal.SIGKILL
@@ -180,7 +180,7 @@ def test_a_sweep_goes_on_after_its_scheduler_was_killed(undisturbed, scenario, t
     with ExitStack() as stack:
         before = stack.enter_context(closing(Processes(tmp_path / "cluster")))
         for k in range(kills):
-            folder, killer = tmp_path / f"swept_{k}", Killer(before.scheduler, chance.uniform(0.0, seconds))
+            folder, killer = tmp_path / f"swept_{k}", Killer(before.scheduler, chance.uniform(0.0, 0.6 * seconds))
             try:
                 amb_cosim.sweep(scenario, VARY, until=UNTIL, scheduler=before.address, output=folder, progress=killer)
             except ClusterFailed:
