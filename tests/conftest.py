@@ -6,6 +6,7 @@ import hashlib
 import inspect
 import json
 import os
+import random
 import subprocess
 import sys
 import textwrap
@@ -43,6 +44,18 @@ MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
 RUNS_KERNELS_OF = {
     name: (name, "benchmarks", "cosim", "live", "native", "orchestrator", "referees", "system") for name in MODELS
 }
+
+
+@pytest.fixture
+def is_long(request: pytest.FixtureRequest) -> bool:
+    """Whether campaigns are as long as they get: the option `--long`."""
+    return bool(request.config.getoption("--long"))
+
+
+@pytest.fixture
+def first_seed(is_long: bool) -> int:
+    """The same seed in every short campaign, another in each long one; messages name it."""
+    return random.SystemRandom().randrange(10**6) if is_long else 2006
 
 
 @pytest.fixture(scope="session")

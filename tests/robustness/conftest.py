@@ -2,24 +2,11 @@
 
 from __future__ import annotations
 
-import random
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-
-@pytest.fixture
-def is_long(request: pytest.FixtureRequest) -> bool:
-    """Whether campaigns are as long as they get: the option `--long`."""
-    return bool(request.config.getoption("--long"))
-
-
-@pytest.fixture
-def first_seed(is_long: bool) -> int:
-    """The same seed in every short campaign, another in each long one; messages name it."""
-    return random.SystemRandom().randrange(10**6) if is_long else 2006
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,18 +18,6 @@ from amb_cosim.sweeps.worker import PointResult
 
 VARY = {"Omega": "200:260:3", "rotor_contact.d1.u": "5 g.m:60 g.m:3"}
 UNTIL = 0.06
-
-
-@pytest.fixture
-def is_long(request: pytest.FixtureRequest) -> bool:
-    """Whether campaigns are as long as they get: the option `--long`."""
-    return bool(request.config.getoption("--long"))
-
-
-@pytest.fixture
-def first_seed(is_long: bool) -> int:
-    """The same seed in every short campaign, another in each long one; messages name it."""
-    return random.SystemRandom().randrange(10**6) if is_long else 2006
 
 
 @pytest.fixture(scope="session")
