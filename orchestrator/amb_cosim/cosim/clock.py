@@ -32,7 +32,7 @@ class Clock:
             self._flags.append(flag)
             if not self._ticking:
                 self._ticking = True
-                threading.Thread(target=self._tick, daemon=True).start()
+                threading.Thread(target=self._tick, name="amb-cosim clock", daemon=True).start()
         try:
             yield flag
         finally:
