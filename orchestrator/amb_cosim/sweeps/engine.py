@@ -32,6 +32,7 @@ LARGEST_BATCH = 500  # points
 WRITE_TIME = 1.0  # s between two writes of the store, whatever the number of processes
 POLL = 0.1  # s, until an interruption is noticed
 START_TIME = 120  # s, until a process of the cluster is there
+ANSWER_TIME = 10  # s, until a scheduler answers
 SETTINGS = {
     "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 1.0,
@@ -82,7 +83,7 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
                 yield client
             return
         try:
-            client = Client(scheduler, timeout=10)
+            client = Client(scheduler, timeout=ANSWER_TIME)
         except (OSError, ValueError) as error:
             raise ValueError(f"no Dask scheduler answers at {scheduler}: {error}") from error
         try:

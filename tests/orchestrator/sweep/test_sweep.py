@@ -136,7 +136,8 @@ def test_a_wrong_value_is_refused_before_anything_runs(sweep, tmp_path):
     assert not (tmp_path / "sweep.zarr").exists()
 
 
-def test_no_scheduler_is_an_error_of_the_input(small, tmp_path):
+def test_no_scheduler_is_an_error_of_the_input(small, tmp_path, monkeypatch):
+    monkeypatch.setattr("amb_cosim.sweeps.engine.ANSWER_TIME", 1)
     with pytest.raises(ValueError, match="no Dask scheduler answers at tcp:"):
         amb_cosim.sweep(small, VARY, until=UNTIL, output=tmp_path, scheduler="tcp://127.0.0.1:9", progress=False)
 
