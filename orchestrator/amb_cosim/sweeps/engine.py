@@ -87,7 +87,8 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
         except (OSError, ValueError) as error:
             raise ValueError(f"no Dask scheduler answers at {scheduler}: {error}") from error
         try:
-            yield client
+            with client.as_current():  # else Dask waits in the event loop of a client that the caller has
+                yield client
         finally:
             with suppress(Exception):  # a scheduler that is gone
                 client.close(timeout=2)

@@ -8,8 +8,10 @@ import signal
 import numpy as np
 import pytest
 import xarray as xr
+from distributed import Client, default_client
 
 import amb_cosim
+from amb_cosim.sweeps.engine import connect
 from amb_cosim.sweeps.sampling import make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
 from amb_cosim.sweeps.worker import PointResult, Runner, Task
@@ -140,6 +142,13 @@ def test_no_scheduler_is_an_error_of_the_input(small, tmp_path, monkeypatch):
     monkeypatch.setattr("amb_cosim.sweeps.engine.ANSWER_TIME", 1)
     with pytest.raises(ValueError, match="no Dask scheduler answers at tcp:"):
         amb_cosim.sweep(small, VARY, until=UNTIL, output=tmp_path, scheduler="tcp://127.0.0.1:9", progress=False)
+
+
+def test_a_sweep_waits_with_its_own_client_beside_one_of_the_caller(cluster):
+    with Client(cluster) as theirs:
+        with connect(cluster) as ours:
+            assert default_client() is ours
+        assert default_client() is theirs
 
 
 def test_a_missing_package_is_named(small, tmp_path, monkeypatch):
