@@ -13,7 +13,18 @@ ROOT = Path(__file__).resolve().parents[2]
 CONTACT = tuple(
     f"tests/rotor_contact/test_{name}.py"
     for name in (
-        *("contact", "friction", "stribeck", "impact", "sites", "compliant", "collocation", "speed", "energy"),
+        *(
+            "contact",
+            "friction",
+            "stribeck",
+            "impact",
+            "sites",
+            "compliant",
+            "collocation",
+            "pieces",
+            "speed",
+            "energy",
+        ),
         *("path", "touchdown_closed_forms", "touchdown_two_bodies", "touchdown_many_sites", "free_flight"),
         *("robustness", "interface", "shaft_damping", "bodies"),
     )

@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rotor_cases import BEARINGS, CLEARANCE, both, masters, memory, place, plant, rigid_rotor, run, scratch, size_of
+from rotor_cases import BEARINGS, CLEARANCE, both, masters, place, plant, rigid_rotor, run, size_of, workspace
 
-from rotor_contact.dynamics import collect_forces, motion_of, set_bearings
 from rotor_contact.enumerations import FREE, NEWTON, NODAL, ROLLING, SLIDING
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
-from rotor_contact.layout import load_sites, place_sites, workspace_of
-from rotor_contact.signals import inputs_of, parameters_of
 from rotor_contact.site import locate_journal, slip_velocity
 from rotor_contact.structure import structure_of
 
@@ -111,22 +108,10 @@ def touching(seed, angle_1, angle_2, mu=0.0, e=0.0, Omega=0.0, sites=(0, 1), sta
             normal = np.array([math.cos(angle), math.sin(angle)])
             q[i : i + 2] = CLEARANCE * normal * (1 + 1e-11)
             v[i : i + 2] += (abs(normal @ v[i : i + 2]) + 0.01 - normal @ v[i : i + 2]) * normal
-    w = workspace()
+    w = workspace(RIG)
     assert mark_touching(w.sites, q, v)
     assert [bool(site.touching) for site in w.sites] == [k in sites for k in range(N_SITES)]
     return w, w.sites, q, v
-
-
-def workspace():
-    """What the kernels of one step of the rig pass on, with its sites loaded."""
-    s, own = structure_of(RIG.constants), scratch(RIG)
-    p, u = parameters_of(RIG.parameters, s), inputs_of(RIG.inputs, s)
-    n = place_sites(s, p, u, own)
-    load_sites(memory(RIG).sites, own.sites)
-    motion = motion_of(s, own.motion, own.bearings, 0.0, 0.0, 0.0)
-    collect_forces(s, p, u, motion)
-    set_bearings(p, motion)
-    return workspace_of(s, motion, own, n)
 
 
 def mass(w):

@@ -16,7 +16,9 @@ from rotor_analysis import plant_data
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.shaft import Shaft
-from rotor_contact.layout import scratch_of, state_of
+from rotor_contact.dynamics import collect_forces, motion_of, set_bearings
+from rotor_contact.layout import load_sites, place_sites, scratch_of, state_of, workspace_of
+from rotor_contact.signals import inputs_of, parameters_of
 from rotor_contact.structure import structure_of
 from rotor_contact.workspace import N_INTEGRALS
 
@@ -131,6 +133,18 @@ def state(instance):
 def scratch(instance):
     """The scratch array by its uses."""
     return scratch_of(instance.work, structure_of(instance.constants))
+
+
+def workspace(instance, Omega=0.0):
+    """What the kernels of one step pass on, with the sites loaded."""
+    s, own = structure_of(instance.constants), scratch(instance)
+    p, u = parameters_of(instance.parameters, s), inputs_of(instance.inputs, s)
+    n = place_sites(s, p, u, own)
+    load_sites(memory(instance).sites, own.sites)
+    motion = motion_of(s, own.motion, own.bearings, 0.0, Omega, 0.0)
+    collect_forces(s, p, u, motion)
+    set_bearings(p, motion)
+    return workspace_of(s, motion, own, n)
 
 
 def place(instance, r, velocity, modes=(0, 0), signs=(1.0, 1.0)):
