@@ -25,7 +25,7 @@ CONTACT = tuple(
             "speed",
             "energy",
         ),
-        *("path", "touchdown_closed_forms", "touchdown_two_bodies", "touchdown_many_sites", "free_flight"),
+        *("path", "geometry", "touchdown_closed_forms", "touchdown_two_bodies", "touchdown_many_sites", "free_flight"),
         *("robustness", "interface", "shaft_damping", "bodies"),
     )
 )
