@@ -1,0 +1,90 @@
+"""Multipliers of sites in all modes, on a shaft whose mass couples every direction with every other."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from rotor_cases import both, plant, size_of, workspace
+
+from rotor_contact.contact import apply_contact, project
+from rotor_contact.enumerations import FREE, ROLLING, SLIDING
+from rotor_contact.site import locate_journal, put_on_circle, radial_component, slip_velocity, square_of_velocity
+
+OMEGA, OMEGA_DOT, CLEARANCE, MU, RADIUS = 300.0, 40.0, 0.5e-3, 0.2, 0.03
+NAMES = ("rb1", "rb2", "eb1", "eb2")
+VALUES = {f"{name}.{what}": value for name in NAMES for what, value in (("mu", MU), ("clearance", CLEARANCE))}
+VALUES |= {"eb1.enabled": 1.0, "eb2.enabled": 1.0, "rb1.offset_x": 1e-4, "eb2.offset_y": -2e-4}
+BODIES = both("rb.housing_mass", 3.0) | both("rb.race_inertia", 2e-3)
+RIGS = {"fixed": plant(VALUES), "housings and races": plant(VALUES | BODIES)}
+MODES = list(product((FREE, SLIDING, ROLLING), repeat=4))[1::3]
+
+
+def contact(rig, modes, seed):
+    """Sites in these modes, with random positions and velocities of all degrees of freedom, and a random mass."""
+    rng = np.random.default_rng(seed)
+    w = workspace(RIGS[rig], OMEGA)
+    m = size_of(RIGS[rig])
+    root = rng.normal(size=(m, m))
+    w = w._replace(Minv=root @ root.T + 0.1 * np.eye(m), motion=w.motion._replace(Omega_dot=OMEGA_DOT))
+    for site, mode in zip(w.sites, modes, strict=True):
+        site["mode"], site["slip_sign"] = mode, rng.choice([-1.0, 1.0])
+    q, v, a = rng.normal(size=(3, w.n))
+    return w, q * CLEARANCE, v, a
+
+
+def closed(w):
+    return [site for site in w.sites if site.mode != FREE]
+
+
+def forces_on_shaft(w):
+    """-N n + T t of all sites."""
+    f = np.zeros(len(w.Minv))
+    for site in closed(w):
+        f[site.row] -= site.f_n * site.n_x + site.f_t * site.n_y
+        f[site.row + 1] += site.f_t * site.n_x - site.f_n * site.n_y
+    return f
+
+
+@pytest.mark.parametrize("rig", RIGS)
+@pytest.mark.parametrize("modes", MODES, ids=str)
+def test_accelerations_in_contact_hold_every_constraint(rig, modes):
+    w, q, v, a = contact(rig, modes, seed=sum(modes))
+    free = a.copy()
+    assert apply_contact(w, q, v, OMEGA, a)
+    size = max((abs(site.f_n) for site in closed(w)), default=1.0)
+    for site in closed(w):
+        assert radial_component(site, a) == pytest.approx(-square_of_velocity(site, v) / site.radius, rel=1e-7)
+        if site.mode == ROLLING:
+            assert slip_velocity(site, a, OMEGA_DOT) == pytest.approx(0.0, abs=1e-7 * size)
+        else:
+            assert site.f_t == pytest.approx(-MU * site.slip_sign * site.f_n, rel=1e-12)
+    m = len(w.Minv)
+    np.testing.assert_allclose(a[:m] - free[:m], w.Minv @ forces_on_shaft(w), atol=1e-9 * size)
+    for site in closed(w):
+        if site.housing >= 0:
+            f_x = site.f_n * site.n_x + site.f_t * site.n_y
+            assert 3.0 * (a - free)[site.housing] == pytest.approx(f_x, rel=1e-9)
+            torque = -site.f_t * (site.journal_radius + CLEARANCE)
+            assert 2e-3 * (a - free)[site.race] == pytest.approx(torque, rel=1e-9)
+
+
+@pytest.mark.parametrize("rig", RIGS)
+@pytest.mark.parametrize("modes", MODES, ids=str)
+def test_projection_moves_to_the_constraints_by_their_own_forces_alone(rig, modes):
+    w, q, v, _ = contact(rig, modes, seed=sum(modes))
+    for site in closed(w):
+        locate_journal(site, q)
+        put_on_circle(site, q)
+    q[: len(w.Minv)] += 1e-6 * CLEARANCE * np.random.default_rng(0).normal(size=len(w.Minv))
+    before_q, before_v = q.copy(), v.copy()
+    assert project(w, q, v, OMEGA)
+    for site in closed(w):
+        assert locate_journal(site, q) == pytest.approx(CLEARANCE, rel=1e-10)
+        assert radial_component(site, v) == pytest.approx(0.0, abs=1e-8 * np.abs(v).max())
+        if site.mode == ROLLING:
+            assert slip_velocity(site, v, OMEGA) == pytest.approx(0.0, abs=1e-8 * np.abs(v).max())
+    m = len(w.Minv)
+    rows = [row for site in closed(w) for row in (site.row, site.row + 1)]
+    for moved in (q - before_q, v - before_v):
+        impulse = np.linalg.solve(w.Minv, moved[:m])
+        np.testing.assert_allclose(np.delete(impulse, rows), 0.0, atol=1e-7 * np.abs(impulse).max(initial=1e-30))
