@@ -116,14 +116,13 @@ def _add_bodies(w: Workspace, friction: float) -> None:
             column, ratio = other.unknown, friction_ratio(other, friction)
             spin = ratio * other.spin_t - other.spin_n
             own = 1.0 if row == column else 0.0
-            slip_mobility = own * (site.mobility + site.race_mobility)
             A[row, column] += site.spin_n * spin - own * site.mobility
             if site.mode == ROLLING:
-                A[row + 1, column] += site.spin_t * spin + ratio * slip_mobility
+                A[row + 1, column] += site.spin_t * spin
             if other.mode == ROLLING:
                 A[row, column + 1] += site.spin_n * other.spin_t
                 if site.mode == ROLLING:
-                    A[row + 1, column + 1] += site.spin_t * other.spin_t + slip_mobility
+                    A[row + 1, column + 1] += site.spin_t * other.spin_t + own * (site.mobility + site.race_mobility)
 
 
 @kernel

@@ -88,3 +88,15 @@ def test_projection_moves_to_the_constraints_by_their_own_forces_alone(rig, mode
     for moved in (q - before_q, v - before_v):
         impulse = np.linalg.solve(w.Minv, moved[:m])
         np.testing.assert_allclose(np.delete(impulse, rows), 0.0, atol=1e-7 * np.abs(impulse).max(initial=1e-30))
+
+
+def test_sites_that_no_force_moves_have_no_multipliers():
+    w, q, v, a = contact("fixed", (SLIDING, FREE, FREE, ROLLING), seed=0)
+    held, before = w._replace(Minv=np.zeros_like(w.Minv)), (q.copy(), v.copy(), a.copy())
+    assert not apply_contact(held, q, v, OMEGA, a)
+    assert not project(held, q, v, OMEGA)
+    for site in w.sites:
+        site["mode"] = FREE
+    assert apply_contact(held, q, v, OMEGA, a)
+    assert project(held, q, v, OMEGA)
+    np.testing.assert_array_equal((q, v, a), before)
