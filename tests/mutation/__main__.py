@@ -25,7 +25,15 @@ CONTACT = tuple(
             "speed",
             "energy",
         ),
-        *("path", "geometry", "touchdown_closed_forms", "touchdown_two_bodies", "touchdown_many_sites", "free_flight"),
+        *(
+            "events",
+            "path",
+            "geometry",
+            "touchdown_closed_forms",
+            "touchdown_two_bodies",
+            "touchdown_many_sites",
+            "free_flight",
+        ),
         *("robustness", "interface", "shaft_damping", "bodies"),
     )
 )

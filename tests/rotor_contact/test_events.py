@@ -1,0 +1,132 @@
+"""When and where a journal in straight flight touches, by hand; which paths may touch; how far one is beyond."""
+
+import numpy as np
+import pytest
+from rotor_cases import CLEARANCE, both, plant, rigid_rotor, size_of, workspace
+
+from rotor_contact.enumerations import FREE, HERTZ, SLIDING
+from rotor_contact.events import (
+    EVENT_OFFSET,
+    TOLERANCE,
+    indicator,
+    largest_penetration,
+    locate_event,
+    locate_touch,
+    may_touch_between,
+)
+from rotor_contact.integration import derivative, substep
+from rotor_contact.workspace import stages_of
+
+DT = 250e-6
+CENTRES = np.array([1e-4 - 5e-5j, -7e-5 + 0j])
+OFFSETS = {f"rb{k}.offset_x": c.real for k, c in enumerate(CENTRES, 1)}
+OFFSETS |= {f"rb{k}.offset_y": c.imag for k, c in enumerate(CENTRES, 1)}
+RIG = plant(OFFSETS, rigid_rotor(20.0))
+MOVING = plant(OFFSETS | both("rb.housing_mass", 2.0), rigid_rotor(20.0))
+
+
+def flying(r, v, rig=RIG, modes=(FREE, FREE)):
+    """The kernels' workspace with both journals at r (m from the centres of their retainers) and velocities v."""
+    w = workspace(rig)
+    stages, n = stages_of(w.stages), size_of(rig)
+    stages.z[:] = 0.0
+    for i, values in ((0, np.asarray(r) + CENTRES), (w.n, np.asarray(v, complex))):
+        stages.z[i : i + n] = np.ravel(np.column_stack([np.real(values), np.imag(values)]))
+    w.sites["mode"][:2] = modes
+    assert derivative(w, 0.0, stages.z, stages.k_1)
+    return w
+
+
+def touch_of(r, v):
+    """Time at which a point in straight flight is at the clearance."""
+    a, b, c = abs(v) ** 2, (r * np.conj(v)).real, abs(r) ** 2 - CLEARANCE**2
+    return (-b + np.sqrt(b * b - a * c)) / a
+
+
+def random_flight(seed):
+    """Journals anywhere in their clearances, of which none, one or both touch within DT."""
+    rng = np.random.default_rng(seed)
+    r = CLEARANCE * rng.uniform(0.0, 0.95, 2) * np.exp(2j * np.pi * rng.uniform(size=2))
+    v = rng.uniform(0.2, 8.0, 2) * np.exp(2j * np.pi * rng.uniform(size=2))
+    return r, v, np.array([touch_of(*flight) for flight in zip(r, v, strict=True)])
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_first_touch_is_at_the_time_of_straight_flight(seed):
+    r, v, times = random_flight(seed)
+    w = flying(r, v)
+    assert substep(w, 0.0, DT)
+    located = locate_touch(w, 0.0, DT)
+    if min(times) > DT:
+        assert located == 0.0
+        return
+    assert located == pytest.approx(min(times), abs=1e-10 * DT)
+    assert abs(indicator(w.sites, stages_of(w.stages).z_new, w.n, 0.0) - EVENT_OFFSET) < EVENT_OFFSET - TOLERANCE
+    assert substep(w, 0.0, DT)
+    assert locate_event(w, 0.0, DT) == pytest.approx(min(times), abs=1e-10 * DT)
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_touch_is_located_at_the_journal_that_comes_first(first):
+    speeds = np.array([4.0, 4.0])
+    speeds[first] = 7.0
+    w = flying([0j, 0j], speeds)
+    assert substep(w, 0.0, DT)
+    assert locate_touch(w, 0.0, DT) == pytest.approx(CLEARANCE / 7.0, abs=1e-10 * DT)
+
+
+def test_a_closed_or_absent_journal_does_not_touch():
+    w = flying([CLEARANCE + 0j, 0j], [0j, 1.0], modes=(SLIDING, FREE))
+    assert substep(w, 0.0, DT)
+    assert locate_touch(w, 0.0, DT) == 0.0
+    w = flying([0j, 0j], [8.0, 1.0])
+    w.sites["enabled"][0] = 0.0
+    assert substep(w, 0.0, DT)
+    assert locate_touch(w, 0.0, DT) == 0.0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_penetration_is_the_deepest_of_free_journals_at_rigid_retainers(seed):
+    rng = np.random.default_rng(seed)
+    r = CLEARANCE * rng.uniform(0.9, 1.3, 2) * np.exp(2j * np.pi * rng.uniform(size=2))
+    w = flying(r, [0j, 0j])
+    w.sites["law"][rng.integers(2)] = rng.choice([0, HERTZ])
+    w.sites["mode"][rng.integers(2)] = rng.choice([FREE, SLIDING])
+    counted = [abs(r[k]) / CLEARANCE - 1.0 for k in range(2) if w.sites[k].law == 0 and w.sites[k].mode == FREE]
+    assert largest_penetration(w.sites, stages_of(w.stages).z) == pytest.approx(max(0.0, *counted, 0.0), abs=1e-12)
+
+
+def path(w, begin, end):
+    """Let the second journal be where and as fast as these say at both ends of a substep."""
+    stages, n = stages_of(w.stages), w.n
+    for z, (r, v) in ((stages.z, begin), (stages.z_new, end)):
+        z[:] = 0.0
+        z[2:4], z[n + 2 : n + 4] = (r.real + CENTRES[1].real, r.imag + CENTRES[1].imag), (v.real, v.imag)
+        z[0:2] = CENTRES[0].real, CENTRES[0].imag
+    return w
+
+
+FAR, C = 0.9 * CLEARANCE + 0j, CLEARANCE + 0j
+PATHS = {
+    "it stays near the centre": ((0j, 1.0 + 0j), (2e-4 + 0j, 1.0 + 0j), False),
+    "it goes out and comes back": ((FAR, 4.0 + 0j), (FAR, -4.0 + 0j), True),
+    "it ends beyond": ((FAR, 1.0 + 0j), (1.1 * FAR / 0.9, 1.0 + 0j), True),
+    "it leaves the circle inwards": ((C, -1.0 + 0j), (C - 2e-4, -1.0 + 0j), False),
+    "it leaves the circle along it": ((C, 1j), (C * np.exp(0.3j) - 3e-5, 1j * np.exp(0.3j) - 0.2), False),
+    "it leaves the circle and comes back": ((C, -4.0 + 0j), (C, 4.0 + 0j), True),
+}
+
+
+@pytest.mark.parametrize(("begin", "end", "may"), PATHS.values(), ids=PATHS)
+def test_a_path_may_touch_unless_it_stays_inside_or_leaves(begin, end, may):
+    w = path(flying([0j, 0j], [0j, 0j]), begin, end)
+    assert may_touch_between(w, DT) == may
+    w.sites["enabled"][1] = 0.0
+    assert not may_touch_between(w, DT)
+
+
+def test_a_path_that_leaves_a_housing_that_moves_may_touch_it():
+    begin, end, may = PATHS["it leaves the circle inwards"]
+    w = path(flying([0j, 0j], [0j, 0j], MOVING), begin, end)
+    assert not may
+    assert may_touch_between(w, DT)
