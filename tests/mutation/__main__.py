@@ -13,29 +13,10 @@ ROOT = Path(__file__).resolve().parents[2]
 CONTACT = tuple(
     f"tests/rotor_contact/test_{name}.py"
     for name in (
-        *(
-            "contact",
-            "friction",
-            "stribeck",
-            "impact",
-            "sites",
-            "compliant",
-            "collocation",
-            "pieces",
-            "speed",
-            "energy",
-        ),
-        *(
-            "events",
-            "path",
-            "geometry",
-            "touchdown_closed_forms",
-            "touchdown_two_bodies",
-            "touchdown_many_sites",
-            "free_flight",
-        ),
-        *("robustness", "interface", "shaft_damping", "bodies"),
-    )
+        "contact contact_equations friction stribeck impact sites geometry compliant collocation pieces speed energy "
+        "events path touchdown_closed_forms touchdown_two_bodies touchdown_many_sites free_flight robustness "
+        "interface shaft_damping bodies"
+    ).split()
 )
 TARGETS = {
     **{
