@@ -13,10 +13,11 @@ ROOT = Path(__file__).resolve().parents[2]
 CONTACT = tuple(
     f"tests/rotor_contact/test_{name}.py"
     for name in (
-        "contact contact_equations friction stribeck impact sites geometry compliant collocation pieces speed energy "
-        "events path touchdown_closed_forms touchdown_two_bodies touchdown_many_sites free_flight robustness "
-        "interface shaft_damping bodies"
-    ).split()
+        *("contact", "contact_equations", "friction", "stribeck", "impact", "sites", "geometry", "compliant"),
+        *("collocation", "pieces", "events", "path", "touchdown_closed_forms", "touchdown_two_bodies"),
+        *("touchdown_many_sites", "free_flight", "speed", "energy", "robustness", "interface", "shaft_damping"),
+        *("bodies",),
+    )
 )
 TARGETS = {
     **{
