@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from rotor_cases import BEARINGS, CLEARANCE, H, both, memory, plant, run, scratch, size_of, workspace
 
-from rotor_contact.collocation import _find_first_forces, _locate_nodes, _solve_nodes, find_forces
+from rotor_contact.collocation import _find_first_forces, _locate_nodes, _solve_nodes, find_end_forces, find_forces
 from rotor_contact.contact import number_unknowns
 from rotor_contact.layout import stage_size
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, least_of_cubic
@@ -122,6 +122,17 @@ def test_forces_that_move_no_journal_are_not_found():
     assert _find_first_forces(w, propagator)
     assert _solve_nodes(w, propagator, number_unknowns(w.sites)) == (False, 0.0)
     assert not find_forces(w, propagator)
+
+
+def test_a_piece_at_whose_end_a_force_pulls_is_not_kept():
+    x = in_contact(RUBBING)
+    w, propagator = workspace(x, x["Omega"]), scratch(x).propagator
+    assert find_forces(w, propagator)
+    assert find_end_forces(w, propagator, propagator.end)
+    assert not find_end_forces(w._replace(Minv=np.zeros_like(w.Minv)), propagator, propagator.end)
+    for k, site in enumerate(w.sites[:2]):
+        propagator.seen[k, -2:] -= 1e5 * site.n_x, 1e5 * site.n_y  # m/s^2, inwards, of the journal without contact
+    assert not find_end_forces(w, propagator, propagator.end)
 
 
 def test_error_falls_with_the_fifth_power_of_the_step():
