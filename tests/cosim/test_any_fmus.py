@@ -149,3 +149,10 @@ def test_a_system_needs_an_experiment_to_run(system_file):
     system = amb_cosim.System.load(system_file)
     with pytest.raises(ValueError, match="needs an experiment"):
         amb_cosim.simulate(replace(system, name="two masses"))
+
+
+def test_step_and_end_of_a_system_file_are_its_experiments(system_file):
+    import amb_cosim
+
+    with pytest.raises(ValueError, match="step_size and stop_time are for SSP archives"):
+        amb_cosim.simulate(system_file, step_size=1e-3)

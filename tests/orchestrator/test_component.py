@@ -7,12 +7,14 @@ import sys
 import textwrap
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
-from amb_cosim.cosim import fmus
+from amb_cosim.cosim import component, fmus
 from amb_cosim.cosim.choices import FLAVOURS
-from amb_cosim.cosim.fmu_interface import read_interface
+from amb_cosim.cosim.elf import ELF, is_whole
+from amb_cosim.cosim.fmu_interface import Port, read_interface
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
@@ -119,6 +121,62 @@ def test_the_interface_has_units_limits_and_dependencies(actuator):
 def test_what_is_no_fmu_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"rotor: .* is no FMU that can be read"):
         read_interface(tmp_path, "rotor")
+
+
+@pytest.mark.parametrize(
+    ("description", "message"),
+    [
+        ('fmiVersion="3.0"', "is an FMU of FMI 3.0; this master runs those of FMI 2.0"),
+        ('fmiVersion="2.0"', "is no FMI 2.0 co-simulation FMU"),
+    ],
+)
+def test_an_fmu_of_another_kind_is_refused_with_its_version(monkeypatch, tmp_path, description, message):
+    version = description.split('"')[1]
+    found = SimpleNamespace(fmiVersion=version, coSimulation=None)
+    monkeypatch.setattr("fmpy.read_model_description", lambda *_: found)
+    with pytest.raises(ValueError, match=message):
+        read_interface(tmp_path, "rotor")
+
+
+def test_a_switch_is_told_its_values():
+    assert Port("on", "Boolean", "input", 0).allowed() == "true or false"
+
+
+@pytest.mark.parametrize(
+    ("instance", "text", "kept"),
+    [
+        (b"other", b"plant: too fast", [(3, "too fast")]),  # PythonFMU names its own instance in the text
+        (b"plant", b"too: fast", [(3, "too: fast")]),
+        (b"other", b"too fast", []),
+    ],
+)
+def test_a_message_reaches_the_log_of_its_instance(monkeypatch, instance, text, kept):
+    printed = []
+    monkeypatch.setattr(component, "_logs", {"plant": []})
+    monkeypatch.setattr(component, "printLogMessage", lambda *message: printed.append(message))
+    component._receive(None, instance, component.ERROR, b"", text)
+    assert component._logs["plant"] == kept
+    assert bool(printed) != bool(kept)
+
+
+def test_a_log_keeps_all_errors_and_so_many_warnings(monkeypatch):
+    monkeypatch.setattr(component, "_logs", {"plant": []})
+    for status in (component.WARNING, component.ERROR):
+        for _ in range(component.MOST_WARNINGS + 5):
+            component._receive(None, b"plant", status, b"", b"said")
+    statuses = [status for status, _ in component._logs["plant"]]
+    assert statuses.count(component.WARNING) == component.MOST_WARNINGS
+    assert statuses.count(component.ERROR) == component.MOST_WARNINGS + 5
+
+
+def test_a_package_that_is_not_installed_is_named():
+    with pytest.raises(ValueError, match="package amb_nothing is not installed"):
+        fmus._code("amb_nothing")
+
+
+def test_a_library_that_is_not_elf_is_left_to_its_loader():
+    assert is_whole(b"MZ")
+    assert not is_whole(ELF + b"cut")
 
 
 def test_a_model_is_built_once(actuator, monkeypatch):

@@ -152,6 +152,18 @@ def test_a_component_of_the_same_name_replaces_and_inherits_its_connections(over
     assert all(link.inherited for link in system.connections)
 
 
+@pytest.mark.parametrize(("before", "order"), [("", "control rotor filter"), ("rotor", "control filter rotor")])
+def test_a_new_component_comes_last_or_where_it_says(overlay, before, order):
+    where = f'before = "{before}"\n' if before else ""
+    system = overlay(f'base = "../below/rig.toml"\n[[component]]\nname = "filter"\nfmu = "filter.fmu"\n{where}')
+    assert [c.name for c in system.components] == order.split()
+
+
+def test_a_new_component_cannot_come_before_one_that_is_not_there(overlay):
+    with pytest.raises(ValueError, match="no component 'rotr'; did you mean rotor"):
+        overlay('base = "../below/rig.toml"\n[[component]]\nname = "filter"\nfmu = "f.fmu"\nbefore = "rotr"\n')
+
+
 def test_remove_takes_away_parameters_feeds_and_components(overlay):
     removed = 'remove = ["rotor.mb?.gap", "control.s*", "control.Omega", "rotor.mb1.f"]'
     system = overlay(f'base = "../below/rig.toml"\n{removed}\n')

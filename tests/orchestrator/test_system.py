@@ -8,7 +8,8 @@ import pytest
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.system import Component, Connection, Signal, System
-from amb_cosim.cosim.system_file import load_system
+from amb_cosim.cosim.system_file import load_experiment, load_system
+from amb_cosim.cosim.tables import time_of
 
 METRE = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 MILLIMETRE = (*METRE[:8], 1e-3, 0.0)
@@ -181,3 +182,30 @@ def test_a_system_file_with_a_mistake_is_named(tmp_path):
     path.write_text("description = 'x'\n[[component]]\nname = 'a'\n")
     with pytest.raises(ValueError, match=r"mine\.toml: component\[0\]\.fmu \(a\) is missing"):
         load_system(str(path), {})
+
+
+def test_a_time_outside_its_range_is_told_with_the_range():
+    assert time_of("2 ms", "step") == 2e-3
+    for raw, limits, words in (
+        (0.0, {}, "step = 0 s is not allowed; it must be > 0 s"),
+        (-1.0, {"least": 0.0}, "step = -1 s is not allowed; it must be >= 0 s"),
+        (3.0, {"most": 2.0}, "step = 3 s is not allowed; it must be <= 2 s"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            time_of(raw, "step", **limits)
+
+
+def test_the_same_fmu_replaces_nothing():
+    assert SYSTEM.with_fmu("rotor", "rotor") is SYSTEM
+    assert SYSTEM.with_fmu("rotor", "mine.fmu").replaced == ("rotor",)
+
+
+@pytest.mark.parametrize("end", ["rotor", "rotor.", ""])
+def test_an_end_has_a_component_and_a_variable(end):
+    with pytest.raises(ValueError, match=r"is no component\.variable"):
+        SYSTEM.split(end)
+
+
+def test_a_system_without_an_experiment_says_so():
+    with pytest.raises(ValueError, match=r"system levitated has no table \[experiment\]"):
+        load_experiment("levitated")

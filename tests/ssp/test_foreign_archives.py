@@ -11,6 +11,7 @@ import pytest
 from amb_cosim.cosim.ssp import load_ssp
 from amb_cosim.cosim.ssp.parameter_values import read_parameters
 from amb_cosim.cosim.ssp.schema import PARAMETERS, parse
+from amb_cosim.cosim.ssp.structure import TOOLS
 
 SUPPORT = Path(__file__).parents[1] / "cosim" / "support"
 OMEGA = np.sqrt(2.0 * 400.0)  # of two masses of 1 kg against each other
@@ -170,12 +171,24 @@ def test_units_go_with_the_value():
     assert read_parameters(root, "set") == {"gap": ("0.6", "mm"), "law": "newton", "n": 3, "on": False}
 
 
+def test_text_is_no_value_of_a_parameter():
+    parameters = '<ssv:Parameter name="file"><ssv:String value="a.txt"/></ssv:Parameter>'
+    root = parse(SET.format(namespaces=NAMESPACES, parameters=parameters).encode(), PARAMETERS, "set")
+    with pytest.raises(ValueError, match="parameter file is a String; there are Real, Integer, Boolean"):
+        read_parameters(root, "set")
+
+
 EXCHANGED = component("left", "resources/Mass.fmu", MASS, attributes='implementation="ModelExchange"')
 TWICE = """<ssd:Connection startElement="left" startConnector="x" endElement="right" endConnector="push">
 <ssc:LinearTransformation factor="2"/></ssd:Connection>"""
 MAPPED = BOUND.format(
     attributes='source="resources/left.ssv"', content='<ssd:ParameterMapping source="resources/left.ssm"/>'
 )
+IN_FMU = BOUND.format(attributes='source="resources/left.ssv" sourceBase="component"', content="")
+TO_RIGHT = 'endElement="right" endConnector="push">'
+SWITCHED = f"""<ssd:Connection startElement="left" startConnector="x" {TO_RIGHT}
+<ssc:BooleanMappingTransformation><ssc:MapEntry source="true" target="false"/></ssc:BooleanMappingTransformation>
+</ssd:Connection>"""
 INNER = '<ssd:System name="inner"/>'
 
 
@@ -195,11 +208,60 @@ INNER = '<ssd:System name="inner"/>'
         (structure(experiment=""), "says no stop time"),
         (structure(extra_link=TWICE), r"the connection from left\.x transforms its value"),
         (structure(system_binding=MAPPED), "has a mapping"),
+        (structure(system_binding=IN_FMU), r"left\.ssv lies in an FMU, where it is not read"),
+        (structure(extra_link=SWITCHED), r"the connection from left\.x transforms its value"),
     ],
 )
 def test_what_is_not_taken_is_refused_with_its_reason(archive, text, message):
     with pytest.raises(ValueError, match=message):
         load_ssp(archive(text), STEP)
+
+
+@pytest.mark.parametrize(
+    "harmless",
+    ['<ssc:LinearTransformation factor="1" offset="0.0"/>', '<ssd:ConnectionGeometry pointsX="0" pointsY="1"/>'],
+)
+def test_what_leaves_a_connection_as_it_is_is_taken(archive, harmless):
+    text = structure().replace('endElement="right" endConnector="push"/>', f"{TO_RIGHT}{harmless}</ssd:Connection>")
+    assert harmless in text
+    assert load_ssp(archive(text), STEP)[0].signal("push").targets == ("left.push", "right.push")
+
+
+def annotated(content):
+    """The structure with an annotation of its system."""
+    names = " ".join(f'xmlns:{prefix}="{name}"' for prefix, name in TOOLS.items())
+    note = f'<ssc:Annotation {names} type="test">{content}</ssc:Annotation>'
+    return structure().replace("</ssd:System>", f"<ssd:Annotations>{note}</ssd:Annotations></ssd:System>")
+
+
+@pytest.mark.parametrize(
+    ("content", "coupling"),
+    [
+        ('<osp:Algorithm><osp:FixedStepAlgorithm baseStepSize="2e-3"/></osp:Algorithm>', "jacobi"),
+        (
+            '<oms:SimulationInformation><oms:FixedStepMaster stepSize="2e-3"/></oms:SimulationInformation>',
+            "gauss_seidel",
+        ),
+        ('<amb:Master stepSize="2e-3" coupling="jacobi"/>', "jacobi"),
+    ],
+)
+def test_the_step_of_an_annotation_is_taken(archive, content, coupling):
+    path = archive(annotated(content))
+    assert load_ssp(path)[1].step_size == 2e-3
+    assert load_ssp(path)[0].coupling == coupling
+    assert load_ssp(path, STEP)[1].step_size == STEP
+
+
+def test_an_order_that_is_not_known_is_refused(archive):
+    with pytest.raises(ValueError, match=r"coupling = backwards is not allowed; there are .*jacobi"):
+        load_ssp(archive(annotated('<amb:Master stepSize="2e-3" coupling="backwards"/>')))
+
+
+@pytest.mark.parametrize(("start", "begins"), [(0.1 - 2e-17, 0.10025), (0.1004, 0.1004)])
+def test_a_start_at_a_communication_point_is_safe_from_rounding(archive, start, begins):
+    """The run begins at the last point before its start time; one by a quarter of a step later is the same."""
+    text = structure(experiment=f'<ssd:DefaultExperiment startTime="{start!r}" stopTime="0.5"/>')
+    assert load_ssp(archive(text), STEP)[1].start_time == pytest.approx(begins, abs=1e-12)
 
 
 def test_a_step_must_be_known(archive):
