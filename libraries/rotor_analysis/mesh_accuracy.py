@@ -17,6 +17,8 @@ from rotor_analysis.undamped import undamped_modes
 Layers = tuple[Element, ...]  # an element and the sleeves on it
 
 MOST_NODES = 500
+MOST_NEEDED = 4 * MOST_NODES  # by the order of the error: a rotor for which it says more is not tried
+ORDER: dict[MassModel, int] = {"diagonal": 2, "consistent": 4}  # of a frequency's error in the length of the elements
 LARGE = 0.25  # elements with this share of the largest contribution are divided together
 
 
@@ -47,12 +49,16 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
     """
     z = np.array(rotor.shaft.nodes)
     counts = np.ceil(np.diff(z) / (z[-1] - z[0]) * modes).astype(int)
+    order = ORDER[rotor.shaft.mass_matrix]
     while np.sum(counts) < MOST_NODES:
         mesh = _divide(rotor, counts)
         change = _change_by_halving(mesh, modes)
-        missed = change[:, np.sum(change, axis=0) > accuracy]
+        sums = np.sum(change, axis=0)
+        missed = change[:, sums > accuracy]
         if missed.size == 0:
             return mesh
+        if np.sum(counts) * (np.max(sums) / accuracy) ** (1.0 / order) > MOST_NEEDED:
+            break
         coarse = np.any(missed > LARGE * np.max(missed, axis=0), axis=1)
         divided = np.unique(np.repeat(np.arange(len(counts)), counts)[coarse])
         counts[divided] += np.maximum(1, counts[divided] // 3)

@@ -230,9 +230,7 @@ def test_mistake_is_named_with_file_and_key_in_one_message(tmp_path, case):
     assert str(path[-1]) in line.split(".toml: ")[1]
 
 
-@pytest.mark.parametrize(
-    "case", [pytest.param(c, marks=pytest.mark.slow) if c == "accuracy beyond reach" else c for c in OTHERS]
-)
+@pytest.mark.parametrize("case", OTHERS)
 def test_mistake_between_values_is_named_at_one_of_them(tmp_path, case):
     path, value, expected = OTHERS[case]
     done = shown(tmp_path, changed(path, value))
