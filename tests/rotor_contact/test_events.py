@@ -22,6 +22,7 @@ CENTRES = np.array([1e-4 - 5e-5j, -7e-5 + 0j])
 OFFSETS = {f"rb{k}.offset_x": c.real for k, c in enumerate(CENTRES, 1)}
 OFFSETS |= {f"rb{k}.offset_y": c.imag for k, c in enumerate(CENTRES, 1)}
 RIG = plant(OFFSETS, rigid_rotor(20.0))
+PRESSED = plant(OFFSETS | both("rb.mu", 0.1) | {"mb1.f_x": 1e-2}, rigid_rotor(20.0))
 MOVING = plant(OFFSETS | both("rb.housing_mass", 2.0), rigid_rotor(20.0))
 
 
@@ -130,3 +131,15 @@ def test_a_path_that_leaves_a_housing_that_moves_may_touch_it():
     w = path(flying([0j, 0j], [0j, 0j], MOVING), begin, end)
     assert not may
     assert may_touch_between(w, DT)
+
+
+def test_slip_that_a_falling_speed_reverses_vanishes_when_the_speed_does():
+    """A journal that is hardly pressed on, 1e-2 N on 10 kg, is not moved by its friction."""
+    w = flying([C, 0j], [0j, 0j], PRESSED, modes=(SLIDING, FREE))
+    w = w._replace(motion=w.motion._replace(Omega=0.02, Omega_dot=-160.0))
+    w.sites["slip_sign"][0] = 1.0
+    stages = stages_of(w.stages)
+    assert derivative(w, 0.0, stages.z, stages.k_1)
+    assert substep(w, 0.0, DT)
+    assert indicator(w.sites, stages.z_new, w.n, 0.02 - 160.0 * DT) > TOLERANCE
+    assert locate_event(w, 0.0, DT) == pytest.approx(0.02 / 160.0, rel=1e-3)
