@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rotor_cases import CLEARANCE, both, plant, rigid_rotor, size_of, workspace
+from rotor_cases import BEARINGS, CLEARANCE, both, head, plant, rigid_rotor, size_of, workspace
 
 from rotor_contact.enumerations import FREE, HERTZ, SLIDING
 from rotor_contact.events import (
@@ -143,3 +143,24 @@ def test_slip_that_a_falling_speed_reverses_vanishes_when_the_speed_does():
     assert substep(w, 0.0, DT)
     assert indicator(w.sites, stages.z_new, w.n, 0.02 - 160.0 * DT) > TOLERANCE
     assert locate_event(w, 0.0, DT) == pytest.approx(0.02 / 160.0, rel=1e-3)
+
+
+def halvings(tolerance, steps):
+    """How often substeps are halved in each of some steps of a rotor that orbits, and whether that is not enough."""
+    orbit = {"d1.u": 0.02, "Omega": 300.0, "solver.exact_motion": 0.0, "solver.tolerance": tolerance}
+    x = plant(BEARINGS | orbit)
+    found = []
+    for n in range(steps):
+        x.step(n * DT, DT)
+        found.append(float(head(x).n_halvings))
+    return found, bool(head(x).tolerance_missed)
+
+
+def test_substeps_are_halved_as_often_as_the_tolerance_asks_and_no_more():
+    found = {tolerance: halvings(tolerance, 40) for tolerance in np.logspace(-15.0, 0.0, 31)}
+    often = [counts[-1] for counts, _ in found.values()]
+    assert often == sorted(often, reverse=True)
+    assert set(often) == {0.0, 1.0, 2.0}
+    assert found[1e-15] == ([2.0] * 40, True)
+    assert found[1.0] == ([0.0] * 40, False)
+    assert any(set(counts[10:]) == {1.0} for counts, _ in found.values()), "it goes to and fro"
