@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from rotor_cases import BEARINGS, CLEARANCE, both, head, plant, rigid_rotor, size_of, workspace
 
+from fmi_export.model import Fault
 from rotor_contact.enumerations import FREE, HERTZ, SLIDING
 from rotor_contact.events import (
     EVENT_OFFSET,
@@ -164,3 +165,13 @@ def test_substeps_are_halved_as_often_as_the_tolerance_asks_and_no_more():
     assert found[1e-15] == ([2.0] * 40, True)
     assert found[1.0] == ([0.0] * 40, False)
     assert any(set(counts[10:]) == {1.0} for counts, _ in found.values()), "it goes to and fro"
+
+
+def test_more_bounces_in_a_step_than_can_be_followed_are_a_fault():
+    """Beyond fifty events a step goes on in a two hundredth of itself, in which a journal may get far beyond."""
+    bouncing = BEARINGS | both("rb.restitution", 0.9) | {"Omega": 260.0, "d1.u": 0.04, "d4.u": 0.04}
+    with pytest.raises(Fault, match="too many contact events in one step to follow them; shorten the communication"):
+        plant(bouncing).step(0.0, 0.2)
+    x = plant(bouncing)
+    for n in range(800):
+        x.step(n * DT, DT)
