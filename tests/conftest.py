@@ -92,14 +92,14 @@ def cache(shared_folder: Path) -> Iterator[Path]:
     patch.undo()
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def compiled_kernels(request: pytest.FixtureRequest, cache: Path, create_once: Callable[..., Path]) -> None:
-    """Let one worker compile each model's kernels into numba's cache on disk, instead of each worker on its own."""
+    """Let one worker compile a model's kernels into numba's cache on disk; those whose tests need them wait for it."""
     worker = os.environ.get("PYTEST_XDIST_WORKER", "")
     if not worker:
         return
-    folders = {item.path.relative_to(HERE).parts[0] for item in request.session.items}
-    wanted = [name for name in MODELS if folders.intersection(RUNS_KERNELS_OF[name])]
+    folder = request.path.relative_to(HERE).parts[0]
+    wanted = [name for name in MODELS if folder in RUNS_KERNELS_OF[name]]
     first = int(worker.removeprefix("gw")) % max(len(wanted), 1)
     for name in wanted[first:] + wanted[:first]:
         with suppress(Exception):  # the tests of the model show what is wrong with it

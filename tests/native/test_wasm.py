@@ -15,6 +15,7 @@ from standard import STANDARD, STANDARD3
 
 from fmi_export.building.native.package import build_native_fmu
 
+pytestmark = pytest.mark.slow  # a library of C is compiled first
 HOST = Path(__file__).parent / "support" / "module_host.mjs"
 ADDED = {"memory", "malloc", "free", "__indirect_function_table", "__stack_pointer", "_initialize"}
 FILES = {"close", "fdstat_get", "fdstat_set_flags", "prestat_get", "prestat_dir_name", "read", "seek", "write"}

@@ -62,6 +62,7 @@ def test_a_c_controller_of_four_inputs_does_what_the_pid_does(run, c_controller)
     ]
 
 
+@pytest.mark.slow
 def test_a_python_controller_gives_the_same_bits_as_the_c_one(run, c_controller, python_fmus):
     swapped = [run({"rolac_controller": fmu}) for fmu in (c_controller, python_fmus / "PdController.fmu")]
     assert swapped[0]["motion"] == swapped[1]["motion"]

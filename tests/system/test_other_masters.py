@@ -101,6 +101,7 @@ def test_the_cases_rub_and_use_rolac(reference: Reference) -> None:
         assert max(rolac["rolac_controller.mb1.u_x"]) > 10.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_jacobi_and_gauss_seidel_order_differ(case: str, reference: Reference) -> None:
     jacobi, gauss_seidel = (reference(case, coupling)["series"] for coupling in ("jacobi", "gauss_seidel"))
