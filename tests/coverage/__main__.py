@@ -30,7 +30,6 @@ PARTS = {  # of what is Python
     "what builds FMUs": "libraries/fmi_export/building",
     "models, and flavour python": "libraries/fmi_export",
 }
-KEYS = {True: "executed_branches", False: "missing_branches"}
 C = [
     *("tests/native", "tests/fmi_export", "tests/orchestrator/test_compiled.py"),
     # The counters are exported too.
@@ -71,7 +70,10 @@ def _host(folder: Path) -> bool:
     for name, start in PARTS.items():
         mine = {file: files.pop(file) for file in list(files) if file.startswith(start)}
         found = {
-            file: [(line, taken) for taken in (True, False) for line, _ in branches[KEYS[taken]]]
+            file: [
+                *((line, True) for line, _ in branches["executed_branches"]),
+                *((line, False) for line, _ in branches["missing_branches"]),
+            ]
             for file, branches in mine.items()
         }
         enough.append(_tell_all(name, found))
