@@ -7,6 +7,7 @@ import inspect
 import json
 import os
 import random
+import signal
 import subprocess
 import sys
 import textwrap
@@ -56,6 +57,16 @@ def is_long(request: pytest.FixtureRequest) -> bool:
 def first_seed(is_long: bool) -> int:
     """The same seed in every short campaign, another in each long one; messages name it."""
     return random.SystemRandom().randrange(10**6) if is_long else 2006
+
+
+@pytest.fixture(scope="session", autouse=True)
+def signals() -> Iterator[None]:
+    """SIGINT, SIGTERM and SIGHUP are those of a terminal, for subprocesses too: a shell lets background jobs ignore some."""
+    own = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL, signal.SIGHUP: signal.SIG_DFL}
+    before = {number: signal.signal(number, handler) for number, handler in own.items()}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(scope="session")

@@ -59,7 +59,6 @@ def test_signal_ends_a_run_within_a_second_of_slow_steps(tmp_path, number, optio
     (tmp_path / "stiff.toml").write_text(STIFF)
     with subprocess.Popen(
         [*COMMAND, *options], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
-        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),
     ) as process:  # fmt: skip
         try:
             while not has_loaded(process):

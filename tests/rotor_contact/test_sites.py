@@ -62,16 +62,20 @@ def test_all_four_sites_carry_a_rotor_that_is_pressed_against_them():
 
 @pytest.mark.parametrize("master", [(1, 3, 4, 8, 10, 11, 13), tuple(range(1, 14))])
 def test_more_master_planes_give_the_same_rubbing_rotor(master):
-    """The quick modes that the condensed rotor does not have turn contact into blows; the mean force is the same."""
+    """The quick modes that the condensed rotor does not have turn contact into blows; the mean force is the same.
+
+    Over two seconds of a rub that has settled. Clearances that differ by 1e-9 to 1e-5 change that mean by 0.07 %; at
+    higher speeds the rub beats, and its mean over a fifth of a second hangs on last bits.
+    """
 
     def mean_force(rotor):
         short = {"solver.max_substep": 1e-5, "rb1.enabled": 0.0}
-        x = plant(BEARINGS | short | {"Omega": 120.0, "d3.u": 0.08, "initial.orbit": 1.0}, rotor)
-        record = run(x, 800, ["rb2.f_n", "rb2.impulse"])
-        return np.mean(record[:, 0]) + np.sum(record[:, 1]) / (800 * H)
+        x = plant(BEARINGS | short | {"Omega": 110.0, "d3.u": 0.08, "initial.orbit": 1.0}, rotor)
+        record = run(x, 16000, ["rb2.f_n", "rb2.impulse"])[8000:]
+        return np.mean(record[:, 0]) + np.mean(record[:, 1]) / H
 
     finer = replace(ROTOR, reduction=ReductionOptions(masters=master))
-    assert mean_force(finer) == pytest.approx(mean_force(ROTOR), rel=0.06)
+    assert mean_force(finer) == pytest.approx(mean_force(ROTOR), rel=0.01)
 
 
 def test_gravity_pulls_along_both_axes_by_its_component():

@@ -179,7 +179,6 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
     from amb_cosim.scenario import parse_scenario
     from amb_cosim.simulation import prepare, run_prepared
 
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job inherits none
     text = scenario.replace("end_cycle = 8", "end_cycle = 2e4")
     prepared = prepare(parse_scenario(text, "case"), flavour=flavour)
     stop, started, done = threading.Event(), threading.Event(), []
