@@ -79,7 +79,9 @@ def run(name: str, notes: Path, arguments: list[str]) -> int:
             level for level in changes["NPY_DISABLE_CPU_FEATURES"].split() if level in levels
         )
     notes.mkdir(parents=True, exist_ok=True)
-    own = {key: value for key, value in os.environ.items() if key not in set().union(*SETTINGS.values())}
+    # Without files of byte code in the new folder, every process would compile all that it imports.
+    dropped = {"PYTHONDONTWRITEBYTECODE"}.union(*SETTINGS.values())
+    own = {key: value for key, value in os.environ.items() if key not in dropped}
     command = [sys.executable, "-m", "pytest", "-p", "tests.arithmetic.margins", "-o", "enable_assertion_pass_hook=true"]
     print(f"\n== {name}: {changes}", flush=True)
     with tempfile.TemporaryDirectory() as folder:
