@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from _pytest.assertion import util
 
 TESTS = Path(__file__).resolve().parents[1]
 NUMPY_SCALAR = re.compile(r"np\.(?:float64|int64|float32|bool)\(([^()]*)\)")
@@ -57,6 +58,14 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     _margins[item.nodeid] = {}
     yield
     _running.pop()
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_call() -> Iterator[None]:
+    """Explain no comparison by a line-by-line difference: pytest would look for one where there is none, and long."""
+    explain, util._reprcompare = util._reprcompare, None
+    yield
+    util._reprcompare = explain
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
