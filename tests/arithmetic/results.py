@@ -1,0 +1,101 @@
+"""Results under other arithmetic: `python -m tests.arithmetic.results [SETTING ...] [--keep FOLDER]`.
+
+All scenarios are run and all statements of the thesis judged under each setting. What then differs in the four digits
+that are printed is sensitive: it hangs on last bits, and is told so where it is stated.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from tests.arithmetic.settings import chosen_settings, environment_of
+
+PRINTED = 5e-4  # relative; four digits
+ALIKE = 1e-9  # of what is zero but for rounding
+NOT_RESULTS = {"wall_s", "real_time_factor", "warnings"}
+
+Results = Mapping[str, Any]
+
+
+def main(arguments: list[str]) -> int:
+    """Compute results under the settings that are named, print what differs, and return 0."""
+    parser = argparse.ArgumentParser(prog="python -m tests.arithmetic.results", description=__doc__)
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where results are, and are kept")
+    names, given = chosen_settings(parser, arguments)
+    with tempfile.TemporaryDirectory() as folder:
+        kept = given.keep or Path(folder)
+        kept.mkdir(exist_ok=True)
+        for name in names:
+            print(f"== {name}", flush=True)
+            with environment_of(name) as environment:
+                command = [sys.executable, "-c", f"from {__spec__.name} import compute; compute({str(kept / name)!r})"]
+                subprocess.run(command, env=environment, check=True)
+        found = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in sorted(kept.iterdir())}
+    for line in differences(found):
+        print(line)
+    return 0
+
+
+def compute(file: str) -> None:
+    """Write the summaries of all scenarios and the judged statements to a file."""
+    from amb_cosim.report.evaluation import evaluate
+    from amb_cosim.scenario import scenarios
+
+    with ProcessPoolExecutor() as pool:
+        results = dict(zip(scenarios(), pool.map(_summary, scenarios()), strict=True))
+    with tempfile.TemporaryDirectory() as folder:
+        for one in evaluate(Path(folder)).as_dict()["statements"]:
+            results[one["key"]] = {"verdict": one["verdict"], "ours": one["ours"]}
+    Path(file).write_text(json.dumps(results), encoding="utf-8")
+
+
+def _summary(scenario: str) -> dict[str, Any]:
+    import amb_cosim
+
+    return amb_cosim.run(scenario).summary.as_dict()
+
+
+def differences(found: Mapping[str, Results]) -> list[str]:
+    """Return a line for each result that differs in its printed digits, with its value under each setting."""
+    by_setting = {setting: dict(_leaves(results)) for setting, results in found.items()}
+    names = dict.fromkeys(name for leaves in by_setting.values() for name in leaves)
+    lines = []
+    for name in names:
+        values = [leaves.get(name) for leaves in by_setting.values()]
+        if not all(_alike(values[0], value) for value in values):
+            texts = (f"{setting} {_text(value)}" for setting, value in zip(by_setting, values, strict=True))
+            lines.append(f"{name}: {', '.join(texts)}")
+    return lines
+
+
+def _leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else None
+    if items is None:
+        yield name, value
+        return
+    for key, entry in items:
+        if key not in NOT_RESULTS:
+            yield from _leaves(entry, f"{name}.{key}".lstrip("."))
+
+
+def _alike(one: Any, other: Any) -> bool:
+    if isinstance(one, float | int) and isinstance(other, float | int):
+        return math.isclose(one, other, rel_tol=PRINTED, abs_tol=ALIKE)
+    return bool(one == other)
+
+
+def _text(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,94 @@
+"""Settings under which BLAS, numpy, numba and the C library choose the instructions of other processors.
+
+Sums in another order, fused or not, change last bits from one processor to another. Empty caches come with each
+setting, since what is compiled for one processor is not for another.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+OLD_LEVELS = "X86_V3 X86_V4 AVX2 FMA3 AVX512F AVX512_SKX AVX512_ICL AVX512_SPR"
+NO_AVX512 = "X86_V4 AVX512F AVX512_SKX AVX512_ICL AVX512_SPR"
+# By name: cores of OpenBLAS and numba, levels that numpy must not use, and what the C library must not.
+SETTINGS: Mapping[str, Mapping[str, str]] = {
+    "own": {},
+    "oldest": {
+        "OPENBLAS_CORETYPE": "Prescott",
+        "NUMBA_CPU_NAME": "generic",
+        "NUMBA_CPU_FEATURES": "",
+        "NPY_DISABLE_CPU_FEATURES": OLD_LEVELS,
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F",
+    },
+    "Haswell": {"OPENBLAS_CORETYPE": "Haswell", "NUMBA_CPU_NAME": "haswell", "NPY_DISABLE_CPU_FEATURES": NO_AVX512},
+    "SkylakeX": {"OPENBLAS_CORETYPE": "SkylakeX", "NUMBA_CPU_NAME": "skylake-avx512"},
+    "Zen": {"OPENBLAS_CORETYPE": "Zen", "NUMBA_CPU_NAME": "znver2", "NPY_DISABLE_CPU_FEATURES": NO_AVX512},
+}
+NEEDS = {"Haswell": "avx2", "Zen": "avx2", "SkylakeX": "avx512f"}  # flags of the processor
+
+# Products, decompositions, sums and functions of numpy, and functions of the C library, as one number to compare.
+DIGEST = """
+import hashlib, math
+import numpy as np
+x = np.linspace(0.0, 50.0, 20001)
+A = np.outer(np.cos(x[:60]), x[:60]) + np.sin(7.0 * np.outer(x[:60], x[60:120]))
+found = [A @ A, np.linalg.eigvals(A), A.sum(0), A.sum(1), np.sin(x), np.exp(-x), np.sqrt(x)]
+found += [np.array([f(v) for v in x]) for f in (math.sin, math.cos, math.exp)]
+print(hashlib.sha256(b"".join(array.tobytes() for array in found)).hexdigest())
+"""
+
+
+def chosen_settings(parser: argparse.ArgumentParser, arguments: list[str]) -> tuple[list[str], argparse.Namespace]:
+    """Return the names of the settings to use, all by default, and the other arguments; print those left out.
+
+    Left out is what this processor cannot run, and what gives the same bits as a setting before it.
+    """
+    parser.add_argument("settings", nargs="*", metavar="SETTING", help=f"of {', '.join(SETTINGS)}; all by default")
+    given = parser.parse_args(arguments)
+    unknown = set(given.settings) - set(SETTINGS)
+    if unknown:
+        parser.error(f"there is no setting {', '.join(sorted(unknown))}; there are {', '.join(SETTINGS)}")
+    flags = Path("/proc/cpuinfo").read_text(encoding="utf-8").split() if sys.platform == "linux" else []
+    names: dict[str, str] = {}
+    for name in given.settings or SETTINGS:
+        if NEEDS.get(name) not in (None, *flags):
+            print(f"{name}: left out, this processor has no {NEEDS[name]}")
+            continue
+        with environment_of(name) as environment:
+            digest = subprocess.run(
+                [sys.executable, "-c", DIGEST], env=environment, check=True, capture_output=True, text=True
+            ).stdout
+        if digest in names:
+            print(f"{name}: left out, on this processor it gives the same bits as {names[digest]}")
+        else:
+            names[digest] = name
+    return list(names.values()), given
+
+
+@contextmanager
+def environment_of(name: str) -> Iterator[dict[str, str]]:
+    """The environment of processes under a setting, with caches that are empty at first."""
+    changes = dict(SETTINGS[name])
+    if "NPY_DISABLE_CPU_FEATURES" in changes:  # numpy takes no names that it does not know
+        known = np.show_config(mode="dicts")["SIMD Extensions"]["found"]
+        levels = changes["NPY_DISABLE_CPU_FEATURES"].split()
+        changes["NPY_DISABLE_CPU_FEATURES"] = " ".join(level for level in levels if level in known)
+    # Without files of byte code in the new folder, every process would compile all that it imports.
+    dropped = {"PYTHONDONTWRITEBYTECODE"}.union(*SETTINGS.values())
+    own = {key: value for key, value in os.environ.items() if key not in dropped}
+    with tempfile.TemporaryDirectory() as folder:
+        caches = {
+            "NUMBA_CACHE_DIR": str(Path(folder, "numba")),
+            "PYTHONPYCACHEPREFIX": str(Path(folder, "pycache")),
+            "XDG_CACHE_HOME": str(Path(folder, "cache")),
+        }
+        yield own | changes | caches
