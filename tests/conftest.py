@@ -11,8 +11,8 @@ import signal
 import subprocess
 import sys
 import textwrap
+import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -40,11 +40,9 @@ SUPPORT, NATIVE_SUPPORT = HERE / "fmi_export" / "support", HERE / "native" / "su
 sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(NATIVE_SUPPORT)]
 
 
-MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
-# Folders of tests that run the compiled kernels of a model.
-RUNS_KERNELS_OF = {
-    name: (name, "benchmarks", "cosim", "live", "native", "orchestrator", "referees", "system") for name in MODELS
-}
+MODELS = ("amb_actuator", "rolac_controller", "rotor_contact")  # what compiles fast comes first
+# Folders of tests that run the compiled kernels of all models.
+RUN_ALL_KERNELS = ("benchmarks", "cosim", "levitated_rotor", "live", "native", "orchestrator", "referees", "system")
 
 
 @pytest.fixture
@@ -61,7 +59,7 @@ def first_seed(is_long: bool) -> int:
 
 @pytest.fixture(scope="session", autouse=True)
 def signals() -> Iterator[None]:
-    """SIGINT, SIGTERM and SIGHUP are those of a terminal, for subprocesses too: a shell lets background jobs ignore some."""
+    """SIGINT, SIGTERM and SIGHUP as in a terminal, for subprocesses too: a job in the background ignores some."""
     own = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL, signal.SIGHUP: signal.SIG_DFL}
     before = {number: signal.signal(number, handler) for number, handler in own.items()}
     yield
@@ -104,27 +102,23 @@ def cache(shared_folder: Path) -> Iterator[Path]:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def compiled_kernels(request: pytest.FixtureRequest, cache: Path, create_once: Callable[..., Path]) -> None:
-    """Let one worker compile a model's kernels into numba's cache on disk; those whose tests need them wait for it."""
-    worker = os.environ.get("PYTEST_XDIST_WORKER", "")
-    if not worker:
-        return
+def compiled_kernels(request: pytest.FixtureRequest, cache: Path, shared_folder: Path) -> None:
+    """Wait for the kernels that the tests of a module run.
+
+    One process compiles those of all models into numba's cache on disk, as soon as a worker needs any.
+    """
     folder = request.path.relative_to(HERE).parts[0]
-    wanted = [name for name in MODELS if folder in RUNS_KERNELS_OF[name]]
-    first = int(worker.removeprefix("gw")) % max(len(wanted), 1)
-    for name in wanted[first:] + wanted[:first]:
-        with suppress(Exception):  # the tests of the model show what is wrong with it
-            create_once(f"kernels-{name}", lambda _, name=name: compile_kernels(name))
-
-
-def compile_kernels(name: str) -> None:
-    """Step a model once; numba keeps what it compiles for that on disk."""
-    from amb_cosim.cosim.fmus import model_source
-    from fmi_export.model import Instance
-
-    instance = Instance(*model_source(name))
-    instance.initialise()
-    instance.step(0.0, 250e-6)
+    wanted = MODELS if folder in RUN_ALL_KERNELS else [name for name in MODELS if name == folder]
+    if not wanted or "PYTEST_XDIST_WORKER" not in os.environ:
+        return
+    kernels = shared_folder / "kernels"
+    with FileLock(f"{kernels}.lock"):
+        if not kernels.exists():
+            kernels.mkdir()
+            subprocess.Popen([sys.executable, str(HERE / "support" / "compile_kernels.py"), str(kernels), *MODELS])
+    end = time.monotonic() + 600.0
+    while not all((kernels / name).exists() for name in wanted) and time.monotonic() < end:
+        time.sleep(0.1)
 
 
 @pytest.fixture(scope="session")
