@@ -87,7 +87,8 @@ def test_a_kernel_that_allocates_is_not_compiled():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
-def test_a_damaged_cache_of_a_kernel_is_made_anew(run_python, tmp_path, kind):
+def test_a_damaged_cache_of_a_kernel_is_made_anew(run_python, tmp_path, monkeypatch, kind):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "machine_code"))
     (tmp_path / "cached").mkdir()
     (tmp_path / "cached" / "__init__.py").touch()
     (tmp_path / "cached" / "caller.py").write_text(CALLER.format(package="cached"))
