@@ -78,14 +78,14 @@ def check(made):
 steps = st.lists(st.tuples(some(INPUTS, allowed), near, lengths), min_size=1, max_size=4)
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(some(PARAMETERS, allowed), steps)
 def test_values_within_the_declared_ranges_work_or_are_refused(parameters, taken):
     code = drive(parameters, [inputs | place for inputs, place, _ in taken], [h for *_, h in taken])
     assert code is None or code in ACTUATOR.faults
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(some(PARAMETERS, anything), some(INPUTS, anything), lengths)
 def test_anything_else_is_refused_with_its_name(parameters, inputs, h):
     code = drive(parameters, [inputs], [h])

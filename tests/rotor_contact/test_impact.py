@@ -128,7 +128,7 @@ def directions(contact):
     return N, T
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), angles, angles, st.sampled_from([(0,), (1,), (0, 1)]))
 def test_elastic_impact_conserves_energy_and_momentum_plus_impulse(seed, a, b, sites):
     w, contact, _, v = touching(seed, a, b, e=1.0, sites=sites)
@@ -147,7 +147,7 @@ def test_elastic_impact_conserves_energy_and_momentum_plus_impulse(seed, a, b, s
     assert np.any(contact["p_n"] > 0.0)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), angles, st.floats(0.0, 1.0), st.sampled_from([0, 1]))
 def test_impact_loses_one_minus_e_squared_of_the_energy_of_approach(seed, angle, e, k):
     w, contact, _, v = touching(seed, angle, angle, e=e, sites=(k,))
@@ -160,7 +160,7 @@ def test_impact_loses_one_minus_e_squared_of_the_energy_of_approach(seed, angle,
     assert contact["impact_heat"].sum() == pytest.approx(lost, rel=1e-7, abs=1e-9)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     st.integers(0, 2**32 - 1), angles, angles, st.floats(0.0, 5.0), st.floats(0.0, 1.0), st.floats(-600.0, 600.0),
     st.sampled_from([(0,), (1,), (0, 1)]),
@@ -186,7 +186,7 @@ def test_impact_with_friction_creates_no_energy_pull_or_driven_slip(seed, a, b, 
             assert abs(slip) <= abs(slip_before) + 1e-12
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), angles, st.floats(0.05, 2.0), st.floats(-600.0, 600.0), st.sampled_from([0, 1]))
 def test_friction_of_a_blow_ends_the_slip_or_is_mu_times_the_blow(seed, angle, mu, Omega, k):
     w, contact, _, v = touching(seed, angle, angle, mu, 0.0, Omega, (k,))
@@ -220,7 +220,7 @@ def test_journal_that_rolls_obeys_coulombs_law_in_a_blow_elsewhere():
     assert outcomes == {(FREE, False), (SLIDING, False), (ROLLING, False), (ROLLING, True)}
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), angles, angles, st.sampled_from([(0,), (1,), (0, 1)]))
 def test_nodal_law_stops_only_the_radial_motion_of_touching_nodes(seed, a, b, sites):
     w, contact, _, v = touching(seed, a, b, mu=0.5, e=0.7, sites=sites)

@@ -16,12 +16,18 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+
+from amb_cosim.scenario import load_scenario
+from amb_cosim.series import speed
+from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.summary import summarise
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 CLEARANCE_MM, BUSH_MM = 0.75, 0.9
@@ -33,19 +39,13 @@ PID = {"rolac_controller.rolac_enable": False}
 D1 = {"rotor_contact.d1.u": "5 g.m", "rotor_contact.d2.u": 0, "rotor_contact.d3.u": 0}
 
 
-def figures_of(name: str, settings: dict[str, Any], factor: float | None) -> dict[str, Any]:
-    """Summary of a scenario, and outputs of its controller; runs in a process of its own."""
-    import numpy as np
-
-    from amb_cosim.scenario import load_scenario
-    from amb_cosim.series import speed
-    from amb_cosim.simulation import prepare, run_prepared
-    from amb_cosim.summary import summarise
-
+@cache
+def figures_of(name: str, settings: str, factor: float | None) -> dict[str, Any]:
+    """Summary of a scenario, and outputs of its controller; settings as JSON."""
     scenario = load_scenario(name)
     if factor is not None:
         scenario = scenario.model_copy(update={"unbalance_factor": factor})
-    result = run_prepared(prepare(scenario, settings))
+    result = run_prepared(prepare(scenario, json.loads(settings)))
     assert result.outcome.failure is None, result.outcome.failure
     d = result.dataset
     known = {v.removeprefix("rolac_controller."): d[v].values for v in d if v.startswith("rolac_controller.")}
@@ -67,12 +67,10 @@ def figures_of(name: str, settings: dict[str, Any], factor: float | None) -> dic
     }
 
 
-@pytest.fixture(scope="session")
-def figures(run_once: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
+@pytest.fixture
+def figures() -> Callable[..., dict[str, Any]]:
     """`figures(name, settings={}, factor=None)`: results of a scenario, run once; both replace values of its file."""
-    return lambda name, settings=None, factor=None: run_once(
-        figures_of, name=name, settings=settings or {}, factor=factor, timeout=600
-    )
+    return lambda name, settings=None, factor=None: figures_of(name, json.dumps(settings or {}), factor)
 
 
 def over_thesis(bearing: str, f: dict[str, Any], when: str) -> float:

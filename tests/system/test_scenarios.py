@@ -8,11 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import pytest
 from slow import slow_but_first
+
+from amb_cosim.scenario import load_scenario
+from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.summary import summarise
+from amb_cosim.thesis.run_quantities import first_site
 
 NODAL, NEWTON = 0, 1
 CLEARANCE_MM = 0.75
@@ -23,15 +30,9 @@ THESIS = [
 ]
 
 
-def figures_of(name: str, law: int | None) -> dict[str, Any]:
-    """Summary of a scenario, median force in its last cycle, and a trace; runs in a process of its own."""
-    import numpy as np
-
-    from amb_cosim.scenario import load_scenario
-    from amb_cosim.simulation import prepare, run_prepared
-    from amb_cosim.summary import summarise
-    from amb_cosim.thesis.run_quantities import first_site
-
+@cache
+def figures_of(name: str, law: int | None = None) -> dict[str, Any]:
+    """Summary of a scenario, median force in its last cycle, and a trace; `law` replaces its impact law."""
     settings = None if law is None else {"rotor_contact.contact.impact_law": law}
     result = run_prepared(prepare(load_scenario(name), settings))
     assert result.outcome.failure is None, result.outcome.failure
@@ -51,10 +52,10 @@ def figures_of(name: str, law: int | None) -> dict[str, Any]:
     }
 
 
-@pytest.fixture(scope="session")
-def figures(run_once: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
-    """`figures(name, law=None)`: results of a scenario, run once; `law` replaces its impact law."""
-    return lambda name, law=None: run_once(figures_of, name=name, law=law, timeout=300)
+@pytest.fixture
+def figures() -> Callable[..., dict[str, Any]]:
+    """`figures(name, law=None)`: results of a scenario, run once."""
+    return figures_of
 
 
 @pytest.mark.slow
