@@ -24,9 +24,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from rich.table import Table
 
+from amb_cosim.design.plant_data import plant
 from amb_files.atomic import write_atomically
 from fmi_export.model import Instance
-from rotor_analysis.plant_data import plant
 from rotor_contact.enumerations import LAWS
 from rotor_contact.structure import structure_of
 

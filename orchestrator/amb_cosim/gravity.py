@@ -76,7 +76,7 @@ def _carry_weight(missing: _MissingParameters, rotor: str | None) -> None:
 
 def _carry(missing: _MissingParameters, bearing: str, axis: str, load: float) -> None:
     """Set the static current of an axis that carries a load (N), and what the controller knows of it."""
-    from amb_analysis.design import axis_parameters, operating_constants, static_current_for
+    from amb_cosim.design.magnetic_bearing import axis_parameters, operating_constants, static_current_for
 
     values, static = missing.values, f"{ACTUATOR}.{bearing}.static_current_{axis}"
     law = int(values.parameter(f"{ACTUATOR}.force_law"))

@@ -21,32 +21,32 @@ MODELS = (PLANT, "amb_actuator", CONTROLLER)
 Made = tuple["Model", NDArray[np.float64]]
 
 
-@made_from("rotor_contact", "rotor_analysis")
+@made_from("rotor_contact", "rotor_analysis", "amb_cosim.design")
 def rotor_contact(rotor: str | Path | None = None, **_: Any) -> Made:
     """Return the plant of a rotor: of one that comes with the package, of a rotor file, or of the rig of the thesis."""
-    from rotor_analysis.plant_data import plant
+    from amb_cosim.design.plant_data import plant
     from rotor_analysis.rotor_file import load_rotor
 
     return plant(load_rotor(rotor) if rotor is not None else None)
 
 
-@made_from("amb_actuator", "rotor_analysis", "amb_analysis")
+@made_from("amb_actuator", "rotor_analysis", "amb_cosim.design")
 def amb_actuator(rotor: str | Path | None = None, **_: Any) -> Made:
     """Return the actuator for the bearings of a rotor, the rig of the thesis by default."""
-    from amb_analysis.rotor_models import actuator
+    from amb_cosim.design.rotor_models import actuator
     from rotor_analysis.rotor_file import load_rotor
 
     return actuator(load_rotor(rotor) if rotor is not None else None)
 
 
-@made_from("rolac_controller", "rotor_analysis", "amb_analysis")
+@made_from("rolac_controller", "rotor_analysis", "amb_cosim.design")
 def rolac_controller(rotor: str | Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
     """Return the controller for a rotor, with H of the table in a file, or from the rotor model from 5 to 100 Hz.
 
     In the model the rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
     """
-    from amb_analysis.receptance_file import read_table
-    from amb_analysis.rotor_models import control_loop, controller
+    from amb_cosim.design.receptance_file import read_table
+    from amb_cosim.design.rotor_models import control_loop, controller
     from rotor_analysis.rotor_file import load_rotor
 
     description = load_rotor(rotor) if rotor is not None else load_rotor()
@@ -97,8 +97,8 @@ def check_loop(receptances: Path, parameters: Mapping[str, float | None], rotor:
 
     The controller is that of a rotor, the rig of the thesis by default.
     """
-    from amb_analysis.receptance_file import loop_parameters, read_table
-    from amb_analysis.rotor_models import control_loop
+    from amb_cosim.design.receptance_file import loop_parameters, read_table
+    from amb_cosim.design.rotor_models import control_loop
     from rotor_analysis.rotor_file import load_rotor
 
     known = {name: value for name, value in parameters.items() if value is not None}

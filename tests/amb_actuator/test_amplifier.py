@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from amb_actuator.amplifier import constant_voltage_response, regulated_response
 from amb_actuator.interface import DYNAMIC, NONLINEAR
-from amb_analysis.design import amplifier_transfer, axis_parameters, current_amplitude
+from amb_cosim.design.magnetic_bearing import amplifier_transfer, axis_parameters, current_amplitude
 
 R, L, V, BAND = 0.365, 0.0732, 150.0, 1400.0
 OMEGA = 2 * math.pi * BAND

@@ -9,7 +9,7 @@ from rig import AXES
 
 from amb_actuator.amplifier import discharge_response
 from amb_actuator.interface import DYNAMIC, LAWS, LINEAR, MEASURED, NONLINEAR
-from amb_analysis.design import axis_parameters
+from amb_cosim.design.magnetic_bearing import axis_parameters
 
 R, L, H = 0.365, 0.0732, 250e-6
 K = 4e-7 * math.pi * 158**2 * 1399e-6 * math.cos(math.radians(22.5)) / 1.2e-3**2  # N/A^2, pull at the centre

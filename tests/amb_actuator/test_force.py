@@ -23,7 +23,7 @@ from amb_actuator.force import (
     pull,
 )
 from amb_actuator.interface import LAWS, LINEAR, MEASURED, NONLINEAR
-from amb_analysis.design import axis_parameters
+from amb_cosim.design.magnetic_bearing import axis_parameters
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text())["amb"]
 

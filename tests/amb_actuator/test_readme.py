@@ -10,7 +10,7 @@ import pytest
 from matplotlib.image import imread
 from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
-from amb_analysis.design import (
+from amb_cosim.design.magnetic_bearing import (
     axis_parameters,
     current_amplitude,
     force_slew_rate,

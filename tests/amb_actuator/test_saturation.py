@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from amb_actuator.flux import limited_flux, pull_of_flux, saturation_flux
 from amb_actuator.force import Coils, nonlinear_force, pull
 from amb_actuator.interface import NONLINEAR
-from amb_analysis.design import axis_parameters
+from amb_cosim.design.magnetic_bearing import axis_parameters
 
 AREA, PHI = 1399e-6, math.radians(22.5)
 RIG = axis_parameters()

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from amb_actuator.force import Coils, force
 from amb_actuator.interface import DYNAMIC, LAWS, LINEAR, MEASURED, NONLINEAR
-from amb_analysis.design import axis_parameters, operating_constants, static_current_for
+from amb_cosim.design.magnetic_bearing import axis_parameters, operating_constants, static_current_for
 from fmi_export.model import Fault
 
 H = 250e-6

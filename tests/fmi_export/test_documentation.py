@@ -15,9 +15,9 @@ import pytest
 from fmpy.validation import validate_fmu
 from rig import ACTUATOR, ACTUATOR_CONSTANTS, CONTROLLER, NO_TABLE
 
+from amb_cosim.design.plant_data import plant
 from fmi_export.building import documentation, identity
 from fmi_export.building.documentation import page
-from rotor_analysis.plant_data import plant
 
 PLANT, PLANT_CONSTANTS = plant()
 MODELS = {"amb_actuator": ACTUATOR, "rolac_controller": CONTROLLER, "rotor_contact": PLANT}

@@ -31,14 +31,14 @@ def lag() -> Model:
 
 @pytest.fixture(scope="session")
 def plant() -> Model:
-    from rotor_analysis.plant_data import plant
+    from amb_cosim.design.plant_data import plant
 
     return plant()[0]
 
 
 @pytest.fixture(scope="session")
 def plant_constants() -> Any:
-    from rotor_analysis.plant_data import plant
+    from amb_cosim.design.plant_data import plant
 
     return plant()[1]
 

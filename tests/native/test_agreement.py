@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from machines import SITES, held, machine
 
+from amb_cosim.design import plant_data
 from fmi_export.model import Instance
-from rotor_analysis import plant_data
 
 H = 250e-6
 

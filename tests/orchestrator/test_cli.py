@@ -11,10 +11,10 @@ import pytest
 
 from amb_cosim.cosim.dataset import load
 from amb_cosim.cosim.fmus import model_source
+from amb_cosim.design.plant_data import plant
 from amb_cosim.scenario import packaged_scenarios
 from amb_cosim.summary import summarise
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
-from rotor_analysis.plant_data import plant
 from rotor_analysis.rotor_file import load_rotor
 
 BAD = {

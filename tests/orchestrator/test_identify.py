@@ -17,8 +17,8 @@ import xarray as xr
 from rig import AXES, DONE, FAILED, SENSOR_NAMES
 from rig import LOOP as RIG_LOOP
 
-from amb_analysis.receptance_file import empty_table, loop_parameters, read_table
 from amb_cosim.cosim.simulation import Outcome
+from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_table
 from amb_cosim.models import check_loop
 from amb_cosim.result import Result
 from amb_cosim.scenario import load_scenario

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from rig import ACTUATOR, AXES, CONTROLLER
 
+from amb_cosim.design.plant_data import plant
 from amb_cosim.studies.injection import PEAK, multi_sines, schroeder_phases, settling_samples
 from amb_cosim.studies.linear_loop import (
     LinearLoop,
@@ -21,7 +22,6 @@ from amb_cosim.studies.linear_loop import (
 )
 from amb_cosim.studies.stability_margin import zone
 from rotor_analysis.assembly import assemble
-from rotor_analysis.plant_data import plant
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor_file import load_rotor
 

@@ -51,7 +51,7 @@ def test_only_names_of_this_project_are_installed():
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
     packages = {Path(p).name for p in project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]}
     models = {"rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"}
-    libraries = {"amb_files", "amb_analysis", "rotor_analysis", "fmi_export"}
+    libraries = {"amb_files", "rotor_analysis", "fmi_export"}
     assert packages == {"amb_cosim"} | models | libraries
 
 

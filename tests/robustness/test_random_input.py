@@ -62,9 +62,9 @@ def prepared(loaded, tmp_path_factory):
     """Files to change."""
     from rig import LOOP
 
-    from amb_analysis.receptance_file import empty_table, loop_parameters
     from amb_cosim.cli import main
     from amb_cosim.cosim.fmus import ensure_built
+    from amb_cosim.design.receptance_file import empty_table, loop_parameters
 
     folder = tmp_path_factory.mktemp("prepared")
     for command in (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rig import LOOP
 
-from amb_analysis.controller_data import no_table, pack
+from amb_cosim.design.controller_data import no_table, pack
 from fmi_export.model import Fault, Instance
 from rolac_controller.control_loop import ControlLoop, SensorPlane, control_loop_from
 from rolac_controller.controller import FAULT_PLANES, model_for

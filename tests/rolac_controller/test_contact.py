@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rig import NO_TABLE, pack
 
-from amb_analysis.controller_data import inverse_receptance
+from amb_cosim.design.controller_data import inverse_receptance
 from rolac_controller.enumerations import GIVEN, NO_SOURCE, OWN_SENSORS
 
 CLEARANCE = 0.75e-3

@@ -14,7 +14,7 @@ from rig import ACTUATOR, AXES, CONTROLLER, NO_TABLE, pack
 from slow import slow_but_first
 
 from amb_actuator.force import current_stiffness, limited_current, negative_stiffness
-from amb_analysis.design import axis_parameters
+from amb_cosim.design.magnetic_bearing import axis_parameters
 from fmi_export.model import Fault, Instance
 from rolac_controller.controller import FAULT_NO_TABLE
 from rolac_controller.enumerations import MODES
@@ -201,8 +201,8 @@ def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python
             sys.modules["numba"] = None
         import numpy as np
 
-        from amb_analysis.controller_data import pack
-        from amb_analysis.rotor_models import control_loop
+        from amb_cosim.design.controller_data import pack
+        from amb_cosim.design.rotor_models import control_loop
         from fmi_export.jit import COMPILED
         from fmi_export.model import Instance
         from rolac_controller.controller import model_for

@@ -10,8 +10,8 @@ from rig import DONE, FAILED, NO_TABLE, SLOT_AFTER, identified_receptance, pack
 from scipy.linalg import expm
 from slow import slow_but_first
 
-from amb_analysis.controller_data import SPEEDS
-from amb_analysis.sampled_loop import zoh_response
+from amb_cosim.design.controller_data import SPEEDS
+from amb_cosim.design.sampled_loop import zoh_response
 from rolac_controller.enumerations import (
     ADAPTING,
     CONTACT_OCCURRED,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from amb_analysis.sampled_loop import filter_response
+from amb_cosim.design.sampled_loop import filter_response
 from rolac_controller.lowpass import FILTER, coefficients, filter_sample, start_at_rest
 
 H = 250e-6

@@ -9,7 +9,7 @@ import pytest
 from rig import AXES, identified_receptance, pack
 from scipy.linalg import expm
 
-from amb_analysis.sampled_loop import zoh_response
+from amb_cosim.design.sampled_loop import zoh_response
 from rolac_controller.enumerations import FORCE_FREE, NOTCH
 from rolac_controller.notch import solve_in_place
 

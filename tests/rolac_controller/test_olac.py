@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rig import pack
 
-from amb_analysis.controller_data import inverse_receptance
+from amb_cosim.design.controller_data import inverse_receptance
 from rolac_controller.enumerations import OLAC
 
 SAMPLES = 40

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rig import NO_TABLE, pack
 
-from amb_analysis.controller_data import inverse_receptance
+from amb_cosim.design.controller_data import inverse_receptance
 from rolac_controller.adaptation import integral_step
 from rolac_controller.enumerations import ADAPTING, NO_H, NO_WINDOW, OFF, TOO_SLOW
 from rolac_controller.parameters import BEARING_K_I

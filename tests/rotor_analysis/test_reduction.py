@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotor_cases import discs_at, sensors_at, shaft_only
 
+from amb_cosim.design.plant_data import plant_structure
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.damping import Damping
 from rotor_analysis.modes import damped_frequencies, eigenvalues
-from rotor_analysis.plant_data import plant_structure
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor import ReductionOptions

@@ -7,9 +7,9 @@ import pytest
 from machines import SITES, held, machine
 from rotor_cases import run
 
+from amb_cosim.design.plant_data import plant, plant_structure
 from fmi_export.model import Instance
 from rotor_analysis.parts import Bearing
-from rotor_analysis.plant_data import plant, plant_structure
 from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
 

@@ -3,7 +3,7 @@
 import pytest
 from fmpy.validation import validate_fmu
 
-from rotor_analysis.plant_data import plant
+from amb_cosim.design.plant_data import plant
 
 STEPS = 200
 
@@ -18,8 +18,8 @@ def drive(fmu, steps):
     import fmpy
     from fmpy.fmi2 import FMU2Slave
 
+    from amb_cosim.design.plant_data import plant
     from fmi_export.model import Instance
-    from rotor_analysis.plant_data import plant
 
     h = 250e-6
     fixed = {"rb1.mu": 0.3, "rb2.mu": 0.3, "rb1.restitution": 0.2, "mb1.c_b": 5000.0, "mb2.c_b": 5000.0}

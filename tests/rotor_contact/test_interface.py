@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotor_analysis.plant_data import plant
+from amb_cosim.design.plant_data import plant
 from rotor_contact import enumerations
 from rotor_contact.enumerations import CONTACT_LAW, CONTACT_MODE, IMPACT_LAW
 from rotor_contact.signals import SITE_OUTPUTS, SITE_PARAMETERS, inputs_of, outputs_of, parameters_of

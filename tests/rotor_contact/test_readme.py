@@ -8,7 +8,7 @@ import pytest
 from rotor_cases import OnePlane
 
 import rotor_contact
-from rotor_analysis.plant_data import plant
+from amb_cosim.design.plant_data import plant
 from rotor_analysis.rotor_file import load_rotor
 
 README = (Path(rotor_contact.__file__).parent / "README.md").read_text(encoding="utf-8")

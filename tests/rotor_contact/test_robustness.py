@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, run
 
+from amb_cosim.design import plant_data
 from fmi_export.model import Fault, Instance
-from rotor_analysis import plant_data
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.parts import Disc
 from rotor_analysis.rotor_file import load_rotor

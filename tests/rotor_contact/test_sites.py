@@ -43,8 +43,8 @@ def test_contact_state_tells_of_the_retainers_alone():
 
 
 def test_end_bushes_are_in_place_unless_switched_off():
+    from amb_cosim.design import plant_data
     from fmi_export.model import Instance
-    from rotor_analysis import plant_data
 
     x = Instance(*plant_data.plant())
     assert (x["eb1.enabled"], x["eb1.clearance"], x["rb1.clearance"]) == (1.0, 0.9e-3, 0.75e-3)

@@ -11,8 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from amb_cosim.design import plant_data
 from fmi_export.model import Instance
-from rotor_analysis import plant_data
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.shaft import Shaft

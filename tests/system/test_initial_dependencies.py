@@ -11,14 +11,14 @@ import pytest
 from machines import machine
 from perturbation import observed_dependencies, random_value
 
-from amb_analysis.controller_data import pack
-from amb_analysis.rotor_models import actuator, control_loop, controller
 from amb_cosim.cosim.fmu_interface import read_interface
 from amb_cosim.cosim.patterns import expand
 from amb_cosim.cosim.system_file import load_system
+from amb_cosim.design.controller_data import pack
+from amb_cosim.design.plant_data import plant
+from amb_cosim.design.rotor_models import actuator, control_loop, controller
 from fmi_export.building.description import model_description
 from rotor_analysis.parts import Bearing
-from rotor_analysis.plant_data import plant
 from rotor_analysis.rotor_file import load_rotor
 
 

@@ -50,7 +50,7 @@ def test_an_fmu_gives_the_same_numbers_with_numpy_alone(
     scale = np.maximum(np.abs(compiled).max(axis=0), 1e-300)
     assert np.abs((compiled - plain) / scale).max() < 1e-9
     if name == "rotor_contact":
-        from rotor_analysis.plant_data import plant
+        from amb_cosim.design.plant_data import plant
 
         outputs = [v.name for v in plant()[0].interface.of("output")]
         assert plain[:, outputs.index("eb1.mode")].max() > 0.0

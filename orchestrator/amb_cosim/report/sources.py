@@ -31,7 +31,7 @@ from fmi_export.building.identity import package_folder
 
 PACKAGES = (
     *("amb_cosim", "rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"),
-    *("rotor_analysis", "amb_analysis", "fmi_export", "amb_files"),
+    *("rotor_analysis", "fmi_export", "amb_files"),
 )
 CODE = (".py", ".c", ".h", ".ll", ".toml")
 OTHER = ("scenarios/", "thesis/statements.toml", "report/page.py", "report/table.py", "report/texts.py", "commands/")

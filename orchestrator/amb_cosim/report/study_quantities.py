@@ -116,7 +116,7 @@ def coil_cutoff(inputs: ModelInputs) -> float:
 def largest_force(inputs: ModelInputs) -> float:
     """Return the pull of a saturated coil pair at the nominal gap, both poles at an angle (N) (2.6)."""
     from amb_actuator.force import pull
-    from amb_analysis.design import axis_parameters
+    from amb_cosim.design.magnetic_bearing import axis_parameters
 
     axis = axis_parameters()
     return float(pull(axis, BEYOND_SATURATION, axis.gap).force)
@@ -129,7 +129,7 @@ def synchronous_force(inputs: ModelInputs, unbalance: str, speed: str) -> float:
 
 def stiffness_at(inputs: ModelInputs, bias: float, static: float) -> float:
     """Return K_s of the linear law with a bias and a static current (A) (N/m) (2.8)."""
-    from amb_analysis.design import axis_parameters, linear_constants
+    from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 
     return linear_constants(axis_parameters(bias_current=bias, static_current=static))[0]
 

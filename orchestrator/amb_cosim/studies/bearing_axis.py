@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_actuator.force import pull
-from amb_analysis import design
 from amb_cosim.cosim.values import quantity
+from amb_cosim.design import magnetic_bearing
 from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.text_tables import TextPart, text_table
@@ -175,20 +175,20 @@ def linearisation(bias_current: Number = "4.43 A", static_current: Number = "1.1
     ValueError
         If the currents leave no control current of both signs.
     """
-    p = design.axis_parameters(
+    p = magnetic_bearing.axis_parameters(
         bias_current=positive(bias_current, "A", "bias-current"),
         static_current=quantity(static_current, "A", "static-current"),
     )
-    largest = float(design.current_amplitude(p, 0.0))
+    largest = float(magnetic_bearing.current_amplitude(p, 0.0))
     if not largest > 0.0:
         raise ValueError(
             f"bias-current = {p.bias_current:g} A with static-current = {p.static_current:g} A is not allowed; coils "
             f"that carry 0 to {p.current_limit:g} A must be left a control current of both signs"
         )
-    k_s, k_i = design.linear_constants(p)
-    limits = design.linear_range(p, TOLERANCE)
+    k_s, k_i = magnetic_bearing.linear_constants(p)
+    limits = magnetic_bearing.linear_range(p, TOLERANCE)
     full_swing = tuple(
-        FullSwing(i, float(_force_amplitude(p, i)), design.full_swing_bandwidth(p, i))
+        FullSwing(i, float(_force_amplitude(p, i)), magnetic_bearing.full_swing_bandwidth(p, i))
         for i in (share * largest for share in AMPLITUDES)
     )
     return BearingAxis(
@@ -198,10 +198,10 @@ def linearisation(bias_current: Number = "4.43 A", static_current: Number = "1.1
         k_i=k_i,
         tolerance=TOLERANCE,
         linear_range=LinearLimits((limits.x_low, limits.x_high), (limits.i_low, limits.i_high)),
-        slew_rate=design.force_slew_rate(p),
+        slew_rate=magnetic_bearing.force_slew_rate(p),
         amplifier_bandwidth=float(p.bandwidth),
         full_swing=full_swing,
-        bandwidth=ForceBandwidth(FREQUENCIES, _force_amplitude(p, design.current_amplitude(p, FREQUENCIES))),
+        bandwidth=ForceBandwidth(FREQUENCIES, _force_amplitude(p, magnetic_bearing.current_amplitude(p, FREQUENCIES))),
         load=_load_capacity(p),
         map=_operating_map(p),
     )
@@ -209,7 +209,10 @@ def linearisation(bias_current: Number = "4.43 A", static_current: Number = "1.1
 
 def _force_amplitude(p: np.record, i_c: Array | float) -> Array:
     """Return the amplitude (N) of the force at the centre under a sine of the control current (A), with saturation."""
-    return 0.5 * (design.linearisation(p, 0.0, i_c).force - design.linearisation(p, 0.0, -np.asarray(i_c)).force)
+    return 0.5 * (
+        magnetic_bearing.linearisation(p, 0.0, i_c).force
+        - magnetic_bearing.linearisation(p, 0.0, -np.asarray(i_c)).force
+    )
 
 
 def _load_capacity(p: np.record) -> LoadCurves:
@@ -219,7 +222,7 @@ def _load_capacity(p: np.record) -> LoadCurves:
         return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
 
     own, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
-    capacity, at_own = design.load_capacity(p, loads), design.load_capacity(p, np.array([own]))
+    capacity, at_own = magnetic_bearing.load_capacity(p, loads), magnetic_bearing.load_capacity(p, np.array([own]))
     return LoadCurves(
         loads,
         capacity.static_current,
@@ -232,7 +235,7 @@ def _load_capacity(p: np.record) -> LoadCurves:
 def _operating_map(p: np.record) -> OperatingMap:
     """Return K_s, K_i and the error of the linear law over displacement and control current."""
     clearance = load_rotor().sites[0].clearance
-    x, i_c = np.linspace(-clearance, clearance, POINTS), np.linspace(*design.current_range(p), POINTS)
-    slopes = design.linearisation(p, x[None, :], i_c[:, None])
-    error = design.linear_error(p, x[None, :], i_c[:, None])
+    x, i_c = np.linspace(-clearance, clearance, POINTS), np.linspace(*magnetic_bearing.current_range(p), POINTS)
+    slopes = magnetic_bearing.linearisation(p, x[None, :], i_c[:, None])
+    error = magnetic_bearing.linear_error(p, x[None, :], i_c[:, None])
     return OperatingMap(x, i_c, slopes.k_s, slopes.k_i, error)

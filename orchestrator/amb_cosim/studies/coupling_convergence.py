@@ -13,8 +13,8 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_analysis.design import axis_parameters, linear_constants
 from amb_cosim.cosim.choices import Flavour
+from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.studies.coupled_orbit import SUBSTEP, Scheme, cosimulated
 from amb_cosim.studies.coupling_orders import SCENARIO, OrderRow, compared
 from amb_cosim.studies.monolithic import Levitation, free_orbit

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from rich.table import Table
 
-from amb_analysis.design import axis_parameters, linear_constants
+from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.json_data import Key, Layout
 from amb_cosim.studies.inputs import Number, RotorSource, node_numbers, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult, StudyResult

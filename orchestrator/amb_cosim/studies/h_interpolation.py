@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_analysis.controller_data import SPEEDS, condition_number, inverse_receptance, pack
-from amb_analysis.rotor_models import control_loop
+from amb_cosim.design.controller_data import SPEEDS, condition_number, inverse_receptance, pack
+from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.json_data import Key, Layout
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
 from amb_cosim.studies.printed_h import FREQUENCY, PrintedH, compare_with_print

@@ -9,8 +9,8 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_analysis.controller_data import SPEEDS
-from amb_analysis.rotor_models import control_loop
+from amb_cosim.design.controller_data import SPEEDS
+from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.json_data import Layout
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.result import DrawnResult

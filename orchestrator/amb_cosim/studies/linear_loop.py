@@ -21,9 +21,9 @@ import numpy as np
 
 from amb_actuator.interface import DYNAMIC, MEASURED
 from amb_actuator.records import AXIS
-from amb_analysis.design import axis_parameters, linear_constants
-from amb_analysis.rotor_models import control_loop
-from amb_analysis.sampled_loop import given_parameters
+from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.design.sampled_loop import given_parameters
 from amb_cosim.simulation import Prepared
 from fmi_export.model import Array
 from rolac_controller.chain import is_on

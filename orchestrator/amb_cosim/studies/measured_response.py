@@ -8,9 +8,9 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_analysis.rotor_models import control_loop
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import quantity
+from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.studies.inputs import Number, RotorFile, rotor_of, speed_range, spin_speeds
 from amb_cosim.studies.receptance_identification import identify
 from amb_cosim.studies.result import DrawnResult

@@ -21,7 +21,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from amb_actuator.force import Coils, nonlinear_force
-from amb_analysis.design import axis_parameters
+from amb_cosim.design.magnetic_bearing import axis_parameters
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor_file import load_rotor

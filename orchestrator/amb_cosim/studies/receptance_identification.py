@@ -12,10 +12,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from rich.console import Console
 
-from amb_analysis.controller_data import SPEEDS, condition_number
-from amb_analysis.receptance_file import ReceptanceTable
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw
+from amb_cosim.design.controller_data import SPEEDS, condition_number
+from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.json_data import Layout
 from amb_cosim.progress import STARTING, bars
 from amb_cosim.studies.inputs import Number, spin_speeds

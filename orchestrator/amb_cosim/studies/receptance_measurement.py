@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_analysis.controller_data import MAX_CONDITION, condition_number
-from amb_analysis.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
-from amb_analysis.sampled_loop import given_parameters
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
+from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
+from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
+from amb_cosim.design.sampled_loop import given_parameters
 from amb_cosim.scenario import make_scenario
 from amb_cosim.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import LinearLoop, linear_loop

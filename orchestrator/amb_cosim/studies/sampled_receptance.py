@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_analysis.sampled_loop import identified_receptance, zoh_response
+from amb_cosim.design.sampled_loop import identified_receptance, zoh_response
 from amb_cosim.studies.linear_loop import LinearLoop, amplifier_system, rotor_system
 
 

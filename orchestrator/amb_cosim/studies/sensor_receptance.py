@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_analysis.rotor_models import control_loop
+from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.json_data import Key
 from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult

@@ -198,7 +198,7 @@ def speed_of_largest_radius(run: Signals, bearing: str, lowest: float, highest: 
 
 def identified_norm(run: Signals) -> float | None:
     """Return the Frobenius norm (N/m) of H from the receptance that the controller identified in the run (5.10)."""
-    from amb_analysis.controller_data import inverse_receptance
+    from amb_cosim.design.controller_data import inverse_receptance
 
     axes = [f"{bearing}_{axis}" for bearing in places(run).bearings for axis in "xy"]
     names = [[f"rolac_controller.r.s{n}.{axis}" for axis in axes] for n in range(1, 9)]

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from rig import pack
 
-from amb_analysis.controller_data import SPEEDS, condition_number, inverse_receptance
+from amb_cosim.design.controller_data import SPEEDS, condition_number, inverse_receptance
 
-THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
+THESIS = json.loads((Path(__file__).parents[2] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 
 
 def test_h_is_the_negative_left_inverse_of_the_receptance(receptance):

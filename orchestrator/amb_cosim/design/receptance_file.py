@@ -15,7 +15,7 @@ from annotated_types import Ge, Gt, Le
 from numpy.typing import ArrayLike, NDArray
 from pydantic import PlainValidator, StrictFloat, StrictInt, StrictStr
 
-from amb_analysis.controller_data import Complex, condition_number, inverse_receptance, pack_rows
+from amb_cosim.design.controller_data import Complex, condition_number, inverse_receptance, pack_rows
 from amb_files.atomic import write_atomically
 from amb_files.toml import read_toml, table, validate
 from amb_files.validation_errors import Unit

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from amb_actuator import actuator as amb_actuator
-from amb_analysis.controller_data import MAX_CONDITION, Array, condition_number, no_table, pack
-from amb_analysis.receptance_file import ReceptanceTable
+from amb_cosim.design.controller_data import MAX_CONDITION, Array, condition_number, no_table, pack
+from amb_cosim.design.receptance_file import ReceptanceTable
 from fmi_export.model import Model
 from rolac_controller import controller as rolac_controller
 from rolac_controller.control_loop import ControlLoop, SensorPlane

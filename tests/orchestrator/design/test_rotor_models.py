@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from machines import machine
 
-from amb_analysis.controller_data import no_table
-from amb_analysis.receptance_file import empty_table
-from amb_analysis.rotor_models import actuator, control_loop, controller
+from amb_cosim.design.controller_data import no_table
+from amb_cosim.design.receptance_file import empty_table
+from amb_cosim.design.rotor_models import actuator, control_loop, controller
 from fmi_export.model import Instance
 from rotor_analysis.parts import Sensor
 from rotor_analysis.rotor_file import load_rotor

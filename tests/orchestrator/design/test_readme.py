@@ -3,9 +3,9 @@
 import re
 from pathlib import Path
 
-import amb_analysis
+from amb_cosim import design
 
-FOLDER = Path(amb_analysis.__file__).parent
+FOLDER = Path(design.__file__).parent
 README = (FOLDER / "README.md").read_text(encoding="utf-8")
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
-from amb_analysis.controller_data import no_table
+from amb_cosim.design.controller_data import no_table
 from rolac_controller.chain import is_on
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.interface import interface_of

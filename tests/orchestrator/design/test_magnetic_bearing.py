@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
 from amb_actuator.interface import DYNAMIC, NONLINEAR
-from amb_analysis.design import (
+from amb_cosim.design.magnetic_bearing import (
     amplifier_transfer,
     axis_parameters,
     current_amplitude,

@@ -1,0 +1,1 @@
+"""From a rotor to the constants of its plant, actuator and controller, and the design of its magnetic bearings."""
