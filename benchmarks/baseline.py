@@ -20,7 +20,7 @@ from numba.extending import intrinsic
 
 from amb_cosim.cosim.fmus import model_source
 from amb_cosim.cosim.schedules import Changes, IntArray, PiecewiseConstant
-from amb_cosim.simulation import Prepared
+from amb_cosim.scenario.simulation import Prepared
 from benchmarks.kernels import step_kernel
 from fmi_export.model import UNCHANGED, Array, Instance
 

@@ -14,7 +14,7 @@ from importlib.resources import files
 from typing import Any
 
 from amb_cosim.cosim.choices import Flavour, Loop
-from amb_cosim.simulation import Prepared, run_prepared
+from amb_cosim.scenario.simulation import Prepared, run_prepared
 from benchmarks import cases, peers
 from benchmarks.baseline import Baseline
 from benchmarks.process import CandidateFailed, find_python_with, run_function

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.choices import Flavour
-from amb_cosim.scenario import Scenario, load_scenario, make_scenario
-from amb_cosim.simulation import Prepared, prepare
+from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario
+from amb_cosim.scenario.simulation import Prepared, prepare
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.reduction import msdc

@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.table import Table
 
-from amb_cosim.text_tables import labelled_table
+from amb_cosim.presentation.text_tables import labelled_table
 from benchmarks.measure import AT_MOST, RATIOS, REAL_TIME_FACTOR
 
 RATIO_LABELS = {

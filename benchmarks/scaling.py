@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.choices import Flavour
-from amb_cosim.scenario import Scenario, make_scenario
-from amb_cosim.simulation import Prepared, prepare, run_prepared
+from amb_cosim.scenario.scenario import Scenario, make_scenario
+from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from benchmarks import cases
 from benchmarks.process import run_function
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import prepare
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare
 from benchmarks.baseline import Baseline
 
 SCENARIOS = ("fig4_9", "fig4_14", "rolling_90")  # impacts and rubbing, sustained contact, rolling

@@ -21,11 +21,11 @@ from rich.table import Table
 
 import amb_cosim
 from amb_cosim.cosim.loop_library import load_loop
-from amb_cosim.scenario import load_scenario
+from amb_cosim.presentation.text_tables import labelled_table
+from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.sweeps.engine import connect
 from amb_cosim.sweeps.sampling import Design, make_design
 from amb_cosim.sweeps.worker import Runner, Task
-from amb_cosim.text_tables import labelled_table
 from benchmarks.timing import environment, interleaved_times, ratios
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from amb_cosim.simulation import Prepared
+from amb_cosim.scenario.simulation import Prepared
 
 _KINDS: dict[str, type] = {"Real": float, "Integer": int, "Boolean": bool}
 

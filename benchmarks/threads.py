@@ -7,7 +7,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from statistics import median
 
-from amb_cosim.simulation import Prepared, run_prepared
+from amb_cosim.scenario.simulation import Prepared, run_prepared
 from benchmarks import cases
 
 RUNS_PER_THREAD = 2

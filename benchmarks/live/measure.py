@@ -25,8 +25,8 @@ from urllib.parse import unquote
 from rich.table import Table
 
 from amb_cosim.live.rig import rig
-from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare, run_prepared
 from benchmarks.timing import environment
 
 HERE = Path(__file__).parent

@@ -33,28 +33,28 @@ if TYPE_CHECKING:
 
     from amb_cosim import cosim as cosim
     from amb_cosim import studies as studies
-    from amb_cosim.assembled import build_assembled as build_assembled
-    from amb_cosim.comparison import compare as compare
+    from amb_cosim.comparison.compare import compare as compare
     from amb_cosim.cosim.run import simulate as simulate
     from amb_cosim.cosim.system import System as System
-    from amb_cosim.exchange import export_ssp as export_ssp
-    from amb_cosim.models import build as build
-    from amb_cosim.result import Result as Result
-    from amb_cosim.scenario import Scenario as Scenario
-    from amb_cosim.scenario import scenarios as scenarios
-    from amb_cosim.simulation import run as run
+    from amb_cosim.packaging.assembled import build_assembled as build_assembled
+    from amb_cosim.packaging.exchange import export_ssp as export_ssp
+    from amb_cosim.packaging.models import build as build
+    from amb_cosim.results.result import Result as Result
+    from amb_cosim.scenario.scenario import Scenario as Scenario
+    from amb_cosim.scenario.scenario import scenarios as scenarios
+    from amb_cosim.scenario.simulation import run as run
     from amb_cosim.studies.receptance_identification import identify as identify
     from amb_cosim.sweeps.run import sweep as sweep
 
 _MODULES = {
-    "run": "simulation",
-    "scenarios": "scenario",
-    "Scenario": "scenario",
-    "Result": "result",
-    "compare": "comparison",
-    "build": "models",
-    "build_assembled": "assembled",
-    "export_ssp": "exchange",
+    "run": "scenario.simulation",
+    "scenarios": "scenario.scenario",
+    "Scenario": "scenario.scenario",
+    "Result": "results.result",
+    "compare": "comparison.compare",
+    "build": "packaging.models",
+    "build_assembled": "packaging.assembled",
+    "export_ssp": "packaging.exchange",
     "identify": "studies.receptance_identification",
     "sweep": "sweeps.run",
     "studies": "studies",

@@ -11,7 +11,7 @@ def main() -> None:
     for number in CODES:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _end)
-    from amb_cosim.cli import main
+    from amb_cosim.commands.cli import main
 
     main(prog_name="amb-cosim")
 

@@ -48,7 +48,7 @@ def main(arguments: list[str]) -> int:
 def compute(file: str) -> None:
     """Write the summaries of all scenarios and the judged statements to a file."""
     from amb_cosim.report.evaluation import evaluate
-    from amb_cosim.scenario import scenarios
+    from amb_cosim.scenario.scenario import scenarios
 
     with ProcessPoolExecutor() as pool:
         results = dict(zip(scenarios(), pool.map(_summary, scenarios()), strict=True))

@@ -97,8 +97,8 @@ set.rotor_contact."d1.u" = "0.5 g.m"
 
 def compared_with_baseline(scenario: str) -> dict[str, Any]:
     """Return what differs between the co-simulation and the baseline, and what the run contains."""
-    from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.scenario.scenario import parse_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
     from benchmarks.baseline import Baseline
 
     prepared = prepare(parse_scenario(scenario, "case"), flavour="native")
@@ -137,8 +137,8 @@ def test_the_baseline_equals_the_co_simulation_to_the_last_bit(step: int, run_py
 
 
 def refused(text: str, flavour: str = "native") -> str:
-    from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare
+    from amb_cosim.scenario.scenario import parse_scenario
+    from amb_cosim.scenario.simulation import prepare
     from benchmarks.baseline import Baseline
 
     try:

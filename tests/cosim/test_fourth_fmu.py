@@ -37,7 +37,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 def dataset_of(environment: dict[str, str], folder: Path, scenario: str, *options: str) -> dict[str, np.ndarray]:
     import xarray as xr
 
-    command = [sys.executable, "-c", "from amb_cosim.cli import main; main()", "run", scenario, "--no-plots"]
+    command = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main()", "run", scenario, "--no-plots"]
     command += ["--until", UNTIL, "-o", str(folder), *options]
     process = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600, check=False)
     assert process.returncode == 0, process.stderr
@@ -69,7 +69,7 @@ def test_the_lag_is_that_of_a_held_input(installed, tmp_path):
 
 
 def test_a_model_that_is_not_installed_is_refused(tmp_path):
-    command = [sys.executable, "-c", "from amb_cosim.cli import main; main()", "run"]
+    command = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main()", "run"]
     process = subprocess.run(
         [*command, str(EXAMPLE / "fig4_9_with_sensors.toml")], cwd=tmp_path, capture_output=True, text=True, check=False
     )

@@ -15,13 +15,13 @@ import pytest
 from click.testing import CliRunner
 
 import amb_cosim
-from amb_cosim.cli import main
+from amb_cosim.commands.cli import main
 from amb_cosim.cosim import isolation, simulation
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 
 SUPPORT = Path(__file__).parent / "support"
 GOOD, CRASH, HANG, LEAVE, EAT, PRINT = range(6)
-COMMAND = [sys.executable, "-c", "from amb_cosim.cli import main; main(prog_name='amb-cosim')"]
+COMMAND = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main(prog_name='amb-cosim')"]
 
 SYSTEM = """
 [[component]]

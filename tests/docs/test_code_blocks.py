@@ -40,7 +40,7 @@ def name_of(page: Path) -> str:
 
 
 def command(folder: Path, *arguments: str) -> None:
-    start = ["-c", "from amb_cosim.cli import main; main()"] if arguments[0] != "-m" else []
+    start = ["-c", "from amb_cosim.commands.cli import main; main()"] if arguments[0] != "-m" else []
     subprocess.run([sys.executable, *start, *arguments], cwd=folder, check=True, timeout=600)
 
 

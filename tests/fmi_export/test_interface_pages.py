@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from markdown_it import MarkdownIt
 
-from amb_cosim import models
+from amb_cosim.packaging import models
 from fmi_export.building.interface_page import Table, interface_page, outside_code, tables
 
 REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
@@ -15,7 +15,7 @@ REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
 def test_the_reference_page_is_that_of_the_interface(name):
     model, _ = getattr(models, name)()
     page = REFERENCE / f"interface_{name}.md"
-    command = f"python -m fmi_export.building.interface_page amb_cosim.models:{name} docs/reference/{page.name}"
+    command = f"python -m fmi_export.building.interface_page {models.__name__}:{name} docs/reference/{page.name}"
     assert page.read_text(encoding="utf-8") == interface_page(model), f"regenerate with: {command}"
 
 

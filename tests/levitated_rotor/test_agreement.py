@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from assembled_rotor import RIG, Host, T, differing, in_one, inputs_at, separate, series
 
-from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import Prepared, prepare
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import Prepared, prepare
 
 SCENARIOS = ("fig4_9", "fig5_6", pytest.param("fig6_13", marks=pytest.mark.slow))
 

@@ -10,8 +10,8 @@ import pytest
 from assembled_rotor import Host, T, in_one, separate
 
 from amb_cosim.cosim.errors import StartFailed
-from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import Prepared, prepare
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import Prepared, prepare
 
 # A magnet so near that the rotor reaches it; no retainers, and a rotor that runs away from its sensors.
 NEAR = {"amb_actuator": {"mb?.gap_?": "0.1 mm", "mb?.k_s_measured_?": 0.0}}

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from amb_cosim.assembled import levitated_rotor
-from amb_cosim.models import amb_actuator, rolac_controller, rotor_contact
-from amb_cosim.scenario import load_scenario, parse_scenario
+from amb_cosim.packaging.assembled import levitated_rotor
+from amb_cosim.packaging.models import amb_actuator, rolac_controller, rotor_contact
+from amb_cosim.scenario.scenario import load_scenario, parse_scenario
 from fmi_export.model import START, with_starts
 from fmi_export.variables import FAULT_CODE
 from levitated_rotor.model import model_from

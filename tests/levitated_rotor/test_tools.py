@@ -78,7 +78,7 @@ def test_a_system_file_has_it_as_its_only_component(assembled: Callable[..., Pat
 @pytest.mark.slow
 def test_the_command_line_builds_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Flavour python takes no compiler; the options are those of a build of three."""
-    from amb_cosim.cli import main
+    from amb_cosim.commands.cli import main
 
     monkeypatch.chdir(tmp_path)
     runner = CliRunner()
@@ -101,7 +101,7 @@ def test_flavour_python_gives_the_same(extracted: Callable[..., Path], run_pytho
         import os
 
         os.environ["NUMBA_DISABLE_JIT"] = "1"
-        from amb_cosim.assembled import levitated_rotor
+        from amb_cosim.packaging.assembled import levitated_rotor
         from fmi_export.model import Instance
 
         instance = Instance(*levitated_rotor("fig4_9"))

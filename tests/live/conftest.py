@@ -13,7 +13,7 @@ import pytest
 from live_answers import Answers
 
 from amb_cosim.live.rig import rig
-from amb_cosim.scenario import load_scenario
+from amb_cosim.scenario.scenario import load_scenario
 
 HERE = Path(__file__).parent
 

@@ -17,7 +17,7 @@ from live_browser import FASTEST, Rig
 import amb_cosim
 from amb_cosim.live.page import write_page
 from amb_cosim.live.rig import rig
-from amb_cosim.scenario import load_scenario
+from amb_cosim.scenario.scenario import load_scenario
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright, which drives a browser, is not installed")
 SCENARIOS = ("fig5_6_pid", "drop")

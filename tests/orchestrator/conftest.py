@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner, Result
 
-from amb_cosim.cli import main
-from amb_cosim.places import Places
+from amb_cosim.commands.cli import main
+from amb_cosim.results.places import Places
 
 PERIOD = 0.02
 SAMPLES = 100  # per cycle
@@ -26,7 +26,7 @@ def cosim(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
     """Run `amb-cosim` in a process of its own, in an empty folder, so that Python FMUs of two runs do not meet."""
 
     def call(*arguments: str) -> subprocess.CompletedProcess[str]:
-        code = "from amb_cosim.cli import main; main(prog_name='amb-cosim')"
+        code = "from amb_cosim.commands.cli import main; main(prog_name='amb-cosim')"
         return subprocess.run(
             [sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=600
         )

@@ -17,11 +17,11 @@ from matplotlib.image import imread
 from slow import slow_but_first
 
 from amb_cosim import studies
-from amb_cosim.cli import main
 from amb_cosim.commands import analysis
+from amb_cosim.commands.cli import main
 from amb_cosim.commands.options import ROTOR, SETTINGS
+from amb_cosim.presentation.text_tables import TextPart
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.rotor_file import load_rotor

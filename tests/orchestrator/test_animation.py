@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 
 from amb_cosim.cosim.simulation import Outcome
-from amb_cosim.orbit_animation import Scene, frame_cycles
-from amb_cosim.result import Result
+from amb_cosim.results.animation import Scene, frame_cycles
+from amb_cosim.results.result import Result
 
 
 @pytest.fixture

@@ -12,8 +12,8 @@ import pytest
 from amb_cosim.cosim.dataset import load
 from amb_cosim.cosim.fmus import model_source
 from amb_cosim.design.plant_data import plant
-from amb_cosim.scenario import packaged_scenarios
-from amb_cosim.summary import summarise
+from amb_cosim.results.summary import summarise
+from amb_cosim.scenario.scenario import packaged_scenarios
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.rotor_file import load_rotor
 

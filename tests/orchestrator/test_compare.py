@@ -10,9 +10,9 @@ import pytest
 from matplotlib.image import imread
 
 import amb_cosim
-from amb_cosim import comparison
+from amb_cosim.comparison import compare as comparison
 from amb_cosim.cosim.simulation import Outcome
-from amb_cosim.result import Result
+from amb_cosim.results.result import Result
 
 DONE = Outcome("completed", 0.4)
 

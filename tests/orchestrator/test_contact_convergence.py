@@ -13,7 +13,7 @@ import tomli_w
 
 from amb_cosim import studies
 from amb_cosim.cosim.signals import SignalTable, Variable
-from amb_cosim.scenario import load_scenario
+from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies import contact_convergence, convergence_runs
 from amb_cosim.studies.convergence_runs import Case, CaseResult, Contact, varied_cases
 from rotor_analysis.packaged_rotors import rotor_path

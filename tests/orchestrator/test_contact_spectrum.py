@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from amb_cosim.contact_spectrum import _spectrum, share_beyond_reduction, warnings_beyond_reduction
-from amb_cosim.summary import summarise
+from amb_cosim.results.contact_spectrum import _spectrum, share_beyond_reduction, warnings_beyond_reduction
+from amb_cosim.results.summary import summarise
 
 VALID_TO = 1000.0  # rad/s; the sampling of 5000 per second shows up to 15708 rad/s
 

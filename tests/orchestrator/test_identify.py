@@ -19,10 +19,10 @@ from rig import LOOP as RIG_LOOP
 
 from amb_cosim.cosim.simulation import Outcome
 from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_table
-from amb_cosim.models import check_loop
-from amb_cosim.result import Result
-from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import prepare
+from amb_cosim.design.rotor_models import check_loop
+from amb_cosim.results.result import Result
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies import receptance_measurement
 from rolac_controller.enumerations import CONTACT_OCCURRED, NO_ERROR, WAITING
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
@@ -291,7 +291,7 @@ def test_from_identification_to_a_run_with_what_it_found(cosim, tmp_path):
 
 @pytest.mark.slow
 def test_ctrl_c_leaves_a_complete_table_of_the_speeds_before(tmp_path):
-    code = "from amb_cosim.cli import main; main(prog_name='amb-cosim')"
+    code = "from amb_cosim.commands.cli import main; main(prog_name='amb-cosim')"
     speeds = "35 Hz,5 Hz,10 Hz"
     command = [sys.executable, "-c", code, "identify", "--flavour", "python", "--speeds", speeds, "-o", "t.toml"]
     path = tmp_path / "t.toml"

@@ -13,13 +13,13 @@ from pathlib import Path
 import click
 import pytest
 
-from amb_cosim import cli
+from amb_cosim.commands import cli
 from amb_cosim.cosim.dataset import load
 from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.master import Master
 
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
-COMMAND = [sys.executable, "-c", "from amb_cosim.cli import main; main(prog_name='amb-cosim')"]
+COMMAND = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main(prog_name='amb-cosim')"]
 
 
 @pytest.fixture
@@ -140,7 +140,7 @@ def test_sigterm_ends_a_program_that_uses_the_package_as_before():
 
 
 @pytest.mark.parametrize("number", CODES)
-@pytest.mark.parametrize("module", ["amb_cosim.cli", "click", "amb_cosim.commands.run", "numpy", "fmpy"])
+@pytest.mark.parametrize("module", ["amb_cosim.commands.cli", "click", "amb_cosim.commands.run", "numpy", "fmpy"])
 def test_a_signal_during_an_import_is_one_line(tmp_path, module, number):
     program = f"""
 import os, sys

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 import pytest
 
-from amb_cosim.json_data import Key, Layout, json_data
+from amb_cosim.presentation.json_data import Key, Layout, json_data
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim import compiled, loop_library, simulation
-from amb_cosim.scenario import parse_scenario
-from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.scenario.scenario import parse_scenario
+from amb_cosim.scenario.simulation import prepare, run_prepared
 from fmi_export.building.native.compiler import PLATFORMS
 
 SHORT = 'system = "passive"\nOmega = "10 Hz"\nend_time = "20 ms"\nsettle_cycles = 0.5\n'

@@ -12,7 +12,7 @@ import pytest
 import tomli_w
 from click.testing import CliRunner
 
-from amb_cosim.cli import main
+from amb_cosim.commands.cli import main
 
 VALID = """
 name = "pump"

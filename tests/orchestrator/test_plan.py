@@ -14,8 +14,8 @@ from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.system import Component, Connection, Signal, System
-from amb_cosim.plan import parse_settings, plan_scenario
-from amb_cosim.scenario import parse_scenario
+from amb_cosim.scenario.plan import parse_settings, plan_scenario
+from amb_cosim.scenario.scenario import parse_scenario
 
 INTERFACES = {
     "sampler": FmuInterface(

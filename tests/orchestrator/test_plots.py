@@ -11,8 +11,8 @@ from falls import CLEARANCE, LANDED, OMEGA, fall
 from matplotlib.image import imread
 from slow import slow_but_first
 
-from amb_cosim import plots
-from amb_cosim.plots import axes, motion
+from amb_cosim.results import plots
+from amb_cosim.results.plots import axes, motion
 
 USUAL = ["orbits", "displacement", "contact"]
 

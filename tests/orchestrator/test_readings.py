@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 
 from amb_cosim import studies
-from amb_cosim.cli import main
+from amb_cosim.commands.cli import main
 from amb_cosim.cosim.values import quantity
-from amb_cosim.scenario import load_scenario
+from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies import reading_cases, thesis_readings, unbalance_fit
 from amb_cosim.studies.reading_cases import Case, Finding, Reading, cases_of, load_readings, statements_of, under
 from amb_cosim.studies.thesis_readings import CHAPTERS

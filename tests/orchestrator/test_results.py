@@ -9,10 +9,10 @@ import pytest
 import xarray as xr
 from slow import slow_but_first
 
-from amb_cosim import contact_history, orbits, series
 from amb_cosim.cosim.dataset import load, save
 from amb_cosim.cosim.signals import SignalTable, Variable
-from amb_cosim.summary import summarise
+from amb_cosim.results import contact_history, orbits, series
+from amb_cosim.results.summary import summarise
 from amb_files.atomic import write_atomically
 
 

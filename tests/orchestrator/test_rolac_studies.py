@@ -11,7 +11,7 @@ from matplotlib.image import imread
 from rig import LOOP
 
 from amb_cosim import studies
-from amb_cosim.scenario import load_scenario
+from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies import contact_recovery, recovery_trials
 from amb_cosim.studies.h_interpolation import InverseReceptance, interpolated
 from amb_cosim.studies.identification_force import IdentificationForce

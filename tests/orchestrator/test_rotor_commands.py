@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from matplotlib.image import imread
 
 from amb_cosim import studies
-from amb_cosim.cli import main
+from amb_cosim.commands.cli import main
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.rotor_file import load_rotor
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from amb_cosim.result import Result
+from amb_cosim.results.result import Result
 
 PAGE = Path(__file__).parents[2] / "docs" / "tutorials" / "own_rotor.md"
 BLOCKS = re.findall(r"```(toml|sh)\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)

@@ -8,8 +8,8 @@ import pytest
 
 from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.values import convert, quantity
-from amb_cosim.scenario import load_scenario, packaged_scenarios, parse_scenario
-from amb_cosim.simulation import prepare
+from amb_cosim.scenario.scenario import load_scenario, packaged_scenarios, parse_scenario
+from amb_cosim.scenario.simulation import prepare
 
 MINIMAL = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n'
 

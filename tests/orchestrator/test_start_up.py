@@ -13,7 +13,7 @@ ALL = ("fmpy", "h5py", "numpy", "pydantic", "rich", *HEAVY, *OWN)
 
 LOADED = """
 import sys
-from amb_cosim.cli import main
+from amb_cosim.commands.cli import main
 main(sys.argv[2:], standalone_mode=False)
 print(*(name for name in sys.argv[1].split() if name in sys.modules), file=sys.stderr)
 """

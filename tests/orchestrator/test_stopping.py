@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim.stopping import Condition, StopObserver, Stopped
-from amb_cosim.scenario import parse_scenario
+from amb_cosim.scenario.scenario import parse_scenario
 
 SCENARIO = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n[[stop]]\nvariable = "rotor.x"\n'
 

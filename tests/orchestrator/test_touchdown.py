@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from falls import CLEARANCE, END, LANDED, OMEGA, RELEASE, WHIRL, WHIRLED, H, fall
 
-from amb_cosim.summary import summarise
-from amb_cosim.touchdown import touchdown
+from amb_cosim.results.summary import summarise
+from amb_cosim.results.touchdown import touchdown
 
 
 @pytest.fixture(scope="module")

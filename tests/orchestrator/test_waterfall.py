@@ -10,7 +10,7 @@ from matplotlib.image import imread
 
 from amb_cosim import studies
 from amb_cosim.cosim.simulation import Outcome
-from amb_cosim.result import Result
+from amb_cosim.results.result import Result
 
 PERIOD = 0.02  # s, of the synthetic run
 DONE = Outcome("completed", 4.0)

@@ -50,7 +50,7 @@ def loaded(tmp_path_factory):
     import scipy.linalg  # noqa: F401
     import xarray  # noqa: F401
 
-    from amb_cosim.cli import main
+    from amb_cosim.commands.cli import main
 
     arguments = ["run", "fig4_9", "--until", "0.001", "--no-plots", "-o", str(tmp_path_factory.mktemp("out"))]
     done = CliRunner().invoke(main, arguments)
@@ -62,7 +62,7 @@ def prepared(loaded, tmp_path_factory):
     """Files to change."""
     from rig import LOOP
 
-    from amb_cosim.cli import main
+    from amb_cosim.commands.cli import main
     from amb_cosim.cosim.fmus import ensure_built
     from amb_cosim.design.receptance_file import empty_table, loop_parameters
 
@@ -187,7 +187,7 @@ def test_fmu_archive_with_mistakes(campaign, prepared):
 
 @many
 def test_any_command_line(campaign, prepared):
-    from amb_cosim.cli import main
+    from amb_cosim.commands.cli import main
 
     files = {name: (prepared / name).read_bytes() for name in ("h.toml", "rig.ssp")} | {"mine.toml": ONE_FMU.encode()}
     campaign(lambda chance: (command_line(main, chance) if chance else ["list"], files))

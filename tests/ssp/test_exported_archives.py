@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from fmpy.ssp.ssd import read_ssd
 from lxml import etree
 
-from amb_cosim.cli import main
+from amb_cosim.commands.cli import main
 from amb_cosim.cosim.ssp import load_ssp
 from amb_cosim.cosim.ssp.schema import NAMESPACES
 

@@ -280,7 +280,7 @@ def test_what_is_no_archive_is_refused(tmp_path):
 def test_the_command_refuses_what_an_archive_has_no_use_for(archive):
     from click.testing import CliRunner
 
-    from amb_cosim.cli import main
+    from amb_cosim.commands.cli import main
 
     path = archive(structure())
     refused = CliRunner().invoke(main, ["run", str(path), "--rotor", "compressor"])

@@ -38,7 +38,8 @@ def folder(create_once):
 
     def fill(folder):
         (folder / "parallel.toml").write_text(SCENARIO, encoding="utf-8")
-        command = ["-c", "from amb_cosim.cli import main; main()", "export-ssp", "parallel.toml", "-o", "rig.ssp"]
+        start = "from amb_cosim.commands.cli import main; main()"
+        command = ["-c", start, "export-ssp", "parallel.toml", "-o", "rig.ssp"]
         subprocess.run([sys.executable, *command, "--integers"], cwd=folder, check=True, timeout=600)
 
     return create_once("pages", fill)

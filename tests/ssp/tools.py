@@ -12,7 +12,7 @@ def exported(
     import zipfile
 
     import amb_cosim
-    from amb_cosim.scenario import parse_scenario
+    from amb_cosim.scenario.scenario import parse_scenario
 
     amb_cosim.export_ssp(
         parse_scenario(scenario, "rig"), archive, flavour=flavour, connectors=connectors, integers=integers
@@ -26,7 +26,7 @@ def with_this_project(
     """Return what a run of the scenario records. With `nanoseconds` steps are those of libcosim (`system/peers.py`)."""
     import amb_cosim
     from amb_cosim.cosim.component import FmuComponent
-    from amb_cosim.scenario import parse_scenario
+    from amb_cosim.scenario.scenario import parse_scenario
 
     if nanoseconds:
         step = FmuComponent.step

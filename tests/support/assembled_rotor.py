@@ -16,7 +16,7 @@ from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import read_interface
 from amb_cosim.cosim.simulation import Recording, assemble, run_plan
 from amb_cosim.cosim.system import Component, Connection, Signal, System
-from amb_cosim.simulation import Prepared
+from amb_cosim.scenario.simulation import Prepared
 
 RIG = "rig"  # name of the component
 T = 250e-6  # s, sample time of the controller

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import xarray as xr
 
-from amb_cosim.places import Places
+from amb_cosim.results.places import Places
 
 H, PERIOD, CLEARANCE = 1e-3, 0.02, 0.75e-3
 RELEASE, LANDED, WHIRLED, END = 0.1, 0.2, 1.2, 3.0  # s: fall, whirl around the retainer, rest at its bottom

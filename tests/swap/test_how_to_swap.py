@@ -35,7 +35,7 @@ def execute(line, folder, code=0):
     name, *arguments = shlex.split(line)
     program = {
         "pythonfmu": ["-m", "pythonfmu"],
-        "amb-cosim": ["-c", "from amb_cosim.cli import main; main()"],
+        "amb-cosim": ["-c", "from amb_cosim.commands.cli import main; main()"],
     }[name]
     done = subprocess.run(
         [sys.executable, *program, *arguments], cwd=folder, capture_output=True, text=True, timeout=300, check=False

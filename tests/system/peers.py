@@ -15,8 +15,8 @@ def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, Any
     step the difference of two points, which deviates from a constant in the last bits.
     """
     from amb_cosim.cosim.component import FmuComponent
-    from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.scenario.scenario import parse_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
     from benchmarks.system import plain_system
 
     if nanoseconds:

@@ -93,8 +93,8 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
     """Return the differences between the loops, and what the compiled one recorded."""
     import numpy as np
 
-    from amb_cosim.scenario import Record, parse_scenario
-    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.scenario.scenario import Record, parse_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
 
     parsed = parse_scenario(scenario, "case")
     if parsed.record.variables == ("*",):
@@ -176,8 +176,8 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
     import signal
     import threading
 
-    from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.scenario.scenario import parse_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
 
     text = scenario.replace("end_cycle = 8", "end_cycle = 2e4")
     prepared = prepare(parse_scenario(text, "case"), flavour=flavour)

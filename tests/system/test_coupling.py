@@ -55,8 +55,8 @@ FIXED = """
 
 def recorded(text: str, stride: int) -> dict[str, list[float]]:
     """Displacements and contact forces of a scenario, every `stride` points; runs in a process of its own."""
-    from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.scenario.scenario import parse_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
 
     result = run_prepared(prepare(parse_scenario(text, "coupling")))
     assert result.outcome.failure is None, result.outcome.failure
@@ -85,8 +85,8 @@ def orders() -> list[dict[str, Any]]:
 
     At 50 and 250 us the controller does not predict, at last it does.
     """
-    from amb_cosim.scenario import load_scenario
-    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.scenario.scenario import load_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
     from amb_cosim.studies.coupling_orders import RECORDED
 
     found = []

@@ -23,8 +23,8 @@ def largest_difference(name: str) -> dict[str, Any]:
     """Return the largest difference of any recorded variable, over its largest value, and facts of the runs."""
     import numpy as np
 
-    from amb_cosim.scenario import load_scenario
-    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.scenario.scenario import load_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
 
     runs = {}
     for flavour in ("python", "native"):
@@ -55,8 +55,8 @@ def test_a_c_program_gets_the_numbers_of_the_orchestrator_for_fig4_9(tmp_path: P
     """Python only writes the program's input: libraries, parameters, connections, events."""
     import numpy as np
 
-    from amb_cosim.scenario import load_scenario
-    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.scenario.scenario import load_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
 
     prepared = prepare(load_scenario("fig4_9"), flavour="native")
     command = [sys.executable, "-m", "ziglang", "cc", "-std=gnu11", "-O1", f"-I{HEADERS}"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import amb_cosim
-from amb_cosim.scenario import make_scenario
+from amb_cosim.scenario.scenario import make_scenario
 from rolac_controller.enumerations import TOO_SLOW
 
 MIN_SPEED = 2.0 * np.pi * 5.0  # rad/s, rolac.min_speed

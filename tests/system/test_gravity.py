@@ -7,8 +7,8 @@ import math
 import pytest
 
 import amb_cosim
-from amb_cosim.scenario import make_scenario
-from amb_cosim.simulation import prepare
+from amb_cosim.scenario.scenario import make_scenario
+from amb_cosim.scenario.simulation import prepare
 
 WEIGHT = 96.0254 * 9.81  # N
 

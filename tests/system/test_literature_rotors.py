@@ -11,7 +11,7 @@ import pytest
 
 import amb_cosim
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
-from amb_cosim.scenario import load_scenario
+from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.response import unbalance_response
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor

@@ -40,9 +40,9 @@ def test_contact_aware_adaptation_alone_frees_the_rotor_from_24_g_m(shares: dict
 
 def compared() -> dict[str, Any]:
     """Cycle of the last contact in the scenario and in the study; cycles from step to contact for three instants."""
-    from amb_cosim.contact_history import contact_cycles
-    from amb_cosim.scenario import load_scenario
-    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.results.contact_history import contact_cycles
+    from amb_cosim.scenario.scenario import load_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
     from amb_cosim.studies.recovery_trials import Trial, simulate_trial
 
     def last(added: float, cycle: float) -> float | None:

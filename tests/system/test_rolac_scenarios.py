@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from amb_cosim.scenario import load_scenario
-from amb_cosim.series import speed
-from amb_cosim.simulation import prepare, run_prepared
-from amb_cosim.summary import summarise
+from amb_cosim.results.series import speed
+from amb_cosim.results.summary import summarise
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare, run_prepared
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 CLEARANCE_MM, BUSH_MM = 0.75, 0.9
@@ -288,7 +288,7 @@ FORCES_N = {
 @pytest.mark.parametrize("name", FORCES_N)
 def test_unbalances_at_the_bearings_are_the_forces_of_the_thesis(name: str) -> None:
     from amb_cosim.cosim.values import quantity
-    from amb_cosim.scenario import load_scenario
+    from amb_cosim.scenario.scenario import load_scenario
 
     scenario = load_scenario(name)
     (step,) = scenario.event

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 from slow import slow_but_first
 
-from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import prepare, run_prepared
-from amb_cosim.summary import summarise
+from amb_cosim.results.summary import summarise
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare, run_prepared
 from amb_cosim.thesis.run_quantities import first_site
 
 NODAL, NEWTON = 0, 1
@@ -311,8 +311,8 @@ Omega = "5 Hz"
 
 def angles_of(text: str) -> dict[str, list[float]]:
     """Time, speed and rotor angle of a scenario; runs in a process of its own."""
-    from amb_cosim.scenario import parse_scenario
-    from amb_cosim.simulation import prepare, run_prepared
+    from amb_cosim.scenario.scenario import parse_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
 
     result = run_prepared(prepare(parse_scenario(text, "profile")))
     assert result.outcome.failure is None, result.outcome.failure

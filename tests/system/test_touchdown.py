@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import amb_cosim
-from amb_cosim.result import Result
+from amb_cosim.results.result import Result
 
 pytestmark = pytest.mark.slow
 

@@ -75,8 +75,8 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     def run(output: Path | None, **values: Any) -> None:
         from rich.console import Console
 
-        from amb_cosim.plan import parse_settings
-        from amb_cosim.text_tables import print_parts
+        from amb_cosim.presentation.text_tables import print_parts
+        from amb_cosim.scenario.plan import parse_settings
 
         folder = output or Path("results") / f"study_{name}"
         status: AbstractContextManager[object] = nullcontext()

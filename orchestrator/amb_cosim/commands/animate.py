@@ -36,7 +36,7 @@ def animate(
     from rich.console import Console
 
     import amb_cosim
-    from amb_cosim.orbit_animation import animate as write_animation
+    from amb_cosim.results.animation import animate as write_animation
 
     with refusing(), Console(stderr=True).status("drawing"):
         found = amb_cosim.Result.load(result)

@@ -47,8 +47,8 @@ def compare(
     as in --set 2:rotor_contact.*.law=hertz, is that of the run that an option is for.
     """
     import amb_cosim
-    from amb_cosim.plan import parse_settings
-    from amb_cosim.text_tables import print_parts
+    from amb_cosim.presentation.text_tables import print_parts
+    from amb_cosim.scenario.plan import parse_settings
 
     folder = output or Path("results") / "comparison"
     with refusing():

@@ -39,7 +39,7 @@ def export_ssp(
 ) -> None:
     """Write the scenario NAME, or the one in a TOML file, with its FMUs as an SSP 1.0 archive for other tools."""
     import amb_cosim
-    from amb_cosim.plan import parse_settings
+    from amb_cosim.scenario.plan import parse_settings
 
     path = output or Path(f"{Path(name).stem}.ssp")
     with refusing():

@@ -37,8 +37,8 @@ def identify(
 
     Give the table to `run` or `build` with --receptances. It is written after each speed.
     """
-    from amb_cosim.plan import parse_settings
-    from amb_cosim.text_tables import print_parts
+    from amb_cosim.presentation.text_tables import print_parts
+    from amb_cosim.scenario.plan import parse_settings
 
     with refusing():
         check_writable(output, is_folder=False)

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from amb_cosim.presentation.text_tables import TextPart
     from amb_cosim.studies.result import StudyResult
-    from amb_cosim.text_tables import TextPart
 
 
 def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[TextPart]], as_json: bool) -> None:
     """Print data as JSON, or the tables and lines that `as_text` returns for it."""
-    from amb_cosim.text_tables import print_parts
+    from amb_cosim.presentation.text_tables import print_parts
 
     if as_json:
         click.echo(json.dumps(data, indent=2, allow_nan=False))

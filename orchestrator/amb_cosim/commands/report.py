@@ -25,7 +25,7 @@ def report(output: Path, only: tuple[str, ...], jobs: int | None) -> None:
     """Compute every table, figure and number of the thesis's chapters 2 to 6, and write one page with the verdicts."""
     from rich.console import Console
 
-    from amb_cosim.progress import bars
+    from amb_cosim.presentation.progress import bars
     from amb_cosim.report.evaluation import evaluate
     from amb_cosim.report.page import PAGE, write_page
     from amb_cosim.report.table import TABLE, write_table

@@ -57,7 +57,7 @@ def show(name: str, output: Path | None, as_json: bool) -> None:
         except ValueError as error:
             raise ValueError(f"rotor file {rotor_path(name)}: {error}") from error
         if output is not None:
-            from amb_cosim.plots.style import write_png
+            from amb_cosim.presentation.style import write_png
 
             write_png(result.figure(), output)
     print_result(result, as_json)

@@ -56,8 +56,8 @@ def run(
     from rich.console import Console
 
     import amb_cosim
-    from amb_cosim.plan import parse_settings
-    from amb_cosim.text_tables import show_notices, show_warnings
+    from amb_cosim.presentation.text_tables import show_notices, show_warnings
+    from amb_cosim.scenario.plan import parse_settings
     from amb_files.atomic import write_atomically
 
     folder = output or Path("results") / Path(name).stem
@@ -126,9 +126,9 @@ def _simulate(
     """Run a system file or an SSP archive, save what was recorded, and tell how it ended."""
     import amb_cosim
     from amb_cosim.cosim.warnings import sentences, warnings_of
-    from amb_cosim.plan import parse_settings
-    from amb_cosim.progress import progress_bar
-    from amb_cosim.text_tables import show_notices, show_warnings
+    from amb_cosim.presentation.progress import progress_bar
+    from amb_cosim.presentation.text_tables import show_notices, show_warnings
+    from amb_cosim.scenario.plan import parse_settings
 
     folder = output or Path("results") / system_file.stem
     with refusing():

@@ -72,7 +72,7 @@ def sweep(
     folder = output or Path("results") / f"sweep_{Path(name).stem}"
     with refusing():
         check_writable(folder, is_folder=True)
-        from amb_cosim.plan import parse_settings
+        from amb_cosim.scenario.plan import parse_settings
         from amb_cosim.sweeps.axes import parse_vary
 
         given: dict[str, Any] = {

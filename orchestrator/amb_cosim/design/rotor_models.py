@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import numpy as np
 
 from amb_actuator import actuator as amb_actuator
 from amb_cosim.design.controller_data import MAX_CONDITION, Array, condition_number, no_table, pack
-from amb_cosim.design.receptance_file import ReceptanceTable
+from amb_cosim.design.receptance_file import ReceptanceTable, loop_parameters, read_table
 from fmi_export.model import Model
 from rolac_controller import controller as rolac_controller
 from rolac_controller.control_loop import ControlLoop, SensorPlane
@@ -64,6 +67,16 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
     loop = control_loop(rotor)
     model = rolac_controller.model_for(loop)
     return model, _modelled(rotor, loop) if table is None else table.constants(loop)
+
+
+def check_loop(receptances: Path, parameters: Mapping[str, float | None], rotor: str | Path | None = None) -> None:
+    """Raise a ValueError if a table was identified in another loop than that of a controller with these parameters.
+
+    The controller is that of a rotor, the rig of the thesis by default.
+    """
+    known = {name: value for name, value in parameters.items() if value is not None}
+    loop = control_loop(load_rotor(rotor) if rotor is not None else None)
+    read_table(receptances, loop=loop, parameters=loop_parameters(loop, known))
 
 
 def _modelled(rotor: Rotor, loop: ControlLoop) -> Array:

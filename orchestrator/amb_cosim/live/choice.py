@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from amb_cosim.live.rig import Rig, rig
-from amb_cosim.scenario import load_scenario
+from amb_cosim.scenario.scenario import load_scenario
 
 # One for each thing to see: steps of unbalance, rolling, run-up, touchdown, faults, shock, another rotor.
 SHOWN = (

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from amb_cosim.results.places import PLANT
 from fmi_export.model import Array
 from rotor_analysis.assembly import assemble
 from rotor_analysis.parts import Disc
@@ -15,7 +16,6 @@ from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 
-PLANT = "rotor_contact"
 DENSITY = 7850.0  # kg/m3, steel: of bodies that are given by their inertia
 
 

@@ -12,10 +12,10 @@ from typing import Any
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmus import model_source
 from amb_cosim.live.geometry import geometry
-from amb_cosim.places import PLANT
-from amb_cosim.plan import ScenarioPlan
-from amb_cosim.scenario import Scenario
-from amb_cosim.simulation import Prepared, prepare
+from amb_cosim.results.places import PLANT
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import Prepared, prepare
 
 WEBASSEMBLY = "wasm32"  # platform of the modules
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.report.sources import Answer, Job, answers, code_digest, job_of
-from amb_cosim.scenario import load_scenario
+from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.thesis.asked import Asked
 from amb_cosim.thesis.statements import Reading, Source, Statement, Statements, load_statements, selected
 from amb_cosim.thesis.verdict import Computed, Verdict, judge, ratios

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from amb_cosim.contact_history import ROLLING, rolling_from, touchable
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.orbits import radius
-from amb_cosim.places import places
-from amb_cosim.series import cycles, parameters, signal, speed, speed_changes
+from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
+from amb_cosim.results.orbits import radius
+from amb_cosim.results.places import places
+from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes
 
 MOST_POINTS = 2400  # of a curve
 HERTZ = 2.0 * np.pi  # rad/s

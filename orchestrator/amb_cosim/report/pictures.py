@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from io import BytesIO
 from itertools import cycle
 
-from amb_cosim.plots.style import BLUE, DASHED, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, YELLOW, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, YELLOW, StyledFigure
 from amb_cosim.report.panels import Panel
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, YELLOW, SKY_BLUE, "#000000")

@@ -16,9 +16,9 @@ from amb_cosim.report import study_quantities
 from amb_cosim.report.panels import Panel, panel_of, run_panels
 from amb_cosim.report.pictures import picture_of
 from amb_cosim.report.study_panels import study_panels
-from amb_cosim.scenario import load_scenario
-from amb_cosim.scenario_file import packaged_files, read_scenario
-from amb_cosim.simulation import run_prepared
+from amb_cosim.scenario.file import packaged_files, read_scenario
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import run_prepared
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.thesis import run_quantities
 from amb_cosim.thesis.asked import Asked, work_out

@@ -43,7 +43,7 @@ class ModelInputs:
 
 def model_inputs() -> ModelInputs:
     """Return the start values of all parameters of the three models, and the rotor of the thesis."""
-    from amb_cosim import models
+    from amb_cosim.packaging import models
 
     made = {name: getattr(models, name)()[0] for name in models.MODELS}
     return ModelInputs(

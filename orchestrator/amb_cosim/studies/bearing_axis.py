@@ -10,9 +10,9 @@ import numpy as np
 from amb_actuator.force import pull
 from amb_cosim.cosim.values import quantity
 from amb_cosim.design import magnetic_bearing
+from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
 from rotor_analysis.rotor_file import load_rotor
 

@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
 from rotor_analysis.campbell import campbell as follow_modes
 from rotor_analysis.modes import Whirl

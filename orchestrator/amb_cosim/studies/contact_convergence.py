@@ -18,8 +18,9 @@ import numpy as np
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
-from amb_cosim.progress import progress_bar
-from amb_cosim.scenario import load_scenario
+from amb_cosim.presentation.progress import progress_bar
+from amb_cosim.presentation.text_tables import TextPart, labelled_table, number, text_table
+from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies.convergence_runs import (
     START,
     WINDOW,
@@ -33,7 +34,6 @@ from amb_cosim.studies.convergence_runs import (
 )
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table, number, text_table
 from amb_files.atomic import write_atomically
 from amb_files.stages import stage
 from fmi_export.model import Array

@@ -9,10 +9,10 @@ from typing import Annotated, ClassVar
 import numpy as np
 from scipy.integrate import trapezoid
 
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.contact_blow import LEAST_RESTITUTION, ForceLaw, blow, damping_ratio_of, law_of_plant
 from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.reduced_rotor import reduced_rotor

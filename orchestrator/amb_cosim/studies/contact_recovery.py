@@ -17,12 +17,12 @@ from typing import Annotated, ClassVar
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import quantity
-from amb_cosim.progress import progress_bar
-from amb_cosim.scenario import load_scenario
+from amb_cosim.presentation.progress import progress_bar
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.recovery_trials import CONTROLS, END, SCENARIO, Trial, TrialResult, simulate_all
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table
 from rotor_analysis.checks import require
 
 FIRST_STEP = 5.0  # cycle

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from amb_cosim.contact_history import touchable
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.values import Raw
-from amb_cosim.places import PLANT
-from amb_cosim.scenario import Scenario
-from amb_cosim.series import cycles, signal
-from amb_cosim.simulation import Prepared, prepare, run_prepared
+from amb_cosim.results.contact_history import touchable
+from amb_cosim.results.places import PLANT
+from amb_cosim.results.series import cycles, signal
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_files.toml import read_toml
 from rotor_analysis.assembly import assemble
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR, rotor_path

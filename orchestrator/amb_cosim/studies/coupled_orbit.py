@@ -8,9 +8,9 @@ import numpy as np
 
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
 from amb_cosim.cosim.choices import Coupling, Flavour
-from amb_cosim.coupling import delay
-from amb_cosim.scenario import Scenario, make_scenario
-from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.scenario.coupling import delay
+from amb_cosim.scenario.scenario import Scenario, make_scenario
+from amb_cosim.scenario.simulation import prepare, run_prepared
 from amb_cosim.studies.monolithic import Complex, Levitation
 
 SUBSTEP = 15.625e-6  # s, of the plant's own integration; the shortest communication step

@@ -15,11 +15,11 @@ import numpy as np
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.coupled_orbit import SUBSTEP, Scheme, cosimulated
 from amb_cosim.studies.coupling_orders import SCENARIO, OrderRow, compared
 from amb_cosim.studies.monolithic import Levitation, free_orbit
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
 
 DURATION = 0.1  # s from rest, two turns

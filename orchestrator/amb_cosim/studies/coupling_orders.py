@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from amb_cosim.contact_history import contact_cycles, recovery
 from amb_cosim.cosim.choices import Coupling, Flavour, Loop
 from amb_cosim.cosim.system_tables import Record
-from amb_cosim.coupling import PREDICTION, delay
-from amb_cosim.orbits import orbit_before
-from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.results.contact_history import contact_cycles, recovery
+from amb_cosim.results.orbits import orbit_before
+from amb_cosim.scenario.coupling import PREDICTION, delay
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare, run_prepared
 
 SCENARIO = "fig4_9"
 RECORDED = Record(variables=("rotor_contact.mb?.?", "rotor_contact.contact_state"))

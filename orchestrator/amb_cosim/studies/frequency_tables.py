@@ -10,10 +10,10 @@ import numpy as np
 from rich.table import Table
 
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
-from amb_cosim.json_data import Key, Layout
+from amb_cosim.presentation.json_data import Key, Layout
+from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.studies.inputs import Number, RotorSource, node_numbers, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult, StudyResult
-from amb_cosim.text_tables import TextPart, text_table
 from fmi_export.model import Array
 from rotor_analysis.condensation_error import condensation_error
 from rotor_analysis.frequency_tables import SPEEDS, deviations, frequency_tables

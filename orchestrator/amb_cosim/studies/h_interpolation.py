@@ -10,12 +10,12 @@ import numpy as np
 
 from amb_cosim.design.controller_data import SPEEDS, condition_number, inverse_receptance, pack
 from amb_cosim.design.rotor_models import control_loop
-from amb_cosim.json_data import Key, Layout
+from amb_cosim.presentation.json_data import Key, Layout
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
 from amb_cosim.studies.printed_h import FREQUENCY, PrintedH, compare_with_print
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.studies.sensor_receptance import HERTZ, POINTS, levitated_receptance, sensor_planes
-from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.receptance_table import built_table, find_bracket, interpolate

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.values import Raw
-from amb_cosim.plan import SPEED
-from amb_cosim.scenario import make_scenario
-from amb_cosim.simulation import Prepared, prepare, run_prepared
+from amb_cosim.scenario.plan import SPEED
+from amb_cosim.scenario.scenario import make_scenario
+from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from fmi_export.model import Array
 from rolac_controller.enumerations import CUSTOM

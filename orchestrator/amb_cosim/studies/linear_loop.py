@@ -24,7 +24,7 @@ from amb_actuator.records import AXIS
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.design.sampled_loop import given_parameters
-from amb_cosim.simulation import Prepared
+from amb_cosim.scenario.simulation import Prepared
 from fmi_export.model import Array
 from rolac_controller.chain import is_on
 from rolac_controller.control_loop import Axis, ControlLoop

@@ -11,11 +11,11 @@ import numpy as np
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import quantity
 from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.inputs import Number, RotorFile, rotor_of, speed_range, spin_speeds
 from amb_cosim.studies.receptance_identification import identify
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.studies.sensor_receptance import HERTZ, LOWEST, POINTS, levitated_receptance
-from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
 from rolac_controller.excitation import FORCE, amplitude_at
 from rotor_analysis.modes import Complex

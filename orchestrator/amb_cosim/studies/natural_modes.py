@@ -9,11 +9,11 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_cosim.json_data import Key, Layout
+from amb_cosim.presentation.json_data import Key, Layout
+from amb_cosim.presentation.text_tables import TextPart, labelled_table, text_table
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, spin_speed, spin_speeds
 from amb_cosim.studies.mode_kinds import kind_of
 from amb_cosim.studies.result import DrawnResult, StudyResult
-from amb_cosim.text_tables import TextPart, labelled_table, text_table
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import Complex, Mode, Whirl, overdamped_modes, translations

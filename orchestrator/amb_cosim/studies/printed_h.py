@@ -9,7 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
-from amb_cosim.text_tables import TextPart, labelled_table
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
 from rotor_analysis.modes import Complex
 

@@ -12,8 +12,8 @@ from pydantic import Field
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.tables import Table, Values
-from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import run_prepared
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import run_prepared
 from amb_cosim.thesis.asked import Asked, work_out
 from amb_cosim.thesis.misfit import misfit
 from amb_cosim.thesis.run_quantities import QUANTITIES

@@ -16,8 +16,9 @@ from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw
 from amb_cosim.design.controller_data import SPEEDS, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable
-from amb_cosim.json_data import Layout
-from amb_cosim.progress import STARTING, bars
+from amb_cosim.presentation.json_data import Layout
+from amb_cosim.presentation.progress import STARTING, bars
+from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.studies.inputs import Number, spin_speeds
 from amb_cosim.studies.receptance_measurement import (
     IdentifiedReceptance,
@@ -27,7 +28,6 @@ from amb_cosim.studies.receptance_measurement import (
     table_for,
 )
 from amb_cosim.studies.result import StudyResult
-from amb_cosim.text_tables import TextPart, text_table
 
 HEADINGS = ("speed (Hz)", "periods", "force (N)", "condition number", "differs from the model (%)", "")
 

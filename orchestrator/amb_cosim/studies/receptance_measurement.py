@@ -20,8 +20,8 @@ from amb_cosim.cosim.values import Raw
 from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
 from amb_cosim.design.sampled_loop import given_parameters
-from amb_cosim.scenario import make_scenario
-from amb_cosim.simulation import Prepared, prepare, run_prepared
+from amb_cosim.scenario.scenario import make_scenario
+from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from amb_cosim.studies.sampled_receptance import sampled_receptance
 from rolac_controller.control_loop import ControlLoop

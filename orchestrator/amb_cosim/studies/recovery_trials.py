@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from amb_cosim.contact_history import contact_cycles, recovered
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.system_tables import Record
 from amb_cosim.cosim.values import Raw, quantity
-from amb_cosim.scenario import Event, Scenario, load_scenario
-from amb_cosim.simulation import Prepared, prepare, run_prepared
+from amb_cosim.results.contact_history import contact_cycles, recovered
+from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
+from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.processes import simulate_in_processes
 from rolac_controller.enumerations import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
 

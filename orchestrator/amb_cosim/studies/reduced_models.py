@@ -9,10 +9,10 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from amb_cosim.json_data import Layout
+from amb_cosim.presentation.json_data import Layout
+from amb_cosim.presentation.text_tables import TextPart, labelled_table, number
 from amb_cosim.studies.inputs import Number, positive, speed_range
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table, number
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.campbell import Campbell

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from amb_cosim.json_data import json_data
-from amb_cosim.text_tables import TextPart, rendered
+from amb_cosim.presentation.json_data import json_data
+from amb_cosim.presentation.text_tables import TextPart, rendered
 from amb_files.atomic import write_atomically
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class DrawnResult(StudyResult):
         OSError
             If the folder or a file cannot be written.
         """
-        from amb_cosim.plots.style import write_png
+        from amb_cosim.presentation.style import write_png
 
         text = self.to_json(indent=1)
         folder = Path(folder)
@@ -75,7 +75,7 @@ class DrawnResult(StudyResult):
         return folder
 
     def _repr_png_(self) -> bytes:
-        from amb_cosim.plots.style import png
+        from amb_cosim.presentation.style import png
 
         return png(self.figure())
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from amb_cosim.json_data import Layout
+from amb_cosim.presentation.json_data import Layout
+from amb_cosim.presentation.text_tables import TextPart, number, text_table
 from amb_cosim.studies.inputs import RotorSource, rotor_of
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, number, text_table
 from fmi_export.model import Array
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, valid_to

@@ -10,17 +10,17 @@ from typing import Annotated, ClassVar
 import numpy as np
 from scipy.signal import find_peaks, stft
 
-from amb_cosim.comparison import Source, load
+from amb_cosim.comparison.compare import Source, load
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.values import Raw, quantity
-from amb_cosim.places import places
-from amb_cosim.result import Result
-from amb_cosim.series import cycles, signal, speed, speed_changes, turns
-from amb_cosim.simulation import run
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.results.places import places
+from amb_cosim.results.result import Result
+from amb_cosim.results.series import cycles, signal, speed, speed_changes, turns
+from amb_cosim.scenario.simulation import run
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.modes import Complex

@@ -8,10 +8,10 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_cosim.design.rotor_models import control_loop
-from amb_cosim.json_data import Key
+from amb_cosim.presentation.json_data import Key
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
 from rotor_analysis.modes import Complex
 from rotor_analysis.receptance import receptance as receptance_of

@@ -10,6 +10,7 @@ import numpy as np
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.linear_loop import (
@@ -19,7 +20,6 @@ from amb_cosim.studies.linear_loop import (
     sensitivity_system,
 )
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 

@@ -15,7 +15,8 @@ from typing import ClassVar
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
-from amb_cosim.progress import progress_bar
+from amb_cosim.presentation.progress import progress_bar
+from amb_cosim.presentation.text_tables import TextPart, labelled_table, number
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.reading_cases import (
     Finding,
@@ -26,7 +27,6 @@ from amb_cosim.studies.reading_cases import (
     statements_of,
 )
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table, number
 from amb_cosim.thesis.source_runs import build_fmus
 from amb_cosim.thesis.statements import Expected, Statement
 from amb_cosim.thesis.verdict import Computed

@@ -21,13 +21,13 @@ from scipy.optimize import least_squares
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
-from amb_cosim.progress import progress_bar
-from amb_cosim.scenario import Scenario, load_scenario
-from amb_cosim.simulation import Prepared, prepare, run_prepared
+from amb_cosim.presentation.progress import progress_bar
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table
 
 DISCS = ("d1", "d2", "d3", "d4")
 TRIAL = 5e-3  # kg m, on one disc at a time

@@ -7,10 +7,10 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_cosim.json_data import Layout
+from amb_cosim.presentation.json_data import Layout
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
-from amb_cosim.text_tables import TextPart, labelled_table
 from fmi_export.model import Array
 from rotor_analysis.response import orbit
 from rotor_analysis.response import unbalance_response as steady_response

@@ -19,7 +19,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.interruption import Interruption, deferred
-from amb_cosim.progress import SweepReport as Report
+from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.sweeps.worker import PointResult, Task, run_batch
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.patches import Patch
 
-from amb_cosim.plots.style import (
+from amb_cosim.presentation.style import (
     BLUE,
     GREEN,
     GREY,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from amb_cosim import contact_history
-from amb_cosim.contact_history import Recovery
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.simulation import Outcome
-from amb_cosim.orbits import orbit_largest
-from amb_cosim.places import PLANT, Places, places
+from amb_cosim.results import contact_history
+from amb_cosim.results.contact_history import Recovery
+from amb_cosim.results.orbits import orbit_largest
+from amb_cosim.results.places import PLANT, Places, places
 
 UNITS = {
     "contact": "1",

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from amb_cosim.plots.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure, write_png
+from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure, write_png
 from amb_cosim.sweeps.maps import LABELS, MOST_PANELS
 from amb_cosim.sweeps.panels import numeric_axes, panels
 from amb_cosim.sweeps.sampling import SAMPLE

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.dataset import git_revision
 from amb_cosim.cosim.values import Raw
-from amb_cosim.progress import SweepReport as Report
-from amb_cosim.progress import sweep_bar
-from amb_cosim.scenario import Scenario, load_scenario
-from amb_cosim.simulation import Prepared
+from amb_cosim.presentation.progress import SweepReport as Report
+from amb_cosim.presentation.progress import sweep_bar
+from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.simulation import Prepared
 from amb_cosim.sweeps.axes import Vary
 from amb_cosim.sweeps.engine import check_installed, connect, run_missing
 from amb_cosim.sweeps.sampling import Design, make_design

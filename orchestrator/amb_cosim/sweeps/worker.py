@@ -14,10 +14,17 @@ from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.values import Raw
-from amb_cosim.places import places_of
-from amb_cosim.result import Result
-from amb_cosim.scenario import Event, Scenario, load_scenario
-from amb_cosim.simulation import Prepared, assemble_scenario, bare_signals, labelled, plan_prepared, record_prepared
+from amb_cosim.results.places import places_of
+from amb_cosim.results.result import Result
+from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
+from amb_cosim.scenario.simulation import (
+    Prepared,
+    assemble_scenario,
+    bare_signals,
+    labelled,
+    plan_prepared,
+    record_prepared,
+)
 from amb_cosim.sweeps.metrics import evaluate, needed, outcome_of
 from amb_files.suggestions import suggest
 

@@ -11,11 +11,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim import contact_history
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.orbits import radius, synchronous_amplitude
-from amb_cosim.places import places
-from amb_cosim.series import change, cycles, parameters, signal, speed, turns
+from amb_cosim.results import contact_history
+from amb_cosim.results.orbits import radius, synchronous_amplitude
+from amb_cosim.results.places import places
+from amb_cosim.results.series import change, cycles, parameters, signal, speed, turns
 from amb_cosim.thesis.run_settings import QUANTITIES as SETTINGS
 
 Bools = NDArray[np.bool_]

@@ -10,8 +10,8 @@ from typing import Any
 import tomli_w
 
 from amb_cosim.cosim.choices import Flavour
-from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import Prepared, prepare
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import Prepared, prepare
 from amb_cosim.thesis.statements import Source
 from amb_files.atomic import write_atomically
 from amb_files.toml import read_toml

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim.signals import SignalTable, Variable
-from amb_cosim.places import Places
+from amb_cosim.results.places import Places
 
 PERIOD, SAMPLES, END = 0.02, 100, 20.0  # s, of a cycle, cycles
 CLEARANCE = 0.75e-3

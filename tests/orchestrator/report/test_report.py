@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from lxml import html
 
-from amb_cosim.cli import main
+from amb_cosim.commands.cli import main
 from amb_cosim.report import sources
 from amb_cosim.report.evaluation import evaluate
 from amb_cosim.report.page import page

@@ -9,7 +9,7 @@ import pytest
 
 from amb_cosim.report import study_quantities
 from amb_cosim.report.evaluation import reading_of, ways, ways_beside
-from amb_cosim.scenario import packaged_scenarios
+from amb_cosim.scenario.scenario import packaged_scenarios
 from amb_cosim.studies import STUDIES
 from amb_cosim.thesis import run_quantities
 from amb_cosim.thesis.statements import load_statements, parse_statements, selected

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from amb_cosim.scenario import Scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.sweeps.run import Sweep
 from amb_cosim.sweeps.sampling import make_design
 from amb_cosim.sweeps.store import SweepStore

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import amb_cosim
-from amb_cosim.simulation import prepare
+from amb_cosim.scenario.simulation import prepare
 from amb_cosim.sweeps import sensitivity as indices
 from amb_cosim.sweeps.maps import draw_map
 from amb_cosim.sweeps.ready import READY

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim.instances import Instances
-from amb_cosim.scenario import load_scenario
-from amb_cosim.simulation import prepare, run_prepared
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare, run_prepared
 from amb_cosim.sweeps.worker import Runner, Task, varied
 
 UNTIL = 0.06

@@ -90,7 +90,7 @@ def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes], time
 
 
 def _code_of(arguments: Sequence[str]) -> int:
-    from amb_cosim.cli import main
+    from amb_cosim.commands.cli import main
 
     try:
         main(list(arguments), prog_name="amb-cosim")

@@ -15,7 +15,7 @@ def figure(result: DrawnResult) -> Figure:
     """Return the figure of a study's result."""
     import matplotlib as mpl
 
-    from amb_cosim.plots.style import STYLE
+    from amb_cosim.presentation.style import STYLE
 
     with mpl.rc_context(STYLE):
         drawn: Figure = import_module(f"{__name__}.{result.name}").draw(result)

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from amb_cosim.plots.style import TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import TITLE_SIZE, StyledFigure
 from amb_cosim.studies.campbell_diagram import CampbellDiagram
 from amb_cosim.studies.figures.whirl import WHIRL_STYLES
 

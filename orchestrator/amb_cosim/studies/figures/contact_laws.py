@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from amb_cosim.plots.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure
 from amb_cosim.studies.contact_hysteresis import AS_PRINTED, ContactLaws
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from amb_cosim.plots.style import BLUE, GREEN, ORANGE, PURPLE, TITLE_SIZE, YELLOW, StyledFigure
+from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, TITLE_SIZE, YELLOW, StyledFigure
 from amb_cosim.studies.contact_convergence import CONVERGED, ContactConvergence, ConvergenceRow
 
 QUANTITIES = (

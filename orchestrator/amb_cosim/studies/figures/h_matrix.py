@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from amb_cosim.plots.style import BLUE, DASHED, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, TITLE_SIZE, StyledFigure
 from amb_cosim.studies.figures.sensors import PLANE_COLOURS, add_sensor_legend
 from amb_cosim.studies.h_interpolation import InverseReceptance
 from amb_cosim.studies.printed_h import PrintedH

@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from amb_cosim.plots.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure
 from amb_cosim.studies.bearing_axis import BearingAxis, LoadCurves
 from fmi_export.model import Array
 

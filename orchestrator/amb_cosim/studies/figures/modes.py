@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from scipy.interpolate import CubicHermiteSpline
 
-from amb_cosim.plots.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
 from amb_cosim.studies.figures.whirl import WHIRL_STYLES
 from amb_cosim.studies.natural_modes import ModeShapes
 from rotor_analysis.modes import Mode

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from amb_cosim.plots.style import BLUE, GREY, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, GREY, TITLE_SIZE, StyledFigure
 from amb_cosim.studies.thesis_readings import Readings
 
 

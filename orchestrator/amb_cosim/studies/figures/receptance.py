@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from amb_cosim.plots.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
 from amb_cosim.studies.figures.sensors import PLANE_COLOURS, add_sensor_legend
 from amb_cosim.studies.sensor_receptance import SensorReceptance
 from fmi_export.model import Array

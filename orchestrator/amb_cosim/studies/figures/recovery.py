@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from amb_cosim.plots.style import BLUE, GREY, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, StyledFigure
+from amb_cosim.presentation.style import BLUE, GREY, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, StyledFigure
 from amb_cosim.studies.contact_recovery import ControlComparison
 
 

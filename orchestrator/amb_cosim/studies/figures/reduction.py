@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from amb_cosim.plots.style import BLUE, DASHED, GREEN, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, GREEN, ORANGE, TITLE_SIZE, StyledFigure
 from amb_cosim.studies.reduced_models import CONDENSED, FULL, SHOWN, ModelReduction
 
 MODEL_STYLES: dict[str, dict[str, Any]] = dict(

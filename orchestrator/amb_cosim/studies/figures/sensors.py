@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from amb_cosim.plots.style import BLUE, DASHED, GREEN, ORANGE, PURPLE
+from amb_cosim.presentation.style import BLUE, DASHED, GREEN, ORANGE, PURPLE
 
 PLANE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from amb_cosim.plots.style import BLUE, DASHED, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, TITLE_SIZE, StyledFigure
 from amb_cosim.studies.identification_force import INTENDED, IdentificationForce
 from fmi_export.model import Array
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from amb_cosim.plots.style import BLUE, DASHED, GREEN, ORANGE, PURPLE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, GREEN, ORANGE, PURPLE, TITLE_SIZE, StyledFigure
 from amb_cosim.studies.unbalance_over_speed import UnbalanceResponse
 
 

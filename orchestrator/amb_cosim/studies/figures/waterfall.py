@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from amb_cosim.plots.style import BLUE, DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, TITLE_SIZE, StyledFigure
 from amb_cosim.studies.run_spectra import Waterfall
 
 HEIGHT = 0.22  # of the axis, of the largest amplitude of the stacked lines

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amb_cosim.plots.style import BLUE, DASHED, ORANGE, PURPLE
+from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, PURPLE
 
 WHIRL_STYLES: dict[str, tuple[str, Any]] = {
     "backward": (ORANGE, DASHED),

@@ -1,0 +1,48 @@
+"""The command line `amb-cosim`, made of the commands beside this file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from amb_cosim.commands import analysis, animate, build, compare, export, identify, live, report, rotor, run, sweep
+from amb_cosim.commands.cli_errors import interrupted
+from amb_cosim.cosim.interruption import interruptible, was_interrupted
+
+
+class Commands(click.Group):
+    """Commands that Ctrl-C and SIGTERM end with a message and an exit code of their own."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            with interruptible():
+                return super().invoke(ctx)
+        except KeyboardInterrupt as error:
+            raise interrupted("interrupted") from error
+        except Exception as error:  # an import that a signal interrupts may fail with an error of its own
+            if was_interrupted():
+                raise interrupted(getattr(error, "message", "interrupted")) from error
+            raise
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="amb-cosim")
+def main() -> None:
+    """Co-simulation of a flexible rotor in magnetic bearings that can touch its retainer bearings."""
+
+
+for command in (
+    *run.COMMANDS,
+    *compare.COMMANDS,
+    *animate.COMMANDS,
+    *build.COMMANDS,
+    *export.COMMANDS,
+    *identify.COMMANDS,
+    *analysis.COMMANDS,
+    *rotor.COMMANDS,
+    *report.COMMANDS,
+    *live.COMMANDS,
+    *sweep.COMMANDS,
+):
+    main.add_command(command)

@@ -1,0 +1,245 @@
+"""Runs side by side: what is compared, the runs and their differences, and the files that say them."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from amb_cosim.comparison.signals import SignalComparison, compare_signals
+from amb_cosim.comparison.table import Row, rows_of, table_of
+from amb_cosim.cosim.choices import FLAVOURS, Flavour
+from amb_cosim.cosim.simulation import Progress
+from amb_cosim.cosim.values import Raw
+from amb_cosim.presentation.json_data import json_data
+from amb_cosim.presentation.text_tables import TextPart, rendered
+from amb_cosim.results.result import Result
+from amb_cosim.scenario.scenario import Scenario, load_scenario, scenarios
+from amb_cosim.scenario.simulation import run
+from amb_files.atomic import write_atomically
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Source = str | Path | Scenario | Result
+"""A scenario, its name or TOML file; or a result, its folder or its file."""
+
+MOST = 8  # runs, which figures can still tell apart
+FILE = "comparison.json"
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One of the runs that are compared.
+
+    label
+        Name that tells it from the others: that of its scenario, and what differs.
+    source
+        What was given: name, file or folder.
+    settings
+        Values that replaced the scenario's; empty for a saved result.
+    result
+        The run.
+    """
+
+    label: str
+    source: str
+    settings: Mapping[str, Raw]
+    result: Result
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Runs side by side; `print` shows their table.
+
+    sides
+        The runs, the first of which the others are compared with.
+    rows
+        Quantities of the summaries with their differences to the first run.
+    signals
+        Which signals the runs have in common, how far these differ, and which only some have.
+    """
+
+    sides: tuple[Side, ...]
+    rows: tuple[Row, ...]
+    signals: SignalComparison
+
+    @property
+    def labels(self) -> list[str]:
+        """Names of the runs."""
+        return [side.label for side in self.sides]
+
+    @property
+    def results(self) -> list[Result]:
+        """The runs."""
+        return [side.result for side in self.sides]
+
+    def text(self) -> list[TextPart]:
+        """Return the table of the summaries, and lines about outcomes and signals."""
+        outcomes = [f"{side.label}: {side.result.outcome}" for side in self.sides]
+        return [table_of(self.rows, self.labels), *outcomes, *self.signals.text()]
+
+    def __str__(self) -> str:
+        return rendered(self.text())
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the data, ready for JSON."""
+        runs = [
+            {
+                "label": side.label,
+                "source": side.source,
+                "settings": {name: str(value) for name, value in side.settings.items()},
+                "outcome": str(side.result.outcome),
+                "summary": side.result.summary.as_dict(),
+            }
+            for side in self.sides
+        ]
+        return {"runs": runs, "rows": json_data(self.rows), "signals": json_data(self.signals)}
+
+    def figures(self) -> dict[str, Figure]:
+        """Return the overlaid figures that the runs have data for: `orbits`, `displacement` and `contact`."""
+        from amb_cosim.comparison.plots import overlays
+
+        return overlays({side.label: side.result.signals for side in self.sides})
+
+    def save(self, folder: str | Path, plots: bool = True) -> Path:
+        """Write `comparison.json` and, if wanted, the figures; return the folder.
+
+        Raises
+        ------
+        OSError
+            If the folder or a file cannot be written.
+        """
+        folder = Path(folder)
+        text = json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder / FILE, lambda path: path.write_text(text, encoding="utf-8"))
+        if plots:
+            from amb_cosim.presentation.style import write_png
+
+            for name, figure in self.figures().items():
+                write_png(figure, folder / f"{name}.png")
+        return folder
+
+
+def compare(
+    *sources: Source,
+    set: Mapping[str, Raw] | Sequence[Mapping[str, Raw] | None] | None = None,
+    rotor: str | Path | Sequence[str | Path | None] | None = None,
+    flavour: Flavour | Sequence[Flavour] = "native",
+    until: float | None = None,
+    progress: bool | Progress | None = None,
+) -> Comparison:
+    """Run scenarios, or read results, and return them side by side.
+
+    Settings, rotor and flavour are one for all runs, or a sequence with one for each source. One for all leaves saved
+    results as they are. A run that Ctrl-C interrupts is the last one.
+
+    Parameters
+    ----------
+    sources
+        Two to eight of them: a scenario, its name or TOML file; or a result, its folder or its file.
+    set
+        Values by `component.variable` that replace the scenario's.
+    rotor
+        Name of a rotor that comes with the package, or rotor file, in place of the scenario's.
+    flavour
+        `native` or `python`.
+    until
+        End of the runs in s from the beginning of cycle 0.
+    progress
+        As in `run`.
+
+    Raises
+    ------
+    ValueError
+        If there are too few or too many sources, one of them is wrong, or something is set for a saved result.
+    """
+    if not 2 <= len(sources) <= MOST:
+        raise ValueError(f"{len(sources)} runs are not allowed; it must be from 2 to {MOST} that are compared")
+    settings, rotors, flavours = (
+        _for_each(given, len(sources), name) for given, name in ((set, "set"), (rotor, "rotor"), (flavour, "flavour"))
+    )
+    plans = []
+    for number, source in enumerate(sources):
+        loaded = load(source)
+        if isinstance(loaded, Result):
+            for given, values, default in ((set, settings, None), (rotor, rotors, None), (flavour, flavours, "native")):
+                own = values[number] if _is_each(given) else None
+                if own and own != default:
+                    raise ValueError(f"{_shown(source)} is a saved result; {own} cannot be set for it")
+        if flavours[number] not in FLAVOURS:
+            raise ValueError(f"flavour = {flavours[number]!r} is not allowed; it must be one of {', '.join(FLAVOURS)}")
+        plans.append(loaded)
+    if (set or rotor or until) and all(isinstance(plan, Result) for plan in plans):
+        raise ValueError("all that is compared are saved results; nothing can be set for them")
+    sides: list[Side] = []
+    for source, plan, own, its_rotor, its_flavour in zip(sources, plans, settings, rotors, flavours, strict=True):
+        if isinstance(plan, Result):
+            sides.append(Side(plan.scenario, _shown(source), {}, plan))
+            continue
+        result = run(plan, set=own, rotor=its_rotor, flavour=its_flavour, until=until, progress=progress)
+        label = _label(plan.name, own, its_rotor, its_flavour, (set, rotor, flavour))
+        sides.append(Side(label, _shown(source), own or {}, result))
+        if result.outcome.status == "interrupted":
+            break
+    return side_by_side(sides)
+
+
+def side_by_side(sides: Sequence[Side]) -> Comparison:
+    """Return the comparison of runs; where two have one label, each gets its number."""
+    count = Counter(side.label for side in sides)
+    named = tuple(
+        Side(f"{side.label} ({k})" if count[side.label] > 1 else side.label, side.source, side.settings, side.result)
+        for k, side in enumerate(sides, start=1)
+    )
+    labels = [side.label for side in named]
+    rows = rows_of([side.result.summary for side in named])
+    return Comparison(named, rows, compare_signals(labels, [side.result.signals for side in named]))
+
+
+def load(source: Source) -> Scenario | Result:
+    """Return the scenario or the result that a source names.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or it is wrong.
+    """
+    if isinstance(source, Scenario | Result):
+        return source
+    if str(source) not in scenarios() and (Path(source).is_dir() or Path(source).suffix == ".nc"):
+        return Result.load(source)
+    return load_scenario(str(source))
+
+
+def _shown(source: Source) -> str:
+    if isinstance(source, Result):
+        return source.scenario
+    return source.name if isinstance(source, Scenario) else str(source)
+
+
+def _is_each(given: Any) -> bool:
+    """Return whether something is given for each source."""
+    return isinstance(given, Sequence) and not isinstance(given, str)
+
+
+def _for_each(given: Any, count: int, name: str) -> list[Any]:
+    """Return what each source gets."""
+    if not _is_each(given):
+        return [given] * count
+    if len(given) != count:
+        raise ValueError(f"{name} for {len(given)} of {count} runs; give one for all, or one for each")
+    return list(given)
+
+
+def _label(name: str, own: Mapping[str, Raw] | None, rotor: Any, flavour: str, given: tuple[Any, ...]) -> str:
+    """Return the name of a scenario with what is set for it but not for all."""
+    settings, rotors, flavours = (_is_each(each) for each in given)
+    parts = [f"{key}={value}" for key, value in (own or {}).items()] if settings else []
+    parts += [Path(rotor).stem] if rotors and rotor else []
+    parts += [flavour] if flavours else []
+    return ", ".join([name, *parts])

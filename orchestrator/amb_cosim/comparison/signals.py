@@ -1,0 +1,139 @@
+"""Signals of several runs side by side: which they share, how far these differ, and which only some have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from amb_cosim.cosim.signals import Signals, SignalTable
+from amb_cosim.results.series import cycles
+
+SHOWN = 6  # names of a list that is printed
+
+
+@dataclass(frozen=True)
+class LargestDifference:
+    """Largest difference of a signal to the first run's: its size in the signal's unit, and its cycle."""
+
+    signal: str
+    unit: str
+    difference: float
+    cycle: float
+
+
+@dataclass(frozen=True)
+class AgainstFirst:
+    """One run against the first, over the samples at times that both have.
+
+    label
+        The run.
+    same_times
+        Whether both have samples at the same times, as far as the shorter run goes; only then signals are compared.
+    compared, equal
+        Number of signals in common, and of those that are equal to the last bit.
+    largest
+        Difference of the signal that deviates most, relative to its range in the first run; None if those that differ
+        have no range there.
+    """
+
+    label: str
+    same_times: bool
+    compared: int
+    equal: int
+    largest: LargestDifference | None
+
+
+@dataclass(frozen=True)
+class SignalComparison:
+    """Signals of the runs.
+
+    common
+        Signals that all runs have.
+    only_some
+        Runs that have a signal, by signal, where not all have it.
+    against_first
+        Each other run against the first.
+    """
+
+    common: tuple[str, ...]
+    only_some: dict[str, tuple[str, ...]]
+    against_first: tuple[AgainstFirst, ...]
+
+    def text(self) -> list[str]:
+        """Return a line for each run, and for each group of signals that only some have."""
+        lines = []
+        for found in self.against_first:
+            if not found.same_times:
+                lines.append(
+                    f"{found.label}: sampled at other times than the first run, so that signals are not compared"
+                )
+                continue
+            text = f"{found.label}: {found.equal} of {found.compared} common signals are equal to the last bit"
+            if found.largest is not None:
+                worst = found.largest
+                text += (
+                    f"; {worst.signal} deviates most, by {worst.difference:.4g} {worst.unit} at cycle {worst.cycle:.4g}"
+                )
+            lines.append(text)
+        groups: dict[tuple[str, ...], list[str]] = {}
+        for signal, labels in self.only_some.items():
+            groups.setdefault(labels, []).append(signal)
+        for labels, names in groups.items():
+            more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+            lines.append(f"only in {' and '.join(labels)}: {', '.join(names[:SHOWN])}{more}")
+        return lines
+
+
+def compare_signals(labels: Sequence[str], runs: Sequence[Signals]) -> SignalComparison:
+    """Return which signals runs have in common, and how far those of the others differ from the first run's.
+
+    Parameters
+    ----------
+    labels
+        Names of the runs.
+    runs
+        What they recorded.
+    """
+    names = [signal_names(run) for run in runs]
+    every = dict.fromkeys(name for found in names for name in found)
+    having = {name: tuple(label for label, found in zip(labels, names, strict=True) if name in found) for name in every}
+    common = tuple(name for name, owners in having.items() if len(owners) == len(labels))
+    only_some = {name: owners for name, owners in having.items() if len(owners) < len(labels)}
+    against = (
+        _against(label, runs[0], run, [name for name in names[0] if name in found])
+        for label, run, found in zip(labels[1:], runs[1:], names[1:], strict=True)
+    )
+    return SignalComparison(common, only_some, tuple(against))
+
+
+def signal_names(run: Signals) -> list[str]:
+    """Return the names of the recorded variables."""
+    return list(run.variables if isinstance(run, SignalTable) else run.data_vars)  # type: ignore[attr-defined]
+
+
+def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> AgainstFirst:
+    """Return how far the signals of a run differ from those of the first."""
+    shorter = min(first.sizes["time"], run.sizes["time"])
+    times, first_times = (np.asarray(found["time"].values[:shorter]) for found in (run, first))
+    compared = [*names]
+    if not shorter or not np.array_equal(times, first_times):
+        return AgainstFirst(label, False, len(compared), 0, None)
+    equal, worst = 0, 0.0
+    found: LargestDifference | None = None
+    for name in compared:
+        reference, values = (np.asarray(r[name].values[:shorter], dtype=np.float64) for r in (first, run))
+        difference = np.abs(values - reference)
+        if np.array_equal(values, reference, equal_nan=True):
+            equal += 1
+            continue
+        at = int(np.argmax(np.nan_to_num(difference)))
+        span = float(np.nanmax(reference) - np.nanmin(reference))
+        if span > 0.0 and difference[at] > worst * span:
+            unit = str(first[name].attrs.get("units", ""))
+            worst = float(difference[at]) / span
+            found = LargestDifference(
+                name, "" if unit == "1" else unit, float(difference[at]), float(cycles(first)[at])
+            )
+    return AgainstFirst(label, True, len(compared), equal, found)

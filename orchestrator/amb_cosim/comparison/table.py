@@ -1,0 +1,119 @@
+"""Quantities of several summaries side by side, with their differences to the first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from rich.table import Table
+
+from amb_cosim.presentation.text_tables import number, text_table
+from amb_cosim.results.summary import KEY, Summary
+
+# Units as the keys of a summary end with them.
+UNITS = {"N": "N", "Ns": "N s", "mm": "mm", "rad_s": "rad/s", "cycle": "cycle", "J": "J", "s": "s", "relative": "1"}
+LEFT_OUT = ("scenario", "flavour", "wall", "real_time_factor", "contact_states", "touchdown", "warnings", "notices")
+SHARES = ("contact_share", "site_share", "share_beyond_reduction")
+ABSOLUTE = ("1", "cycle")  # units of differences that are no percentages
+MOST_PERCENT = 1000.0  # beyond it a difference says more than a percentage
+ROUNDING = 1e-12  # of the first value; a smaller difference is printed as none
+
+Value = float | str | bool | None
+
+
+@dataclass(frozen=True)
+class Row:
+    """One quantity of all runs.
+
+    quantity
+        Its key in the summary, with the bearing, site or state that it is of.
+    unit
+        Its unit; empty for a text.
+    values
+        Value of each run; None where it has none.
+    differences
+        Value less that of the first run; None where one of them is no number.
+    """
+
+    quantity: str
+    unit: str
+    values: tuple[Value, ...]
+    differences: tuple[float | None, ...]
+
+
+def rows_of(summaries: Sequence[Summary]) -> tuple[Row, ...]:
+    """Return the quantities that at least one of the runs has, in the order of the summary."""
+    flat = [dict(_flat(summary)) for summary in summaries]
+    units = {name: unit for values in flat for name, (_, unit) in values.items()}
+    rows = []
+    for name, unit in units.items():
+        values = tuple(found.get(name, (None, ""))[0] for found in flat)
+        rows.append(Row(name, unit, values, tuple(_difference(value, values[0]) for value in values)))
+    return tuple(row for row in rows if any(value is not None for value in row.values))
+
+
+def table_of(rows: Sequence[Row], labels: Sequence[str]) -> Table:
+    """Return a table with a column for each run, and the difference to the first one beside the values of the others.
+
+    Quantities that are zero in all runs are left out.
+    """
+    first, *others = labels
+    headings = ["", "unit", first]
+    for label in others:
+        headings += [label, "difference"]
+    table = text_table("", headings, left=("", "unit"))
+    for row in rows:
+        if not any(row.values):
+            continue
+        cells = [row.quantity.replace("_", " "), row.unit, _shown(row.values[0])]
+        for run in range(1, len(labels)):
+            cells += [_shown(row.values[run]), _change(row, run)]
+        table.add_row(*cells)
+    return table
+
+
+def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
+    """Yield name, value and unit of each quantity; those of several places have a name for each."""
+    for field in fields(summary):
+        if field.name in LEFT_OUT:
+            continue
+        unit = UNITS.get(str(field.metadata.get(KEY, "")).removeprefix(f"{field.name}_"), "")
+        if field.name in SHARES or field.name == "energy_balance":
+            unit = "1"
+        states = dict(enumerate(summary.contact_states)) if field.name == "contact_share" else {}
+        label = "relative_energy_balance" if field.name == "energy_balance" else field.name
+        for name, value in _leaves(label, getattr(summary, field.name), states):
+            yield name, (value, unit)
+
+
+def _leaves(name: str, value: Any, states: Mapping[int, str]) -> Iterator[tuple[str, Value]]:
+    if isinstance(value, Mapping):
+        for k, (key, item) in enumerate(value.items()):
+            yield from _leaves(f"{name} {states.get(k, key)}", item, {})
+    else:
+        yield name, value
+
+
+def _difference(value: Value, first: Value) -> float | None:
+    if isinstance(value, bool | str | None) or isinstance(first, bool | str | None):
+        return None
+    return value - first
+
+
+def _shown(value: Value) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return value if isinstance(value, str) else number(value)
+
+
+def _change(row: Row, run: int) -> str:
+    """Return the difference of a run in percent of the first value; that of a share or a cycle as it is."""
+    difference, first = row.differences[run], row.values[0]
+    if difference is None or isinstance(first, bool | str | None):
+        return ""
+    if abs(difference) <= ROUNDING * abs(first):
+        return "0"
+    if first == 0.0 or row.unit in ABSOLUTE or abs(100.0 * difference / first) > MOST_PERCENT:
+        return f"{difference:+.3g}"
+    return f"{100.0 * difference / abs(first):+.3g} %"

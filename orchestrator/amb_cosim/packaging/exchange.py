@@ -1,0 +1,62 @@
+"""Scenarios for other tools: as SSP archives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.values import Raw
+from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.simulation import prepare
+
+
+def export_ssp(
+    scenario: str | Path | Scenario,
+    path: str | Path,
+    *,
+    set: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    rotor: str | Path | None = None,
+    receptances: str | Path | None = None,
+    flavour: Flavour = "native",
+    connectors: bool = False,
+    integers: bool = False,
+) -> Path:
+    """Write a scenario with its FMUs as an SSP 1.0 archive and return its path.
+
+    Parameters
+    ----------
+    scenario, set, until, rotor, receptances, flavour
+        As for `amb_cosim.run`.
+    path
+        The archive.
+    connectors, integers
+        Whether signals and inputs that change are connectors of the system, and Enumerations Integers; see
+        `cosim.ssp.export_ssp`.
+
+    Raises
+    ------
+    ValueError
+        If the scenario, a value or a file is wrong.
+    """
+    from amb_cosim.cosim import ssp
+
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(str(scenario))
+    files = {"rotor": rotor, "receptances": receptances}
+    scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
+    prepared = prepare(scenario, set, until, flavour)
+    table = None if scenario.receptances is None else Path(scenario.receptances)
+    return ssp.export_ssp(
+        Path(path),
+        prepared.assembly,
+        prepared.plan,
+        scenario.coupling or prepared.plan.system.coupling,
+        name=scenario.name,
+        flavour=flavour,
+        connectors=connectors,
+        integers=integers,
+        rotor=scenario.rotor,
+        receptances=table,
+    )

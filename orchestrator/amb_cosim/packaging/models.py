@@ -1,0 +1,92 @@
+"""The models of this project, as entry points find them, and the FMUs built from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.choices import Flavour, Fmi
+from amb_cosim.cosim.fmus import build_models, made_from
+from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
+
+if TYPE_CHECKING:
+    from fmi_export.model import Model
+
+MODELS = (PLANT, ACTUATOR, CONTROLLER)
+
+Made = tuple["Model", NDArray[np.float64]]
+
+
+@made_from("rotor_contact", "rotor_analysis", "amb_cosim.design")
+def rotor_contact(rotor: str | Path | None = None, **_: Any) -> Made:
+    """Return the plant of a rotor: of one that comes with the package, of a rotor file, or of the rig of the thesis."""
+    from amb_cosim.design.plant_data import plant
+    from rotor_analysis.rotor_file import load_rotor
+
+    return plant(load_rotor(rotor) if rotor is not None else None)
+
+
+@made_from("amb_actuator", "rotor_analysis", "amb_cosim.design")
+def amb_actuator(rotor: str | Path | None = None, **_: Any) -> Made:
+    """Return the actuator for the bearings of a rotor, the rig of the thesis by default."""
+    from amb_cosim.design.rotor_models import actuator
+    from rotor_analysis.rotor_file import load_rotor
+
+    return actuator(load_rotor(rotor) if rotor is not None else None)
+
+
+@made_from("rolac_controller", "rotor_analysis", "amb_cosim.design")
+def rolac_controller(rotor: str | Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
+    """Return the controller for a rotor, with H of the table in a file, or from the rotor model from 5 to 100 Hz.
+
+    In the model the rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
+    """
+    from amb_cosim.design.receptance_file import read_table
+    from amb_cosim.design.rotor_models import control_loop, controller
+    from rotor_analysis.rotor_file import load_rotor
+
+    description = load_rotor(rotor) if rotor is not None else load_rotor()
+    if receptances is None:
+        return controller(description)
+    return controller(description, read_table(receptances, description.name, control_loop(description)))
+
+
+def build(
+    folder: str | Path,
+    flavour: Flavour = "native",
+    rotor: str | Path | None = None,
+    receptances: str | Path | None = None,
+    platforms: Iterable[str] | None = None,
+    fmi: Fmi = 2,
+) -> list[Path]:
+    """Write the FMUs of the three models into a folder and return their paths.
+
+    Parameters
+    ----------
+    folder
+        Where the FMUs go; made if it is missing.
+    flavour, platforms
+        `native` FMUs are compiled, for this machine or for the platforms named (`linux64`, `win64`, `darwin64`,
+        `aarch64-linux`, `aarch64-darwin`, `wasm32`); `python` ones are run by PythonFMU.
+    rotor
+        Name of a rotor that comes with the package, or rotor file (TOML); the rig of the thesis by default.
+    receptances
+        Table file that the controller gets its H from; the rotor model's by default.
+    fmi
+        Version of FMI of native FMUs, 2 or 3; those for 3.0 are for other tools, `run` and `simulate` take none.
+
+    Raises
+    ------
+    ValueError
+        If a file is wrong, or has not what the plant's interface shows, if the table is of another rotor, or the
+        platforms or the compiler of native FMUs are not what they must be.
+    """
+    options = {
+        "rotor": rotor,
+        "receptances": None if receptances is None else Path(receptances),
+    }
+    return build_models(MODELS, Path(folder), flavour, platforms, fmi, **options)

@@ -1,0 +1,144 @@
+"""Contact of the rotor over a run: peaks, contact states, recovery, rolling; from a data set alone.
+
+Every function returns None where the data set does not hold what it takes.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.places import places
+from amb_cosim.results.series import cycles, signal
+
+RECOVERY_CYCLES = 5.0
+FREE, ROLLING = 0, 2  # values of a site's mode
+
+Recovery = Literal["prevented", "recovered", "trapped"]
+
+
+def peak(dataset: Signals, name: str) -> float | None:
+    """Return the largest value of a variable of the plant from cycle 0 on."""
+    values = signal(dataset, name)
+    if values is None or not (cycles(dataset) >= 0.0).any():
+        return None
+    return float(values[cycles(dataset) >= 0.0].max())
+
+
+def touchable(dataset: Signals) -> list[str]:
+    """Return the retainer bearings, and the other sites that the rotor has touched; all of them without retainers."""
+    others, retainers = places(dataset).others, places(dataset).retainers
+    touched = [site for site in others if peak(dataset, f"{site}.f_n") or peak(dataset, f"{site}.impulse")]
+    return [*retainers, *touched] if retainers else list(others)
+
+
+def loaded_interval(dataset: Signals) -> tuple[float, float]:
+    """Return the cycles of step and removal; 0 without a step, infinity without a removal."""
+    return float(dataset.attrs.get("step_cycle", 0.0)), float(dataset.attrs.get("removal_cycle", np.inf))
+
+
+def contact_share(dataset: Signals) -> dict[str, float | None]:
+    """Return the share of the time between step and removal in each contact state, see `Places.contact_states`."""
+    begin, end = loaded_interval(dataset)
+    state = signal(dataset, "contact_state")
+    within = (cycles(dataset) >= begin) & (cycles(dataset) < end)
+    values = range(len(places(dataset).contact_states))
+    if state is None or not within.any():
+        return {str(k): None for k in values}
+    return {str(k): float(np.mean(state[within] == k)) for k in values}
+
+
+def site_share(dataset: Signals) -> dict[str, float | None]:
+    """Return the share of the time between step and removal that the rotor is in contact at each site."""
+    begin, end = loaded_interval(dataset)
+    within = (cycles(dataset) >= begin) & (cycles(dataset) < end)
+    modes = {site: signal(dataset, f"{site}.mode") for site in touchable(dataset)}
+    return {
+        site: None if mode is None or not within.any() else float(np.mean(mode[within] != FREE))
+        for site, mode in modes.items()
+    }
+
+
+def in_contact(dataset: Signals) -> NDArray[np.bool_] | None:
+    """Return which samples are in contact, or follow a step with an impact."""
+    state = signal(dataset, "contact_state")
+    if state is None:
+        return None
+    touching = state != 0
+    for site in places(dataset).sites:
+        for name in ("mode", "impulse"):
+            values = signal(dataset, f"{site}.{name}")
+            if values is not None:
+                touching |= values > 0
+    return np.asarray(touching)
+
+
+def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
+    """Return the cycles of the first and of the last sample in contact from cycle 0 on."""
+    touching = in_contact(dataset)
+    if touching is None:
+        return None, None
+    when = cycles(dataset)[touching & (cycles(dataset) >= 0.0)]
+    return (float(when[0]), float(when[-1])) if len(when) else (None, None)
+
+
+def recovered(dataset: Signals) -> bool | None:
+    """Return whether the rotor is free of contact for good: five cycles follow the last contact.
+
+    A rotor that never touched has nothing to recover from, and counts as recovered.
+    """
+    return free_after(dataset, contact_cycles(dataset)[1])
+
+
+def free_after(dataset: Signals, last: float | None) -> bool | None:
+    """Do the same, for a last contact in cycle `last` that is known already; None without any."""
+    if signal(dataset, "contact_state") is None:
+        return None
+    return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
+
+
+def recovery(dataset: Signals) -> Recovery | None:
+    """Find what the step led to; None without a step, or where contact was not recorded.
+
+    `trapped` is a rotor that has not `recovered`. Of the others, `prevented` is one that never touches after the step.
+    """
+    return recovery_after(dataset, contact_cycles(dataset)[1])
+
+
+def recovery_after(dataset: Signals, last: float | None) -> Recovery | None:
+    """Do the same, for a last contact in cycle `last` that is known already; None without any."""
+    free, step = free_after(dataset, last), dataset.attrs.get("step_cycle")
+    if free is None or step is None:
+        return None
+    if not free:
+        return "trapped"
+    return "prevented" if last is None or last <= step else "recovered"
+
+
+def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
+    """Return the whirl speed (rad/s) at a site at the end of the run; None without contact there."""
+    mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
+    if mode is None or whirl is None or not len(mode) or mode[-1] == FREE:
+        return None
+    return float(whirl[-1])
+
+
+def rolling_from(dataset: Signals) -> float | None:
+    """Return the first cycle from which the rotor rolls on a site through at least a turn of whirl without a break."""
+    starts = [start for site in places(dataset).sites for start in _turns_rolled(dataset, site)]
+    return min(starts, default=None)
+
+
+def _turns_rolled(dataset: Signals, site: str) -> list[float]:
+    """Return the cycles at which the rolling of at least a turn begins."""
+    mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
+    if mode is None or whirl is None or not np.any(mode == ROLLING):
+        return []
+    rolls = np.concatenate([[False], (mode == ROLLING) & (cycles(dataset) >= 0.0), [False]])
+    begins, ends = np.flatnonzero(rolls[1:] & ~rolls[:-1]), np.flatnonzero(rolls[:-1] & ~rolls[1:])
+    steps = np.diff(dataset["time"].values, prepend=np.nan)  # a sample's mode is that at the end of its step
+    turned = [float(np.sum(np.abs(whirl[i + 1 : j]) * steps[i + 1 : j])) for i, j in zip(begins, ends, strict=True)]
+    return [float(cycles(dataset)[i]) for i, angle in zip(begins, turned, strict=True) if angle >= 2.0 * np.pi]

@@ -1,0 +1,74 @@
+"""How much of the contact force lies at frequencies that the reduced rotor does not have."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.presentation.text_tables import number
+from amb_cosim.results.contact_history import touchable
+from amb_cosim.results.places import places
+from amb_cosim.results.series import cycles, signal
+
+WARNED_SHARE = 0.1
+_SEGMENT = 256  # samples of a spectrum; of several, half overlapping, the mean is taken
+
+
+def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
+    """Return the share of the power of the normal contact force above the frequency to which the reduction holds.
+
+        share = sum(S(omega), omega > valid_to) / sum(S(omega))
+
+    S is the power spectrum of `f_n`, by Welch's method, from cycle 0 on. It reaches to half the sampling frequency. The
+    impulses of impacts are no part of it: as forces of no duration they have equal power at all frequencies.
+
+    Returns
+    -------
+    dict
+        By site, see `contact_history.touchable`; None where the rotor's FMU does not say up to which frequency its
+        reduction holds, and where the force was not recorded or is zero.
+    """
+    return {site: _share(dataset, site) for site in touchable(dataset)}
+
+
+def warnings_beyond_reduction(dataset: Signals) -> list[str]:
+    """Return a sentence if at a site more than `WARNED_SHARE` of the contact force's power is beyond the reduction."""
+    shares = {site: share for site, share in share_beyond_reduction(dataset).items() if share is not None}
+    warned = [f"{site.upper()} {100.0 * share:.3g} %" for site, share in shares.items() if share > WARNED_SHARE]
+    if not warned:
+        return []
+    limit, allowed = number(places(dataset).valid_to), f"{100.0 * WARNED_SHARE:.3g} %"
+    return [
+        f"much of the contact force's power is above {limit} rad/s, where the reduced rotor is no longer accurate: "
+        f"{', '.join(warned)}, where {allowed} is allowed; a reduction with more modes reaches further"
+    ]
+
+
+def _share(dataset: Signals, site: str) -> float | None:
+    force, limit = signal(dataset, f"{site}.f_n"), places(dataset).valid_to
+    after = cycles(dataset) >= 0.0
+    if force is None or limit is None or np.count_nonzero(after) < 2 or not force[after].any():
+        return None
+    steps = np.diff(dataset["time"].values[after])
+    if not np.allclose(steps, steps[0], rtol=1e-6):
+        return None
+    omega, power = _spectrum(force[after], float(steps[0]))
+    total = power.sum()
+    return float(power[omega > limit].sum() / total) if total > 0.0 else None
+
+
+def _spectrum(values: NDArray[np.float64], h: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return frequencies (rad/s) and the power there, up to a factor.
+
+    They are those of `scipy.signal.welch`, which takes longer to import than a run; but samples left over at the end
+    have a segment of their own.
+    """
+    size = min(_SEGMENT, len(values))
+    last = len(values) - size
+    begins = np.unique([*range(0, last, max(1, size // 2)), last])
+    segments = sliding_window_view(values, size)[begins] * np.hanning(size + 1)[:-1]
+    power = np.mean(np.abs(np.fft.rfft(segments)) ** 2, axis=0)
+    power[1 : (size + 1) // 2] *= 2.0  # and those of negative frequencies
+    return np.asarray(2.0 * np.pi * np.fft.rfftfreq(size, h), np.float64), np.asarray(power, np.float64)

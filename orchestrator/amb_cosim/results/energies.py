@@ -1,0 +1,46 @@
+"""Energies of the rotor over a run, from a data set alone."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.series import cycles, signal
+
+HEAT = ("damping", "friction", "impact")
+
+
+def energies(dataset: Signals) -> dict[str, NDArray[np.float64]] | None:
+    """Return the energies of the plant (J) at each sample; work, heat and balance count from cycle 0.
+
+    None if they were not recorded, or cycle 0 was not reached.
+    """
+    values = {name: signal(dataset, f"energy.{name}") for name in ("kinetic", "strain", *HEAT, "work", "balance")}
+    begin = int(np.searchsorted(cycles(dataset), 0.0))
+    if any(v is None for v in values.values()) or begin == dataset.sizes["time"]:
+        return None
+    stored = ("kinetic", "strain")
+    return {name: v if name in stored else v - v[begin] for name, v in values.items() if v is not None}
+
+
+def final_energies(dataset: Signals) -> dict[str, float] | None:
+    """Return heat and work from cycle 0 to the end, and `balance`: the largest difference of gain and work (J)."""
+    series = energies(dataset)
+    if series is None:
+        return None
+    after = cycles(dataset) >= 0.0
+    figures = {name: float(series[name][-1]) for name in (*HEAT, "work")}
+    return figures | {"balance": float(np.abs(series["balance"][after]).max())}
+
+
+def relative_balance(dataset: Signals) -> float | None:
+    """Return the error of the energy balance over the largest of all energies from cycle 0 on."""
+    series = energies(dataset)
+    if series is None:
+        return None
+    after = cycles(dataset) >= 0.0
+    largest = {name: float(np.abs(values[after]).max()) for name, values in series.items()}
+    balance = largest.pop("balance")
+    scale = max(largest.values())
+    return balance / scale if scale > 0.0 else None

@@ -1,0 +1,97 @@
+"""The bearings and contact sites of a rotor, as its plant names them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import zip_longest
+from typing import Any
+
+from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.simulation import Assembly
+
+PLANT, ACTUATOR, CONTROLLER = "rotor_contact", "amb_actuator", "rolac_controller"  # models, and components of systems
+ATTRIBUTE = "places"  # of a data set
+
+
+@dataclass(frozen=True)
+class Places:
+    """Bearings and contact sites, in the order of the plant's variables.
+
+    bearings
+        Each bearing with its retainer, the site where the rotor touches down in it; empty where it has none.
+    sites
+        All contact sites.
+    measured
+        The displacements x and y of each site that is no retainer but lies in a sensor plane, by their names.
+    valid_to
+        Frequency up to which the reduced rotor is accurate (rad/s); None where it does not say.
+    """
+
+    bearings: Mapping[str, str]
+    sites: tuple[str, ...]
+    measured: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    valid_to: float | None = None
+
+    @property
+    def retainers(self) -> dict[str, str]:
+        """Each retainer with the bearing that it protects."""
+        return {site: bearing for bearing, site in self.bearings.items() if site}
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """The sites that are no retainers: bushes, seals."""
+        return tuple(site for site in self.sites if site not in self.retainers)
+
+    @property
+    def contact_states(self) -> tuple[str, ...]:
+        """What each value of the plant's `contact_state` means: which bearings the rotor touches."""
+        names = [(site or bearing).upper() for bearing, site in self.bearings.items()]
+        together = ["+".join(n for k, n in enumerate(names) if value >> k & 1) for value in range(2 ** len(names))]
+        together[0] = "none"
+        return (*together[:3], "both") if len(names) == 2 else tuple(together)
+
+    def to_json(self) -> str:
+        """Return the text that `places` reads."""
+        return json.dumps(vars(self))
+
+
+def places(dataset: Signals) -> Places:
+    """Return the places of the rotor that a data set is about."""
+    return _read(dataset.attrs[ATTRIBUTE])
+
+
+@lru_cache(maxsize=8)  # a summary asks for them at every signal
+def _read(text: str) -> Places:
+    stored: dict[str, Any] = json.loads(text)
+    measured = {site: (x, y) for site, (x, y) in stored.get("measured", {}).items()}
+    return Places(stored["bearings"], tuple(stored["sites"]), measured, stored.get("valid_to"))
+
+
+def places_of(assembly: Assembly) -> Places:
+    """Return the places of a system's plant from the layout in its FMU; without one, from the names of its variables.
+
+    Then the first retainer belongs to the first bearing, and so on. Without a plant there are none.
+    """
+    if PLANT not in assembly.interfaces:
+        return Places({}, ())
+    fmu, plant = assembly.fmus.get(PLANT), assembly.interfaces[PLANT]
+    layout = None if fmu is None else fmu.layout
+    if layout is not None:
+        owners = {site["bearing"]: site["name"] for site in reversed(layout["sites"]) if site["bearing"]}
+        bearings = {bearing: owners.get(bearing, "") for bearing in layout["bearings"]}
+        signals = {sensor["name"]: (sensor["x"], sensor["y"]) for sensor in layout["sensors"]}
+        others = [site for site in layout["sites"] if site["name"] not in bearings.values()]
+        measured = {site["name"]: signals[site["sensor"]] for site in others if site["sensor"]}
+        return Places(bearings, tuple(site["name"] for site in layout["sites"]), measured, layout.get("valid_to"))
+    sites, forces = _parts(plant, "output", "f_n"), _parts(plant, "input", "f_x")
+    names = [name for name in _parts(plant, "output", "x") if name in forces]
+    return Places(dict(zip_longest(names, sites[: len(names)], fillvalue="")), tuple(sites))
+
+
+def _parts(plant: FmuInterface, causality: str, variable: str) -> list[str]:
+    names: Iterable[str] = (port.name for port in plant.of(causality))
+    return [name.removesuffix(f".{variable}") for name in names if name.endswith(f".{variable}")]

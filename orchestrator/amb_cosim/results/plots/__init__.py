@@ -1,0 +1,141 @@
+"""Figures of a run, drawn from its data set alone. matplotlib is imported when a figure is made."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.contact_history import rolling_from
+from amb_cosim.results.energies import energies
+from amb_cosim.results.orbits import radius
+from amb_cosim.results.places import places
+from amb_cosim.results.series import speed_changes
+from amb_cosim.results.touchdown import touchdown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# The module that draws each figure, by a function of the figure's name.
+MODULES = {
+    "orbits": "motion",
+    "displacement": "motion",
+    "contact": "contact",
+    "whirl": "contact",
+    "energy": "energy",
+    "touchdown": "fall",
+}
+
+
+class Plots:
+    """The figures of a run, one method for each; a notebook shows what a method returns.
+
+    Parameters
+    ----------
+    dataset
+        What the run recorded, with its attributes.
+    """
+
+    def __init__(self, dataset: Signals) -> None:
+        self._dataset = dataset
+
+    def orbits(self) -> Figure:
+        """Draw the path of the rotor centre at bearings and other sites touched, coloured by part of the run."""
+        return figure(self._dataset, "orbits")
+
+    def displacement(self) -> Figure:
+        """Draw radial displacement over clearance at the same places, and the spin speed where it changes."""
+        return figure(self._dataset, "displacement")
+
+    def contact(self) -> Figure:
+        """Draw the normal contact force at each retainer bearing and each other site touched, and the contact state."""
+        return figure(self._dataset, "contact")
+
+    def whirl(self) -> Figure:
+        """Draw the whirl speed at each site of `contact`, and whether the rotor slides or rolls there."""
+        return figure(self._dataset, "whirl")
+
+    def energy(self) -> Figure:
+        """Draw the energy of the lateral motion, the work done on the rotor and the heat it became."""
+        return figure(self._dataset, "energy")
+
+    def touchdown(self) -> Figure:
+        """Draw orbits within the clearance, heights, speeds of rotor and races, and temperatures of a touchdown."""
+        return figure(self._dataset, "touchdown")
+
+    def save(self, folder: Path | str) -> list[Path]:
+        """Write the figures that suit the run to a folder, and return their paths."""
+        return draw_all(self._dataset, Path(folder))
+
+    def __repr__(self) -> str:
+        methods = ", ".join(f"{name}()" for name in MODULES)
+        return f"Plots of {self._dataset.attrs.get('scenario', 'a run')}: {methods}"
+
+
+def figure(dataset: Signals, name: str) -> Figure:
+    """Return a figure of a run.
+
+    Parameters
+    ----------
+    dataset
+        What the run recorded, with its attributes.
+    name
+        `orbits`, `displacement`, `contact`, `whirl`, `energy` or `touchdown`.
+
+    Raises
+    ------
+    ValueError
+        If there is no figure of that name, or the run recorded no sample or not what the figure shows.
+    """
+    if name not in MODULES:
+        raise ValueError(f"figure = {name!r} is not allowed; it must be one of {', '.join(MODULES)}")
+    if not _has_motion(dataset):
+        raise ValueError(f"{name} cannot be drawn: the run recorded no sample of the rotor's motion at its bearings")
+    if name in ("contact", "whirl") and not places(dataset).sites:
+        raise ValueError(f"{name} cannot be drawn: the rotor has no contact site")
+    if name == "energy" and energies(dataset) is None:
+        raise ValueError("energy cannot be drawn: the run did not reach cycle 0, or did not record energy.*")
+    if name == "touchdown" and touchdown(dataset) is None:
+        raise ValueError("touchdown cannot be drawn: the run is without gravity or without contact")
+    import matplotlib as mpl
+
+    from amb_cosim.presentation.style import STYLE
+
+    draw: Callable[[Signals], Figure] = getattr(import_module(f"{__name__}.{MODULES[name]}"), name)
+    with mpl.rc_context(STYLE):
+        return draw(dataset)
+
+
+def draw_all(dataset: Signals, folder: Path) -> list[Path]:
+    """Write the figures that suit a run to a folder, and return their paths: none if it recorded no motion."""
+    if not _has_motion(dataset):
+        return []
+    from amb_cosim.presentation.style import write_png
+
+    paths = {name: folder / f"{name}.png" for name in chosen(dataset)}
+    for name, path in paths.items():
+        write_png(figure(dataset, name), path)
+    return list(paths.values())
+
+
+def chosen(dataset: Signals) -> list[str]:
+    """Return the names of the figures that the scenario asks for, or else of those that suit the run.
+
+    Orbits overlap while the speed changes; whirl is of interest where the rotor rolls on a bearing. The figure of a
+    touchdown has orbits of its own.
+    """
+    if "plot_figures" in dataset.attrs:
+        requested: list[str] = json.loads(dataset.attrs["plot_figures"])
+        missing = {name for name, found in (("energy", energies), ("touchdown", touchdown)) if found(dataset) is None}
+        return [name for name in requested if name not in missing]
+    landed = touchdown(dataset) is not None
+    names = ["touchdown"] * landed + ["orbits"] * (not landed and not speed_changes(dataset)) + ["displacement"]
+    return names + ["contact"] * bool(places(dataset).sites) + ["whirl"] * (rolling_from(dataset) is not None)
+
+
+def _has_motion(dataset: Signals) -> bool:
+    """Return whether the data set has samples of the displacement at every bearing."""
+    return bool(dataset.sizes["time"]) and all(radius(dataset, mb) is not None for mb in places(dataset).bearings)

@@ -1,0 +1,110 @@
+"""Figures of contact: normal forces, contact states, and the whirl speed on the retainer bearings."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
+from amb_cosim.results.contact_history import touchable
+from amb_cosim.results.places import places
+from amb_cosim.results.plots.axes import (
+    add_title,
+    clearance,
+    colour_of,
+    label_time_axis,
+    mark_events,
+    plant_parameter,
+    plant_signal,
+    site_title,
+    time_values,
+    title_padding,
+)
+from amb_cosim.results.series import speed
+
+MODES = ("free", "sliding", "rolling")
+
+
+def contact(dataset: Signals) -> Figure:
+    """Draw the normal contact force at each retainer bearing and each other site touched, and the contact state."""
+    sites, states = touchable(dataset), places(dataset).contact_states
+    bearings_alone = set(sites) == set(places(dataset).retainers)
+    ratios = (*[3.0] * len(sites), 0.4 * (len(states) if bearings_alone else len(sites) + 1))
+    figure = StyledFigure(figsize=(7.0, max(4.6 * sum(ratios) / 7.6, 3.2)), layout="constrained")
+    *panels, state_panel = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
+    highest = 0.0
+    for panel, site in zip(panels, sites, strict=True):
+        force = 1e-3 * plant_signal(dataset, f"{site}.f_n")
+        highest = max(highest, float(force.max()))
+        panel.plot(time_values(dataset), force, color=colour_of(dataset, site))
+        panel.set_title(site_title(dataset, site), loc="left", pad=title_padding(dataset, panel is panels[0]))
+        panel.set_ylabel("$N$ (kN)")
+        if not force.any():
+            _write_no_contact(panel)
+        mark_events(panel, dataset, named=panel is panels[0])
+    for panel in panels:
+        panel.set_ylim(0.0, 1.08 * (highest or 1.0))
+    state_panel.set_title("Contact state" if bearings_alone else "In contact", loc="left")
+    if bearings_alone:
+        _draw_states(state_panel, dataset, "contact_state", states)
+    else:
+        _draw_contact_times(state_panel, dataset, sites)
+    mark_events(state_panel, dataset, named=False)
+    label_time_axis(state_panel, dataset)
+    add_title(figure, dataset)
+    return figure
+
+
+def whirl(dataset: Signals) -> Figure:
+    """Draw the whirl speed at each site of `touchable`, with spin speed and rolling speed, and the mode of contact."""
+    sites = touchable(dataset)
+    figure = StyledFigure(figsize=(7.0, 2.9 * len(sites)), layout="constrained")
+    panels = figure.subplots(2 * len(sites), 1, sharex=True, height_ratios=(3, 1) * len(sites))
+    times, Omega = time_values(dataset), speed(dataset)
+    for whirl_panel, mode_panel, site in zip(panels[::2], panels[1::2], sites, strict=True):
+        rolling = -plant_parameter(dataset, f"{site}.journal_radius") / clearance(dataset, site) * Omega
+        closed = plant_signal(dataset, f"{site}.mode") > 0.0
+        whirl_panel.plot(times, Omega, color="black", lw=0.8, ls=":", label=r"$+\Omega$")
+        whirl_panel.plot(times, rolling, color="black", lw=0.8, ls=DASHED, label=r"rolling, $-(R_s/C_r)\,\Omega$")
+        whirling = np.where(closed, plant_signal(dataset, f"{site}.whirl_speed"), np.nan)
+        whirl_panel.plot(times, whirling, ".-", ms=1.5, color=colour_of(dataset, site), label="in contact")
+        whirl_panel.set_title(
+            site_title(dataset, site), loc="left", pad=title_padding(dataset, whirl_panel is panels[0])
+        )
+        whirl_panel.set(ylabel="whirl (rad/s)", ylim=(1.12 * rolling.min(), -0.12 * rolling.min()))
+        if not closed.any():
+            _write_no_contact(whirl_panel)
+        _draw_states(mode_panel, dataset, f"{site}.mode", MODES)
+        mark_events(whirl_panel, dataset, named=whirl_panel is panels[0])
+        mark_events(mode_panel, dataset, named=False)
+    handles, labels = panels[0].get_legend_handles_labels()
+    handles[-1] = panels[0].plot([], [], color=GREY)[0]
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    label_time_axis(panels[-1], dataset)
+    add_title(figure, dataset)
+    return figure
+
+
+def _draw_states(panel: Axes, dataset: Signals, name: str, states: tuple[str, ...]) -> None:
+    """Draw a variable with few values over time, with a name for each value."""
+    panel.step(time_values(dataset), plant_signal(dataset, name), where="post", color="black", lw=0.8)
+    panel.set_ylim(-0.4, len(states) - 0.6)
+    panel.set_yticks(range(len(states)), states)
+
+
+def _draw_contact_times(panel: Axes, dataset: Signals, sites: list[str]) -> None:
+    """Draw a bar for each site while the rotor is in contact there; the first site is the highest."""
+    times, rows = time_values(dataset), range(len(sites))
+    for row, site in zip(reversed(rows), sites, strict=True):
+        closed = plant_signal(dataset, f"{site}.mode") > 0.0
+        colour = colour_of(dataset, site)
+        panel.fill_between(times, row - 0.3, row + 0.3, where=closed, step="pre", color=colour, lw=0.0)
+    panel.set_ylim(-0.6, len(sites) - 0.4)
+    panel.set_yticks(list(reversed(rows)), [site.upper() for site in sites])
+
+
+def _write_no_contact(panel: Axes) -> None:
+    """Write into an empty panel that there was no contact."""
+    panel.text(0.25, 0.5, "no contact", transform=panel.transAxes, ha="center", color="0.3", fontsize=8)

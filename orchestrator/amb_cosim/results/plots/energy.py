@@ -1,0 +1,47 @@
+"""Figure of the energy balance of a run."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, StyledFigure
+from amb_cosim.results.energies import energies
+from amb_cosim.results.plots.axes import (
+    add_title,
+    label_time_axis,
+    mark_events,
+    plant_signal,
+    time_values,
+    title_padding,
+)
+
+# Colours of the energies.
+LATERAL = {"kinetic": BLUE, "strain": ORANGE}
+TRANSFERRED = {"work": "black", "damping": BLUE, "friction": ORANGE, "impact": GREEN, "balance": PURPLE}
+LABELS = {
+    "work": "work of all inputs",
+    "damping": "heat of damping",
+    "friction": "heat of friction",
+    "impact": "heat of impacts",
+}
+
+
+def energy(dataset: Signals) -> Figure:
+    """Draw the energy of the lateral motion; below it, since cycle 0, work, heat and the error of the balance."""
+    figure = StyledFigure(figsize=(7.0, 4.6), layout="constrained")
+    lateral, transferred = figure.subplots(2, 1, sharex=True)
+    for name, colour in LATERAL.items():
+        lateral.plot(time_values(dataset), plant_signal(dataset, f"energy.{name}"), color=colour, label=name)
+    lateral.set_title("Stored in the lateral motion", loc="left", pad=title_padding(dataset, True))
+    for name, values in (energies(dataset) or {}).items():
+        if name in TRANSFERRED:
+            transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], label=LABELS.get(name, name))
+    transferred.set_title("Since cycle 0", loc="left")
+    for panel in (lateral, transferred):
+        panel.set_ylabel("energy (J)")
+        panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        mark_events(panel, dataset, named=panel is lateral)
+    label_time_axis(transferred, dataset)
+    add_title(figure, dataset)
+    return figure

@@ -1,0 +1,125 @@
+"""Figure of a touchdown: orbits on the retainers, heights, speeds, temperatures."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
+from amb_cosim.results.places import places
+from amb_cosim.results.plots.axes import (
+    Station,
+    add_title,
+    clearance,
+    colour_of,
+    label_time_axis,
+    mark_events,
+    plant_signal,
+    stations,
+    time_values,
+    title_padding,
+)
+from amb_cosim.results.series import parameters, speed
+from amb_cosim.results.touchdown import height
+
+ZERO_CELSIUS = 273.15  # K
+
+
+def touchdown(dataset: Signals) -> Figure:
+    """Draw the orbit at each station in its clearance, and below, over time, heights, speeds and temperatures.
+
+    Heights are those in the bearings, where they have retainers.
+    """
+    drawn, retainers = [station for station in stations(dataset) if station.site], places(dataset).retainers
+    warm = [station for station in drawn if parameters(dataset).get(f"{station.site}.heat_capacity")]
+    rows, width = 3 if warm else 2, max(2.5 * len(drawn), 7.0)
+    orbit = width / max(len(drawn), 2)
+    figure = StyledFigure(figsize=(width, orbit + 0.3 + 1.7 * rows), layout="constrained")
+    grid = figure.add_gridspec(1 + rows, max(len(drawn), 1), height_ratios=[orbit, *[1.7] * rows])
+    limit = 1.05 * max((_reach(dataset, station) for station in drawn), default=1.0)
+    for k, station in enumerate(drawn):
+        _draw_orbit(figure.add_subplot(grid[0, k]), dataset, station, limit)
+    first = figure.add_subplot(grid[1, :])
+    panels = [first, *(figure.add_subplot(grid[row, :], sharex=first) for row in range(2, 1 + rows))]
+    _draw_heights(panels[0], dataset, [station for station in drawn if station.site in retainers] or drawn)
+    _draw_speeds(panels[1], dataset, drawn)
+    if warm:
+        _draw_temperatures(panels[2], dataset, warm)
+    for panel in panels:
+        mark_events(panel, dataset, named=panel is first)
+        panel.tick_params(labelbottom=panel is panels[-1])
+    label_time_axis(panels[-1], dataset)
+    figure.legend(handles=_legend(dataset, drawn), loc="outside lower center", ncols=len(drawn) + 3)
+    add_title(figure, dataset)
+    return figure
+
+
+def _has_housing(dataset: Signals, station: Station) -> bool:
+    return bool(parameters(dataset).get(f"{station.site}.housing_mass"))
+
+
+def _legend(dataset: Signals, drawn: list[Station]) -> list[Line2D]:
+    """Return what colours and dashes mean in all panels."""
+    entries = [Line2D([], [], color=colour_of(dataset, station.site), label=station.site.upper()) for station in drawn]
+    entries += [
+        Line2D([], [], color="black", label="rotor"),
+        Line2D([], [], color="black", ls=DASHED, label="clearance"),
+    ]
+    if any(_has_housing(dataset, station) for station in drawn):
+        entries.append(Line2D([], [], color=GREY, label="centre of the housing"))
+    return entries
+
+
+def _reach(dataset: Signals, station: Station) -> float:
+    """Return the largest coordinate in the picture of an orbit (mm)."""
+    coordinates = [plant_signal(dataset, station.x), plant_signal(dataset, station.y)]
+    return 1e3 * max(clearance(dataset, station.site), float(np.nanmax(np.abs(coordinates))))
+
+
+def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -> None:
+    """Draw the path of the journal, that of the housing if it moves, and the clearance about its place at rest."""
+    x, y = 1e3 * plant_signal(dataset, station.x), 1e3 * plant_signal(dataset, station.y)
+    given, turn = parameters(dataset), np.linspace(0.0, 2.0 * np.pi, 361)
+    x_0, y_0 = (1e3 * float(given.get(f"{station.site}.offset_{axis}", 0.0)) for axis in "xy")
+    c = 1e3 * clearance(dataset, station.site)
+    panel.plot(x_0 + c * np.cos(turn), y_0 + c * np.sin(turn), color="black", ls=DASHED, zorder=3)
+    panel.plot(x, y, color=colour_of(dataset, station.site), lw=0.6)
+    if _has_housing(dataset, station):
+        x_h, y_h = (1e3 * plant_signal(dataset, f"{station.site}.housing_{axis}") for axis in "xy")
+        panel.plot(x_0 + x_h, y_0 + y_h, color=GREY, lw=0.6)
+    panel.set(title=station.title, xlabel="$x$ (mm)", ylabel="$y$ (mm)", aspect="equal")
+    panel.set(xlim=(-limit, limit), ylim=(-limit, limit))
+    panel.xaxis.set_major_locator(MaxNLocator(5, symmetric=True))
+    panel.yaxis.set_major_locator(MaxNLocator(5, symmetric=True))
+
+
+def _draw_heights(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
+    for station in drawn:
+        of_station = height(dataset, station.x, station.y)
+        if of_station is not None:
+            panel.plot(time_values(dataset), 1e3 * of_station, color=colour_of(dataset, station.site))
+            panel.axhline(-1e3 * clearance(dataset, station.site), color="black", lw=0.8, ls=DASHED)
+    panel.set_title("Height against gravity", loc="left", pad=title_padding(dataset, highest=True))
+    panel.set_ylabel("height (mm)")
+
+
+def _draw_speeds(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
+    panel.plot(time_values(dataset), speed(dataset), color="black")
+    races = {station.site: plant_signal(dataset, f"{station.site}.race_speed") for station in drawn}
+    for site, race in races.items():
+        if np.any(race != 0.0):
+            panel.plot(time_values(dataset), race, color=colour_of(dataset, site))
+    panel.set_title("Spin speed of rotor and races", loc="left")
+    panel.set_ylabel(r"$\Omega$ (rad/s)")
+
+
+def _draw_temperatures(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
+    for station in drawn:
+        celsius = plant_signal(dataset, f"{station.site}.temperature") - ZERO_CELSIUS
+        panel.plot(time_values(dataset), celsius, color=colour_of(dataset, station.site))
+    panel.set_title("Temperature of the retainers", loc="left")
+    panel.set_ylabel("temperature (°C)")

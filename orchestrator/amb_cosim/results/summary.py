@@ -1,0 +1,221 @@
+"""The summary of a run: key values of its data set, one function each."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from rich.table import Table
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.warnings import sentences, warnings_of
+from amb_cosim.presentation.json_data import json_data
+from amb_cosim.presentation.text_tables import number
+from amb_cosim.results import contact_history, energies
+from amb_cosim.results.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
+from amb_cosim.results.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
+from amb_cosim.results.places import places
+from amb_cosim.results.touchdown import Retainer, Touchdown, touchdown
+
+AtPlaces = dict[str, float | None]
+KEY = "key"  # of a field's metadata: its name in JSON, with the unit
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Key values of a run from cycle 0 on; None where the data set does not hold what a value takes.
+
+    Attributes
+    ----------
+    scenario, flavour
+        What was run, with which FMUs.
+    completed
+        Whether it came to the end that it planned, or to one of its stop conditions.
+    stopped
+        The stop condition that ended it.
+    settling, simulated, wall
+        Time simulated before and after cycle 0, and the wall-clock time of the latter (s).
+    real_time_factor
+        Simulated over wall-clock time.
+    peak_contact_force
+        Largest normal contact force at each site (N).
+    peak_impulse
+        Largest normal impulse of the impacts within a step at each site (N s).
+    contact_share
+        Share of the time between step and removal in each contact state, by the plant's output `contact_state`.
+    site_share
+        Share of the same time that the rotor is in contact at each site.
+    contact_states
+        What these states are: for two bearings none, RB1, RB2, both.
+    first_contact, last_contact
+        Cycles of the first and last sample in contact.
+    recovered
+        Whether the rotor is free of contact for good.
+    recovery
+        What the step led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it.
+    rolling_from
+        Cycle from which the rotor rolls on a site through a turn of its whirl or more.
+    whirl_speed
+        Whirl speed at each site at the end (rad/s); None where the rotor does not touch it then.
+    orbit_before, orbit_after, orbit_largest
+        Largest radius at each bearing in the cycle before the step, in the last cycle, and at any time (mm).
+    settled_amplitude
+        Synchronous amplitude at each bearing `before` the change and at the `end` (mm).
+    energy
+        Heat of damping, friction and impacts, work of all inputs, and the largest error of the balance (J). The heat of
+        impacts is negative where the nodal impact rule of the thesis, `contact.impact_law` 0, creates energy.
+    energy_balance
+        That error over the largest of all energies.
+    share_beyond_reduction
+        Share of the contact force's power at each site above the frequency to which the reduced rotor is accurate.
+    touchdown
+        How the rotor fell onto its retainers; None for a run without gravity or without contact.
+    warnings
+        A sentence for each kind of warning that a component gave: what, where, from when until when. And one if much of
+        the contact force's power is beyond the reduction.
+    notices
+        What components that replace others do without.
+    """
+
+    scenario: str
+    flavour: str
+    completed: bool
+    stopped: str | None
+    settling: float = field(metadata={KEY: "settling_s"})
+    simulated: float = field(metadata={KEY: "simulated_s"})
+    wall: float = field(metadata={KEY: "wall_s"})
+    real_time_factor: float | None
+    peak_contact_force: AtPlaces = field(metadata={KEY: "peak_contact_force_N"})
+    peak_impulse: AtPlaces = field(metadata={KEY: "peak_impulse_Ns"})
+    contact_share: AtPlaces
+    contact_states: list[str]
+    site_share: AtPlaces
+    first_contact: float | None = field(metadata={KEY: "first_contact_cycle"})
+    last_contact: float | None = field(metadata={KEY: "last_contact_cycle"})
+    recovered: bool | None
+    recovery: contact_history.Recovery | None
+    rolling_from: float | None = field(metadata={KEY: "rolling_from_cycle"})
+    whirl_speed: AtPlaces = field(metadata={KEY: "whirl_speed_rad_s"})
+    orbit_before: AtPlaces = field(metadata={KEY: "orbit_before_mm"})
+    orbit_after: AtPlaces = field(metadata={KEY: "orbit_after_mm"})
+    orbit_largest: AtPlaces = field(metadata={KEY: "orbit_largest_mm"})
+    settled_amplitude: dict[str, AtPlaces] = field(metadata={KEY: "settled_amplitude_mm"})
+    energy: dict[str, float] | None = field(metadata={KEY: "energy_J"})
+    energy_balance: float | None = field(metadata={KEY: "energy_balance_relative"})
+    share_beyond_reduction: AtPlaces
+    touchdown: Touchdown | None
+    warnings: list[str]
+    notices: list[str]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the values under names that hold their units, ready for JSON."""
+        return {f.metadata.get(KEY, f.name): json_data(getattr(self, f.name)) for f in fields(self)}
+
+    def to_json(self) -> str:
+        """Return `as_dict` as JSON text."""
+        return json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
+
+    def table(self) -> Table:
+        """Return a table of the main values, to print."""
+        table = Table(title=self.scenario, show_header=False, title_justify="left")
+        for label, values, unit in (
+            ("peak contact force", self.peak_contact_force, "N"),
+            ("peak impulse", self.peak_impulse, "N s"),
+            ("orbit before the step", self.orbit_before, "mm"),
+            ("orbit at the end", self.orbit_after, "mm"),
+            ("largest orbit", self.orbit_largest, "mm"),
+            ("synchronous part before the change", self.settled_amplitude["before"], "mm"),
+            ("synchronous part at the end", self.settled_amplitude["end"], "mm"),
+        ):
+            table.add_row(label, _at_places(values, unit))
+        states = dict(zip(self.contact_states, self.contact_share.values(), strict=True))
+        sites = {site.upper(): share for site, share in self.site_share.items()}
+        shares = states if set(sites) <= set(states) else sites  # the states are those of the bearings alone
+        texts = [f"{name} {100 * share:.1f} %" for name, share in shares.items() if share is not None]
+        table.add_row("contact between step and removal", ", ".join(texts) or "-")
+        first, last = self.first_contact, self.last_contact
+        table.add_row("contact", "none" if first is None else f"from cycle {first:.4g} to {last:.4g}")
+        if self.recovery is not None:
+            table.add_row("outcome", self.recovery)
+        else:
+            table.add_row("recovered", {True: "yes", False: "no", None: "-"}[self.recovered])
+        if self.rolling_from is not None:
+            whirls = ", ".join(f"{at.upper()} {number(w)} rad/s" for at, w in self.whirl_speed.items())
+            table.add_row("rolling", f"from cycle {self.rolling_from:.4g}; whirl at the end {whirls}")
+        for label, text in _touchdown_rows(self.touchdown) if self.touchdown is not None else ():
+            table.add_row(label, text)
+        table.add_row("simulated", f"{self.simulated:.4g} s, {number(self.real_time_factor)} times real time")
+        if self.stopped is not None:
+            table.add_row("stopped", self.stopped)
+        return table
+
+
+def summarise(dataset: Signals) -> Summary:
+    """Compute the summary of a run from its data set."""
+    simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
+    first, last = contact_history.contact_cycles(dataset)
+    sites = contact_history.touchable(dataset)
+    return Summary(
+        scenario=dataset.attrs["scenario"],
+        flavour=dataset.attrs["flavour"],
+        completed=bool(dataset.attrs["completed"]),
+        stopped=dataset.attrs.get("stopped") or None,
+        settling=float(dataset.attrs["settling_s"]),
+        simulated=simulated,
+        wall=wall,
+        real_time_factor=simulated / wall if wall > 0.0 else None,
+        peak_contact_force={site: contact_history.peak(dataset, f"{site}.f_n") for site in sites},
+        peak_impulse={site: contact_history.peak(dataset, f"{site}.impulse") for site in sites},
+        contact_share=contact_history.contact_share(dataset),
+        contact_states=list(places(dataset).contact_states),
+        site_share=contact_history.site_share(dataset),
+        first_contact=first,
+        last_contact=last,
+        recovered=contact_history.recovered(dataset),
+        recovery=contact_history.recovery(dataset),
+        rolling_from=contact_history.rolling_from(dataset),
+        whirl_speed={site: contact_history.whirl_at_the_end(dataset, site) for site in sites},
+        orbit_before=orbit_before(dataset),
+        orbit_after=orbit_after(dataset),
+        orbit_largest=orbit_largest(dataset),
+        settled_amplitude=settled_amplitudes(dataset),
+        energy=energies.final_energies(dataset),
+        energy_balance=energies.relative_balance(dataset),
+        share_beyond_reduction=share_beyond_reduction(dataset),
+        touchdown=touchdown(dataset),
+        warnings=[*sentences(warnings_of(dataset)), *warnings_beyond_reduction(dataset)],
+        notices=json.loads(dataset.attrs.get("notices", "[]")),
+    )
+
+
+def _at_places(values: AtPlaces, unit: str) -> str:
+    return ", ".join(f"{at.upper()} {number(value)} {unit}" for at, value in values.items())
+
+
+def _touchdown_rows(found: Touchdown) -> list[tuple[str, str]]:
+    """Return labels and texts of a touchdown, for a table."""
+    hits = (f"{hit.site.upper()} {number(hit.impulse)} N s after {number(hit.after)} s" for hit in found.first_impacts)
+    ends = (("the rotor lies still", found.rest_after), ("stands still", found.standstill_after))
+    return [
+        ("release", f"{number(found.release)} s from cycle 0"),
+        ("drop", ", ".join(f"{bearing.upper()} {number(mm)} mm" for bearing, mm in found.drop.items())),
+        ("first impacts", "\n".join(hits) or "-"),
+        *((f"in {site.upper()}", _of_retainer(retainer)) for site, retainer in found.retainers.items()),
+        ("at last", ", ".join(f"{what} after {number(time)} s" for what, time in ends if time is not None) or "moving"),
+    ]
+
+
+def _of_retainer(retainer: Retainer) -> str:
+    """Return what a retainer went through, in a few lines."""
+    whirl = "" if retainer.whirl_speed is None else f" whirl at {number(abs(retainer.whirl_speed))} rad/s"
+    lines = [
+        f"free {number(retainer.free)} s, sliding {number(retainer.sliding)} s, rolling {number(retainer.rolling)} s",
+        f"{'no whirl' if retainer.whirl in (None, 'none') else retainer.whirl}{whirl}",
+        f"impulse {number(retainer.impulse)} N s, heat {number(retainer.heat)} J",
+    ]
+    if retainer.temperature is not None:
+        lines[2] += f", up to {number(retainer.temperature)} K"
+    if retainer.race_spin_up is not None:
+        lines.append(f"race at speed {number(retainer.race_spin_up)} s after the first contact")
+    return "\n".join(lines)

@@ -1,0 +1,273 @@
+"""Touchdown: how a rotor falls onto its retainers, whirls and comes to rest there; from a data set alone.
+
+Every value is None where the data set does not hold what it takes. Times count from the release.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchable
+from amb_cosim.results.orbits import radius
+from amb_cosim.results.places import places
+from amb_cosim.results.series import cycles, parameters, signal
+
+SLIDING = 1
+N_IMPACTS = 5
+SPUN_UP = 0.95  # of a race's largest speed
+AT_REST = 0.05  # of the clearance: motion that is none
+STANDSTILL = 0.01  # of the speed at release
+LAST_PART = 0.1  # of the time from release on, in which the rotor must be at rest
+
+Direction = Literal["forward", "backward", "none"]
+
+
+@dataclass(frozen=True)
+class Impact:
+    """A step with impacts at a site."""
+
+    site: str
+    after: Annotated[float, "s"]
+    impulse: Annotated[float, "N.s"]
+
+
+@dataclass(frozen=True)
+class Retainer:
+    """What a contact site went through.
+
+    Attributes
+    ----------
+    free, sliding, rolling
+        Time from release on in each mode of contact (s).
+    whirl
+        Direction in which the rotor turned about the site from its first contact on; `none` if it did not get around by
+        a turn, or by half of all the angle that it went to and fro.
+    whirl_speed
+        Mean whirl speed in contact (rad/s), backward negative; a mean over the angle turned, so that a rotor at rest
+        does not count.
+    impulse
+        Sum of impacts and of the normal force over time (N s).
+    friction
+        Heat of sliding friction in contact, by samples of its power (J).
+    heat
+        Heat of friction, race drag and impacts (J).
+    race_spin_up
+        Time from the first contact until the race turns at 95 % of its largest speed (s); None if it does not turn.
+    temperature
+        Largest temperature (K); None where the retainer has no heat capacity.
+    """
+
+    free: Annotated[float | None, "s"]
+    sliding: Annotated[float | None, "s"]
+    rolling: Annotated[float | None, "s"]
+    whirl: Direction | None
+    whirl_speed: Annotated[float | None, "rad/s"]
+    impulse: Annotated[float | None, "N.s"]
+    friction: Annotated[float | None, "J"]
+    heat: Annotated[float | None, "J"]
+    race_spin_up: Annotated[float | None, "s"]
+    temperature: Annotated[float | None, "K"]
+
+
+@dataclass(frozen=True)
+class Touchdown:
+    """A fall onto the retainers.
+
+    Attributes
+    ----------
+    release
+        When the first amplifier goes off, or contact begins (s from cycle 0).
+    drop
+        Largest fall at each bearing, along gravity and from where the rotor was at the release (mm).
+    orbit
+        Largest radius at each bearing from the release on (mm).
+    first_impacts
+        The first five steps with impacts.
+    retainers
+        Each site that was touched.
+    rest_after
+        Time after which the rotor stays where it is at the end, within 5 % of the clearance (s).
+    standstill_after
+        Time after which it turns at less than 1 % of its speed at the release (s).
+    """
+
+    release: Annotated[float, "s"]
+    drop: Annotated[dict[str, float | None], "mm"]
+    orbit: Annotated[dict[str, float | None], "mm"]
+    first_impacts: tuple[Impact, ...]
+    retainers: dict[str, Retainer]
+    rest_after: Annotated[float | None, "s"]
+    standstill_after: Annotated[float | None, "s"]
+
+
+def touchdown(dataset: Signals) -> Touchdown | None:
+    """Describe the touchdown of a run; None for one without gravity or without contact."""
+    contact, given = in_contact(dataset), parameters(dataset)
+    if contact is None or not given.get("gravity") or not (contact & (cycles(dataset) >= 0.0)).any():
+        return None
+    start = _release(dataset, contact)
+    touched = [site for site in touchable(dataset) if _is_touched(dataset, site, start)]
+    return Touchdown(
+        release=float(dataset["time"].values[start]),
+        drop={bearing: _drop(dataset, bearing, start) for bearing in places(dataset).bearings},
+        orbit={bearing: _orbit(dataset, bearing, start) for bearing in places(dataset).bearings},
+        first_impacts=_first_impacts(dataset, start),
+        retainers={site: _retainer(dataset, site, start, given) for site in touched},
+        rest_after=_rest(dataset, start, given),
+        standstill_after=_standstill(dataset, start),
+    )
+
+
+def _release(dataset: Signals, contact: NDArray[np.bool_]) -> int:
+    """Return the first sample from cycle 0 on in which an amplifier is off or the rotor in contact."""
+    released = contact.copy()
+    for bearing in places(dataset).bearings:
+        for axis in "xy":
+            label = f"amb_actuator.{bearing}.amplifier_off_{axis}"
+            if label in dataset:
+                released |= np.asarray(dataset[label].values, bool)
+    return int(np.argmax(released & (cycles(dataset) >= 0.0)))
+
+
+def _after(dataset: Signals, name: str, start: int) -> NDArray[np.float64] | None:
+    """Return the samples of a variable of the plant from the release on."""
+    values = signal(dataset, name)
+    return None if values is None else np.asarray(values[start:], np.float64)
+
+
+def _times(dataset: Signals, start: int) -> NDArray[np.float64]:
+    """Return the times from the release on (s)."""
+    times = dataset["time"].values[start:]
+    return np.asarray(times - times[0], np.float64)
+
+
+def _steps(dataset: Signals, start: int) -> NDArray[np.float64]:
+    """Return the time (s) that each sample from the release on stands for: a sample is the end of its step."""
+    return np.diff(_times(dataset, start), prepend=0.0)
+
+
+def _is_touched(dataset: Signals, site: str, start: int) -> bool:
+    found = (_after(dataset, f"{site}.{name}", start) for name in ("mode", "impulse"))
+    return any(values is not None and bool((values > 0.0).any()) for values in found)
+
+
+def height(dataset: Signals, x: str, y: str) -> NDArray[np.float64] | None:
+    """Return how high (m) a point of the rotor is above the centre, against gravity, at each sample."""
+    given, of_x, of_y = parameters(dataset), signal(dataset, x), signal(dataset, y)
+    if of_x is None or of_y is None or "gravity_angle" not in given:
+        return None
+    angle = given["gravity_angle"]
+    return np.asarray(-np.sign(given["gravity"]) * (np.cos(angle) * of_x + np.sin(angle) * of_y), np.float64)
+
+
+def _drop(dataset: Signals, bearing: str, start: int) -> float | None:
+    at = height(dataset, f"{bearing}.x", f"{bearing}.y")
+    return None if at is None else 1e3 * float(at[start] - at[start:].min())
+
+
+def _orbit(dataset: Signals, bearing: str, start: int) -> float | None:
+    r = radius(dataset, bearing)
+    return None if r is None else 1e3 * float(r[start:].max())
+
+
+def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
+    times, found = _times(dataset, start), []
+    for site in places(dataset).sites:
+        impulse = _after(dataset, f"{site}.impulse", start)
+        if impulse is not None:
+            hits = np.flatnonzero(impulse > 0.0)[:N_IMPACTS]
+            found += [Impact(site, float(times[k]), float(impulse[k])) for k in hits]
+    return tuple(sorted(found, key=lambda impact: impact.after)[:N_IMPACTS])
+
+
+def _retainer(dataset: Signals, site: str, start: int, given: Mapping[str, Any]) -> Retainer:
+    free, sliding, rolling = _mode_times(dataset, site, start)
+    direction, whirl_speed = _whirl(dataset, site, start)
+    heat, temperature = (_after(dataset, f"{site}.{name}", start) for name in ("heat", "temperature"))
+    warms = temperature is not None and bool(given.get(f"{site}.heat_capacity"))
+    return Retainer(
+        free=free,
+        sliding=sliding,
+        rolling=rolling,
+        whirl=direction,
+        whirl_speed=whirl_speed,
+        impulse=_impulse(dataset, site, start),
+        friction=_integral(dataset, f"{site}.friction_power", start),
+        heat=None if heat is None else float(heat[-1] - heat[0]),
+        race_spin_up=_race_spin_up(dataset, site, start),
+        temperature=float(temperature.max()) if warms and temperature is not None else None,
+    )
+
+
+def _integral(dataset: Signals, name: str, start: int) -> float | None:
+    """Return the sum of a variable times the steps from the release on."""
+    values = _after(dataset, name, start)
+    return None if values is None else float(np.sum(values * _steps(dataset, start)))
+
+
+def _mode_times(dataset: Signals, site: str, start: int) -> tuple[float | None, float | None, float | None]:
+    mode, steps = _after(dataset, f"{site}.mode", start), _steps(dataset, start)
+    if mode is None:
+        return None, None, None
+    free, sliding, rolling = (float(steps[mode == value].sum()) for value in (FREE, SLIDING, ROLLING))
+    return free, sliding, rolling
+
+
+def _whirl(dataset: Signals, site: str, start: int) -> tuple[Direction | None, float | None]:
+    mode, whirl = (_after(dataset, f"{site}.{name}", start) for name in ("mode", "whirl_speed"))
+    if mode is None or whirl is None:
+        return None, None
+    closed = mode != FREE
+    turned = whirl * _steps(dataset, start) * np.logical_or.accumulate(closed)
+    around, to_and_fro = float(turned.sum()), float(np.abs(turned).sum())
+    in_contact = np.abs(turned) * closed
+    if abs(around) < max(2.0 * np.pi, 0.5 * to_and_fro) or not in_contact.any():
+        return "none", None
+    return "forward" if around > 0.0 else "backward", float(np.average(whirl, weights=in_contact))
+
+
+def _impulse(dataset: Signals, site: str, start: int) -> float | None:
+    impacts, force = _after(dataset, f"{site}.impulse", start), _integral(dataset, f"{site}.f_n", start)
+    return None if impacts is None or force is None else float(impacts.sum()) + force
+
+
+def _race_spin_up(dataset: Signals, site: str, start: int) -> float | None:
+    race, mode = (_after(dataset, f"{site}.{name}", start) for name in ("race_speed", "mode"))
+    if race is None or mode is None or not race.any() or not (mode != FREE).any():
+        return None
+    times, speed = _times(dataset, start), np.abs(race)
+    return float(times[np.argmax(speed >= SPUN_UP * speed.max())] - times[np.argmax(mode != FREE)])
+
+
+def _rest(dataset: Signals, start: int, given: Mapping[str, Any]) -> float | None:
+    """Return the time after which the rotor stays at all bearings where it is in the last part of the run."""
+    times = _times(dataset, start)
+    last = times >= (1.0 - LAST_PART) * times[-1]
+    moving = np.zeros(len(times), bool)
+    for bearing, site in places(dataset).bearings.items():
+        clearance = given.get(f"{site}.clearance")
+        for axis in "xy":
+            position = _after(dataset, f"{bearing}.{axis}", start)
+            if position is None or clearance is None:
+                return None
+            moving |= np.abs(position - position[last].mean()) > AT_REST * clearance
+    return None if moving[last].any() else _time_after(times, moving)
+
+
+def _standstill(dataset: Signals, start: int) -> float | None:
+    speed = _after(dataset, "speed", start)
+    if speed is None:
+        return None
+    turning = np.abs(speed) > STANDSTILL * abs(speed[0])
+    return None if turning[-1] else _time_after(_times(dataset, start), turning)
+
+
+def _time_after(times: NDArray[np.float64], active: NDArray[np.bool_]) -> float:
+    """Return the time of the sample that follows the last active one; 0 without such."""
+    return float(times[np.flatnonzero(active)[-1] + 1]) if active.any() else 0.0

@@ -1,0 +1,167 @@
+"""A scenario as an experiment in seconds: cycles become times, unbalances are scaled, the speed follows its points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from amb_cosim.cosim.assignments import Assignments
+from amb_cosim.cosim.experiment import Event, Experiment, Plan, Profile, plan_experiment, whole_steps
+from amb_cosim.cosim.schedules import nearest_point
+from amb_cosim.cosim.simulation import Assembly
+from amb_cosim.cosim.values import Raw, convert
+from amb_cosim.results.places import Places, places_of
+from amb_cosim.scenario.coupling import delay, predictable
+from amb_cosim.scenario.gravity import Gravity, set_gravity
+from amb_cosim.scenario.scenario import Scenario, positive_speed
+
+SPEED = "Omega"  # the shared signal whose first value counts the cycles
+ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
+UNBALANCE = "kg.m"
+
+
+@dataclass(frozen=True)
+class ScenarioPlan(Plan):
+    """A scenario on the time grid: cycle 0 begins at time 0, settling comes before it.
+
+    `period` is that of the initial speed (s), `marks` holds the communication points of labelled events.
+    """
+
+    period: float = math.nan
+    marks: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def speed(self) -> float:
+        """Initial speed in rad/s."""
+        return self.inputs[SPEED]
+
+    @property
+    def profile(self) -> tuple[tuple[int, float], ...]:
+        """Points (communication point, rad/s) that the speed is linear between; empty where it is constant."""
+        return next((ramp.points for ramp in self.ramps if ramp.variable == SPEED), ())
+
+
+def parse_settings(settings: Iterable[str]) -> dict[str, str]:
+    """`component.variable=value` texts by variable; the last one counts."""
+    parsed = {}
+    for text in settings:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise ValueError(f"{text!r} is no setting; write component.variable=value")
+        parsed[name] = value
+    return parsed
+
+
+def plan_scenario(
+    scenario: Scenario,
+    assembly: Assembly,
+    settings: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    recorded: Sequence[str] | None = None,
+) -> ScenarioPlan:
+    """Plan a scenario on the time grid of the master.
+
+    Parameters
+    ----------
+    scenario, assembly
+        What is run, of what. Signals of the rotor's places are always recorded, as figures need them.
+    settings
+        Values by `component.variable`, or by a signal's name, that replace the scenario's first values.
+    until
+        End of the run in s from the beginning of cycle 0, in place of the scenario's.
+    recorded
+        Patterns of all that is recorded, in place of what the scenario, summary and figures ask for.
+
+    A controller that can predict does so by the delay of Jacobi order, unless a value is given.
+
+    Raises
+    ------
+    ValueError
+        For names that do not exist, values that are not allowed, and times that do not fit the steps.
+    """
+    values = assembly.assignments()
+    values.set(SPEED, scenario.Omega)
+    values.set_defaults_of_signals()
+    given: set[str] = set()
+    for component, variables in scenario.parameters.items():
+        for variable, raw in variables.items():
+            given.update(values.give(f"{component}.{variable}", raw, only="parameter"))
+    for name, value in _scaled(scenario.inputs, scenario, values, "input"):
+        values.set(name, value, only="input")
+    for name, raw in (settings or {}).items():
+        given.update(values.set(name, raw))
+    if scenario.gravity is not None:
+        set_gravity(values, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor, given)
+    coupling = scenario.coupling or assembly.system.coupling
+    period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size(coupling)
+    if late := delay(coupling, h):
+        for name in set(predictable(assembly.interfaces)) - given:
+            values.set(name, late)
+    events: list[Event] = []
+    marks: dict[str, int] = {}
+    for event in scenario.event:
+        moment = event.moment(period)
+        if event.label:
+            marks[event.label] = nearest_point("time of event", moment, h)
+        events += [Event(moment, name, value) for name, value in _scaled(event.set, scenario, values)]
+    experiment = Experiment(
+        step_size=h,
+        stop_time=scenario.end(period) if until is None else whole_steps("until", until, h) * h,
+        start_time=-scenario.settle_cycles * period,
+        events=tuple(events),
+        profiles=_speed_profile(scenario, values, period, h),
+        stops=tuple(stop.condition(period) for stop in scenario.stop),
+        recorded=scenario.record.variables if recorded is None else (),
+        essential=_essential(places_of(assembly)) if recorded is None else tuple(recorded),
+        record_every=scenario.record.every,
+        record_settling=scenario.record.settling,
+    )
+    plan = plan_experiment(experiment, values)
+    return ScenarioPlan(**{f.name: getattr(plan, f.name) for f in fields(Plan)}, period=period, marks=marks)
+
+
+def _essential(places: Places) -> tuple[str, ...]:
+    """Return patterns of what summary and plots need, whatever else is recorded."""
+    measured = [name for signals in places.measured.values() for name in signals]
+    of_places = (
+        *(f"{bearing}.[xy]" for bearing in places.bearings),
+        *(f"{site}.*" for site in places.sites),
+        *measured,
+    )
+    return tuple(f"rotor_contact.{name}" for name in (*of_places, "contact_state", "energy.*"))
+
+
+def _scaled(
+    variables: Mapping[str, Mapping[str, Raw]], scenario: Scenario, values: Assignments, only: str | None = None
+) -> list[tuple[str, Raw]]:
+    """Return names and values of inputs, unbalances (kg m) multiplied by the scenario's factor."""
+    scaled: list[tuple[str, Raw]] = []
+    for component, of_component in variables.items():
+        for variable, raw in of_component.items():
+            given = f"{component}.{variable}"
+            for name in () if values.drops(given, only) else values.matching(given):
+                port = values.port(name)
+                if port.causality == "input" and port.unit == UNBALANCE:
+                    _, value = values.read(name, raw, "input")
+                    what = f"unbalance_factor times {name}"
+                    scaled.append((name, convert(scenario.unbalance_factor * value, port, what)))
+                else:
+                    scaled.append((name, raw))
+    return scaled
+
+
+def _speed_profile(scenario: Scenario, values: Assignments, period: float, h: float) -> tuple[Profile, ...]:
+    """Return the speed over time, if the scenario changes it."""
+    if not scenario.speed:
+        return ()
+    signals = [signal.name for signal in values.system.signals]
+    if ACCELERATION not in signals:
+        raise ValueError(
+            f"system {values.system.name} has no signal {ACCELERATION}, and so its speed cannot change; "
+            f"there are {', '.join(signals)}"
+        )
+    points: list[tuple[float, Any]] = [(0.0, values.inputs[SPEED])]
+    points += [(p.moment(period), positive_speed(values.read(SPEED, p.Omega, "input")[1])) for p in scenario.speed]
+    return (Profile(SPEED, tuple(points), ACCELERATION),)

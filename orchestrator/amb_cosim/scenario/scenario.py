@@ -1,0 +1,260 @@
+"""Scenarios of a levitated rotor: what is run, at which speed, and what happens when; read from TOML and checked."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import tomli_w
+from pydantic import Field
+
+from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.stopping import StopCondition
+from amb_cosim.cosim.system_tables import Record, stop_condition
+from amb_cosim.cosim.tables import Cycles, Table, Value, Values, time_of
+from amb_cosim.cosim.values import quantity
+from amb_cosim.scenario.coupling import DEFAULT_STEPS
+from amb_cosim.scenario.file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
+from amb_files.atomic import write_atomically
+from amb_files.toml import parse_toml, validate
+
+FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy", "touchdown"]
+
+
+class _Moment(Table):
+    """Something that happens at a cycle or at a time."""
+
+    noun: ClassVar[str]
+
+    cycle: Cycles | None = None
+    time: Value | None = None
+
+    def moment(self, period: float) -> float:
+        """When it happens in s, for cycles of `period` s."""
+        if (self.cycle is None) == (self.time is None):
+            raise ValueError(f"{self.noun} needs either cycle or time")
+        if self.cycle is not None:
+            return self.cycle * period
+        return quantity(self.time or 0.0, "s", f"time of {self.noun}")
+
+
+class Event(_Moment):
+    """From a moment on, inputs and tunable parameters have new values. `label` marks the event in figures and plots."""
+
+    noun = "an event"
+
+    label: Literal["step", "removal"] | None = None
+    set: dict[str, Values]
+
+
+class SpeedPoint(_Moment):
+    """A speed that is reached at a moment; it changes linearly from the point before."""
+
+    noun = "a speed point"
+
+    Omega: Value
+
+
+class Stop(Table):
+    """The run ends at the first point at which a signal has been above, or below, a value for long enough.
+
+    `variable` is the name of an output or of an input that the scenario sets, as in the data set. It is judged from
+    cycle 0 on unless `from_cycle` or `from_time` says otherwise; without `hold_cycles` and `hold_time` one point is
+    enough.
+    """
+
+    variable: str
+    above: Value | None = None
+    below: Value | None = None
+    hold_cycles: Cycles | None = None
+    hold_time: Value | None = None
+    from_cycle: Cycles | None = None
+    from_time: Value | None = None
+
+    def condition(self, period: float) -> StopCondition:
+        """The condition with its times in s, for cycles of `period` s."""
+        hold = self._duration("hold", self.hold_cycles, self.hold_time, period)
+        begin = self._duration("from", self.from_cycle, self.from_time, period)
+        return stop_condition(self.variable, self.above, self.below, hold, begin)
+
+    def _duration(self, what: str, cycles: float | None, time: Value | None, period: float) -> float:
+        if cycles is not None and time is not None:
+            names = [name for name in type(self).model_fields if name.startswith(what)]
+            raise ValueError(f"stop on {self.variable} has both {' and '.join(names)}; it may have one")
+        value = cycles * period if cycles is not None else quantity(time or 0.0, "s", f"{what}_time of stop")
+        if not 0.0 <= value < math.inf:
+            raise ValueError(f"{what}_time of stop = {value:g} s is not allowed; it must be >= 0 s")
+        return value
+
+
+class Plot(Table):
+    """Which figures are drawn, and of which cycles: what suits the run, and the whole of it, by default."""
+
+    cycles: tuple[Cycles, Cycles] | None = None
+    figures: tuple[FigureName, ...] | None = None
+
+
+class Scenario(Table):
+    """A run of the levitated rotor. Cycles are periods of the initial speed, counted from the end of settling.
+
+    The speed is `Omega` until cycle 0 begins, and from then on linear through the points of `speed` and constant
+    after the last; without points it stays. The run ends at `end_cycle` or `end_time`, or before that as soon as one of
+    the conditions `stop` is met.
+    Models are built for `rotor`, the name of one that comes with the package or a rotor file, the rig by default; the
+    controller has the H of the table of
+    `receptances` in place of the rotor model's.
+    `coupling` is that of the system by default, and `communication_step` 250 us, in Jacobi order 25 us, where a
+    controller with the parameter `prediction_time` predicts by two communication steps unless told otherwise.
+    `gravity` pulls on the rotor towards `gravity_angle`, from x towards y. The static currents of magnetic bearings
+    then carry the weight, and the rotor levitates at its setpoint. Parameters that the scenario gives keep their
+    values.
+    Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
+    unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs match
+    any characters and any one character.
+    """
+
+    name: str = "scenario"
+    description: str = ""
+    source: str = ""
+    system: str = "levitated"
+    rotor: str | None = None
+    receptances: str | None = None
+    gradient: bool = True
+    coupling: Coupling | None = None
+    communication_step: Value | None = None
+    Omega: Value
+    gravity: Value | None = None
+    gravity_angle: Value = "225 deg"
+    settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
+    end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
+    end_time: Value | None = None
+    unbalance_factor: float = Field(default=1.0, gt=0.0, le=1e9)
+    inputs: dict[str, Values] = Field(default={})
+    parameters: dict[str, Values] = Field(default={})
+    event: tuple[Event, ...] = ()
+    speed: tuple[SpeedPoint, ...] = ()
+    stop: tuple[Stop, ...] = ()
+    record: Record = Record()
+    plot: Plot = Plot()
+    fmu: dict[str, str] = Field(default={})
+
+    @classmethod
+    def load(cls, name: str | Path) -> Scenario:
+        """Read a scenario by its name, or from a TOML file; see `load_scenario`."""
+        return load_scenario(str(name))
+
+    def changed(self, **fields: Any) -> Scenario:
+        """Return the scenario with other fields; tables (`inputs`, `parameters`, ...) are merged, the rest is replaced.
+
+        Raises
+        ------
+        ValueError
+            If a field does not exist or a value is not allowed.
+        """
+        return make_scenario(overlaid(self._data(), fields), self.name)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the scenario as a TOML file that `load` reads, paths in it relative to the file; return its path."""
+        text = tomli_w.dumps(with_paths(self._data(), relative_to(Path(path).parent)))
+        write_atomically(Path(path), lambda file: file.write_text(text, encoding="utf-8"))
+        return Path(path)
+
+    def check(self) -> None:
+        """Raise ValueError if the scenario does not fit the components that it runs; builds their FMUs if need be."""
+        from amb_cosim.scenario.simulation import prepare
+
+        prepare(self)
+
+    def _data(self) -> dict[str, Any]:
+        return self.model_dump(mode="json", exclude_unset=True, exclude_none=True, exclude={"name"})
+
+    @property
+    def initial_speed(self) -> float:
+        """Speed before and at the beginning of cycle 0 in rad/s."""
+        return positive_speed(quantity(self.Omega, "rad/s", "Omega"))
+
+    @property
+    def period(self) -> float:
+        """Duration of a cycle in s."""
+        return 2.0 * math.pi / self.initial_speed
+
+    def step_size(self, coupling: Coupling) -> float:
+        """Communication step in s, in this coupling."""
+        if self.communication_step is None:
+            return DEFAULT_STEPS[coupling]
+        return time_of(self.communication_step, "communication_step")
+
+    def end(self, period: float) -> float:
+        """End of the run in s, for cycles of `period` s."""
+        if (self.end_cycle is None) == (self.end_time is None):
+            raise ValueError("a scenario needs either end_cycle or end_time")
+        return time_of(self.end_cycle * period if self.end_cycle is not None else self.end_time or 0.0, "end_time")
+
+    def moment_of(self, label: str) -> float | None:
+        """Time in s of the event with that label, if there is one."""
+        return next((event.moment(self.period) for event in self.event if event.label == label), None)
+
+
+def positive_speed(speed: float) -> float:
+    """The speed (rad/s), if it is one that cycles can count; raises ValueError otherwise."""
+    if not 0.0 < speed < math.inf:
+        raise ValueError(f"Omega = {speed:g} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns")
+    return speed
+
+
+def scenarios() -> dict[str, str]:
+    """Return the names of the scenarios that come with the package, and what happens in each."""
+    return {name: load_scenario(name).description for name in packaged_scenarios()}
+
+
+def load_scenario(name: str) -> Scenario:
+    """Read the scenario called `name`, or the TOML file at that path.
+
+    A file with a `base`, the name or path of another one, only says what differs from it; see `file`.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or it is wrong; the message is one line for each mistake.
+    """
+    return make_scenario(read_scenario(name), name)
+
+
+def parse_scenario(text: str, name: str) -> Scenario:
+    """A scenario from TOML; `name` is used in messages. Raises ValueError as `load_scenario` does."""
+    return make_scenario(parse_toml(text, f"scenario {name}"), name)
+
+
+def make_scenario(data: dict[str, Any], name: str) -> Scenario:
+    """A scenario from what its TOML holds. Raises ValueError as `load_scenario` does."""
+    what = f"scenario {name}"
+    scenario = validate({"name": Path(name).stem} | data, Scenario, what)
+    try:
+        labels = [event.label for event in scenario.event if event.label]
+        if len(set(labels)) < len(labels):
+            raise ValueError("two events have the same label")
+        step, removal = scenario.moment_of("step"), scenario.moment_of("removal")
+        if removal is not None and step is not None and removal <= step:
+            raise ValueError("a removal must come after the step")
+        for event in scenario.event:
+            if not 0.0 <= event.moment(scenario.period) < math.inf:
+                raise ValueError(f"event at {event.moment(scenario.period):g} s is not allowed; it must be at >= 0 s")
+        _check_speeds(scenario)
+        for stop in scenario.stop:
+            stop.condition(scenario.period)
+        _ = scenario.step_size("gauss_seidel"), scenario.end(scenario.period)  # both raise when they are wrong
+    except ValueError as error:
+        raise ValueError(f"{what}: {error}") from error
+    return scenario
+
+
+def _check_speeds(scenario: Scenario) -> None:
+    before = 0.0
+    for point in scenario.speed:
+        moment = point.moment(scenario.period)
+        if not before < moment < math.inf:
+            what = f"at > {before:g} s, after the point before it" if before else "at > 0 s, where Omega holds"
+            raise ValueError(f"speed point at {moment:g} s is not allowed; it must be {what}")
+        positive_speed(quantity(point.Omega, "rad/s", "Omega"))
+        before = moment

@@ -1,0 +1,277 @@
+"""Runs scenarios: finds the FMUs, plans, simulates, and labels what was recorded in cycles of the rotor."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.cosim.choices import Flavour, Loop
+from amb_cosim.cosim.dataset import to_signals
+from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmus import Fmu
+from amb_cosim.cosim.instances import Instances
+from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.schedules import Array
+from amb_cosim.cosim.signals import SignalTable, Variable
+from amb_cosim.cosim.simulation import Assembly, Progress, Recording, assemble, run_plan
+from amb_cosim.cosim.system import System
+from amb_cosim.cosim.system_file import load_system
+from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.warnings import ATTRIBUTE as WARNINGS
+from amb_cosim.cosim.warnings import Warned, to_json, warnings_of
+from amb_cosim.presentation.progress import progress_bar
+from amb_cosim.results.places import ATTRIBUTE as PLACES
+from amb_cosim.results.places import CONTROLLER, places_of
+from amb_cosim.results.result import Result
+from amb_cosim.scenario.coupling import PREDICTION, doubt
+from amb_cosim.scenario.plan import ScenarioPlan, plan_scenario
+from amb_cosim.scenario.scenario import Scenario, load_scenario
+
+
+def run(
+    scenario: str | Path | Scenario,
+    *,
+    set: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    rotor: str | Path | None = None,
+    receptances: str | Path | None = None,
+    flavour: Flavour = "native",
+    loop: Loop = "compiled",
+    progress: bool | Progress | None = None,
+    isolated: bool | None = None,
+) -> Result:
+    """Run a scenario and return its result.
+
+    Parameters
+    ----------
+    scenario
+        A `Scenario`, the name of one that comes with the package, or the path of a TOML file.
+    set
+        Values by `component.variable` that replace the scenario's: `{"rotor_contact.rb1.clearance": "0.6 mm"}`. A
+        number is in the unit of the variable.
+    until
+        End of the run in s from the beginning of cycle 0.
+    rotor, receptances
+        Name of a rotor that comes with the package, or rotor file, and table of receptances for the controller's H, in
+        place of the scenario's.
+    flavour
+        `native` FMUs, which are compiled and need no Python, or those that PythonFMU runs.
+    loop
+        `compiled`, or `plain` Python for reference; the results are the same to the last bit.
+    progress
+        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the steps
+        done and their number.
+    isolated
+        Whether the FMUs run in a process of their own, so that their crash is an exception here; by default they do if
+        one of them was given as a file.
+
+    Raises
+    ------
+    ValueError
+        If the scenario, a value or a file is wrong; the message says where, and what is allowed.
+    StartFailed, FmuError
+        If an FMU cannot be loaded or refuses to start. A failure during the run is no exception: `result.outcome`
+        says which component failed, when and why.
+    ProcessFailed
+        If the FMUs' own process crashed or had to be ended.
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(str(scenario))
+    files = {"rotor": rotor, "receptances": receptances}
+    scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
+    with progress_bar(progress) as report:
+        return run_prepared(prepare(scenario, set, until, flavour), report, loop, isolated)
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A scenario with everything that it needs to run, checked."""
+
+    scenario: Scenario
+    plan: ScenarioPlan
+    assembly: Assembly
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return self.scenario.name
+
+    @property
+    def fmus(self) -> Mapping[str, Fmu]:
+        """FMU of each component."""
+        return self.assembly.fmus
+
+    @property
+    def interfaces(self) -> Mapping[str, FmuInterface]:
+        """Interface of each component."""
+        return self.assembly.interfaces
+
+
+def prepare(
+    scenario: Scenario,
+    settings: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    flavour: Flavour = "native",
+) -> Prepared:
+    """Find the FMUs of a scenario, check its system and plan it; see `plan_scenario` for the arguments.
+
+    Raises
+    ------
+    ValueError
+        If anything in it does not fit.
+    """
+    return plan_prepared(scenario, assemble_scenario(scenario, flavour), settings, until)
+
+
+def assemble_scenario(scenario: Scenario, flavour: Flavour = "native") -> Assembly:
+    """Find the FMUs of a scenario and check its system; it holds for all values that the scenario may be given.
+
+    Raises
+    ------
+    ValueError
+        If an FMU cannot be had, or the system does not fit.
+    """
+    system = load_system(scenario.system, {"gradient": scenario.gradient})
+    for component, fmu in scenario.fmu.items():
+        system = system.with_fmu(component, fmu)
+    table, controller = _table(scenario), _controller(system)
+    if table is not None and controller is None:
+        raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
+    assembly = assemble(system, flavour, rotor=scenario.rotor, receptances=table)
+    if controller is not None:
+        _check_sensors(assembly, controller)
+    return assembly
+
+
+def plan_prepared(
+    scenario: Scenario,
+    assembly: Assembly,
+    settings: Mapping[str, Raw] | None = None,
+    until: float | None = None,
+    recorded: Sequence[str] | None = None,
+) -> Prepared:
+    """Plan a scenario whose FMUs have been found; see `plan_scenario` for the arguments and errors."""
+    plan = plan_scenario(scenario, assembly, settings, until, recorded)
+    table, controller = _table(scenario), _controller(assembly.system)
+    if table is not None and controller is not None:
+        from amb_cosim.design.rotor_models import check_loop  # a run without a table needs nothing of it
+
+        check_loop(table, plan.all_parameters(assembly.interfaces)[controller], scenario.rotor)
+    return Prepared(scenario, plan, assembly)
+
+
+def _table(scenario: Scenario) -> Path | None:
+    return None if scenario.receptances is None else Path(scenario.receptances)
+
+
+def _controller(system: System) -> str | None:
+    """Return the component that is the model of the controller, if there is one."""
+    return next((c.name for c in system.components if c.fmu == CONTROLLER), None)
+
+
+def _check_sensors(assembly: Assembly, controller: str) -> None:
+    """Raise ValueError if a sensor of the controller is connected to nothing: it would show zero all along."""
+    layout = assembly.fmus[controller].layout
+    planes = layout["planes"] if layout is not None else ()
+    sensors = [f"{controller}.{plane[axis]}" for plane in planes for axis in ("x", "y")]
+    unfed = [sensor for sensor in sensors if assembly.system.source_of(sensor) is None]
+    if unfed:
+        raise ValueError(
+            "\n".join(
+                f"{sensor}, a sensor, must be connected, and is not; no component has an output of that name"
+                for sensor in unfed
+            )
+        )
+
+
+def run_prepared(
+    prepared: Prepared,
+    progress: Progress | None = None,
+    loop: Loop = "compiled",
+    isolated: bool | None = None,
+    instances: Instances | None = None,
+) -> Result:
+    """Run a prepared scenario; see `cosim.simulation.run_plan` for the arguments and errors."""
+    return labelled(prepared, record_prepared(prepared, progress, loop, isolated, instances))
+
+
+def record_prepared(
+    prepared: Prepared,
+    progress: Progress | None = None,
+    loop: Loop = "compiled",
+    isolated: bool | None = None,
+    instances: Instances | None = None,
+) -> Recording:
+    """Do the same, and return what was recorded without its labels."""
+    coupling = prepared.scenario.coupling
+    return run_plan(prepared.assembly, prepared.plan, progress, loop, coupling, isolated, instances)
+
+
+def bare_signals(prepared: Prepared, recording: Recording) -> SignalTable:
+    """Return what a run recorded over time and cycle, with the places of the rotor and the cycles of its events.
+
+    That is what key values take; units, parameters and warnings cost more than they do.
+    """
+    plan, recorder = prepared.plan, recording.recorder
+    variables = {name: Variable(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
+    time = np.asarray(recorder.points * plan.step_size, np.float64)
+    return SignalTable(variables, _coordinates(plan, time), _landmarks(prepared, recorder))
+
+
+def _doubt(prepared: Prepared) -> str | None:
+    """Return why the coupling of a loop is in doubt, or None; there is a loop if connections lead both ways."""
+    system = prepared.plan.system
+    links = {(system.split(link.source)[0], system.split(link.target)[0]) for link in system.connections}
+    if not any((target, source) in links for source, target in links):
+        return None
+    parameters = prepared.plan.all_parameters(prepared.interfaces)
+    predicted = max(of_one.get(PREDICTION) or 0.0 for of_one in parameters.values())
+    return doubt(prepared.scenario.coupling or system.coupling, prepared.plan.step_size, predicted)
+
+
+def labelled(prepared: Prepared, recording: Recording) -> Result:
+    """Return what a run recorded with all its labels, and what the scenario says."""
+    scenario, plan = prepared.scenario, prepared.plan
+    signals = to_signals(recording)
+    sentence = _doubt(prepared)
+    warned = [*warnings_of(signals), *([Warned("coupling", "", sentence, sentence)] if sentence else [])]
+    attributes: dict[str, Any] = {
+        "scenario": scenario.name,
+        "description": scenario.description,
+        "source": scenario.source,
+        "speed_rad_s": plan.speed,
+        "period_s": plan.period,
+        WARNINGS: to_json(warned),
+        **_landmarks(prepared, recording.recorder),
+        "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
+    }
+    if plan.profile:
+        attributes["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in plan.profile])
+    if scenario.plot.cycles is not None:
+        attributes["plot_cycles"] = list(scenario.plot.cycles)
+    if scenario.plot.figures is not None:
+        attributes["plot_figures"] = json.dumps(scenario.plot.figures)
+    coordinates = _coordinates(plan, signals["time"].values)
+    table = SignalTable(signals.variables, coordinates, {**signals.attrs, **attributes})
+    return Result(table, recording.outcome)
+
+
+def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Variable]:
+    """Return time, and the turns of the initial speed."""
+    return {
+        "time": Variable(time, {"units": "s", "description": "Time from the beginning of cycle 0"}),
+        "cycle": Variable(time / plan.period, {"units": "1", "description": "Turns of the initial speed"}),
+    }
+
+
+def _landmarks(prepared: Prepared, recorder: Recorder) -> dict[str, Any]:
+    """Return the places of the rotor and the cycles of the labelled events that were reached, as attributes."""
+    plan = prepared.plan
+    reached = {label: n for label, n in plan.marks.items() if n <= recorder.reached}
+    cycles = {f"{label}_cycle": n * plan.step_size / plan.period for label, n in reached.items()}
+    return {PLACES: places_of(prepared.assembly).to_json(), **cycles}
