@@ -120,10 +120,32 @@ def _draw(method: str, count: int, dimensions: int, seed: int) -> np.ndarray[Any
     from scipy.stats import qmc
 
     if method == "saltelli":
-        from amb_cosim.sweeps.sensitivity import saltelli
-
-        return saltelli(count, dimensions, seed)
+        return _saltelli(count, dimensions, seed)
     if method == "lhs":
         return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(count))
     sequence = qmc.Sobol(dimensions, rng=np.random.default_rng(seed))
     return np.asarray(sequence.random_base2(max(count - 1, 0).bit_length()))[:count]  # no warning of its balance
+
+
+def _saltelli(count: int, dimensions: int, seed: int) -> np.ndarray[Any, Any]:
+    """Return Saltelli's sample of the unit cube, shape (count (dimensions + 2), dimensions); count is a power of 2.
+
+    Raises
+    ------
+    ValueError
+        If the count is none.
+    """
+    from SALib.sample import sobol
+
+    if count < 2 or count & (count - 1):
+        raise ValueError(f"--sample saltelli:{count} is not allowed; it must be a power of 2, such as 64")
+    return np.asarray(sobol.sample(unit_problem(dimensions), count, calc_second_order=False, seed=seed))
+
+
+def unit_problem(dimensions: int) -> dict[str, Any]:
+    """Return the unit cube as SALib describes it."""
+    return {
+        "num_vars": dimensions,
+        "names": [str(k) for k in range(dimensions)],
+        "bounds": [[0.0, 1.0]] * dimensions,
+    }

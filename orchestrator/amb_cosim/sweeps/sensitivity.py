@@ -6,31 +6,16 @@ S_i = V(E(Y | X_i)) / V(Y),     S_Ti = 1 - V(E(Y | X_~i)) / V(Y)
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from amb_cosim.sweeps.sampling import SAMPLE
+from amb_cosim.sweeps.sampling import SAMPLE, unit_problem
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from amb_cosim.sweeps.run import Sweep
-
-
-def saltelli(count: int, dimensions: int, seed: int) -> np.ndarray[Any, Any]:
-    """Return Saltelli's sample of the unit cube, shape (count (dimensions + 2), dimensions); count is a power of 2.
-
-    Raises
-    ------
-    ValueError
-        If the count is none.
-    """
-    from SALib.sample import sobol
-
-    if count < 2 or count & (count - 1):
-        raise ValueError(f"--sample saltelli:{count} is not allowed; it must be a power of 2, such as 64")
-    return np.asarray(sobol.sample(_problem(dimensions), count, calc_second_order=False, seed=seed))
 
 
 def sensitivity(swept: Sweep, metric: str = "peak_contact_force") -> xr.Dataset:
@@ -54,16 +39,8 @@ def sensitivity(swept: Sweep, metric: str = "peak_contact_force") -> xr.Dataset:
     if without:
         raise ValueError(f"{without} of {values.size} runs have no {metric}; the indices need all of them")
     names = [column.name for axis in design.axes if axis.name == SAMPLE for column in axis.columns]
-    indices = sobol.analyze(_problem(len(names)), values, calc_second_order=False, seed=design.seed or 0)
+    indices = sobol.analyze(unit_problem(len(names)), values, calc_second_order=False, seed=design.seed or 0)
     if math.isclose(float(np.ptp(values)), 0.0, abs_tol=1e-300):
         raise ValueError(f"{metric} is {values[0]:g} in all runs; there is nothing to explain")
     data = {key: ("parameter", np.asarray(indices[key])) for key in ("S1", "S1_conf", "ST", "ST_conf")}
     return xr.Dataset(data, {"parameter": names}, {"metric": metric, "runs": values.size})
-
-
-def _problem(dimensions: int) -> dict[str, Any]:
-    return {
-        "num_vars": dimensions,
-        "names": [str(k) for k in range(dimensions)],
-        "bounds": [[0.0, 1.0]] * dimensions,
-    }
