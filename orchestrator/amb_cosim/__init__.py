@@ -5,7 +5,8 @@
 
     run          run a scenario and return its Result
     scenarios    names and descriptions of the scenarios that come with the package
-    Scenario     a scenario as an object: load, changed, check, save
+    Scenario     a scenario as an object: load, changed, save
+    check        check that a scenario fits the components that it runs
     compare      put runs or saved results side by side: table of summaries, overlaid figures
     Result       a run: dataset, summary, plot, outcome, save; Result.load reads one from its folder
     build        write the FMUs of rotor, actuator and controller, for use in any tool
@@ -13,9 +14,11 @@
     export_ssp   write a scenario with its FMUs as an SSP archive, for other tools
     identify     identify receptances of the levitated rotor by co-simulation, into a table for ROLAC
     sweep        run a scenario over a grid or a sample of its values, thousands of runs, on Dask
+    draw_sweep   draw maps of a sweep into its folder
     studies      questions answered by analysis or by many runs: Campbell diagram, sensitivity, recovery, ...
     simulate     run any FMI 2.0 co-simulation FMUs from a system file or an SSP archive
-    System       components and connections of one's own; System.load reads a system file
+    System       components and connections of one's own
+    load_system  read a system file, or a system that comes with the package
     cosim        the layer below, which knows FMI and numbers and no rotor: components, master, recording
 
 Each has its documentation: help(amb_cosim.run). What is wrong with an input is a ValueError that says where, and what
@@ -36,20 +39,24 @@ if TYPE_CHECKING:
     from amb_cosim.comparison.compare import compare as compare
     from amb_cosim.cosim.run import simulate as simulate
     from amb_cosim.cosim.system import System as System
+    from amb_cosim.cosim.system_file import load_system as load_system
     from amb_cosim.packaging.assembled import build_assembled as build_assembled
     from amb_cosim.packaging.exchange import export_ssp as export_ssp
     from amb_cosim.packaging.models import build as build
     from amb_cosim.results.result import Result as Result
     from amb_cosim.scenario.scenario import Scenario as Scenario
     from amb_cosim.scenario.scenario import scenarios as scenarios
+    from amb_cosim.scenario.simulation import check as check
     from amb_cosim.scenario.simulation import run as run
     from amb_cosim.studies.receptance_identification import identify as identify
+    from amb_cosim.sweeps.figures import draw_sweep as draw_sweep
     from amb_cosim.sweeps.run import sweep as sweep
 
 _MODULES = {
     "run": "scenario.simulation",
     "scenarios": "scenario.scenario",
     "Scenario": "scenario.scenario",
+    "check": "scenario.simulation",
     "Result": "results.result",
     "compare": "comparison.compare",
     "build": "packaging.models",
@@ -57,9 +64,11 @@ _MODULES = {
     "export_ssp": "packaging.exchange",
     "identify": "studies.receptance_identification",
     "sweep": "sweeps.run",
+    "draw_sweep": "sweeps.figures",
     "studies": "studies",
     "simulate": "cosim.run",
     "System": "cosim.system",
+    "load_system": "cosim.system_file",
     "cosim": "cosim",
 }
 

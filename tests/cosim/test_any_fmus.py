@@ -146,7 +146,7 @@ def test_a_mistake_in_a_system_file_is_named(system_file, change, message):
 def test_a_system_needs_an_experiment_to_run(system_file):
     import amb_cosim
 
-    system = amb_cosim.System.load(system_file)
+    system = amb_cosim.load_system(system_file)
     with pytest.raises(ValueError, match="needs an experiment"):
         amb_cosim.simulate(replace(system, name="two masses"))
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import inspect
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import ClassVar
 
 import click
@@ -158,15 +160,13 @@ class Level(DrawnResult):
     def text(self) -> list[TextPart]:
         return [f"level {self.level:g}"]
 
-    def figure(self) -> Figure:
-        return Figure()
-
 
 @pytest.fixture
 def added(monkeypatch):
     """`added(compute, *options, **more)`: adds the study `mine` to the command line."""
 
     def add(compute, *options, **more) -> None:
+        monkeypatch.setitem(sys.modules, "amb_cosim.studies.figures.mine", SimpleNamespace(draw=lambda _: Figure()))
         monkeypatch.setattr(studies, "mine", compute, raising=False)
         monkeypatch.setitem(studies.STUDIES, "mine", studies.Study("mine", "A study."))
         monkeypatch.setattr(analysis.study, "commands", dict(analysis.study.commands))
@@ -208,7 +208,7 @@ def test_result_of_a_study_shows_itself():
         "CampbellDiagram(rotor='bath_rig_thesis', mass='diagonal', speeds=<array of shape (161,)>"
     )
     assert "Critical speeds" in str(diagram)
-    assert diagram._repr_png_().startswith(b"\x89PNG")
+    assert studies.figure(diagram)._repr_png_().startswith(b"\x89PNG")
     np.testing.assert_allclose(diagram.speeds[-1], 100.0 * np.pi)
 
 

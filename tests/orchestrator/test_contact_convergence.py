@@ -139,7 +139,7 @@ def test_run_that_fails_is_a_row_and_the_scenarios_own_failure_an_error(study, m
 @pytest.mark.slow
 def test_study_writes_table_data_and_figure(study, tmp_path):
     result = study(lambda case: 1000.0 + case.value)
-    folder = result.save(tmp_path / "out")
+    folder = studies.save(result, tmp_path / "out")
     assert {file.name for file in folder.iterdir()} == {"convergence.csv", "convergence.json", "convergence.png"}
     with (folder / "convergence.csv").open(encoding="utf-8") as file:
         lines = list(csv.DictReader(file))

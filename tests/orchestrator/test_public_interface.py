@@ -141,7 +141,8 @@ def test_check_finds_what_does_not_fit_the_components():
     with pytest.raises(
         ValueError, match=r"rotor_contact has no variable 'rb1\.clearence'; did you mean rb1\.clearance"
     ):
-        scenario.check()
+        amb_cosim.check(scenario)
+    amb_cosim.check("fig4_9")
 
 
 @pytest.mark.parametrize("name", sorted(amb_cosim.scenarios()))

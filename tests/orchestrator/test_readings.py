@@ -87,7 +87,7 @@ def test_the_misfit_of_a_reading_is_the_mean_over_all_statements(monkeypatch: py
     assert result.misfit["6"] == pytest.approx(wanted)
     assert set(result.met["6"].values()) == {count, count - runs}
     assert f"met of {count}" in str(result)
-    assert result.figure() is not None
+    assert studies.figure(result) is not None
 
 
 @pytest.mark.parametrize("chapters", ["3", "4,7", "four"])

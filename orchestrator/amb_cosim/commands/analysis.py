@@ -90,7 +90,7 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
                 values["set"] = parse_settings(values.pop("settings"))
             compute: Callable[..., DrawnResult] = getattr(studies, name)
             result = compute(**values)
-            result.save(folder)
+            studies.save(result, folder)
         print_parts([*result.text(), f"results in {folder}"])
 
     output = click.option(

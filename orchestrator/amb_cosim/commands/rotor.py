@@ -59,7 +59,7 @@ def show(name: str, output: Path | None, as_json: bool) -> None:
         if output is not None:
             from amb_cosim.presentation.style import write_png
 
-            write_png(result.figure(), output)
+            write_png(studies.figure(result), output)
     print_result(result, as_json)
 
 

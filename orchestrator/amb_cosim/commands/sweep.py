@@ -106,7 +106,9 @@ def sweep(
         except ClusterFailed as error:
             raise Failed(f"{error}; the same command goes on with what is in {folder}") from error
         if not no_plots:
-            swept.draw()
+            from amb_cosim.sweeps.figures import draw_sweep
+
+            draw_sweep(swept)
     click.echo(swept.summary)
     click.echo(f"results in {folder}")
 

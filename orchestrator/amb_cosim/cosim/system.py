@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -92,13 +91,6 @@ class System:
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise ValueError(f"system {self.name}: components named twice: {', '.join(twice)}")
-
-    @classmethod
-    def load(cls, name: str | Path) -> System:
-        """Read a system by its name, or from a TOML file; see `load_system`."""
-        from amb_cosim.cosim.system_file import load_system
-
-        return load_system(name)
 
     def component(self, name: str) -> Component:
         """Return the component called `name`; the ValueError for an unknown name lists those there are."""

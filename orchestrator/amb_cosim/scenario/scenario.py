@@ -160,12 +160,6 @@ class Scenario(Table):
         write_atomically(Path(path), lambda file: file.write_text(text, encoding="utf-8"))
         return Path(path)
 
-    def check(self) -> None:
-        """Raise ValueError if the scenario does not fit the components that it runs; builds their FMUs if need be."""
-        from amb_cosim.scenario.simulation import prepare
-
-        prepare(self)
-
     def _data(self) -> dict[str, Any]:
         return self.model_dump(mode="json", exclude_unset=True, exclude_none=True, exclude={"name"})
 

@@ -88,6 +88,14 @@ def run(
         return run_prepared(prepare(scenario, set, until, flavour), report, loop, isolated)
 
 
+def check(scenario: str | Path | Scenario) -> None:
+    """Raise ValueError if a scenario does not fit the components that it runs; builds their FMUs if need be.
+
+    It is a `Scenario`, the name of one that comes with the package, or the path of a TOML file.
+    """
+    prepare(scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario)))
+
+
 @dataclass(frozen=True)
 class Prepared:
     """A scenario with everything that it needs to run, checked."""

@@ -1,7 +1,8 @@
 """Studies of the rotor, its bearings and its control.
 
-Each study is a function that returns a frozen dataclass. `print` shows its tables, `as_dict()` returns its data, and
-`figure()`, where there is one, its figure. Arguments are numbers in SI units or texts with a unit, such as "50 Hz".
+Each study is a function that returns a frozen dataclass. `print` shows its tables and `as_dict()` returns its data;
+`figure` draws it and `save` writes both, where it has a figure. Arguments are numbers in SI units or texts with a unit,
+such as "50 Hz".
 
     from amb_cosim import studies
     result = studies.campbell(up_to="100 Hz")
@@ -12,6 +13,8 @@ from __future__ import annotations
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+from amb_cosim.studies.figures import figure, save
 
 if TYPE_CHECKING:
     from amb_cosim.studies.bearing_axis import linearisation
@@ -123,6 +126,7 @@ __all__ = [
     "contact_laws",
     "convergence",
     "coupling",
+    "figure",
     "h_matrix",
     "identify",
     "layout",
@@ -134,6 +138,7 @@ __all__ = [
     "recovery",
     "reduction",
     "rig_unbalance",
+    "save",
     "sensitivity",
     "synchronous_response",
     "tables",

@@ -34,7 +34,6 @@ from amb_cosim.studies.convergence_runs import (
 )
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
-from amb_files.atomic import write_atomically
 from amb_files.stages import stage
 from fmi_export.model import Array
 from rotor_analysis.checks import require
@@ -137,12 +136,9 @@ class ContactConvergence(DrawnResult):
             )
         return lines
 
-    def save(self, folder: Path | str) -> Path:
-        """Write data and figure, and `convergence.csv`, a line for each run and site; return the folder."""
-        folder = super().save(folder)
-        text = self.to_csv()
-        write_atomically(folder / f"{self.name}.csv", lambda path: path.write_text(text, encoding="utf-8"))
-        return folder
+    def data_files(self) -> dict[str, str]:
+        """Return the texts of `convergence.json`, and of `convergence.csv`, a line for each run and site."""
+        return super().data_files() | {f"{self.name}.csv": self.to_csv()}
 
     def to_csv(self) -> str:
         """Return a line for each run and each site that it touched; columns hold their units."""

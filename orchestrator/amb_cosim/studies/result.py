@@ -1,20 +1,15 @@
-"""What all studies return: a record that can be printed, written as JSON, drawn and shown in a notebook."""
+"""What all studies return: a record that can be printed, written as JSON and drawn."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from amb_cosim.presentation.json_data import json_data
 from amb_cosim.presentation.text_tables import TextPart, rendered
-from amb_files.atomic import write_atomically
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LONGEST = 60  # characters of a value in a result's representation
 
@@ -44,40 +39,14 @@ class StudyResult:
 
 
 class DrawnResult(StudyResult):
-    """A result with a figure, which a notebook shows."""
+    """A result that `amb_cosim.studies.figure` draws."""
 
     name: ClassVar[str]
     """Name of the study, of its files, and of the module in `amb_cosim.studies.figures` that draws it."""
 
-    def figure(self) -> Figure:
-        """Return the figure of the study, a new one with every call."""
-        from amb_cosim.studies.figures import figure
-
-        return figure(self)
-
-    def save(self, folder: Path | str) -> Path:
-        """Write the data as `NAME.json` and the figure as `NAME.png`, and return the folder.
-
-        The folder is created if it is missing. A file appears complete or not at all.
-
-        Raises
-        ------
-        OSError
-            If the folder or a file cannot be written.
-        """
-        from amb_cosim.presentation.style import write_png
-
-        text = self.to_json(indent=1)
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder / f"{self.name}.json", lambda path: path.write_text(text, encoding="utf-8"))
-        write_png(self.figure(), folder / f"{self.name}.png")
-        return folder
-
-    def _repr_png_(self) -> bytes:
-        from amb_cosim.presentation.style import png
-
-        return png(self.figure())
+    def data_files(self) -> dict[str, str]:
+        """Return the texts of the files that hold the data, by name."""
+        return {f"{self.name}.json": self.to_json(indent=1)}
 
 
 def _short(value: Any) -> str:

@@ -69,16 +69,6 @@ class Sweep:
 
         return "\n".join(summarise_sweep(self))
 
-    def draw(self) -> list[str]:
-        """Draw maps, and the peak force over the phase of an event where that was varied, into the folder.
-
-        Return the names of the files.
-        """
-        from amb_cosim.sweeps.maps import draw_maps
-        from amb_cosim.sweeps.phases import draw_phases
-
-        return [*draw_maps(self), *draw_phases(self)]
-
     @property
     def outcomes(self) -> dict[str, int]:
         """How many points led to each outcome."""

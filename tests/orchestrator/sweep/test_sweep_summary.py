@@ -7,6 +7,7 @@ import math
 import numpy as np
 import xarray as xr
 
+from amb_cosim.sweeps.figures import draw_sweep
 from amb_cosim.sweeps.phases import distribution, draw_distribution, draw_phases, phase_of
 from amb_cosim.sweeps.refine import Refinement
 from amb_cosim.sweeps.run import Sweep
@@ -66,7 +67,7 @@ def test_a_distribution_has_the_quantiles_over_all_other_axes(tmp_path):
     figure = draw_distribution(swept, swept.dataset, "step.cycle")
     assert [ax.get_title() for ax in figure.axes] == ["PID", "ROLAC"]
     assert figure.axes[0].get_xlabel() == "phase of the step (deg)"
-    assert swept.draw() == ["outcome.png", "peak_contact_force.png", "phase.png"]
+    assert draw_sweep(swept) == ["outcome.png", "peak_contact_force.png", "phase.png"]
 
 
 def test_a_sampled_phase_is_drawn_and_a_sweep_without_one_is_not(tmp_path):

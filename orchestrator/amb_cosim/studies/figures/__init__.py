@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from amb_files.atomic import write_atomically
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -12,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def figure(result: DrawnResult) -> Figure:
-    """Return the figure of a study's result."""
+    """Return the figure of a study's result, a new one with every call; a notebook shows it."""
     import matplotlib as mpl
 
     from amb_cosim.presentation.style import STYLE
@@ -20,3 +24,23 @@ def figure(result: DrawnResult) -> Figure:
     with mpl.rc_context(STYLE):
         drawn: Figure = import_module(f"{__name__}.{result.name}").draw(result)
     return drawn
+
+
+def save(result: DrawnResult, folder: Path | str) -> Path:
+    """Write the data of a study's result as `NAME.json` and its figure as `NAME.png`, and return the folder.
+
+    The folder is created if it is missing. A file appears complete or not at all.
+
+    Raises
+    ------
+    OSError
+        If the folder or a file cannot be written.
+    """
+    from amb_cosim.presentation.style import write_png
+
+    texts, folder = result.data_files(), Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        write_atomically(folder / name, partial(Path.write_text, data=text, encoding="utf-8"))
+    write_png(figure(result), folder / f"{result.name}.png")
+    return folder
