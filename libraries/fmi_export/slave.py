@@ -1,31 +1,26 @@
-"""The pythonfmu slave of any model: it holds an instance and passes calls on.
+"""The kernels of any model, as PythonFMU calls them for the guard, which is the slave that hosts see.
 
-The guard before PythonFMU's library lets calls come here in the order of the standard alone, with references that
-exist, are of the right type and may be set now, and with states of this FMU that are whole. What is wrong beyond that
-is logged as an error, with which the guard answers the call, and stays as `fault_code`. The guard says at what time.
+The guard keeps the arrays of the instance and checks them before and after; a kernel works on them where they are.
 
-Nothing may leave a slave method as an exception: PythonFMU would corrupt reference counts, and the guard would not call
-it any more.
+Nothing may leave a method as an exception: PythonFMU would corrupt reference counts, and the guard would not call it
+any more. What is logged instead is for the guard the reason of a failure.
 """
 
 from __future__ import annotations
 
-import base64
 import json
+from collections.abc import Callable
+from ctypes import c_double
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from numpy.typing import NDArray
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
 from fmi_export.log_categories import LOG_CATEGORIES
-from fmi_export.model import START, Array, Fault, Instance, Model, with_starts
-
-FAULT_INTERNAL = 998
-REMEMBERED = 1000  # lists of value references; hosts use the same few in every step
+from fmi_export.model import START, Array, Model, with_starts
 
 
 class ModelSlave(Fmi2Slave):  # type: ignore[misc]
@@ -46,10 +41,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         self.model = with_starts(self.model_of(layout), starts)
         self.modelName = self.model.name
         self.guid = self.build["guid"]
-        self.instance = Instance(self.model, np.load(resources / "constants.npy"))
-        self._known: dict[tuple[int, ...], NDArray[np.intp]] = {}
-        self._initialising = True
-        self._stale = True
+        self.arrays: list[Array] = [np.load(resources / "constants.npy")]
 
     @classmethod
     def model_of(cls, layout: dict[str, Any]) -> Model:
@@ -61,141 +53,22 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
         return model_description(self.model, self.guid, self.build["tool"], self.build["version"])
 
-    # Life cycle --------------------------------------------------------------------------------------------
-
-    def setup_experiment(self, start_time: float, *_: Any) -> None:
-        self._stale = True
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        """Take the arrays after the constants, of which the guard gives address and size, one after another."""
+        numbers = [int(number) for number in values[0].split()]
+        places = zip(numbers[::2], numbers[1::2], strict=True)
+        self.arrays += [np.ctypeslib.as_array((c_double * size).from_address(address)) for address, size in places]
 
     def enter_initialization_mode(self) -> None:
-        self._stale = True
-
-    def exit_initialization_mode(self) -> None:
-        self._refresh()
-        self._initialising = False
-        if self.instance.fault:
-            self._say_fault()
-        else:
-            self._warn()
+        self._call(self.model.initialise)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        try:
-            self.instance.step(current_time, step_size)
-        except Exception as error:
-            self._refuse(error)
-            return False
-        self._warn()
+        self._call(self.model.step, current_time, step_size)
         return True
 
-    def _refresh(self) -> bool:
-        """Initialise again if a variable was set, so that outputs are up to date throughout initialisation mode.
-
-        Returns whether that brought a fault, which can still be put right there.
-        """
-        if not (self._initialising and self._stale):
-            return False
-        self._stale = False
+    def _call(self, kernel: Callable[..., int], *times: float) -> None:
+        """Call a kernel, and leave its fault as the last output."""
         try:
-            self.instance.initialise()
-        except Fault:
-            return True
+            self.arrays[-1][-1] = kernel(*self.arrays, *times)
         except Exception as error:
-            self.instance.stop(FAULT_INTERNAL, str(error))
-            return True
-        return False
-
-    def _refuse(self, error: Exception, where: str = "") -> None:
-        if not isinstance(error, Fault):
-            self.instance.stop(FAULT_INTERNAL, f"{where}{error}")
-        self._say_fault()
-
-    def _say_fault(self) -> None:
-        self.log(self.instance.message, Fmi2Status.error)
-
-    def _warn(self) -> None:
-        """Log each warning when it is true for the first time."""
-        for warning in self.instance.new_warnings():
-            self.log(warning, Fmi2Status.warning)
-
-    # Variables ---------------------------------------------------------------------------------------------
-
-    def get_real(self, vrs: list[int]) -> list[float]:
-        return self._read(vrs).tolist()
-
-    def get_integer(self, vrs: list[int]) -> list[int]:
-        try:
-            return [int(value) for value in self._read(vrs).tolist()]
-        except (ValueError, OverflowError) as error:
-            self._refuse(error, f"get {vrs}: ")
-            return [0] * len(vrs)
-
-    def get_boolean(self, vrs: list[int]) -> list[bool]:
-        return (self._read(vrs) != 0.0).tolist()
-
-    def set_real(self, vrs: list[int], values: list[float]) -> None:
-        try:
-            self.instance.values[self._where(vrs)] = values
-        except Exception as error:
-            self._refuse(error, f"set {vrs}: ")
-        self._stale = True
-
-    def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        self.set_real(vrs, values)  # type: ignore[arg-type]
-
-    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        self.set_real(vrs, values)  # type: ignore[arg-type]
-
-    def _read(self, vrs: list[int]) -> Array:
-        try:
-            if self._refresh():
-                self._say_fault()
-            return self.instance.values[self._where(vrs)]
-        except Exception as error:
-            self._refuse(error, f"get {vrs}: ")
-            return np.zeros(len(vrs))
-
-    def _where(self, vrs: list[int]) -> NDArray[np.intp]:
-        key = tuple(vrs)
-        where = self._known.get(key)
-        return _remember(self._known, key, vrs) if where is None else where
-
-    # State -------------------------------------------------------------------------------------------------
-
-    def _get_fmu_state(self) -> dict[str, Any]:
-        instance = self.instance
-        return {
-            "values": instance.values.tobytes(),
-            "state": instance.state.tobytes(),
-            "fault": instance.fault,
-            "message": instance.message,
-            "initialising": self._initialising,
-            "stale": self._stale,
-        }
-
-    def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        try:
-            self.instance.values[:] = np.frombuffer(state["values"])
-            self.instance.state[:] = np.frombuffer(state["state"])
-            self.instance.fault = state["fault"]
-            self.instance.message = state["message"]
-            self._initialising = state["initialising"]
-            self._stale = state["stale"]
-        except Exception as error:
-            self._refuse(error, "state: ")
-
-    @staticmethod
-    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
-        text = {k: base64.b64encode(v).decode() if isinstance(v, bytes) else v for k, v in state.items()}
-        return json.dumps(text).encode()
-
-    @staticmethod
-    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        text: dict[str, Any] = json.loads(state.decode())
-        return text | {k: base64.b64decode(text[k]) for k in ("values", "state")}
-
-
-def _remember(known: dict[tuple[int, ...], NDArray[np.intp]], key: tuple[int, ...], vrs: list[int]) -> NDArray[np.intp]:
-    """Return value references as an index, and store it for the next call with them."""
-    if len(known) >= REMEMBERED:
-        known.clear()
-    known[key] = where = np.array(vrs, np.intp)
-    return where
+            self.log(str(error) or repr(error), Fmi2Status.error)

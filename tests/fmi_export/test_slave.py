@@ -7,7 +7,6 @@ import pytest
 from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
 from fmi_export.model import Instance
-from fmi_export.slave import REMEMBERED, _remember
 
 H = 250e-6
 
@@ -224,12 +223,3 @@ def test_a_tunable_parameter_may_change_during_the_run(build_fmu, lag, run_pytho
     status, y = run_python(host, path=build_fmu(lag))
     assert status == 0
     assert y == pytest.approx(4 * (1 - math.exp(-0.25)), rel=1e-12)
-
-
-def test_lists_of_references_are_kept_in_bounded_number():
-    known = {}
-    for vr in range(3 * REMEMBERED):
-        where = _remember(known, (vr, 7), [vr, 7])
-        assert where.tolist() == [vr, 7]
-        assert known[vr, 7] is where
-        assert len(known) <= REMEMBERED

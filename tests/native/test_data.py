@@ -228,5 +228,5 @@ def test_a_state_goes_to_instances_with_the_same_data_only(library, lag):
 
 def test_a_sentence_that_the_engine_would_cut_is_refused(lag):
     wordy = dataclasses.replace(lag, faults={7: 3570 * "x" + "{u}"})
-    with pytest.raises(ValueError, match="a native FMU has 3584 bytes for a sentence; 3605 are too many: xxx"):
+    with pytest.raises(ValueError, match="an FMU has 3584 bytes for a sentence; 3605 are too many: xxx"):
         model_data(wordy, np.zeros(1), "{}", "")

@@ -23,7 +23,7 @@ from fmi_export.building.documentation import documentation
 from fmi_export.building.guard.libraries import check_guarded, guard, guard_key, library_names
 from fmi_export.building.identity import DOCUMENTATION, digests, guid_of, package_folder
 from fmi_export.building.native.compiler import host_platform
-from fmi_export.building.native.data import model_data
+from fmi_export.building.native.data import model_data, size_of
 from fmi_export.model import Array, Model
 
 
@@ -56,7 +56,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
         guarding, pythonfmu = library_names(model.name, platform)
         content |= {guarding: one.library, pythonfmu: libraries[guarding]}
     content |= documentation(model, ["pythonfmu"])
-    content["resources/model.bin"] = _guarded_variables(model, guid)
+    content["resources/model.bin"] = _data(model, constants, guid)
     content["resources/python.txt"] = "\n".join(_this_python()).encode()
     folder.mkdir(parents=True, exist_ok=True)
     return write_archive(folder / f"{model.name}.fmu", content)
@@ -100,9 +100,10 @@ def _content(archive: Path) -> dict[str, bytes]:
         return {name: fmu.read(name) for name in fmu.namelist()}
 
 
-def _guarded_variables(model: Model, guid: str) -> bytes:
-    """Return what the guard knows of the model: its variables and the guid."""
-    return model_data(replace(model, n_state=1, n_work=1, faults={}), np.zeros(0), guid, guard_key())
+def _data(model: Model, constants: Array, guid: str) -> bytes:
+    """Return what the guard knows of the model: all but the constants, which the kernels in Python have as a file."""
+    n_state, n_work = (size_of(size, constants) for size in (model.n_state, model.n_work))
+    return model_data(replace(model, n_state=n_state, n_work=n_work), np.zeros(0), guid, guard_key())
 
 
 def _this_python() -> tuple[str, str]:

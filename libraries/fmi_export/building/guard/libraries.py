@@ -1,4 +1,4 @@
-"""Guards: the library that stands before PythonFMU's, the same one for every model on a platform."""
+"""Guards: the native slave with kernels that PythonFMU's library calls, the same one for every model on a platform."""
 
 from __future__ import annotations
 
@@ -8,13 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from fmi_export.building.native.compiler import PLATFORMS, check_compiler, compile_library
-from fmi_export.building.native.engines import COMPILING, FMI2_HEADERS, HERE, Engine, digest_of, find_or_compile
+from fmi_export.building.native.engines import COMPILING, HERE, SLAVE, Engine, digest_of, find_or_compile
 
-SHARED = (*FMI2_HEADERS, "data.h", "resources.h", "data.c", "resources.c")  # with the native slave
-OWN = (
-    *("guard.h", "pythonfmu.h", "system.h"),
-    *("answers.c", "life_cycle.c", "pythonfmu.c", "questions.c", "saved_states.c", "values.c"),
-)
+OWN = ("pythonfmu.h", "system.h", "interpreted.c", "pythonfmu.c")
 # Platforms of PythonFMU: the code for their operating system, and the libraries that it needs there.
 SYSTEMS: dict[str, tuple[str, tuple[str, ...]]] = {
     "linux64": ("linux.c", ("m", "dl")),
@@ -24,7 +20,7 @@ SYSTEMS: dict[str, tuple[str, tuple[str, ...]]] = {
 
 def guard_key() -> str:
     """Return an identifier, 32 hexadecimal digits, that changes with the code of the guard, with nothing else."""
-    return digest_of(SYSTEMS, *SHARED, *_own(*OWN, *(code for code, _ in SYSTEMS.values())), *COMPILING)
+    return digest_of(SYSTEMS, *SLAVE, *_own(*OWN, *(code for code, _ in SYSTEMS.values())), *COMPILING)
 
 
 def guard(platform: str) -> Engine:
@@ -67,7 +63,7 @@ def _compile(platform: str) -> Engine:
         )
     check_compiler()
     code, libraries = SYSTEMS[platform]
-    sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in SHARED + _own(*OWN, code)}
+    sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in SLAVE + _own(*OWN, code)}
     sources["engine_key.h"] = f'#define ENGINE_KEY "{guard_key()}"\n'
     library = compile_library("guard", sources, platform, libraries)
     return Engine(library, f"ziglang {importlib.metadata.version('ziglang')}")

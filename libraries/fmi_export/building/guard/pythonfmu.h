@@ -5,10 +5,7 @@
 
 #include "fmi2Functions.h"
 
-#define PYTHONFMU_FUNCTIONS(X) \
-    X(Instantiate) X(FreeInstance) X(SetupExperiment) X(EnterInitializationMode) X(ExitInitializationMode) \
-    X(Terminate) X(DoStep) X(GetReal) X(GetInteger) X(GetBoolean) X(SetReal) X(SetInteger) X(SetBoolean) \
-    X(GetFMUstate) X(SetFMUstate) X(FreeFMUstate) X(SerializedFMUstateSize) X(SerializeFMUstate) X(DeSerializeFMUstate)
+#define PYTHONFMU_FUNCTIONS(X) X(Instantiate) X(FreeInstance) X(SetString) X(EnterInitializationMode) X(DoStep)
 
 typedef struct {
     void *library;

@@ -1,4 +1,4 @@
-"""Writes the data of a native FMU: variable table, constants and sentences, as `data.h` describes them."""
+"""Writes the data of an FMU: variable table, constants and sentences, as `data.h` describes them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def model_data(model: Model, constants: Array, guid: str, key: str) -> bytes:
     warnings = _sentences(model, table.warnings, pieces, texts)
     counts = (
         *(table.n_parameters, table.n_inputs, table.n_outputs),
-        *(_size(model.n_state, constants), _size(model.n_work, constants), len(constants)),
+        *(size_of(model.n_state, constants), size_of(model.n_work, constants), len(constants)),
         *(len(model.faults), len(table.warnings), len(pieces), len(texts.content)),
     )
     parts = [HEADER.pack(MAGIC, VERSION, key.encode(), guid.encode(), *counts), constants.tobytes()]
@@ -80,12 +80,11 @@ class _Texts:
         """Raise a ValueError for a sentence that the engine would cut."""
         size = len(sentence.encode()) + NUMBER * numbers
         if size > ROOM:
-            raise ValueError(
-                f"{self.model}: a native FMU has {ROOM} bytes for a sentence; {size} are too many: {sentence}"
-            )
+            raise ValueError(f"{self.model}: an FMU has {ROOM} bytes for a sentence; {size} are too many: {sentence}")
 
 
-def _size(size: Size, constants: Array) -> int:
+def size_of(size: Size, constants: Array) -> int:
+    """Return the size of an array of a model, at least 1."""
     return max(size(constants) if callable(size) else size, 1)
 
 

@@ -26,12 +26,15 @@ from fmi_export.building.native.lowering import Kernels, lower
 HERE = Path(__file__).parent
 SHIPPED = HERE / "engines"  # in an installed package
 HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
-FMI2_HEADERS = tuple(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform"))
-C_SOURCES = (
-    *FMI2_HEADERS,
-    *(f"{HEADERS}/fmi3{part}.h" for part in ("Functions", "FunctionTypes", "PlatformTypes")),
+SLAVE = (  # an instance as hosts of FMI 2.0 run it, without the kernels
+    *(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform")),
     *("data.h", "instance.h", "kernels.h", "resources.h", "slave.h"),
-    *("data.c", "fmi2.c", "fmi3.c", "fmi3_absent.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
+    *("data.c", "fmi2.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
+)
+C_SOURCES = (
+    *SLAVE,
+    *(f"{HEADERS}/fmi3{part}.h" for part in ("Functions", "FunctionTypes", "PlatformTypes")),
+    *("compiled.c", "fmi3.c", "fmi3_absent.c"),
 )
 LOWERING = ("lowering.py", "unlinked.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")

@@ -3,8 +3,6 @@
 #include "fmi2Functions.h"
 #include "slave.h"
 
-#include <stdlib.h>
-
 #define REFERENCES const fmi2ValueReference references[], size_t count
 
 /* Hand a text to the host's logger, which takes it for a printf format. */
@@ -60,7 +58,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 
 void fmi2FreeInstance(fmi2Component component)
 {
-    free(component);
+    slave_free(component);
 }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t count, const fmi2String categories[])

@@ -11,8 +11,6 @@
 #include "fmi3Functions.h"
 #include "slave.h"
 
-#include <stdlib.h>
-
 #define REFERENCES const fmi3ValueReference references[], size_t count
 
 /* Hand a text to the host's logger, in which #123# is a variable and ## a number sign. */
@@ -90,7 +88,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
 
 void fmi3FreeInstance(fmi3Instance instance)
 {
-    free(instance);
+    slave_free(instance);
 }
 
 /* Unlike in FMI 2.0 categories are switched, and those that are not named stay as they are. */

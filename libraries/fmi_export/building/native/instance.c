@@ -114,13 +114,13 @@ static int64_t check_given(Run *run)
     return run_stop(run, FAULT_RANGE + i, outcome->reason);
 }
 
-/* Publish the outputs if the kernel returned no fault and each output is in its range. */
-static int64_t finish(Run *run, int32_t raised, int64_t fault)
+/* Publish the outputs if the kernel did not fail, returned no fault, and each output is in its range. */
+static int64_t finish(Run *run, const char *failure, int64_t fault)
 {
     const Data *data = &run->data;
     char *reason = run->outcome->reason;
-    if (raised != 0)
-        return run_stop(run, FAULT_INTERNAL, "the model's code failed with an exception");
+    if (failure)
+        return run_stop(run, FAULT_INTERNAL, failure);
     if (fault == UNCHANGED)
         return 0;
     if (fault != 0) {
@@ -157,22 +157,17 @@ int64_t run_initialise(Run *run)
 {
     const Data *data = &run->data;
     int64_t fault = 0;
-    void *exception = NULL;
     run->outcome->fault = 0;
     if (check_given(run))
         return run->outcome->fault;
     memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
-    int32_t raised = kernel_initialise(&fault, &exception, data->constants, data->n_constants, run->values,
-                                       data->n_parameters, run->values + data->n_parameters, data->n_inputs, run->state,
-                                       data->n_state, run->work, data->n_work, run->next_outputs, data->n_outputs);
-    return finish(run, raised, fault);
+    const char *failure = call_initialise(run, &fault);
+    return finish(run, failure, fault);
 }
 
 int64_t run_step(Run *run, double time, double step_size)
 {
-    const Data *data = &run->data;
     int64_t fault = 0;
-    void *exception = NULL;
     if (!(step_size > 0.0 && isfinite(step_size))) {
         char *reason = run->outcome->reason;
         reason[0] = '\0';
@@ -184,9 +179,6 @@ int64_t run_step(Run *run, double time, double step_size)
     if (check_given(run))
         return run->outcome->fault;
     run->step_size = step_size;
-    int32_t raised = kernel_step(&fault, &exception, data->constants, data->n_constants, run->values,
-                                 data->n_parameters, run->values + data->n_parameters, data->n_inputs, run->state,
-                                 data->n_state, run->work, data->n_work, run->next_outputs, data->n_outputs, time,
-                                 step_size);
-    return finish(run, raised, fault);
+    const char *failure = call_step(run, time, step_size, &fault);
+    return finish(run, failure, fault);
 }

@@ -23,6 +23,7 @@ typedef struct {
    `state`, `work` and the constants begin at multiples of 16 bytes. */
 typedef struct {
     Data data;
+    struct Kernels *kernels; /* what calls them, if it is more than a function */
     double *values, *state;
     Outcome *outcome;
     double *next_outputs, *work;

@@ -1,22 +1,20 @@
-/* The two lowered kernels of a model. */
+/* The two kernels of a model as a run calls them: compiled.c has them as machine code, ../guard/interpreted.c in Python. */
 
 #ifndef AMB_KERNELS_H
 #define AMB_KERNELS_H
 
-#include <stdint.h>
+#include "instance.h"
 
 #pragma GCC visibility push(hidden)
 
-/* 0, or something else if the kernel raised an exception; then `fault` is not set. No array is kept, and of the
-   constants none is written. */
-int32_t kernel_initialise(int64_t *fault, void **exception, const double *constants, int64_t n_constants,
-                          const double *parameters, int64_t n_parameters, const double *inputs, int64_t n_inputs,
-                          double *state, int64_t n_state, double *work, int64_t n_work, double *outputs,
-                          int64_t n_outputs);
-int32_t kernel_step(int64_t *fault, void **exception, const double *constants, int64_t n_constants,
-                    const double *parameters, int64_t n_parameters, const double *inputs, int64_t n_inputs,
-                    double *state, int64_t n_state, double *work, int64_t n_work, double *outputs, int64_t n_outputs,
-                    double time, double step_size);
+/* Make ready what calls the kernels of a run, by the name of its instance and the location of its resources; 0 with a
+   `reason` (TEXT_SIZE) if there is none. */
+int open_kernels(Run *run, const char *name, const char *location, char *reason);
+void close_kernels(Run *run);
+
+/* Call a kernel on the arrays of a run, of which none is kept: NULL and its `fault`, or why it failed. */
+const char *call_initialise(Run *run, int64_t *fault);
+const char *call_step(Run *run, double time, double step_size, int64_t *fault);
 
 #pragma GCC visibility pop
 

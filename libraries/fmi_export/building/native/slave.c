@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kernels.h"
 #include "resources.h"
 
 /* Log ------------------------------------------------------------------------------------------------------------ */
@@ -196,7 +197,10 @@ static Instance *load(const char *name, const char *guid, const char *location, 
     else if (!(instance = allocate(bytes, size, name)))
         snprintf(reason, TEXT_SIZE, "there is no memory for another instance");
     free(bytes);
-    return instance;
+    if (!instance || open_kernels(&instance->run, instance->name, location, reason))
+        return instance;
+    free(instance);
+    return NULL;
 }
 
 void slave_refuse_new(const Host *host, const char *name, const char *reason)
@@ -216,6 +220,13 @@ Instance *slave_new(const char *name, const char *guid, const char *location, co
     instance->heard = logging ? EVERY_CATEGORY : 0;
     start_over(instance);
     return instance;
+}
+
+void slave_free(Instance *instance)
+{
+    if (instance)
+        close_kernels(&instance->run);
+    free(instance);
 }
 
 /* Life cycle ----------------------------------------------------------------------------------------------------- */

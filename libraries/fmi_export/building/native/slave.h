@@ -84,6 +84,7 @@ Status unsupported(const Instance *instance, Status status, const char *call, co
 
 /* A new instance with the data at a resource location; NULL if there can be none, and the logger has the reason. */
 Instance *slave_new(const char *name, const char *guid, const char *location, const Host *host, int logging);
+void slave_free(Instance *instance);
 void slave_refuse_new(const Host *host, const char *name, const char *reason);
 
 /* The categories with these names, as bits of `heard`; all if there are no names. */

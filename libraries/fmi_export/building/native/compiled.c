@@ -1,0 +1,53 @@
+/* The kernels of a model as machine code, which lowering.py makes. */
+
+#include "kernels.h"
+
+#include <stddef.h>
+
+#pragma GCC visibility push(hidden)
+
+/* 0, or something else if the kernel raised an exception; then `fault` is not set. Of the constants none is written. */
+int32_t kernel_initialise(int64_t *fault, void **exception, const double *constants, int64_t n_constants,
+                          const double *parameters, int64_t n_parameters, const double *inputs, int64_t n_inputs,
+                          double *state, int64_t n_state, double *work, int64_t n_work, double *outputs,
+                          int64_t n_outputs);
+int32_t kernel_step(int64_t *fault, void **exception, const double *constants, int64_t n_constants,
+                    const double *parameters, int64_t n_parameters, const double *inputs, int64_t n_inputs,
+                    double *state, int64_t n_state, double *work, int64_t n_work, double *outputs, int64_t n_outputs,
+                    double time, double step_size);
+
+#pragma GCC visibility pop
+
+static const char *failure(int32_t raised)
+{
+    return raised ? "the model's code failed with an exception" : NULL;
+}
+
+int open_kernels(Run *run, const char *name, const char *location, char *reason)
+{
+    (void)run, (void)name, (void)location, (void)reason;
+    return 1;
+}
+
+void close_kernels(Run *run)
+{
+    (void)run;
+}
+
+const char *call_initialise(Run *run, int64_t *fault)
+{
+    const Data *data = &run->data;
+    void *exception = NULL;
+    return failure(kernel_initialise(fault, &exception, data->constants, data->n_constants, run->values,
+                                     data->n_parameters, run->values + data->n_parameters, data->n_inputs, run->state,
+                                     data->n_state, run->work, data->n_work, run->next_outputs, data->n_outputs));
+}
+
+const char *call_step(Run *run, double time, double step_size, int64_t *fault)
+{
+    const Data *data = &run->data;
+    void *exception = NULL;
+    return failure(kernel_step(fault, &exception, data->constants, data->n_constants, run->values, data->n_parameters,
+                               run->values + data->n_parameters, data->n_inputs, run->state, data->n_state, run->work,
+                               data->n_work, run->next_outputs, data->n_outputs, time, step_size));
+}
