@@ -68,7 +68,8 @@ def test_without_python_there_is_no_instance_but_a_reason(fmu, refusal):
         assert "in PATH" in text
 
 
-def test_a_folder_without_resources_is_refused_before_python_is_needed(refusal):
+def test_a_folder_without_resources_is_refused_before_python_is_needed(fmu, refusal):
     assert "cannot read Z:\\nowhere/model.bin: No such file or directory" in refusal("Z:\\nowhere")
     assert "the resource location https://server/share is not on this machine" in refusal("https://server/share")
-    assert "PythonFMU reads no folder with %20 in its path" in refusal("Z:\\a%20b")
+    encoded = shutil.copytree(fmu / "resources", fmu / "a%20b")
+    assert "PythonFMU reads no folder with %20 in its path" in refusal(f"Z:{encoded}")

@@ -81,6 +81,37 @@ def unpacked(native: Callable[..., Path], create_once: Callable[..., Path]) -> C
 
 
 @pytest.fixture(scope="session")
+def library_of(
+    unpacked: Callable[..., Path], build_fmu: Callable[..., Path], create_once: Callable[..., Path], lag: Model
+) -> Callable[[str], Any]:
+    """`library_of(flavour)`: the library of the lag in one of `FLAVOURS`, as `raw` calls it."""
+    from raw import Library, Library3
+
+    def load(flavour: str) -> Any:
+        if flavour != "python":
+            return Library3(unpacked(lag, None, None, 3)) if flavour == "native 3" else Library(unpacked(lag))
+        fmu = build_fmu(lag)
+        return Library(create_once(f"{fmu.parent.name}-extracted", zipfile.ZipFile(fmu).extractall))
+
+    return load
+
+
+FLAVOURS = ("native", "native 3", "python")  # native with the functions of FMI 2.0, with those of FMI 3.0, and python
+
+
+@pytest.fixture(scope="module", params=FLAVOURS)
+def library(request: pytest.FixtureRequest, library_of: Callable[[str], Any]) -> Any:
+    """The lag as each flavour and version of FMI has it."""
+    return library_of(request.param)
+
+
+@pytest.fixture(scope="module", params=["native", "python"])
+def library2(request: pytest.FixtureRequest, library_of: Callable[[str], Any]) -> Any:
+    """The lag as each flavour has it with FMI 2.0."""
+    return library_of(request.param)
+
+
+@pytest.fixture(scope="session")
 def cc(compiler: None) -> Callable[..., None]:
     """`cc(*arguments)`: zig's C compiler."""
 

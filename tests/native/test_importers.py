@@ -21,7 +21,7 @@ def library(unpacked, lag):
 
 @pytest.fixture(scope="module")
 def library3(unpacked, lag):
-    from raw3 import Library3
+    from raw import Library3
 
     return Library3(unpacked(lag, None, None, 3))
 

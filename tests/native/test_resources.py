@@ -1,26 +1,20 @@
-"""Where a native FMU finds its data: every form of location that hosts pass, and those that are refused."""
+"""Where an FMU finds its data: every form of location that hosts pass, and those that are refused."""
 
 import base64
 import shutil
 import sys
 
 import pytest
+from raw import ERROR, OK
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="paths of Windows are tested under wine")
 
 
 @pytest.fixture(scope="module")
-def library(unpacked, lag):
-    from raw import Library
-
-    return Library(unpacked(lag))
-
-
-@pytest.fixture(scope="module")
-def folder(unpacked, lag, tmp_path_factory):
+def folder(library2, tmp_path_factory):
     """Resources in a folder whose name must be encoded in a URI, and which cannot be written."""
-    place = tmp_path_factory.mktemp("a b") / "Größe 100% #1?" / "resources"
-    shutil.copytree(unpacked(lag) / "resources", place)
+    place = tmp_path_factory.mktemp("a b") / "Größe 100% #1? €😀" / "resources"
+    shutil.copytree(library2.path.parents[2] / "resources", place)
     place.chmod(0o555)
     yield place
     place.chmod(0o755)
@@ -42,29 +36,26 @@ def folder(unpacked, lag, tmp_path_factory):
         "{path}/../resources",
     ],
 )
-def test_a_location_leads_to_the_data_in_every_form(library, folder, form):
-    from raw import OK
-
+def test_a_location_leads_to_the_data_in_every_form(library2, folder, form):
     encoded = folder.as_uri().removeprefix("file://")
     hexadecimal = "".join(f"%{byte:02{'xX'[k % 2]}}" for k, byte in enumerate(str(folder).encode()))
     location = form.format(uri=folder.as_uri(), encoded=encoded, path=folder, hexadecimal=f"/{hexadecimal}")
-    with library.instantiate(resources=location) as fmu:
+    with library2.instantiate(resources=location) as fmu:
         assert fmu.pointer, fmu.log
         fmu.begin(u=1.0)
         assert fmu.step(0) == OK
 
 
-def test_a_path_may_be_relative_to_the_working_folder(library, folder, monkeypatch):
+def test_a_path_may_be_relative_to_the_working_folder(library2, folder, monkeypatch):
     monkeypatch.chdir(folder.parent)
     for location in ("resources", "./resources/", "file:resources"):
-        with library.instantiate(resources=location) as fmu:
+        with library2.instantiate(resources=location) as fmu:
             assert fmu.pointer, fmu.log
 
 
-def test_the_data_may_be_given_in_memory_instead_of_a_file(library, folder):
-    from raw import OK
-
-    text = base64.b64encode((folder / "model.bin").read_bytes()).decode()
+def test_the_data_may_be_given_in_memory_instead_of_a_file(library_of):
+    library = library_of("native")
+    text = base64.b64encode((library.path.parents[2] / "resources" / "model.bin").read_bytes()).decode()
     for location in (f"data:;base64,{text}", f"data:application/octet-stream;base64,{text.rstrip('=')}"):
         with library.instantiate(resources=location) as fmu:
             fmu.begin(u=1.0)
@@ -94,24 +85,22 @@ def test_the_data_may_be_given_in_memory_instead_of_a_file(library, folder):
         ("data:;base64,", "resources/model.bin does not fit: there is no data of an FMU in it"),
     ],
 )
-def test_a_location_without_data_is_refused_with_the_reason(library, location, sentence):
-    from raw import ERROR
-
-    fmu = library.instantiate(resources=location, logging=0)
+def test_a_location_without_data_is_refused_with_the_reason(library2, location, sentence):
+    fmu = library2.instantiate(resources=location, logging=0)
     assert fmu.pointer is None
     assert [entry[:2] for entry in fmu.log] == [(ERROR, "logStatusError")]
     assert fmu.log[0][2].startswith(sentence)
 
 
-def test_a_long_file_in_the_place_of_the_data_is_read_and_refused(library, tmp_path):
+def test_a_long_file_in_the_place_of_the_data_is_read_and_refused(library2, tmp_path):
     (tmp_path / "model.bin").write_bytes(bytes(1 << 18))
-    fmu = library.instantiate(resources=str(tmp_path))
+    fmu = library2.instantiate(resources=str(tmp_path))
     assert fmu.pointer is None
     assert fmu.log[0][2].startswith("resources/model.bin does not fit: there is no data of an FMU in it")
 
 
-def test_a_folder_in_the_place_of_the_data_is_refused(library, tmp_path):
+def test_a_folder_in_the_place_of_the_data_is_refused(library2, tmp_path):
     (tmp_path / "model.bin").mkdir()
-    fmu = library.instantiate(resources=str(tmp_path))
+    fmu = library2.instantiate(resources=str(tmp_path))
     assert fmu.pointer is None
     assert "model.bin: Is a directory" in fmu.log[0][2]

@@ -1,17 +1,13 @@
-"""Saving, restoring and serialising the state of a native FMU."""
+"""Saving, restoring and serialising the state of an FMU of either flavour and version."""
 
+import random
+import re
 import struct
 import zlib
-from ctypes import byref, c_int, c_size_t, c_uint, create_string_buffer
+from ctypes import byref, c_size_t, c_void_p, cast, create_string_buffer
 
 import pytest
-
-
-@pytest.fixture(scope="module")
-def library(unpacked, lag):
-    from raw import Library
-
-    return Library(unpacked(lag))
+from raw import ERROR, OK
 
 
 def run(fmu):
@@ -19,8 +15,6 @@ def run(fmu):
 
 
 def test_a_saved_state_continues_as_the_first_run_did_in_any_instance(library):
-    from raw import OK
-
     with library.instantiate() as fmu, library.instantiate() as other:
         fmu.begin(u=1.0, gain=3.0)
         for n in range(3):
@@ -28,10 +22,10 @@ def test_a_saved_state_continues_as_the_first_run_did_in_any_instance(library):
         saved = fmu.save()
         text = fmu.serialise(saved)
         first = run(fmu)
-        fmu.call("SetFMUstate", saved)
+        fmu.restore(saved)
         assert run(fmu) == first
         status, restored = other.deserialise(text)
-        assert (status, other.call("SetFMUstate", restored)) == (OK, OK)
+        assert (status, other.restore(restored)) == (OK, OK)
         assert other.last_time() == 3 * 250e-6
         assert run(other) == first
         assert other.serialise(restored) == text
@@ -47,33 +41,29 @@ def test_a_state_is_saved_into_the_memory_of_an_earlier_one(library):
         fmu.save(saved)
         fmu.step(1)
         assert saved.value == address
-        fmu.call("SetFMUstate", saved)
+        fmu.restore(saved)
         assert fmu.get("y") == after
 
 
 @pytest.mark.parametrize("wrong", [{"u": 5.0}, {"y": 1.0}], ids=["failed step", "wrong call"])
 def test_a_saved_state_brings_back_a_run_from_before_its_fault(library, wrong):
-    from raw import OK
-
     with library.instantiate() as fmu:
         fmu.begin()
         saved = fmu.save()
         fmu.set(**wrong)
         assert fmu.step(0) != OK
         assert fmu.get("fault_code") != [0]
-        assert fmu.call("SetFMUstate", saved) == OK
+        assert fmu.restore(saved) == OK
         assert (fmu.set(u=4.0), fmu.step(0), fmu.get("fault_code")) == (OK, OK, [0])
 
 
 def test_a_fault_is_part_of_the_state(library):
-    from raw import ERROR
-
     with library.instantiate() as fmu, library.instantiate() as other:
         fmu.begin()
         fmu.set(u=5.0)
         fmu.step(0)
         other.begin()
-        other.call("SetFMUstate", other.deserialise(fmu.serialise(fmu.save()))[1])
+        other.restore(other.deserialise(fmu.serialise(fmu.save()))[1])
         assert (other.step(0), other.get("fault_code")) == (ERROR, [1])
         assert "stopped by an earlier fault: u = 5 V" in other.log[-1][2]
 
@@ -91,8 +81,6 @@ def test_a_fault_is_part_of_the_state(library):
     ids=["nothing", "rubbish", "another guid", "short", "long", "one bit"],
 )
 def test_bytes_that_are_no_state_of_this_fmu_are_refused(library, spoil, sentence):
-    from raw import ERROR
-
     with library.instantiate() as fmu:
         fmu.begin()
         status, state = fmu.deserialise(spoil(fmu.serialise(fmu.save())))
@@ -102,28 +90,50 @@ def test_bytes_that_are_no_state_of_this_fmu_are_refused(library, spoil, sentenc
 
 def test_a_state_with_an_integer_beyond_its_type_is_restored_and_the_integer_refused(library):
     """A count that a run of days might reach, were it not for 32 bits."""
-    from raw import ERROR, OK
-
     with library.instantiate() as fmu:
         fmu.begin()
         assert [fmu.step(n) for n in range(7)] == [OK] * 7
         for count in (2.0**31, -(2.0**31) - 1.0):
             text = fmu.serialise(fmu.save())[:-4].replace(struct.pack("<d", 7.0), struct.pack("<d", count))
             status, state = fmu.deserialise(text + struct.pack("<I", zlib.crc32(text)))
-            assert (status, fmu.call("SetFMUstate", state)) == (OK, OK)
-            reference, value = c_uint(fmu.library.variables["steps"][0]), c_int()
-            assert fmu.call("GetInteger", byref(reference), c_size_t(1), byref(value)) == ERROR
-            assert fmu.log[-1][2] == f"fmi2GetInteger: steps = {count:g} does not fit into an integer"
+            assert (status, fmu.restore(state)) == (OK, OK)
+            reference, kind, _ = library.variables["steps"]
+            assert fmu.transfer("Get", kind, [reference], [0]) == ERROR
+            function = library.function("GetInteger")
+            assert fmu.log[-1][2] == f"{function}: steps = {count:g} does not fit into an integer"
             fmu.call("Reset")
             fmu.begin()
             assert [fmu.step(n) for n in range(7)] == [OK] * 7
 
 
-def test_too_little_room_for_the_bytes_is_refused(library):
-    from raw import ERROR
+def test_a_state_with_one_wrong_bit_is_refused(library):
+    rng = random.Random(400)
+    with library.instantiate() as fmu:
+        text = fmu.begin(u=2.0).serialise(fmu.save())
+        for bit in rng.sample(range(8 * len(text)), 400):
+            damaged = bytearray(text)
+            damaged[bit // 8] ^= 1 << bit % 8
+            assert fmu.deserialise(bytes(damaged))[0] == ERROR, bit
 
+
+def test_a_state_in_memory_of_another_fmu_is_refused(library):
+    with library.instantiate() as fmu:
+        other = create_string_buffer(b"{x" + fmu.begin().serialise(fmu.save())[2:])
+        assert fmu.restore(cast(other, c_void_p)) == ERROR
+        assert fmu.log[0][2] == f"{library.function('SetFMUstate')}: the state belongs to another FMU"
+
+
+def test_too_little_room_for_the_bytes_is_refused(library):
+    with library.instantiate() as fmu:
+        room = create_string_buffer(10)
+        assert fmu.call("SerializeFMUstate", fmu.save(), room, c_size_t(10)) == ERROR
+        function = library.function("SerializeFMUstate")
+        assert re.fullmatch(rf"{function}: a state takes \d+ bytes, not 10", fmu.log[0][2])
+
+
+def test_a_state_that_is_freed_is_none_and_none_may_be_freed(library):
     with library.instantiate() as fmu:
         saved = fmu.save()
-        room = create_string_buffer(10)
-        assert fmu.call("SerializeFMUstate", saved, room, c_size_t(10)) == ERROR
-        assert fmu.log[0][2].endswith("bytes, not 10")
+        for state in (byref(saved), byref(saved), byref(c_void_p()), None):
+            assert fmu.call("FreeFMUstate", state) == OK
+            assert (saved.value, fmu.log) == (None, [])
