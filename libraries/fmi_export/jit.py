@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache
-from hashlib import sha256
-from io import BytesIO
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -15,11 +13,11 @@ from fmi_export.amb_cosim_bootstrap import digest, find
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-DIGEST_SIZE = sha256().digest_size
-
 try:
     import numba
     import numba.extending
+
+    from fmi_export.numba_internals import WITHOUT_RUNTIME, keep_cache_sound
 
     COMPILED = not cast(Any, numba.config).DISABLE_JIT
 except ImportError:  # the kernels are ordinary Python too, only slower
@@ -60,64 +58,11 @@ def _compiled(function: F, **options: bool) -> F:
     if not COMPILED:
         return function
     with _cache_of(function.__module__.split(".")[0]):
-        settings: dict[str, Any] = {"error_model": "numpy", "_nrt": False} | options
+        settings: dict[str, Any] = {"error_model": "numpy", **WITHOUT_RUNTIME, **options}
         try:
-            return cast(F, _tolerant(numba.njit(cache=True, **settings)(function)))
+            return cast(F, keep_cache_sound(numba.njit(cache=True, **settings)(function)))
         except RuntimeError:  # no folder can be written, neither the package's nor the user's
             return cast(F, numba.njit(**settings)(function))
-
-
-def _tolerant(dispatcher: Any) -> Any:
-    """Let numba compile anew what is damaged in the cache, and go on where the cache is full."""
-    cache_on_disk = dispatcher._cache
-    _sign_files(cache_on_disk._cache_file)
-    load, save = cache_on_disk.load_overload, cache_on_disk.save_overload
-
-    def load_overload(*arguments: Any) -> Any:
-        try:
-            return load(*arguments)
-        except Exception:  # whatever reading a damaged file leads to
-            with suppress(OSError):
-                cache_on_disk.flush()
-            return None
-
-    def save_overload(*arguments: Any) -> None:
-        with suppress(Exception):  # the disk, or an index that is still damaged
-            save(*arguments)
-
-    cache_on_disk.load_overload, cache_on_disk.save_overload = load_overload, save_overload
-    return dispatcher
-
-
-def _sign_files(files: Any) -> None:
-    """Let the files of numba's cache end with a digest, and refuse to read what does not fit its own.
-
-    A single wrong bit of machine code would crash the process. What follows a pickle, pickle does not read.
-    """
-    open_for_write, load_index, load_data = files._open_for_write, files._load_index, files._load_data
-
-    @contextmanager
-    def open_signed(path: str) -> Iterator[BytesIO]:
-        content = BytesIO()
-        yield content
-        with open_for_write(path) as file:
-            file.write(content.getvalue() + sha256(content.getvalue()).digest())
-
-    def check(path: str) -> None:
-        content = Path(path).read_bytes()
-        if sha256(content[:-DIGEST_SIZE]).digest() != content[-DIGEST_SIZE:]:
-            raise ValueError(f"{path} is damaged")
-
-    def load_checked_index() -> Any:
-        with suppress(FileNotFoundError):  # nothing was kept yet
-            check(files._index_path)
-        return load_index()
-
-    def load_checked_data(name: str) -> Any:
-        check(files._data_path(name))
-        return load_data(name)
-
-    files._open_for_write, files._load_index, files._load_data = open_signed, load_checked_index, load_checked_data
 
 
 def views(function: F) -> F:

@@ -133,7 +133,7 @@ def base_unit(unit: str) -> dict[str, float | int]:
     parsed = parse_unit(unit)
     quantity = registry().Quantity(1.0, parsed).to_base_units()
     exponents: dict[str, float | int] = {}
-    for name, power in dict(quantity.units._units).items():
+    for name, power in quantity.unit_items():
         if power != round(float(power)):  # type: ignore[arg-type]
             raise ValueError(f"unit {unit!r} has a fractional exponent, which FMI cannot express")
         exponents[_PINT_NAMES[name]] = round(float(power))  # type: ignore[arg-type]

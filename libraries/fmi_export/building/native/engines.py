@@ -36,7 +36,7 @@ C_SOURCES = (
     *(f"{HEADERS}/fmi3{part}.h" for part in ("Functions", "FunctionTypes", "PlatformTypes")),
     *("compiled.c", "fmi3.c", "fmi3_absent.c"),
 )
-LOWERING = ("lowering.py", "unlinked.py", "runtime.ll")
+LOWERING = ("lowering.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")
 LIBRARY, MADE_BY, KERNELS = "library", "made_by.txt", "kernels.ll"  # file names
 

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from amb_files.stages import stage
-from fmi_export.building.native.unlinked import compile_nothing
 from fmi_export.jit import KERNELS_APART
 from fmi_export.model import InitialiseKernel, StepKernel
+from fmi_export.numba_internals import compile_nothing
 
 ENTRIES = ("kernel_initialise", "kernel_step")
 

@@ -1,0 +1,217 @@
+"""What is used of numba that its documentation does not promise: four things, each with what it is for.
+
+The build requires a numba that was tested (`pyproject.toml` has the newest one allowed). Where a later one has changed
+one of these, this file is what has to change.
+
+**Functions without numba's run-time system** (`WITHOUT_RUNTIME`, the option `_nrt` of `njit`). Allocating becomes an
+error of compilation, and no time goes into counting references to arrays. Without it kernels are right, and several
+times slower; `building.native` refuses them, since they call that system.
+
+**The cache on disk** (`keep_cache_sound`, `dispatcher._cache` and the `_cache_file` in it). numba reads machine code
+from its cache as it is: a wrong bit would crash the process, a file cut short is a traceback, and so is a full disk.
+Without it kernels are right while the disk is.
+
+**Code for arrays at places that are known only in a kernel** (`lower_array_functions`, of `numba.core` and
+`numba.np.arrayobj`). Slices, `view` and `reshape` do the same with divisions and branches. Without it a step takes
+longer, and is the same to the last bit.
+
+**Assembly without machine code** (`compile_nothing`, methods of `numba.core.codegen`, and the names that numba gives to
+its own functions in the assembly, see `building.native.lowering`). By itself numba links a function with all that it
+calls, optimises that and compiles it, for each function anew: one at the bottom of a deep tree of calls is compiled
+once for every level above it. Without it lowering takes twice as long.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+WITHOUT_RUNTIME = {"_nrt": False}  # options of `njit`
+
+DIGEST_SIZE = sha256().digest_size
+
+
+def keep_cache_sound(dispatcher: Any) -> Any:
+    """Let numba compile anew what is damaged in the cache of a function, and go on where the cache is full.
+
+    Returns the function.
+    """
+    cache_on_disk = dispatcher._cache
+    _sign_files(cache_on_disk._cache_file)
+    load, save = cache_on_disk.load_overload, cache_on_disk.save_overload
+
+    def load_overload(*arguments: Any) -> Any:
+        try:
+            return load(*arguments)
+        except Exception:  # whatever reading a damaged file leads to
+            with suppress(OSError):
+                cache_on_disk.flush()
+            return None
+
+    def save_overload(*arguments: Any) -> None:
+        with suppress(Exception):  # the disk, or an index that is still damaged
+            save(*arguments)
+
+    cache_on_disk.load_overload, cache_on_disk.save_overload = load_overload, save_overload
+    return dispatcher
+
+
+def _sign_files(files: Any) -> None:
+    """Let the files of numba's cache end with a digest, and refuse to read what does not fit its own.
+
+    A single wrong bit of machine code would crash the process. What follows a pickle, pickle does not read.
+    """
+    open_for_write, load_index, load_data = files._open_for_write, files._load_index, files._load_data
+
+    @contextmanager
+    def open_signed(path: str) -> Iterator[BytesIO]:
+        content = BytesIO()
+        yield content
+        with open_for_write(path) as file:
+            file.write(content.getvalue() + sha256(content.getvalue()).digest())
+
+    def check(path: str) -> None:
+        content = Path(path).read_bytes()
+        if sha256(content[:-DIGEST_SIZE]).digest() != content[-DIGEST_SIZE:]:
+            raise ValueError(f"{path} is damaged")
+
+    def load_checked_index() -> Any:
+        with suppress(FileNotFoundError):  # nothing was kept yet
+            check(files._index_path)
+        return load_index()
+
+    def load_checked_data(name: str) -> Any:
+        check(files._data_path(name))
+        return load_data(name)
+
+    files._open_for_write, files._load_index, files._load_data = open_signed, load_checked_index, load_checked_data
+
+
+def lower_array_functions(part: Any, clear: Any, copy_all: Any) -> None:
+    """Give kernels their own code of the three functions of `parts`."""
+    from numba import types
+    from numba.core import cgutils
+    from numba.core.imputils import impl_ret_borrowed
+    from numba.extending import lower_builtin, type_callable
+    from numba.np.arrayobj import make_array, populate_array
+
+    @type_callable(part)
+    def _type_of_part(context: Any) -> Any:
+        def typer(array: Any, start: Any, dtype: Any, shape: Any) -> Any:
+            n_dimensions = 1 if isinstance(shape, types.Integer) else shape.count
+            return types.Array(dtype.dtype, n_dimensions, "C")
+
+        return typer
+
+    @lower_builtin(part, types.Array, types.Integer, types.Any, types.Any)
+    def _lowered_part(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        result_type, (array_type, start_type, _, shape_type) = signature.return_type, signature.args
+        source = make_array(array_type)(context, builder, arguments[0])
+        start = context.cast(builder, arguments[1], start_type, types.intp)
+        if isinstance(shape_type, types.Integer):
+            given = [(arguments[3], shape_type)]
+        else:
+            given = list(zip(cgutils.unpack_tuple(builder, arguments[3]), shape_type, strict=True))
+        shape = [context.cast(builder, size, kind, types.intp) for size, kind in given]
+        itemsize = context.get_abi_sizeof(context.get_data_type(result_type.dtype))
+        strides = [context.get_constant(types.intp, itemsize)]
+        for size in reversed(shape[1:]):
+            strides.insert(0, builder.mul(strides[0], size))
+        address = builder.gep(source.data, [start], source_etype=context.get_value_type(types.float64))
+        result = make_array(result_type)(context, builder)
+        populate_array(
+            result,
+            data=builder.bitcast(address, result.data.type),
+            shape=shape,
+            strides=strides,
+            itemsize=context.get_constant(types.intp, itemsize),
+            meminfo=source.meminfo,
+            parent=source.parent,
+        )
+        return impl_ret_borrowed(context, builder, result_type, result._getvalue())
+
+    def _bytes(context: Any, builder: Any, array_type: Any, value: Any) -> tuple[Any, Any]:
+        """Address and size of an array in bytes."""
+        array = make_array(array_type)(context, builder, value)
+        itemsize = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(array_type.dtype)))
+        return array.data, builder.mul(array.nitems, itemsize)
+
+    @type_callable(clear)
+    def _type_of_clear(context: Any) -> Any:
+        return lambda array: types.none
+
+    @lower_builtin(clear, types.Array)
+    def _lowered_clear(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        address, size = _bytes(context, builder, signature.args[0], arguments[0])
+        cgutils.memset(builder, address, size, 0)
+        return context.get_dummy_value()
+
+    @type_callable(copy_all)
+    def _type_of_copy_all(context: Any) -> Any:
+        return lambda source, target: types.none
+
+    @lower_builtin(copy_all, types.Array, types.Array)
+    def _lowered_copy_all(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        source, size = _bytes(context, builder, signature.args[0], arguments[0])
+        target, _ = _bytes(context, builder, signature.args[1], arguments[1])
+        cgutils.raw_memcpy(builder, target, source, size, 1)
+        return context.get_dummy_value()
+
+
+_NOWHERE = ctypes.create_string_buffer(8)  # the address of machine code that does not exist
+
+
+def compile_nothing() -> None:
+    """Let numba's libraries keep their own function alone; their text is that with all that it calls.
+
+    For a process that lowers kernels and runs none.
+    """
+    codegen: Any = importlib.import_module("numba.core.codegen")
+    caching: Any = importlib.import_module("numba.core.caching")
+
+    codegen.CPUCodeLibrary.finalize = _finalize
+    codegen.CPUCodeLibrary.get_llvm_str = lambda library: str(_linked(library))
+    codegen.CPUCodeLibrary._optimize_functions = lambda library, module: None
+    codegen.JITCodeLibrary.get_pointer_to_function = _address
+    codegen.JITCPUCodegen.set_env = lambda generator, name, environment: None
+    caching.Cache.save_overload = lambda cache, signature, result: None
+
+
+def _finalize(library: Any) -> None:
+    library._final_module.verify()
+    library._finalized = True
+
+
+def _address(library: Any, name: str) -> int:
+    library._ensure_finalized()
+    return ctypes.addressof(_NOWHERE)
+
+
+def _linked(library: Any) -> Any:
+    """Return the module of a library, linked with those of all libraries that it needs."""
+    llvm: Any = importlib.import_module("llvmlite.binding")
+    module = library._final_module.clone()
+    for other in _needed(library):
+        part = other._final_module.clone()
+        for function in part.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                function.linkage = "linkonce_odr"  # more than one may bring it along
+        module.link_in(part)
+    return module
+
+
+def _needed(library: Any) -> list[Any]:
+    """Return the libraries that a library calls, directly or not, each once."""
+    found, open_ones = [library], [library]
+    while open_ones:
+        for other in open_ones.pop()._linking_libraries:
+            if not any(other is known for known in found):
+                found.append(other)
+                open_ones.append(other)
+    return found[1:]
