@@ -40,9 +40,26 @@ SUPPORT, NATIVE_SUPPORT = HERE / "fmi_export" / "support", HERE / "native" / "su
 sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(NATIVE_SUPPORT)]
 
 
-MODELS = ("amb_actuator", "rolac_controller", "rotor_contact")  # what compiles fast comes first
+MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
 # Folders of tests that run the compiled kernels of all models.
 RUN_ALL_KERNELS = ("benchmarks", "cosim", "levitated_rotor", "live", "native", "orchestrator", "referees", "system")
+
+
+def models_of(path: Path) -> tuple[str, ...]:
+    """Return the models whose compiled kernels the tests of a file run."""
+    folder = path.relative_to(HERE).parts[0]
+    return MODELS if folder in RUN_ALL_KERNELS else tuple(name for name in MODELS if name == folder)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Let each worker begin with tests that run no kernels: those are compiled meanwhile.
+
+    A worker of pytest-xdist begins with its share of the list, one after the other.
+    """
+    n = getattr(config, "workerinput", {}).get("workercount", 1)
+    kinds = [[item for item in items if bool(models_of(item.path)) == runs_kernels] for runs_kernels in (False, True)]
+    shares = [[of_kind[k * len(of_kind) // n : (k + 1) * len(of_kind) // n] for of_kind in kinds] for k in range(n)]
+    items[:] = [item for share in shares for of_kind in share for item in of_kind]
 
 
 @pytest.fixture
@@ -101,24 +118,29 @@ def cache(shared_folder: Path) -> Iterator[Path]:
     patch.undo()
 
 
-@pytest.fixture(scope="module", autouse=True)
-def compiled_kernels(request: pytest.FixtureRequest, cache: Path, shared_folder: Path) -> None:
-    """Wait for the kernels that the tests of a module run.
+@pytest.fixture(scope="session", autouse=True)
+def kernels(request: pytest.FixtureRequest, cache: Path, shared_folder: Path) -> Path:
+    """Folder with a file for each model whose kernels are compiled; the first worker has that done for all.
 
-    One process compiles those of all models into numba's cache on disk, as soon as a worker needs any.
+    Those of each model that tests run are compiled into numba's cache on disk, in a process of their own.
     """
-    folder = request.path.relative_to(HERE).parts[0]
-    wanted = MODELS if folder in RUN_ALL_KERNELS else [name for name in MODELS if name == folder]
-    if not wanted or "PYTEST_XDIST_WORKER" not in os.environ:
-        return
-    kernels = shared_folder / "kernels"
-    with FileLock(f"{kernels}.lock"):
-        if not kernels.exists():
-            kernels.mkdir()
-            subprocess.Popen([sys.executable, str(HERE / "support" / "compile_kernels.py"), str(kernels), *MODELS])
-    end = time.monotonic() + 600.0
-    while not all((kernels / name).exists() for name in wanted) and time.monotonic() < end:
-        time.sleep(0.1)
+    folder = shared_folder / "kernels"
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        with FileLock(f"{folder}.lock"):
+            if not folder.exists():
+                folder.mkdir()
+                for name in {name for item in request.session.items for name in models_of(item.path)}:
+                    subprocess.Popen([sys.executable, str(HERE / "support" / "compile_kernels.py"), str(folder), name])
+    return folder
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled_kernels(request: pytest.FixtureRequest, kernels: Path) -> None:
+    """Wait for the kernels that the tests of a module run."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        end = time.monotonic() + 600.0
+        while not all((kernels / name).exists() for name in models_of(request.path)) and time.monotonic() < end:
+            time.sleep(0.1)
 
 
 @pytest.fixture(scope="session")
