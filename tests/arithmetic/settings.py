@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+import platformdirs
 
 OLD_LEVELS = "X86_V3 X86_V4 AVX2 FMA3 AVX512F AVX512_SKX AVX512_ICL AVX512_SPR"
 NO_AVX512 = "X86_V4 AVX512F AVX512_SKX AVX512_ICL AVX512_SPR"
@@ -39,6 +40,7 @@ NEEDS = {"Haswell": "avx2", "Zen": "avx2", "SkylakeX": "avx512f"}  # flags of th
 DIGEST = """
 import hashlib, math
 import numpy as np
+import platformdirs
 x = np.linspace(0.0, 50.0, 20001)
 A = np.outer(np.cos(x[:60]), x[:60]) + np.sin(7.0 * np.outer(x[:60], x[60:120]))
 found = [A @ A, np.linalg.eigvals(A), A.sum(0), A.sum(1), np.sin(x), np.exp(-x), np.sqrt(x)]
@@ -90,5 +92,7 @@ def environment_of(name: str) -> Iterator[dict[str, str]]:
             "NUMBA_CACHE_DIR": str(Path(folder, "numba")),
             "PYTHONPYCACHEPREFIX": str(Path(folder, "pycache")),
             "XDG_CACHE_HOME": str(Path(folder, "cache")),
+            # What the C compiler keeps is the same for all.
+            "ZIG_GLOBAL_CACHE_DIR": os.environ.get("ZIG_GLOBAL_CACHE_DIR", platformdirs.user_cache_dir("zig")),
         }
         yield own | changes | caches
