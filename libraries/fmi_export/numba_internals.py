@@ -1,7 +1,7 @@
 """What is used of numba that its documentation does not promise: four things, each with what it is for.
 
-The build requires a numba that was tested (`pyproject.toml` has the newest one allowed). Where a later one has changed
-one of these, this file is what has to change.
+`pyproject.toml` allows no numba later than the one that was tested. Where that has changed one of these, this file is
+what has to change.
 
 **Functions without numba's run-time system** (`WITHOUT_RUNTIME`, the option `_nrt` of `njit`). Allocating becomes an
 error of compilation, and no time goes into counting references to arrays. Without it kernels are right, and several
