@@ -51,7 +51,7 @@ def start(folder, *arguments, **options):
 def finished(folder, *arguments, **options):
     with start(folder, *arguments, **options) as process:
         try:
-            _, errors = process.communicate(timeout=300.0)
+            _, errors = process.communicate(timeout=900.0)
         except subprocess.TimeoutExpired:
             process.kill()
             raise
@@ -108,7 +108,7 @@ def test_signal_at_any_moment_is_one_line(folder, chance, rounds, number, code):
             time.sleep(0.001)
         time.sleep(chance.uniform(0.0, duration))
         process.send_signal(number)
-        _, errors = process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=300.0)
         codes.append(process.returncode)
         # Python takes its handlers away when it ends, and has nothing left to do then
         assert process.returncode in (0, code, -number), errors
