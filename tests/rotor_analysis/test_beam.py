@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from analysis_cases import one_plane
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotor_cases import STEEL, shaft_only
@@ -25,12 +26,6 @@ def random_shafts():
         st.floats(0.0, 0.49),
         st.floats(1e3, 2e4),
     )
-
-
-def one_plane(matrix):
-    """x translations and slopes of an assembled matrix."""
-    rows = [i for node in range(len(matrix) // 4) for i in (4 * node, 4 * node + 2)]
-    return matrix[np.ix_(rows, rows)]
 
 
 def rigid_motions(rotor):
@@ -79,7 +74,7 @@ def test_rayleigh_beam_has_its_frequencies_at_fourth_order():
 
 
 @pytest.mark.parametrize("kind", ["consistent", "diagonal"])
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(rotor=random_shafts())
 def test_matrices_of_any_shaft_have_the_structure_of_mechanics(kind, rotor):
     full = assemble(rotor, kind)
@@ -95,7 +90,7 @@ def test_matrices_of_any_shaft_have_the_structure_of_mechanics(kind, rotor):
     assert np.max(np.abs(scale[:, None] * (full.K @ motions))) < 1e-9 * np.sqrt(np.max(full.K))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(rotor=random_shafts())
 def test_consistent_mass_gives_a_rigid_shaft_its_mass_and_inertia(rotor):
     shaft = rotor.shaft

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analysis_cases import tensor
 
 from rotor_analysis.campbell import campbell
 from rotor_analysis.modes import eigenvalues, modes
@@ -14,10 +15,6 @@ from rotor_analysis.state_space import state_space
 from rotor_analysis.supported_rotor import supported_rotor
 
 RIG = load_rotor()
-
-
-def tensor(direct, cross=0.0):
-    return ((direct, cross), (-cross, direct))
 
 
 SOFTENING = tuple(AtSpeed(speed, tensor(k, 1e3 * speed), tensor(c)) for speed, k, c in (

@@ -10,7 +10,6 @@ from scipy.linalg import eigh
 
 from rotor_analysis.assembly import assemble
 from rotor_analysis.campbell import campbell
-from rotor_analysis.modes import modes
 from rotor_analysis.parts import Body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -23,21 +22,14 @@ def criticals(diagram, whirl):
     return [c.Omega for c in diagram.critical_speeds if c.whirl == whirl]
 
 
-@pytest.mark.parametrize("step", [7.0, 90.0])
-def test_critical_speed_of_the_jeffcott_rotor_is_that_of_its_spring(step):
-    diagram = campbell(jeffcott().model, np.arange(0.0, 900.0, step), 2)
-    expected = np.sqrt(spring() / MASS)
-    assert [c.whirl for c in diagram.critical_speeds] in (["forward", "backward"], ["backward", "forward"])
-    np.testing.assert_allclose([c.Omega for c in diagram.critical_speeds], expected, rtol=1e-9)
-
-
-def test_damped_critical_speed_of_the_jeffcott_rotor():
-    c = 700.0
-    diagram = campbell(jeffcott(damping=c).model, np.linspace(0.0, 900.0, 20), 2)
+@pytest.mark.parametrize(("step", "c"), [(7.0, 0.0), (90.0, 0.0), (45.0, 700.0)])
+def test_critical_speed_of_the_jeffcott_rotor_is_that_of_its_spring(step, c):
+    found = campbell(jeffcott(damping=c).model, np.arange(0.0, 900.0, step), 2).critical_speeds
     ratio = c / (2.0 * np.sqrt(spring() * MASS))
-    for critical in diagram.critical_speeds:
+    assert sorted(critical.whirl for critical in found) == ["backward", "forward"]
+    for critical in found:
         assert critical.Omega == pytest.approx(np.sqrt(spring() / MASS * (1.0 - ratio**2)), rel=1e-9)
-        assert critical.damping_ratio == pytest.approx(ratio, rel=1e-8)
+        assert critical.damping_ratio == pytest.approx(ratio, rel=1e-8, abs=1e-9)
 
 
 def test_tilting_rotor_has_its_gyroscopic_critical_speeds():
@@ -123,13 +115,3 @@ def test_assurance_tells_circles_apart_and_ignores_size_and_phase():
 def test_speeds_that_do_not_rise_are_refused(speeds):
     with pytest.raises(ValueError, match="must be finite and ascending"):
         campbell(jeffcott().model, np.array(speeds))
-
-
-def test_damping_ratio_is_negative_above_the_stability_threshold():
-    """Internal friction c_i in the shaft acts as k_xy = c_i Omega: forward whirl grows above a threshold speed."""
-    k, c, c_i = 1.2e6, 300.0, 100.0
-    natural = np.sqrt(2 * k / MASS)
-    for Omega, stable in ((0.9 * natural * (1 + c / c_i), True), (1.1 * natural * (1 + c / c_i), False)):
-        model = rigid(tensor(k, c_i * Omega), tensor(c + c_i)).model
-        ratios = [m.damping_ratio for m in modes(model, Omega) if m.whirl == "forward" and m.frequency < 1.3 * natural]
-        assert (min(ratios) > 0.0) == stable

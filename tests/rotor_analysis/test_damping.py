@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from analysis_cases import MASS, STEEL, D, E, L, jeffcott, one_plane, tensor
 from scipy.optimize import brentq
 
 from rotor_analysis.assembly import assemble, turned
@@ -17,9 +17,7 @@ from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
-from tests.support.analysis_cases import MASS, D, E, L, jeffcott, tensor
 
-STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
 NODES = tuple(np.linspace(0.0, 1.2, 9).tolist())
 FREE = Rotor("free", Shaft(NODES, 0.05, **STEEL), (Disc("end", 1, 5.0, 0.1, 0.02), Disc("inner", 4, 8.0, 0.1, 0.02)))
 METHODS = {
@@ -27,10 +25,6 @@ METHODS = {
     "craig_bampton": ReductionOptions("craig_bampton", (1, 4, 9), 3),
     "none": ReductionOptions("none"),
 }
-
-
-def one_plane(matrix):
-    return matrix[::2, ::2]
 
 
 def elastic_ratios(rotor):
@@ -58,20 +52,6 @@ def test_modal_ratios_are_those_of_the_free_elastic_modes():
     """One by one, and the last one for all beyond; the loss factor adds half of itself."""
     found = elastic_ratios(replace(FREE, damping=Damping(modal=(0.01, 0.03, 0.02), loss_factor=0.004)))
     np.testing.assert_allclose(found[:6], [0.012, 0.032, 0.022, 0.022, 0.022, 0.022], rtol=1e-7)
-
-
-def test_free_decay_has_the_logarithmic_decrement_of_the_ratio():
-    """x(0) / x(T) = exp(2 pi zeta / sqrt(1 - zeta^2)) over a damped period T."""
-    zeta = 0.02
-    model = assemble(replace(FREE, damping=Damping(modal=zeta, rotating=0.0)))
-    M, C, K = map(one_plane, (model.M, model.C, model.K))
-    frequencies, shapes = free_modes(M, K)
-    omega, bent, n = frequencies[0], shapes[:, 0], len(M)
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
-    period = 2.0 * np.pi / (omega * np.sqrt(1.0 - zeta**2))
-    after = (expm(A * period) @ np.concatenate([bent, np.zeros(n)]))[:n]
-    decrement = np.log(bent[0] / after[0])
-    assert decrement == pytest.approx(2.0 * np.pi * zeta / np.sqrt(1.0 - zeta**2), rel=1e-6)
 
 
 def test_loss_factor_is_energy_lost_in_a_cycle_over_strain_energy():

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from analysis_cases import STEEL
 
 from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
@@ -14,7 +15,6 @@ from rotor_analysis.sections import Section
 from rotor_analysis.shaft import SectionedShaft
 from rotor_analysis.undamped import natural_frequencies
 
-STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
 SECTIONS = (Section(0.3, 0.04, diameter_end=0.06), Section(0.6, 0.06, 0.02), Section(0.02, 0.09), Section(0.4, 0.05))
 K = ((2e7, 0.0), (0.0, 2e7))
 PUMP = """

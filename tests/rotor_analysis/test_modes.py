@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from analysis_cases import I_D, I_P, MASS, L, disc_between, jeffcott, rigid, spring, tensor
+from analysis_cases import I_D, I_P, MASS, STEEL, L, disc_between, jeffcott, rigid, spring, tensor
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,8 +15,6 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
-
-STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
 
 
 @pytest.mark.parametrize("damping", [0.0, 40.0, 900.0])
@@ -47,27 +45,19 @@ def test_tilting_of_a_rigid_rotor_is_split_by_the_gyroscopic_moment(Omega):
     np.testing.assert_allclose(left[1], -1j * left[0], atol=1e-6)  # y follows x
 
 
-@pytest.mark.parametrize(("share", "sign"), [(0.95, 1.0), (1.05, -1.0)])
-def test_cross_coupling_beyond_c_omega_makes_forward_whirl_grow(share, sign):
+@pytest.mark.parametrize(("share", "growing"), [(0.95, []), (1.05, ["forward"]), (-1.05, ["backward"])])
+def test_cross_coupling_beyond_c_omega_makes_whirl_grow_in_its_sense(share, growing):
     """Jeffcott rotor: m r'' + c r' + (k - i k_xy) r = 0 is stable as long as k_xy < c sqrt(k / m)."""
     k, c = 2e6, 300.0
     threshold = c * np.sqrt(2 * k / MASS)
     model = rigid(tensor(k, share * threshold), tensor(c)).model
     expected = np.roots([MASS, 2 * c, 2 * (k - 1j * share * threshold)])
-    found = {mode.whirl: mode for mode in modes(model, 0.0) if mode.frequency < 1.2 * np.sqrt(2 * k / MASS)}
-    forward, backward = found["forward"], found["backward"]
+    found = modes(model, 0.0)
+    (forward,) = (m for m in found if m.whirl == "forward" and m.frequency < 1.2 * np.sqrt(2 * k / MASS))
     upper = expected[np.argmax(expected.imag)]
     assert forward.eigenvalue == pytest.approx(upper, rel=1e-8)
     assert forward.damping_ratio == pytest.approx(-upper.real / abs(upper), rel=1e-6)
-    assert np.sign(forward.damping_ratio) == sign
-    assert backward.damping_ratio > 0.0
-
-
-def test_opposite_cross_coupling_drives_backward_whirl():
-    k, c = 2e6, 300.0
-    model = rigid(tensor(k, -1.2 * c * np.sqrt(2 * k / MASS)), tensor(c)).model
-    unstable = [mode.whirl for mode in modes(model, 0.0) if mode.damping_ratio < 0.0]
-    assert unstable == ["backward"]
+    assert [mode.whirl for mode in found if mode.damping_ratio < 0.0] == growing
 
 
 @pytest.mark.parametrize("Omega", [60.0, 500.0])
@@ -209,7 +199,7 @@ def test_timoshenko_beam_with_diagonal_mass_is_of_second_order():
     np.testing.assert_allclose(order, 2.0, atol=0.3)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     k=st.tuples(*[st.floats(1e5, 1e7)] * 2),
     cross=st.tuples(*[st.floats(-5e5, 5e5)] * 2),

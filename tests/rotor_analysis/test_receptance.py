@@ -23,18 +23,6 @@ def test_static_receptance_is_that_of_two_springs_under_a_beam():
     np.testing.assert_allclose(at_rest[1::2, 3], 1e-6 - lever, atol=1e-14)
 
 
-@pytest.mark.parametrize("Omega", [5.0, 120.0])
-def test_receptance_is_reciprocal_in_each_plane_and_gyroscopic_across(Omega):
-    R = receptance(np.array([Omega]))[0][COLLOCATED]
-    direct, cross = R[0::2, 0::2], R[1::2, 0::2]  # x by x and y by x
-    scale = np.max(np.abs(R))
-    np.testing.assert_allclose(direct, direct.T, atol=1e-10 * scale)
-    np.testing.assert_allclose(cross, cross.T, atol=1e-10 * scale)
-    np.testing.assert_allclose(R[1::2, 1::2], direct, atol=1e-10 * scale)
-    np.testing.assert_allclose(R[0::2, 1::2], -cross, atol=1e-10 * scale)
-    assert np.max(np.abs(direct[0, 1])) > 1e-3 * scale * (Omega / 120.0) ** 2
-
-
 @pytest.mark.parametrize("Omega", [40.0, 120.0, 250.0])
 def test_receptance_is_that_of_the_model_in_complex_coordinates(Omega):
     rotor = load_rotor()

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analysis_cases import STEEL
 
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.damping import free_modes
@@ -20,7 +21,6 @@ from rotor_analysis.shaft import SectionedShaft
 from rotor_analysis.undamped import natural_frequencies
 
 RIG = load_rotor()
-STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
 
 
 def compressor(stiffness=2e7, **options):

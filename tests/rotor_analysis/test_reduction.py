@@ -29,7 +29,7 @@ def on_cross_coupled_bearings(nodes):
 
 
 @pytest.mark.parametrize("bearings", [(4, 11), (6, 12)], ids=["at masters", "at slaves"])
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_static_deflection_is_exact_also_with_cross_coupling(bearings, seed):
     full = on_cross_coupled_bearings(bearings)
@@ -96,11 +96,6 @@ def test_reduced_free_rotor_keeps_mass_centre_and_rigid_motion():
 def test_too_few_planes_to_hold_the_rotor_are_refused(planes):
     with pytest.raises(ValueError, match="do not hold the rotor: keep at least two planes"):
         msdc(assemble(ROTOR), planes)
-
-
-def test_unknown_plane_is_refused_with_the_list_of_planes():
-    with pytest.raises(ValueError, match=r"planes \[99\] are not in the model; there are \[1, 2"):
-        msdc(assemble(ROTOR), (4, 99))
 
 
 def test_the_structure_of_the_plant_is_the_reduced_model():

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analysis_cases import STEEL
 
 from rotor_analysis.assembly import assemble
 from rotor_analysis.element import Material
@@ -14,7 +15,6 @@ from rotor_analysis.sections import Sleeve
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.undamped import natural_frequencies
 
-STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
 NODES = (0.0, 0.2, 0.5, 0.9)
 
 

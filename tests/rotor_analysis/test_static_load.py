@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from analysis_cases import MASS, NOTHING, L, disc_between
+from analysis_cases import MASS, NOTHING, STEEL, L, disc_between
 
 from rotor_analysis.packaged_rotors import packaged_rotors
 from rotor_analysis.parts import Bearing
@@ -28,15 +28,8 @@ def test_two_bearings_share_the_weight_by_their_distance_from_its_centre(name):
 def test_three_bearings_share_the_weight_of_a_slender_beam_by_its_bending():
     """3/16, 5/8 and 3/16 of an even beam on three equidistant supports."""
     bearings = tuple(Bearing(name, node) for name, node in (("left", 1), ("middle", 11), ("right", 21)))
-    shaft = Shaft(
-        tuple(np.linspace(0.0, 4.0, 21).tolist()),
-        (0.02,),
-        2.1e11,
-        7850.0,
-        0.3,
-        theory="rayleigh",
-        mass_matrix="consistent",
-    )
+    nodes = tuple(np.linspace(0.0, 4.0, 21).tolist())
+    shaft = Shaft(nodes, (0.02,), **STEEL, theory="rayleigh", mass_matrix="consistent")
     beam = Rotor("beam", shaft, bearings=bearings)
     shares = np.array(list(carried_masses(beam).values())) / beam.mass
     assert shares == pytest.approx([3 / 16, 5 / 8, 3 / 16], rel=1e-6)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analysis_cases import STEEL, one_plane
 
 from rotor_analysis import beam, tapered
 from rotor_analysis.assembly import assemble
@@ -13,8 +14,7 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.sections import Section
 from rotor_analysis.shaft import SectionedShaft, Shaft
 
-STEEL = Material(2.1e11, 7800.0, 0.3)
-OWN = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
+MATERIAL = Material(**STEEL)
 LENGTH, THICK, THIN = 0.9, 0.08, 0.04
 
 
@@ -22,16 +22,12 @@ def cone(count, **changes):
     """A solid cone from THICK at z = 0 to THIN, in `count` elements."""
     ends = np.linspace(THICK, THIN, count + 1)
     nodes = tuple(np.linspace(0.0, LENGTH, count + 1))
-    return Rotor("cone", Shaft(nodes, tuple(ends[:-1]), diameter_end=tuple(ends[1:]), **OWN, **changes))
-
-
-def one_plane(matrix):
-    return matrix[::2, ::2]
+    return Rotor("cone", Shaft(nodes, tuple(ends[:-1]), diameter_end=tuple(ends[1:]), **STEEL, **changes))
 
 
 @pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])
 def test_integrals_along_a_uniform_element_are_the_closed_forms(theory):
-    element = Element(0.1, (0.05, 0.05), (0.02, 0.02), STEEL, theory)
+    element = Element(0.1, (0.05, 0.05), (0.02, 0.02), MATERIAL, theory)
     phi = beam.shear_parameter(element)
     for integral, closed in (
         (tapered.stiffness, beam.stiffness),
@@ -50,7 +46,7 @@ def test_clamped_cone_bends_under_a_force_at_its_tip():
         K = one_plane(assemble(cone(count, theory="rayleigh")).K)[2:, 2:]
         force = np.zeros(len(K))
         force[-2] = 1.0
-        exact = 64.0 * LENGTH**3 / (3.0 * math.pi * OWN["youngs_modulus"] * THIN * THICK**3)
+        exact = 64.0 * LENGTH**3 / (3.0 * math.pi * STEEL["youngs_modulus"] * THIN * THICK**3)
         errors.append(abs(np.linalg.solve(K, force)[-2] / exact - 1.0))
     assert errors[-1] < 1e-4
     np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 4.0, atol=0.4)
@@ -70,7 +66,7 @@ def test_cone_has_the_mass_and_centre_of_a_frustum(mass):
 
 
 def test_cone_turned_round_is_its_mirror_image():
-    elements = Element(0.2, (0.08, 0.04), (0.03, 0.01), STEEL), Element(0.2, (0.04, 0.08), (0.01, 0.03), STEEL)
+    elements = Element(0.2, (0.08, 0.04), (0.03, 0.01), MATERIAL), Element(0.2, (0.04, 0.08), (0.01, 0.03), MATERIAL)
     mirror = np.array([[0, 0, 1, 0], [0, 0, 0, -1], [1, 0, 0, 0], [0, -1, 0, 0]], dtype=float)
     for matrix in (beam.stiffness, beam.consistent_translational_mass, beam.consistent_rotary_inertia):
         there, back = map(matrix, elements)
@@ -94,14 +90,14 @@ def test_gyroscopic_moment_of_a_cone_is_its_polar_inertia():
     ],
 )
 def test_shear_coefficient_is_that_of_the_source(inner, shear, kappa):
-    element = Element(0.1, (0.05, 0.05), (inner, inner), STEEL, shear=shear)
+    element = Element(0.1, (0.05, 0.05), (inner, inner), MATERIAL, shear=shear)
     assert element.shear_coefficient == pytest.approx(kappa, rel=1e-7)
 
 
 def test_sections_make_the_shaft_that_nodes_and_diameters_make():
     sections = (Section(0.3, 0.05), Section(0.2, 0.08, 0.02, 0.06, material="aluminium"))
     materials = {"aluminium": Material(0.7e11, 2700.0, 0.33)}
-    by_sections = Rotor("shaft", SectionedShaft(sections, **OWN), materials=materials)
+    by_sections = Rotor("shaft", SectionedShaft(sections, **STEEL), materials=materials)
     shaft = Shaft(
         (0.0, 0.3, 0.5),
         (0.05, 0.08),
@@ -109,7 +105,7 @@ def test_sections_make_the_shaft_that_nodes_and_diameters_make():
         inner_diameter=(0.0, 0.02),
         material=(None, "aluminium"),
         mass_matrix="consistent",
-        **OWN,
+        **STEEL,
     )
     assert by_sections == Rotor("shaft", shaft, materials=materials)
     assert [element.material.density for (element,) in by_sections.elements] == [7800.0, 2700.0]
@@ -120,7 +116,7 @@ def test_two_materials_stretch_in_proportion_to_their_stiffness():
     L = 0.5
     sections = (Section(L, 0.05), Section(L, 0.05, material="aluminium"))
     aluminium = Material(0.7e11, 2700.0, 0.33)
-    rotor = Rotor("halves", SectionedShaft(sections, theory="rayleigh", **OWN), materials={"aluminium": aluminium})
+    rotor = Rotor("halves", SectionedShaft(sections, theory="rayleigh", **STEEL), materials={"aluminium": aluminium})
     K = one_plane(assemble(rotor).K)[2:, 2:]
     tip = np.linalg.solve(K, np.array([0.0, 0.0, 1.0, 0.0]))[2]
     second = math.pi * 0.05**4 / 64.0
@@ -136,5 +132,5 @@ def test_cut_cone_is_the_same_cone():
 
 
 def test_another_diameter_leaves_a_uniform_shaft_uniform():
-    shaft = Shaft((0.0, 0.5, 1.0), (0.05,), diameter_end=(0.05,), **OWN)
+    shaft = Shaft((0.0, 0.5, 1.0), (0.05,), diameter_end=(0.05,), **STEEL)
     assert not any(element.is_tapered for (element,) in replace(shaft, diameter=(0.06,)).elements({}))

@@ -12,6 +12,12 @@ from rotor_analysis.supported_rotor import supported_rotor
 
 L, D, E = 0.8, 0.03, 2.1e11
 MASS, I_D, I_P = 12.0, 0.05, 0.09
+STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0, "poissons_ratio": 0.3}
+
+
+def one_plane(matrix):
+    """Return x translations and slopes of an assembled matrix."""
+    return matrix[::2, ::2]
 
 
 def tensor(direct, cross=0.0):
