@@ -53,9 +53,8 @@ def test_spin_without_enough_inertia_for_its_unbalance_is_refused():
 
 def test_unused_parameters_of_bodies_change_no_bit():
     rub = BEARINGS | both("rb.mu", 0.2) | {"Omega": 200.0, "d1.u": 40e-3, "d3.u": 20e-3}
-    unused = (
-        both("rb.mount_stiffness_x", 1e7) | both("rb.race_drag", 0.1) | {"drive.torque_limit": 10.0, "spin.drag": 1.0}
-    )
+    unused = both("rb.mount_stiffness_x", 1e7) | both("rb.mount_damping_x", 10.0) | both("rb.race_drag", 0.1)
+    unused |= {"drive.torque_limit": 10.0, "spin.drag": 1.0}
     names = ("mb1.x", "mb2.y", "rb1.f_n", "rb2.f_t", "energy.balance")
     plain, other = (run(plant(values), 800, names) for values in (rub, rub | unused))
     assert plain[:, 2].max() > 100.0

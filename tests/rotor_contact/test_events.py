@@ -68,15 +68,6 @@ def test_the_first_touch_is_at_the_time_of_straight_flight(seed):
     assert locate_event(w, 0.0, DT) == pytest.approx(min(times), abs=1e-10 * DT)
 
 
-@pytest.mark.parametrize("first", [0, 1])
-def test_a_touch_is_located_at_the_journal_that_comes_first(first):
-    speeds = np.array([4.0, 4.0])
-    speeds[first] = 7.0
-    w = flying([0j, 0j], speeds)
-    assert substep(w, 0.0, DT)
-    assert locate_touch(w, 0.0, DT) == pytest.approx(CLEARANCE / 7.0, abs=1e-10 * DT)
-
-
 def test_a_closed_or_absent_journal_does_not_touch():
     w = flying([CLEARANCE + 0j, 0j], [0j, 1.0], modes=(SLIDING, FREE))
     assert substep(w, 0.0, DT)

@@ -134,16 +134,6 @@ def test_constant_forces_and_unbalance_may_change_in_flight():
         assert flies(x)
 
 
-def test_a_copy_of_the_state_goes_on_with_the_same_bits():
-    """What is kept between steps for speed alone is no part of the state."""
-    values = WIDE | BEARINGS | UNBALANCE | {"Omega": 150.0}
-    x = in_flight(values)
-    run(x, 10)
-    other = plant(values)
-    other.state[:] = x.state
-    np.testing.assert_array_equal(run(x, 5, TERMS), run(other, 5, TERMS))
-
-
 def test_a_rotor_too_stiff_for_the_step_is_integrated():
     """The same, bit for bit, as without the exact solution."""
     values = WIDE | both("mb.k_b", 1e9) | {"Omega": 150.0}

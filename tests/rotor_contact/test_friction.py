@@ -51,14 +51,6 @@ def test_sliding_friction_is_mu_n_against_the_slip_and_changes_the_whirl(Omega, 
     np.testing.assert_allclose(record[:, 9], 0.5 * 20.0 * (v0**2 - v**2) + drive, rtol=1e-6)
 
 
-def test_journal_without_friction_is_not_slowed_by_the_spin():
-    x = plant(both("rb.clearance", RING) | {"Omega": 300.0}, rigid_rotor())
-    place(x, np.full(2, RING + 0j), np.full(2, 1j), modes=(1, 1))
-    record = run(x, 100, ["rb1.f_t", "rb1.whirl_speed", "energy.dissipated"])
-    np.testing.assert_array_equal(record[:, [0, 2]], 0.0)
-    np.testing.assert_allclose(record[:, 1], 20.0, rtol=1e-7)
-
-
 @pytest.mark.parametrize("Omega", [80.0, -80.0])
 def test_friction_drives_a_rigid_rotor_into_rolling_at_journal_over_gap(Omega):
     """Then whirl = -(R_s/c) Omega, N = m c whirl^2 with nothing left for friction to do."""
@@ -92,41 +84,26 @@ def stuck_under_load(value, mu, static=0.0, mode=2):
     return place(x, np.full(2, RING + 0j), np.zeros(2), modes=(mode, mode))
 
 
-def test_sticking_friction_carries_the_load_up_to_coulombs_limit():
-    mu = 0.2
-    x = stuck_under_load(100.0, mu)
+@pytest.mark.parametrize(("mu", "static", "mode"), [(0.2, 0.0, 2), (0.1, 0.2, 2), (0.0, 0.2, 1), (0.0, 0.2, 2)])
+def test_stuck_journal_holds_up_to_the_limit_of_its_friction(mu, static, mode):
+    """That of sliding, or of static friction where it is larger; also if it is said to slide at first."""
+    x = stuck_under_load(160.0, mu, static, mode)
     record = run(x, 20, [*FORCES, "rb1.mode"])
     np.testing.assert_allclose(record[:, [0, 2]], 900.0, rtol=1e-9)
-    np.testing.assert_allclose(record[:, [1, 3]], -100.0, rtol=1e-9)
+    np.testing.assert_allclose(record[:, [1, 3]], -160.0, rtol=1e-9)
     assert np.all(record[:, 4] == 2)
-    x = stuck_under_load(181.0, mu)
-    record = run(x, 20, [*FORCES, *SLIPS, "rb1.mode"])
-    assert np.all(record[:, 6] == 1)
-    np.testing.assert_allclose(record[:, 1], -mu * record[:, 0], rtol=1e-9)
-    assert np.all(np.diff(record[:, 4]) > 0.0)
-    assert record[0, 4] == pytest.approx(H * (181.0 - 180.0) / 10.0, rel=1e-2)
-    x = stuck_under_load(-181.0, mu)
-    assert np.all(run(x, 20, SLIPS)[:, 0] < 0.0)
 
 
-def test_stuck_journal_holds_up_to_static_friction_and_slides_with_less():
-    x = stuck_under_load(160.0, 0.1, static=0.2)
-    record = run(x, 20, ["rb1.f_t", "rb1.mode"])
-    np.testing.assert_allclose(record[:, 0], -160.0, rtol=1e-9)
-    assert np.all(record[:, 1] == 2)
-    x = stuck_under_load(181.0, 0.1, static=0.2)
+@pytest.mark.parametrize("load", [181.0, -181.0])
+@pytest.mark.parametrize(("mu", "static"), [(0.2, 0.0), (0.1, 0.2)])
+def test_journal_slides_under_more_than_its_friction_carries(mu, static, load):
+    x = stuck_under_load(load, mu, static)
     record = run(x, 20, ["rb1.f_n", "rb1.f_t", "rb1.mode", "rb1.slip_velocity"])
     assert np.all(record[:, 2] == 1)
-    np.testing.assert_allclose(record[:, 1], -0.1 * record[:, 0], rtol=1e-9)
-    assert record[0, 3] == pytest.approx(H * (181.0 - 90.0) / 10.0, rel=1e-2)
-
-
-@pytest.mark.parametrize("mode", [1, 2])
-def test_static_friction_alone_holds_a_journal_at_rest(mode):
-    x = stuck_under_load(160.0, 0.0, static=0.2, mode=mode)
-    record = run(x, 5, ["rb1.f_t", "rb1.mode"])
-    np.testing.assert_allclose(record[:, 0], -160.0, rtol=1e-9)
-    assert np.all(record[:, 1] == 2)
+    sense = math.copysign(1.0, load)
+    np.testing.assert_allclose(record[:, 1], -sense * mu * record[:, 0], rtol=1e-9)
+    assert np.all(sense * np.diff(record[:, 3]) > 0.0)
+    assert sense * record[0, 3] == pytest.approx(H * (181.0 - mu * 900.0) / 10.0, rel=1e-2)
 
 
 def test_static_friction_below_that_of_sliding_changes_nothing():
@@ -215,16 +192,6 @@ def test_rig_with_mu_2_rolls_backward_at_3000_rad_per_s_and_100_kn(law):
     assert (first - began) * h < 0.1 * cycle
     for n, t in ((2, 3), (4, 5)):
         assert np.all(np.abs(record[:, t]) <= 2.0 * record[:, n] * (1 + 1e-9) + 1e-6)
-
-
-def test_coulombs_limit_holds_in_every_mode_of_a_long_hard_rub():
-    for mu in (0.05, 0.3, 1.0):
-        x, _ = rig(NEWTON, mu=mu)
-        record = run(x, 2000, FORCES)
-        assert np.max(record) > 100.0
-        for n, t in ((0, 1), (2, 3)):
-            assert np.all(np.abs(record[:, t]) <= mu * record[:, n] * (1 + 1e-9) + 1e-6)
-        assert np.all(np.isfinite(bearing_positions(x)))
 
 
 @pytest.mark.parametrize("Omega", [220.0, 400.0])

@@ -1,5 +1,6 @@
 """Impacts: bouncing in closed form, momentum, energy, several at once."""
 
+import itertools
 import math
 
 import numpy as np
@@ -18,18 +19,21 @@ RIG = plant()
 N_SITES = 4
 
 
-def bounce_height(t, e, drop):
-    """Height above the bottom of a mass that bounces from rest at `drop`: t1 = sqrt(2h/g), then flights 2 e^n v1/g."""
-    begin, speed = math.sqrt(2 * drop / G), math.sqrt(2 * G * drop)
-    if t < begin:
-        return drop - 0.5 * G * t**2
+def blows(e, drop):
+    """Times of the blows of a mass that falls from rest by `drop`, and its speed after each: g t = 2 v in a flight."""
+    t, speed = math.sqrt(2 * drop / G), e * math.sqrt(2 * G * drop)
     while speed > 1e-12:
-        speed *= e
-        flight = 2 * speed / G
-        if t < begin + flight:
-            return speed * (t - begin) - 0.5 * G * (t - begin) ** 2
-        begin += flight
-    return 0.0
+        yield t, speed
+        t, speed = t + 2 * speed / G, e * speed
+
+
+def bounce_height(t, e, drop):
+    """Height above the bottom of that mass."""
+    before = [blow for blow in blows(e, drop) if blow[0] <= t]
+    if not before:
+        return drop - 0.5 * G * t**2
+    begin, speed = before[-1]
+    return speed * (t - begin) - 0.5 * G * (t - begin) ** 2
 
 
 def dropped(e):
@@ -51,23 +55,13 @@ def test_bouncing_rotor_follows_the_closed_form_flight_by_flight():
     np.testing.assert_allclose(record[:, 3], record[:, 2], rtol=1e-7)
 
 
-def test_impact_times_are_those_of_the_published_bouncing_ball():
-    """h0 = 1 m, e = 0.9: 0.451523641, 1.264266195, 1.995734493 s; here h0 = 0.05 m, so times shrink by sqrt(0.05)."""
-    x = dropped(0.9)
-    h = 1e-4
-    times = []
-    for n in range(4600):
-        before = masters(x)[1][0].imag
-        x.step(n * h, h)
-        if x["rb1.impulse"] > 0.0:
-            # v jumps from v- to -e v-: solve v(end) = 0.9 (g t - before) - g (h - t)
-            after = masters(x)[1][0].imag
-            times.append(n * h + (after + 0.9 * before + G * h) / (1.9 * G))
-    expected = np.array([0.451523641, 1.264266195, 1.995734493]) * math.sqrt(0.05)
-    np.testing.assert_allclose(times, expected, atol=1e-9)
+def test_impact_times_of_the_closed_form_are_those_of_the_published_bouncing_ball():
+    """h0 = 1 m, e = 0.9."""
+    times = [t for t, _ in itertools.islice(blows(0.9, 1.0), 3)]
+    np.testing.assert_allclose(times, [0.451523641, 1.264266195, 1.995734493], atol=1e-9)
 
 
-@pytest.mark.parametrize("e", [0.5, 0.9])
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
 def test_bouncing_accumulates_and_ends_at_rest_on_the_ring(e):
     x = dropped(e)
     end = math.sqrt(2 * RING / G) * (1 + 2 * e / (1 - e))
@@ -76,16 +70,7 @@ def test_bouncing_accumulates_and_ends_at_rest_on_the_ring(e):
     assert x["mb1.y"] == pytest.approx(-RING, abs=1e-12)
     assert np.max(np.abs(masters(x)[1])) < 1e-12
     assert x["rb1.f_n"] == pytest.approx(10.0 * G, rel=1e-6)
-    assert x["energy.dissipated"] == pytest.approx(20.0 * G * RING, rel=1e-4)
-
-
-def test_impact_without_restitution_stops_at_once():
-    x = dropped(0.0)
-    t1 = math.sqrt(2 * RING / G)
-    run(x, 1, h=t1 + 1e-3)
-    assert x["rb1.mode"] == 1
-    assert x["rb1.impulse"] == pytest.approx(10.0 * math.sqrt(2 * G * RING), rel=1e-7)
-    assert x["energy.dissipated"] == pytest.approx(20.0 * G * RING, rel=1e-7)
+    assert x["energy.dissipated"] == pytest.approx(20.0 * G * RING, rel=1e-4 if e else 1e-7)
 
 
 # One impact of the rig, on the kernel itself.
@@ -128,7 +113,7 @@ def directions(contact):
     return N, T
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), angles, angles, st.sampled_from([(0,), (1,), (0, 1)]))
 def test_elastic_impact_conserves_energy_and_momentum_plus_impulse(seed, a, b, sites):
     w, contact, _, v = touching(seed, a, b, e=1.0, sites=sites)
@@ -147,7 +132,7 @@ def test_elastic_impact_conserves_energy_and_momentum_plus_impulse(seed, a, b, s
     assert np.any(contact["p_n"] > 0.0)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), angles, st.floats(0.0, 1.0), st.sampled_from([0, 1]))
 def test_impact_loses_one_minus_e_squared_of_the_energy_of_approach(seed, angle, e, k):
     w, contact, _, v = touching(seed, angle, angle, e=e, sites=(k,))
@@ -160,7 +145,7 @@ def test_impact_loses_one_minus_e_squared_of_the_energy_of_approach(seed, angle,
     assert contact["impact_heat"].sum() == pytest.approx(lost, rel=1e-7, abs=1e-9)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     st.integers(0, 2**32 - 1), angles, angles, st.floats(0.0, 5.0), st.floats(0.0, 1.0), st.floats(-600.0, 600.0),
     st.sampled_from([(0,), (1,), (0, 1)]),
@@ -186,7 +171,7 @@ def test_impact_with_friction_creates_no_energy_pull_or_driven_slip(seed, a, b, 
             assert abs(slip) <= abs(slip_before) + 1e-12
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), angles, st.floats(0.05, 2.0), st.floats(-600.0, 600.0), st.sampled_from([0, 1]))
 def test_friction_of_a_blow_ends_the_slip_or_is_mu_times_the_blow(seed, angle, mu, Omega, k):
     w, contact, _, v = touching(seed, angle, angle, mu, 0.0, Omega, (k,))
@@ -220,7 +205,7 @@ def test_journal_that_rolls_obeys_coulombs_law_in_a_blow_elsewhere():
     assert outcomes == {(FREE, False), (SLIDING, False), (ROLLING, False), (ROLLING, True)}
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), angles, angles, st.sampled_from([(0,), (1,), (0, 1)]))
 def test_nodal_law_stops_only_the_radial_motion_of_touching_nodes(seed, a, b, sites):
     w, contact, _, v = touching(seed, a, b, mu=0.5, e=0.7, sites=sites)

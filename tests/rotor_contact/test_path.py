@@ -3,20 +3,14 @@
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
-from rotor_cases import BEARINGS, CLEARANCE, H, memory, plant, run
+from rotor_cases import BEARINGS, CLEARANCE, H, plant, run, scratch
 from scipy.interpolate import BPoly, PPoly
 from scipy.optimize import brentq
 
-from rotor_contact.layout import scratch_of
 from rotor_contact.path import Point, leaves_or_stays_within, point_of, stays_within, touch_time
 from rotor_contact.propagator import STEPS_BEFORE_BUILD
-from rotor_contact.structure import structure_of
 
 ALONG = np.linspace(0.0, 1.0, 2001)[:, None]
-
-
-def scratch(x):
-    return scratch_of(x.work, structure_of(x.constants))
 
 
 @pytest.fixture(scope="module")
@@ -146,11 +140,6 @@ def test_a_journal_leaves_its_circle_if_it_turns_faster_than_the_circle(site, wh
     assert bool(np.max(radii(begin, end, H)) <= CLEARANCE * (1 + 1e-10)) is leaves
 
 
-def test_the_hull_of_the_path_itself_cannot_tell_that_a_journal_leaves(site):
-    begin, end = leaving(260.0, 1.5 * 260.0**2 * CLEARANCE)
-    assert not stays_within(site, *states_of(site, begin, end), H, 8, 0.0)
-
-
 def test_the_propagator_grows_a_few_rows_a_step_so_that_no_step_is_long():
     x = plant(BEARINGS | {"Omega": 150.0, "d1.u": 1e-4})
     rows = []
@@ -160,14 +149,3 @@ def test_the_propagator_grows_a_few_rows_a_step_so_that_no_step_is_long():
     n_rows = scratch(x).propagator.P.shape[0]
     assert rows[-1] == rows[STEPS_BEFORE_BUILD] == n_rows
     assert max(np.diff(rows)) <= n_rows / STEPS_BEFORE_BUILD + 1
-
-
-def test_a_plant_that_goes_on_from_a_saved_state_builds_all_at_once_and_agrees():
-    x = plant(BEARINGS | {"Omega": 150.0, "d1.u": 1e-4})
-    run(x, STEPS_BEFORE_BUILD + 5)
-    other = plant(BEARINGS | {"Omega": 150.0, "d1.u": 1e-4})
-    other.state[:] = x.state
-    for each in (x, other):
-        run(each, 3, start=(STEPS_BEFORE_BUILD + 5) * H)
-    assert np.array_equal(x.state, other.state)
-    assert memory(other).head[0].n_steps == STEPS_BEFORE_BUILD

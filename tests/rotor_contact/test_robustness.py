@@ -11,10 +11,8 @@ from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, ru
 
 from amb_cosim.design import plant_data
 from fmi_export.model import Fault, Instance
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
-from rotor_analysis.parts import Disc
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.enumerations import CONSTRAINT, NEWTON, NODAL
+from rotor_contact.enumerations import CONSTRAINT, NEWTON
 
 ROTOR = load_rotor()
 MODEL, CONSTANTS = plant_data.plant(ROTOR)
@@ -66,20 +64,20 @@ def survives(values, steps):
     return x.fault == 0
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(values_of("parameter", 1.0), values_of("input", 1.0))
 def test_outputs_are_finite_or_a_fault_says_why(parameters, inputs):
     survives(BEARINGS | parameters | inputs, 60)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(values_of("input", 1.0))
 def test_rig_with_default_parameters_goes_through_any_sensible_input(inputs):
     gradients = {name: 0.0 for name in inputs if name.endswith(("_xx", "_yy"))}
     assert survives(BEARINGS | both("rb.mu", 0.2) | both("rb.restitution", 0.5) | inputs | gradients, 60)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(values_of("input", 1e40))
 def test_absurd_inputs_end_in_finite_numbers_or_a_fault(inputs):
     survives(BEARINGS | inputs, 10)
@@ -130,23 +128,6 @@ def test_two_sites_that_bounce_in_turn_do_not_exhaust_the_events(mu, e):
     assert np.all(record[:, 2:] >= -1e-9)
 
 
-@pytest.mark.parametrize("law", [NODAL, NEWTON])
-def test_energy_stays_bounded_by_what_the_inputs_put_in(law):
-    """Without spin and unbalance a kicked rotor bouncing between its rings only loses energy."""
-    x = plant(both("mb.k_b", 1e6) | both("rb.restitution", 0.8) | both("rb.mu", 0.3) | {"contact.impact_law": law})
-    place(x, np.zeros(6), np.array([0.5, 0.3j, 0.4, -0.2, 0.3 - 0.2j, 0.1j]))
-    start = plant(both("mb.k_b", 1e6))
-    place(start, np.zeros(6), np.array([0.5, 0.3j, 0.4, -0.2, 0.3 - 0.2j, 0.1j]))
-    start.step(0.0, 1e-9)
-    record = run(x, 2000, ["energy.kinetic", "energy.strain", "energy.dissipated", "rb1.impulse"])
-    assert np.count_nonzero(record[:, 3]) > 5
-    balance = record[:, :3].sum(axis=1)
-    np.testing.assert_allclose(balance, start["energy.kinetic"], rtol=2e-4)
-    if law == NEWTON:
-        assert np.all(np.diff(record[:, 2]) >= -1e-9)
-    assert record[-1, 2] > 0.05 * balance[0]
-
-
 def test_only_parameters_inputs_and_state_carry_over_between_steps():
     values = BEARINGS | both("rb.mu", 0.3) | {"Omega": 180.0, "d1.u": 0.06}
     x = plant(values)
@@ -173,43 +154,12 @@ def test_events_do_not_depend_on_the_communication_step():
         assert coarse[name] == pytest.approx(fine[name], abs=1e-5 * CLEARANCE)
 
 
-@pytest.mark.parametrize(("parts", "message"), [
-    ({"bearings": (), "sites": ROTOR.sites[2:]}, r"rotor 'bath_rig_thesis' has no bearings; a plant needs"),
-])  # fmt: skip
-def test_rotor_without_what_a_plant_needs_is_refused(parts, message):
-    with pytest.raises(ValueError, match=message):
-        plant_data.plant(replace(ROTOR, **parts))
+def test_rotor_without_bearings_is_refused():
+    with pytest.raises(ValueError, match=r"rotor 'bath_rig_thesis' has no bearings; a plant needs"):
+        plant_data.plant(replace(ROTOR, bearings=(), sites=ROTOR.sites[2:]))
 
 
-def test_rotor_file_gives_the_rig_and_refuses_what_it_does_not_know(tmp_path):
-    file, text = tmp_path / "rotor.toml", DEFAULT_ROTOR.read_text(encoding="utf-8")
-    for old, new, message in (
-        ("diameter = 0.050", "diameter = -0.05", r"shaft\.diameter = -0\.05 m is not allowed; it must be > 0 m"),
-        ("poissons_ratio = 0.3", "poisson = 0.3", r"unknown key shaft\.poisson; did you mean poissons_ratio\?"),
-        ("node = 11\nclearance", "node = 12\nclearance", r"a list that includes bearings and sites \[12\]"),
-        (
-            "node = 13",
-            "node = 14",
-            r"bodies\[3\]\.node \(d4\) = 14 is not allowed; it must be a node number from 1 to 13",
-        ),
-        ('name = "bath_rig_thesis"', "", "name is missing"),
-        ("[shaft]", "[shaft", "is not valid TOML"),
-    ):
-        assert old in text
-        file.write_text(text.replace(old, new, 1), encoding="utf-8")
-        with pytest.raises(ValueError, match=message):
-            load_rotor(file)
-    file.write_text(text, encoding="utf-8")
-    assert load_rotor(file) == ROTOR
-
-
-def test_body_inertias_are_those_of_a_disc():
-    body = Disc("disc", 1, 10.0, 0.12, 0.028)
-    assert body.polar_inertia == pytest.approx(0.072)
-    assert body.diametral_inertia == pytest.approx(0.036 + 10.0 * 0.028**2 / 12)
-
-
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 2**32 - 1))
 def test_no_friction_or_restitution_exhausts_the_events_of_four_sites(seed):
     """Strong friction, elastic blows, both impact laws, bushes in place: a step always ends, and the energy adds up."""

@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rotor_cases import BEARINGS, UNWATCHED, H, both, memory, plant, plant_rotor, run, size_of, state
+from rotor_cases import BEARINGS, UNWATCHED, both, plant, plant_rotor, run, size_of, state
 
 from rotor_analysis.damping import Damping
 from rotor_analysis.parts import Body
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
-from rotor_contact.structure import structure_of
 
 RIG = load_rotor()
 FREE = both("rb.enabled", 0.0)
@@ -95,39 +94,3 @@ def test_energy_of_a_damped_shaft_is_balanced_through_contact(rotating, free):
     record = run(x, 1500, ("rb1.f_n", *ENERGIES))
     assert record[:, 0].max() > 100.0
     assert np.abs(record[:, -1]).max() < 1e-6 * record[:, 1:5].max()
-
-
-def test_rotating_damping_heats_nothing_that_turns_bent_with_the_shaft():
-    """A bow that turns with the shaft, r ~ exp(i Omega t), does not strain it in time; in the fixed frame it does."""
-    heats = {}
-    for rotating in (0.0, 1.0):
-        x = plant(FREE, replace(RIG, damping=Damping(stiffness=1e-4, rotating=rotating)))
-        s, n, Omega = structure_of(x.constants), size_of(x), 50.0
-        q = np.zeros(n)
-        q[::2] = 1e-4 * np.sin(np.arange(n // 2))
-        v = np.zeros(n)
-        v[1::2] = Omega * q[::2]
-        C, R = s.forms[n : 2 * n], s.forms[2 * n :]
-        turned = np.zeros(n)
-        turned[1::2] = q[::2]
-        heats[rotating] = v @ C @ v + (v - Omega * turned) @ R @ (v - Omega * turned)
-    assert heats[1.0] == pytest.approx(0.0, abs=1e-12)
-    assert heats[0.0] > 0.0
-
-
-def test_undamped_rotor_has_neither_heat_nor_a_propagator_of_that_size():
-    x = plant(FREE | {"Omega": 50.0, "d1.u": 1e-3, "mb1.k_b": 1e6, "mb2.k_b": 1e6})
-    run(x, 100)
-    assert not structure_of(x.constants).is_damped
-    assert x["energy.damping"] == 0.0
-    assert memory(x).head[0].tolerance_missed == 0.0
-
-
-def test_step_size_does_not_change_a_damped_free_flight():
-    rotor = replace(RIG, damping=Damping(stiffness=1e-5))
-    ends = []
-    for k in (1, 4):
-        x = plant(BEARINGS | {"Omega": 100.0, "d2.u": 1e-3}, rotor)
-        run(x, 800 * k, h=H / k)
-        ends.append([x["mb1.x"], x["mb2.y"]])
-    np.testing.assert_allclose(ends[0], ends[1], atol=1e-12)

@@ -35,21 +35,6 @@ def test_each_site_stops_its_own_plane_at_its_own_clearance(site):
     assert any(furthest[ROW[name]] > limits[name] for name in SITES if name != site)
 
 
-def test_contact_state_tells_of_the_retainers_alone():
-    x = plant(BEARINGS | ENDS | {"Omega": 100.0, "d1.u": 0.02, "rb1.enabled": 0.0, "rb2.enabled": 0.0})
-    record = run(x, 2000, ["contact_state", "eb1.mode"])
-    assert np.max(record[:, 1]) == 1
-    assert np.all(record[:, 0] == 0)
-
-
-def test_end_bushes_are_in_place_unless_switched_off():
-    from amb_cosim.design import plant_data
-    from fmi_export.model import Instance
-
-    x = Instance(*plant_data.plant())
-    assert (x["eb1.enabled"], x["eb1.clearance"], x["rb1.clearance"]) == (1.0, 0.9e-3, 0.75e-3)
-
-
 def test_all_four_sites_carry_a_rotor_that_is_pressed_against_them():
     """Forces at the discs along x close all four sites. What lies between them rings on; the mean forces balance."""
     x = plant(BEARINGS | ENDS | {f"d{k}.f_x": 3e4 for k in (1, 2, 3, 4)})

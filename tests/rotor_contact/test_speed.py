@@ -47,15 +47,6 @@ def test_run_through_a_critical_speed_is_the_one_of_the_complex_model(Omega, Ome
     assert abs(x["energy.balance"]) < 1e-9 * x["energy.work"]
 
 
-def test_unbalance_resists_the_angular_acceleration():
-    """At angle zero and speed zero the force is -i u Omega': it points backward, along -y for a positive Omega'."""
-    x = plant({"d1.u": 1e-2, "Omega_dot": 1e3})
-    x.step(0.0, 1e-6)
-    v = masters(x)[1][0]
-    assert v.imag < 0.0
-    assert abs(v.real) < 1e-3 * abs(v.imag)
-
-
 def test_rolling_follows_the_spin_as_it_changes():
     ring, Omega, Omega_dot = 0.05, 60.0, 100.0
     x = plant(both("rb.clearance", ring) | both("rb.mu", 2.0) | {"Omega": Omega}, rigid_rotor(20.0))

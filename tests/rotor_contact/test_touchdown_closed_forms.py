@@ -60,30 +60,11 @@ def at_rest(spin):
     return np.zeros(6), v
 
 
-def test_journal_at_the_bottom_rocks_like_a_pendulum():
-    """A point that slides without friction in a circle of radius c: sqrt(g/c)."""
-    small = 1e-3
-    quarter = 0.5 * math.pi * math.sqrt(CLEARANCE / G)
-    rotor = plant_of(FALLING, *at_angle(small - 0.5 * math.pi), SLIDING, max_substep=2e-5)
-    times = quarter * np.arange(1, 9)
-    x = follow_plant(rotor, times).q[:, X]
-    np.testing.assert_allclose(x / (CLEARANCE * small), np.cos(0.5 * math.pi * np.arange(1, 9)), atol=1e-5)
-
-
 def sliding_at_rest(mu, spin, **bodies):
     """A journal that spin and friction hold where gravity balances them: tan(phi) = mu from the bottom."""
     model = TwoBodies(mass=HALF, clearance=CLEARANCE, force=-1j * HALF * G, mu=mu, journal_radius=RADIUS, **bodies)
     normal = HALF * G / math.sqrt(1 + mu**2)
     return model, at_angle(-0.5 * math.pi - math.copysign(math.atan(mu), spin), 0.0, spin), normal
-
-
-@pytest.mark.parametrize("spin", [300.0, -300.0])
-def test_sliding_journal_rests_where_friction_holds_it_up_the_retainer(spin):
-    model, start, normal = sliding_at_rest(0.2, spin)
-    motion = follow_plant(plant_of(model, *start, SLIDING, max_substep=2e-5), np.array([0.01, 0.02]))
-    np.testing.assert_allclose(motion.q[:, :2], [start[0][:2]] * 2, atol=1e-12)
-    np.testing.assert_allclose(motion.N, normal, rtol=1e-9)
-    np.testing.assert_allclose(motion.T, -math.copysign(0.2 * normal, spin), rtol=1e-9)
 
 
 def test_constant_friction_spins_up_a_race_until_it_turns_with_the_journal():
@@ -233,14 +214,6 @@ def test_heat_of_all_retainers_is_the_friction_and_the_impacts():
     heat = rotor["rb1.heat"] + rotor["rb2.heat"]
     assert heat > 1.0
     assert heat == pytest.approx(rotor["energy.friction"] + rotor["energy.impact"], rel=1e-9)
-
-
-@pytest.mark.parametrize("torque", [2.0, -2.0])
-def test_drive_at_its_limit_turns_the_free_spin_at_a_constant_rate(torque):
-    model = TwoBodies(mass=HALF, clearance=CLEARANCE, spin_inertia=0.01, drive_torque=torque)
-    times = 0.1 * np.arange(1, 6)
-    speed = follow_plant(plant_of(model, *at_rest(50.0)), times).v[:, THETA]
-    np.testing.assert_allclose(speed, 50.0 + torque / 0.01 * times, rtol=1e-9)
 
 
 def test_speed_controller_and_drag_settle_the_free_spin_exponentially():

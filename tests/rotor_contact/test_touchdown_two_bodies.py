@@ -79,40 +79,6 @@ def test_impact_conserves_momentum_of_journal_and_free_housing(e):
     assert rotor["energy.impact"] == pytest.approx((1 - e**2) * speed**2 / (1 / m + 1 / m_h), abs=1e-9)
 
 
-def in_contact(model):
-    """The journal slides forward around its retainer, whose housing carries it at rest."""
-    whirl, c = 300.0, model.clearance
-    q, v = np.zeros(6), np.zeros(6)
-    q[X], v[Y], v[THETA] = c, whirl * c, 200.0
-    return q, v
-
-
-def test_mount_that_stiffens_becomes_the_fixed_retainer():
-    """In lasting contact the difference is that of the mount's deflection: as 1/k."""
-    times = 1e-3 * np.arange(1, 11)
-    rigid = replace(FIXED, force=0.0)
-    expected = follow_plant(plant_of(rigid, *in_contact(rigid), SLIDING), times)
-    assert np.all(expected.mode == SLIDING)
-    differences = []
-    for k in (1e8, 1e9, 1e10):
-        damping = 2.0 * np.sqrt(k * 14.0)
-        model = replace(rigid, housing_mass=4.0, mount_stiffness=(k, k), mount_damping=(damping, damping))
-        ours = follow_plant(plant_of(model, *in_contact(model), SLIDING, max_substep=1e-6), times)
-        differences.append(np.abs(ours.q[:, :2] - expected.q[:, :2]).max())
-    assert differences[-1] < 1e-7
-    np.testing.assert_allclose(np.divide(differences[:-1], differences[1:]), 10.0, rtol=0.05)
-
-
-def test_retainer_without_mass_is_fixed_to_the_last_bit():
-    times = TIMES[:20]
-    q, v = np.zeros(6), starting(FIXED)
-    with_mount = replace(FIXED, mount_stiffness=(1e6, 1e6), mount_damping=(10.0, 10.0), race_drag=1.0)
-    without = replace(FIXED, mount_stiffness=(0.0, 0.0), mount_damping=(0.0, 0.0))
-    first, second = (follow_plant(plant_of(model, q, v), times) for model in (with_mount, without))
-    np.testing.assert_array_equal(first.q, second.q)
-    np.testing.assert_array_equal(first.N, second.N)
-
-
 @pytest.mark.parametrize("housing", [{}, {"rb1.housing_mass": 3.0, "rb1.mount_stiffness_x": 1e6}])
 def test_a_blow_that_ends_within_a_substep_is_not_missed(housing):
     """A force turns the journal within a substep; at both ends of it there is a gap."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -222,8 +222,3 @@ def _after(model, event, q, v, mode, sign, now, motion):
     if mode != ROLLING and abs(T) <= model.mu * N:
         return ROLLING, sign, v
     return SLIDING, -float(np.sign(T)), v
-
-
-def fixed(model: TwoBodies) -> TwoBodies:
-    """The same with a retainer that does not move."""
-    return replace(model, housing_mass=None)
