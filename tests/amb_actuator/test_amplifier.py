@@ -8,12 +8,12 @@ import math
 import control
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from amb_actuator.amplifier import constant_voltage_response, regulated_response
-from amb_actuator.interface import DYNAMIC, NONLINEAR
+from amb_actuator.interface import DYNAMIC
 from amb_cosim.design.magnetic_bearing import amplifier_transfer, axis_parameters, current_amplitude
 
 R, L, V, BAND = 0.365, 0.0732, 150.0, 1400.0
@@ -72,12 +72,6 @@ def test_frequency_response_is_that_of_the_transfer_function(dynamic):
         assert found == pytest.approx(complex(sampled(np.exp(1j * omega * h))), rel=1e-9)
 
 
-def test_the_bandwidth_is_where_the_response_is_down_by_three_decibels():
-    response = complex(amplifier_transfer(RIG)(2j * math.pi * BAND))
-    assert abs(response) == pytest.approx(math.sqrt(0.5), rel=1e-12)
-    assert math.degrees(np.angle(response)) == pytest.approx(-45.0)
-
-
 @pytest.mark.parametrize("demand", [4.43, -5.57, 1.0])
 def test_large_step_of_the_command_runs_at_the_voltage_limit(dynamic, demand):
     """L di/dt = +-V - R i from the first instant."""
@@ -89,9 +83,6 @@ def test_large_step_of_the_command_runs_at_the_voltage_limit(dynamic, demand):
         np.testing.assert_allclose(record[:, k], v / R + (i_0 - v / R) * np.exp(-R / L * t), rtol=1e-11)
         np.testing.assert_array_equal(record[:, 3 + k], v)
     assert np.all(record[:, 2] == 1.0)
-    rate = np.diff(record[:, 0]) / h
-    middle = 0.5 * (record[1:, 0] + record[:-1, 0])
-    np.testing.assert_allclose(rate, (sign * V - R * middle) / L, rtol=1e-7)
 
 
 def test_the_limit_is_left_when_the_regulator_asks_for_less(dynamic):
@@ -119,12 +110,14 @@ def test_either_coil_pair_at_the_limit_raises_the_flag(dynamic):
         assert -V < upper < 0.0 < lower <= V
 
 
-def clipped_regulator(p_v, target):
-    def rate(_, i):
-        v = np.clip(L * OMEGA * (target - i) + R * i, -p_v, p_v)
-        return (v - R * i) / L
+def clipped_regulator(target):
+    """Rates of the current and of its integral."""
 
-    return rate
+    def rates(_, z):
+        v = np.clip(L * OMEGA * (target - z[0]) + R * z[0], -V, V)
+        return [(v - R * z[0]) / L, z[0]]
+
+    return rates
 
 
 @pytest.mark.slow
@@ -133,19 +126,14 @@ def clipped_regulator(p_v, target):
 @pytest.mark.parametrize("h", [5e-5, 1e-3, 6e-3, 0.5])
 def test_one_step_is_what_an_eighth_order_integration_finds(start, target, h):
     found = regulated_response(RIG, start, target, h)
-    known = solve_ivp(clipped_regulator(V, target), (0, h), [start], "DOP853", rtol=1e-11, atol=1e-12, max_step=1e-4)
+    known = solve_ivp(clipped_regulator(target), (0, h), [start, 0.0], "DOP853", rtol=1e-11, atol=1e-13, max_step=1e-4)
     assert found.current == pytest.approx(known.y[0, -1], abs=1e-8)
-    middle = solve_ivp(
-        lambda t, y: [clipped_regulator(V, target)(t, y[0]), y[0]],
-        (0, h), [start, 0.0], "DOP853", rtol=1e-11, atol=1e-13, max_step=1e-4,
-    )  # fmt: skip
-    assert found.mean == pytest.approx(middle.y[1, -1] / h, abs=1e-8)
+    assert found.mean == pytest.approx(known.y[1, -1] / h, abs=1e-8)
 
 
 inside = st.floats(0.0, 10.0)
 
 
-@settings(deadline=None)
 @given(inside, inside, st.floats(1e-6, 2e-2), st.integers(2, 12))
 def test_one_step_equals_many_short_ones(start, target, h, parts):
     """Currents and averages, in and out of the voltage limit and through the switch between them."""
@@ -161,21 +149,6 @@ def test_one_step_equals_many_short_ones(start, target, h, parts):
         assert limited == whole.limited
 
 
-@pytest.mark.parametrize("demand", [0.1, 4.43, -3.0])
-@pytest.mark.parametrize("off", [0.0, 1.0])
-def test_a_millisecond_is_ten_tenths_of_one(dynamic, demand, off):
-    outputs = []
-    for h, steps in ((1e-3, 5), (1e-4, 50)):
-        actuator = dynamic(force_law=NONLINEAR, mb1__x=1e-4)
-        actuator["mb1.amplifier_off_x"] = off
-        run(actuator, h, steps, demand)
-        actuator["mb1.amplifier_off_x"] = 0.0
-        run(actuator, h, steps, 0.0)
-        outputs.append([actuator[f"mb1.{n}_x"] for n in ("f", "i_upper", "i_lower", "v_upper", "copper_loss")])
-    np.testing.assert_allclose(outputs[1], outputs[0], rtol=1e-12, atol=1e-10)
-
-
-@settings(deadline=None)
 @given(inside, inside, st.floats(1e-9, 10.0))
 def test_current_moves_towards_its_command_and_never_past_it(start, target, h):
     found = regulated_response(RIG, start, target, h)
@@ -198,7 +171,6 @@ amplifiers = st.builds(
 )
 
 
-@settings(deadline=None)
 @given(amplifiers, st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(1e-9, 1e3))
 def test_any_amplifier_stays_between_start_and_command(p, start, target, h):
     """Slow and fast regulators, and commands up to all that the voltage can hold."""
@@ -209,15 +181,6 @@ def test_any_amplifier_stays_between_start_and_command(p, start, target, h):
     assert np.all(np.isfinite(found))
     assert low - 1e-9 <= found.current <= high + 1e-9
     assert low - 1e-7 <= found.mean <= high + 1e-7
-
-
-@settings(deadline=None)
-@given(amplifiers, st.floats(0.0, 1.0), st.floats(1e-9, 1e3))
-def test_command_that_the_voltage_can_just_hold_is_approached(p, start, h):
-    largest = min(10.0, p.voltage_limit / p.resistance)
-    found = regulated_response(p, start * largest, largest, h)
-    assert np.all(np.isfinite(found))
-    assert start * largest - 1e-9 <= found.current <= largest * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("slower", [1.0, 0.5])
@@ -254,7 +217,6 @@ def test_sine_stays_a_sine_up_to_the_amplitude_that_the_voltage_allows(dynamic, 
         assert np.max(record[steps // 2 :, 0]) == limited  # the first period has the transient
 
 
-@settings(deadline=None)
 @given(st.floats(1e-9, 1e-2), st.floats(-1.0, 1.0))
 def test_short_steps_keep_the_digits_of_their_average(h, v):
     """Half way to the end but for z/6 of the way: three terms of the series are enough below z = R h/L = 1e-4."""

@@ -41,9 +41,21 @@ lengths = st.floats(1e-9, 10.0)
 def drive(parameters, inputs, lengths):
     """Code of the fault that ended a case, or None. Outputs are checked all the time, and what the fault says."""
     made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
+
+    def put(values):
+        for name, value in values.items():
+            made[name] = value
+
     fault = None
     try:
-        run(made, parameters, inputs, lengths)
+        put(parameters)
+        made.initialise()
+        time = 0.0
+        for now, h in zip(inputs, lengths, strict=True):
+            check(made)
+            put(now)
+            made.step(time, h)
+            time += h
     except Fault as caught:
         fault = caught
     check(made)
@@ -52,20 +64,6 @@ def drive(parameters, inputs, lengths):
     assert made["fault_code"] == fault.code
     assert any(name in str(fault) for name in NAMES), str(fault)
     return fault.code
-
-
-def run(made, parameters, inputs, lengths):
-    for name, value in parameters.items():
-        made[name] = value
-    made.initialise()
-    check(made)
-    time = 0.0
-    for now, h in zip(inputs, lengths, strict=True):
-        for name, value in now.items():
-            made[name] = value
-        made.step(time, h)
-        check(made)
-        time += h
 
 
 def check(made):
@@ -78,14 +76,14 @@ def check(made):
 steps = st.lists(st.tuples(some(INPUTS, allowed), near, lengths), min_size=1, max_size=4)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(some(PARAMETERS, allowed), steps)
 def test_values_within_the_declared_ranges_work_or_are_refused(parameters, taken):
     code = drive(parameters, [inputs | place for inputs, place, _ in taken], [h for *_, h in taken])
     assert code is None or code in ACTUATOR.faults
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(some(PARAMETERS, anything), some(INPUTS, anything), lengths)
 def test_anything_else_is_refused_with_its_name(parameters, inputs, h):
     code = drive(parameters, [inputs], [h])
@@ -99,7 +97,6 @@ def test_anything_else_is_refused_with_its_name(parameters, inputs, h):
     assert code is None or code in ACTUATOR.faults or FAULT_RANGE <= code < FAULT_NOT_FINITE
 
 
-@settings(deadline=None)
 @given(st.sampled_from(["mb1.x", "mb1.y", "mb2.x", "mb2.y"]), st.integers(0, 2), st.sampled_from([-1.0, 1.0]))
 def test_rotor_a_hair_from_the_magnet_still_has_a_finite_force(name, law, side):
     at = side * math.nextafter(1.2e-3, 0.0)

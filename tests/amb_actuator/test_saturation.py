@@ -1,11 +1,11 @@
 """Flux saturation: how B_sat and 1700 N belong together, and what the knee does."""
 
 import math
-from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from running_actuator import F_0
 
 from amb_actuator.flux import limited_flux, pull_of_flux, saturation_flux
 from amb_actuator.force import Coils, nonlinear_force, pull
@@ -14,7 +14,6 @@ from amb_cosim.design.magnetic_bearing import axis_parameters
 
 AREA, PHI = 1399e-6, math.radians(22.5)
 RIG = axis_parameters()
-F_0 = 4e-7 * math.pi * 158**2 * AREA * math.cos(PHI) / 1.2e-3**2 * (5.57**2 - 4.43**2)
 
 
 def test_the_limit_of_1700_newton_is_a_flux_density_of_1_29_tesla():
@@ -22,7 +21,6 @@ def test_the_limit_of_1700_newton_is_a_flux_density_of_1_29_tesla():
     assert RIG.b_sat == pytest.approx(math.sqrt(4e-7 * math.pi * 1700.0 / (AREA * math.cos(PHI))), rel=1e-12)
 
 
-@settings(deadline=None)
 @given(st.floats(1.0, 1e5), st.floats(1e-5, 1.0), st.floats(0.0, 1.5))
 def test_flux_and_pull_are_inverse(force, area, phi):
     assert pull_of_flux(saturation_flux(force, area, phi), area, phi) == pytest.approx(force, rel=1e-12)
@@ -46,7 +44,6 @@ def test_axis_reaches_1700_newton_at_full_current(bearing):
     assert made["mb1.k_xx"] == pytest.approx(0.0, abs=1e-6)
 
 
-@settings(deadline=None)
 @given(st.floats(0.0, 10.0), st.floats(0.0, 10.0), st.floats(-1.19e-3, 1.19e-3), st.floats(0.0, 1.0))
 def test_no_current_and_no_place_gives_more_than_1700_newton(upper, lower, x, width):
     p = axis_parameters(knee_width=width)
@@ -61,14 +58,6 @@ limits = st.floats(0.1, 3.0)
 widths = st.floats(0.0, 1.0)
 
 
-@settings(deadline=None)
-@given(fluxes, fluxes, limits, widths)
-def test_more_current_never_means_less_flux(one, other, b_sat, width):
-    low, high = sorted((one, other))
-    assert limited_flux(low, b_sat, width)[0] <= limited_flux(high, b_sat, width)[0] * (1 + 1e-15)
-
-
-@settings(deadline=None)
 @given(fluxes, limits, widths)
 def test_flux_is_neither_amplified_nor_beyond_its_limit(b, b_sat, width):
     flux, slope = limited_flux(b, b_sat, width)
@@ -76,7 +65,6 @@ def test_flux_is_neither_amplified_nor_beyond_its_limit(b, b_sat, width):
     assert 0.0 <= slope <= 1.0
 
 
-@settings(deadline=None)
 @given(limits, widths)
 def test_the_knee_begins_and_ends_smoothly(b_sat, width):
     for end, flux, slope in ((1 - width, (1 - width) * b_sat, 1.0), (1 + width, b_sat, 0.0)):
@@ -93,11 +81,6 @@ def test_half_way_through_the_knee_a_quarter_of_its_width_is_missing():
     assert slope == pytest.approx(0.5)
 
 
-def test_force_grows_with_current_up_to_the_end_of_the_knee():
-    forces = [nonlinear_force(RIG, 0.0, Coils(d, 0.0, 1.0, 1.0))[0] for d in (0.0, 1.0, 2.0, 3.0, 3.7)]
-    assert all(second > first + 10.0 for first, second in pairwise(forces))
-
-
 def test_flag_rises_at_the_knee_under_every_law(bearing):
     """0.8 B_sat is reached by 6.216 A in the upper pair, I_c = 0.646 A, with the rotor at the centre."""
     for law in range(3):
@@ -105,8 +88,3 @@ def test_flag_rises_at_the_knee_under_every_law(bearing):
             assert bearing(force_law=law, mb1__i_x=i_c)["mb1.saturated_x"] == flag
     assert bearing(mb2__y=4e-4)["mb2.saturated_y"] == 1.0
     assert bearing(mb2__y=4e-4, mb2__coil_loss_upper_y=0.5)["mb2.saturated_y"] == 0.0
-
-
-def test_linear_laws_have_no_limit_of_force(bearing):
-    assert bearing(mb1__i_x=4.43)["mb1.f_x"] == pytest.approx(563.15 * 4.43, rel=1e-5)
-    assert bearing(force_law=1, mb1__i_x=4.43)["mb1.f_x"] == 544.0 * 4.43

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
 from fmi_export.model import Instance
+
+K = 4e-7 * math.pi * 158**2 * 1399e-6 * math.cos(math.radians(22.5)) / 1.2e-3**2  # N/A^2, pull at the centre
+F_0 = K * (5.57**2 - 4.43**2)  # N, static load
 
 
 def running_actuator(values: Mapping[str, float] | None = None, **more: float) -> Instance:
