@@ -1,4 +1,4 @@
-"""A controller to drive with signals or to close the loop with, and random receptances and plants."""
+"""Random receptances and plants, and controllers on them."""
 
 from __future__ import annotations
 
@@ -7,115 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from rig import AXES, CONTROLLER, NO_TABLE, SENSOR_NAMES
-
-from fmi_export.model import Array, Instance
-
-Signal = Callable[[float], NDArray[np.float64]]
-Complex = NDArray[np.complex128]
-
-H = 250e-6
-
-
-class Bench:
-    """A controller under test; it counts its own samples and turns the rotor by `Omega` for each."""
-
-    def __init__(self, constants: Array = NO_TABLE, **parameters: float) -> None:
-        self.instance = Instance(CONTROLLER, constants)
-        for name, value in parameters.items():
-            self.instance[name.replace("__", ".")] = value
-        self.h = self.instance["sample_time"]
-        self.n = 0
-        self.theta = 0.0
-
-    def __getitem__(self, name: str) -> float:
-        return self.instance[name]
-
-    def __setitem__(self, name: str, value: float) -> None:
-        self.instance[name] = value
-
-    def sense(self, displacements: NDArray[np.float64] | list[float]) -> None:
-        """Set all eight sensors (m)."""
-        for name, value in zip(SENSOR_NAMES, displacements, strict=True):
-            self.instance[name] = float(value)
-
-    def sample(self) -> None:
-        """One sample with the present inputs, then turn the rotor."""
-        self.instance["theta"] = self.theta
-        self.instance.step(self.n * self.h, self.h)
-        self.n += 1
-        self.theta += self.instance["Omega"] * self.h
-
-    def follow(self, signal: Signal, samples: int) -> None:
-        """Drive all sensors by a signal of the rotor angle (8 values in m) for a number of samples."""
-        for _ in range(samples):
-            self.sense(signal(self.theta))
-            self.sample()
-
-    def components(self) -> Complex:
-        """Synchronous displacements Q of s1 to s8 (m)."""
-        return np.array([self[f"amplitude.{s}"] * np.exp(1j * self[f"phase.{s}"]) for s in SENSOR_NAMES])
-
-    def forces(self) -> Complex:
-        """Synchronous forces U of mb1.x, mb1.y, mb2.x, mb2.y (N)."""
-        return np.array([self[f"{b}.u_{a}"] * np.exp(1j * self[f"{b}.u_phase_{a}"]) for b, a in AXES])
-
-    def axis_forces(self) -> NDArray[np.float64]:
-        """Forces K_i I that the demanded currents make (N)."""
-        return np.array([self[f"{b}.k_i_{a}"] * self[f"{b}.i_{a}"] for b, a in AXES])
-
-    def receptance(self) -> Complex:
-        """The receptance that was identified last, shape (8, 4) (m/N)."""
-        return np.array(
-            [[complex(self[f"r.{s}.{b}_{a}.re"], self[f"r.{s}.{b}_{a}.im"]) for b, a in AXES] for s in SENSOR_NAMES]
-        )
-
-
-class Plant:
-    """A linear plant in discrete time, x+ = A x + B u, q = C x + disturbance(theta); u is held over a sample."""
-
-    def __init__(self, a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> None:
-        self.a, self.b, self.c = a, b, c
-        self.x = np.zeros(len(a))
-        self.disturbance: Signal = lambda theta: np.zeros(8)
-
-    def run(self, bench: Bench, samples: int) -> None:
-        """Close the loop with a controller for a number of samples."""
-        for _ in range(samples):
-            bench.sense(self.c @ self.x + self.disturbance(bench.theta))
-            bench.sample()
-            self.x = self.a @ self.x + self.b @ bench.axis_forces()
-
-    def receptance(self, bench: Bench, order: int = 1) -> Complex:
-        """C (z I - A)^-1 B at the speed of the controller: synchronous displacements by held forces (m/N)."""
-        z = np.exp(1j * order * bench["Omega"] * bench.h)
-        return self.c @ np.linalg.solve(z * np.eye(len(self.a)) - self.a, self.b.astype(complex))
+from controller_bench import SAMPLES, Bench, Complex, Plant, synchronous
+from rig import pack
 
 
 @pytest.fixture
-def bench() -> Callable[..., Bench]:
+def bench() -> type[Bench]:
     """Makes an initialised controller; parameters by name with `__` for the dot."""
-
-    def make(constants: Array = NO_TABLE, Omega: float = 0.0, **parameters: float) -> Bench:
-        made = Bench(constants, **parameters)
-        made["Omega"] = Omega
-        made.instance.initialise()
-        return made
-
-    return make
-
-
-@pytest.fixture
-def without_pid() -> dict[str, float]:
-    """Parameters of a controller whose PID does nothing."""
-    return {f"{b}__{name}_{a}": 0.0 for b, a in AXES for name in ("k_b", "k_s", "c_b")}
-
-
-@pytest.fixture
-def make_plant() -> type[Plant]:
-    """Makes a plant of matrices A, B, C."""
-    return Plant
+    return Bench
 
 
 @pytest.fixture
@@ -137,7 +36,7 @@ def discrete_plant() -> Callable[..., Plant]:
 @pytest.fixture
 def speed_of() -> Callable[[float], float]:
     """Speed (rad/s) at which a revolution takes so many samples at 4 kHz."""
-    return lambda samples: 2.0 * math.pi / (samples * H)
+    return lambda samples: 2.0 * math.pi / (samples * 250e-6)
 
 
 @pytest.fixture
@@ -157,3 +56,43 @@ def unbalance_response() -> Complex:
 def optimum(receptance: Complex, unbalance_response: Complex) -> Complex:
     """Least-squares optimum of the forces on that plant, by a solver that knows nothing of H."""
     return np.linalg.lstsq(receptance, -unbalance_response, rcond=None)[0]
+
+
+@pytest.fixture
+def responding(
+    receptance: Complex, speed_of: Callable[[float], float], unbalance_response: Complex
+) -> Callable[..., tuple[Bench, Callable[..., Complex]]]:
+    """Makes a controller on the plant q = Re[(Q_0 + R U) exp(j theta)], and what runs it for so many samples.
+
+    ROLAC is on, and has a table of the receptance given, or of that of the plant. `unbalance` is a factor of Q_0 over
+    revolutions.
+    """
+
+    def make(
+        table_of: Complex | None = None, samples: float = SAMPLES, **parameters: float
+    ) -> tuple[Bench, Callable[..., Complex]]:
+        table = pack([1.0], [receptance if table_of is None else table_of])
+        b = Bench(table, Omega=speed_of(samples), **{"rolac_enable": 1.0, **parameters})
+
+        def run(count: int, unbalance: Callable[[float], float] = lambda n: 1.0) -> Complex:
+            for n in range(count):
+                q = unbalance(n / samples) * unbalance_response + receptance @ b.forces()
+                b.sense((q * np.exp(1j * b.theta)).real)
+                b.sample()
+            return b.forces()
+
+        return b, run
+
+    return make
+
+
+@pytest.fixture
+def adapting(receptance: Complex, speed_of: Callable[[float], float]) -> Callable[..., Bench]:
+    """Makes a controller whose ROLAC has adapted for some revolutions to a vibration that does not heed its force."""
+
+    def make(revolutions: int = 3, **parameters: float) -> Bench:
+        b = Bench(pack([1.0], [receptance]), Omega=speed_of(SAMPLES), rolac_enable=1.0, **parameters)
+        b.follow(synchronous, revolutions * SAMPLES)
+        return b
+
+    return make

@@ -7,15 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from controller_bench import Bench
 from rig import LOOP
 
-from amb_cosim.design.controller_data import no_table, pack
-from fmi_export.model import Fault, Instance
+from amb_cosim.design.controller_data import pack
+from fmi_export.model import Fault
 from rolac_controller.control_loop import ControlLoop, SensorPlane, control_loop_from
 from rolac_controller.controller import FAULT_PLANES, model_for
 from rolac_controller.enumerations import ADAPTING, NOT_STARTED, SLOT_BEFORE, last_stages
 
 H = 250e-6
+OMEGA = 2.0 * math.pi / (40 * H)
 MASS = 40.0  # kg
 ONE = ControlLoop(("amb",), (SensorPlane("probe", "probe.x", "probe.y", 0.2),), ("probe",))
 THREE = ControlLoop(
@@ -26,50 +28,6 @@ THREE = ControlLoop(
 loops = pytest.mark.parametrize("loop", [ONE, LOOP, THREE], ids=["one bearing", "the rig", "three bearings"])
 
 
-class Machine:
-    """A controller, and the names of its loop."""
-
-    def __init__(self, loop, constants=None, **parameters):
-        self.loop = loop
-        self.instance = Instance(model_for(loop), no_table(loop) if constants is None else constants)
-        for name, value in parameters.items():
-            self[name.replace("__", ".")] = value
-        self.n, self.theta = 0, 0.0
-
-    def __getitem__(self, name):
-        return self.instance[name]
-
-    def __setitem__(self, name, value):
-        self.instance[name] = value
-
-    def sample(self, displacements):
-        """One sample with these displacements of all sensors (m); returns the forces K_i I of the axes (N)."""
-        for name, value in zip(self.loop.sensor_names, displacements, strict=True):
-            self[name] = value
-        self["theta"] = self.theta
-        h = self["sample_time"]
-        self.instance.step(self.n * h, h)
-        self.n, self.theta = self.n + 1, self.theta + self["Omega"] * h
-        return np.array([self[f"{b}.k_i_{a}"] * self[f"{b}.i_{a}"] for b, a, _ in self.loop.axes])
-
-    def forces(self):
-        """Synchronous forces U of the axes (N)."""
-        return np.array([self[f"{b}.u_{a}"] * np.exp(1j * self[f"{b}.u_phase_{a}"]) for b, a, _ in self.loop.axes])
-
-    def receptance(self):
-        """The receptance that was identified last (m/N)."""
-        return np.array(
-            [
-                [complex(self[f"r.{s}.{b}_{a}.re"], self[f"r.{s}.{b}_{a}.im"]) for b, a, _ in self.loop.axes]
-                for s in self.loop.sensor_names
-            ]
-        )
-
-
-def without_pid(loop):
-    return {f"{b}__{gain}_{a}": 0.0 for b, a, _ in loop.axes for gain in ("k_b", "k_s", "c_b")}
-
-
 def random_receptance(loop, seed=3):
     rng = np.random.default_rng(seed)
     return 1e-6 * (rng.normal(size=loop.shape) + 1j * rng.normal(size=loop.shape))
@@ -78,8 +36,7 @@ def random_receptance(loop, seed=3):
 @loops
 def test_pid_brings_a_mass_on_every_axis_to_the_centre(loop):
     """Each axis holds a mass that its bearing pulls away with K_s; the sensors of its feedback alone show it."""
-    machine = Machine(loop)
-    machine.instance.initialise()
+    machine = Bench(loop=loop)
     k_s = machine[f"{loop.bearings[0]}.k_s_x"]
     at = [loop.sensor_names.index(axis.sensor) for axis in loop.axes]
     x, v = 1e-4 * (1.0 + np.arange(len(at))), np.zeros(len(at))
@@ -87,7 +44,9 @@ def test_pid_brings_a_mass_on_every_axis_to_the_centre(loop):
     for _ in range(2000):
         displacements = np.zeros(loop.shape[0])
         displacements[at] = x
-        force = machine.sample(displacements)
+        machine.sense(displacements)
+        machine.sample()
+        force = machine.axis_forces()
         for _ in range(20):  # substeps of the masses
             v += (k_s * x + force) / MASS * H / 20
             x += v * H / 20
@@ -99,18 +58,16 @@ def test_rolac_settles_at_the_least_squares_optimum(loop):
     """The plant is Q = Q_0 + R U at once; the optimum is numpy's."""
     R = random_receptance(loop)
     Q_0 = 1e-4 * np.exp(1j * np.arange(loop.shape[0]))
-    machine = Machine(loop, pack(loop, [1.0], [R]), Omega=2.0 * math.pi / (40 * H), **without_pid(loop))
-    machine["rolac.force_limit"] = 1e9
-    machine["rolac_enable"] = 1.0
-    machine.instance.initialise()
-    force = np.zeros(loop.shape[1])
+    table = pack(loop, [1.0], [R])
+    machine = Bench(table, loop, pid=False, Omega=OMEGA, rolac_enable=1.0, rolac__force_limit=1e9)
     for _ in range(6000):
-        quiet = (Q_0 * np.exp(1j * machine.theta)).real
-        force = machine.sample(quiet + (R @ (machine.forces() * np.exp(1j * machine.theta))).real)
+        machine.sense(((Q_0 + R @ machine.forces()) * np.exp(1j * machine.theta)).real)
+        machine.sample()
     assert machine["rolac_status"] == ADAPTING
     optimum = np.linalg.lstsq(R, -Q_0, rcond=None)[0]
     np.testing.assert_allclose(machine.forces(), optimum, rtol=1e-3, atol=1e-3 * np.abs(optimum).max())
-    np.testing.assert_allclose(force, (machine.forces() * np.exp(1j * (machine.theta - machine["Omega"] * H))).real)
+    turning = machine.forces() * np.exp(1j * (machine.theta - OMEGA * H))
+    np.testing.assert_allclose(machine.axis_forces(), turning.real)
 
 
 @loops
@@ -118,14 +75,13 @@ def test_identification_finds_the_receptance_of_its_rotor(loop):
     """A slot for each axis and two idle ones; the plant follows held forces at once."""
     rng = np.random.default_rng(5)
     gain = 1e-6 * rng.normal(size=loop.shape)
-    machine = Machine(loop, sample_time=1.0 / 300.0, Omega=2.0 * math.pi * 15.0, **without_pid(loop))
-    machine["rolac.min_speed"] = 1.0
-    machine.instance.initialise()
-    stages, force = set(), np.zeros(loop.shape[1])
+    machine = Bench(loop=loop, pid=False, sample_time=1.0 / 300.0, Omega=2.0 * math.pi * 15.0)
+    stages = set()
     done = last_stages(loop.shape[1]).done
     for n in range(45 * 20 * (loop.shape[1] + 2) + 200):
         machine["identify"] = float(n > 30)
-        force = machine.sample(gain @ force)  # one sample late
+        machine.sense(gain @ machine.axis_forces())  # one sample late
+        machine.sample()
         stages.add(machine["identification_state"])
         if machine["identification_state"] == done:
             break
@@ -139,41 +95,38 @@ def test_identification_finds_the_receptance_of_its_rotor(loop):
 @loops
 def test_each_bearing_has_its_bit_of_the_contact_state(loop):
     for k, bearing in enumerate(loop.bearings):
-        machine = Machine(loop, Omega=2.0 * math.pi / (40 * H), contact__source=2)
-        machine["contact_state"] = 2.0**k
-        machine.instance.initialise()
+        machine = Bench(loop=loop, Omega=OMEGA, contact__source=2, contact_state=2.0**k)
         for _ in range(200):
-            machine.sample(np.zeros(loop.shape[0]))
+            machine.sample()
         shares = {name: machine[f"{name}.contact_share"] for name in loop.bearings}
         assert shares.pop(bearing) > 0.9
         assert not any(shares.values())
 
 
 def test_suspect_sensor_counts_through_all_planes():
-    machine = Machine(THREE, Omega=2.0 * math.pi / (40 * H))
-    machine.instance.initialise()
+    machine = Bench(loop=THREE, Omega=OMEGA)
     for n in range(200):
         signals = 1e-5 * np.cos(machine.theta + np.arange(10.0))
         signals[8] = 3e-6
-        machine.sample(signals)
+        machine.sense(signals)
+        machine.sample()
         assert n < 45 or machine["suspect_sensor"] == 9
 
 
 def test_offset_sensor_reads_a_polynomial_of_the_fourth_degree():
     """Five planes interpolate it without error, and four would not."""
     shape = np.polynomial.Polynomial([1e-4, -2e-4, 3e-4, 1e-4, -2e-4])
-    reading = Machine(replace(THREE, feedback=("p3", "p1", "p2")), plane2__offset=0.1)
-    reading.instance.initialise()
+    reading = Bench(loop=replace(THREE, feedback=("p3", "p1", "p2")), plane2__offset=0.1)
     z = np.array([plane.position for plane in THREE.planes])
-    force = reading.sample(np.repeat(shape(z), 2))
+    reading.sense(np.repeat(shape(z), 2))
+    reading.sample()
     stiffness = reading["mb2.k_b_x"] + reading["mb2.k_s_x"]
-    assert force[2] == pytest.approx(-stiffness * shape(0.5), rel=1e-12)
+    assert reading.axis_forces()[2] == pytest.approx(-stiffness * shape(0.5), rel=1e-12)
 
 
 def test_sensor_planes_at_one_place_are_refused():
-    machine = Machine(THREE, plane5__z=0.4)
     with pytest.raises(Fault, match=r"plane5\.z = 0\.4 m is not allowed; they must differ") as refused:
-        machine.instance.initialise()
+        Bench(loop=THREE, plane5__z=0.4)
     assert refused.value.code == FAULT_PLANES
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import platform
 import re
 
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig import ACTUATOR, AXES, CONTROLLER, NO_TABLE, pack
-from slow import slow_but_first
 
 from amb_actuator.force import current_stiffness, limited_current, negative_stiffness
 from amb_cosim.design.magnetic_bearing import axis_parameters
@@ -48,14 +46,6 @@ def test_initialisation_is_no_sample(bench):
     np.testing.assert_array_equal(once.instance.state, often.instance.state)
 
 
-def test_current_answers_the_displacement_of_the_same_sample(bench):
-    b = bench(mb1__c_b_x=0.0)
-    for x in (1e-5, -3e-5, 2e-5):
-        b["s5"] = x
-        b.sample()
-        assert b["mb1.i_x"] == pytest.approx(-(1e6 + b["mb1.k_s_x"]) * x / b["mb1.k_i_x"], rel=1e-14)
-
-
 @pytest.mark.parametrize(("step", "shown"), [(250e-6 * (1 + 1e-8), "0.00025"), (375e-6, "0.000375"), (1.0, "1")])
 def test_step_longer_than_a_sample_is_refused(bench, step, shown):
     b = bench()
@@ -63,19 +53,6 @@ def test_step_longer_than_a_sample_is_refused(bench, step, shown):
     with pytest.raises(Fault, match=re.escape(sentence)):
         b.instance.step(0.0, step)
     assert b["fault_code"] == 1
-
-
-def test_step_that_a_master_got_by_subtracting_times_is_accepted(bench):
-    b = bench()
-    for n in (0, 1, 12345, 4 * 3600 * 4000, 365 * 24 * 3600 * 4000):
-        b.instance.step(n * 250e-6, (n + 1) * 250e-6 - n * 250e-6)
-
-
-def test_other_sample_times_work(bench):
-    h = 1e-4
-    b = bench(sample_time=h, Omega=2.0 * math.pi / (125 * h))
-    b.follow(lambda theta: np.full(8, 1e-4 * math.cos(theta)), 130)
-    np.testing.assert_allclose(b.components(), 1e-4, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -109,8 +86,7 @@ def test_rolac_without_a_table_is_refused(bench):
 
 
 def test_outputs_before_the_first_sample_have_no_synchronous_part(bench, receptance):
-    b = bench(pack([1.0], [receptance]), Omega=300.0)
-    b["rolac_enable"] = 1.0
+    b = bench(pack([1.0], [receptance]), Omega=300.0, rolac_enable=1.0)
     b.sense(np.full(8, 1e-5))
     b.instance.initialise()
     assert not b.components().any()
@@ -134,10 +110,10 @@ def test_parameters_that_do_not_go_together_are_refused_at_initialisation(bench,
         bench(pack([1.0], [receptance]), **given)
 
 
-def everything_on(bench, receptance):
+def everything_on(bench, receptance, **parameters):
     """A controller with all that has a memory, and something for it to remember."""
     table = pack([50.0, 400.0], [[receptance, 2.0 * receptance], [receptance, 1j * receptance]], orders=(1, 2))
-    b = bench(
+    return bench(
         table,
         Omega=2.0 * math.pi * 40.3,
         sample_time=1e-3,
@@ -148,11 +124,11 @@ def everything_on(bench, receptance):
         chain__preset=1,
         contact__source=1,
         contact__aware=1,
+        rolac_enable=1.0,
+        s3__fault_noise=1e-6,
+        mb2__set_y=1e-5,
+        **parameters,
     )
-    b["rolac_enable"] = 1.0
-    b["s3.fault_noise"] = 1e-6
-    b["mb2.set_y"] = 1e-5
-    return b
 
 
 def signal(theta):
@@ -161,17 +137,15 @@ def signal(theta):
 
 @pytest.mark.parametrize("identify", [0.0, 1.0])
 def test_run_continued_from_a_copied_state_is_identical(bench, receptance, identify):
-    first = everything_on(bench, receptance)
+    """The copy is made between two samples, and both look ahead."""
+    first = everything_on(bench, receptance, prediction_time=5e-4)
     first["identify"] = identify
-    first.follow(signal, 777)
-    second = everything_on(bench, receptance)
-    second.instance = Instance(CONTROLLER, first.instance.constants)
-    second.instance.values[:] = first.instance.values
-    second.instance.state[:] = first.instance.state
-    second.n, second.theta = first.n, first.theta
+    first.h *= 0.3
+    first.follow(signal, 2590)
+    second = first.copy()
     assert first["rolac_active"] == 1.0 - identify
     assert (first["identification_progress"] > 0.0) == (identify > 0.0)
-    for _ in range(500):
+    for _ in range(1500):
         first.follow(signal, 1)
         second.follow(signal, 1)
         np.testing.assert_array_equal(first.instance.outputs, second.instance.outputs)
@@ -187,61 +161,6 @@ def test_scratch_array_carries_nothing_from_sample_to_sample(bench, receptance):
             dirty.instance.work[:] = np.nan
             b.follow(signal, 1)
         np.testing.assert_array_equal(clean.instance.outputs, dirty.instance.outputs)
-
-
-@pytest.mark.parametrize("mode", slow_but_first(range(len(MODES.items))))
-def test_kernels_give_the_same_without_numba(bench, receptance, mode, run_python):
-    """To the last bit where both call the same C library for sine, exponential and so on."""
-
-    def run(mode, plain):
-        import json
-        import sys
-
-        if plain:
-            sys.modules["numba"] = None
-        import numpy as np
-
-        from amb_cosim.design.controller_data import pack
-        from amb_cosim.design.rotor_models import control_loop
-        from fmi_export.jit import COMPILED
-        from fmi_export.model import Instance
-        from rolac_controller.controller import model_for
-
-        rng = np.random.default_rng(7)
-        r = 1e-6 * (rng.normal(size=(2, 8, 4)) + 1j * rng.normal(size=(2, 8, 4)))
-        loop = control_loop()
-        x = Instance(model_for(loop), pack(loop, [50.0, 400.0], r))
-        for name, value in {
-            "sample_time": 1e-3,
-            "rolac.mode": mode,
-            "chain.preset": 1,
-            "harmonic2.order": 0,
-            "s2.weight": 2.0,
-            "contact.source": 1,
-            "contact.aware": 1,
-            "plane2.offset": 0.03,
-            "Omega": 250.0,
-            "rolac_enable": 1.0,
-        }.items():
-            x[name] = value
-        x.initialise()
-        outputs = []
-        for n in range(400):
-            x["theta"] = 250.0 * n * 1e-3
-            for k in range(8):
-                x[f"s{k + 1}"] = 7e-4 * np.cos(x["theta"] + k)
-            x.step(n * 1e-3, 1e-3)
-            outputs.append(x.outputs.tolist())
-        assert json.dumps(outputs[-1])
-        return [not plain and COMPILED, outputs]
-
-    (compiled, fast), (_, slow) = (run_python(run, mode=mode, plain=plain, timeout=300) for plain in (False, True))
-    assert compiled
-    fast, slow = np.array(fast), np.array(slow)
-    scale = np.abs(fast).max(axis=0) + 1e-300
-    largest = np.abs((fast - slow) / scale).max()
-    assert largest == 0.0 if platform.system() == "Linux" else largest < 1e-9
-    assert fast[-1][INTERFACE.output_index("rolac_active")] == 1.0
 
 
 @st.composite
@@ -286,7 +205,7 @@ def histories(draw):
     return parameters, draw(st.booleans()), draw(st.lists(piece, min_size=1, max_size=6))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(histories())
 def test_whatever_is_allowed_gives_finite_outputs_within_their_ranges(history):
     """The instance checks each output; only ROLAC without a table may be refused."""
@@ -320,9 +239,8 @@ def test_direct_dependencies_are_declared_and_no_more(bench, receptance):
     table = pack([50.0, 400.0], [[receptance, 2.0 * receptance], [receptance, 1j * receptance]], orders=(1, 2))
 
     def outputs_after(name="", change=0.0, **parameters):
-        b = bench(table, Omega=2.0 * math.pi * 30.3, harmonic2__order=2, contact__source=2, **parameters)
-        b["rolac_enable"] = 1.0
-        b["s7.fault_offset"] = 1e-6
+        given = {"rolac_enable": 1.0, "s7__fault_offset": 1e-6, **parameters}
+        b = bench(table, Omega=2.0 * math.pi * 30.3, harmonic2__order=2, contact__source=2, **given)
         b.follow(lambda theta: 1e-5 * np.cos(theta + np.arange(8.0)), 400)
         if name == "theta":
             b.theta += change

@@ -3,38 +3,23 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
-from rig import AXES, pack
+from controller_bench import SAMPLES
+from controller_bench import synchronous as signal
 
 from rolac_controller.enumerations import ADAPTING, NO_H, NO_WINDOW, OFF, SENSOR_SUSPECT, TOO_SLOW
-from rolac_controller.parameters import BEARING_K_S
 
-SAMPLES = 40  # per revolution
 H = 250e-6
 FADE = 20.0  # 1/s
-WITHOUT_PID = {f"{b}.{gain}_{a}": value for b, a in AXES for gain, value in (("k_b", -BEARING_K_S), ("c_b", 0.0))}
-
-
-def signal(theta):
-    return 1e-4 * np.cos(theta + np.arange(8.0))
 
 
 @pytest.fixture
-def running(bench, receptance, speed_of):
+def running(adapting):
     """A controller without PID gains whose ROLAC has built up a force; its currents are that force alone."""
-
-    def make(**parameters):
-        omega = speed_of(SAMPLES)
-        table = pack([0.9 * omega, 1.1 * omega], [receptance, receptance])
-        b = bench(table, Omega=omega, **WITHOUT_PID, **parameters)
-        b["rolac_enable"] = 1.0
-        b.follow(signal, 10 * SAMPLES)
-        assert b["rolac_status"] == ADAPTING
-        return b
-
-    return make
+    return partial(adapting, 10, pid=False)
 
 
 def switch_off(b):
@@ -47,7 +32,6 @@ def run_too_slow(b):
 
 def leave_the_table(b):
     b["rolac.extrapolate"] = 0.0
-    b["Omega"] = 1.2 * b["Omega"]
 
 
 def break_a_sensor(b):

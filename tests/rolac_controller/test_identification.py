@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from rig import DONE, FAILED, NO_TABLE, SLOT_AFTER, identified_receptance, pack
-from scipy.linalg import expm
+from controller_bench import Plant, synchronous
+from rig import AXES, DONE, FAILED, SLOT_AFTER, identified_receptance, pack
 from slow import slow_but_first
 
 from amb_cosim.design.controller_data import SPEEDS
@@ -32,15 +32,16 @@ from rolac_controller.excitation import amplitude_at
 SAMPLES, FREQUENCY = 20, 15.0
 FAST = 1.0 / (SAMPLES * FREQUENCY)  # s, so few samples that a slot of 45 periods takes 900
 SLOT = 45 * SAMPLES
+SPEED = 2.0 * math.pi * FREQUENCY
 
 
 @pytest.fixture
-def tested(bench, discrete_plant, without_pid):
+def tested(bench, discrete_plant):
     """A controller on a discrete plant with unbalance, by default at 20 samples per revolution and 15 Hz."""
 
-    def make(constants=NO_TABLE, frequency=FREQUENCY, plant=None, **parameters):
-        given = {"sample_time": FAST, **without_pid, **parameters}
-        b = bench(constants, Omega=2.0 * math.pi * frequency, **given)
+    def make(constants=None, frequency=FREQUENCY, plant=None, **parameters):
+        given = {"sample_time": FAST, **parameters}
+        b = bench(constants, Omega=2.0 * math.pi * frequency, pid=False, **given)
         p = plant or discrete_plant()
         p.disturbance = lambda theta: 1e-5 * np.cos(theta + np.arange(8.0)) + 2e-5 * np.arange(8.0)
         p.run(b, 3 * SAMPLES)
@@ -100,22 +101,15 @@ def test_test_force_is_a_of_f_times_cos_theta_on_one_axis_after_the_other(tested
         plant.run(b, SLOT - SLOT // 2)
 
 
-def test_force_scale_changes_the_force_and_not_the_receptance(tested):
+def test_force_scale_changes_the_force_from_the_next_identification_on_and_not_the_receptance(tested):
     b, plant = tested(identification__force_scale=0.1)
     b["identify"] = 1.0
-    plant.run(b, SLOT + SLOT // 2)
-    theta = b.theta - b["Omega"] * b.h
-    assert b.axis_forces()[0] == pytest.approx(0.1 * amplitude_at(FREQUENCY) * math.cos(theta), rel=1e-9)
-    plant.run(b, 5 * SLOT)
-    np.testing.assert_allclose(b.receptance(), plant.receptance(b), rtol=1e-6, atol=1e-12)
-
-
-def test_force_scale_counts_from_the_next_identification_on(tested):
-    b, plant = tested(identification__force_scale=0.1)
-    b["identify"] = 1.0
-    plant.run(b, 3 * SLOT)
-    b["identification.force_scale"] = 0.5
-    plant.run(b, 3 * SLOT + 1)
+    for slots in (1.5, 1.0):
+        plant.run(b, int(slots * SLOT))
+        expected = 0.1 * amplitude_at(FREQUENCY) * math.cos(b.theta - b["Omega"] * b.h)
+        assert b.axis_forces().sum() == pytest.approx(expected, rel=1e-9)
+        b["identification.force_scale"] = 0.5
+    plant.run(b, 6 * SLOT - int(2.5 * SLOT) + 1)
     assert b["identification_state"] == DONE
     np.testing.assert_allclose(b.receptance(), plant.receptance(b), rtol=1e-6, atol=1e-12)
 
@@ -137,22 +131,28 @@ def test_all_harmonics_are_found_at_once(tested):
     assert b["table_rows"] == 3
 
 
-class Rotor:
-    """Two rigid masses in each direction, coupled, that the magnetic bearings' negative stiffness drives out."""
+def levitated_rotor():
+    """A, B, C of two rigid masses in each direction, coupled, that the bearings' negative stiffness drives out."""
+    mass = np.kron([[55.0, 6.0], [6.0, 42.0]], np.eye(2))
+    k_s, gyroscopic = 2e6, 3.0 * np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
+    planes = np.array([[-0.9, 1.9], [0.0, 1.0], [1.0, 0.0], [1.9, -0.9]])  # at the planes, from MB1 and MB2
+    inverse, none = np.linalg.inv(mass), np.zeros((4, 4))
+    a = np.block([[none, np.eye(4)], [k_s * inverse, -inverse @ gyroscopic]])
+    return a, np.vstack([none, inverse]), np.hstack([np.kron(planes, np.eye(2)), np.zeros((8, 4))])
 
-    def __init__(self, h):
-        mass = np.kron([[55.0, 6.0], [6.0, 42.0]], np.eye(2))
-        k_s, gyroscopic = 2e6, 3.0 * np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
-        planes = np.array([[-0.9, 1.9], [0.0, 1.0], [1.0, 0.0], [1.9, -0.9]])  # at the planes, from MB1 and MB2
-        to_sensors = np.kron(planes, np.eye(2))
-        self.a = np.zeros((8, 8))
-        self.a[:4, 4:] = np.eye(4)
-        self.a[4:, :4] = k_s * np.linalg.inv(mass)
-        self.a[4:, 4:] = -np.linalg.solve(mass, gyroscopic)
-        self.b = np.vstack([np.zeros((4, 4)), np.linalg.inv(mass)])
-        self.c = np.hstack([to_sensors, np.zeros((8, 4))])
-        block = expm(np.block([[self.a, self.b], [np.zeros((4, 12))]]) * h)
-        self.sampled = block[:8, :8], block[:8, 8:]
+
+def identified(bench, chain, **disturbance):
+    """What is found on that rotor, and the receptance of its sampled loop."""
+    h, rotor = 250e-6, levitated_rotor()
+    given = {f"{b}.k_s_{a}": 2e6 for b, a in AXES} | chain
+    b = bench(Omega=2.0 * math.pi * 40.0, **{name.replace(".", "__"): v for name, v in given.items()})
+    plant = Plant.sampled(*rotor, h)
+    vars(plant).update(disturbance)
+    plant.run(b, 3000)
+    b["identify"] = 1.0
+    plant.run(b, 6 * 120 * 100 + 9)
+    assert (b["identification_state"], b["identification_error"]) == (DONE, NO_ERROR)
+    return b.receptance(), identified_receptance(zoh_response(*rotor, b["Omega"], h), b["Omega"], given)
 
 
 CHAINS = {
@@ -167,36 +167,17 @@ CHAINS = {
 
 
 @pytest.mark.parametrize("chain", slow_but_first(CHAINS))
-def test_levitated_rotor_gives_the_receptance_of_its_sampled_loop(bench, make_plant, chain):
+def test_levitated_rotor_gives_the_receptance_of_its_sampled_loop(bench, chain):
     """Hold, delay, filter, sensor offsets and PID as modelled in `closed_loop`, element by element."""
-    h = 250e-6
-    rotor = Rotor(h)
-    gains = {f"{b}.k_s_{a}": 2e6 for b in ("mb1", "mb2") for a in "xy"}
-    given = gains | CHAINS[chain]
-    b = bench(Omega=2.0 * math.pi * 40.0, **{name.replace(".", "__"): v for name, v in given.items()})
-    plant = make_plant(*rotor.sampled, rotor.c)
-    plant.disturbance = lambda theta: 2e-5 * np.cos(theta + np.arange(8.0))
-    plant.run(b, 3000)
-    b["identify"] = 1.0
-    plant.run(b, 6 * 120 * 100 + 9)
-    assert (b["identification_state"], b["identification_error"]) == (DONE, NO_ERROR)
-    model = identified_receptance(zoh_response(rotor.a, rotor.b, rotor.c, b["Omega"], h), b["Omega"], given)
-    assert np.abs(b.receptance() - model).max() < 1e-6 * np.abs(model).max()
+    found, model = identified(bench, CHAINS[chain], disturbance=lambda theta: 0.2 * synchronous(theta))
+    assert np.abs(found - model).max() < 1e-6 * np.abs(model).max()
 
 
 @pytest.mark.slow
-def test_noise_of_the_rig_costs_less_than_a_percent(bench, make_plant):
-    h = 250e-6
-    rotor = Rotor(h)
-    given = {f"{b}.k_s_{a}": 2e6 for b in ("mb1", "mb2") for a in "xy"} | {"chain.preset": 1}
-    b = bench(Omega=2.0 * math.pi * 40.0, **{name.replace(".", "__"): v for name, v in given.items()})
-    plant = make_plant(*rotor.sampled, rotor.c)
-    plant.run(b, 2000)
-    b["identify"] = 1.0
-    plant.run(b, 6 * 120 * 100 + 9)
-    model = identified_receptance(zoh_response(rotor.a, rotor.b, rotor.c, b["Omega"], h), b["Omega"], given)
+def test_noise_of_the_rig_costs_less_than_a_percent(bench):
+    found, model = identified(bench, {"chain.preset": 1})
     large = np.abs(model) > 0.1 * np.abs(model).max(axis=0)
-    ratio = b.receptance()[large] / model[large]
+    ratio = found[large] / model[large]
     assert 0.0 < np.abs(np.abs(ratio) - 1.0).max() < 0.01
     assert np.degrees(np.abs(np.angle(ratio))).max() < 1.0
 
@@ -218,10 +199,9 @@ def test_identified_table_is_what_rolac_then_uses(tested):
 
 def test_forces_of_rolac_are_constant_and_do_not_enter_the_receptance(tested, discrete_plant):
     plant = discrete_plant()
-    speed = 2.0 * math.pi * FREQUENCY
-    z = np.exp(1j * speed * FAST)
+    z = np.exp(1j * SPEED * FAST)
     known = plant.c @ np.linalg.solve(z * np.eye(12) - plant.a, plant.b.astype(complex))
-    b, plant = tested(pack([speed], [1.2 * known]), plant=plant, rolac__alpha=1.0)
+    b, plant = tested(pack([SPEED], [1.2 * known]), plant=plant, rolac__alpha=1.0)
     b["rolac_enable"] = 1.0
     plant.run(b, 10 * SAMPLES)
     b["identify"] = 1.0
@@ -257,10 +237,9 @@ def test_twelve_speeds_fill_the_table(tested):
         assert b["identification_speed"] == speed
 
 
-def test_it_waits_for_a_valid_window(bench, discrete_plant, without_pid):
-    b = bench(Omega=2.0 * math.pi * FREQUENCY, sample_time=FAST, **without_pid)
+def test_it_waits_for_a_valid_window(bench, discrete_plant):
+    b = bench(Omega=SPEED, pid=False, sample_time=FAST, identify=1.0)
     plant = discrete_plant()
-    b["identify"] = 1.0
     plant.run(b, SAMPLES)
     assert b["identification_state"] == WAITING
     plant.run(b, 1)
@@ -303,56 +282,37 @@ def fails(b, plant, expected, before=2 * SLOT):
     return True
 
 
-@pytest.fixture
-def under_way(tested):
-    """An identification in its second slot."""
-
-    def make(**parameters):
-        b, plant = tested(**parameters)
-        b["identify"] = 1.0
-        plant.run(b, 2 * SLOT)
-        return b, plant
-
-    return make
-
-
-def test_switching_the_request_off_aborts(under_way):
-    b, plant = under_way()
-    b["identify"] = 0.0
-    assert fails(b, plant, SWITCHED_OFF)
-
-
-def test_change_of_speed_by_more_than_a_percent_fails(under_way):
-    b, plant = under_way()
-    b["Omega"] *= 1.009
+@pytest.mark.parametrize(
+    ("reason", "variable", "value"),
+    [
+        (SWITCHED_OFF, "identify", 0.0),
+        (SPEED_CHANGED, "Omega", 1.018 * SPEED),
+        (CURRENT_LIMITED, "mb2.i_max_x", 0.01),
+        (CONTACT_OCCURRED, "contact_state", 2.0),
+    ],
+)
+def test_change_in_the_second_slot_ends_it(tested, reason, variable, value):
+    """That of the speed by less than a percent does not."""
+    b, plant = tested(contact__source=2)
+    b["identify"] = 1.0
+    plant.run(b, 2 * SLOT)
+    b["Omega"] = 1.009 * SPEED
     plant.run(b, 1)
     assert b["identification_state"] < DONE
-    b["Omega"] *= 1.009
-    assert fails(b, plant, SPEED_CHANGED)
+    b[variable] = value
+    assert fails(b, plant, reason)
 
 
-def test_angle_that_jumps_fails(under_way):
-    b, plant = under_way()
-    b.theta += 2.0
-    assert fails(b, plant, WINDOW_LOST)
-
-
-def test_current_at_its_limit_fails(under_way):
-    b, plant = under_way()
-    b["mb2.i_max_x"] = 0.01
-    assert fails(b, plant, CURRENT_LIMITED)
-
-
-def test_contact_fails_where_it_is_known(under_way):
-    b, plant = under_way(contact__source=2)
-    b["contact_state"] = 2.0
-    assert fails(b, plant, CONTACT_OCCURRED)
-
-
-def test_unbalance_that_changes_meanwhile_fails(under_way):
-    b, plant = under_way()
-    plant.disturbance = lambda theta: 1e-4 * np.cos(theta + np.arange(8.0))
-    assert fails(b, plant, VIBRATION_CHANGED)
+@pytest.mark.parametrize("reason", [WINDOW_LOST, VIBRATION_CHANGED])
+def test_jump_of_the_angle_or_of_the_unbalance_ends_it(tested, reason):
+    b, plant = tested()
+    b["identify"] = 1.0
+    plant.run(b, 2 * SLOT)
+    if reason == WINDOW_LOST:
+        b.theta += 2.0
+    else:
+        plant.disturbance = synchronous
+    assert fails(b, plant, reason)
 
 
 def test_forces_that_do_the_same_fail_and_the_condition_number_says_so(tested, discrete_plant):
@@ -373,8 +333,10 @@ def test_plant_that_does_not_answer_fails(tested, discrete_plant):
     assert fails(b, plant, VIBRATION_CHANGED, before=0)
 
 
-def test_failure_is_forgotten_at_the_next_request(under_way):
-    b, plant = under_way()
+def test_failure_is_forgotten_at_the_next_request(tested):
+    b, plant = tested()
+    b["identify"] = 1.0
+    plant.run(b, 2 * SLOT)
     b["identify"] = 0.0
     plant.run(b, 1)
     b["identify"] = 1.0

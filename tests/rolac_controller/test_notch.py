@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from controller_bench import Plant
 from rig import AXES, identified_receptance, pack
-from scipy.linalg import expm
 
 from amb_cosim.design.sampled_loop import zoh_response
 from rolac_controller.enumerations import FORCE_FREE, NOTCH
@@ -32,14 +32,13 @@ def rotor():
     return a, b, c
 
 
-def run(bench, make_plant, rotor, mode, seconds=2.0):
+def run(bench, rotor, mode, seconds=2.0):
     """A controller in that mode on the rotor under synchronous forces, and what it has settled to."""
     omega = 2.0 * math.pi * 25.0
     given = {name.replace("__", "."): value for name, value in GAINS.items()}
     receptance = identified_receptance(zoh_response(*rotor, omega, H), omega, given)
     b = bench(pack([omega], [receptance]), Omega=omega, rolac__mode=mode, **GAINS)
-    block = expm(np.block([[rotor[0], rotor[1]], [np.zeros((4, 12))]]) * H)
-    plant = make_plant(block[:8, :8], block[:8, 8:], rotor[2])
+    plant = Plant.sampled(*rotor, H)
     unbalance = 300.0 * np.exp(1j * np.arange(4.0))
     currents, positions = [], []
     for n in range(round(seconds / H)):
@@ -54,26 +53,26 @@ def run(bench, make_plant, rotor, mode, seconds=2.0):
     return b, 2.0 * np.mean(np.array(currents)[-1600:] * turn[:, None], axis=0), positions[-1]
 
 
-def test_notch_removes_the_synchronous_currents(bench, make_plant, rotor):
-    b, force, _ = run(bench, make_plant, rotor, NOTCH)
-    _, pid, _ = run(bench, make_plant, rotor, NOTCH, 0.25)
+def test_notch_removes_the_synchronous_currents(bench, rotor):
+    b, force, _ = run(bench, rotor, NOTCH)
+    _, pid, _ = run(bench, rotor, NOTCH, 0.25)
     assert b["rolac_active"] == 1.0
     assert np.abs(pid).min() > 50.0
     assert np.abs(force).max() < 1e-4 * np.abs(pid).max()
 
 
-def test_force_rejection_removes_the_synchronous_force_of_the_bearing(bench, make_plant, rotor):
+def test_force_rejection_removes_the_synchronous_force_of_the_bearing(bench, rotor):
     """K_i I + K_s x vanishes, the rotor turns about its axis of inertia: m Omega^2 q = -F_unbalance."""
-    _, force, position = run(bench, make_plant, rotor, FORCE_FREE, 3.0)
+    _, force, position = run(bench, rotor, FORCE_FREE, 3.0)
     whole = force + K_S * position
     assert np.abs(force).min() > 100.0
     assert np.abs(whole).max() < 2e-2 * np.abs(force).max()  # the hold of half a sample is not in K_s x
 
 
-def test_rate_is_alpha(bench, make_plant, rotor):
+def test_rate_is_alpha(bench, rotor):
     """The synchronous current of the PID falls to exp(-alpha t), apart from the mean over the last revolution."""
-    _, early, _ = run(bench, make_plant, rotor, NOTCH, 0.55)
-    _, late, _ = run(bench, make_plant, rotor, NOTCH, 0.75)
+    _, early, _ = run(bench, rotor, NOTCH, 0.55)
+    _, late, _ = run(bench, rotor, NOTCH, 0.75)
     rate = -np.log(np.abs(late) / np.abs(early)) / 0.2
     np.testing.assert_allclose(rate, 7.0, rtol=0.35)
 

@@ -4,31 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from controller_bench import SAMPLES
 from rig import pack
 
 from amb_cosim.design.controller_data import inverse_receptance
 from rolac_controller.enumerations import OLAC
 
-SAMPLES = 40
-
 
 @pytest.fixture
-def run_up_to(bench, receptance, speed_of, unbalance_response):
+def run_up_to(responding):
     """Makes OLAC on the plant q = Re[(Q_0 + R U) exp(j theta)] and the function that runs it by revolutions."""
 
     def make(table_of=None, **parameters):
-        table = pack([1.0], [receptance if table_of is None else table_of])
-        b = bench(table, Omega=speed_of(SAMPLES), rolac__mode=OLAC, **parameters)
-        b["rolac_enable"] = 1.0
-
-        def run(revolutions, unbalance=lambda n: 1.0):
-            for n in range(revolutions * SAMPLES):
-                q = unbalance(n / SAMPLES) * unbalance_response + receptance @ b.forces()
-                b.sense((q * np.exp(1j * b.theta)).real)
-                b.sample()
-            return b.forces()
-
-        return b, run
+        b, run = responding(table_of, rolac__mode=OLAC, **parameters)
+        return b, lambda revolutions, *unbalance: run(revolutions * SAMPLES, *unbalance)
 
     return make
 
@@ -68,8 +57,8 @@ def test_vibration_that_does_not_respond_is_updated_every_two_revolutions(
     bench, receptance, speed_of, unbalance_response
 ):
     """Both revolutions that are compared lie after the last update."""
-    b = bench(pack([1.0], [receptance]), Omega=speed_of(SAMPLES), rolac__mode=OLAC, rolac__force_limit=1e9)
-    b["rolac_enable"] = 1.0
+    given = {"rolac__mode": OLAC, "rolac__force_limit": 1e9, "rolac_enable": 1.0}
+    b = bench(pack([1.0], [receptance]), Omega=speed_of(SAMPLES), **given)
     b.follow(lambda theta: (unbalance_response * np.exp(1j * theta)).real, 21 * SAMPLES + 5)
     np.testing.assert_allclose(b.forces(), 10 * inverse_receptance(receptance) @ unbalance_response, rtol=1e-9)
 

@@ -60,8 +60,7 @@ def test_the_synchronous_force_turns_ahead_too(bench, receptance):
     table = pack([50.0, 400.0], [receptance, receptance])
     found = []
     for given, ahead in ((p, 0.0), (0.0, p)):
-        b = bench(table, Omega=OMEGA, prediction_time=given)
-        b["rolac_enable"] = 1.0
+        b = bench(table, Omega=OMEGA, prediction_time=given, rolac_enable=1.0)
         drive(b, turning, 5 * 400, h, ahead)
         assert b["rolac_active"] == 1.0
         found.append([b["mb1.u_x"], b["mb1.u_phase_x"], b["mb1.i_x"]])
@@ -72,23 +71,9 @@ def test_noise_and_faults_of_the_sensors_are_not_extrapolated(bench):
     """The spread of the currents is that of a controller without prediction."""
     spreads = []
     for p in (0.0, T):
-        b = bench(prediction_time=p, mb1__c_b_x=0.0)
-        b["s5.fault_noise"] = 1e-6
-        b["s5.fault_offset"] = 1e-5
+        b = bench(prediction_time=p, mb1__c_b_x=0.0, s5__fault_noise=1e-6, s5__fault_offset=1e-5)
         rows = drive(b, lambda t: np.zeros(8), 400, T)
         column = rows[:, CONTROLLER.interface.output_index("mb1.i_x")]
         spreads.append((column.mean(), column.std()))
     assert spreads[0] == spreads[1]
     assert spreads[0][1] > 0.0
-
-
-def test_a_saved_state_brings_back_the_step_before(bench):
-    first, second = (bench(Omega=OMEGA, prediction_time=T) for _ in range(2))
-    drive(first, turning, 7, 0.3 * T)
-    second.instance.values[:] = first.instance.values
-    second.instance.state[:] = first.instance.state
-    for n in range(7, 30):
-        for b in (first, second):
-            b.sense(turning(n * 0.3 * T))
-            b.instance.step(n * 0.3 * T, 0.3 * T)
-        np.testing.assert_array_equal(first.instance.outputs, second.instance.outputs)

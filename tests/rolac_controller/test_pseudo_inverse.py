@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from rig import SIZES
 
@@ -21,7 +21,6 @@ def inverted(r, weights=None):
     return H, condition
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10**6), st.floats(-9.0, 3.0), st.floats(0.0, 3.9))
 def test_h_and_condition_number_are_those_of_numpy(seed, size, spread):
     """Receptances of all sizes, with singular values over up to four decades, and weights."""

@@ -6,61 +6,24 @@ import math
 
 import numpy as np
 import pytest
-from rig import NO_TABLE, pack
+from controller_bench import SAMPLES, synchronous
+from rig import pack
 
 from amb_cosim.design.controller_data import inverse_receptance
 from rolac_controller.adaptation import integral_step
-from rolac_controller.enumerations import ADAPTING, NO_H, NO_WINDOW, OFF, TOO_SLOW
+from rolac_controller.enumerations import ADAPTING, NO_H, TOO_SLOW
 from rolac_controller.parameters import BEARING_K_I
 
-SAMPLES = 40  # per revolution, 100 Hz
 
-
-@pytest.fixture
-def plant(bench, receptance, speed_of, unbalance_response):
-    """Makes a controller on the plant q = Re[(Q_0 + R U) exp(j theta)] and the function that runs it."""
-
-    def make(table_of, samples=SAMPLES, unbalance=1.0, **parameters):
-        b = bench(pack([1.0], [table_of]), Omega=speed_of(samples), **parameters)
-
-        def run(count):
-            for _ in range(count):
-                q = unbalance * unbalance_response + receptance @ b.forces()
-                b.sense((q * np.exp(1j * b.theta)).real)
-                b.sample()
-            return b.forces()
-
-        return b, run
-
-    return make
-
-
-@pytest.mark.parametrize("frequency", [10, 16, 35])
-def test_vibration_falls_to_the_least_squares_optimum(plant, receptance, optimum, frequency, unbalance_response):
-    samples = 4000 / frequency
-    b, run = plant(receptance, samples)
-    run(math.ceil(samples) + 5)
-    before = np.sum(np.abs(b.components()) ** 2)
-    b["rolac_enable"] = 1.0
-    run(8000)
-    least = np.sum(np.abs(unbalance_response + receptance @ optimum) ** 2)
-    after = np.sum(np.abs(b.components()) ** 2)
-    assert after == pytest.approx(least, rel=1e-3)
-    assert after < 0.9 * before
-    assert b["harmonic1.displacement"] ** 2 == pytest.approx(after, rel=1e-12)
-
-
-def test_forces_reach_the_least_squares_optimum(plant, receptance, optimum):
-    b, run = plant(receptance)
-    b["rolac_enable"] = 1.0
+def test_forces_reach_the_least_squares_optimum(responding, optimum):
+    b, run = responding()
     np.testing.assert_allclose(run(12000), optimum, rtol=1e-6)
     assert b["harmonic1.force"] == pytest.approx(np.linalg.norm(optimum), rel=1e-6)
 
 
-def test_optimum_is_the_weighted_one(plant, receptance, unbalance_response):
+def test_optimum_is_the_weighted_one(responding, receptance, unbalance_response):
     weights = np.array([1.0, 4.0, 0.0, 1.0, 2.0, 1.0, 0.5, 1.0])
-    b, run = plant(receptance, **{f"s{k + 1}__weight": w for k, w in enumerate(weights)})
-    b["rolac_enable"] = 1.0
+    _, run = responding(**{f"s{k + 1}__weight": w for k, w in enumerate(weights)})
     root = np.sqrt(weights)
     expected = np.linalg.lstsq(root[:, None] * receptance, -root * unbalance_response, rcond=None)[0]
     np.testing.assert_allclose(run(12000), expected, rtol=1e-6)
@@ -77,21 +40,6 @@ def test_law_converges_at_exactly_alpha_when_q_follows_at_once(receptance, optim
             np.testing.assert_allclose(U, expected, rtol=1e-9)
 
 
-def test_rate_over_the_last_revolution_solves_its_characteristic_equation(plant, receptance, optimum):
-    """With Q averaged over a period T the error decays with s = -alpha (1 - exp(-s T))/(s T)."""
-    period, alpha = SAMPLES * 250e-6, 7.0
-    b, run = plant(receptance)
-    run(SAMPLES + 5)
-    b["rolac_enable"] = 1.0
-    early = np.linalg.norm(run(10 * SAMPLES) - optimum)
-    late = np.linalg.norm(run(20 * SAMPLES) - optimum)
-    s = -alpha
-    for _ in range(100):
-        s = -alpha * (1.0 - math.exp(-s * period)) / (s * period)
-    assert math.log(late / early) / (20 * period) == pytest.approx(s, rel=0.01)
-    assert s == pytest.approx(-alpha, rel=0.05)
-
-
 def settling_time(alpha, period):
     """Time after which e' = -alpha (mean of e over the last period), e = 1 before, has fallen to 1/e."""
     h = 1e-5
@@ -105,10 +53,10 @@ def settling_time(alpha, period):
 
 
 @pytest.mark.parametrize(("frequency", "of_alpha"), [(100, 0.97), (35, 0.90), (20, 0.83), (16, 0.79), (10, 0.72)])
-def test_error_falls_to_1_over_e_as_its_delay_equation_predicts(plant, receptance, optimum, frequency, of_alpha):
+def test_error_falls_to_1_over_e_as_its_delay_equation_predicts(responding, optimum, frequency, of_alpha):
     """Within 20 % of 1/alpha where alpha T < 0.4; slower rotors settle faster, nearly to 1/alpha - T/2."""
     samples, alpha = 4000 / frequency, 7.0
-    b, run = plant(receptance, samples)
+    b, run = responding(samples=samples, rolac_enable=0.0)
     run(math.ceil(samples) + 5)
     b["rolac_enable"] = 1.0
     n = 0
@@ -118,17 +66,15 @@ def test_error_falls_to_1_over_e_as_its_delay_equation_predicts(plant, receptanc
     assert n * b.h * alpha == pytest.approx(of_alpha, abs=0.01)
 
 
-def test_wrong_sign_of_h_diverges(plant, receptance):
-    b, run = plant(-receptance)
-    b["rolac_enable"] = 1.0
+def test_wrong_sign_of_h_diverges(responding, receptance):
+    _, run = responding(-receptance)
     early, late = np.linalg.norm(run(1000)), np.linalg.norm(run(1000))
     assert late > 4.0 * early > 0.0
 
 
-def test_force_turns_with_the_rotor_on_top_of_the_pid(plant, receptance):
+def test_force_turns_with_the_rotor_on_top_of_the_pid(responding):
     """I = I_pid + (Re[U] cos(theta) - Im[U] sin(theta))/K_i."""
-    b, run = plant(receptance, mb1__k_b_x=0.0, mb1__k_s_x=0.0, mb1__c_b_x=0.0)
-    b["rolac_enable"] = 1.0
+    b, run = responding(pid=False)
     for _ in range(300):
         theta = b.theta
         u = run(1)[0]
@@ -137,38 +83,10 @@ def test_force_turns_with_the_rotor_on_top_of_the_pid(plant, receptance):
     assert abs(u) > 1.0
 
 
-def test_off_means_no_force_and_on_starts_from_none(plant, receptance):
-    b, run = plant(receptance, rolac__fade=1e4)
-    assert not run(200).any()
-    b["rolac_enable"] = 1.0
-    first = np.abs(run(1)).max()
-    grown = np.abs(run(400)).max()
-    assert b["rolac_active"] == 1.0
-    assert b["rolac_status"] == ADAPTING
-    assert grown > 50.0 * first
-    b["rolac_enable"] = 0.0
-    assert not run(1).any()
-    assert b["rolac_active"] == 0.0
-    assert b["rolac_status"] == OFF
-    run(60)
-    b["rolac_enable"] = 1.0
-    assert 0.0 < np.abs(run(1)).max() < 2.0 * first
-
-
-def test_no_force_before_the_first_full_revolution(plant, receptance):
-    b, run = plant(receptance)
-    b["rolac_enable"] = 1.0
-    assert not run(SAMPLES).any()
-    assert b["rolac_active"] == 0.0
-    assert b["rolac_status"] == NO_WINDOW
-    assert run(1).all()
-
-
 @pytest.mark.parametrize("frequency", [-16.0, 0.0, 4.9])
 def test_pid_works_alone_below_5_hz_at_standstill_and_backward(bench, receptance, frequency):
-    with_rolac = bench(pack([1.0], [receptance]), Omega=2.0 * math.pi * frequency)
+    with_rolac = bench(pack([1.0], [receptance]), Omega=2.0 * math.pi * frequency, rolac_enable=1.0)
     alone = bench(Omega=2.0 * math.pi * frequency)
-    with_rolac["rolac_enable"] = 1.0
     for b in (with_rolac, alone):
         b.follow(lambda theta: np.full(8, 1e-4 * math.sin(theta + 1.0)), 1500)
     assert with_rolac["rolac_active"] == 0.0
@@ -176,19 +94,8 @@ def test_pid_works_alone_below_5_hz_at_standstill_and_backward(bench, receptance
     assert with_rolac["mb1.i_x"] == alone["mb1.i_x"] != 0.0
 
 
-def test_adaptation_rate_zero_holds_the_force(plant, receptance):
-    b, run = plant(receptance)
-    b["rolac_enable"] = 1.0
-    run(500)
-    b["rolac.alpha"] = 0.0
-    held = run(1)
-    np.testing.assert_array_equal(run(100), held)
-    assert np.abs(held).min() > 0.0
-
-
-def test_currents_stay_within_their_limits_with_rolac(plant, receptance):
-    b, run = plant(-receptance, rolac__force_limit=1e9)
-    b["rolac_enable"] = 1.0
+def test_currents_stay_within_their_limits_with_rolac(responding, receptance):
+    b, run = responding(-receptance, rolac__force_limit=1e9)
     currents, limited = [], []
     for _ in range(3000):
         run(1)
@@ -200,10 +107,9 @@ def test_currents_stay_within_their_limits_with_rolac(plant, receptance):
     assert max(limited) == 1.0
 
 
-def test_force_is_limited_in_amplitude_and_keeps_its_phase(plant, receptance, optimum, unbalance_response):
+def test_force_is_limited_in_amplitude_and_keeps_its_phase(responding, receptance, optimum, unbalance_response):
     limit = 0.6 * np.abs(optimum).max()
-    b, run = plant(receptance, rolac__force_limit=limit)
-    b["rolac_enable"] = 1.0
+    b, run = responding(rolac__force_limit=limit)
     forces = run(6000)
     assert np.abs(forces).max() == pytest.approx(limit, rel=1e-12)
     assert b["rolac_limited"] == 1.0
@@ -215,34 +121,21 @@ def test_force_is_limited_in_amplitude_and_keeps_its_phase(plant, receptance, op
     np.testing.assert_allclose(np.angle(drive[~free] / forces[~free]), 0.0, atol=1e-6)  # it pushes straight outward
 
 
-def test_limited_force_does_not_wind_up(plant, receptance, optimum):
+def test_limited_force_does_not_wind_up(responding, optimum):
     """When the unbalance goes, it comes off the limit as fast as it would have from its value."""
-    b, run = plant(receptance, rolac__force_limit=0.3 * np.abs(optimum).min(), unbalance=1.0)
-    b["rolac_enable"] = 1.0
-    run(20000)
-    at_limit = b.forces()
+    b, run = responding(rolac__force_limit=0.3 * np.abs(optimum).min())
+    at_limit = run(20000)
     assert b["rolac_limited"] == 1.0
-    still = {f"s{k}": 0.0 for k in range(1, 9)}
-    for name, value in still.items():
-        b[name] = value
     b["rolac.alpha"] = 0.0
-    b.sample()
-    np.testing.assert_allclose(b.forces(), at_limit, rtol=1e-12)
+    np.testing.assert_allclose(run(1, lambda n: 0.0), at_limit, rtol=1e-12)
     b["rolac.alpha"] = 7.0
-    for _ in range(SAMPLES + 2):
-        b.sense((receptance @ b.forces() * np.exp(1j * b.theta)).real)
-        b.sample()
-    start = np.abs(b.forces()).max()
-    for _ in range(round(1.0 / 7.0 / b.h)):
-        b.sense((receptance @ b.forces() * np.exp(1j * b.theta)).real)
-        b.sample()
-    assert np.abs(b.forces()).max() == pytest.approx(start / math.e, rel=0.15)
+    start, end = (np.abs(run(count, lambda n: 0.0)).max() for count in (SAMPLES + 2, round(1.0 / 7.0 / b.h)))
+    assert end == pytest.approx(start / math.e, rel=0.15)
 
 
 def test_limit_holds_for_the_sum_over_the_harmonics(bench, receptance, speed_of):
     constants = pack([1.0], [[receptance], [receptance]], orders=(1, 2))
-    b = bench(constants, Omega=speed_of(80), harmonic2__order=2, rolac__force_limit=20.0)
-    b["rolac_enable"] = 1.0
+    b = bench(constants, Omega=speed_of(80), harmonic2__order=2, rolac__force_limit=20.0, rolac_enable=1.0)
     b.follow(lambda theta: np.full(8, 1e-4) * (math.cos(theta) + math.cos(2 * theta)), 4000)
     amplitudes = np.abs(b.forces())
     b["shown_harmonic"] = 2
@@ -251,14 +144,11 @@ def test_limit_holds_for_the_sum_over_the_harmonics(bench, receptance, speed_of)
     assert total.max() == pytest.approx(20.0, rel=2e-2)
 
 
-def test_several_harmonics_reach_their_own_optimum_side_by_side(
-    bench, receptance, speed_of, without_pid, unbalance_response
-):
+def test_several_harmonics_reach_their_own_optimum_side_by_side(bench, receptance, speed_of, unbalance_response):
     """Q_n = Q_n0 + R_n U_n for n = 1 and 3, each with its own receptance; the plant sees the force itself."""
     other = 1j * receptance[::-1]
     constants = pack([1.0], [[receptance], [other]], orders=(1, 3))
-    b = bench(constants, Omega=speed_of(120), harmonic2__order=3, **without_pid)
-    b["rolac_enable"] = 1.0
+    b = bench(constants, Omega=speed_of(120), pid=False, harmonic2__order=3, rolac_enable=1.0)
     unbalance = {1: unbalance_response, 3: 0.3 * unbalance_response[::-1]}
     forces = {1: np.zeros(4, complex), 3: np.zeros(4, complex)}
     for n in range(16000):
@@ -275,30 +165,25 @@ def test_several_harmonics_reach_their_own_optimum_side_by_side(
 
 
 def test_harmonic_without_h_leaves_the_pid_alone_and_says_so(bench, receptance, speed_of):
-    b = bench(pack([1.0], [receptance]), Omega=speed_of(80), harmonic2__order=2)
-    b["rolac_enable"] = 1.0
-    b.follow(lambda theta: np.full(8, 1e-4 * math.cos(theta)), 200)
+    b = bench(pack([1.0], [receptance]), Omega=speed_of(80), harmonic2__order=2, rolac_enable=1.0)
+    b.follow(synchronous, 200)
     assert b["rolac_status"] == NO_H
     assert not b.forces().any()
 
 
-@pytest.mark.parametrize("speed", [40.0, 400.0])
-def test_h_beyond_the_table_is_that_of_its_end_or_missing(bench, receptance, speed):
-    def status(extrapolate):
-        b = bench(pack([50.0, 300.0], [receptance, receptance]), Omega=speed, rolac__extrapolate=extrapolate)
-        b["rolac_enable"] = 1.0
-        b.follow(lambda theta: np.full(8, 1e-4 * math.cos(theta)), 1000)
-        return b["rolac_status"], b["h_extrapolated"], np.abs(b.forces()).max() > 0.0
-
-    assert status(1.0) == (ADAPTING, 1.0, True)
-    assert status(0.0) == (NO_H, 0.0, False)
-
-
-def test_within_the_table_nothing_is_extrapolated(bench, receptance):
-    b = bench(pack([50.0, 300.0], [receptance, receptance]), Omega=100.0)
-    b["rolac_enable"] = 1.0
-    b.follow(lambda theta: np.full(8, 1e-4 * math.cos(theta)), 400)
-    assert (b["rolac_status"], b["h_extrapolated"]) == (ADAPTING, 0.0)
+@pytest.mark.parametrize(
+    ("speed", "extrapolate", "expected"),
+    [
+        *((speed, 1.0, (ADAPTING, 1.0, True)) for speed in (40.0, 400.0)),
+        *((speed, 0.0, (NO_H, 0.0, False)) for speed in (40.0, 400.0)),
+        (100.0, 1.0, (ADAPTING, 0.0, True)),
+    ],
+)
+def test_h_beyond_the_table_is_that_of_its_end_or_missing(bench, receptance, speed, extrapolate, expected):
+    table = pack([50.0, 300.0], [receptance, receptance])
+    b = bench(table, Omega=speed, rolac__extrapolate=extrapolate, rolac_enable=1.0)
+    b.follow(synchronous, 1000)
+    assert (b["rolac_status"], b["h_extrapolated"], np.abs(b.forces()).max() > 0.0) == expected
 
 
 def test_h_follows_the_speed_in_a_run_up(bench, receptance, unbalance_response):
@@ -309,8 +194,7 @@ def test_h_follows_the_speed_in_a_run_up(bench, receptance, unbalance_response):
         return receptance * np.exp(-2j * math.pi * (speed - speeds[0]) / (speeds[-1] - speeds[0]))
 
     def largest(table):
-        b = bench(table, Omega=speeds[0])
-        b["rolac_enable"] = 1.0
+        b = bench(table, Omega=speeds[0], rolac_enable=1.0)
         vibration = []
         for n in range(40000):
             b["Omega"] = speeds[0] + (speeds[-1] - speeds[0]) * min(max(n - 4000, 0) / 32000, 1.0)
@@ -328,11 +212,10 @@ def test_h_follows_the_speed_in_a_run_up(bench, receptance, unbalance_response):
 
 
 def test_table_may_be_missing_only_until_an_identification_is_asked_for(bench):
-    b = bench(NO_TABLE, Omega=100.0)
-    b["identify"] = 1.0
-    b["rolac_enable"] = 1.0
-    b.follow(lambda theta: np.full(8, 1e-4 * math.cos(theta)), 400)
+    b = bench(Omega=100.0)
+    b["identify"] = b["rolac_enable"] = 1.0
+    b.follow(synchronous, 400)
     assert b["rolac_active"] == 0.0
     b["identify"] = 0.0
-    b.follow(lambda theta: np.full(8, 1e-4 * math.cos(theta)), 2)
+    b.follow(synchronous, 2)
     assert b["rolac_status"] == NO_H

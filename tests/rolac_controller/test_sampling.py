@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from controller_bench import Bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -46,9 +47,9 @@ def test_steps_within_a_sample_hold_its_currents(bench, parts, summed, begin):
     np.testing.assert_array_equal(found, np.repeat(whole, parts))
 
 
-def steps_with_a_sample(bench, lengths):
+def steps_with_a_sample(lengths):
     """Whether each of the steps of these lengths (s) takes a sample."""
-    b = bench()
+    b = Bench()
     t, taken = 0.0, []
     for n, h in enumerate(lengths):
         b["s5"] = 1e-9 * (n + 1)
@@ -59,29 +60,13 @@ def steps_with_a_sample(bench, lengths):
     return taken
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(st.integers(1, 97), min_size=1, max_size=80))
 def test_a_step_takes_the_sample_whose_instant_it_contains(parts):
     """Steps of any length, in parts of a sample; the instants are counted in whole numbers."""
-    from rig import CONTROLLER, NO_TABLE
-
-    from fmi_export.model import Instance
-
-    def bench():
-        made = Instance(CONTROLLER, NO_TABLE)
-        made.initialise()
-        made.instance = made
-        return made
-
     ends = np.cumsum(parts)
     expected = [(end - 1) // 97 > (end - part - 1) // 97 for part, end in zip(parts, ends.tolist(), strict=True)]
-    assert steps_with_a_sample(bench, [part * T / 97 for part in parts]) == expected
-
-
-def test_a_step_that_straddles_an_instant_takes_the_sample_with_its_inputs(bench):
-    """An instant at the end of a step, here at 7 T, belongs to the next."""
-    assert steps_with_a_sample(bench, [0.7 * T] * 11) == [n in (0, 1, 2, 4, 5, 7, 8, 10) for n in range(11)]
-    assert steps_with_a_sample(bench, [0.3 * T, T, T, 0.7 * T, T]) == [True, True, True, False, True]
+    assert steps_with_a_sample([part * T / 97 for part in parts]) == expected
 
 
 @pytest.mark.parametrize(("sample_time", "parts"), [(T, 1), (T, 10), (1.0 / 3000.0, 7), (1e-4, 3)])
@@ -108,20 +93,3 @@ def test_a_step_that_a_master_got_by_subtracting_times_is_no_longer_than_a_sampl
     assert not is_too_long(n * T, (n + 1) * T - n * T, T)
     exact = Fraction(T) * (1 + Fraction(1, 10**8))
     assert is_too_long(0.0, float(exact), T)
-
-
-def test_a_saved_state_brings_back_the_instants(bench):
-    """A copy made between two samples takes the next one where the original does."""
-    first, second = bench(), bench()
-    h, lengths = 0.3 * T, range(20)
-    for n in lengths:
-        first["s5"] = 1e-6 * n
-        first.instance.step(n * h, h)
-    second.instance.values[:] = first.instance.values
-    second.instance.state[:] = first.instance.state
-    for n in range(20, 40):
-        for b in (first, second):
-            b["s5"] = 1e-6 * n
-            b.instance.step(n * h, h)
-        np.testing.assert_array_equal(first.instance.values, second.instance.values)
-    assert first["mb1.i_x"] != 0.0
