@@ -7,15 +7,14 @@ What subprocesses and FMUs do does not count.
 
 from __future__ import annotations
 
-import importlib.abc
-import importlib.machinery
+import ast
 import json
-import sys
-import tempfile
 from pathlib import Path
-from typing import Any
 
 import pytest
+
+from tests.coverage.branches import Notes
+from tests.instruments.loading import ChangedSources
 
 FMUS = Path(__file__).resolve().parents[2] / "fmus"
 
@@ -30,38 +29,25 @@ def pytest_load_initial_conftests(early_config: pytest.Config) -> None:
         early_config.pluginmanager.register(_Measurement())
 
 
-class _Measurement(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Loads the modules of the models with notes of their branches; keeps the line of each by file and number."""
+class _Measurement:
+    """Keeps the line of each branch by file and number."""
 
     def __init__(self) -> None:
-        import numba
-
         self.lines: dict[str, dict[int, int]] = {}
-        self.kernels = tempfile.TemporaryDirectory()  # what is compiled here is of no use to others
-        numba.config.CACHE_DIR = self.kernels.name
-        sys.meta_path.insert(0, self)
+        ChangedSources(lambda path: FMUS in path.parents, self._with_notes)
 
-    def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
-        spec = importlib.machinery.PathFinder.find_spec(name, path)
-        if "." not in name or spec is None or spec.origin is None or FMUS not in Path(spec.origin).parents:
-            return None
-        return importlib.machinery.ModuleSpec(name, self, origin=spec.origin)
-
-    def exec_module(self, module: Any) -> None:
-        from tests.coverage.branches import Notes, no, yes
-
-        path = Path(module.__spec__.origin)
-        notes = Notes(first=sum(map(len, self.lines.values())))
+    def _with_notes(self, path: Path) -> ast.Module:
+        notes = Notes(first=1 + sum(map(len, self.lines.values())))
         tree = notes.add_to(path.read_text(encoding="utf-8"))
         self.lines[str(path.relative_to(FMUS))] = dict(enumerate(notes.lines, notes.first))
-        module.__dict__.update(yes=yes, no=no, __file__=str(path))
-        exec(compile(tree, str(path), "exec"), module.__dict__)
+        return tree
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        from tests.coverage.branches import is_taken
+        from tests.instruments.switch import reached
 
+        taken = reached()
         report = {
-            file: [[line, is_taken(number)] for number, line in numbers.items()]
+            file: [[line, number in taken] for number, line in numbers.items()]
             for file, numbers in sorted(self.lines.items())
         }
         session.config.getoption("--branches").write_text(json.dumps(report), encoding="utf-8")

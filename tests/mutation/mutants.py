@@ -1,7 +1,7 @@
 """Mutants of a source file, all in one: each change of an operator, number, condition or statement has a switch.
 
-    a + b       (a - b) if mutant_is(7) else (a + b)
-    x = f(y)    if not mutant_is(8): x = f(y)
+    a + b       (a - b) if switch_is_on(7) else (a + b)
+    x = f(y)    if not switch_is_on(8): x = f(y)
 
 So kernels are compiled once for all mutants of their file.
 """
@@ -79,7 +79,7 @@ class _Switches(ast.NodeTransformer):
     def _switch(self, before: ast.AST, after: ast.AST) -> ast.Call:
         texts = (ast.unparse(node).splitlines()[0] for node in (before, after))
         self.mutants.append(Mutant(getattr(before, "lineno", 0), *texts))
-        return ast.Call(ast.Name("mutant_is", ast.Load()), [ast.Constant(len(self.mutants))], [])
+        return ast.Call(ast.Name("switch_is_on", ast.Load()), [ast.Constant(len(self.mutants))], [])
 
 
 def _has_code(node: Any) -> bool:

@@ -9,22 +9,18 @@ that are fast and have killed others.
 
 from __future__ import annotations
 
-import importlib.abc
-import importlib.machinery
 import os
 import signal
-import sys
-import tempfile
 import time
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import hypothesis
 import pytest
 from _pytest.runner import runtestprotocol
 
+from tests.instruments.loading import ChangedSources
 from tests.mutation.mutants import Mutant, with_switches
 
 MOST_TESTS = 250  # of a mutant: the number of the one that fails is an exit code
@@ -43,33 +39,6 @@ class _Test:
         return self.seconds / (1 + self.kills)
 
 
-class _Loader(importlib.abc.Loader):
-    """Loads the file under test with its switches."""
-
-    def __init__(self, path: Path, code: Any) -> None:
-        self.path, self.code = path, code
-
-    def exec_module(self, module: Any) -> None:
-        from tests.mutation.switch import mutant_is
-
-        module.__dict__["mutant_is"] = mutant_is
-        exec(self.code, module.__dict__)
-
-
-class _Finder(importlib.abc.MetaPathFinder):
-    def __init__(self, path: Path) -> None:
-        tree, self.mutants = with_switches(path.read_text(encoding="utf-8"))
-        self.path, self.code = path, compile(tree, str(path), "exec")
-
-    def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
-        if name.rpartition(".")[2] != self.path.stem:
-            return None
-        spec = importlib.machinery.PathFinder.find_spec(name, path)
-        if spec is None or spec.origin is None or Path(spec.origin).resolve() != self.path:
-            return None
-        return importlib.machinery.ModuleSpec(name, _Loader(self.path, self.code), origin=spec.origin)
-
-
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--mutate", metavar="FILE", help="source file whose mutants meet the tests")
     parser.addoption("--mutant-seconds", type=float, default=30.0, help="longest processor time of one mutant's tests")
@@ -86,15 +55,8 @@ def pytest_load_initial_conftests(early_config: pytest.Config) -> None:
 class _Campaign:
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.finder = _Finder(path)
-        sys.meta_path.insert(0, self.finder)
-        try:
-            import numba
-
-            self.kernels = tempfile.TemporaryDirectory()  # what is compiled here is of no use to others
-            numba.config.CACHE_DIR = self.kernels.name
-        except ImportError:
-            pass
+        tree, self.mutants = with_switches(path.read_text(encoding="utf-8"))
+        ChangedSources(lambda file: file.resolve() == path, lambda _: tree)
 
     def pytest_configure(self) -> None:
         phases = [hypothesis.Phase.explicit, hypothesis.Phase.generate]  # the first counterexample is enough
@@ -104,11 +66,11 @@ class _Campaign:
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         options = session.config.option
         tests = self._run_unchanged(session)
-        n = len(self.finder.mutants)
+        n = len(self.mutants)
         chosen = [int(k) for k in options.mutants.split(",")] if options.mutants else range(1, n + 1, options.every)
         outcomes: Counter[str] = Counter()
         for number in chosen:
-            mutant = self.finder.mutants[number - 1]
+            mutant = self.mutants[number - 1]
             ours = [test for test in tests if number in test.reached]
             outcome = _outcome(number, sorted(ours, key=_Test.cost), options.mutant_seconds)
             outcomes[outcome] += 1
@@ -117,7 +79,7 @@ class _Campaign:
         return True
 
     def _run_unchanged(self, session: pytest.Session) -> list[_Test]:
-        from tests.mutation.switch import reached
+        from tests.instruments.switch import reached
 
         tests: list[_Test] = []
         for item in session.items:
@@ -158,7 +120,7 @@ def _outcome(number: int, tests: list[_Test], most: float) -> str:
 
 def _run(number: int, tests: list[_Test], most: float) -> int:
     """Run tests on a mutant; return the place, from 1, of the first that fails, or 0."""
-    from tests.mutation.switch import choose
+    from tests.instruments.switch import choose
 
     silence = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silence, 1)

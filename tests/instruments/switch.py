@@ -1,4 +1,4 @@
-"""The switch of a mutant, for Python and for compiled kernels, and what it notes: which mutants were reached."""
+"""Switches that are put into a source, for Python and for compiled kernels; they note that they were reached."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from typing import Any
 
 from fmi_export.jit import COMPILED
 
-MOST = 4096
+MOST = 1 << 14
 _active = ctypes.c_int64(0)
 _reached = (ctypes.c_uint8 * MOST)()
 
 
 def choose(number: int) -> None:
-    """Switch a mutant on, and all others off; number 0 is the source as it is."""
+    """Turn a switch on, and all others off; none has number 0."""
     _active.value = number
 
 
 def reached() -> set[int]:
-    """Return the numbers of the mutants whose place has been passed since the last time."""
+    """Return the numbers of the switches that have been reached since the last time."""
     found = {number for number, passed in enumerate(bytes(_reached)) if passed}
     ctypes.memset(_reached, 0, MOST)
     return found
 
 
-def mutant_is(number: int) -> bool:
-    """Return whether mutant `number` is switched on."""
+def switch_is_on(number: int) -> bool:
+    """Return whether switch `number` is on."""
     _reached[number] = 1
     return _active.value == number
 
@@ -35,11 +35,11 @@ if COMPILED:
     from numba import types
     from numba.extending import lower_builtin, type_callable
 
-    @type_callable(mutant_is)
+    @type_callable(switch_is_on)
     def _type_of_switch(context: Any) -> Any:
         return lambda number: types.boolean
 
-    @lower_builtin(mutant_is, types.Integer)
+    @lower_builtin(switch_is_on, types.Integer)
     def _lowered_switch(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         def pointer(address: int, kind: Any) -> Any:
             return ir.Constant(ir.IntType(64), address).inttoptr(kind.as_pointer())
