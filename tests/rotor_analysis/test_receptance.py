@@ -40,27 +40,6 @@ def test_receptance_is_that_of_the_model_in_complex_coordinates(Omega):
         np.testing.assert_allclose(y, -sign * 1j * expected, rtol=1e-6, atol=1e-13)
 
 
-@pytest.mark.parametrize(("axis", "column"), [("mb1.f_x", 0), ("mb2.f_y", 3)])
-def test_plant_driven_by_a_synchronous_force_settles_on_the_receptance(axis, column):
-    Omega, steps, turns, amplitude, phase = 150.0, 500, 30, 10.0, 0.7
-    h = 2.0 * np.pi / Omega / steps
-    values = BEARINGS | both("rb.clearance", 0.1) | {"Omega": Omega}
-    x = plant(values)
-    for n in range(steps * (turns - 1)):
-        x[axis] = amplitude * np.cos(Omega * (n + 0.5) * h + phase)  # held at its value in the middle of the step
-        x.step(n * h, h)
-    record = np.empty((steps, 8))
-    angles = np.empty(steps)
-    for n in range(steps * (turns - 1), steps * turns):
-        x[axis] = amplitude * np.cos(Omega * (n + 0.5) * h + phase)
-        x.step(n * h, h)
-        record[n % steps] = [x[name] for name in SENSORS]
-        angles[n % steps] = x["theta"]
-    measured = 2.0 / steps * np.exp(-1j * angles) @ record
-    expected = receptance(np.array([Omega]))[0][:, column] * amplitude * np.exp(1j * phase)
-    np.testing.assert_allclose(measured, expected, atol=2e-5 * np.max(np.abs(expected)))
-
-
 def test_unbalance_orbit_is_the_receptance_to_its_rotating_force():
     """Unbalance at the bearings makes exactly synchronous forces u Omega^2 (1, -j): no hold, so nearly exact."""
     rotor = load_rotor()
