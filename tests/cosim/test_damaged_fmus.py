@@ -13,17 +13,13 @@ from amb_cosim.cosim.simulation import assemble
 from amb_cosim.cosim.system import Component, System
 from amb_files.archive import write_archive
 
-SUPPORT = Path(__file__).parent / "support"
 LIBRARY = f"binaries/{fmpy.platform}/Mass{fmpy.sharedLibraryExtension}"
 DESCRIPTION = "modelDescription.xml"
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory) -> Path:
-    from pythonfmu.builder import FmuBuilder
-
-    folder = tmp_path_factory.mktemp("whole")
-    return Path(FmuBuilder.build_FMU(SUPPORT / "mass.py", dest=folder))
+@pytest.fixture
+def whole(foreign_fmus) -> Path:
+    return foreign_fmus / "Mass.fmu"
 
 
 def entries(archive: Path) -> dict[str, bytes]:
@@ -118,8 +114,9 @@ def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_p
 
 @pytest.mark.parametrize("damage", ["changed", "cut", "missing", "no archive"])
 def test_a_damaged_entry_of_the_cache_is_made_anew(tmp_path, monkeypatch, whole, damage):
+    """The FMU of flavour python, which is made without a compiler."""
     monkeypatch.setattr(cache.platformdirs, "user_cache_path", lambda name, *_, **__: tmp_path / name)
-    given = (lambda: fmus.ensure_built("amb_actuator"), lambda: fmus.provide(str(whole)))
+    given = (lambda: fmus.ensure_built("amb_actuator", "python"), lambda: fmus.provide(str(whole)))
     for get in given[: 1 if damage == "no archive" else 2]:
         fmu = get()
         file = fmu.path if damage == "no archive" else fmu.folder / DESCRIPTION
@@ -142,7 +139,7 @@ def test_a_cache_that_cannot_be_written_is_one_of_this_process(run_python, tmp_p
         os.environ.update(HOME="/dev/null", XDG_CACHE_HOME="/dev/null")
         from amb_cosim.cosim.fmus import ensure_built
 
-        return [str(ensure_built("amb_actuator").folder), os.environ["TMPDIR"]]
+        return [str(ensure_built("amb_actuator", "python").folder), os.environ["TMPDIR"]]
 
     folder, temporary = map(Path, run_python(without_home))
     assert folder.is_relative_to(temporary)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import shutil
 import signal
 import subprocess
 import sys
@@ -19,7 +20,6 @@ from amb_cosim.commands.cli import main
 from amb_cosim.cosim import isolation, simulation
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 
-SUPPORT = Path(__file__).parent / "support"
 GOOD, CRASH, HANG, LEAVE, EAT, PRINT = range(6)
 COMMAND = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main(prog_name='amb-cosim')"]
 
@@ -36,21 +36,13 @@ set = {{ "one.what" = {what} }}
 """
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    from pythonfmu.builder import FmuBuilder
-
-    folder = tmp_path_factory.mktemp("unruly")
-    FmuBuilder.build_FMU(SUPPORT / "unruly.py", dest=folder)
-    return folder
-
-
 @pytest.fixture
-def system(folder):
+def system(foreign_fmus, tmp_path):
     """`system(what, end)`: path of a system whose FMU does that after 5 ms."""
+    shutil.copy(foreign_fmus / "Unruly.fmu", tmp_path)
 
     def write(what, end="10 ms"):
-        path = folder / f"{what}.toml"
+        path = tmp_path / "system.toml"
         path.write_text(SYSTEM.format(what=what, end=end), encoding="utf-8")
         return path
 
@@ -92,7 +84,7 @@ def test_what_an_fmu_prints_is_no_answer(system, capfd):
     assert (printed.out, "a word among the answers" in printed.err) == ("", True)
 
 
-def test_errors_and_progress_come_back(system, folder):
+def test_errors_and_progress_come_back(system):
     steps = []
     found = amb_cosim.simulate(system(GOOD), progress=lambda done, total: steps.append((done, total)))
     assert steps[-1] == (10, 10)
