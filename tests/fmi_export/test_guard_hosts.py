@@ -9,19 +9,15 @@ import sysconfig
 import zipfile
 from pathlib import Path
 from urllib.parse import quote_from_bytes
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from slow import slow_but_first
+from hosts import HEADERS, SUPPORT, binary_of, run
 
-from fmi_export.building import python_fmu
 from fmi_export.building.native.compiler import host_platform
 from fmi_export.model import Instance
 
 LIBPYTHON = Path(sysconfig.get_config_var("LIBDIR") or "", sysconfig.get_config_var("INSTSONAME") or "")
-NATIVE = Path(python_fmu.__file__).parent / "native"
-SUPPORT = Path(__file__).parents[1] / "native" / "support"
 H = 250e-6
 
 pytestmark = [
@@ -71,51 +67,46 @@ def compiled(tmp_path_factory):
     folder = tmp_path_factory.mktemp("hosts")
 
     def compile_file(source: Path, *options: str) -> Path:
-        target = folder / source.stem
-        headers = f"-I{NATIVE / 'fmi_headers'}"
-        command = ["cc", "-std=gnu11", "-w", headers, *options, str(source), "-o", str(target), "-ldl"]
+        command = ["cc", "-std=gnu11", "-w", f"-I{HEADERS}", *options, source, "-o", folder / source.stem, "-ldl"]
         subprocess.run(command, check=True)
-        return target
+        return folder / source.stem
 
     return compile_file
 
 
-@pytest.fixture
-def fmu(build_fmu, lag, tmp_path):
+@pytest.fixture(scope="module")
+def host(compiled):
+    return compiled(SUPPORT / "host.c")
+
+
+@pytest.fixture(scope="module")
+def fmu(build_fmu, lag, tmp_path_factory):
+    """Folder of the extracted FMU, where its kernels are compiled once."""
+    folder = tmp_path_factory.mktemp("fmu")
     with zipfile.ZipFile(build_fmu(lag)) as archive:
-        archive.extractall(tmp_path / "fmu")
-    return tmp_path / "fmu"
+        archive.extractall(folder)
+    return folder
 
 
-def arguments(fmu: Path) -> list[str]:
-    library = fmu / "binaries" / host_platform() / "probe_lag.so"
-    guid = ElementTree.parse(fmu / "modelDescription.xml").getroot().get("guid")
-    return [str(library), str(guid), (fmu / "resources").as_uri()]
+@pytest.fixture
+def spoilt(fmu, tmp_path):
+    """A copy of the FMU for changes."""
+    return shutil.copytree(fmu, tmp_path / "fmu")
 
 
-def run(command: list, program: str = "", **environment: str) -> subprocess.CompletedProcess:
-    """Run a host with nothing in its environment that names a Python."""
-    return subprocess.run(
-        list(map(str, command)),
-        input=program,
-        env={"PATH": os.defpath, "HOME": "/nonexistent", **environment},
-        capture_output=True,
-        text=True,
-        errors="replace",
-        timeout=120,
-        check=False,
-    )
+def without_python(command: list, *arguments: object, program: list, **environment: str) -> tuple[list, str]:
+    """Run a host with nothing in its environment that names a Python; return its answers and its log."""
+    return run(command, *arguments, program=program, env={"PATH": os.defpath, "HOME": "/nonexistent", **environment})
 
 
 @pytest.mark.parametrize("loaded", [[], [LIBPYTHON]], ids=["no Python", "a Python of its own"])
 def test_a_host_without_python_runs_instances_and_ends_cleanly(fmu, compiled, tmp_path, loaded):
     (tmp_path / "rounds.c").write_text(ROUNDS)
     environment = {"PYTHONPATH": sysconfig.get_path("purelib"), "PYTHONHOME": sys.base_prefix} if loaded else {}
-    process = run([compiled(tmp_path / "rounds.c"), *arguments(fmu), *loaded], **environment)
-    assert process.returncode == 0, process.stderr
+    without_python([compiled(tmp_path / "rounds.c")], *binary_of(fmu), *loaded, program=[], **environment)
 
 
-def test_a_host_without_python_gets_the_numbers_of_the_core(fmu, compiled, lag):
+def test_a_host_without_python_gets_the_numbers_of_the_core(fmu, host, lag):
     core = Instance(lag, np.zeros(1))
     core["u"] = 1.0
     core.initialise()
@@ -123,79 +114,73 @@ def test_a_host_without_python_gets_the_numbers_of_the_core(fmu, compiled, lag):
         core.step(n * H, H)
     begin = ["new 0", "real 0 3 1.0", "setup 0 0", "enter 0", "exit 0", "step 0 0 5 0.00025", "save 0"]
     rest = ["step 0 5 3 0.00025", "read 0 5", "restore 0", "step 0 5 3 0.00025", "read 0 5", "terminate 0", "free 0"]
-    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "".join(f"{line}\n" for line in begin + rest))
-    assert process.returncode == 0, process.stderr
-    answers = [line.split() for line in process.stdout.splitlines()]
-    assert {answer[0] for answer in answers} == {"0"}, process.stderr
-    read = [float.fromhex(answer[1]) for answer in answers if len(answer) > 1 and "x" in answer[1]]
-    assert read == [core["y"]] * 2
+    answers, log = without_python([host], *binary_of(fmu), program=begin + rest)
+    assert {answer[0] for answer in answers} == {"0"}, log
+    assert [float.fromhex(answer[1]) for answer in answers if "x" in answer[-1]] == [core["y"]] * 2
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", slow_but_first([1, 2]))
-def test_any_calls_with_any_arguments_are_survived(fmu, compiled, seed):
-    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], f"fuzz {seed} 3000\n")
-    assert process.returncode == 0, process.stderr[-2000:]
+@pytest.mark.parametrize("seed", [1, 2])
+def test_any_calls_with_any_arguments_are_survived(fmu, host, seed):
+    without_python([host], *binary_of(fmu), program=[f"fuzz {seed} 3000"])
 
 
-def said(process: subprocess.CompletedProcess) -> str:
-    assert process.returncode == 0, process.stderr
-    assert process.stdout.split() == ["3"], "no instance"
-    assert process.stderr.startswith("fmu0 3 logStatusError ")
-    return process.stderr
+def refusal(*command: object, **environment: str) -> str:
+    """Return why a host gets no instance."""
+    answers, log = without_python(list(command), program=["new 0"], **environment)
+    assert answers == [["3"]], "no instance"
+    assert log.startswith("fmu0 3 logStatusError ")
+    return log
 
 
-def test_without_any_python_there_is_no_instance_but_a_reason(fmu, compiled, tmp_path):
+def test_without_any_python_there_is_no_instance_but_a_reason(spoilt, host, compiled, tmp_path):
     (tmp_path / "fake.c").write_text("int nothing;\n")
     (tmp_path / "fake").mkdir()
     shutil.move(compiled(tmp_path / "fake.c", "-shared", "-fPIC"), tmp_path / "fake" / "libpython3.40.so.1.0")
-    (fmu / "resources" / "python.txt").write_text("/nowhere/libpython.so\n/nowhere/python")
-    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n", LD_LIBRARY_PATH=str(tmp_path / "fake"))
-    text = said(process)
+    (spoilt / "resources" / "python.txt").write_text("/nowhere/libpython.so\n/nowhere/python")
+    text = refusal(host, *binary_of(spoilt), LD_LIBRARY_PATH=str(tmp_path / "fake"))
     assert "this FMU needs Python, but the process has none, and neither /nowhere/libpython.so" in text
     assert "LD_LIBRARY_PATH" in text
     assert "flavour native" in text
 
 
-def test_a_python_without_numpy_is_named_as_the_reason(fmu, compiled, tmp_path):
+def test_a_python_without_numpy_is_named_as_the_reason(spoilt, host, tmp_path):
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "bare"], check=True)
     program = tmp_path / "bare" / "bin" / "python"
-    (fmu / "resources" / "python.txt").write_text(f"{LIBPYTHON}\n{program}")
-    text = said(run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n"))
-    assert "No module named 'numpy'" in text
+    (spoilt / "resources" / "python.txt").write_text(f"{LIBPYTHON}\n{program}")
+    assert "No module named 'numpy'" in refusal(host, *binary_of(spoilt))
 
 
-def test_a_missing_library_of_pythonfmu_is_named_as_the_reason(fmu, compiled):
-    library = fmu / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
+def test_a_missing_library_of_pythonfmu_is_named_as_the_reason(spoilt, host):
+    library = spoilt / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
     library.unlink()
-    text = said(run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n"))
+    text = refusal(host, *binary_of(spoilt))
     assert "PythonFMU's library cannot be loaded: " in text
     assert str(library) in text
 
 
-def test_another_library_in_the_place_of_pythonfmu_is_named_as_the_reason(fmu, compiled, tmp_path):
+def test_another_library_in_the_place_of_pythonfmu_is_named_as_the_reason(spoilt, host, compiled, tmp_path):
     (tmp_path / "other.c").write_text("int fmi2Instantiate;\n")
-    library = fmu / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
+    library = spoilt / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
     shutil.copy(compiled(tmp_path / "other.c", "-shared", "-fPIC"), library)
-    text = said(run([compiled(SUPPORT / "host.c"), *arguments(fmu)], "new 0\n"))
+    text = refusal(host, *binary_of(spoilt))
     assert f"{library} is not the library of PythonFMU that belongs to this FMU" in text
 
 
 @pytest.mark.parametrize("name", [b"Gr\xf6\xdfe", b"\xc3", b"\xe2\x82", b"\xf0\x9f\x98a", b"\x80", b"\xff"])
-def test_a_folder_whose_name_is_not_utf_8_is_named_as_the_reason(fmu, compiled, tmp_path, name):
+def test_a_folder_whose_name_is_not_utf_8_is_named_as_the_reason(fmu, host, tmp_path, name):
     shutil.copytree(os.fsencode(fmu / "resources"), os.fsencode(tmp_path) + b"/" + name)
-    library, guid, _ = arguments(fmu)
-    location = f"{tmp_path.as_uri()}/{quote_from_bytes(name)}"
-    text = said(run([compiled(SUPPORT / "host.c"), library, guid, location], "new 0\n"))
+    library, guid, _ = binary_of(fmu)
+    text = refusal(host, library, guid, f"{tmp_path.as_uri()}/{quote_from_bytes(name)}")
     assert "PythonFMU reads no folder whose name is not UTF-8" in text
 
 
-def test_without_the_name_of_its_python_an_fmu_takes_another_one(fmu, compiled):
-    (fmu / "resources" / "python.txt").unlink()
-    program = "new 0\nsetup 0 0\nenter 0\nexit 0\nfree 0\n"
+def test_without_the_name_of_its_python_an_fmu_takes_another_one(spoilt, host):
+    (spoilt / "resources" / "python.txt").unlink()
     where = {"LD_LIBRARY_PATH": str(Path(LIBPYTHON).parent), "PYTHONPATH": sysconfig.get_path("purelib")}
-    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], program, PYTHONHOME=sys.base_prefix, **where)
-    assert (process.returncode, process.stdout.split()) == (0, ["0"] * 5), process.stderr
+    program = ["new 0", "setup 0 0", "enter 0", "exit 0", "free 0"]
+    answers, log = without_python([host], *binary_of(spoilt), program=program, PYTHONHOME=sys.base_prefix, **where)
+    assert answers == [["0"]] * 5, log
 
 
 @pytest.mark.parametrize(
@@ -210,11 +195,10 @@ def test_without_the_name_of_its_python_an_fmu_takes_another_one(fmu, compiled):
         (15, "0 0 0 0 3", "fmi2DeSerializeFMUstate: there is no memory for a state"),
     ],
 )
-def test_memory_that_is_refused_is_an_error_with_the_reason(fmu, compiled, failing, answers, sentence):
+def test_memory_that_is_refused_is_an_error_with_the_reason(fmu, host, compiled, failing, answers, sentence):
     memory = compiled(SUPPORT / "failing_memory.c", "-shared", "-fPIC", "-O1")
     environment = {"LD_PRELOAD": str(memory), "LIBRARY": "/probe_lag.so", "FAILING": str(failing)}
-    program = "".join(f"{line} 0\n" for line in ("new", "enter", "exit", "save", "bytes", "free"))
-    process = run([compiled(SUPPORT / "host.c"), *arguments(fmu)], program, **environment)
-    assert process.returncode == 0, process.stderr
-    assert [line[0] for line in process.stdout.splitlines()] == [*answers.split(), "0"]
-    assert sentence in process.stderr
+    program = [f"{line} 0" for line in ("new", "enter", "exit", "save", "bytes", "free")]
+    found, log = without_python([host], *binary_of(fmu), program=program, **environment)
+    assert " ".join(answer[0] for answer in found) == f"{answers} 0"
+    assert sentence in log

@@ -5,16 +5,12 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from hosts import HEADERS, SUPPORT, binary_of, run
 
 from fmi_export.building import python_fmu
-
-NATIVE = Path(python_fmu.__file__).parent / "native"
-SUPPORT = Path(__file__).parents[1] / "native" / "support"
 
 pytestmark = [
     pytest.mark.slow,
@@ -37,27 +33,18 @@ def fmu(lag, tmp_path_factory):
 def refusal(fmu, tmp_path_factory):
     """`refusal(location)`: what the guard says of resources there."""
     folder = tmp_path_factory.mktemp("host")
-    headers, target = f"-I{NATIVE / 'fmi_headers'}", "x86_64-windows-gnu"
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-std=gnu11", "-Wno-everything", headers]
-    subprocess.run([*command, str(SUPPORT / "host.c"), "-o", str(folder / "host.exe")], check=True)
-    wine = shutil.which("wine64") or shutil.which("wine")
-    library = fmu / "binaries" / "win64" / "probe_lag.dll"
-    guid = ElementTree.parse(fmu / "modelDescription.xml").getroot().get("guid")
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu", "-std=gnu11", "-Wno-everything"]
+    subprocess.run([*command, f"-I{HEADERS}", SUPPORT / "host.c", "-o", folder / "host.exe"], check=True)
+    wine = [shutil.which("wine64") or shutil.which("wine"), folder / "host.exe"]
+    library, guid, _ = binary_of(fmu, "win64")
+    environment = {**os.environ, "WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all"}
 
-    def run(location: str) -> str:
-        process = subprocess.run(
-            [str(wine), str(folder / "host.exe"), str(library), str(guid), location],
-            input="new 0\n",
-            env={**os.environ, "WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all"},
-            capture_output=True,
-            text=True,
-            timeout=600,
-            check=False,
-        )
-        assert (process.returncode, process.stdout.split()) == (0, ["3"]), process.stderr
-        return process.stderr
+    def say(location: str) -> str:
+        answers, log = run(wine, library, guid, location, program=["new 0"], env=environment)
+        assert answers == [["3"]], log
+        return log
 
-    return run
+    return say
 
 
 def test_without_python_there_is_no_instance_but_a_reason(fmu, refusal):

@@ -7,17 +7,14 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from hosts import HEADERS, SUPPORT, binary_of, run
 
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
-from fmi_export.building.native.package import native_guid
 from fmi_export.model import Instance
 
-HERE = Path(__file__).parent / "support"
-HEADERS = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native" / "fmi_headers"
 H = 250e-6
 
 pytestmark = [
@@ -28,46 +25,14 @@ pytestmark = [
 
 def build_host(cc, target, path):
     libraries = [] if "windows" in target else ["-ldl", "-lpthread"]
-    cc(
-        "-target",
-        target,
-        "-std=gnu11",
-        "-O1",
-        "-Wno-everything",
-        f"-I{HEADERS}",
-        HERE / "host.c",
-        "-o",
-        path,
-        *libraries,
-    )
+    options = ["-target", target, "-std=gnu11", "-O1", "-Wno-everything", f"-I{HEADERS}"]
+    cc(*options, SUPPORT / "host.c", "-o", path, *libraries)
     return path
 
 
 @pytest.fixture(scope="module")
 def host(cc, tmp_path_factory):
     return build_host(cc, PLATFORMS[host_platform()][1][0], tmp_path_factory.mktemp("host") / "host")
-
-
-def run(command, library, guid, resources, program, **options):
-    """Run a program in the host; return status and values of each line, and the messages of the logger."""
-    process = subprocess.run(
-        [*map(str, command), str(library), guid, resources],
-        input="".join(f"{line}\n" for line in program),
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-        **options,
-    )
-    assert process.returncode == 0, f"ended with {process.returncode}: {process.stderr[-3000:]}"
-    return [line.split() for line in process.stdout.splitlines()], process.stderr
-
-
-def binary_of(folder):
-    here = host_platform()
-    root = ElementTree.parse(folder / "modelDescription.xml").getroot()
-    library = folder / "binaries" / here / f"{root.get('modelName')}{PLATFORMS[here][0]}"
-    return library, root.get("guid"), (folder / "resources").as_uri()
 
 
 class Program:
@@ -119,26 +84,16 @@ def plant_program(plant, plant_constants):
 
 
 def test_a_host_without_python_gets_the_numbers_of_the_core(host, unpacked, lag, lag_program):
-    answers, log = run([host], *binary_of(unpacked(lag)), lag_program.lines)
+    answers, log = run([host], *binary_of(unpacked(lag)), program=lag_program.lines)
     lag_program.check(answers)
     assert log == ""
 
 
 def test_wrong_order_in_a_host_without_python_is_answered_and_survived(host, unpacked, lag):
     program = ["new 0", "step 0 0 1 1e-3", "enter 0", "reset 0", "exit 0", "reset 0", "enter 0", "enter 0", "reset 0"]
-    program += [
-        "enter 0",
-        "exit 0",
-        "setup 0 0",
-        "real 0 3 1",
-        "restore 0",
-        "terminate 0",
-        "reset 0",
-        "enter 0",
-        "exit 0",
-    ]
-    program += ["terminate 0", "terminate 0", "step 0 0 1 1e-3", "free 0", "step 0 0 1 1e-3", "free 0"]
-    answers, log = run([host], *binary_of(unpacked(lag)), program)
+    program += ["enter 0", "exit 0", "setup 0 0", "real 0 3 1", "restore 0", "terminate 0", "reset 0", "enter 0"]
+    program += ["exit 0", "terminate 0", "terminate 0", "step 0 0 1 1e-3", "free 0", "step 0 0 1 1e-3", "free 0"]
+    answers, log = run([host], *binary_of(unpacked(lag)), program=program)
     expected = "0 3 3 0 3 0 0 3 0 0 0 3 3 3 3 0 0 0 0 3 3 0 3 0"
     assert " ".join(answer[0] for answer in answers) == expected
     assert "fmu0 3 logStatusError fmi2DoStep is not allowed in state 'instantiated'; it is allowed in 'step" in log
@@ -152,7 +107,7 @@ def test_the_process_maps_no_python(host, unpacked, lag):
 
 @pytest.mark.slow
 def test_a_host_without_python_follows_the_plant_through_contact(host, unpacked, plant, plant_constants, plant_program):
-    answers, _ = run([host], *binary_of(unpacked(plant, plant_constants)), plant_program.lines)
+    answers, _ = run([host], *binary_of(unpacked(plant, plant_constants)), program=plant_program.lines)
     plant_program.check(answers)
     heat = plant_program.reals.index(plant_program.table.position["energy.impact"])
     assert len({row[heat] for row in plant_program.expected}) > 5, "there must be contact"
@@ -164,7 +119,7 @@ def test_a_host_without_python_follows_the_plant_through_contact(host, unpacked,
 @pytest.mark.slow
 def test_sanitizers_find_nothing_in_a_run_and_in_calls_in_any_order(sanitized, lag, lag_program):
     host, *fmu = sanitized(lag, np.zeros(1))
-    answers, _ = run([host], *fmu, [*lag_program.lines, *(f"fuzz {seed} 100000" for seed in range(1, 6))])
+    answers, _ = run([host], *fmu, program=[*lag_program.lines, *(f"fuzz {seed} 100000" for seed in range(1, 6))])
     lag_program.check(answers)
 
 
@@ -180,14 +135,14 @@ def test_sanitizers_find_nothing_in_calls_of_fmi_3_in_any_order(sanitized):
 @pytest.mark.slow
 def test_reading_nothing_with_null_pointers_is_defined(sanitized, lag):
     host, *fmu = sanitized(lag, np.zeros(1))
-    answers, _ = run([host], *fmu, ["new 0", "enter 0", "read 0", "exit 0", "read 0", "free 0"])
+    answers, _ = run([host], *fmu, program=["new 0", "enter 0", "read 0", "exit 0", "read 0", "free 0"])
     assert answers[2] == answers[4] == ["0"]
 
 
 @pytest.mark.slow
 def test_sanitizers_find_nothing_in_the_plant(sanitized, plant, plant_constants, plant_program):
     host, *fmu = sanitized(plant, plant_constants)
-    answers, _ = run([host], *fmu, [*plant_program.lines, "fuzz 7 20000"])
+    answers, _ = run([host], *fmu, program=[*plant_program.lines, "fuzz 7 20000"])
     plant_program.check(answers)
 
 
@@ -197,13 +152,13 @@ def test_sanitizers_find_nothing_in_calls_of_actuator_and_controller(sanitized, 
     from amb_cosim.cosim.fmus import model_source
 
     host, *fmu = sanitized(*model_source(name))
-    run([host], *fmu, [f"fuzz {seed} 50000" for seed in range(1, 4)])
+    run([host], *fmu, program=[f"fuzz {seed} 50000" for seed in range(1, 4)])
 
 
 @pytest.mark.slow
 def test_threads_with_instances_of_their_own_share_nothing(sanitized, lag):
     host, *fmu = sanitized(lag, np.zeros(1), sanitizer="thread")
-    run([host], *fmu, ["threads 8 50000"], env=os.environ | {"TSAN_OPTIONS": "halt_on_error=1"})
+    run([host], *fmu, program=["threads 8 50000"], env=os.environ | {"TSAN_OPTIONS": "halt_on_error=1"})
 
 
 @pytest.mark.slow
@@ -214,7 +169,7 @@ def test_guided_fuzzing_of_calls_finds_nothing(cc, sanitized, lag, tmp_path):
     fuzzer, library, guid, resources = sanitized(
         lag, np.zeros(1), compiler="clang", sanitizer="address,undefined,fuzzer"
     )
-    shutil.copytree(HERE / "corpus", tmp_path / "corpus")
+    shutil.copytree(SUPPORT / "corpus", tmp_path / "corpus")
     seconds = int(os.environ.get("FUZZ_SECONDS", "20"))
     command = [fuzzer, tmp_path / "corpus", f"-max_total_time={seconds}", "-timeout=10", "-max_len=2000"]
     environment = os.environ | {"LIBRARY": str(library), "GUID": guid, "RESOURCES": resources}
@@ -230,11 +185,11 @@ def test_valgrind_finds_no_error_and_no_leak(host, unpacked, plant, plant_consta
     # What the dynamic loader keeps is still reachable at the end.
     leaks = [f"--{option}-leak-kinds=definite,indirect,possible" for option in ("show", "errors-for")]
     valgrind = ["valgrind", "--error-exitcode=9", "--leak-check=full", *leaks, "--quiet"]
-    answers, log = run([*valgrind, host], *binary_of(unpacked(lag)), [*lag_program.lines, "fuzz 3 20000"])
+    answers, log = run([*valgrind, host], *binary_of(unpacked(lag)), program=[*lag_program.lines, "fuzz 3 20000"])
     lag_program.check(answers)
     assert "==" not in log
     few = Program(plant, plant_constants, {"Omega": 260.0, "d1.u": 0.3, "rb1.mu": 0.3}, blocks=4, every=50)
-    answers, log = run([*valgrind, host], *binary_of(unpacked(plant, plant_constants)), few.lines)
+    answers, log = run([*valgrind, host], *binary_of(unpacked(plant, plant_constants)), program=few.lines)
     few.check(answers)
     assert "==" not in log
 
@@ -245,7 +200,7 @@ def test_the_number_of_allocations_does_not_grow_with_the_number_of_steps(host, 
 
     def allocations(steps):
         program = ["new 0", "enter 0", "exit 0", f"step 0 0 {steps} 1e-4", "real 0 3 1", "read 0 5", "free 0"]
-        _, log = run(["valgrind", host], *binary_of(unpacked(lag)), program)
+        _, log = run(["valgrind", host], *binary_of(unpacked(lag)), program=program)
         return re.search(r"total heap usage: (\S+) allocs", log)[1]
 
     assert allocations(1) == allocations(1000)
@@ -257,7 +212,7 @@ def failing_memory(tmp_path_factory):
     if not shutil.which("gcc"):
         pytest.skip("needs gcc")
     library = tmp_path_factory.mktemp("memory") / "failing_memory.so"
-    subprocess.run(["gcc", "-shared", "-fPIC", "-O1", "-o", library, HERE / "failing_memory.c", "-ldl"], check=True)
+    subprocess.run(["gcc", "-shared", "-fPIC", "-O1", "-o", library, SUPPORT / "failing_memory.c", "-ldl"], check=True)
     return os.environ | {"LD_PRELOAD": str(library), "LIBRARY": "probe_lag"}
 
 
@@ -276,7 +231,7 @@ def test_memory_that_is_refused_is_an_error_with_the_reason(
     host, unpacked, lag, failing_memory, failing, answers, sentence
 ):
     program = ["new 0", "enter 0", "exit 0", "save 0", "bytes 0", "free 0"]
-    found, log = run([host], *binary_of(unpacked(lag)), program, env=failing_memory | {"FAILING": str(failing)})
+    found, log = run([host], *binary_of(unpacked(lag)), program=program, env=failing_memory | {"FAILING": str(failing)})
     assert " ".join(answer[0] for answer in found) == f"{answers} 0"
     assert sentence in log
 
@@ -286,7 +241,7 @@ def test_memory_that_is_refused_to_the_data_is_an_error(host, unpacked, lag, fai
     library, guid, _ = binary_of(unpacked(lag))
     (tmp_path / "model.bin").write_bytes(bytes(1 << 18))
     location = tmp_path.as_uri() if long else "data:;base64,AAAA"
-    found, log = run([host], library, guid, location, ["new 0"], env=failing_memory | {"FAILING": str(failing)})
+    found, log = run([host], library, guid, location, program=["new 0"], env=failing_memory | {"FAILING": str(failing)})
     assert found == [["3"]]
     assert "Cannot allocate memory" in log if long else "there is no memory for the resources" in log
 
@@ -295,9 +250,7 @@ def test_memory_that_is_refused_to_the_data_is_an_error(host, unpacked, lag, fai
 
 
 def other(unpacked, model, constants, platform):
-    folder = unpacked(model, constants, ["all"])
-    name = f"{model.name}{PLATFORMS[platform][0]}"
-    return folder / "binaries" / platform / name, native_guid(model, constants), (folder / "resources").as_uri()
+    return binary_of(unpacked(model, constants, ["all"]), platform)
 
 
 @pytest.fixture(scope="module")
@@ -317,7 +270,7 @@ def test_the_windows_library_runs_under_wine(
     for model, constants, program in ((lag, np.zeros(1), lag_program), (plant, plant_constants, plant_program)):
         library, guid, resources = other(unpacked, model, constants, "win64")
         resources = resources.replace("file:///", "file:///Z:/")
-        answers, _ = run([*wine, host], library, guid, resources, program.lines)
+        answers, _ = run([*wine, host], library, guid, resources, program=program.lines)
         program.check(answers, tolerance=1e-9)
 
 
@@ -331,7 +284,7 @@ def test_the_arm_library_runs_under_qemu(
     host = build_host(cc, PLATFORMS["aarch64-linux"][1][0], tmp_path / "host")
     for model, constants, program in ((lag, np.zeros(1), lag_program), (plant, plant_constants, plant_program)):
         fmu = other(unpacked, model, constants, "aarch64-linux")
-        answers, _ = run(["qemu-aarch64", "-L", root, host], *fmu, program.lines)
+        answers, _ = run(["qemu-aarch64", "-L", root, host], *fmu, program=program.lines)
         program.check(answers, tolerance=1e-9)
 
 
@@ -348,7 +301,7 @@ def test_the_windows_library_finds_its_data_in_every_form_of_location(wine, cc, 
     shutil.copytree(place, plain)
     forms += [f"Z:{plain}", "Z:" + str(plain).replace("/", "\\"), "z:" + str(plain).replace("/", "\\") + "\\"]
     for form in forms:
-        answers, log = run([*wine, host], library, guid, form, ["new 0", "enter 0", "exit 0", "free 0"])
+        answers, log = run([*wine, host], library, guid, form, program=["new 0", "enter 0", "exit 0", "free 0"])
         assert [answer[0] for answer in answers] == ["0"] * 4, (form, log)
-    _, log = run([*wine, host], library, guid, "Z:\\nowhere", ["new 0"])
+    _, log = run([*wine, host], library, guid, "Z:\\nowhere", program=["new 0"])
     assert "cannot read Z:\\nowhere/model.bin: No such file or directory" in log
