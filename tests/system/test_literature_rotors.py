@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,6 @@ CONTACTS = {
     "compressor_touchdown": {"td1", "td2", "seal"},
     "compressor_levitated_touchdown": {"td1", "td2", "seal"},
 }
-SHORT = {"nelson_mcvaugh_rub": 0.024, "compressor_touchdown": 0.04, "compressor_levitated_touchdown": 0.04}  # s
 
 
 def forward_amplitude(result: Any, x: str, y: str) -> complex:
@@ -74,26 +72,3 @@ def test_the_controller_of_the_compressor_knows_its_magnets() -> None:
     assert float(str(controller["*.k_s_?"]).split()[0]) == pytest.approx(k_s, rel=1e-3)
     assert float(str(controller["*.k_i_?"]).split()[0]) == pytest.approx(k_i, rel=1e-3)
     assert str(parameters["amb_actuator"]["*.turns_?"]) == "48"
-
-
-def both_flavours(name: str, until: float) -> dict[str, Any]:
-    """Return whether all variables of a short run have the same bits, and the largest contact force (N)."""
-    import numpy as np
-
-    import amb_cosim
-
-    native, python = (amb_cosim.run(name, flavour=f, until=until, progress=False) for f in ("native", "python"))
-    names = list(native.signals.variables)
-    assert names == list(python.signals.variables)
-    different = [n for n in names if native.signals[n].values.tobytes() != python.signals[n].values.tobytes()]
-    force = max(float(np.max(native.signals[n].values)) for n in names if n.endswith(".f_n"))
-    return {"different": different, "force": force, "variables": len(names)}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SHORT)
-def test_both_flavours_give_the_same_bits(name: str, run_python: Callable[..., Any]) -> None:
-    found = run_python(both_flavours, name=name, until=SHORT[name], timeout=600)
-    assert found["different"] == []
-    assert found["variables"] > 20
-    assert found["force"] > 100.0
