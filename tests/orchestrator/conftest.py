@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner, Result
+from matplotlib.image import imread
 
 from amb_cosim.commands.cli import main
 from amb_cosim.results.places import Places
@@ -91,7 +92,7 @@ def make_run(end: float = 20, **attributes) -> xr.Dataset:
 _SITE = {"clearance": CLEARANCE, "journal_radius": JOURNAL}
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def synthetic() -> Callable[..., xr.Dataset]:
     """`synthetic(end=20, **attributes)`: a run of `end` cycles whose figures are known, see `make_run`."""
     return make_run
@@ -134,5 +135,17 @@ def refuses(runner, tmp_path: Path) -> Callable[..., None]:
         assert len(result.stderr.strip().splitlines()) == 1
         assert result.stdout == ""
         assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+    return check
+
+
+@pytest.fixture
+def check_picture() -> Callable[[Path], None]:
+    """`check_picture(path)`: a picture of 600 pixels or more is there, and something is drawn on it."""
+
+    def check(path: Path) -> None:
+        picture = imread(path)[:, :, :3]
+        assert min(picture.shape[:2]) > 600
+        assert 0.01 < (picture.min(axis=2) < 0.99).mean() < 0.8
 
     return check

@@ -56,23 +56,3 @@ def test_scene_shows_place_trail_and_contact_force(synthetic):
 def test_mp4_without_ffmpeg_is_refused(saved, refuses, monkeypatch):
     monkeypatch.setattr(shutil, "which", lambda _: None)
     refuses("the program ffmpeg, which writes .mp4, is not installed", "animate", "run", "-o", "orbits.mp4")
-
-
-BAD = {
-    "no result": (["nowhere"], "no result nowhere"),
-    "another format": (["run", "-o", "orbits.webp"], "its name must end with .gif or .mp4"),
-    "no folder": (["run", "-o", "no/orbits.gif"], "there is no folder no"),
-    "cycles of no run": (["run", "--begin", "30", "--end", "40"], "cycles 30 to 40 are not allowed"),
-    "cycles backwards": (["run", "--begin", "7", "--end", "6"], "cycles 7 to 6 are not allowed; they must ascend"),
-    "too many pictures": (["run", "--frames-per-cycle", "1000"], "20001 pictures are not allowed; 3000 are"),
-    "no pictures": (["run", "--frames-per-cycle", "0"], "frames per cycle = 0 is not allowed; it must be > 0"),
-    "not a number": (["run", "--begin", "nan"], "cycles nan to 20 are not allowed"),
-    "no speed": (["run", "--frames-per-second", "0"], "frames per second = 0 is not allowed; it must be from 1 to 100"),
-    "no trail": (["run", "--trail", "0"], "trail = 0 cycles is not allowed"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input_ends_with_one_message_and_nothing_written(saved, refuses, case):
-    arguments, expected = BAD[case]
-    refuses(expected, "animate", *arguments)

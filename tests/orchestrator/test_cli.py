@@ -17,47 +17,6 @@ from amb_cosim.scenario.scenario import packaged_scenarios
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.rotor_file import load_rotor
 
-BAD = {
-    "unknown scenario": (["fig4_8"], "no scenario 'fig4_8'; did you mean fig4_"),
-    "unknown file": (["mine.toml"], "no file 'mine.toml'"),
-    "unknown component": (["fig4_9", "--set", "rotor.d1.u=1"], "no component 'rotor'; did you mean"),
-    "unknown variable": (["fig4_9", "--set", "rotor_contact.d1.v=1"], "no variable 'd1.v'; did you mean d1."),
-    "unknown pattern": (["fig4_9", "--set", "rotor_contact.d9*=1"], "no parameter or input 'd9*'"),
-    "no dot": (["fig4_9", "--set", "omega=1"], "'omega' is no component.variable and no signal; did you mean Omega"),
-    "no value": (["fig4_9", "--set", "rotor_contact.d1.u"], "write component.variable=value"),
-    "unknown unit": (["fig4_9", "--set", "rotor_contact.d1.u=1 furlong.q"], "unknown unit 'furlong.q'"),
-    "wrong dimension": (["fig4_9", "--set", "rotor_contact.d1.u=1 m"], "which cannot be converted to kg.m"),
-    "no number": (["fig4_9", "--set", "rotor_contact.d1.u=big"], "is no number"),
-    "below the minimum": (
-        ["fig4_9", "--set", "rotor_contact.rb1.clearance=-0.75 mm"],
-        "rotor_contact.rb1.clearance = -0.00075 m (-0.75 mm) is not allowed; it must be >= 1e-06",
-    ),
-    "not a number": (["fig4_9", "--set", "rotor_contact.d1.u=nan"], "d1.u = nan kg.m is not allowed"),
-    "output": (["fig4_9", "--set", "rotor_contact.mb1.x=0"], "rotor_contact.mb1.x is an output and cannot be set"),
-    "driven input": (
-        ["fig4_9", "--set", "rotor_contact.mb1.f_x=0"],
-        "rotor_contact.mb1.f_x cannot be set; it is connected to amb_actuator.mb1.f_x",
-    ),
-    "no speed": (["fig4_9", "--set", "rotor_contact.Omega=0"], "Omega = 0 rad/s is not allowed; it must be > 0"),
-    "no duration": (["fig4_9", "--until", "0"], "until = 0 s is not allowed; it must be > 0 s"),
-    "negative duration": (["fig4_9", "--until", "-1"], "until = -1 s is not allowed"),
-    "duration that is no number": (["fig4_9", "--until", "nan"], "until = nan s is not allowed"),
-    "duration between steps": (["fig4_9", "--until", "0.0001"], "whole multiple of the communication step 0.00025 s"),
-    "sampling within a step": (
-        ["fig4_9", "--set", "rolac_controller.sample_time=200 us"],
-        "rolac_controller.sample_time = 0.0002 s is not allowed; it must be at least the communication step 0.00025 s",
-    ),
-    "output is a file": (["fig4_9", "-o", "taken"], "taken cannot be written to; it is a file"),
-    "summary without a folder": (["fig4_9", "--summary-json", "no/s.json"], "no/s.json cannot be written to"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input_ends_with_one_message_and_nothing_written(refuses, tmp_path, case):
-    arguments, expected = BAD[case]
-    (tmp_path / "taken").touch()
-    refuses(expected, "run", *arguments)
-
 
 def test_a_scenario_file_with_mistakes_says_each(runner, tmp_path):
     (tmp_path / "mine.toml").write_text("description = 'd'\nOmga = 3\nend_cycle = 1\n")
@@ -67,16 +26,6 @@ def test_a_scenario_file_with_mistakes_says_each(runner, tmp_path):
         "Omega is missing",
         "unknown key Omga",
     ]
-
-
-def test_a_replacement_that_is_no_fmu_is_refused(runner, tmp_path):
-    text = "description = 'd'\nOmega = 100\nend_cycle = 1\nfmu.amb_actuator = 'mine.fmu'\n"
-    (tmp_path / "mine.toml").write_text(text)
-    result = runner("run", "mine.toml")
-    assert result.exit_code == 2
-    assert "mine.fmu" in result.stderr
-    (tmp_path / "mine.fmu").write_text("not a zip")
-    assert "mine.fmu cannot be unpacked: it is no zip archive" in runner("run", "mine.toml").stderr
 
 
 def test_list_names_every_scenario(runner):
@@ -106,18 +55,6 @@ def test_build_writes_the_three_fmus(runner, tmp_path):
     ]
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (["--platform", "linux64,amiga"], "amiga"),
-    (["--flavour", "python", "--platform", "darwin64"], "PythonFMU has no library for darwin64"),
-])  # fmt: skip
-def test_build_refuses_platforms_that_it_cannot_serve(runner, tmp_path, arguments, message):
-    result = runner("build", "-o", "fmus", *arguments)
-    assert result.exit_code == 2
-    assert message in result.output
-    assert len(result.output.strip().splitlines()) == 1
-    assert not list(tmp_path.rglob("*.fmu"))
-
-
 @pytest.mark.slow
 def test_build_writes_native_fmus_for_this_machine(runner, tmp_path):
     pytest.importorskip("ziglang")
@@ -132,7 +69,6 @@ def test_build_writes_native_fmus_for_this_machine(runner, tmp_path):
 def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
     rig = DEFAULT_ROTOR.read_text(encoding="utf-8")
     (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")
-    (tmp_path / "long.toml").write_text(rig.replace("node = 13", "node = 40"), encoding="utf-8")
     built = runner("build", "--flavour", "python", "--rotor", "heavy.toml", "-o", "heavy")
     assert built.exit_code == 0
     assert "An FMU of flavour python runs in a process that has Python with NumPy; a process without" in built.output
@@ -143,15 +79,11 @@ def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
 
     np.testing.assert_array_equal(constants_of("rotor_contact"), plant(load_rotor(tmp_path / "heavy.toml"))[1])
     assert not np.array_equal(constants_of("rolac_controller"), model_source("rolac_controller")[1])
-    refused = runner("build", "--rotor", "long.toml", "-o", "long")
-    assert refused.exit_code == 2
-    assert "bodies[3].node (d4) = 40 is not allowed; it must be a node number from 1 to 13" in refused.output
-    assert not (tmp_path / "long").exists()
 
 
-def test_a_run_writes_results_and_prints_the_summary(cosim, tmp_path):
-    done = cosim("run", "fig4_9", "--until", "0.05", "--summary-json", "-")
-    assert done.returncode == 0, done.stderr
+def test_a_run_writes_results_and_prints_the_summary(runner, tmp_path):
+    done = runner("run", "fig4_9", "--until", "0.05", "--summary-json", "-")
+    assert done.exit_code == 0, done.stderr
     figures = json.loads(done.stdout)
     folder = tmp_path / "results" / "fig4_9"
     assert "results/fig4_9" in done.stderr
@@ -173,15 +105,15 @@ def test_a_run_writes_results_and_prints_the_summary(cosim, tmp_path):
     assert json.loads(dataset.attrs["parameters"])["rotor_contact"]["rb1.clearance"] == 0.75e-3
 
 
-def test_settings_replace_first_values_in_any_unit(cosim, tmp_path):
-    done = cosim(
+def test_settings_replace_first_values_in_any_unit(runner, tmp_path):
+    done = runner(
         "run", "fig4_9", "--until", "0.01", "--no-plots", "-o", "out",
         "--set", "rotor_contact.Omega=16 Hz",
         "--set", "rotor_contact.d1.u=2 g.m",
         "--set", "rotor_contact.rb1.clearance=0.8 mm",
         "--set", "rolac_controller.sample_time=500 us",
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["result.nc", "summary.json"]
     dataset = load(tmp_path / "out" / "result.nc")
     assert dataset["Omega"].values == pytest.approx(100.53096491487338)
@@ -202,15 +134,15 @@ def test_an_fmu_that_refuses_to_start_ends_with_its_own_words(cosim, tmp_path, f
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_failing_step_keeps_what_was_recorded(cosim, tmp_path):
+def test_a_failing_step_keeps_what_was_recorded(runner, tmp_path):
     """Without control current the rotor falls into the magnet as soon as the retainer is wider than the air gap."""
-    done = cosim(
+    done = runner(
         "run", "fig4_9", "-o", "out", "--no-plots",
         "--set", "rotor_contact.rb?.clearance=5 mm",
         "--set", "rotor_contact.d1.u=0.2 kg.m",
         "--set", "amb_actuator.*.current_limit_?=5.58 A",
     )  # fmt: skip
-    assert done.returncode == 1
+    assert done.exit_code == 1
     assert "amb_actuator failed at t = " in done.stderr
     assert "the rotor must stay within the air gap" in done.stderr
     assert "Traceback" not in done.stderr
@@ -220,11 +152,11 @@ def test_a_failing_step_keeps_what_was_recorded(cosim, tmp_path):
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["completed"] is False
 
 
-def test_a_condition_of_the_scenario_ends_the_run_without_failure(cosim, tmp_path):
+def test_a_condition_of_the_scenario_ends_the_run_without_failure(runner, tmp_path):
     stop = '[[stop]]\nvariable = "rotor_contact.mb1.x"\nabove = "-1 mm"\nhold_time = "10 ms"\n'
     (tmp_path / "mine.toml").write_text('base = "fig4_9"\nsettle_cycles = 0\n' + stop)
-    done = cosim("run", "mine.toml", "-o", "out", "--no-plots")
-    assert done.returncode == 0, done.stderr
+    done = runner("run", "mine.toml", "-o", "out", "--no-plots")
+    assert done.exit_code == 0, done.stderr
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["completed"] is True
     assert summary["stopped"] == "rotor_contact.mb1.x above -0.001 m for 0.01 s, at t = 0.01 s"

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 import numpy as np
 import pytest
-from matplotlib.image import imread
 from rotor_cases import both, masters, place, plant, rigid_rotor
 from slow import slow_but_first
 
@@ -75,28 +73,3 @@ def test_blow_is_that_of_the_plant(result, law):
     assert max(forces) == pytest.approx(loop.largest_force, rel=1e-3)
     assert -min(gaps) == pytest.approx(loop.deepest, rel=1e-4)
     assert -masters(rotor)[1][0].real / SPEED == pytest.approx(loop.restitution, rel=1e-4)
-
-
-def test_study_writes_its_figure_and_its_data(runner, tmp_path):
-    result = runner("study", "contact_laws", "--restitution", "0.5", "-o", "out")
-    assert result.exit_code == 0, result.output
-    data = json.loads((tmp_path / "out" / "contact_laws.json").read_text(), parse_constant=pytest.fail)
-    assert data["laws"]["kelvin_voigt"]["restitution"] == pytest.approx(0.5)
-    assert min(imread(tmp_path / "out" / "contact_laws.png").shape[:2]) > 600
-
-
-BAD = {
-    "no speed": (["--speed", "0"], "speed = 0 m/s is not allowed; it must be > 0 m/s"),
-    "gain": (["--restitution", "1.1"], "restitution = 1.1 is not allowed; it must be from 0.15 to 1"),
-    "dead blow": (["--restitution", "0.1"], "restitution = 0.1 is not allowed; it must be from 0.15 to 1"),
-    "not a number": (["--restitution", "nan"], "restitution = nan is not allowed"),
-    "stiffness in metres": (["--k-c", "3 m"], "'3 m' has unit m, which cannot be converted to N/m"),
-    "contact that never ends": (["--delta-c", "1e12 m"], "does not leave the retainer within"),
-    "mass beyond measure": (["--mass", "1e300"], "mass = 1e300 is not allowed"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input_ends_with_one_message_and_nothing_written(refuses, case):
-    arguments, expected = BAD[case]
-    refuses(expected, "study", "contact_laws", *arguments)

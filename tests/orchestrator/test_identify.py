@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-import subprocess
-import sys
 import zipfile
 from dataclasses import replace
 
@@ -78,14 +76,7 @@ def test_speeds_that_succeed_are_kept_when_others_fail(runner, runs, tmp_path):
     assert result.exit_code == 1
     assert "identification failed at 4 of 6 speeds; t.toml has the 2 done" in result.stderr
     lines = [line for line in result.stdout.splitlines() if line.strip()]
-    words = (
-        "done",
-        "contact",
-        "waiting for a valid window",
-        "the receptance is ill-conditioned",
-        "amb_actuator failed",
-        "done",
-    )
+    words = ("done", "contact", "waiting for a valid window", "ill-conditioned", "amb_actuator failed", "done")
     for line, word in zip(lines[2:], words, strict=True):
         assert word in line
     kept = read_table(tmp_path / "t.toml", "bath_rig_thesis", RIG_LOOP, loop_parameters(RIG_LOOP, LOOP))
@@ -129,46 +120,17 @@ def test_speeds_are_the_twelve_of_the_thesis_unless_they_are_given(runner, runs,
     assert hertz == pytest.approx([5, 10, 15, 20, 22, 24, 25, 26, 27, 28, 29, 35])
 
 
-BAD = {
-    "no number": (["--speeds", "fast"], "speeds = 'fast' is no number"),
-    "wrong dimension": (["--speeds", "3 m"], "'3 m' has unit m, which cannot be converted to rad/s"),
-    "standstill": (["--speeds", "0"], "Omega = 0 rad/s is not allowed; it must be > 0 rad/s"),
-    "too slow for a window": (
-        ["--speeds", "10 Hz,15"],
-        "speeds = 15 rad/s is not allowed; it must be >= 31.4159 rad/s, rolac.min_speed",
-    ),
-    "speed as a setting": (["--set", "Omega=90"], "Omega cannot be set here; speeds sets it"),
-    "no such parameter": (["--set", "rolac_controller.alpha=1"], "rolac_controller has no variable 'alpha'"),
-    "no rotor file": (["--rotor", "none.toml"], "rotor file none.toml cannot be read"),
-    "no folder": (["-o", "no/t.toml"], "no/t.toml cannot be written to; there is no folder no"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input_ends_with_one_message_and_nothing_written(runner, tmp_path, case):
-    arguments, expected = BAD[case]
-    result = runner("identify", *arguments)
-    assert_refused(result, expected)
-    assert list(tmp_path.iterdir()) == []
-
-
-def assert_refused(result, expected, lines=1):
+def assert_refused(result, expected):
     assert result.exit_code == 2
     assert isinstance(result.exception, SystemExit)
     assert expected in result.stderr
-    assert len(result.stderr.strip().splitlines()) == lines
+    assert len(result.stderr.strip().splitlines()) == 1
 
 
 # Tables that are refused wherever they are given for the rig in the loop of the levitated system.
 WRONG = {
     "another rotor": (lambda t: replace(t, rotor="pump"), None, "it is of rotor 'pump', not of 'bath_rig_thesis'"),
     "truncated": (lambda t: t, -400, "is not valid TOML"),
-    "without its end": (
-        lambda t: t,
-        "[[receptance]] # 15.9155",
-        "it has 1 receptances but entries = 2; the file is incomplete",
-    ),
-    "empty": (lambda t: t, 0, "format is missing"),
 }
 OTHER_LOOP = (
     lambda t: replace(t, parameters=loop_parameters(RIG_LOOP, LOOP | {"mb1.c_b_x": 3e3})),
@@ -184,9 +146,7 @@ def wrong(table, tmp_path):
         change, cut, expected = WRONG[case]
         path = tmp_path / "t.toml"
         change(table).write(path)
-        text = path.read_text(encoding="utf-8")
-        if cut is not None:
-            path.write_text(text[: text.index(cut) if isinstance(cut, str) else cut], encoding="utf-8")
+        path.write_text(path.read_text(encoding="utf-8")[:cut], encoding="utf-8")
         return expected
 
     return write
@@ -206,7 +166,7 @@ def test_tables_that_do_not_belong_are_refused_and_stay_as_they_are(runner, wron
     expected = wrong(case)
     before = (tmp_path / "t.toml").read_bytes()
     result = runner(*command)
-    assert_refused(result, expected, lines=6 if case == "empty" else 1)  # one for each missing entry
+    assert_refused(result, expected)
     assert "table of receptances t.toml" in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["t.toml"]
     assert (tmp_path / "t.toml").read_bytes() == before
@@ -220,10 +180,6 @@ def test_tables_of_another_loop_are_refused(runner, table, tmp_path, command):
     table.write(tmp_path / "t.toml")
     setting = ["--set", "rolac_controller.chain.preset=1"]
     assert_refused(runner(*command, "t.toml", *setting), "chain.preset = 0, not 1; identify again")
-
-
-def test_a_missing_table_is_refused(runner):
-    assert_refused(runner("run", "fig5_6", "--receptances", "t.toml"), "table of receptances t.toml cannot be read")
 
 
 def test_a_table_without_a_controller_to_use_it_is_refused(runner, table, tmp_path):
@@ -285,31 +241,3 @@ def test_from_identification_to_a_run_with_what_it_found(cosim, tmp_path):
     assert touching.returncode == 1
     assert "contact" in touching.stdout
     assert len(read_table(tmp_path / "t.toml").entries) == 2
-
-
-# The command, which interrupts itself in the middle of the second speed.
-INTERRUPTED = """
-import os, signal
-from amb_cosim import studies
-from amb_cosim.commands.cli import main
-
-def interrupt(now):
-    if now.speeds_done == 1 and now.steps_done > 0:
-        os.kill(os.getpid(), signal.SIGINT)
-
-identify = studies.identify
-studies.identify = lambda *given, **named: identify(*given, **named, progress=interrupt)
-main(prog_name="amb-cosim")
-"""
-
-
-@pytest.mark.slow
-def test_ctrl_c_leaves_a_complete_table_of_the_speeds_before(tmp_path):
-    path = tmp_path / "t.toml"
-    command = [sys.executable, "-c", INTERRUPTED, "identify", "--flavour", "python"]
-    command += ["--speeds", "35 Hz,5 Hz,10 Hz", "-o", str(path)]
-    process = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
-    assert process.returncode == 130
-    assert "Traceback" not in process.stderr
-    assert "interrupted at t = " in process.stderr
-    assert [entry.speed for entry in read_table(path).entries] == [2.0 * math.pi * 35.0]

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
-from matplotlib.image import imread
 
 from amb_cosim import studies
 from amb_cosim.studies.reduced_models import ModelReduction, thesis_numbers
@@ -53,19 +50,3 @@ def test_every_mesh_has_the_mass_and_lumping_raises_the_inertia(result):
     inertias = [row.diametral_inertia for row in lumped]  # 23, 19, 13, 6 nodes
     assert inertias == sorted(inertias)
     assert body.diametral_inertia < inertias[0]
-
-
-@pytest.mark.slow
-def test_study_writes_its_figure_and_its_data(runner, tmp_path):
-    found = runner("study", "reduction", "--up-to", "20 rad/s", "-o", "out")
-    assert found.exit_code == 0, found.output
-    assert "not those of a coarser mesh of the same rotor" in found.stdout
-    data = json.loads((tmp_path / "out" / "reduction.json").read_text(), parse_constant=pytest.fail)
-    assert data["mean_errors"]["6_node"]["consistent"]["thesis_percent"] == 18.61
-    assert max(np.abs(data["frequencies"]["19_node"]["consistent"]["145"]["deviation_percent"])) < 1.7
-    assert data["printed_change_percent"][0] == pytest.approx(51.0, abs=0.1)
-    assert min(imread(tmp_path / "out" / "reduction.png").shape[:2]) > 600
-
-
-def test_no_speed_is_refused(refuses):
-    refuses("up-to = 0 rad/s is not allowed; it must be > 0 rad/s", "study", "reduction", "--up-to", "0")

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.image import imread
+from pump import LEVITATED, sensors
 from rig import LOOP
 
 from amb_cosim import studies
@@ -19,49 +18,6 @@ from rotor_analysis.receptance import receptance
 
 S5, S3 = 4, 2  # sensors in x at MB1 and MB2
 MB1, MB2 = 0, 2  # forces in x
-
-PUMP = """
-name = "pump"
-[shaft]
-nodes = [0.0, 0.3, 0.6, 0.9]
-diameter = 0.04
-youngs_modulus = 2.1e11
-density = 7800.0
-poissons_ratio = 0.3
-[[bodies]]
-name = "impeller"
-node = 2
-mass = 20.0
-radius = 0.1
-width = 0.02
-[[bearings]]
-name = "left"
-node = 1
-[[bearings]]
-name = "right"
-node = 4
-[reduction]
-masters = [1, 2, 4]
-"""
-SENSORS = "".join(f'[[sensors]]\nname = "plane{k}"\nnode = {node}\n' for k, node in enumerate((1, 1, 4, 4)))
-
-
-@pytest.mark.parametrize(
-    ("name", "rotor"), [("receptance", "bath_rig_thesis"), ("h_matrix", "bath_rig_thesis"), ("test_force", None)]
-)
-def test_study_writes_its_figure_and_its_data(runner, tmp_path, name, rotor):
-    result = runner("study", name)
-    assert result.exit_code == 0, result.output
-    assert f"results in results/study_{name}" in result.stdout
-    folder = tmp_path / "results" / f"study_{name}"
-    check_picture(folder / f"{name}.png")
-    assert json.loads((folder / f"{name}.json").read_text(), parse_constant=pytest.fail).get("rotor") == rotor
-
-
-def check_picture(path: Path) -> None:
-    picture = imread(path)[:, :, :3]
-    assert min(picture.shape[:2]) > 600
-    assert (picture.min(axis=2) < 0.99).mean() > 0.01
 
 
 def matrices(parts: dict) -> np.ndarray:
@@ -104,7 +60,7 @@ def test_damping_of_the_bearings_lowers_the_resonance(R):
 
 
 def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):
-    (tmp_path / "pump.toml").write_text(PUMP + SENSORS)
+    (tmp_path / "pump.toml").write_text(LEVITATED + sensors(1, 1, 4, 4))
     assert runner("study", "receptance", "--rotor", "pump.toml", "-o", "out").exit_code == 0
     data = json.loads((tmp_path / "out" / "receptance.json").read_text())
     assert (data["rotor"], data["planes_z_m"]) == ("pump", [0.0, 0.0, 0.9, 0.9])
@@ -220,7 +176,7 @@ def test_runs_are_those_of_the_scenario_but_for_the_step():
     assert scenario.record.every == 1
 
 
-def test_statistics_count_runs_that_recover_with_or_without_contact(monkeypatch, runner, tmp_path):
+def test_statistics_count_runs_that_recover_with_or_without_contact(monkeypatch, runner, check_picture, tmp_path):
     """Of four instants one run never touches, one is free after 3 cycles, one after 9, one never."""
     last = {5.0: (True, None), 5.25: (True, 8.25), 5.5: (True, 14.5), 5.75: (False, 60.0)}
     result_of = recovery_trials.TrialResult
@@ -237,48 +193,3 @@ def test_statistics_count_runs_that_recover_with_or_without_contact(monkeypatch,
     assert (cell["recovered_share"], cell["median_cycles"]) == (0.75, 3.0)
     assert [run["step_cycle"] for run in cell["runs"]] == list(last)
     assert [run["cycles"] for run in cell["runs"]] == [0.0, 3.0, 9.0, 54.25]
-
-
-@pytest.mark.slow
-def test_recovery_writes_its_figure_and_its_data(cosim, tmp_path):
-    process = cosim("study", "recovery", "--steps", "20 g.m", "--instants", "1")
-    assert process.returncode == 0, process.stderr
-    folder = tmp_path / "results" / "study_recovery"
-    check_picture(folder / "recovery.png")
-    data = json.loads((folder / "recovery.json").read_text(), parse_constant=pytest.fail)
-    shares = {control: cells[0]["recovered_share"] for control, cells in data["controls"].items()}
-    assert (shares["PID"], shares["PID + contact-aware ROLAC"]) == (0.0, 1.0)
-
-
-BAD = {
-    "no range of the receptance": (
-        ["receptance", "--up-to", "1 Hz"],
-        "up-to = 6.28319 rad/s is not allowed; it must be > 6.283 rad/s",
-    ),
-    "no range of the force": (["test_force", "--up-to", "5 Hz"], "up-to = 5 Hz is not allowed; it must be > 5 Hz"),
-    "no stiffness": (["h_matrix", "--k-b", "0"], "k-b = 0 N/m is not allowed; it must be > 0 N/m"),
-    "no damping": (["receptance", "--c-b", "0"], "c-b = 0 N s/m is not allowed; it must be > 0 N s/m"),
-    "stiffness in metres": (["receptance", "--k-b", "3 m"], "'3 m' has unit m, which cannot be converted to N/m"),
-    "rotor without sensors": (
-        ["h_matrix", "--rotor", "bare.toml"],
-        "bearing 'left' has no sensors: none is among the planes (none)",
-    ),
-    "sensors in one plane": (
-        ["h_matrix", "--rotor", "blind.toml"],
-        "bearing 'right' has no sensors of its own",
-    ),
-    "no unbalance": (["recovery", "--steps", "8,0 g.m"], "steps = 0 kg m is not allowed; it must be > 0 kg m"),
-    "unbalance in metres": (["recovery", "--steps", "8 m"], "'8 m' has unit m, which cannot be converted to kg.m"),
-    "unbalance that is no number": (["recovery", "--steps", "8,much"], "unknown unit 'much'"),
-    "no instants": (["recovery", "--instants", "0"], "instants = 0 is not allowed; it must be from 1 to 1000"),
-    "negative rate": (["recovery", "--alpha", "-1"], "rolac.alpha = -1 1/s is not allowed; it must be >= 0 1/s"),
-    "rate in metres": (["recovery", "--alpha", "1 m"], "'1 m' has unit m, which cannot be converted to 1/s"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input_ends_with_one_message_and_nothing_written(refuses, tmp_path, case):
-    arguments, expected = BAD[case]
-    (tmp_path / "bare.toml").write_text(PUMP)
-    (tmp_path / "blind.toml").write_text(PUMP + SENSORS.replace("node = 4", "node = 1"))
-    refuses(expected, "study", *arguments)

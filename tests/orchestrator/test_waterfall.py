@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-from matplotlib.image import imread
 
 from amb_cosim import studies
 from amb_cosim.cosim.simulation import Outcome
@@ -55,7 +54,7 @@ def test_peak_of_a_sweep_is_its_resonance(make):
     assert found.speeds == pytest.approx(10.0 + 10.0 * found.times)
 
 
-def test_saved_result_gives_figure_and_data(make, runner, tmp_path):
+def test_saved_result_gives_figure_and_data(make, runner, check_picture, tmp_path):
     make(whirl(0.3e-3, 50.0)).save(tmp_path / "run", plots=False)
     result = runner("study", "waterfall", "run", "--up-to", "80 Hz", "-o", "out")
     assert result.exit_code == 0, result.output
@@ -63,26 +62,7 @@ def test_saved_result_gives_figure_and_data(make, runner, tmp_path):
     assert data["window_s"] == pytest.approx(0.5)
     assert max(np.abs(data["frequencies_hz"])) <= 80.0
     assert len(data["bearings"]["mb1"]["amplitude_m"]) == len(data["times_s"])
-    assert min(imread(tmp_path / "out" / "waterfall.png").shape[:2]) > 600
-
-
-BAD = {
-    "no scenario": (["fig4_99"], "no scenario 'fig4_99'"),
-    "window longer than the run": (
-        ["run", "--window", "5 s"],
-        "window = 5 s is not allowed; it must be >= 0.0032 s and <=",
-    ),
-    "window of no time": (["run", "--window", "0"], "window = 0 s is not allowed"),
-    "no frequency": (["run", "--up-to", "0"], "up-to = 0 Hz is not allowed; it must be > 0 Hz"),
-    "setting for a saved result": (["run", "--set", "a.b=1"], "run is a saved result; nothing can be set for it"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input_ends_with_one_message_and_nothing_written(make, refuses, tmp_path, case):
-    make(whirl(0.3e-3, 50.0)).save(tmp_path / "run", plots=False)
-    arguments, expected = BAD[case]
-    refuses(expected, "study", "waterfall", *arguments)
+    check_picture(tmp_path / "out" / "waterfall.png")
 
 
 @pytest.mark.parametrize("samples", [0, 1])

@@ -26,7 +26,7 @@ def small() -> Scenario:
     return load_scenario("fig4_9").changed(settle_cycles=2)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def cluster(cache: Path) -> Any:
     """Address of a local cluster with two processes."""
     from amb_cosim.sweeps.engine import connect

@@ -142,6 +142,8 @@ def test_no_scheduler_is_an_error_of_the_input(small, tmp_path, monkeypatch):
     monkeypatch.setattr("amb_cosim.sweeps.engine.ANSWER_TIME", 1)
     with pytest.raises(ValueError, match="no Dask scheduler answers at tcp:"):
         amb_cosim.sweep(small, VARY, until=UNTIL, output=tmp_path, scheduler="tcp://127.0.0.1:9", progress=False)
+    with pytest.raises(ValueError, match="--jobs is for a local cluster"):
+        amb_cosim.sweep(small, VARY, until=UNTIL, output=tmp_path, scheduler="tcp://127.0.0.1:9", jobs=2)
 
 
 def test_a_sweep_waits_with_its_own_client_beside_one_of_the_caller(cluster):

@@ -45,27 +45,6 @@ def test_the_command_maps_a_scenario_and_goes_on(command, tmp_path):
     assert "metrics" in different.output
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ([], "nothing is varied"),
-        (["--vary", "Omega=1:2"], "Omega has no number of values"),
-        (["--vary", "Omega=-1,2"], "Omega = -1"),
-        (["--vary", "Omega=200,220", "--refine", "3"], "--refine 3 is not allowed; it must be"),
-        (["--vary", "Omega=200:220", "--sample", "lhs:4", "--refine", "0.1"], "--refine needs a grid"),
-        (["--vary", "Omega=200,220", "--boundary", "shape", "--refine", "0.1"], "--boundary shape is not allowed"),
-        (["--vary", "Omega=200,220", "--keep", "nothing"], "--keep nothing is not allowed"),
-        (["--vary", "Omega=200,220", "--metric", "missing.py:f"], "--metric missing.py:f is not allowed"),
-        (["--vary", "Omega=200,220", "--jobs", "2"], "--jobs is for a local cluster"),
-    ],
-)
-def test_bad_input_is_one_message_and_exit_code_2(command, options, message):
-    result = command(*options)
-    assert result.exit_code == 2, result.output
-    assert message in result.output
-    assert "Traceback" not in result.output
-
-
 @pytest.mark.parametrize("name", READY)
 def test_ready_sweeps_fit_their_scenarios(name):
     study = READY[name]

@@ -1,0 +1,213 @@
+"""Bad input of every command: one message, exit code 2, and nothing written."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+from pump import LEVITATED, SHAFT, sensors
+
+from amb_cosim.cosim.simulation import Outcome
+from amb_cosim.results.result import Result
+from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
+
+ROSS = Path(__file__).parents[1] / "reference" / "ross"
+
+FMU = "description = 'd'\nOmega = 100\nend_cycle = 1\nfmu.amb_actuator = '{}'\n"
+
+FILES = {
+    "shaft.toml": SHAFT,
+    "bare.toml": LEVITATED,
+    "blind.toml": LEVITATED + sensors(1, 1, 1, 1),
+    "long.toml": DEFAULT_ROTOR.read_text(encoding="utf-8").replace("node = 13", "node = 40", 1),
+    "text.fmu": "not a zip",
+    "text.toml": FMU.format("text.fmu"),
+    "none.toml": FMU.format("none.fmu"),
+    "taken": "",
+}
+
+
+@pytest.fixture(scope="module")
+def saved(synthetic, tmp_path_factory) -> Path:
+    """Folder of a saved result of 20 cycles."""
+    dataset = synthetic(outcome=json.dumps(["completed", 0.4, None, ""]))
+    return Result(dataset, Outcome("completed", 0.4)).save(tmp_path_factory.mktemp("saved"), plots=False)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, saved: Path) -> Path:
+    """A folder with bad files, an empty folder `empty`, and the saved result `run`."""
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "run").symlink_to(saved)
+    return tmp_path
+
+
+MANY = "1" * 400
+CLEARANCE = "run fig4_9 --set rotor_contact.rb1.clearance="
+SWEEP = "sweep fig4_9 --vary Omega=200,220"
+
+RUN = {
+    "run fig4_8": "no scenario 'fig4_8'; did you mean fig4_",
+    "run mine.toml": "no file 'mine.toml'",
+    "run none.toml": "none.fmu",
+    "run text.toml": "text.fmu cannot be unpacked: it is no zip archive",
+    "run fig4_9 --set rotor.d1.u=1": "no component 'rotor'; did you mean",
+    "run fig4_9 --set rotor_contact.d1.v=1": "no variable 'd1.v'; did you mean d1.",
+    "run fig4_9 --set rotor_contact.d9*=1": "no parameter or input 'd9*'",
+    "run fig4_9 --set omega=1": "'omega' is no component.variable and no signal; did you mean Omega",
+    "run fig4_9 --set rotor_contact.d1.u": "write component.variable=value",
+    "run fig4_9 --set 'rotor_contact.d1.u=1 furlong.q'": "unknown unit 'furlong.q'",
+    "run fig4_9 --set 'rotor_contact.d1.u=1 m'": "which cannot be converted to kg.m",
+    "run fig4_9 --set rotor_contact.d1.u=big": "is no number",
+    f"{CLEARANCE}'-0.75 mm'": "clearance = -0.00075 m (-0.75 mm) is not allowed; it must be >= 1e-06",
+    "run fig4_9 --set rotor_contact.d1.u=nan": "d1.u = nan kg.m is not allowed",
+    "run fig4_9 --set rotor_contact.mb1.x=0": "rotor_contact.mb1.x is an output and cannot be set",
+    "run fig4_9 --set rotor_contact.mb1.f_x=0": "mb1.f_x cannot be set; it is connected to amb_actuator.mb1.f_x",
+    "run fig4_9 --set rotor_contact.Omega=0": "Omega = 0 rad/s is not allowed; it must be > 0",
+    "run fig4_9 --until 0": "until = 0 s is not allowed; it must be > 0 s",
+    "run fig4_9 --until -1": "until = -1 s is not allowed",
+    "run fig4_9 --until nan": "until = nan s is not allowed",
+    "run fig4_9 --until 0.0001": "whole multiple of the communication step 0.00025 s",
+    "run fig4_9 --until 1e308": "until = 1e+308 s is not allowed; it must be within 2.5e+08 s",
+    "run fig4_9 --until 1e15": "until = 1e+15 s is not allowed",
+    "run fig4_9 --until 1e-308": "until = 1e-308 s is not allowed",
+    "run fig4_9 --set 'rolac_controller.sample_time=200 us'": (
+        "sample_time = 0.0002 s is not allowed; it must be at least the communication step 0.00025 s"
+    ),
+    "run fig4_9 -o taken": "taken cannot be written to; it is a file",
+    "run fig4_9 --summary-json no/s.json": "no/s.json cannot be written to",
+    "run fig5_6 --receptances t.toml": "table of receptances t.toml cannot be read",
+    f"{CLEARANCE}{MANY}": "rotor_contact.rb1.clearance = 1111111111",
+    f"{CLEARANCE}'1 m/0'": "unknown unit 'm/0'",
+    f"{CLEARANCE}'0.6 #'": "unknown unit '#'",
+    f"{CLEARANCE}'1 {'m.' * 3000}m'": "unknown unit 'm.m.m.m.",
+    f"{CLEARANCE}'1 m**9**9**9**9'": "unknown unit 'm**9**9**9**9'",
+    "run fig4_9 --set Omega=1e-99": " s is not allowed; it must be within 2.5e+08 s",
+    "build -o fmus --rotor long.toml": "bodies[3].node (d4) = 40 is not allowed; it must be a node number from 1 to 13",
+    "build -o fmus --platform linux64,amiga": "amiga",
+    "build -o fmus --flavour python --platform darwin64": "PythonFMU has no library for darwin64",
+    "export-ssp fig4_99 -o none.ssp": "did you mean fig4_9",
+}
+
+ANALYSES = {
+    "modes --rotor nope.toml": "rotor file nope.toml cannot be read",
+    "modes --speeds 90,fast": "speeds = 'fast' is no number",
+    "modes --speeds -5": "speeds = -5 rad/s is not allowed; it must be >= 0 rad/s",
+    "modes --count 0": "count = 0 is not allowed; it must be 1 or more",
+    "study campbell --up-to '3 m'": "'3 m' has unit m, which cannot be converted to rad/s",
+    "study campbell --up-to 0": "up-to = 0 rad/s is not allowed; it must be > 0 rad/s",
+    "study reduction --up-to 0": "up-to = 0 rad/s is not allowed; it must be > 0 rad/s",
+    "study tables --planes 1,x": "planes = 1,x is not allowed; it must be node",
+    "study tables --planes 4,99": "planes [99] are not in the model",
+    "study unbalance_response --node 99": "node = 99 is not allowed; it must be a node",
+    "study unbalance_response --unbalance 0": "unbalance = 0 kg m is not allowed",
+    "study unbalance_response --clearance '-1 mm'": "clearance = -0.001 m is not allowed",
+    "study unbalance_response --rotor shaft.toml": "node is missing: a rotor without disc planes",
+    "study modes -o taken": "taken cannot be written to",
+    "rotor import missing.toml": "ROSS file missing.toml cannot be read: No such file or directory",
+    f"rotor import {DEFAULT_ROTOR}": "it must be a rotor saved by ROSS as TOML",
+    f"rotor import {ROSS}/cone.toml -o away/cone.toml": "there is no folder away",
+    f"rotor show {DEFAULT_ROTOR} -o .": "it is a folder",
+    **{
+        f"study {study} --up-to {speed}": "up-to = "
+        for study in ("campbell", "tables", "unbalance_response", "receptance", "test_force", "h_matrix")
+        for speed in ("1e308", "1e15")
+    },
+}
+
+CONTROL = {
+    "study linearisation --bias-current 0": "bias-current = 0 A is not allowed; it must be > 0 A",
+    "study linearisation --bias-current '3 m'": "'3 m' has unit m, which cannot be converted to A",
+    "study linearisation --bias-current 1e-300": "bias-current = 1e-300 is not allowed",
+    "study linearisation --bias-current 1e-99": "bias-current = 1e-99 A is not allowed",
+    "study linearisation --static-current 9": "bias_current = 4.43 A plus static_current = 9 A is not allowed",
+    "study sensitivity --speed fast": "speed = 'fast' is no number",
+    "study sensitivity --speed 0": "Omega = 0 rad/s is not allowed; it must be > 0 rad/s",
+    "study sensitivity --sample-time 0": "sample-time = 0 s is not allowed",
+    "study sensitivity --sample-time '1 ms'": "the loop is not stable: a vibration of",
+    "study sensitivity --amplifier --delay": "the loop is not stable: a vibration of",
+    "study sensitivity --set rolac_controller.*.c_d_?=1": "rolac_controller has no parameter or input '*.c_d_?'",
+    "study sensitivity --set 'rolac_controller.sample_time=500 us'": (
+        "rolac_controller.sample_time cannot be set here; sample-time sets it"
+    ),
+    "study sensitivity --set 'rotor_contact.d1.u=1 g.m'": "d1.u cannot be set here; only parameters can",
+    "study sensitivity --set amb_actuator.mb1.amplifier_gain_x=0": (
+        "amplifier_gain = 0 A/V is not allowed; it must not be 0"
+    ),
+    "study receptance --up-to '1 Hz'": "up-to = 6.28319 rad/s is not allowed; it must be > 6.283 rad/s",
+    "study receptance --c-b 0": "c-b = 0 N s/m is not allowed; it must be > 0 N s/m",
+    "study receptance --k-b '3 m'": "'3 m' has unit m, which cannot be converted to N/m",
+    "study receptance --k-b 1e300": "k-b = 1e300 is not allowed",
+    "study test_force --up-to '5 Hz'": "up-to = 5 Hz is not allowed; it must be > 5 Hz",
+    "study h_matrix --k-b 0": "k-b = 0 N/m is not allowed; it must be > 0 N/m",
+    "study h_matrix --rotor bare.toml": "bearing 'left' has no sensors: none is among the planes (none)",
+    "study h_matrix --rotor blind.toml": "bearing 'right' has no sensors of its own",
+    "study recovery --steps '8,0 g.m'": "steps = 0 kg m is not allowed; it must be > 0 kg m",
+    "study recovery --steps '8 m'": "'8 m' has unit m, which cannot be converted to kg.m",
+    "study recovery --steps 8,much": "unknown unit 'much'",
+    "study recovery --instants 0": "instants = 0 is not allowed; it must be from 1 to 1000",
+    f"study recovery --instants {MANY}": "it must be from 1 to 1000",
+    "study recovery --alpha -1": "rolac.alpha = -1 1/s is not allowed; it must be >= 0 1/s",
+    "study recovery --alpha '1 m'": "'1 m' has unit m, which cannot be converted to 1/s",
+    f"study convergence --starts {MANY}": "it must be from 0 to 1000",
+    "identify --speeds fast": "speeds = 'fast' is no number",
+    "identify --speeds '3 m'": "'3 m' has unit m, which cannot be converted to rad/s",
+    "identify --speeds 0": "Omega = 0 rad/s is not allowed; it must be > 0 rad/s",
+    "identify --speeds 5e-324": "speeds = 5e-324 is not allowed; it must be from 1e-100",
+    "identify --speeds 1e-99": " is not allowed; it must be ",
+    "identify --speeds '10 Hz,15'": "speeds = 15 rad/s is not allowed; it must be >= 31.4159 rad/s, rolac.min_speed",
+    "identify --set Omega=90": "Omega cannot be set here; speeds sets it",
+    "identify --set rolac_controller.alpha=1": "rolac_controller has no variable 'alpha'",
+    "identify --rotor nope.toml": "rotor file nope.toml cannot be read",
+    "identify -o no/t.toml": "no/t.toml cannot be written to; there is no folder no",
+}
+
+RESULTS = {
+    "study contact_laws --speed 0": "speed = 0 m/s is not allowed; it must be > 0 m/s",
+    "study contact_laws --restitution 1.1": "restitution = 1.1 is not allowed; it must be from 0.15 to 1",
+    "study contact_laws --restitution 0.1": "restitution = 0.1 is not allowed; it must be from 0.15 to 1",
+    "study contact_laws --restitution nan": "restitution = nan is not allowed",
+    "study contact_laws --k-c '3 m'": "'3 m' has unit m, which cannot be converted to N/m",
+    "study contact_laws --delta-c '1e12 m'": "does not leave the retainer within",
+    "study contact_laws --mass 1e300": "mass = 1e300 is not allowed",
+    "study waterfall fig4_99": "no scenario 'fig4_99'",
+    "study waterfall run --window '5 s'": "window = 5 s is not allowed; it must be >= 0.0032 s and <=",
+    "study waterfall run --window 0": "window = 0 s is not allowed",
+    "study waterfall run --up-to 0": "up-to = 0 Hz is not allowed; it must be > 0 Hz",
+    "study waterfall run --set a.b=1": "run is a saved result; nothing can be set for it",
+    "animate nowhere": "no result nowhere",
+    "animate run -o orbits.webp": "its name must end with .gif or .mp4",
+    "animate run -o no/orbits.gif": "there is no folder no",
+    "animate run --begin 30 --end 40": "cycles 30 to 40 are not allowed",
+    "animate run --begin 7 --end 6": "cycles 7 to 6 are not allowed; they must ascend",
+    "animate run --frames-per-cycle 1000": "20001 pictures are not allowed; 3000 are",
+    "animate run --frames-per-cycle 0": "frames per cycle = 0 is not allowed; it must be > 0",
+    "animate run --begin nan": "cycles nan to 20 are not allowed",
+    "animate run --frames-per-second 0": "frames per second = 0 is not allowed; it must be from 1 to 100",
+    "animate run --trail 0": "trail = 0 cycles is not allowed",
+    "compare fig4_9": "1 runs are not allowed; it must be from 2 to 8 that are compared",
+    "compare fig4_9 fig4_99": "fig4_99",
+    "compare fig4_9 empty": "no result empty/result.nc",
+    "compare fig4_9 run --set 2:a.b=1": "run is a saved result; {'a.b': '1'} cannot be set for it",
+    "compare run run --set a.b=1": "nothing can be set for them",
+    "compare run run --set 3:a.b=1": "there is no run 3; it must be from 1 to 2",
+    "compare fig4_9 fig4_9 --set 2:a.b": "'a.b' is no setting",
+    "compare fig4_9 fig4_9 --flavour 2:java": "flavour = 'java' is not allowed",
+    "sweep fig4_9": "nothing is varied",
+    "sweep fig4_9 --vary Omega=1:2": "Omega has no number of values",
+    "sweep fig4_9 --vary Omega=-1,2": "Omega = -1",
+    f"{SWEEP} --refine 3": "--refine 3 is not allowed; it must be",
+    "sweep fig4_9 --vary Omega=200:220 --sample lhs:4 --refine 0.1": "--refine needs a grid",
+    f"{SWEEP} --boundary shape --refine 0.1": "--boundary shape is not allowed",
+    f"{SWEEP} --keep nothing": "--keep nothing is not allowed",
+    f"{SWEEP} --metric missing.py:f": "--metric missing.py:f is not allowed",
+}
+
+
+@pytest.mark.parametrize(("command", "message"), (RUN | ANALYSES | CONTROL | RESULTS).items())
+def test_bad_input_ends_with_one_message_and_nothing_written(folder, refuses, command, message):
+    refuses(message, *shlex.split(command))

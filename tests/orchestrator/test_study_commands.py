@@ -1,0 +1,77 @@
+"""Studies on the command line: each prints its tables, and writes its figure and its data."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from pump import UNSTABLE
+
+
+def is_of(rotor: str) -> Callable[[dict[str, Any]], bool]:
+    return lambda data: data["rotor"] == rotor
+
+
+def has_restitution(data: dict[str, Any]) -> bool:
+    return data["laws"]["kelvin_voigt"]["restitution"] == pytest.approx(0.5)
+
+
+def stands_beside_the_print(data: dict[str, Any]) -> bool:
+    deviations = data["frequencies"]["19_node"]["consistent"]["145"]["deviation_percent"]
+    printed = data["mean_errors"]["6_node"]["consistent"]["thesis_percent"], data["printed_change_percent"][0]
+    return printed == pytest.approx((18.61, 51.0), abs=0.1) and max(np.abs(deviations)) < 1.7
+
+
+def frees_by_contact_aware_control(data: dict[str, Any]) -> bool:
+    shares = {control: cells[0]["recovered_share"] for control, cells in data["controls"].items()}
+    return (shares["PID"], shares["PID + contact-aware ROLAC"]) == (0.0, 1.0)
+
+
+def has_data(data: dict[str, Any]) -> bool:
+    return len(data) > 0
+
+
+OF_A_ROTOR = ("campbell", "modes", "tables", "unbalance_response")
+OF_THE_RIG = is_of("bath_rig_thesis")
+# Command, part of what it prints, and what is true of its data.
+STUDIES = [
+    *((f"{name} --rotor pump.toml", "", is_of("pump")) for name in OF_A_ROTOR),
+    ("receptance", "", OF_THE_RIG),
+    ("h_matrix", "", OF_THE_RIG),
+    ("test_force", "", has_data),
+    ("contact_laws --restitution 0.5", "", has_restitution),
+]
+SLOW = [
+    *((name, "", OF_THE_RIG) for name in OF_A_ROTOR),
+    ("linearisation", "2376.96 N/mm, 563.15 N/A", has_data),
+    ("sensitivity", "zone D (ISO 14839-3: A below 3, B below 4, C below 5)", has_data),
+    ("coupling", "nonlinear law", has_data),
+    ("reduction --up-to '20 rad/s'", "not those of a coarser mesh of the same rotor", stands_beside_the_print),
+    ("recovery --steps '20 g.m' --instants 1", "", frees_by_contact_aware_control),
+]
+
+
+@pytest.mark.parametrize(
+    ("command", "printed", "is_right"), [*STUDIES, *(pytest.param(*study, marks=pytest.mark.slow) for study in SLOW)]
+)
+def test_study_writes_its_figure_and_its_data(runner, check_picture, tmp_path, command, printed, is_right):
+    (tmp_path / "pump.toml").write_text(UNSTABLE)
+    name, *options = shlex.split(command)
+    result = runner("study", name, *options)
+    assert result.exit_code == 0, result.output
+    assert printed in result.stdout
+    assert f"results in results/study_{name}" in result.stdout
+    folder = tmp_path / "results" / f"study_{name}"
+    assert sorted(path.name for path in folder.iterdir()) == [f"{name}.json", f"{name}.png"]
+    assert is_right(json.loads((folder / f"{name}.json").read_text(), parse_constant=pytest.fail))
+    check_picture(folder / f"{name}.png")
+
+
+def test_studies_of_the_rig_take_no_rotor_file(runner):
+    result = runner("study", "linearisation", "--rotor", "pump.toml")
+    assert result.exit_code == 2
+    assert "No such option" in result.stderr
