@@ -64,6 +64,8 @@ def test_rpm_and_degree_carry_the_radian_and_their_factor():
         ("3", "A", 3.0),
         (3, "A", 3.0),
         ("50 %", "1", 0.5),
+        ("250 us", "s", 250e-6),
+        ("16 Hz", "Hz", 16.0),
     ],
 )
 def test_values_convert_to_the_unit_of_the_variable(text, unit, value):
@@ -80,6 +82,7 @@ def test_a_common_conversion_is_that_of_pint_to_the_last_bit(given, unit):
 
 def test_a_speed_in_hertz_means_revolutions_per_second():
     assert to_unit("16 Hz", "rad/s", "Omega") == pytest.approx(2 * math.pi * 16, rel=1e-12)
+    assert to_unit("0.016 kHz", "rad/s", "Omega") == pytest.approx(2 * math.pi * 16, rel=1e-12)
     assert to_unit("960 rpm", "rad/s", "Omega") == pytest.approx(2 * math.pi * 16, rel=1e-12)
     assert to_unit("960 rpm", "Hz", "f") == pytest.approx(16, rel=1e-12)
     assert to_unit("6.283185307179586 rad/s", "Hz", "f") == pytest.approx(1, rel=1e-12)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from interfaces import interface
 from scipy.linalg import expm
 
 from amb_cosim.cosim.errors import StepFailed
-from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.master import Master, Wiring
 from amb_cosim.cosim.system import Component, Connection, System
 
@@ -135,9 +136,6 @@ def test_a_component_with_a_rate_of_its_own_is_refused():
 
 
 def test_weights_follow_from_what_outputs_depend_on():
-    def interface(*ports):
-        return FmuInterface("m", "g", "1", {port.name: port for port in ports})
-
     interfaces = {
         "plant": interface(
             Port("f", "Real", "input", 0),

@@ -3,23 +3,17 @@
 from dataclasses import replace
 
 import pytest
+from interfaces import of_reals
 
-from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.patterns import expand
 from amb_cosim.cosim.system import Component, Connection, Signal, System
-
-
-def interface(inputs=(), outputs=(), parameters=()):
-    kinds = {"input": inputs, "output": outputs, "parameter": parameters}
-    names = [(name, kind) for kind, of_kind in kinds.items() for name in of_kind]
-    return FmuInterface("m", "g", "1", {name: Port(name, "Real", kind, k) for k, (name, kind) in enumerate(names)})
 
 
 def interfaces(bearings):
     axes = [f"{b}.{a}" for b in bearings for a in "xy"]
     return {
-        "magnet": interface(axes, [f"{b}.f_{a}" for b in bearings for a in "xy"], [f"{b}.gap" for b in bearings]),
-        "rotor": interface([*(f"{b}.f_{a}" for b in bearings for a in "xy"), "disc.f_x"], [*axes, "probe.x"]),
+        "magnet": of_reals(axes, [f"{b}.f_{a}" for b in bearings for a in "xy"], [f"{b}.gap" for b in bearings]),
+        "rotor": of_reals([*(f"{b}.f_{a}" for b in bearings for a in "xy"), "disc.f_x"], [*axes, "probe.x"]),
     }
 
 

@@ -9,8 +9,9 @@ import signal
 from dataclasses import replace
 
 import pytest
+from interfaces import interface
 
-from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.system import Component, Connection, Signal, System
@@ -18,37 +19,21 @@ from amb_cosim.scenario.plan import parse_settings, plan_scenario
 from amb_cosim.scenario.scenario import parse_scenario
 
 INTERFACES = {
-    "sampler": FmuInterface(
-        "sampler",
-        "guid",
-        "1",
-        {
-            port.name: port
-            for port in (
-                Port("sample_time", "Real", "parameter", 0, "s", start=250e-6, minimum=1e-6),
-                Port("k_x", "Real", "parameter", 1, "N/m", start=1.0),
-                Port("k_y", "Real", "parameter", 2, "N/m", start=1.0),
-                Port("Omega", "Real", "input", 3, unit="rad/s", minimum=0.0, maximum=500.0),
-                Port("x", "Real", "input", 4, unit="m"),
-                Port("i", "Real", "output", 5, unit="A"),
-                Port("gain", "Real", "parameter", 6, start=1.0, variability="tunable"),
-            )
-        },
+    "sampler": interface(
+        Port("sample_time", "Real", "parameter", 0, "s", start=250e-6, minimum=1e-6),
+        Port("k_x", "Real", "parameter", 1, "N/m", start=1.0),
+        Port("k_y", "Real", "parameter", 2, "N/m", start=1.0),
+        Port("Omega", "Real", "input", 3, unit="rad/s", minimum=0.0, maximum=500.0),
+        Port("x", "Real", "input", 4, unit="m"),
+        Port("i", "Real", "output", 5, unit="A"),
+        Port("gain", "Real", "parameter", 6, start=1.0, variability="tunable"),
     ),
-    "rotor": FmuInterface(
-        "rotor",
-        "guid",
-        "1",
-        {
-            port.name: port
-            for port in (
-                Port("Omega", "Real", "input", 0, unit="rad/s", minimum=-1e4, maximum=1e4),
-                Port("d1.u", "Real", "input", 1, unit="kg.m", minimum=0.0, maximum=0.1),
-                Port("d2.u", "Real", "input", 2, unit="kg.m", start=0.003),
-                Port("x", "Real", "output", 3, unit="m"),
-                Port("Omega_dot", "Real", "input", 4, unit="rad/s2"),
-            )
-        },
+    "rotor": interface(
+        Port("Omega", "Real", "input", 0, unit="rad/s", minimum=-1e4, maximum=1e4),
+        Port("d1.u", "Real", "input", 1, unit="kg.m", minimum=0.0, maximum=0.1),
+        Port("d2.u", "Real", "input", 2, unit="kg.m", start=0.003),
+        Port("x", "Real", "output", 3, unit="m"),
+        Port("Omega_dot", "Real", "input", 4, unit="rad/s2"),
     ),
 }
 SYSTEM = System(
@@ -78,8 +63,9 @@ PERIOD = 2.0 * math.pi / 100.0
 H = 250e-6
 
 
-def plan(settings=None, until=None, extra="", scenario=SCENARIO):
-    return plan_scenario(parse_scenario(extra + scenario, "mine"), Assembly(SYSTEM, {}, INTERFACES), settings, until)
+def plan(settings=None, until=None, scenario=SCENARIO, system=SYSTEM, extra="", **interfaces):
+    assembly = Assembly(system, {}, INTERFACES | interfaces)
+    return plan_scenario(parse_scenario(extra + scenario, "mine"), assembly, settings, until)
 
 
 def test_moments_are_the_nearest_communication_points():
@@ -101,16 +87,16 @@ def test_the_factor_scales_what_the_scenario_sets_and_nothing_else():
 
 def test_scenario_and_settings_override_parameters_of_the_system():
     system = replace(SYSTEM, parameters={"sampler": {"k_?": 5.0}})
-    scenario = parse_scenario(SCENARIO + "[parameters.sampler]\nk_y = 6\n", "mine")
-    p = plan_scenario(scenario, Assembly(system, {}, INTERFACES))
+    given = {"scenario": SCENARIO + "[parameters.sampler]\nk_y = 6\n", "system": system}
+    p = plan(**given)
     assert (p.parameters["sampler"]["k_x"], p.parameters["sampler"]["k_y"]) == (5.0, 6.0)
-    p = plan_scenario(scenario, Assembly(system, {}, INTERFACES), {"sampler.k_y": "7"})
+    p = plan({"sampler.k_y": "7"}, **given)
     assert (p.parameters["sampler"]["k_x"], p.parameters["sampler"]["k_y"]) == (5.0, 7.0)
 
 
 def test_a_scaled_value_is_held_against_the_limits():
     with pytest.raises(ValueError, match=r"unbalance_factor times rotor\.d1\.u = 0\.12 kg\.m is not allowed"):
-        plan_scenario(parse_scenario(SCENARIO.replace("10 g.m", "60 g.m"), "mine"), Assembly(SYSTEM, {}, INTERFACES))
+        plan(scenario=SCENARIO.replace("10 g.m", "60 g.m"))
 
 
 def test_a_new_speed_moves_the_cycles_and_reaches_all_targets():
@@ -137,7 +123,7 @@ Omega = "300 rad/s"
 
 
 def changing(points=RUN_UP, settings=None, system=SYSTEM, scenario=SCENARIO):
-    return plan_scenario(parse_scenario(scenario + points, "mine"), Assembly(system, {}, INTERFACES), settings)
+    return plan(settings, scenario=scenario + points, system=system)
 
 
 def test_a_speed_profile_stands_on_communication_points():
@@ -179,11 +165,7 @@ def test_a_system_whose_speed_cannot_change_refuses_a_profile():
 
 
 def test_the_end_may_be_a_time():
-    p = plan_scenario(
-        parse_scenario(SCENARIO.replace("end_cycle = 10", "end_time = '300 ms'"), "mine"),
-        Assembly(SYSTEM, {}, INTERFACES),
-    )
-    assert p.last == 1200
+    assert plan(scenario=SCENARIO.replace("end_cycle = 10", "end_time = '300 ms'")).last == 1200
 
 
 def test_sample_time_sets_the_rate_and_settling_fits_it():
@@ -193,19 +175,17 @@ def test_sample_time_sets_the_rate_and_settling_fits_it():
     assert p.first <= -2 * PERIOD / H
 
 
-def sampler_of_any_step(scenario=SCENARIO, **settings):
-    interfaces = INTERFACES | {"sampler": replace(INTERFACES["sampler"], takes_any_step=True)}
-    given = {f"sampler.{name}": value for name, value in settings.items()}
-    return plan_scenario(parse_scenario(scenario, "mine"), Assembly(SYSTEM, {}, interfaces), given)
+def sampler_of_any_step(sample_time):
+    return plan({"sampler.sample_time": sample_time}, sampler=replace(INTERFACES["sampler"], takes_any_step=True))
 
 
 @pytest.mark.parametrize("sample_time", ["250 us", "1.75 ms", "300 us"])
 def test_an_fmu_that_takes_any_step_gets_every_step(sample_time):
-    assert [c.every for c in sampler_of_any_step(sample_time=sample_time).system.components] == [1, 1]
+    assert [c.every for c in sampler_of_any_step(sample_time).system.components] == [1, 1]
 
 
 def test_settling_begins_so_that_a_sample_meets_the_beginning_of_cycle_0():
-    p = sampler_of_any_step(sample_time="1.75 ms")
+    p = sampler_of_any_step("1.75 ms")
     assert p.first % 7 == 0
     assert p.first <= -2 * PERIOD / H
 
@@ -213,7 +193,7 @@ def test_settling_begins_so_that_a_sample_meets_the_beginning_of_cycle_0():
 def test_a_step_longer_than_a_sample_is_refused():
     message = r"sampler\.sample_time = 0\.0002 s is not allowed; it must be at least the communication step 0\.00025 s"
     with pytest.raises(ValueError, match=message):
-        sampler_of_any_step(sample_time="200 us")
+        sampler_of_any_step("200 us")
 
 
 def test_a_pattern_sets_all_that_match():

@@ -1,6 +1,7 @@
 """What a system asks of an FMU that takes the place of another, and what an overlay takes away."""
 
 import pytest
+from interfaces import of_reals
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.patterns import expand
@@ -8,19 +9,12 @@ from amb_cosim.cosim.replacement import missing_ports, notices, original, with_u
 from amb_cosim.cosim.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system_file import load_system
 
-
-def interface(inputs=(), outputs=(), parameters=()):
-    causalities = {"input": inputs, "output": outputs, "parameter": parameters}
-    ports = {n: Port(n, "Real", causality, 0) for causality, names in causalities.items() for n in names}
-    return FmuInterface("any", "{0}", "", ports)
-
-
 FIRST = {
-    "control": interface(["mb1.x", "mb2.x", "Omega"], ["mb1.i", "mb2.i"]),
-    "magnet": interface(
+    "control": of_reals(["mb1.x", "mb2.x", "Omega"], ["mb1.i", "mb2.i"]),
+    "magnet": of_reals(
         ["mb1.i", "mb2.i", "mb1.x", "mb2.x"], ["mb1.f", "mb2.f", "mb1.k", "mb1.ref", "mb2.k", "mb2.ref"]
     ),
-    "rotor": interface(
+    "rotor": of_reals(
         ["Omega", "mb1.f", "mb2.f", "d1.f", "mb1.k", "mb1.ref", "mb2.k", "mb2.ref"], ["mb1.x", "mb2.x", "theta"]
     ),
 }
@@ -55,16 +49,16 @@ def swapped(**interfaces):
 
 
 def test_a_role_needs_the_outputs_that_others_read_and_no_inputs():
-    system, missing = swapped(control=interface([], ["mb1.i", "mb2.i"]))
+    system, missing = swapped(control=of_reals([], ["mb1.i", "mb2.i"]))
     assert not missing
     assert not [link for link in system.connections if link.target.startswith("control.")]
     assert system.signal("Omega").targets == ("rotor.Omega",)
 
 
 def test_all_that_is_missing_is_in_one_list():
-    _, missing = swapped(control=interface(["mb1.x"], []), magnet=interface([], ["mb1.f"]))
+    _, missing = swapped(control=of_reals(["mb1.x"], []), magnet=of_reals([], ["mb1.f"]))
     assert missing == ["magnet: magnet.fmu must have the outputs mb2.f, which other components need"]
-    _, missing = swapped(control=interface(["mb1.x"], []), rotor=interface(["mb1.f"], ["mb2.x"]))
+    _, missing = swapped(control=of_reals(["mb1.x"], []), rotor=of_reals(["mb1.f"], ["mb2.x"]))
     assert missing == [
         "control: control.fmu must have the outputs mb1.i, mb2.i, which other components need",
         "rotor: rotor.fmu must have the outputs mb1.x, which other components need",
@@ -74,17 +68,17 @@ def test_all_that_is_missing_is_in_one_list():
 
 def test_an_option_is_left_out_as_a_whole():
     forces = ["mb1.f", "mb2.f"]
-    system, missing = swapped(magnet=interface(["mb1.i", "mb2.i"], forces))
+    system, missing = swapped(magnet=of_reals(["mb1.i", "mb2.i"], forces))
     assert not missing
     assert not [link for link in system.connections if link.option]
-    _, missing = swapped(magnet=interface(["mb1.i", "mb2.i"], [*forces, "mb1.k", "mb1.ref", "mb2.k"]))
+    _, missing = swapped(magnet=of_reals(["mb1.i", "mb2.i"], [*forces, "mb1.k", "mb1.ref", "mb2.k"]))
     assert missing == ["magnet: magnet.fmu must have the outputs mb2.ref, which other components need"]
-    _, missing = swapped(rotor=interface(["Omega", *forces, "mb1.k", "mb2.k"], ["mb1.x", "mb2.x"]))
+    _, missing = swapped(rotor=of_reals(["Omega", *forces, "mb1.k", "mb2.k"], ["mb1.x", "mb2.x"]))
     assert missing == ["rotor: rotor.fmu must have the inputs mb1.ref, mb2.ref, which other components need"]
 
 
 def test_inputs_that_nothing_feeds_and_values_that_are_dropped_are_told():
-    control = interface(["mb1.x", "mb1x"], ["mb1.i", "mb2.i"])
+    control = of_reals(["mb1.x", "mb1x"], ["mb1.i", "mb2.i"])
     system, _ = swapped(control=control)
     assert notices(system, FIRST | {"control": control}, ["Omega"], ["control.gain", "control.k_?"]) == [
         "control: control.fmu has no gain, k_?; what is said of it is dropped",
@@ -170,8 +164,8 @@ def test_remove_takes_away_parameters_feeds_and_components(overlay):
     assert system.parameters == {"rotor": {"mass": 3}}
     assert system.signal("Omega").targets == ("rotor.Omega",)
     ports = {
-        "control": interface(["s1", "s2", "theta", "Omega"], ["mb1.i"]),
-        "rotor": interface(["Omega"], ["s1", "s2", "theta"]),
+        "control": of_reals(["s1", "s2", "theta", "Omega"], ["mb1.i"]),
+        "rotor": of_reals(["Omega"], ["s1", "s2", "theta"]),
     }
     assert [link.target for link in expand(system, ports).connections] == ["control.theta"]
     alone = overlay('base = "../below/rig.toml"\nremove = ["control"]\n')
@@ -195,6 +189,6 @@ def test_remove_names_what_is_there(overlay, entry, message):
 
 def test_a_removed_input_of_a_pattern_must_exist(overlay):
     system = overlay('base = "../below/rig.toml"\nremove = ["control.s9"]\n')
-    ports = {"control": interface(["s1"], ["mb1.i"]), "rotor": interface(["Omega", "mb1.f"], ["s1"])}
+    ports = {"control": of_reals(["s1"], ["mb1.i"]), "rotor": of_reals(["Omega", "mb1.f"], ["s1"])}
     with pytest.raises(ValueError, match="control has no parameter or input 's9'; there are s1"):
         expand(system, ports)

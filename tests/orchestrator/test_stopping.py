@@ -5,12 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pytest
 
 from amb_cosim.cosim.stopping import Condition, StopObserver, Stopped
-from amb_cosim.scenario.scenario import parse_scenario
-
-SCENARIO = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n[[stop]]\nvariable = "rotor.x"\n'
 
 
 def met(values, *conditions, start=0):
@@ -58,26 +54,3 @@ def test_what_is_not_a_number_is_beyond_no_limit():
 def test_of_several_conditions_the_first_that_is_met_ends_the_run():
     assert met([0.0, 3.0, -3.0], ("below", -2.0, 0, 0), ("above", 2.0, 0, 0)) == (1, 1)
     assert met([3.0], ("above", 2.0, 0, 0), ("above", 1.0, 0, 0)) == (0, 0)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "stop on rotor.x needs either above or below"),
-        ("above = 1\nbelow = 2", "stop on rotor.x needs either above or below"),
-        (
-            "above = 1\nhold_cycles = 2\nhold_time = '1 s'",
-            "has both hold_cycles and hold_time; it may have one",
-        ),
-        ("above = 1\nfrom_cycle = 2\nfrom_time = '1 s'", "has both from_cycle and from_time; it may have one"),
-        ("above = 1\nhold_cycles = -1", "hold_time of stop = -0.0628319 s is not allowed; it must be >= 0 s"),
-        ("above = 1\nfrom_time = 'inf'", "from_time of stop = inf s is not allowed; it must be >= 0 s"),
-        ("above = 1\nhold_time = '5 mm'", "hold_time of stop = '5 mm' has unit mm, which cannot be converted to s"),
-        ("above = 1\nhold = 5", "unknown key stop[0].hold; did you mean hold_time?"),
-    ],
-)
-def test_a_mistake_in_a_condition_is_named(text, message):
-    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the message is compared
-        parse_scenario(SCENARIO + text, "mine")
-    assert str(caught.value).startswith("scenario mine: ")
-    assert message in str(caught.value)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fnmatch import fnmatchcase
 
 import pytest
+from interfaces import interface
 
-from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system_file import load_experiment, load_system
 from amb_cosim.cosim.tables import time_of
@@ -14,10 +16,6 @@ from amb_cosim.cosim.tables import time_of
 METRE = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 MILLIMETRE = (*METRE[:8], 1e-3, 0.0)
 FORCE = (1.0, 1.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
-
-
-def interface(*ports: Port) -> FmuInterface:
-    return FmuInterface("model", "guid", "1", {port.name: port for port in ports})
 
 
 INTERFACES = {
@@ -46,18 +44,16 @@ SYSTEM = System(
 )
 
 
-def refused(**changes) -> str:
-    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the callers compare messages
-        replace(SYSTEM, **changes).check(INTERFACES)
-    return str(caught.value)
-
-
 def linked(source: str, target: str) -> tuple[Connection, ...]:
     return (*(c for c in SYSTEM.connections if c.target != target), Connection(source, target))
 
 
-def test_a_sound_system_passes():
-    SYSTEM.check(INTERFACES)
+def more(source: str, target: str) -> tuple[Connection, ...]:
+    return (*SYSTEM.connections, Connection(source, target))
+
+
+def signal(*targets: str) -> tuple[Signal, ...]:
+    return (Signal("Omega", ("rotor.Omega", *targets)),)
 
 
 def test_equal_units_may_have_different_names():
@@ -65,62 +61,48 @@ def test_equal_units_may_have_different_names():
     SYSTEM.check(INTERFACES)
 
 
-def test_unknown_component_lists_the_components():
-    message = refused(connections=linked("stator.x", "magnet.x"))
-    assert message == "no component 'stator'; there are magnet, rotor (connected with magnet.x)"
+REFUSED = [
+    (
+        {"connections": linked("stator.x", "magnet.x")},
+        "no component 'stator'; there are magnet, rotor (connected with magnet.x)",
+    ),
+    (
+        {"connections": linked("rotor.xm", "magnet.x")},
+        "rotor has no variable 'xm'; did you mean xmm*(connected with magnet.x)",
+    ),
+    (
+        {"connections": linked("rotor.f", "magnet.x")},
+        "rotor.f is an input, and a connection needs an output there; there are x, xmm*",
+    ),
+    (
+        {"connections": more("rotor.x", "rotor.mass")},
+        "rotor.mass is a parameter, and a connection needs an input there*",
+    ),
+    (
+        {"connections": linked("rotor.state", "magnet.x")},
+        "rotor.state is Integer and magnet.x is Real; connected variables must have one type",
+    ),
+    (
+        {"connections": linked("rotor.x", "rotor.f")},
+        "rotor.x is in m and rotor.f is in N; connected variables must have one unit",
+    ),
+    ({"connections": linked("rotor.xmm", "magnet.x")}, "*rotor.xmm is in mm and magnet.x is in metre*"),
+    ({"signals": signal("magnet.speed")}, "*rotor.Omega is in rad/s and magnet.speed is in Hz*"),
+    ({"connections": more("rotor.plain", "magnet.x")}, "magnet.x is connected twice: to rotor.x and to rotor.plain"),
+    ({"signals": signal("rotor.f")}, "rotor.f is connected twice: to magnet.f and to signal Omega"),
+    ({"connections": linked("magnet.f", "rotor.f")[1:]}, "magnet.x must be connected, and is not; there are rotor.x"),
+]
 
 
-def test_unknown_variable_lists_near_matches_and_names_the_other_end():
-    message = refused(connections=linked("rotor.xm", "magnet.x"))
-    assert message.startswith("rotor has no variable 'xm'; did you mean xmm")
-    assert message.endswith("(connected with magnet.x)")
-
-
-def test_wrong_causality_lists_what_would_do():
-    message = refused(connections=linked("rotor.f", "magnet.x"))
-    assert message.startswith("rotor.f is an input, and a connection needs an output there; there are x, xmm")
-    message = refused(connections=(*SYSTEM.connections, Connection("rotor.x", "rotor.mass")))
-    assert message.startswith("rotor.mass is a parameter, and a connection needs an input there")
-
-
-def test_types_must_agree():
-    assert refused(connections=linked("rotor.state", "magnet.x")) == (
-        "rotor.state is Integer and magnet.x is Real; connected variables must have one type"
-    )
-
-
-def test_units_must_agree_in_exponents():
-    assert refused(connections=linked("rotor.x", "rotor.f")) == (
-        "rotor.x is in m and rotor.f is in N; connected variables must have one unit"
-    )
-
-
-def test_units_must_agree_in_their_factor():
-    assert "rotor.xmm is in mm and magnet.x is in metre" in refused(connections=linked("rotor.xmm", "magnet.x"))
+@pytest.mark.parametrize(("changes", "message"), REFUSED)
+def test_an_error_names_both_ends_and_what_would_do(changes, message):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        replace(SYSTEM, **changes).check(INTERFACES)
+    assert fnmatchcase(str(caught.value), message)
 
 
 def test_a_port_without_a_unit_connects_to_any():
     replace(SYSTEM, connections=linked("rotor.plain", "magnet.x")).check(INTERFACES)
-
-
-def test_signal_targets_must_agree_in_their_unit():
-    message = refused(signals=(Signal("Omega", ("rotor.Omega", "magnet.speed")),))
-    assert "rotor.Omega is in rad/s and magnet.speed is in Hz" in message
-
-
-def test_an_input_is_fed_once():
-    message = refused(connections=(*SYSTEM.connections, Connection("rotor.plain", "magnet.x")))
-    assert message == "magnet.x is connected twice: to rotor.x and to rotor.plain"
-
-
-def test_a_signal_must_not_feed_a_connected_input():
-    message = refused(signals=(Signal("Omega", ("rotor.Omega", "rotor.f")),))
-    assert message == "rotor.f is connected twice: to magnet.f and to signal Omega"
-
-
-def test_a_mandatory_input_must_be_connected():
-    message = refused(connections=linked("magnet.f", "rotor.f")[1:])
-    assert message == "magnet.x must be connected, and is not; there are rotor.x"
 
 
 def test_a_component_name_must_be_unique():
