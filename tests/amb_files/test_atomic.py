@@ -44,6 +44,7 @@ def test_folder_of_the_first_of_two_processes_stays(tmp_path):
 
     def overtaken(stage):
         (stage / "x").write_text("second")
+        assert not folder.exists(), "a folder appears whole"
         create_atomically(folder, lambda p: (p / "x").write_text("first"))
 
     create_atomically(folder, overtaken)

@@ -385,7 +385,7 @@ def test_other_threads_run_while_the_loop_does():
 
 
 def test_a_schedule_gives_the_same_point_by_point_and_as_a_list():
-    for schedule in schedules():
+    for schedule in (*schedules(), PiecewiseLinear([(3, 10.0), (7, 12.0), (20, -1.0)], H, 0, None)):
         for first, last in ((-5, 300), (5, 6), (71, 200), (10, 10)):
             changes = schedule.changes(first, last)
             points, listed, asked = changes.points.tolist(), np.full(4, np.nan), np.full(4, np.nan)

@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-import textwrap
-import threading
-import time
 from types import SimpleNamespace
 
 import pytest
@@ -15,29 +10,47 @@ from amb_cosim.cosim import component, fmus
 from amb_cosim.cosim.choices import FLAVOURS
 from amb_cosim.cosim.elf import ELF, is_whole
 from amb_cosim.cosim.fmu_interface import Port, read_interface
-from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 
-
-def in_a_process(code: str, folder) -> str:
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code), str(folder)], capture_output=True, text=True, timeout=120
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 PREPARE = """
-    import sys
-    from pathlib import Path
-    from amb_cosim.cosim.errors import FmuError
-    from amb_cosim.cosim.component import FmuComponent
-    from amb_cosim.cosim.fmu_interface import read_interface
-    folder = Path(sys.argv[1])
-    interface = read_interface(folder, "actuator")
-    def load(start={}, name="actuator"):
-        return FmuComponent(name, folder, interface, ["mb1.x", "mb1.i_x"], ["mb1.clipped_x", "mb1.f_x"], start)
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+from amb_cosim.cosim.errors import FmuError
+from amb_cosim.cosim.component import FmuComponent
+from amb_cosim.cosim.fmu_interface import read_interface
+folder = Path({folder!r})
+interface = read_interface(folder, "actuator")
+def load(start={{}}, name="actuator"):
+    return FmuComponent(name, folder, interface, ["mb1.x", "mb1.i_x"], ["mb1.clipped_x", "mb1.f_x"], start)
+"""
+
+PASSING = """
+c, result = load({"force_law": 1.0, "mb1.k_s_measured_x": 1e6, "mb1.k_i_measured_x": 100.0}), []
+c.enter(-1.0); c.write(); c.leave()
+for u in ((1e-4, 2.0), (1e-4, 50.0)):
+    c.inputs[:] = u
+    c.write(); c.step(0.0, 1e-3); c.read()
+    result.append(c.outputs.tolist())
+c.close(); c.close()
+"""
+
+REFUSED = """
+good, bad = load(name="good"), load(name="bad")
+for c in (good, bad):
+    c.enter(0.0); c.leave()
+bad.inputs[:] = 2e-3, 0.0
+bad.write()
+try:
+    bad.step(0.25, 1e-3)
+except FmuError as error:
+    result = [error.status, str(error)]
+good.write(); good.step(0.25, 1e-3)
+with redirect_stdout(StringIO()) as printed:
+    for c in (good, bad):
+        c.close()
+result.append(printed.getvalue())
 """
 
 
@@ -46,64 +59,19 @@ def actuator():
     return fmus.ensure_built("amb_actuator", "python").folder
 
 
-def test_values_pass_in_both_directions_whatever_their_type(actuator):
-    out = in_a_process(
-        PREPARE
-        + """
-    c = load({"force_law": 1.0, "mb1.k_s_measured_x": 1e6, "mb1.k_i_measured_x": 100.0})
-    c.enter(-1.0); c.write(); c.leave()
-    for u in ((1e-4, 2.0), (1e-4, 50.0)):
-        c.inputs[:] = u
-        c.write(); c.step(0.0, 1e-3); c.read()
-        print(*c.outputs)
-    c.close(); c.close()
-    """,
-        actuator,
-    )
-    first, second = ([float(v) for v in line.split()] for line in out.splitlines())
+def test_values_pass_in_both_directions_whatever_their_type(run_python, actuator):
+    first, second = run_python(PREPARE.format(folder=str(actuator)) + PASSING)
     assert first == pytest.approx([0.0, 100.0 + 200.0])
     assert second[0] == 1.0
 
 
 @pytest.mark.parametrize("flavour", FLAVOURS)
-def test_a_refused_step_carries_status_and_log_of_its_own_component(flavour):
-    out = in_a_process(
-        PREPARE
-        + """
-    good, bad = load(name="good"), load(name="bad")
-    for c in (good, bad):
-        c.enter(0.0); c.leave()
-    bad.inputs[:] = 2e-3, 0.0
-    bad.write()
-    try:
-        bad.step(0.25, 1e-3)
-    except FmuError as error:
-        print(error.status, error)
-    good.write(); good.step(0.25, 1e-3)
-    for c in (good, bad):
-        c.close()
-    """,
-        fmus.ensure_built("amb_actuator", flavour).folder,
-    )
-    assert out.startswith("Error fmi2DoStep answered Error: at t = 0.25 s: mb1.x = 0.002 m is not allowed")
-    assert out.count("\n") == 1, "an instance that failed is freed without further words"
-
-
-def test_a_fault_at_initialisation_is_raised_with_its_reason(actuator):
-    out = in_a_process(
-        PREPARE
-        + """
-    c = load({"mb1.bias_current_x": 9.0})
-    c.enter(0.0); c.write()
-    try:
-        c.leave()
-    except FmuError as error:
-        print(error)
-    c.close()
-    """,
-        actuator,
-    )
-    assert out.startswith("fmi2ExitInitializationMode answered Error: initialisation: mb1.bias_current_x = 9 A plus")
+def test_a_refused_step_carries_status_and_log_of_its_own_component(run_python, flavour):
+    folder = fmus.ensure_built("amb_actuator", flavour).folder
+    status, said, more = run_python(PREPARE.format(folder=str(folder)) + REFUSED)
+    assert status == "Error"
+    assert said.startswith("fmi2DoStep answered Error: at t = 0.25 s: mb1.x = 0.002 m is not allowed")
+    assert more == "", "an instance that failed is freed without further words"
 
 
 def test_the_interface_has_units_limits_and_dependencies(actuator):
@@ -214,40 +182,6 @@ def test_a_file_is_extracted_once_for_its_content(actuator, tmp_path):
     assert read_interface(first.folder, "copy").guid == read_interface(actuator, "original").guid
     stamp = first.folder.stat().st_mtime_ns
     assert fmus.provide(str(path)).folder.stat().st_mtime_ns == stamp
-
-
-def test_a_cache_folder_appears_whole_when_several_make_it_at_once(tmp_path):
-    home, barrier, errors = tmp_path / "home", threading.Barrier(4), []
-
-    def fill(stage):
-        (stage / "a").write_text("a")
-        barrier.wait(timeout=60)
-        (stage / "b").write_text("b")
-
-    def make():
-        try:
-            create_atomically(home, fill)
-        except Exception as error:
-            errors.append(error)
-
-    threads = [threading.Thread(target=make) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    while any(thread.is_alive() for thread in threads):
-        assert not home.exists() or {p.name for p in home.iterdir()} == {"a", "b"}
-        time.sleep(0.001)
-    assert errors == []
-    assert [p.name for p in tmp_path.iterdir()] == ["home"]
-
-
-def test_a_failed_build_leaves_nothing(tmp_path):
-    def fill(stage):
-        (stage / "a").write_text("a")
-        raise RuntimeError("no compiler")
-
-    with pytest.raises(RuntimeError, match="no compiler"):
-        create_atomically(tmp_path / "home", fill)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_suggestions_name_what_is_near_or_what_there_is():

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import click
 import pytest
+from slow import slow_but_first
 
 from amb_cosim.commands import cli
 from amb_cosim.cosim.dataset import load
@@ -139,9 +140,13 @@ def test_sigterm_ends_a_program_that_uses_the_package_as_before():
         assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
-@pytest.mark.parametrize("number", CODES)
-@pytest.mark.parametrize("module", ["amb_cosim.commands.cli", "click", "amb_cosim.commands.run", "numpy", "fmpy"])
-def test_a_signal_during_an_import_is_one_line(tmp_path, module, number):
+IMPORTED = ("amb_cosim.commands.cli", "click", "amb_cosim.commands.run", "numpy", "fmpy")
+INTERRUPTED, TERMINATED = ([(number, name) for name in IMPORTED] for number in CODES)
+
+
+@pytest.mark.parametrize("case", [*INTERRUPTED, *slow_but_first(TERMINATED)])
+def test_a_signal_during_an_import_is_one_line(tmp_path, case):
+    number, module = case
     program = f"""
 import os, sys
 from amb_cosim import start
@@ -185,7 +190,7 @@ def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the processes are found in /proc")
-@pytest.mark.parametrize("number", [*CODES, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGKILL, *slow_but_first(CODES)])
 def test_the_processes_of_a_study_end_with_it(start, number):
     process = start("study", "recovery", "--instants", "16")
     until(lambda: sum("spawn_main" in text for text in commands_of(children(process))) >= min(2, os.cpu_count()))

@@ -321,16 +321,3 @@ def test_a_component_that_refuses_to_start_is_named():
 def test_communication_step_must_be_positive(step):
     with pytest.raises(ValueError, match="communication step"):
         Master([Block("a")], closed_chain("a"), step)
-
-
-@pytest.mark.parametrize("slope", [None, 1])
-def test_what_a_profile_tells_ahead_is_what_it_gives_step_by_step(slope):
-    profile, values = PiecewiseLinear([(3, 10.0), (7, 12.0), (20, -1.0)], 1e-3, 0, slope), np.zeros(2)
-    ahead = profile.changes(0, 25)
-    for n in range(25):
-        expected = values.copy()
-        for point, position, value in zip(ahead.points, ahead.positions, ahead.values, strict=True):
-            if point == n:
-                expected[position] = value
-        profile(n, values)
-        np.testing.assert_allclose(values, expected, rtol=1e-14)

@@ -179,14 +179,3 @@ def test_figures_that_cannot_be_drawn_are_refused(synthetic):
 def test_representation_lists_the_figures(synthetic):
     listed = "orbits(), displacement(), contact(), whirl(), energy(), touchdown()"
     assert repr(plots.Plots(synthetic())) == f"Plots of synthetic: {listed}"
-
-
-def test_matplotlib_is_loaded_when_a_figure_is_made(run_python):
-    assert run_python(imported) == [False, False]
-
-
-def imported() -> list[bool]:
-    """Whether plots and studies load matplotlib by themselves."""
-    import sys
-
-    return ["matplotlib" in sys.modules, "control" in sys.modules]

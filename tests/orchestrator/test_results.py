@@ -13,7 +13,6 @@ from amb_cosim.cosim.dataset import load, save
 from amb_cosim.cosim.signals import SignalTable, Variable
 from amb_cosim.results import contact_history, orbits, series
 from amb_cosim.results.summary import summarise
-from amb_files.atomic import write_atomically
 
 
 def figures_of(dataset):
@@ -323,17 +322,3 @@ def test_the_file_of_signals_is_that_which_xarray_writes(synthetic, tmp_path, sa
     assert list(found.variables) == list(expected.variables)
     assert {n: v.dtype for n, v in found.variables.items()} == {n: v.dtype for n, v in expected.variables.items()}
     assert [(n, type(v)) for n, v in found.attrs.items()] == [(n, type(v)) for n, v in expected.attrs.items()]
-
-
-def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path):
-    target = tmp_path / "summary.json"
-    target.write_text("old")
-
-    def write(path):
-        path.write_text("ne")
-        raise OSError("disk full")
-
-    with pytest.raises(OSError, match="disk full"):
-        write_atomically(target, write)
-    assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
-    assert target.read_text() == "old"
