@@ -1,5 +1,7 @@
 """The kernels' on-disk cache."""
 
+from pathlib import Path
+
 import pytest
 from slow import slow_but_first
 
@@ -30,16 +32,22 @@ def host(folder: str) -> list:
     return [doubled(3.0), sum(doubled.stats.cache_hits.values())]
 
 
+def write(folder: Path, caller: str, callee: str, value: float) -> Path:
+    """Write two packages, a kernel in one of which calls one of the other; return the folder of the caller."""
+    for name in (caller, callee):
+        (folder / name).mkdir(exist_ok=True)
+        (folder / name / "__init__.py").write_text(f"KERNELS_FROM = ({callee!r},)")
+    (folder / caller / "caller.py").write_text(CALLER.format(package=callee))
+    (folder / callee / "callee.py").write_text(CALLEE.format(value))
+    return folder / caller
+
+
 @pytest.mark.parametrize("package", slow_but_first(["other", "cached"]))
 def test_kernel_is_compiled_again_when_a_kernel_that_it_calls_changed(run_python, tmp_path, package):
     """The other kernel is of the same package, or of one that the caller's package names in `KERNELS_FROM`."""
-    for name in {"cached", package}:
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "__init__.py").write_text(f"KERNELS_FROM = ({package!r},)")
-    (tmp_path / "cached" / "caller.py").write_text(CALLER.format(package=package))
     results = []
     for value in (2.0, 2.0, 5.0):
-        (tmp_path / package / "callee.py").write_text(CALLEE.format(value))
+        write(tmp_path, "cached", package, value)
         results.append(run_python(host, folder=tmp_path))
     (first, _), (again, hits), (changed, _) = results
     assert (first, again, changed) == (6.0, 6.0, 15.0)
@@ -89,10 +97,7 @@ def test_a_kernel_that_allocates_is_not_compiled():
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
 def test_a_damaged_cache_of_a_kernel_is_made_anew(run_python, tmp_path, monkeypatch, kind):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "machine_code"))
-    (tmp_path / "cached").mkdir()
-    (tmp_path / "cached" / "__init__.py").touch()
-    (tmp_path / "cached" / "caller.py").write_text(CALLER.format(package="cached"))
-    (tmp_path / "cached" / "callee.py").write_text(CALLEE.format(2.0))
+    write(tmp_path, "cached", "cached", 2.0)
     run_python(host, folder=tmp_path)
     files = list(tmp_path.rglob(f"*.{kind}"))
     assert files
@@ -126,10 +131,7 @@ def bits_unnoticed(folder: str) -> int:
 @pytest.mark.slow
 def test_every_wrong_bit_of_machine_code_in_the_cache_is_noticed(run_python, tmp_path):
     """A process that ran such code could crash, or compute something else."""
-    (tmp_path / "cached").mkdir()
-    (tmp_path / "cached" / "__init__.py").touch()
-    (tmp_path / "cached" / "caller.py").write_text(CALLER.format(package="cached"))
-    (tmp_path / "cached" / "callee.py").write_text(CALLEE.format(2.0))
+    write(tmp_path, "cached", "cached", 2.0)
     assert run_python(bits_unnoticed, folder=tmp_path) == 0
 
 
@@ -144,10 +146,5 @@ def test_a_kernel_is_compiled_where_no_cache_can_be_written(run_python, tmp_path
 
         return doubled(3.0)
 
-    package = tmp_path / "uncached"
-    package.mkdir()
-    (package / "__init__.py").touch()
-    (package / "caller.py").write_text(CALLER.format(package="uncached"))
-    (package / "callee.py").write_text(CALLEE.format(2.0))
-    (package / "__pycache__").touch()  # a file where the folder would be
+    (write(tmp_path, "uncached", "uncached", 2.0) / "__pycache__").touch()  # a file where the folder would be
     assert run_python(doubled, folder=tmp_path) == 6.0

@@ -13,9 +13,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent / "support"))
-
 from damage import damaged
 
 pytestmark = pytest.mark.slow
@@ -30,11 +27,6 @@ communication_step = "1 ms"
 stop_time = "20 ms"
 record.variables = ["*"]
 """
-
-
-@pytest.fixture
-def rounds(is_long):
-    return 300 if is_long else 30
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="each round is a fork")

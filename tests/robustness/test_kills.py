@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import random
 import resource
 import shutil
 import signal
@@ -21,17 +20,6 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reas
 COMMAND = [sys.executable, "-c", "from amb_cosim.start import main; main()"]
 RUN = ["run", "fig4_9", "--until", "0.05", "--no-plots", "-o", "out"]
 MADE_OF_CODE = ("engines", "kernels-*", "loops")  # what takes long to compile
-
-
-@pytest.fixture
-def rounds(is_long):
-    return 300 if is_long else 30
-
-
-@pytest.fixture
-def chance(first_seed):
-    print(f"seed {first_seed}")
-    return random.Random(first_seed)
 
 
 @pytest.fixture

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import random
 import shutil
-import sys
 from importlib import resources
-from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-
-sys.path.insert(0, str(Path(__file__).parent / "support"))
-
 from commands import TIME, run
 from mutations import changed_archive, changed_toml, command_line
 
