@@ -36,14 +36,15 @@ def interruptible() -> Iterator[None]:
     _received.clear()
     before = _handled() if _in_main_thread() else {}
     report = sys.unraisablehook
-    timers: list[threading.Timer] = []
+    ended = threading.Event()
 
     def dropped(lost: Any) -> None:
-        if isinstance(lost.exc_value, KeyboardInterrupt):
-            timers.append(threading.Timer(0.01, _thread.interrupt_main))  # raised here it would be dropped again
-            timers[-1].start()
-        else:
+        if not isinstance(lost.exc_value, KeyboardInterrupt):
             report(lost)
+            return
+        started = threading.Event()
+        threading.Thread(target=_interrupt_later, args=(started, ended), daemon=True).start()
+        started.set()
 
     sys.unraisablehook = dropped
     try:
@@ -54,8 +55,7 @@ def interruptible() -> Iterator[None]:
             raise KeyboardInterrupt
     finally:
         sys.unraisablehook = report
-        for timer in timers:
-            timer.cancel()
+        ended.set()
         _restore(before)
 
 
@@ -109,6 +109,13 @@ def _handled() -> dict[int, Any]:
 def _restore(handlers: dict[int, Any]) -> None:
     for number, handler in handlers.items():
         signal.signal(number, handler)
+
+
+def _interrupt_later(started: threading.Event, ended: threading.Event) -> None:
+    """Interrupt the main thread soon after it has `started` this one: within that call it would be dropped again."""
+    started.wait()
+    if not ended.wait(0.01):
+        _thread.interrupt_main()
 
 
 def _in_main_thread() -> bool:
