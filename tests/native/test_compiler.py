@@ -1,6 +1,5 @@
 """Platforms, the required compiler, and macOS's universal libraries."""
 
-import importlib.util
 import os
 import signal
 import struct
@@ -37,14 +36,14 @@ def test_all_stands_for_every_platform_and_repetition_for_nothing():
 
 
 def test_a_missing_compiler_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(ValueError, match=r"ziglang, which is not installed: pip install 'amb-cosim\[native\]'"):
+    monkeypatch.setattr("fmi_export.building.extras.find_spec", lambda name: None)
+    with pytest.raises(ValueError, match=r"needs ziglang, not installed: pip install 'amb-cosim\[native\]'"):
         compiler.check_compiler()
 
 
 def test_another_llvm_than_numbas_is_named(monkeypatch):
     pytest.importorskip("llvmlite")
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: object())
+    monkeypatch.setattr("fmi_export.building.extras.find_spec", lambda name: object())
     monkeypatch.setattr(compiler, "_zig", lambda arguments, folder: "clang version 9.0.1\nTarget: x")
     with pytest.raises(ValueError, match=r"numba writes code of LLVM \d+, but the installed ziglang reads LLVM 9;"):
         compiler.check_compiler()

@@ -112,8 +112,8 @@ def test_a_build_with_a_shipped_engine_needs_no_compiler(lag, native, run_python
 def test_without_engine_and_compiler_the_build_says_what_to_install(run_python, tmp_path):
     said = run_python(without_compilers, folder=tmp_path, shipped=tmp_path / "nothing")
     assert said == (
-        f"there is no engine of probe_lag for {host_platform()} yet, and to compile it numba and ziglang must be "
-        "installed: pip install 'amb-cosim[native]'; FMUs of flavour python take no engine"
+        f"there is no engine of probe_lag for {host_platform()} yet (flavour python takes none); compiling it needs "
+        "numba, ziglang, not installed: pip install 'amb-cosim[native]'"
     )
 
 

@@ -8,6 +8,7 @@ import click
 
 from amb_cosim.commands.cli_errors import Failed, refusing
 from amb_files.atomic import check_writable
+from fmi_export.building.extras import require
 
 
 @click.command()
@@ -32,6 +33,7 @@ def report(output: Path, only: tuple[str, ...], jobs: int | None) -> None:
     from amb_cosim.thesis.verdict import Verdict
 
     with refusing(), bars(Console(stderr=True)) as shown:
+        require("report", "a report", "plotly")
         check_writable(output, is_folder=True)
         task = shown.add_task("computing (a first run compiles the models)", total=None)
         found = evaluate(

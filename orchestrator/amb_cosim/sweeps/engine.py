@@ -15,7 +15,6 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.interruption import Interruption, deferred
@@ -44,13 +43,6 @@ SETTINGS = {
 
 class ClusterFailed(Exception):
     """The cluster ended before the sweep did."""
-
-
-def check_installed() -> None:
-    """Raise ValueError if a package is missing that sweeps need and the rest does not."""
-    missing = [name for name in ("dask", "distributed", "zarr", "SALib") if find_spec(name) is None]
-    if missing:
-        raise ValueError(f"a sweep needs {', '.join(missing)}, not installed: pip install 'amb-cosim[sweep]'")
 
 
 @contextmanager

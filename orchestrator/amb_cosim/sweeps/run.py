@@ -21,10 +21,11 @@ from amb_cosim.presentation.progress import sweep_bar
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.scenario.simulation import Prepared
 from amb_cosim.sweeps.axes import Vary
-from amb_cosim.sweeps.engine import check_installed, connect, run_missing
+from amb_cosim.sweeps.engine import connect, run_missing
 from amb_cosim.sweeps.sampling import Design, make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
 from amb_cosim.sweeps.worker import LABELS, Metric, Runner, Task
+from fmi_export.building.extras import require
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -137,7 +138,7 @@ def sweep(
     KeyboardInterrupt
         If it was interrupted; what had come until then is kept.
     """
-    check_installed()
+    require("sweep", "a sweep", "dask", "distributed", "zarr", "SALib")
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(str(scenario))
     files = {"rotor": rotor, "receptances": receptances}

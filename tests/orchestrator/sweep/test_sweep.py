@@ -153,12 +153,6 @@ def test_a_sweep_waits_with_its_own_client_beside_one_of_the_caller(cluster):
         assert default_client() is theirs
 
 
-def test_a_missing_package_is_named(small, tmp_path, monkeypatch):
-    monkeypatch.setattr("amb_cosim.sweeps.engine.find_spec", lambda name: None if name == "zarr" else object())
-    with pytest.raises(ValueError, match=r"needs zarr, not installed: pip install 'amb-cosim\[sweep\]'"):
-        amb_cosim.sweep(small, VARY, output=tmp_path)
-
-
 @pytest.mark.parametrize("size", [1, 7, 40000])
 def test_a_store_is_read_as_it_was_written(tmp_path, size):
     design = make_design({"Omega": np.arange(1.0, size + 1.0), "x.y": ["a", "b"]})

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import importlib.metadata
-import importlib.util
 from collections.abc import Iterable
 from pathlib import Path
 
-from fmi_export.building.native.compiler import PLATFORMS, check_compiler, compile_library
+from fmi_export.building.extras import require
+from fmi_export.building.native.compiler import PLATFORMS, compile_library
 from fmi_export.building.native.engines import COMPILING, HERE, SLAVE, Engine, digest_of, find_or_compile
 
 OWN = ("pythonfmu.h", "system.h", "interpreted.c", "pythonfmu.c")
@@ -56,12 +56,7 @@ def check_guarded(platforms: Iterable[str]) -> list[str]:
 
 
 def _compile(platform: str) -> Engine:
-    if importlib.util.find_spec("ziglang") is None:
-        raise ValueError(
-            f"there is no guard for FMUs of flavour python on {platform} yet, and to compile it ziglang must be "
-            "installed: pip install 'amb-cosim[native]'"
-        )
-    check_compiler()
+    require("native", f"there is no guard of flavour python for {platform} yet; compiling it", "ziglang")
     code, libraries = SYSTEMS[platform]
     sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in SLAVE + _own(*OWN, code)}
     sources["engine_key.h"] = f'#define ENGINE_KEY "{guard_key()}"\n'

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-import importlib.util
 import json
 from collections.abc import Callable
 from contextlib import suppress
@@ -19,6 +18,7 @@ from platform import machine
 import platformdirs
 
 from amb_files.kept import is_undamaged, keep
+from fmi_export.building.extras import require
 from fmi_export.building.identity import digests
 from fmi_export.building.native.compiler import check_compiler, compile_library
 from fmi_export.building.native.lowering import Kernels, lower
@@ -110,12 +110,8 @@ def engine_sources(model: Kernels) -> dict[str, str]:
 
 
 def _compile(model: Kernels, platform: str) -> Engine:
-    missing = [name for name in ("numba", "ziglang") if importlib.util.find_spec(name) is None]
-    if missing:
-        raise ValueError(
-            f"there is no engine of {model.name} for {platform} yet, and to compile it {' and '.join(missing)} must be "
-            "installed: pip install 'amb-cosim[native]'; FMUs of flavour python take no engine"
-        )
+    purpose = f"there is no engine of {model.name} for {platform} yet (flavour python takes none); compiling it"
+    require("native", purpose, "numba", "ziglang")
     check_compiler()
     library = compile_library(model.name, engine_sources(model), platform)
     return Engine(library, "numba {numba}, ziglang {ziglang}".format(**_versions("numba", "ziglang")))

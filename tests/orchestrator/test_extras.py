@@ -1,0 +1,50 @@
+"""A Python without the packages of extras: a plain run works, and a command that needs one says what to install."""
+
+from __future__ import annotations
+
+import pytest
+
+
+def without_extras(arguments: list[str]) -> tuple[object, str]:
+    """Exit code of a command and what it says of errors."""
+    import contextlib
+    import io
+
+    from hide import hide
+
+    hide("SALib", "bokeh", "dask", "distributed", "narwhals", "plotly", "zarr", "ziglang")
+    from amb_cosim.commands.cli import main
+
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        try:
+            main(arguments)
+        except SystemExit as end:
+            return end.code, said.getvalue()
+
+
+@pytest.mark.parametrize("rest", [["--no-plots"], pytest.param([], marks=pytest.mark.slow)])
+def test_a_plain_run_needs_no_extra(run_python, tmp_path, rest):
+    import amb_cosim
+
+    amb_cosim.run("fig4_9", until=0.01)  # which may compile what an installed package has with it
+    code, said = run_python(without_extras, cwd=tmp_path, arguments=["run", "fig4_9", "--until", "0.05", *rest])
+    assert code == 0, said
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("report", "a report needs plotly, not installed: pip install 'amb-cosim[report]'"),
+        (
+            "sweep fig4_9 --vary Omega=200:260:2",
+            "distributed, zarr, SALib, not installed: pip install 'amb-cosim[sweep]'",
+        ),
+        ("build --platform aarch64-linux", "it needs ziglang, not installed: pip install 'amb-cosim[native]'"),
+        ("build --flavour python --platform win64", "it needs ziglang, not installed: pip install 'amb-cosim[native]'"),
+    ],
+)
+def test_a_command_names_the_extra_that_it_needs(run_python, tmp_path, monkeypatch, command, said):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
+    code, message = run_python(without_extras, cwd=tmp_path, arguments=command.split())
+    assert (code, message.endswith(f"{said}\n")) == (2, True), message
