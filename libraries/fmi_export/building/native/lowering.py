@@ -21,7 +21,7 @@ from typing import Any, Protocol
 from amb_files.stages import stage
 from fmi_export.jit import KERNELS_APART
 from fmi_export.model import InitialiseKernel, StepKernel
-from fmi_export.numba_internals import compile_nothing
+from fmi_export.numba_internals import compile_nothing, type_calls_once
 
 ENTRIES = ("kernel_initialise", "kernel_step")
 
@@ -41,6 +41,7 @@ SETTINGS = {
     "NUMBA_OPT": "0",
     "NUMBA_LOOP_VECTORIZE": "0",
     "NUMBA_SLP_VECTORIZE": "0",
+    "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
     "PYTHONHASHSEED": "0",
 }
 
@@ -105,6 +106,7 @@ def _place(name: str, kernel: Any) -> tuple[str, str]:
 def main() -> None:
     """Compile the kernels named in the first argument to the file named in the second."""
     compile_nothing()
+    type_calls_once()
     kernels = [getattr(importlib.import_module(module), name) for module, name in json.loads(sys.argv[1])]
     try:
         assembly = without_python([_initialise_entry(kernels[0]), _step_entry(kernels[1])])
@@ -115,7 +117,7 @@ def main() -> None:
 
 def _in_one_line(error: Exception) -> str:
     """Return numba's message in one line; for code that needs its run-time system, the place of that code."""
-    text = " ".join(re.sub(r"\x1b\[\d*m", "", str(error)).split()) or repr(error)
+    text = " ".join(str(error).split()) or repr(error)
     if "NRT required" not in text and "Only accept returning of array" not in text:
         return text
     place = next((p for p in re.findall(r" at (\S+ \(\d+\))", text) if "/numba/" not in p), "")
