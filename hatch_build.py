@@ -1,8 +1,8 @@
 """Compiles the engines of the native FMUs into a wheel.
 
-They are for this machine, or for the platforms that AMB_COSIM_PLATFORMS names, with commas between them, or `all`. The
-wheel's tag says so. WebAssembly, which runs in browsers, comes with all of them. An editable installation gets none:
-its sources may change, and what is missing is compiled at first use.
+They are for this machine, or for the platforms that AMB_COSIM_PLATFORMS names, with commas between them, or `all`, which
+has WebAssembly for browsers too. The wheel's tag says so. An editable installation gets none: its sources may change,
+and what is missing is compiled at first use.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class EngineBuildHook(BuildHookInterface[Any]):
         sys.path[:0] = [str(Path(self.root) / name) for name in ("fmus", "libraries", "orchestrator")]
         from amb_cosim.cosim.loop_library import compile_loop, loop_place
         from fmi_export.building.guard.libraries import SYSTEMS, guard, guard_place
-        from fmi_export.building.native.compiler import PLATFORMS, WASM, check_platforms, host_platform
+        from fmi_export.building.native.compiler import PLATFORMS, TARGETS, WASM, check_platforms, host_platform
         from fmi_export.building.native.engines import engine, engine_place
 
         named = os.environ.get(VARIABLE)
@@ -68,13 +68,14 @@ class EngineBuildHook(BuildHookInterface[Any]):
                 raise SystemExit(f"{VARIABLE} = {named}: {error}") from None
             return  # there is no native FMU for this machine
         machines = [platform for platform in platforms if platform != WASM]
+        targets = list(TARGETS) if machines == list(PLATFORMS) else platforms
         models = [Kernels.in_module(name, module) for name, module in self.config["kernels"].items()]
         self._stage = tempfile.TemporaryDirectory(prefix="engines-")
 
         engines, loops = Path(self._stage.name, "engines"), Path(self._stage.name, "loops")
 
         def add(model: Kernels) -> None:
-            for platform in (*machines, WASM):
+            for platform in targets:
                 engine(model, platform).write(engines / engine_place(model, platform))
 
         for platform in machines:
