@@ -1,6 +1,6 @@
 """Compiles the engines of the native FMUs into a wheel.
 
-They are for this machine, or for the platforms that AMB_COSIM_PLATFORMS names, with commas between them, or `all`, which
+They are for this machine, or for the platforms that AMB_COSIM_PLATFORMS names, commas between them, or `all`, which
 has WebAssembly for browsers too. The wheel's tag says so. An editable installation gets none: its sources may change,
 and what is missing is compiled at first use.
 """

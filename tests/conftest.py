@@ -207,7 +207,7 @@ def run_once(run_python: Callable[..., Any], create_once: Callable[..., Path]) -
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--regenerate", action="store_true", help="write the regression data in tests/regression anew")
     parser.addoption("--long", action="store_true", help="make the campaigns in tests/robustness as long as they get")
-    parser.addoption("--absences", type=Path, metavar="FILE", help="fail if a skipped test's reason is not in this list")
+    parser.addoption("--absences", type=Path, metavar="FILE", help="fail if a test is skipped for a reason not in it")
 
 
 def pytest_configure(config: pytest.Config) -> None:
