@@ -68,7 +68,7 @@ def sweep(as_json: bool, quick: bool) -> None:
     from benchmarks import sweeps
 
     with refusing(), Console(stderr=True).status("") as status:
-        data = sweeps.measure(sweeps.QUICK if quick else sweeps.Effort(), status.update)
+        data = sweeps.measure(sweeps.QUICK if quick else sweeps.SweepEffort(), status.update)
     show(data, sweeps.as_tables, as_json)
 
 

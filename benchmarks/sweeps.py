@@ -43,7 +43,7 @@ MEMORY_SAMPLES = 20
 
 
 @dataclass(frozen=True)
-class Effort:
+class SweepEffort:
     """How much is measured: runs of each kind in a round, rounds, runs of the sweep whose memory is watched."""
 
     batch: int = 200
@@ -53,10 +53,10 @@ class Effort:
     runs: int = 5000
 
 
-QUICK = Effort(batch=4, loop=1, commands=1, rounds=1, runs=40)
+QUICK = SweepEffort(batch=4, loop=1, commands=1, rounds=1, runs=40)
 
 
-def measure(effort: Effort, show_status: Callable[[str], object]) -> dict[str, Any]:
+def measure(effort: SweepEffort, show_status: Callable[[str], object]) -> dict[str, Any]:
     """Measure the cost of sweeps of `fig4_9` with native FMUs.
 
     `overhead_ms` is what a run in a batch takes besides its steps, `runs_per_second` are medians, `two_over_one` is

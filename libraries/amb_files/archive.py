@@ -84,13 +84,13 @@ def _check(entries: Sequence[zipfile.ZipInfo]) -> None:
 
 
 def _shown(error: Exception) -> str:
-    """The text of an error in one short line: it may hold a damaged name."""
+    """Return the text of an error in one short line: it may hold a damaged name."""
     text = "".join(letter if letter.isprintable() else "?" for letter in str(error) or type(error).__name__)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def is_unpacked(archive: Path, folder: Path) -> bool:
-    """Whether a folder holds the entries of a zip file, by their sizes and checksums."""
+    """Return whether a folder holds the entries of a zip file, by their sizes and checksums."""
     try:
         with zipfile.ZipFile(archive) as content:
             entries = [entry for entry in content.infolist() if not entry.is_dir()]

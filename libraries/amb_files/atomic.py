@@ -108,7 +108,7 @@ def check_writable(path: Path, is_folder: bool) -> None:
 
 
 def is_special(path: Path) -> bool:
-    """Whether there is something that is neither a regular file nor a folder, such as a device or a pipe."""
+    """Return whether there is something that is neither a regular file nor a folder, such as a device or a pipe."""
     return path.exists() and not path.is_file() and not path.is_dir()
 
 

@@ -105,7 +105,7 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
 
 
 def _at_place(sentence: str, keys: Location, data: object) -> str:
-    """A form's own sentence with the place of the form: `diameter = ...` of a shaft is `shaft.diameter = ...`."""
+    """Return a form's own sentence with its place: `diameter = ...` of a shaft is `shaft.diameter = ...`."""
     named = re.match(r"(\w+)(?= (?:=|is missing|is given))", sentence)
     if named:
         return _place((*keys, named[1]), data) + sentence[named.end() :]
@@ -135,7 +135,7 @@ def _unit(metadata: Sequence[Any]) -> str:
 
 
 def _shown(value: object) -> str:
-    """The value as TOML writes it, shortened; a table is only called one."""
+    """Return the value as TOML writes it, shortened; a table is only called one."""
     if isinstance(value, Mapping):
         return "a table"
     if isinstance(value, bool):
@@ -156,7 +156,7 @@ def _place(keys: Location, data: object) -> str:
 
 
 def _keys(details: ErrorDetails, data: object) -> Location:
-    """The parts of an error's location that the data has, and a missing key.
+    """Return the parts of an error's location that the data has, and a missing key.
 
     pydantic adds the members of unions and what validators made.
     """
@@ -185,7 +185,7 @@ def _at(data: Any, keys: Location) -> Any:
 
 
 def _declared(form: Any, location: Location) -> list[_Declared]:
-    """How the place is declared; several where a union leaves it open."""
+    """Return how the place is declared; several where a union leaves it open."""
     here = list(_unwrapped(_Declared(form)))
     for part in location:
         tagged = [d for d in here if any(isinstance(extra, Tag) and extra.tag == part for extra in d.metadata)]
@@ -213,7 +213,7 @@ def _member(hint: Any, part: int | str) -> Iterator[_Declared]:
 
 
 def _unwrapped(declared: _Declared) -> Iterator[_Declared]:
-    """The members of a union, without `Annotated`."""
+    """Return the members of a union, without `Annotated`."""
     origin = get_origin(declared.hint)
     if origin is Annotated:
         hint, *extras = get_args(declared.hint)

@@ -42,7 +42,7 @@ PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in
 
 
 @table
-class Section:
+class ShaftSection:
     """A piece of shaft: length, diameter and inner diameter (m), those at its other end if it is a cone, material."""
 
     length: Length
@@ -86,7 +86,7 @@ class Sleeve:
         return whole.part((begin - self.begin) / length, (end - self.begin) / length)
 
 
-def _give_ends(part: Section | Sleeve) -> None:
+def _give_ends(part: ShaftSection | Sleeve) -> None:
     """Fill in the diameters at the other end of a part that is no cone, and check all four."""
     for name in ("diameter", "inner_diameter"):
         if getattr(part, f"{name}_end") is None:

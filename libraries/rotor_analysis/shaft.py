@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag
 from amb_files.toml import table
 from rotor_analysis.checks import Length, Name, Position, Size, as_tuple, require
 from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus
-from rotor_analysis.sections import PER_ELEMENT, SAME_PLACE, Piece, Section, Sleeve
+from rotor_analysis.sections import PER_ELEMENT, SAME_PLACE, Piece, ShaftSection, Sleeve
 
 MassModel = Literal["consistent", "diagonal"]
 
@@ -158,7 +158,7 @@ class SectionedShaft:
     `material` names that of the sections and sleeves that name none of their own.
     """
 
-    sections: Annotated[tuple[Section, ...], MinLen(1)]
+    sections: Annotated[tuple[ShaftSection, ...], MinLen(1)]
     youngs_modulus: YoungsModulus | None = None
     density: Density | None = None
     poissons_ratio: PoissonsRatio | None = None

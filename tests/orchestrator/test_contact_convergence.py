@@ -15,14 +15,14 @@ from amb_cosim import studies
 from amb_cosim.cosim.signals import SignalTable, Variable
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies import contact_convergence, convergence_runs
-from amb_cosim.studies.convergence_runs import Case, CaseResult, Contact, varied_cases
+from amb_cosim.studies.convergence_runs import CaseResult, Contact, ConvergenceCase, varied_cases
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor_file import load_rotor
 
 
 def base_of(rotor):
-    return Case(load_scenario("fig4_9"), {}, "native", "scenario", "scenario", 1.0, str(rotor_path(rotor)))
+    return ConvergenceCase(load_scenario("fig4_9"), {}, "native", "scenario", "scenario", 1.0, str(rotor_path(rotor)))
 
 
 @pytest.fixture

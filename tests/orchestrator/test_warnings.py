@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.warnings import Warned, of_component, sentences, to_json, warnings_of
+from amb_cosim.cosim.warnings import WarningRecord, of_component, sentences, to_json, warnings_of
 
 TIMES = np.arange(-2.0, 8.0)
 TEMPLATE = "the current is cut to {limit} A"
@@ -140,7 +140,7 @@ def test_a_run_has_the_warnings_of_each_component(tmp_path, run_python, flavour,
     path = tmp_path / "magnets.toml"
     path.write_text(SYSTEM.replace("RECORDED", f'"{recorded}"'), encoding="utf-8")
     run = run_magnets if flavour == "native" else partial(run_python, run_magnets)
-    given = [Warned(*warned) for warned in run(path=str(path), flavour=flavour)]
+    given = [WarningRecord(*warned) for warned in run(path=str(path), flavour=flavour)]
     by_name = {f"{warned.component}.{warned.variable}": warned for warned in given}
     assert sorted(by_name) == ["magnets.mb1.clipped_x", "magnets.mb1.saturated_x", "spare.mb2.saturated_x"]
     clipped, saturated = by_name["magnets.mb1.clipped_x"], by_name["spare.mb2.saturated_x"]

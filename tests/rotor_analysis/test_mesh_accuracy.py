@@ -11,11 +11,16 @@ from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.parts import Bearing, Disc, Site
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.sections import Section
+from rotor_analysis.sections import ShaftSection
 from rotor_analysis.shaft import SectionedShaft
 from rotor_analysis.undamped import natural_frequencies
 
-SECTIONS = (Section(0.3, 0.04, diameter_end=0.06), Section(0.6, 0.06, 0.02), Section(0.02, 0.09), Section(0.4, 0.05))
+SECTIONS = (
+    ShaftSection(0.3, 0.04, diameter_end=0.06),
+    ShaftSection(0.6, 0.06, 0.02),
+    ShaftSection(0.02, 0.09),
+    ShaftSection(0.4, 0.05),
+)
 K = ((2e7, 0.0), (0.0, 2e7))
 PUMP = """
 name = "pump"

@@ -16,7 +16,7 @@ from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, valid_t
 from rotor_analysis.reduction import craig_bampton, msdc
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.sections import Section
+from rotor_analysis.sections import ShaftSection
 from rotor_analysis.shaft import SectionedShaft
 from rotor_analysis.undamped import natural_frequencies
 
@@ -32,7 +32,7 @@ def compressor(stiffness=2e7, **options):
     bearings = tuple(Bearing(f"mb{k}", z=z, stiffness=stiffness) for k, z in enumerate((0.1, 1.0, 1.9)))
     sites = tuple(Site(f"seal{k}", z=z) for k, z in enumerate((0.1, 0.25, 0.8, 1.0, 1.75, 1.9)))
     sensors = (Sensor("left", z=0.15), Sensor("right", z=1.85))
-    shaft = SectionedShaft((Section(0.2, 0.05), Section(1.6, 0.08), Section(0.2, 0.05)), **STEEL)
+    shaft = SectionedShaft((ShaftSection(0.2, 0.05), ShaftSection(1.6, 0.08), ShaftSection(0.2, 0.05)), **STEEL)
     rotor = Rotor("compressor", shaft, discs, bearings, sites, sensors)
     return replace(refine_to_accuracy(rotor, 6, 1e-3), reduction=ReductionOptions(**options))
 
@@ -147,7 +147,7 @@ def test_spinning_rotor_whirls_in_its_modes_as_in_full(Omega):
 
 
 def test_rotor_without_parts_keeps_the_ends_of_its_shaft():
-    rotor = Rotor("shaft", SectionedShaft((Section(0.5, 0.05), Section(0.5, 0.06)), **STEEL))
+    rotor = Rotor("shaft", SectionedShaft((ShaftSection(0.5, 0.05), ShaftSection(0.5, 0.06)), **STEEL))
     assert needed_masters(rotor) == (1, 3)
 
 

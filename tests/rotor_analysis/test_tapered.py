@@ -11,7 +11,7 @@ from rotor_analysis import beam, tapered
 from rotor_analysis.assembly import assemble
 from rotor_analysis.element import Element, Material
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.sections import Section
+from rotor_analysis.sections import ShaftSection
 from rotor_analysis.shaft import SectionedShaft, Shaft
 
 MATERIAL = Material(**STEEL)
@@ -95,7 +95,7 @@ def test_shear_coefficient_is_that_of_the_source(inner, shear, kappa):
 
 
 def test_sections_make_the_shaft_that_nodes_and_diameters_make():
-    sections = (Section(0.3, 0.05), Section(0.2, 0.08, 0.02, 0.06, material="aluminium"))
+    sections = (ShaftSection(0.3, 0.05), ShaftSection(0.2, 0.08, 0.02, 0.06, material="aluminium"))
     materials = {"aluminium": Material(0.7e11, 2700.0, 0.33)}
     by_sections = Rotor("shaft", SectionedShaft(sections, **STEEL), materials=materials)
     shaft = Shaft(
@@ -114,7 +114,7 @@ def test_sections_make_the_shaft_that_nodes_and_diameters_make():
 def test_two_materials_stretch_in_proportion_to_their_stiffness():
     """A cantilever whose outer half is of aluminium: curvature M/(E I) of each half, by hand."""
     L = 0.5
-    sections = (Section(L, 0.05), Section(L, 0.05, material="aluminium"))
+    sections = (ShaftSection(L, 0.05), ShaftSection(L, 0.05, material="aluminium"))
     aluminium = Material(0.7e11, 2700.0, 0.33)
     rotor = Rotor("halves", SectionedShaft(sections, theory="rayleigh", **STEEL), materials={"aluminium": aluminium})
     K = one_plane(assemble(rotor).K)[2:, 2:]

@@ -43,10 +43,10 @@ def compared() -> dict[str, Any]:
     from amb_cosim.results.contact_history import contact_cycles
     from amb_cosim.scenario.scenario import load_scenario
     from amb_cosim.scenario.simulation import prepare, run_prepared
-    from amb_cosim.studies.recovery_trials import Trial, simulate_trial
+    from amb_cosim.studies.recovery_trials import RecoveryTrial, simulate_trial
 
     def last(added: float, cycle: float) -> float | None:
-        return simulate_trial(Trial("PID + ROLAC", added, cycle, 7.0)).last_contact_cycle
+        return simulate_trial(RecoveryTrial("PID + ROLAC", added, cycle, 7.0)).last_contact_cycle
 
     return {
         "scenario": contact_cycles(run_prepared(prepare(load_scenario("fig5_6"))).dataset)[1],

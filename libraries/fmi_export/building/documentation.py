@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from html import escape
 
 from fmi_export.building.identity import DOCUMENTATION, package_folder
-from fmi_export.building.interface_page import Table, tables
+from fmi_export.building.interface_page import PageTable, tables
 from fmi_export.model import Model
 
 PICTURES = {"sketch.svg": "documentation/sketch.svg", "icon.png": "model.png"}  # of a package, and where they go
@@ -78,7 +78,7 @@ def _html(markdown: str) -> str:
     return rendered
 
 
-def _table(table: Table) -> str:
+def _table(table: PageTable) -> str:
     lines = ["".join(f"<th>{cell}</th>" for cell in table.header)]
     lines += ["".join(f"<td>{_cell(cell)}</td>" for cell in row) for row in table.rows]
     rows = "".join(f"<tr>{line}</tr>\n" for line in lines)

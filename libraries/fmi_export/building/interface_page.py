@@ -23,7 +23,7 @@ CODE = re.compile(r"(`[^`]*`)")
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """A titled table; what stands between backticks in a cell is a name."""
 
     title: str
@@ -31,18 +31,18 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
 
-def tables(model: Model) -> list[Table]:
+def tables(model: Model) -> list[PageTable]:
     """Return the tables of a model: its variables by causality, its faults and, where it has any, its warnings."""
     header = ("name", "type", "unit", "start", "allowed", "description")
     of = model.interface.of
     shown = [
-        Table(title, header, tuple(_cells(v) for v in of(kind)))  # type: ignore[arg-type]
+        PageTable(title, header, tuple(_cells(v) for v in of(kind)))  # type: ignore[arg-type]
         for kind, title in HEADINGS.items()
     ]
-    shown.append(Table("Faults", ("fault_code", "meaning"), _faults(model)))
+    shown.append(PageTable("Faults", ("fault_code", "meaning"), _faults(model)))
     warnings = tuple((f"`{v.name}`", sentence(v.warning)) for v in of("output") if v.warning)
     if warnings:
-        shown.append(Table("Warnings", ("output", "logged when it becomes true"), warnings))
+        shown.append(PageTable("Warnings", ("output", "logged when it becomes true"), warnings))
     return shown
 
 
@@ -90,7 +90,7 @@ def _faults(model: Model) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _markdown(table: Table) -> str:
+def _markdown(table: PageTable) -> str:
     rows = [table.header, ("---",) * len(table.header)]
     rows += [tuple(outside_code(cell, _escaped) for cell in row) for row in table.rows]
     return "\n".join("| " + " | ".join(row) + " |" for row in rows)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from amb_cosim.comparison.signals import SignalComparison, compare_signals
-from amb_cosim.comparison.table import Row, rows_of, table_of
+from amb_cosim.comparison.table import ComparedValue, rows_of, table_of
 from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
@@ -64,7 +64,7 @@ class Comparison:
     """
 
     sides: tuple[Side, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[ComparedValue, ...]
     signals: SignalComparison
 
     @property

@@ -23,7 +23,7 @@ Value = float | str | bool | None
 
 
 @dataclass(frozen=True)
-class Row:
+class ComparedValue:
     """One quantity of all runs.
 
     quantity
@@ -42,18 +42,18 @@ class Row:
     differences: tuple[float | None, ...]
 
 
-def rows_of(summaries: Sequence[Summary]) -> tuple[Row, ...]:
+def rows_of(summaries: Sequence[Summary]) -> tuple[ComparedValue, ...]:
     """Return the quantities that at least one of the runs has, in the order of the summary."""
     flat = [dict(_flat(summary)) for summary in summaries]
     units = {name: unit for values in flat for name, (_, unit) in values.items()}
     rows = []
     for name, unit in units.items():
         values = tuple(found.get(name, (None, ""))[0] for found in flat)
-        rows.append(Row(name, unit, values, tuple(_difference(value, values[0]) for value in values)))
+        rows.append(ComparedValue(name, unit, values, tuple(_difference(value, values[0]) for value in values)))
     return tuple(row for row in rows if any(value is not None for value in row.values))
 
 
-def table_of(rows: Sequence[Row], labels: Sequence[str]) -> Table:
+def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
     """Return a table with a column for each run, and the difference to the first one beside the values of the others.
 
     Quantities that are zero in all runs are left out.
@@ -107,7 +107,7 @@ def _shown(value: Value) -> str:
     return value if isinstance(value, str) else number(value)
 
 
-def _change(row: Row, run: int) -> str:
+def _change(row: ComparedValue, run: int) -> str:
     """Return the difference of a run in percent of the first value; that of a share or a cycle as it is."""
     difference, first = row.differences[run], row.values[0]
     if difference is None or isinstance(first, bool | str | None):

@@ -24,7 +24,7 @@ class Assignments:
     inputs
         Values of signals and of other inputs, by name.
     dropped
-        Names to which `give` gave nothing.
+        Names whose values `set_or_drop` dropped.
     """
 
     def __init__(self, system: System, interfaces: Mapping[str, FmuInterface]) -> None:
@@ -63,8 +63,8 @@ class Assignments:
                 self.inputs[target] = value
         return names
 
-    def give(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
-        """Do the same as `set`, but drop the value if the component replaces one that has such a variable."""
+    def set_or_drop(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
+        """Give a value as `set` does, but drop it if the component replaces one that has such a variable."""
         return [] if self.drops(name, only) else self.set(name, raw, only)
 
     def drops(self, name: str, only: str | None = None) -> bool:
@@ -106,7 +106,7 @@ class Assignments:
         return (signal.name if signal is not None else name), value
 
     def read_change(self, name: str, raw: Raw) -> tuple[str, float]:
-        """Do the same as `read` for a value that comes during the run: of an input, or of a tunable parameter."""
+        """Read a value that comes during the run, of an input or a tunable parameter; see `read`."""
         component, _, variable = name.partition(".")
         port = self.interfaces[component].ports.get(variable) if component in self.interfaces else None
         is_tunable = port is not None and port.causality == "parameter" and port.variability == "tunable"

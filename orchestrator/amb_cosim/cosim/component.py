@@ -232,11 +232,11 @@ class FmuComponent:
             self._state = c_void_p()
 
     def _said(self) -> list[str]:
-        """What the FMU logged, without warnings if there is more than those."""
+        """Return what the FMU logged, without warnings if there is more than those."""
         return [text for status, text in self._log if status != WARNING] or self.warnings
 
     def _ended(self) -> bool:
-        """Whether the FMU discarded a step because it wants no other."""
+        """Return whether the FMU discarded a step because it wants no other."""
         with suppress(Exception):  # a question that an FMU need not answer
             return bool(self._fmu.getBooleanStatus(fmi2Terminated))
         return False

@@ -17,7 +17,7 @@ from amb_cosim.cosim.experiment import port_of
 from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.netcdf import netcdf
 from amb_cosim.cosim.schedules import Array
-from amb_cosim.cosim.signals import Signals, SignalTable, Variable
+from amb_cosim.cosim.signals import Samples, Signals, SignalTable
 from amb_cosim.cosim.simulation import Outcome, Recording
 from amb_files.atomic import write_atomically
 
@@ -75,7 +75,7 @@ def to_signals(recording: Recording) -> SignalTable:
     for column, variable in enumerate(recorder.table.T):
         label = plan.recorded[column]
         component, port = port_of(label, plan.system, recording.interfaces)
-        variables[label] = Variable(
+        variables[label] = Samples(
             variable.astype(_DTYPES[port.type]),
             {
                 "units": port.unit or "1",
@@ -86,7 +86,7 @@ def to_signals(recording: Recording) -> SignalTable:
             },
         )
     times = np.asarray(recorder.points * plan.step_size, np.float64)
-    time = Variable(times, {"units": "s", "description": "Time"})
+    time = Samples(times, {"units": "s", "description": "Time"})
     attributes: dict[str, Any] = {
         "system": plan.system.name,
         "flavour": recording.flavour,
@@ -109,7 +109,7 @@ def to_signals(recording: Recording) -> SignalTable:
     return SignalTable(variables, {"time": time}, attributes)
 
 
-def _warnings(recording: Recording, times: Array) -> list[warnings.Warned]:
+def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord]:
     """Return the warnings of all components."""
     plan, columns = recording.plan, dict(zip(recording.plan.recorded, recording.recorder.table.T, strict=True))
     return [

@@ -23,7 +23,7 @@ ROUNDING = 1e-9  # relative, of times that are whole numbers of steps
 
 
 @dataclass(frozen=True)
-class Event:
+class InputChange:
     """From `time` (s) on, an input or a tunable parameter has a new value."""
 
     time: float
@@ -70,7 +70,7 @@ class Experiment:
     step_size: float
     stop_time: float
     start_time: float = 0.0
-    events: tuple[Event, ...] = ()
+    events: tuple[InputChange, ...] = ()
     profiles: tuple[Profile, ...] = ()
     stops: tuple[StopCondition, ...] = ()
     recorded: tuple[str, ...] = (EVERYTHING,)

@@ -86,12 +86,12 @@ def deferred() -> Iterator[Interruption]:
 
 
 def was_interrupted() -> bool:
-    """Whether a signal has come since `interruptible` began."""
+    """Return whether a signal has come since `interruptible` began."""
     return bool(_received)
 
 
 def was_terminated() -> bool:
-    """Whether the first signal since `interruptible` began was SIGTERM."""
+    """Return whether the first signal since `interruptible` began was SIGTERM."""
     return _received[:1] == [signal.SIGTERM]
 
 

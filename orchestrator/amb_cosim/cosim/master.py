@@ -147,8 +147,8 @@ class Master(Generic[P]):
         for _ in range(sweeps + 1):
             before = self.values.copy()
             for i, component in enumerate(self.components):
-                self._starting(component, self._give, i)
-                self._starting(component, self._take, i)
+                self._starting(component, self._send_inputs, i)
+                self._starting(component, self._fetch_outputs, i)
             if np.array_equal(before, self.values, equal_nan=True):
                 break
         else:
@@ -194,26 +194,26 @@ class Master(Generic[P]):
     def _gauss_seidel(self, n: int) -> None:
         for i, component in enumerate(self.components):
             if n % component.every == 0:
-                self._guarded(n, component, self._give, i)
+                self._guarded(n, component, self._send_inputs, i)
                 self._guarded(n, component, self._step, i, n)
-                self._guarded(n, component, self._take, i)
+                self._guarded(n, component, self._fetch_outputs, i)
 
     def _jacobi(self, n: int) -> None:
         due = [(i, c) for i, c in enumerate(self.components) if n % c.every == 0]
         for i, component in due:
-            self._guarded(n, component, self._give, i)
+            self._guarded(n, component, self._send_inputs, i)
         for i, component in due:
             self._guarded(n, component, self._step, i, n)
         for i, component in enumerate(self.components):
             if (n + 1) % component.every == 0:
-                self._guarded(n, component, self._take, i)
+                self._guarded(n, component, self._fetch_outputs, i)
 
     def _iterative(self, n: int) -> None:
         def advance(i: int) -> None:
             component = self.components[i]
             self._guarded(n, component, component.write)
             self._guarded(n, component, self._step, i, n)
-            self._guarded(n, component, self._take, i)
+            self._guarded(n, component, self._fetch_outputs, i)
 
         try:
             self._iteration.step(self.values, advance)
@@ -235,7 +235,7 @@ class Master(Generic[P]):
         except Exception as error:
             raise StepFailed(component.name, self.time(n), str(error)) from error
 
-    def _give(self, i: int) -> None:
+    def _send_inputs(self, i: int) -> None:
         component = self.components[i]
         np.take(self.values, self.wiring.sources[i], out=component.inputs)
         component.write()
@@ -244,7 +244,7 @@ class Master(Generic[P]):
         component = self.components[i]
         component.step(self.time(n), component.every * self.step_size)
 
-    def _take(self, i: int) -> None:
+    def _fetch_outputs(self, i: int) -> None:
         component = self.components[i]
         component.read()
         self.values[self.slots[i]] = component.outputs

@@ -37,7 +37,7 @@ class Signals(Protocol):
 
 
 @dataclass(frozen=True)
-class Variable:
+class Samples:
     """Samples of one variable, shape (n,), with their attributes."""
 
     values: NDArray[Any]
@@ -48,8 +48,8 @@ class Variable:
 class SignalTable:
     """Variables and coordinates over the dimension `time`, by name, with attributes of the run."""
 
-    variables: Mapping[str, Variable]
-    coordinates: Mapping[str, Variable]
+    variables: Mapping[str, Samples]
+    coordinates: Mapping[str, Samples]
     attrs: Mapping[str, Any]
 
     @property
@@ -57,7 +57,7 @@ class SignalTable:
         """Number of samples, as `sizes["time"]`."""
         return {"time": len(self.coordinates["time"].values)}
 
-    def __getitem__(self, name: str, /) -> Variable:
+    def __getitem__(self, name: str, /) -> Samples:
         return self.coordinates[name] if name in self.coordinates else self.variables[name]
 
     def __contains__(self, name: object, /) -> bool:

@@ -124,7 +124,7 @@ class Assembly:
         values = Assignments(self.system, self.interfaces)
         for component, variables in self.system.parameters.items():
             for variable, raw in variables.items():
-                values.give(f"{component}.{variable}", raw, only="parameter")
+                values.set_or_drop(f"{component}.{variable}", raw, only="parameter")
         return values
 
 

@@ -52,7 +52,7 @@ from amb_files.toml import read_toml, validate
 
 
 def packaged_systems() -> dict[str, Traversable]:
-    """The systems that come with the package, by name."""
+    """Return the systems that come with the package, by name."""
     folder = resources.files("amb_cosim").joinpath("systems")
     return {f.name.removesuffix(".toml"): f for f in folder.iterdir()}
 
@@ -109,7 +109,7 @@ def load_experiment(name: str | Path) -> tuple[Experiment, Values]:
 
 
 def _table(name: str, derived: tuple[str, ...] = ()) -> SystemTable:
-    """Content of a system file, laid over that of its base; paths in a file are relative to it."""
+    """Return content of a system file, laid over that of its base; paths in a file are relative to it."""
     packaged = packaged_systems()
     source: Traversable = packaged.get(name, Path(name))
     if not source.is_file():
@@ -133,7 +133,7 @@ T = TypeVar("T", bound=SystemTable)
 
 
 def _with_paths(table: T, source: Traversable) -> T:
-    """The table with the paths of its FMUs relative to the working directory."""
+    """Return the table with the paths of its FMUs relative to the working directory."""
     if not isinstance(source, Path):
         return table
     components = tuple(

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 
-from amb_cosim.cosim.system_tables import ConnectTable, OverlayTable, SignalTable, SystemTable
+from amb_cosim.cosim.system_tables import ConnectTable, OverlayTable, SharedSignalTable, SystemTable
 from amb_files.suggestions import suggest
 
 
 def overlaid(below: SystemTable, above: OverlayTable) -> SystemTable:
-    """A system with another laid over it.
+    """Return a system with another laid over it.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def overlaid(below: SystemTable, above: OverlayTable) -> SystemTable:
 
 
 def _reduced(table: SystemTable, remove: Sequence[str]) -> SystemTable:
-    """A system without what `remove` names: components, parameters, and what feeds inputs."""
+    """Return a system without what `remove` names: components, parameters, and what feeds inputs."""
     for entry in remove:
         component, dot, variable = entry.partition(".")
         names = [c.name for c in table.component]
@@ -81,7 +81,7 @@ def _check_feeds(table: SystemTable, component: str, pattern: str) -> None:
 
 
 def _without_component(table: SystemTable, name: str) -> SystemTable:
-    """A system without a component, its parameters and its connections."""
+    """Return a system without a component, its parameters and its connections."""
     return table.model_copy(
         update={
             "component": tuple(c for c in table.component if c.name != name),
@@ -93,8 +93,8 @@ def _without_component(table: SystemTable, name: str) -> SystemTable:
     )
 
 
-def _signals(signals: Sequence[SignalTable], pattern: str) -> tuple[SignalTable, ...]:
-    """Signals without the inputs that a pattern names, and without those that then feed nothing."""
+def _signals(signals: Sequence[SharedSignalTable], pattern: str) -> tuple[SharedSignalTable, ...]:
+    """Return signals without the inputs that a pattern names, and without those that then feed nothing."""
     left = [
         s.model_copy(update={"targets": tuple(t for t in s.targets if not fnmatchcase(t, pattern))}) for s in signals
     ]
@@ -102,6 +102,6 @@ def _signals(signals: Sequence[SignalTable], pattern: str) -> tuple[SignalTable,
 
 
 def _without(connect: ConnectTable, fed: set[str]) -> ConnectTable:
-    """A connect table of the base without the inputs that something else feeds."""
+    """Return a connect table of the base without the inputs that something else feeds."""
     left = {a: b for a, b in connect.pairs() if f"{connect.target}.{b}" not in fed}
     return connect.model_copy(update={"variables": left})

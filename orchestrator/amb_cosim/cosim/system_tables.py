@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from pydantic import Field, PrivateAttr
 
 from amb_cosim.cosim.choices import Coupling
-from amb_cosim.cosim.experiment import EVERYTHING, Event, Experiment, Profile
+from amb_cosim.cosim.experiment import EVERYTHING, Experiment, InputChange, Profile
 from amb_cosim.cosim.stopping import StopCondition
 from amb_cosim.cosim.system import Component, Connection
 from amb_cosim.cosim.tables import Count, Table, Value, Values, time_of
@@ -25,11 +25,11 @@ class ComponentTable(Table):
     _replaces: str | None = PrivateAttr(None)
 
     def component(self) -> Component:
-        """The same as a record."""
+        """Return the component as a record."""
         return Component(self.name, self.fmu, self.every, self.mandatory, self._replaces)
 
     def in_place_of(self, old: ComponentTable) -> ComponentTable:
-        """The component in the place of another: what feeds that must feed this, as far as it has the inputs."""
+        """Return the component in the place of another: what feeds that must feed this, as far as it has the inputs."""
         mandatory = self.mandatory if "mandatory" in self.model_fields_set else old.mandatory
         new = self.model_copy(update={"mandatory": mandatory})
         new._replaces = (old._replaces or old.fmu) if new.fmu != old.fmu else old._replaces
@@ -50,33 +50,33 @@ class ConnectTable(Table):
     _but: tuple[str, ...] = PrivateAttr(())
 
     def connections(self) -> list[Connection]:
-        """The connections, variable by variable."""
+        """Return the connections, variable by variable."""
         return [
             Connection(f"{self.source}.{output}", f"{self.target}.{input_}", self.option, self._inherited, self._but)
             for output, input_ in self.pairs()
         ]
 
     def inherited(self) -> ConnectTable:
-        """The same, made for an FMU that another has replaced."""
+        """Return the table as it was made for an FMU that another has replaced."""
         table = self.model_copy()
         table._inherited = True
         return table
 
     def leaving(self, pattern: str) -> ConnectTable:
-        """The same without the inputs that a pattern names, by whichever patterns of its own it reaches them."""
+        """Return the table without the inputs that a pattern names, by whichever own patterns it reaches them."""
         left = {a: b for a, b in self.pairs() if b != pattern and not fnmatchcase(b, pattern)}
         table = self.model_copy(update={"variables": left})
         table._but = (*self._but, pattern)
         return table
 
     def pairs(self) -> list[tuple[str, str]]:
-        """Names of output and input, connection by connection."""
+        """Return names of output and input, connection by connection."""
         if isinstance(self.variables, dict):
             return list(self.variables.items())
         return [(name, name) for name in self.variables]
 
 
-class SignalTable(Table):
+class SharedSignalTable(Table):
     """A shared signal and the inputs that it feeds."""
 
     name: str
@@ -108,7 +108,7 @@ class StopTable(Table):
     from_time: Value = 0.0
 
     def condition(self) -> StopCondition:
-        """The condition, times in s; raises ValueError unless one of `above` and `below` is given."""
+        """Return the condition, times in s; raises ValueError unless one of `above` and `below` is given."""
         return stop_condition(
             self.variable,
             self.above,
@@ -142,13 +142,13 @@ class ExperimentTable(Table):
     record: Record = Record()
 
     def experiment(self) -> Experiment:
-        """The run, times in s; raises ValueError where one is not allowed."""
+        """Return the run, times in s; raises ValueError where one is not allowed."""
         return Experiment(
             step_size=time_of(self.communication_step, "communication_step"),
             stop_time=time_of(self.stop_time, "stop_time"),
             start_time=time_of(self.start_time, "start_time", most=0.0),
             events=tuple(
-                Event(time_of(e.time, "time of event", least=0.0), name, raw)
+                InputChange(time_of(e.time, "time of event", least=0.0), name, raw)
                 for e in self.event
                 for name, raw in e.set.items()
             ),
@@ -172,7 +172,7 @@ class SystemTable(Table):
     parameters: dict[str, Values] = Field(default={})
     component: tuple[ComponentTable, ...] = Field(min_length=1)
     connect: tuple[ConnectTable, ...] = ()
-    signal: tuple[SignalTable, ...] = ()
+    signal: tuple[SharedSignalTable, ...] = ()
     experiment: ExperimentTable | None = None
 
 
@@ -185,7 +185,7 @@ class OverlayTable(SystemTable):
 
 
 def stop_condition(variable: str, above: Raw | None, below: Raw | None, hold: float, begin: float) -> StopCondition:
-    """A stop condition; raises ValueError unless either `above` or `below` is given."""
+    """Return a stop condition; raises ValueError unless either `above` or `below` is given."""
     limit = above if below is None else below
     if (above is None) == (below is None) or limit is None:
         raise ValueError(f"stop on {variable} needs either above or below")

@@ -20,7 +20,7 @@ _LOGGED = re.compile(r"(?:initialisation|at t = (?P<time>\S+) s): (?P<variable>\
 
 
 @dataclass(frozen=True)
-class Warned:
+class WarningRecord:
     """A warning that a component gave.
 
     Attributes
@@ -53,7 +53,7 @@ def of_component(
     start: float,
     times: Array,
     recorded: Mapping[str, Array],
-) -> list[Warned]:
+) -> list[WarningRecord]:
     """Return the warnings of a component.
 
     Parameters
@@ -68,13 +68,13 @@ def of_component(
         Times of the samples (s), and samples of the variables that were recorded, by name.
     """
     logged: dict[str, tuple[float, str]] = {}
-    others: list[Warned] = []
+    others: list[WarningRecord] = []
     for text in dict.fromkeys(log):
         found = _LOGGED.fullmatch(text)
         if found is not None and found["variable"] in ports:
             logged[found["variable"]] = float(found["time"] or start), found["sentence"]
         else:
-            others.append(Warned(component, "", text, text))
+            others.append(WarningRecord(component, "", text, text))
     declared = (
         _of_output(component, port, logged.get(port.name), times, recorded.get(port.name))
         for port in ports.values()
@@ -85,7 +85,7 @@ def of_component(
 
 def _of_output(
     component: str, port: Port, logged: tuple[float, str] | None, times: Array, samples: Array | None
-) -> Warned | None:
+) -> WarningRecord | None:
     """Return the warning of an output, or None if it was never true as far as is known."""
     true = times[:0] if samples is None else times[samples != 0.0]
     if logged is None and not len(true):
@@ -96,7 +96,7 @@ def _of_output(
     if samples is not None and after.any():
         last = float(max(true[-1], first)) if len(true) else first
         share = float(np.mean(samples[after] != 0.0))
-    return Warned(component, port.name, _kind(port), sentence, first, last, share)
+    return WarningRecord(component, port.name, _kind(port), sentence, first, last, share)
 
 
 def _kind(port: Port) -> str:
@@ -106,31 +106,31 @@ def _kind(port: Port) -> str:
     return re.sub(rf"\b{re.escape(place)}\b", "*", sentence, flags=re.IGNORECASE) if variable else sentence
 
 
-def to_json(warnings: Sequence[Warned]) -> str:
+def to_json(warnings: Sequence[WarningRecord]) -> str:
     """Return the text that `warnings_of` reads."""
     return json.dumps([asdict(warned) for warned in warnings])
 
 
-def warnings_of(dataset: Signals) -> list[Warned]:
+def warnings_of(dataset: Signals) -> list[WarningRecord]:
     """Return the warnings of the run that a data set is about."""
-    return [Warned(**warned) for warned in json.loads(dataset.attrs.get(ATTRIBUTE, "[]"))]
+    return [WarningRecord(**warned) for warned in json.loads(dataset.attrs.get(ATTRIBUTE, "[]"))]
 
 
-def sentences(warnings: Sequence[Warned]) -> list[str]:
+def sentences(warnings: Sequence[WarningRecord]) -> list[str]:
     """Return a sentence for each kind of warning: what, where, when, and for what share of the time."""
-    kinds: dict[tuple[str, str], list[Warned]] = {}
+    kinds: dict[tuple[str, str], list[WarningRecord]] = {}
     for warned in warnings:
         kinds.setdefault((warned.component, warned.kind), []).append(warned)
     return [_sentence(alike) for alike in kinds.values()]
 
 
-def _sentence(alike: Sequence[Warned]) -> str:
+def _sentence(alike: Sequence[WarningRecord]) -> str:
     earliest = min(alike, key=lambda warned: -np.inf if warned.first is None else warned.first)
     where = ", ".join(warned.variable for warned in alike if warned.variable) or earliest.component
     return f"{earliest.sentence} ({where}{_when(alike)})"
 
 
-def _when(alike: Sequence[Warned]) -> str:
+def _when(alike: Sequence[WarningRecord]) -> str:
     """Return from when until when, and how much of the time, in words."""
     starts = [warned.first for warned in alike if warned.first is not None]
     if not starts:

@@ -188,7 +188,7 @@ def read_table(
         mistake.
     """
     name = f"table of receptances {path}"
-    file = validate(read_toml(path, name), _File, name)
+    file = validate(read_toml(path, name), _ReceptanceFile, name)
     entries = tuple(Entry(entry.order, entry.speed, entry.receptance) for entry in file.receptance)
     found = ReceptanceTable(file.rotor, file.sensors, file.axes, file.loop, entries)
     if rotor is not None and found.rotor != rotor:
@@ -263,7 +263,7 @@ class _Receptance:
 
 
 @table
-class _File:
+class _ReceptanceFile:
     """The form of the file."""
 
     format: Format

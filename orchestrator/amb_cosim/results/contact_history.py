@@ -94,7 +94,7 @@ def recovered(dataset: Signals) -> bool | None:
 
 
 def free_after(dataset: Signals, last: float | None) -> bool | None:
-    """Do the same, for a last contact in cycle `last` that is known already; None without any."""
+    """Return whether five cycles follow the last contact, in cycle `last`, None without any; see `recovered`."""
     if signal(dataset, "contact_state") is None:
         return None
     return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
@@ -109,7 +109,7 @@ def recovery(dataset: Signals) -> Recovery | None:
 
 
 def recovery_after(dataset: Signals, last: float | None) -> Recovery | None:
-    """Do the same, for a last contact in cycle `last` that is known already; None without any."""
+    """Find what the step led to from the last contact, in cycle `last`, None without any; see `recovery`."""
     free, step = free_after(dataset, last), dataset.attrs.get("step_cycle")
     if free is None or step is None:
         return None

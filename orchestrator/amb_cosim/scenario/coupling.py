@@ -30,7 +30,7 @@ def predictable(interfaces: Mapping[str, FmuInterface]) -> list[str]:
     return [f"{component}.{PREDICTION}" for component, port in found.items() if port and port.causality == "parameter"]
 
 
-def doubt(coupling: Coupling, step_size: float, prediction_time: float = 0.0) -> str | None:
+def coupling_warning(coupling: Coupling, step_size: float, prediction_time: float = 0.0) -> str | None:
     """Return a sentence that says why the results of a levitated rotor are in doubt, or None.
 
     Parameters

@@ -59,7 +59,7 @@ class _MissingParameters:
     def set(self, name: str, value: Raw) -> None:
         """Set a parameter, unless it was given."""
         if name not in self.given:
-            self.values.give(name, value, only="parameter")
+            self.values.set_or_drop(name, value, only="parameter")
 
 
 def _carry_weight(missing: _MissingParameters, rotor: str | None) -> None:

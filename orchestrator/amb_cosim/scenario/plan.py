@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from amb_cosim.cosim.assignments import Assignments
-from amb_cosim.cosim.experiment import Event, Experiment, Plan, Profile, plan_experiment, whole_steps
+from amb_cosim.cosim.experiment import Experiment, InputChange, Plan, Profile, plan_experiment, whole_steps
 from amb_cosim.cosim.schedules import nearest_point
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.values import Raw, convert
@@ -87,7 +87,7 @@ def plan_scenario(
     given: set[str] = set()
     for component, variables in scenario.parameters.items():
         for variable, raw in variables.items():
-            given.update(values.give(f"{component}.{variable}", raw, only="parameter"))
+            given.update(values.set_or_drop(f"{component}.{variable}", raw, only="parameter"))
     for name, value in _scaled(scenario.inputs, scenario, values, "input"):
         values.set(name, value, only="input")
     for name, raw in (settings or {}).items():
@@ -99,13 +99,13 @@ def plan_scenario(
     if late := delay(coupling, h):
         for name in set(predictable(assembly.interfaces)) - given:
             values.set(name, late)
-    events: list[Event] = []
+    events: list[InputChange] = []
     marks: dict[str, int] = {}
     for event in scenario.event:
         moment = event.moment(period)
         if event.label:
             marks[event.label] = nearest_point("time of event", moment, h)
-        events += [Event(moment, name, value) for name, value in _scaled(event.set, scenario, values)]
+        events += [InputChange(moment, name, value) for name, value in _scaled(event.set, scenario, values)]
     experiment = Experiment(
         step_size=h,
         stop_time=scenario.end(period) if until is None else whole_steps("until", until, h) * h,

@@ -17,18 +17,18 @@ from amb_cosim.cosim.fmus import Fmu
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import Array
-from amb_cosim.cosim.signals import SignalTable, Variable
+from amb_cosim.cosim.signals import Samples, SignalTable
 from amb_cosim.cosim.simulation import Assembly, Progress, Recording, assemble, run_plan
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import load_system
 from amb_cosim.cosim.values import Raw
 from amb_cosim.cosim.warnings import ATTRIBUTE as WARNINGS
-from amb_cosim.cosim.warnings import Warned, to_json, warnings_of
+from amb_cosim.cosim.warnings import WarningRecord, to_json, warnings_of
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.results.places import ATTRIBUTE as PLACES
 from amb_cosim.results.places import CONTROLLER, places_of
 from amb_cosim.results.result import Result
-from amb_cosim.scenario.coupling import PREDICTION, doubt
+from amb_cosim.scenario.coupling import PREDICTION, coupling_warning
 from amb_cosim.scenario.plan import ScenarioPlan, plan_scenario
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 
@@ -215,7 +215,7 @@ def record_prepared(
     isolated: bool | None = None,
     instances: Instances | None = None,
 ) -> Recording:
-    """Do the same, and return what was recorded without its labels."""
+    """Run a prepared scenario, and return what was recorded without labels; arguments as for `run_prepared`."""
     coupling = prepared.scenario.coupling
     return run_plan(prepared.assembly, prepared.plan, progress, loop, coupling, isolated, instances)
 
@@ -226,12 +226,12 @@ def bare_signals(prepared: Prepared, recording: Recording) -> SignalTable:
     That is what key values take; units, parameters and warnings cost more than they do.
     """
     plan, recorder = prepared.plan, recording.recorder
-    variables = {name: Variable(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
+    variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
     time = np.asarray(recorder.points * plan.step_size, np.float64)
     return SignalTable(variables, _coordinates(plan, time), _landmarks(prepared, recorder))
 
 
-def _doubt(prepared: Prepared) -> str | None:
+def _coupling_warning(prepared: Prepared) -> str | None:
     """Return why the coupling of a loop is in doubt, or None; there is a loop if connections lead both ways."""
     system = prepared.plan.system
     links = {(system.split(link.source)[0], system.split(link.target)[0]) for link in system.connections}
@@ -239,15 +239,15 @@ def _doubt(prepared: Prepared) -> str | None:
         return None
     parameters = prepared.plan.all_parameters(prepared.interfaces)
     predicted = max(of_one.get(PREDICTION) or 0.0 for of_one in parameters.values())
-    return doubt(prepared.scenario.coupling or system.coupling, prepared.plan.step_size, predicted)
+    return coupling_warning(prepared.scenario.coupling or system.coupling, prepared.plan.step_size, predicted)
 
 
 def labelled(prepared: Prepared, recording: Recording) -> Result:
     """Return what a run recorded with all its labels, and what the scenario says."""
     scenario, plan = prepared.scenario, prepared.plan
     signals = to_signals(recording)
-    sentence = _doubt(prepared)
-    warned = [*warnings_of(signals), *([Warned("coupling", "", sentence, sentence)] if sentence else [])]
+    sentence = _coupling_warning(prepared)
+    warned = [*warnings_of(signals), *([WarningRecord("coupling", "", sentence, sentence)] if sentence else [])]
     attributes: dict[str, Any] = {
         "scenario": scenario.name,
         "description": scenario.description,
@@ -269,11 +269,11 @@ def labelled(prepared: Prepared, recording: Recording) -> Result:
     return Result(table, recording.outcome)
 
 
-def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Variable]:
+def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Samples]:
     """Return time, and the turns of the initial speed."""
     return {
-        "time": Variable(time, {"units": "s", "description": "Time from the beginning of cycle 0"}),
-        "cycle": Variable(time / plan.period, {"units": "1", "description": "Turns of the initial speed"}),
+        "time": Samples(time, {"units": "s", "description": "Time from the beginning of cycle 0"}),
+        "cycle": Samples(time / plan.period, {"units": "1", "description": "Turns of the initial speed"}),
     }
 
 

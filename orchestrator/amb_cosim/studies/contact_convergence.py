@@ -24,9 +24,9 @@ from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies.convergence_runs import (
     START,
     WINDOW,
-    Case,
     CaseResult,
     Contact,
+    ConvergenceCase,
     prepare_case,
     rotor_file,
     simulate_case,
@@ -202,7 +202,7 @@ def convergence(
     if rotor is not None:
         given = given.model_copy(update={"rotor": str(rotor)})
     file = str(rotor_file(given))
-    base = Case(given, dict(set or {}), flavour, "scenario", "scenario", 1.0, file)
+    base = ConvergenceCase(given, dict(set or {}), flavour, "scenario", "scenario", 1.0, file)
     prepare_case(base)  # checks the input and builds the FMUs before processes are started
     with stage() as folder, progress_bar(progress) as report:
         others = list(varied_cases(base, folder))
@@ -221,17 +221,17 @@ def convergence(
     return ContactConvergence(given.name, load_rotor(file).name, tuple(rows), scatter, change, chaotic)
 
 
-def _most_modes(cases: Sequence[Case]) -> list[Case]:
+def _most_modes(cases: Sequence[ConvergenceCase]) -> list[ConvergenceCase]:
     """The case with the most modes, if modes vary."""
     return sorted((case for case in cases if case.varied == "modes"), key=lambda case: case.value)[-1:]
 
 
-def _with_starts(cases: Sequence[Case], starts: int) -> list[Case]:
+def _with_starts(cases: Sequence[ConvergenceCase], starts: int) -> list[ConvergenceCase]:
     """A case, if there is one, and the same from perturbed starts."""
     return [replace(case, start=k) for case in cases for k in range(starts + 1)]
 
 
-def _row(case: Case, result: CaseResult, base: CaseResult) -> ConvergenceRow:
+def _row(case: ConvergenceCase, result: CaseResult, base: CaseResult) -> ConvergenceRow:
     change = _change([result], [base]) if result.sites else None
     return ConvergenceRow(case.varied, case.label, case.value, case.start, **vars(result), change=change)
 

@@ -21,7 +21,7 @@ from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies.inputs import Number, positive
-from amb_cosim.studies.recovery_trials import CONTROLS, END, SCENARIO, Trial, TrialResult, simulate_all
+from amb_cosim.studies.recovery_trials import CONTROLS, END, SCENARIO, RecoveryTrial, TrialResult, simulate_all
 from amb_cosim.studies.result import DrawnResult
 from rotor_analysis.checks import require
 
@@ -144,7 +144,7 @@ def recovery(
     rate = quantity(alpha, "1/s", "alpha")
     added = unbalances(steps)
     trials = [
-        Trial(control, u, FIRST_STEP + k / instants, rate, flavour)
+        RecoveryTrial(control, u, FIRST_STEP + k / instants, rate, flavour)
         for control in CONTROLS
         for u in added
         for k in range(instants)
@@ -187,7 +187,7 @@ def unbalances(raw: str | Sequence[Number]) -> list[float]:
     return sorted({positive(text, UNIT, "steps") for text in texts})
 
 
-def _statistics(results: Mapping[Trial, TrialResult]) -> RecoveryStatistics:
+def _statistics(results: Mapping[RecoveryTrial, TrialResult]) -> RecoveryStatistics:
     """Return the statistics of the trials of one control and one unbalance."""
     rows = tuple(
         TrialRow(trial.cycle, result.recovered, max(0.0, (result.last_contact_cycle or 0.0) - trial.cycle))

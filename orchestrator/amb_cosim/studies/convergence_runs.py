@@ -34,7 +34,7 @@ MESH_MODES = 12  # of a rotor that does not say how many modes its mesh is for
 
 
 @dataclass(frozen=True)
-class Case:
+class ConvergenceCase:
     """One run.
 
     varied, label, value
@@ -91,14 +91,14 @@ class CaseResult:
     failure: str = ""
 
 
-def varied_cases(base: Case, folder: Path) -> Iterator[Case]:
+def varied_cases(base: ConvergenceCase, folder: Path) -> Iterator[ConvergenceCase]:
     """Yield the runs with other modes, meshes and substeps than `base`; rotor files are written to `folder`."""
     rotor, data = load_rotor(base.rotor), read_toml(Path(base.rotor), f"rotor file {base.rotor}")
     full, reduced = assemble(rotor), reduced_rotor(rotor).model
     planes = len(reduced.translations)
     kept, inner = reduced.size // 2 - planes, full.size // 2 - planes
 
-    def with_rotor(varied: str, label: str, value: float, content: Mapping[str, Any]) -> Case:
+    def with_rotor(varied: str, label: str, value: float, content: Mapping[str, Any]) -> ConvergenceCase:
         path = folder / f"{label.replace(', ', '_').replace(' ', '_')}.toml"
         path.write_text(tomli_w.dumps(content), encoding="utf-8")
         return replace(base, varied=varied, label=label, value=value, rotor=str(path))
@@ -138,7 +138,7 @@ def rotor_file(scenario: Scenario) -> Path:
     return rotor_path(scenario.rotor or DEFAULT_ROTOR)
 
 
-def prepare_case(case: Case) -> Prepared:
+def prepare_case(case: ConvergenceCase) -> Prepared:
     """Return a case that is ready to run."""
     scenario = case.scenario.model_copy(update={"rotor": case.rotor})
     prepared = prepare(scenario, case.settings, flavour=case.flavour)
@@ -154,7 +154,7 @@ def prepare_case(case: Case) -> Prepared:
     return prepare(scenario, {**case.settings, **changed}, flavour=case.flavour)
 
 
-def simulate_case(case: Case) -> CaseResult:
+def simulate_case(case: ConvergenceCase) -> CaseResult:
     """Simulate a case. A run that does not reach its end is a result too: it says why."""
     result = run_prepared(prepare_case(case))
     failure = result.outcome.failure

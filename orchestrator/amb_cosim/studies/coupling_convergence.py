@@ -27,7 +27,7 @@ EXACT = 1e-6  # relative error of the orbit; below it the plant's own integratio
 
 
 @dataclass(frozen=True)
-class Comparison:
+class LoopVariant:
     """One levitated rotor, the schemes to compare by name, and the communication steps (s)."""
 
     title: str
@@ -122,7 +122,7 @@ def _orders_table(rows: Sequence[OrderRow]) -> TextPart:
 HALVED = tuple(SUBSTEP * 2**k for k in range(5, -1, -1))  # 500 us to 15.6 us
 
 
-def comparisons() -> list[Comparison]:
+def comparisons() -> list[LoopVariant]:
     """Return the comparisons of the study."""
     linear = Levitation(Omega=120.0, disc="d3", unbalance=0.02)
     k_s, k_i = linear_constants(axis_parameters())
@@ -148,10 +148,10 @@ def comparisons() -> list[Comparison]:
         "iterative, with gradient": Scheme("iterative"),
     }
     return [
-        Comparison("linear law, controller at 2 kHz", replace(linear, sample_time=500e-6), orders, HALVED),
-        Comparison("linear law, controller at 4 kHz", linear, orders, HALVED[1:]),
-        Comparison("amplifiers of 1.4 kHz", replace(linear, bandwidth=1400.0), currents, HALVED[1:]),
-        Comparison(
+        LoopVariant("linear law, controller at 2 kHz", replace(linear, sample_time=500e-6), orders, HALVED),
+        LoopVariant("linear law, controller at 4 kHz", linear, orders, HALVED[1:]),
+        LoopVariant("amplifiers of 1.4 kHz", replace(linear, bandwidth=1400.0), currents, HALVED[1:]),
+        LoopVariant(
             "nonlinear law with saturation", replace(linear, k_s=k_s, k_i=k_i, nonlinear=True), gradients, HALVED[1:]
         ),
     ]
@@ -176,7 +176,7 @@ def coupling(flavour: Flavour = "native") -> CouplingConvergence:
     return CouplingConvergence(DURATION, SUBSTEP, errors, compared(flavour=flavour))
 
 
-def compare(comparison: Comparison, duration: float = DURATION, flavour: Flavour = "native") -> ComparisonErrors:
+def compare(comparison: LoopVariant, duration: float = DURATION, flavour: Flavour = "native") -> ComparisonErrors:
     """Return the errors of each scheme at each communication step, and observed orders.
 
     An error is the largest distance of the orbits at both bearings from those of the monolithic system at the

@@ -21,7 +21,7 @@ NAMES: Mapping[Coupling, str] = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jaco
 
 
 @dataclass(frozen=True)
-class Run:
+class CouplingRun:
     """Order and loop of the master, communication step (s), and whether the controller predicts its displacements."""
 
     coupling: Coupling
@@ -63,15 +63,15 @@ class OrderRow:
 
 
 RUNS = (
-    Run("gauss_seidel", 250e-6),
-    *(Run("jacobi", step) for step in (250e-6, 125e-6, 50e-6, 25e-6, 10e-6)),
-    *(Run("jacobi", step, predicts=True) for step in (250e-6, 125e-6, 50e-6, 25e-6)),
-    Run("gauss_seidel", 250e-6, loop="plain"),
-    Run("iterative", 250e-6, loop="plain"),
+    CouplingRun("gauss_seidel", 250e-6),
+    *(CouplingRun("jacobi", step) for step in (250e-6, 125e-6, 50e-6, 25e-6, 10e-6)),
+    *(CouplingRun("jacobi", step, predicts=True) for step in (250e-6, 125e-6, 50e-6, 25e-6)),
+    CouplingRun("gauss_seidel", 250e-6, loop="plain"),
+    CouplingRun("iterative", 250e-6, loop="plain"),
 )
 
 
-def simulated(run: Run, flavour: Flavour = "native") -> tuple[OrderRow, float]:
+def simulated(run: CouplingRun, flavour: Flavour = "native") -> tuple[OrderRow, float]:
     """Return a run, with deviation and cost left at 0, and the shortest time that it took (s)."""
     settings = {f"rolac_controller.{PREDICTION}": delay(run.coupling, run.step) if run.predicts else 0.0}
     own = {"coupling": run.coupling, "communication_step": run.step, "record": RECORDED}
@@ -85,7 +85,7 @@ def simulated(run: Run, flavour: Flavour = "native") -> tuple[OrderRow, float]:
     return row, min(float(result.signals.attrs["wall_s"]) for result in results)
 
 
-def compared(runs: Sequence[Run] = RUNS, flavour: Flavour = "native") -> tuple[OrderRow, ...]:
+def compared(runs: Sequence[CouplingRun] = RUNS, flavour: Flavour = "native") -> tuple[OrderRow, ...]:
     """Return the runs, each beside the first."""
     found = [simulated(run, flavour) for run in runs]
     first, shortest = found[0]

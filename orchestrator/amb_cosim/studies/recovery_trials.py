@@ -29,7 +29,7 @@ CONTROLS: dict[str, dict[str, Raw]] = {
 
 
 @dataclass(frozen=True)
-class Trial:
+class RecoveryTrial:
     """One run: control, unbalance added on D1 (kg m, before the scenario's factor), cycle of the step, alpha (1/s)."""
 
     control: str
@@ -47,7 +47,7 @@ class TrialResult:
     last_contact_cycle: float | None
 
 
-def simulate_all(trials: Sequence[Trial], progress: Progress) -> list[TrialResult]:
+def simulate_all(trials: Sequence[RecoveryTrial], progress: Progress) -> list[TrialResult]:
     """Simulate trials in as many processes as there are processors, and return their results.
 
     Raises
@@ -60,7 +60,7 @@ def simulate_all(trials: Sequence[Trial], progress: Progress) -> list[TrialResul
     return simulate_in_processes(simulate_trial, trials, progress)
 
 
-def simulate_trial(trial: Trial) -> TrialResult:
+def simulate_trial(trial: RecoveryTrial) -> TrialResult:
     """Simulate one trial and return its result.
 
     Raises
@@ -74,14 +74,14 @@ def simulate_trial(trial: Trial) -> TrialResult:
     return TrialResult(bool(recovered(result.signals)), contact_cycles(result.signals)[1])
 
 
-def prepare_trial(trial: Trial) -> Prepared:
+def prepare_trial(trial: RecoveryTrial) -> Prepared:
     """Return a trial that is ready to run."""
     settings = {"rolac.alpha": trial.alpha, **CONTROLS[trial.control]}
     named = {f"rolac_controller.{name}": value for name, value in settings.items()}
     return prepare(trial_scenario(trial), named, flavour=trial.flavour)
 
 
-def trial_scenario(trial: Trial) -> Scenario:
+def trial_scenario(trial: RecoveryTrial) -> Scenario:
     """Return the scenario of Fig. 5.6 with another step, which records every sample of the contact state."""
     base = load_scenario(SCENARIO)
     before = quantity(base.inputs["rotor_contact"][DISC], "kg.m", DISC)

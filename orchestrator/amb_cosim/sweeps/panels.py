@@ -13,7 +13,7 @@ from amb_cosim.sweeps.sampling import SAMPLE, Design
 
 
 @dataclass(frozen=True)
-class Panel:
+class MapPanel:
     """A part of a sweep: its title, and its index along each axis that is fixed in it."""
 
     title: str
@@ -25,14 +25,14 @@ def numeric_axes(design: Design) -> list[str]:
     return [axis.name for axis in design.axes if axis.name == SAMPLE or (axis.columns[0].numeric and len(axis) > 1)]
 
 
-def panels(design: Design, across: Collection[str]) -> list[Panel]:
+def panels(design: Design, across: Collection[str]) -> list[MapPanel]:
     """Return a panel for each combination of values of the axes that do not go across it."""
     others = [axis for axis in design.axes if axis.name not in across]
     found = []
     for index in np.ndindex(*(len(axis) for axis in others)):
         values = [_titled(axis, axis.columns[0].values[k]) for axis, k in zip(others, index, strict=True)]
         at = {axis.name: int(k) for axis, k in zip(others, index, strict=True)}
-        found.append(Panel(", ".join(values), at))
+        found.append(MapPanel(", ".join(values), at))
     return found
 
 

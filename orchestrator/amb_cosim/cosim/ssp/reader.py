@@ -106,7 +106,7 @@ class _Reader:
         self.interfaces = {name: read_interface(place, name, self.files[name]) for name, place in self.folders.items()}
 
     def components(self) -> tuple[Component, ...]:
-        """Components in the order of the document; those with steps of their own have them from annotations."""
+        """Return components in the order of the document; those with steps of their own have them from annotations."""
         base = _number(self.root, ".//osp:FixedStepAlgorithm", "baseStepSize")
         every: dict[str, int] = {}
         for name, element in self.elements.items():
@@ -115,7 +115,7 @@ class _Reader:
         return tuple(Component(name, str(file), every[name]) for name, file in self.files.items())
 
     def connections(self) -> Iterator[Connection]:
-        """Connections between components."""
+        """Return connections between components."""
         for link in self._links():
             if link.get("startElement") and link.get("endElement"):
                 source = f"{link.get('startElement')}.{link.get('startConnector')}"
@@ -138,7 +138,7 @@ class _Reader:
         return tuple(Signal(name, tuple(ends)) for name, ends in targets.items())
 
     def values(self) -> tuple[dict[str, dict[str, Raw]], dict[str, Raw]]:
-        """Values of parameters by component and name, and of inputs by `component.variable`."""
+        """Return values of parameters by component and name, and of inputs by `component.variable`."""
         parameters: dict[str, dict[str, Raw]] = {name: {} for name in self.elements}
         inputs: dict[str, Raw] = {}
         fed = {link.target for link in self.connections()}
@@ -157,7 +157,7 @@ class _Reader:
         return parameters, inputs
 
     def experiment(self, step_size: float | None, stop_time: float | None) -> Experiment:
-        """The default experiment."""
+        """Return the default experiment."""
         table = self.root.find("ssd:DefaultExperiment", NAMES)
         start, stop = (
             None if table is None or table.get(name) is None else float(table.get(name))
@@ -171,7 +171,7 @@ class _Reader:
         return _on_the_grid(Experiment(step_size=step, stop_time=end, start_time=start or 0.0))
 
     def _step(self) -> float | None:
-        """The communication step: that of an annotation, or the shortest that an FMU is made for."""
+        """Return the communication step: that of an annotation, or the shortest that an FMU is made for."""
         for path, name in (
             (f".//{OWN}", "stepSize"),
             (".//osp:FixedStepAlgorithm", "baseStepSize"),
@@ -212,7 +212,7 @@ class _Reader:
         return None if port is None else port.causality
 
     def _bound(self, element: Any) -> Iterator[tuple[str, Given]]:
-        """Names and values of the parameter sets that an element is bound to."""
+        """Return names and values of the parameter sets that an element is bound to."""
         for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NAMES):
             if binding.find("ssd:ParameterMapping", NAMES) is not None:
                 raise ValueError(f"{self.what}: a binding of {element.get('name')} has a mapping, which is not taken")
@@ -238,7 +238,7 @@ class _Reader:
 
 
 def _coupling(root: Any, what: str) -> Coupling:
-    """The order of an annotation: of this package, or that of libcosim, whose algorithm is parallel."""
+    """Return the order of an annotation: of this package, or that of libcosim, whose algorithm is parallel."""
     own = root.find(f".//{OWN}")
     if own is not None:
         known: tuple[Coupling, ...] = get_args(Coupling)

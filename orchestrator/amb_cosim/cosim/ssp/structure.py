@@ -73,7 +73,7 @@ class Described:
         return self.interfaces[component].ports[variable]
 
     def links(self) -> list[tuple[str | None, str, str, str]]:
-        """Connections as start element, start connector, end element, end connector; the system itself is None."""
+        """Return connections as start element and connector, end element and connector; the system itself is None."""
         system = self.plan.system
         links: list[tuple[str | None, str, str, str]] = [
             (*system.split(link.source), *system.split(link.target)) for link in system.connections
