@@ -44,7 +44,7 @@ def constants_of(assembly: Assembly, constants: Sequence[Array]) -> Array:
         ends["outputs"],
         ends["state"],
         ends["work"],
-        assembly.parts[0].model.interface.parameter_index("sample_time"),
+        assembly.parts[0].model.interface.index("parameter", "sample_time"),
         list(assembly.inputs).index(assembly.slope) if ramped else -1,
         len(given),
         len(ramped),

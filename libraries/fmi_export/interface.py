@@ -123,19 +123,8 @@ class Interface:
     def n_outputs(self) -> int:
         return len(self.of("output"))
 
-    def parameter_index(self, name: str) -> int:
-        """Return the position of a parameter within the parameter array."""
-        return self._within("parameter", name)
-
-    def input_index(self, name: str) -> int:
-        """Return the position of an input within the input array."""
-        return self._within("input", name)
-
-    def output_index(self, name: str) -> int:
-        """Return the position of an output within the output array."""
-        return self._within("output", name)
-
-    def _within(self, causality: Causality, name: str) -> int:
+    def index(self, causality: Causality, name: str) -> int:
+        """Return the position of a variable within the array of its causality."""
         names = [v.name for v in self.of(causality)]
         if name not in names:
             raise ValueError(f"no {causality} called {name!r}; there are {', '.join(names)}")

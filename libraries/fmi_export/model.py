@@ -143,7 +143,6 @@ class Instance:
         self._arrays = arrays
         self._given = (self.values, lowest, highest, given)
         self._found = (self._next_outputs, lowest[given:], highest[given:], table.n_outputs)
-        self._untold = dict(table.warnings)
         self._step_size = 0.0
         self.fault = 0
         self.message = ""
@@ -202,12 +201,6 @@ class Instance:
             return self._step_size
         i = self.model.interface.position[name] - self._given[3]
         return self[name] if i < 0 else float(self._next_outputs[i])
-
-    def new_warnings(self) -> list[str]:
-        """Return name and sentence of each warning that is true and has not been returned before."""
-        variables = self.model.interface.variables
-        new = [at for at in self._untold if self.values[at]]
-        return [f"{variables[at].name}: {filled(self._untold.pop(at), self.__getitem__)}" for at in new]
 
     def _check_given(self) -> None:
         i = first_outside(*self._given)

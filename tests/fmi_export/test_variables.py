@@ -21,7 +21,7 @@ def test_groups_are_sorted_by_causality_and_keep_their_order_within_it():
     assert [v.name for v in table.variables] == ["b", "a", "u", "y", "fault_code"]
     assert (table.n_parameters, table.n_inputs, table.n_outputs) == (2, 1, 2)
     assert table.position["y"] == 3
-    assert (table.parameter_index("a"), table.input_index("u"), table.output_index("fault_code")) == (1, 0, 1)
+    assert (table.index("parameter", "a"), table.index("input", "u"), table.index("output", "fault_code")) == (1, 0, 1)
 
 
 def test_a_name_declared_twice_is_refused():
@@ -113,7 +113,7 @@ def test_an_unbounded_variable_must_still_be_finite():
 
 def test_an_unknown_name_lists_what_there_is():
     with pytest.raises(ValueError, match="no input called 'y'; there are u"):
-        interface(A, U, Y).input_index("y")
+        interface(A, U, Y).index("input", "y")
 
 
 def test_variability_follows_causality_and_type():

@@ -38,7 +38,7 @@ def test_linear_motion_is_foreseen_without_error(bench, parts):
     h = T / parts
     foreseen = drive(bench(Omega=OMEGA, prediction_time=2 * h), ramp, 30 * parts, h)
     exact = drive(bench(Omega=OMEGA), ramp, 30 * parts, h, ahead=2 * h)
-    currents = [CONTROLLER.interface.output_index(f"mb{k}.i_{a}") for k in (1, 2) for a in "xy"]
+    currents = [CONTROLLER.interface.index("output", f"mb{k}.i_{a}") for k in (1, 2) for a in "xy"]
     difference = np.abs(foreseen - exact)[2 * parts :, currents]  # the first two samples have no step before
     assert difference.max() < 1e-12 * np.abs(exact[:, currents]).max()
     assert np.abs(np.diff(exact[::parts, currents], axis=0)).min() > 0.0
@@ -73,7 +73,7 @@ def test_noise_and_faults_of_the_sensors_are_not_extrapolated(bench):
     for p in (0.0, T):
         b = bench(prediction_time=p, mb1__c_b_x=0.0, s5__fault_noise=1e-6, s5__fault_offset=1e-5)
         rows = drive(b, lambda t: np.zeros(8), 400, T)
-        column = rows[:, CONTROLLER.interface.output_index("mb1.i_x")]
+        column = rows[:, CONTROLLER.interface.index("output", "mb1.i_x")]
         spreads.append((column.mean(), column.std()))
     assert spreads[0] == spreads[1]
     assert spreads[0][1] > 0.0

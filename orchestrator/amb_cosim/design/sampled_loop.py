@@ -42,7 +42,7 @@ def given_parameters(loop: ControlLoop, parameters: Mapping[str, float]) -> Para
     table, constants = interface_of(loop), no_table(loop)
     values: Array = table.start[: table.n_parameters].copy()
     for name, value in parameters.items():
-        values[table.parameter_index(name)] = value
+        values[table.index("parameter", name)] = value
     return parameters_of(values, constants, sizes_of(constants))
 
 
