@@ -20,7 +20,7 @@ class SensorPlane:
     position: float
 
 
-class Axis(NamedTuple):
+class LoopAxis(NamedTuple):
     """An axis of a bearing, x or y, and the signal that closes its loop."""
 
     bearing: str
@@ -33,7 +33,7 @@ class Axis(NamedTuple):
         return f"{self.bearing}.{self.direction}"
 
 
-class Sensor(NamedTuple):
+class SensorSignal(NamedTuple):
     """The signal of a sensor, and where it is."""
 
     name: str
@@ -67,16 +67,16 @@ class ControlLoop:
         _check_feedback(self.bearings, self.feedback, [plane.name for plane in self.planes])
 
     @property
-    def axes(self) -> tuple[Axis, ...]:
+    def axes(self) -> tuple[LoopAxis, ...]:
         """Axes x and y of each bearing in turn."""
         plane_of = {plane.name: plane for plane in self.planes}
         closed = [(b, plane_of[name]) for b, name in zip(self.bearings, self.feedback, strict=True)]
-        return tuple(Axis(b, a, sensor) for b, plane in closed for a, sensor in (("x", plane.x), ("y", plane.y)))
+        return tuple(LoopAxis(b, a, sensor) for b, plane in closed for a, sensor in (("x", plane.x), ("y", plane.y)))
 
     @property
-    def sensors(self) -> tuple[Sensor, ...]:
+    def sensors(self) -> tuple[SensorSignal, ...]:
         """Sensors x and y of each plane in turn."""
-        return tuple(Sensor(s, f"{p.name}, {a} axis") for p in self.planes for s, a in ((p.x, "x"), (p.y, "y")))
+        return tuple(SensorSignal(s, f"{p.name}, {a} axis") for p in self.planes for s, a in ((p.x, "x"), (p.y, "y")))
 
     @property
     def sensor_names(self) -> tuple[str, ...]:

@@ -14,10 +14,10 @@ from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rolac_controller.chain import is_on
 from rolac_controller.converters import quantised
-from rolac_controller.faults import with_faults
 from rolac_controller.lowpass import FILTER, coefficients, filter_sample, start_at_rest
 from rolac_controller.noise import STREAM, normal_pair, start_stream
 from rolac_controller.records import Inputs, Parameters, Records
+from rolac_controller.sensor_faults import with_faults
 
 SENSOR = record(("shown", "f8"), ("filter", FILTER))  # what the sensor showed at the last sample (m)
 N_STREAM, N_SENSOR = size_of(STREAM), size_of(SENSOR)

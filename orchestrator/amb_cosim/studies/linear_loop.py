@@ -27,7 +27,7 @@ from amb_cosim.design.sampled_loop import given_parameters
 from amb_cosim.scenario.simulation import Prepared
 from fmi_export.model import Array
 from rolac_controller.chain import is_on
-from rolac_controller.control_loop import Axis, ControlLoop
+from rolac_controller.control_loop import ControlLoop, LoopAxis
 from rolac_controller.lowpass import coefficients
 from rotor_analysis.assembly import assemble
 from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
@@ -66,7 +66,7 @@ class LinearLoop:
         return control_loop(self.rotor)
 
     @property
-    def axes(self) -> tuple[Axis, ...]:
+    def axes(self) -> tuple[LoopAxis, ...]:
         """Axes of the bearings."""
         return self.controlled.axes
 

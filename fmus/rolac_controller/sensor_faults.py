@@ -1,4 +1,4 @@
-"""What a broken sensor shows."""
+"""Faults of a sensor: dead, stuck, offset."""
 
 from __future__ import annotations
 
