@@ -34,11 +34,6 @@ class CondensationError:
     frequency: Array
     eigenvalue: Array
 
-    @property
-    def worst_frequency(self) -> Array:
-        """Largest |error| of a frequency at each speed (percent), shape (n,); inf where a mode is missing."""
-        return np.asarray(np.max(np.where(np.isnan(self.frequency), np.inf, np.abs(self.frequency)), axis=1))
-
 
 def condensation_error(
     rotor: Rotor,

@@ -18,6 +18,11 @@ ON_OIL = replace(RIG, bearings=tuple(replace(b, stiffness=CROSS) for b in RIG.be
 PLANES = [(1, 4, 11, 13), (1, 3, 4, 10, 11, 13), (1, 3, 4, 6, 8, 10, 11, 12, 13), tuple(range(1, 14))]
 
 
+def worst(error):
+    """Return the largest error of a frequency at each speed (percent)."""
+    return np.max(np.abs(error.frequency), axis=1)
+
+
 def test_error_of_the_rig_is_that_of_the_frequencies_in_ascending_order():
     """0.1127 % is the largest of the thesis."""
     error = condensation_error(RIG, SPEEDS)
@@ -26,13 +31,12 @@ def test_error_of_the_rig_is_that_of_the_frequencies_in_ascending_order():
         full = damped_frequencies(supported_rotor(RIG).model, Omega, 8)
         condensed = damped_frequencies(supported_rotor(RIG, planes=RIG.masters).model, Omega, 8)
         np.testing.assert_allclose(row, 100.0 * (condensed / full - 1.0), atol=1e-9)
-    np.testing.assert_allclose(error.worst_frequency, [0.089, 0.100, 0.109], atol=6e-4)
-    assert np.all(error.worst_frequency < 0.1127)
+    np.testing.assert_allclose(worst(error), [0.089, 0.100, 0.109], atol=6e-4)
+    assert np.all(worst(error) < 0.1127)
 
 
 def test_error_grows_with_speed_through_the_condensed_gyroscopic_moment():
-    worst = condensation_error(RIG, np.array([0.0, 150.0, 300.0, 600.0])).worst_frequency
-    assert np.all(np.diff(worst) > 0.0)
+    assert np.all(np.diff(worst(condensation_error(RIG, np.array([0.0, 150.0, 300.0, 600.0])))) > 0.0)
 
 
 @pytest.mark.parametrize("rotor", [RIG, ON_OIL], ids=["symmetric", "cross-coupled"])
@@ -54,13 +58,12 @@ def test_condensation_keeps_unstable_modes_unstable():
 
 def test_planes_need_not_hold_a_bearing():
     error = condensation_error(RIG, SPEEDS, (1, 3, 6, 10, 13), 6)
-    assert np.all(error.worst_frequency < 1.0)
+    assert np.all(worst(error) < 1.0)
 
 
 def test_modes_that_the_condensed_model_does_not_have_are_marked():
     error = condensation_error(RIG, SPEEDS[:1], (4, 11), 8)
     assert np.isnan(error.frequency).sum() >= 4  # two planes whirl in four modes
-    assert error.worst_frequency == [np.inf]
 
 
 def test_planes_that_hold_nothing_are_refused():

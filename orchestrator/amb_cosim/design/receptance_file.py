@@ -98,25 +98,6 @@ class ReceptanceTable:
         kept = [e for e in self.entries if e is not old]
         return replace(self, entries=tuple(sorted([*kept, new], key=lambda e: (e.order, e.speed))))
 
-    def h_at(self, speed: float, order: int = 1, weights: ArrayLike | None = None) -> tuple[Complex, bool]:
-        """Return H at a speed, linear between the speeds of the table, and whether the speed is beyond them.
-
-        Beyond them H is that of the nearest speed, as in the controller.
-
-        Raises
-        ------
-        ValueError
-            If the table has no entry of that order.
-        """
-        of_order = [e for e in self.entries if e.order == order]
-        if not of_order:
-            raise ValueError(f"the table of rotor {self.rotor} has no receptance of order {order}")
-        speeds = [e.speed for e in of_order]
-        matrices = np.array([inverse_receptance(e.receptance, weights) for e in of_order])
-        flat = matrices.reshape(len(speeds), -1)
-        h = [np.interp(speed, speeds, column.real) + 1j * np.interp(speed, speeds, column.imag) for column in flat.T]
-        return np.array(h).reshape(matrices[0].shape), not speeds[0] <= speed <= speeds[-1]
-
     def constants(self, loop: ControlLoop) -> NDArray[np.float64]:
         """Return the constants of a controller FMU of a loop with this table.
 
