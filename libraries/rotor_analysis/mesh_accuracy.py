@@ -71,13 +71,15 @@ def _change_by_halving(rotor: Rotor, modes: int) -> Array:
     change = np.empty((len(rotor.elements), len(frequencies)))
     for e, layers in enumerate(rotor.elements):
         at_ends = shapes[2 * e : 2 * e + 4]
-        halves, whole = (D(layers, rotor.shaft.mass_matrix, frequencies) for D in (_halves, _whole))
+        halves, whole = (
+            D(layers, rotor.shaft.mass_matrix, frequencies) for D in (_stiffness_halved, _dynamic_stiffness)
+        )
         change[e] = np.einsum("im,mij,jm->m", at_ends, halves - whole, at_ends) / (2.0 * frequencies**2)
     return np.abs(change)
 
 
-def _whole(layers: Layers, mass: MassModel, frequencies: Array) -> Array:
-    """Dynamic stiffness of an element at each frequency (rad/s), shape (modes, 4, 4)."""
+def _dynamic_stiffness(layers: Layers, mass: MassModel, frequencies: Array) -> Array:
+    """Return the dynamic stiffness of an element at each frequency (rad/s), shape (modes, 4, 4)."""
     D = np.zeros((len(frequencies), 4, 4))
     for layer in layers:
         M, _, K = element_matrices(layer, mass)
@@ -85,12 +87,12 @@ def _whole(layers: Layers, mass: MassModel, frequencies: Array) -> Array:
     return D
 
 
-def _halves(layers: Layers, mass: MassModel, frequencies: Array) -> Array:
-    """Dynamic stiffness of its two halves with the node between them condensed, shape (modes, 4, 4)."""
+def _stiffness_halved(layers: Layers, mass: MassModel, frequencies: Array) -> Array:
+    """Return the dynamic stiffness of its two halves with the node between them condensed, shape (modes, 4, 4)."""
     D = np.zeros((len(frequencies), 6, 6))
     for k, (begin, end) in enumerate(((0.0, 0.5), (0.5, 1.0))):
         half = tuple(layer.part(begin, end) for layer in layers)
-        D[:, 2 * k : 2 * k + 4, 2 * k : 2 * k + 4] += _whole(half, mass, frequencies)
+        D[:, 2 * k : 2 * k + 4, 2 * k : 2 * k + 4] += _dynamic_stiffness(half, mass, frequencies)
     ends, middle = np.array([0, 1, 4, 5]), np.array([2, 3])
     to_middle = np.linalg.solve(D[:, middle[:, np.newaxis], middle], D[:, middle[:, np.newaxis], ends])
     return D[:, ends[:, np.newaxis], ends] - D[:, ends[:, np.newaxis], middle] @ to_middle

@@ -135,7 +135,7 @@ def _release(dataset: Signals, contact: NDArray[np.bool_]) -> int:
     return int(np.argmax(released & (cycles(dataset) >= 0.0)))
 
 
-def _after(dataset: Signals, name: str, start: int) -> NDArray[np.float64] | None:
+def _after_release(dataset: Signals, name: str, start: int) -> NDArray[np.float64] | None:
     """Return the samples of a variable of the plant from the release on."""
     values = signal(dataset, name)
     return None if values is None else np.asarray(values[start:], np.float64)
@@ -153,7 +153,7 @@ def _steps(dataset: Signals, start: int) -> NDArray[np.float64]:
 
 
 def _is_touched(dataset: Signals, site: str, start: int) -> bool:
-    found = (_after(dataset, f"{site}.{name}", start) for name in ("mode", "impulse"))
+    found = (_after_release(dataset, f"{site}.{name}", start) for name in ("mode", "impulse"))
     return any(values is not None and bool((values > 0.0).any()) for values in found)
 
 
@@ -179,7 +179,7 @@ def _orbit(dataset: Signals, bearing: str, start: int) -> float | None:
 def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
     times, found = _times(dataset, start), []
     for site in places(dataset).sites:
-        impulse = _after(dataset, f"{site}.impulse", start)
+        impulse = _after_release(dataset, f"{site}.impulse", start)
         if impulse is not None:
             hits = np.flatnonzero(impulse > 0.0)[:N_IMPACTS]
             found += [Impact(site, float(times[k]), float(impulse[k])) for k in hits]
@@ -189,7 +189,7 @@ def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
 def _retainer(dataset: Signals, site: str, start: int, given: Mapping[str, Any]) -> Retainer:
     free, sliding, rolling = _mode_times(dataset, site, start)
     direction, whirl_speed = _whirl(dataset, site, start)
-    heat, temperature = (_after(dataset, f"{site}.{name}", start) for name in ("heat", "temperature"))
+    heat, temperature = (_after_release(dataset, f"{site}.{name}", start) for name in ("heat", "temperature"))
     warms = temperature is not None and bool(given.get(f"{site}.heat_capacity"))
     return Retainer(
         free=free,
@@ -207,12 +207,12 @@ def _retainer(dataset: Signals, site: str, start: int, given: Mapping[str, Any])
 
 def _integral(dataset: Signals, name: str, start: int) -> float | None:
     """Return the sum of a variable times the steps from the release on."""
-    values = _after(dataset, name, start)
+    values = _after_release(dataset, name, start)
     return None if values is None else float(np.sum(values * _steps(dataset, start)))
 
 
 def _mode_times(dataset: Signals, site: str, start: int) -> tuple[float | None, float | None, float | None]:
-    mode, steps = _after(dataset, f"{site}.mode", start), _steps(dataset, start)
+    mode, steps = _after_release(dataset, f"{site}.mode", start), _steps(dataset, start)
     if mode is None:
         return None, None, None
     free, sliding, rolling = (float(steps[mode == value].sum()) for value in (FREE, SLIDING, ROLLING))
@@ -220,7 +220,7 @@ def _mode_times(dataset: Signals, site: str, start: int) -> tuple[float | None, 
 
 
 def _whirl(dataset: Signals, site: str, start: int) -> tuple[Direction | None, float | None]:
-    mode, whirl = (_after(dataset, f"{site}.{name}", start) for name in ("mode", "whirl_speed"))
+    mode, whirl = (_after_release(dataset, f"{site}.{name}", start) for name in ("mode", "whirl_speed"))
     if mode is None or whirl is None:
         return None, None
     closed = mode != FREE
@@ -233,12 +233,12 @@ def _whirl(dataset: Signals, site: str, start: int) -> tuple[Direction | None, f
 
 
 def _impulse(dataset: Signals, site: str, start: int) -> float | None:
-    impacts, force = _after(dataset, f"{site}.impulse", start), _integral(dataset, f"{site}.f_n", start)
+    impacts, force = _after_release(dataset, f"{site}.impulse", start), _integral(dataset, f"{site}.f_n", start)
     return None if impacts is None or force is None else float(impacts.sum()) + force
 
 
 def _race_spin_up(dataset: Signals, site: str, start: int) -> float | None:
-    race, mode = (_after(dataset, f"{site}.{name}", start) for name in ("race_speed", "mode"))
+    race, mode = (_after_release(dataset, f"{site}.{name}", start) for name in ("race_speed", "mode"))
     if race is None or mode is None or not race.any() or not (mode != FREE).any():
         return None
     times, speed = _times(dataset, start), np.abs(race)
@@ -253,7 +253,7 @@ def _rest(dataset: Signals, start: int, given: Mapping[str, Any]) -> float | Non
     for bearing, site in places(dataset).bearings.items():
         clearance = given.get(f"{site}.clearance")
         for axis in "xy":
-            position = _after(dataset, f"{bearing}.{axis}", start)
+            position = _after_release(dataset, f"{bearing}.{axis}", start)
             if position is None or clearance is None:
                 return None
             moving |= np.abs(position - position[last].mean()) > AT_REST * clearance
@@ -261,7 +261,7 @@ def _rest(dataset: Signals, start: int, given: Mapping[str, Any]) -> float | Non
 
 
 def _standstill(dataset: Signals, start: int) -> float | None:
-    speed = _after(dataset, "speed", start)
+    speed = _after_release(dataset, "speed", start)
     if speed is None:
         return None
     turning = np.abs(speed) > STANDSTILL * abs(speed[0])

@@ -11,7 +11,7 @@ from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import Complex, translations
 
 RIGID = 0.5  # of the kinetic energy; from there on a mode counts as that of a rigid body
-SMALL = 1e-3  # of the largest displacement; smaller ones have no sign
+SIGN_THRESHOLD = 1e-3  # of the largest displacement; smaller ones have no sign
 
 
 class ModeKind(NamedTuple):
@@ -67,4 +67,4 @@ def _crossings(displacement: Complex) -> int:
     """
     node, plane = np.unravel_index(np.argmax(np.abs(displacement)), displacement.shape)
     line = (displacement[:, plane] / displacement[node, plane]).real
-    return int(np.count_nonzero(np.diff(np.sign(line[np.abs(line) > SMALL]))))
+    return int(np.count_nonzero(np.diff(np.sign(line[np.abs(line) > SIGN_THRESHOLD]))))

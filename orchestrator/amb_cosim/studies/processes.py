@@ -18,7 +18,7 @@ from amb_cosim.cosim.simulation import Progress
 Case = TypeVar("Case")
 CaseResult = TypeVar("CaseResult")
 
-PATIENCE = 0.1  # s, until an interruption is noticed
+POLL_INTERVAL = 0.1  # s, until an interruption is noticed
 
 
 def simulate_in_processes(
@@ -42,7 +42,7 @@ def simulate_in_processes(
             futures = [pool.submit(simulate, case) for case in cases]
             running = set(futures)
             while running:
-                done, running = wait(running, PATIENCE, FIRST_COMPLETED)
+                done, running = wait(running, POLL_INTERVAL, FIRST_COMPLETED)
                 interruption.check()
                 for future in done:
                     future.result()
