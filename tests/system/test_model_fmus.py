@@ -101,7 +101,7 @@ def test_plain_python_gives_what_compiled_kernels_give(name: str, run_python: Ca
 
 def visited(name: str, run: int, *outputs: str) -> set[Any]:
     """Values, or tuples of them, that outputs have in one run."""
-    columns = [CASES[name].model.interface.output_index(output) for output in outputs]
+    columns = [CASES[name].model.interface.index("output", output) for output in outputs]
     return {tuple(row) if len(outputs) > 1 else row[0] for row in core_outputs(name)[run][:, columns].tolist()}
 
 
