@@ -42,7 +42,9 @@ sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(NATIVE_SUPPORT)]
 
 MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
 # Folders of tests that run the compiled kernels of all models.
-RUN_ALL_KERNELS = ("benchmarks", "cosim", "levitated_rotor", "live", "native", "orchestrator", "referees", "system")
+RUN_ALL_KERNELS = (
+    *("benchmarks", "cosim", "levitated_rotor", "live", "native", "orchestrator", "packs", "referees", "system"),
+)
 
 
 def models_of(path: Path) -> tuple[str, ...]:

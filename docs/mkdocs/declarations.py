@@ -51,8 +51,10 @@ def names_of(module: str) -> Iterator[str]:
     """The directives of mkdocstrings for the functions and classes that a module offers by `__dir__`."""
     offered = import_module(module)
     for name in dir(offered):
-        if isfunction(getattr(offered, name)) or isclass(getattr(offered, name)):
-            yield f"::: {module}.{name}"
+        one = getattr(offered, name)
+        if isfunction(one) or isclass(one):
+            package = module if one.__module__.startswith(module.partition(".")[0]) else one.__module__  # of a pack
+            yield f"::: {package}.{name}"
 
 
 def keys_of(form: type[Any]) -> str:

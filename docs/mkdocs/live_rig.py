@@ -31,4 +31,4 @@ def on_post_build(config: Any, **_: Any) -> None:
     from amb_cosim.live.choice import rigs_of
     from amb_cosim.live.page import write_page
 
-    write_page(rigs_of("fig4_9"), Path(config["site_dir"]) / Path(DESCRIBED).with_name(RIG), documentation="..")
+    write_page(rigs_of(), Path(config["site_dir"]) / Path(DESCRIBED).with_name(RIG), documentation="..")

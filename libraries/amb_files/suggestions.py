@@ -9,7 +9,7 @@ from collections.abc import Iterable
 def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
     """Suggest the options closest to `name`; list the first `limit` options where none is close.
 
-    The text is the second half of a message: `did you mean fig4_9?` or `there are a, b and 3 more`.
+    The text is the second half of a message: `did you mean drop?` or `there are a, b and 3 more`.
     """
     options = list(options)
     near = difflib.get_close_matches(name, options, n=5) or [o for o in options if name in o][:5]

@@ -55,7 +55,7 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
     text
         Content of the file.
     name
-        What messages call it, such as `scenario fig4_9`.
+        What messages call it, such as `scenario drop`.
 
     Raises
     ------

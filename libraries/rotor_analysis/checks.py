@@ -32,7 +32,7 @@ def _identifier(name: str) -> str:
 
 def _variable(name: str) -> str:
     if not all(IDENTIFIER.fullmatch(part) for part in name.split(".")):
-        raise ValueError("it must be the name of a variable, such as s1 or motor_end.x")
+        raise ValueError("it must be the name of a variable, such as tip or motor_end.x")
     return name
 
 

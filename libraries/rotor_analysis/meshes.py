@@ -57,8 +57,7 @@ def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
 def mesh_family(rotor: Rotor) -> dict[int, Rotor]:
     """Return `rotor` by number of nodes: with ten and six more, unchanged, and with only its masters.
 
-    For the rig these are the 23, 19, 13 and 6 nodes of the thesis. The last is left out where the masters do not
-    make a mesh.
+    The last is left out where the masters do not make a mesh.
     """
     count = len(rotor.shaft.nodes)
     meshes = {count + more: refine(rotor, count + more) for more in (10, 6)} | {count: rotor}

@@ -24,12 +24,12 @@ def receptance(speeds: Array, k_b: float = 1e6, c_b: float = 5000.0, rotor: Roto
     k_b, c_b
         Net stiffness (N/m) and damping (N s/m) of both bearings under PID control.
     rotor
-        A rotor description; the rig of the thesis by default.
+        A rotor description; the packs' default without.
 
     Returns
     -------
     array, shape (n, 8, 4), complex
-        m/N; sensors s1 .. s8 by forces mb1.x, mb1.y, mb2.x, mb2.y.
+        m/N; sensors by forces along x and y of each bearing.
     """
     rotor = (rotor or load_rotor()).on_equal_bearings(k_b, c_b)
     rotor_model = supported_plant(rotor)

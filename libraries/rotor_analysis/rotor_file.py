@@ -1,4 +1,4 @@
-"""Reads the description of a rotor from a TOML file; `rotors/bath_rig_thesis.toml` is one to copy."""
+"""Reads the description of a rotor from a TOML file; the rotors of the packs are files to copy."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from functools import lru_cache
 from pathlib import Path
 
 from amb_files.toml import parse_toml, read_text, validate
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR, rotor_path
+from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor import Mesh, Rotor
 
 
-def load_rotor(source: str | Path = DEFAULT_ROTOR) -> Rotor:
+def load_rotor(source: str | Path | None = None) -> Rotor:
     """Read a rotor description.
 
     Parameters
     ----------
     source
-        The name of a rotor that comes with the package, or a TOML file of the form of `Rotor`; the rig of the thesis by
-        default. Where it gives the shaft by sections, or says `[mesh]`, the elements are divided until the first modes
-        are as accurate as asked for.
+        The name of a rotor of a pack, or a TOML file of the form of `Rotor`; the packs' default without. Where it gives
+        the shaft by sections, or says `[mesh]`, the elements are divided until the first modes are as accurate as asked
+        for.
 
     Raises
     ------

@@ -60,7 +60,7 @@ def unbalance_step(
     times: Array,
     observed: tuple[int, ...],
 ) -> Array:
-    """Return the motion after the unbalance changes at t = 0, without contact (Figs 3.8, 3.9).
+    """Return the motion after the unbalance changes at t = 0, without contact.
 
     The new steady motion plus the free motion from the difference of the old and new states; exact at the given times.
 

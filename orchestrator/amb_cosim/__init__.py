@@ -1,10 +1,10 @@
 """Co-simulation of a flexible rotor in active magnetic bearings that can touch its retainer bearings.
 
     import amb_cosim
-    result = amb_cosim.run("fig4_9", set={"rotor_contact.rb1.clearance": "0.6 mm"}, until=0.3)
+    result = amb_cosim.run("drop", set={"rotor_contact.*.clearance": "0.6 mm"}, until=0.3)
 
     run          run a scenario and return its Result
-    scenarios    names and descriptions of the scenarios that come with the package
+    scenarios    names and descriptions of the scenarios of the packs
     Scenario     a scenario as an object: load, changed, save
     check        check that a scenario fits the components that it runs
     compare      put runs or saved results side by side: table of summaries, overlaid figures
@@ -18,7 +18,7 @@
     studies      questions answered by analysis or by many runs: Campbell diagram, sensitivity, recovery, ...
     simulate     run any FMI 2.0 co-simulation FMUs from a system file or an SSP archive
     System       components and connections of one's own
-    load_system  read a system file, or a system that comes with the package
+    load_system  read a system file, or a system by its name
     cosim        the layer below, which knows FMI and numbers and no rotor: components, master, recording
 
 Each has its documentation: help(amb_cosim.run). What is wrong with an input is a ValueError that says where, and what

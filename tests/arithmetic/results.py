@@ -47,13 +47,14 @@ def main(arguments: list[str]) -> int:
 
 def compute(file: str) -> None:
     """Write the summaries of all scenarios and the judged statements to a file."""
-    from amb_cosim.report.evaluation import evaluate
+    from amb_cosim.assessment.evaluation import assess
+    from amb_cosim.assessment.statements import load_statements
     from amb_cosim.scenario.scenario import scenarios
 
     with ProcessPoolExecutor() as pool:
         results = dict(zip(scenarios(), pool.map(_summary, scenarios()), strict=True))
     with tempfile.TemporaryDirectory() as folder:
-        for one in evaluate(Path(folder)).as_dict()["statements"]:
+        for one in assess(load_statements("bath_thesis"), Path(folder)).as_dict()["statements"]:
             results[one["key"]] = {"verdict": one["verdict"], "ours": one["ours"]}
     Path(file).write_text(json.dumps(results), encoding="utf-8")
 

@@ -27,6 +27,7 @@ NEEDS = {
     "a clone": None,  # installs packages; tests/cosim/test_fourth_fmu.py has the example
     "a cluster": None,  # tests/orchestrator/sweep/test_killed_sweeps.py has scheduler and workers on one host
     "the changes above": None,
+    "the pack installed": None,  # tests/packs/test_own_pack.py has it
     "ecospy": None,  # tests/ssp/test_tool_pages.py runs it
     "libcosimpy": None,  # tests/ssp/test_tool_pages.py runs it
     "pyfmi": find_spec("pyfmi"),

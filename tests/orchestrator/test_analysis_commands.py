@@ -22,7 +22,7 @@ from amb_cosim.commands.options import ROTOR, SETTINGS
 from amb_cosim.presentation.text_tables import TextPart
 from amb_cosim.studies.result import DrawnResult
 from rotor_analysis.modes import damped_frequencies
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
+from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
 
@@ -115,7 +115,8 @@ def added(monkeypatch):
     """`added(compute, *options, **more)`: adds the study `mine` to the command line."""
 
     def add(compute, *options, **more) -> None:
-        monkeypatch.setitem(sys.modules, "amb_cosim.studies.figures.mine", SimpleNamespace(draw=lambda _: Figure()))
+        beside = Level.__module__.rpartition(".")[0]
+        monkeypatch.setitem(sys.modules, f"{beside}.figures.mine", SimpleNamespace(draw=lambda _: Figure()))
         monkeypatch.setattr(studies, "mine", compute, raising=False)
         monkeypatch.setitem(studies.STUDIES, "mine", studies.Study("mine", "A study."))
         monkeypatch.setattr(analysis.study, "commands", dict(analysis.study.commands))
@@ -173,4 +174,4 @@ def test_studies_are_listed():
 def test_studies_take_rotors_and_their_files(runner, rotor):
     expected = "bath_rig_thesis" if rotor is None else "pump"
     assert studies.natural_frequencies(rotor, speeds=[90.0, "10 Hz"]).rotor == expected
-    assert studies.natural_frequencies(load_rotor(Path(rotor or DEFAULT_ROTOR))).rotor == expected
+    assert studies.natural_frequencies(load_rotor(Path(rotor or rotor_path()))).rotor == expected

@@ -14,7 +14,7 @@ from amb_cosim.cosim.fmus import model_source
 from amb_cosim.design.plant_data import plant
 from amb_cosim.results.summary import summarise
 from amb_cosim.scenario.scenario import packaged_scenarios
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
+from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
 
 
@@ -67,7 +67,7 @@ def test_build_writes_native_fmus_for_this_machine(runner, tmp_path):
 
 
 def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
-    rig = DEFAULT_ROTOR.read_text(encoding="utf-8")
+    rig = rotor_path().read_text(encoding="utf-8")
     (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")
     built = runner("build", "--flavour", "python", "--rotor", "heavy.toml", "-o", "heavy")
     assert built.exit_code == 0

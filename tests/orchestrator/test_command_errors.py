@@ -11,7 +11,7 @@ from pump import LEVITATED, SHAFT, sensors
 
 from amb_cosim.cosim.simulation import Outcome
 from amb_cosim.results.result import Result
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
+from rotor_analysis.packaged_rotors import rotor_path
 
 ROSS = Path(__file__).parents[1] / "reference" / "ross"
 
@@ -21,7 +21,7 @@ FILES = {
     "shaft.toml": SHAFT,
     "bare.toml": LEVITATED,
     "blind.toml": LEVITATED + sensors(1, 1, 1, 1),
-    "long.toml": DEFAULT_ROTOR.read_text(encoding="utf-8").replace("node = 13", "node = 40", 1),
+    "long.toml": rotor_path().read_text(encoding="utf-8").replace("node = 13", "node = 40", 1),
     "text.fmu": "not a zip",
     "text.toml": FMU.format("text.fmu"),
     "none.toml": FMU.format("none.fmu"),
@@ -109,9 +109,9 @@ ANALYSES = {
     "study unbalance_response --rotor shaft.toml": "node is missing: a rotor without disc planes",
     "study modes -o taken": "taken cannot be written to",
     "rotor import missing.toml": "ROSS file missing.toml cannot be read: No such file or directory",
-    f"rotor import {DEFAULT_ROTOR}": "it must be a rotor saved by ROSS as TOML",
+    f"rotor import {rotor_path()}": "it must be a rotor saved by ROSS as TOML",
     f"rotor import {ROSS}/cone.toml -o away/cone.toml": "there is no folder away",
-    f"rotor show {DEFAULT_ROTOR} -o .": "it is a folder",
+    f"rotor show {rotor_path()} -o .": "it is a folder",
     **{
         f"study {study} --up-to {speed}": "up-to = "
         for study in ("campbell", "tables", "unbalance_response", "receptance", "test_force", "h_matrix")

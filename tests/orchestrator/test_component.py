@@ -11,7 +11,7 @@ from amb_cosim.cosim.choices import FLAVOURS
 from amb_cosim.cosim.elf import ELF, is_whole
 from amb_cosim.cosim.fmu_interface import Port, read_interface
 from amb_files.suggestions import suggest
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
+from rotor_analysis.packaged_rotors import rotor_path
 
 PREPARE = """
 from contextlib import redirect_stdout
@@ -154,7 +154,7 @@ def test_a_model_is_built_once(actuator, monkeypatch):
 def test_an_fmu_is_made_anew_for_what_it_is_made_from_alone(tmp_path, monkeypatch):
     def provided(name, text="", table=""):
         rotor, receptances = tmp_path / "rotor.toml", tmp_path / "table.toml"
-        rotor.write_text(DEFAULT_ROTOR.read_text(encoding="utf-8") + text, encoding="utf-8")
+        rotor.write_text(rotor_path().read_text(encoding="utf-8") + text, encoding="utf-8")
         receptances.write_text(table, encoding="utf-8")
         return fmus.ensure_built(name, "python", rotor=rotor, receptances=receptances).folder
 

@@ -21,7 +21,7 @@ from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies import receptance_measurement
 from rolac_controller.enumerations import CONTACT_OCCURRED, NO_ERROR, WAITING
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
+from rotor_analysis.packaged_rotors import rotor_path
 
 LOOP = {f"{b}.{name}_{a}": value for b, a in AXES for name, value in (("k_s", 2e6), ("k_i", 563.0))}
 
@@ -208,7 +208,7 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
     """Also where another scenario, elsewhere, derives from it."""
     folder = tmp_path / "cases"
     folder.mkdir()
-    text = DEFAULT_ROTOR.read_text(encoding="utf-8")
+    text = rotor_path().read_text(encoding="utf-8")
     (folder / "mine.toml").write_text(text.replace('"bath_rig_thesis"', '"mine"'), encoding="utf-8")
     replace(table, rotor="mine").write(folder / "t.toml")
     (folder / "case.toml").write_text('base = "fig5_6"\nrotor = "mine.toml"\nreceptances = "t.toml"\n')

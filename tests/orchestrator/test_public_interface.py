@@ -42,7 +42,8 @@ def test_only_names_of_this_project_are_installed():
     packages = {Path(p).name for p in project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]}
     models = {"rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"}
     libraries = {"amb_files", "rotor_analysis", "fmi_export"}
-    assert packages == {"amb_cosim"} | models | libraries
+    packs = set(project["project"]["entry-points"]["amb_cosim.packs"])
+    assert packages == {"amb_cosim"} | models | libraries | packs
 
 
 def test_command_line_and_python_give_the_same(result, runner, tmp_path):

@@ -11,9 +11,9 @@ from rig import LOOP
 
 from amb_cosim import studies
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.studies import contact_recovery, recovery_trials
-from amb_cosim.studies.h_interpolation import InverseReceptance, interpolated
-from amb_cosim.studies.identification_force import IdentificationForce
+from bath_thesis.studies import contact_recovery, recovery_trials
+from bath_thesis.studies.h_interpolation import InverseReceptance, interpolated
+from bath_thesis.studies.identification_force import IdentificationForce
 from rotor_analysis.receptance import receptance
 
 S5, S3 = 4, 2  # sensors in x at MB1 and MB2

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.image import imread
 
 from amb_cosim import studies
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
+from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
 
 ROSS = Path(__file__).parents[1] / "reference" / "ross"
@@ -42,11 +42,11 @@ def test_imported_rotor_can_be_shown_and_drawn(rotor, tmp_path):
 
 
 def test_rig_is_shown_with_its_mass_its_modes_and_the_error_of_its_plant(rotor):
-    done = rotor("show", DEFAULT_ROTOR)
+    done = rotor("show", rotor_path())
     assert "bath_rig_thesis: 96.03 kg, 1.948 m, 13 nodes" in done.output
     assert "12 coordinates by msdc, planes at nodes 1, 3, 4, 10, 11, 13; holds up to 418.4 rad/s" in done.output
     assert "damping: none" in done.output
-    data = json.loads(rotor("show", DEFAULT_ROTOR, "--json").output, parse_constant=pytest.fail)
+    data = json.loads(rotor("show", rotor_path(), "--json").output, parse_constant=pytest.fail)
     assert data["masters"] == [1, 3, 4, 10, 11, 13]
     assert data["mass_kg"] == pytest.approx(load_rotor().mass)
     assert [abs(error) < 0.12 for error in data["error_percent"]] == [True] * 4 + [False] * 2

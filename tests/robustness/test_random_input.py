@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import random
 import shutil
-from importlib import resources
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from commands import TIME, run
 from mutations import changed_archive, changed_toml, command_line
+
+from amb_cosim.cosim.system_file import packaged_systems
+from amb_files.packs import files_of
+from rotor_analysis.packaged_rotors import rotor_path
 
 # Cases of each kind, a few in every test run; command lines and six kinds of files make more than 5000 in a long one.
 FEW, MANY, LONG = 2, 10, 800
@@ -116,16 +119,11 @@ def campaign(loaded, tmp_path, first_seed, n_cases):
     return go
 
 
-def text_of(package, name):
-    return resources.files(package).joinpath(name).read_text(encoding="utf-8")
-
-
 def test_scenario_with_mistakes(campaign):
     names = ("fig4_9", "fig5_6", "run_up", "fig6_13", "drop", "base_shock")
-    texts = [text_of("amb_cosim", f"scenarios/{name}.toml") for name in names]
-    shared = {
-        f"_{name}.toml": text_of("amb_cosim", f"scenarios/_{name}.toml").encode() for name in ("thesis", "touchdown")
-    }
+    files = files_of("scenarios")
+    texts = [files[name].read_text(encoding="utf-8") for name in names]
+    shared = {files[name].name: files[name].read_bytes() for name in ("_thesis", "_touchdown")}
 
     def case(chance):
         changed = changed_toml(chance.choice(texts), chance) if chance else texts[0].encode()
@@ -135,7 +133,8 @@ def test_scenario_with_mistakes(campaign):
 
 
 def test_system_with_mistakes(campaign):
-    texts = [text_of("amb_cosim", "systems/levitated.toml") + SYSTEM.replace('base = "levitated"', ""), SYSTEM]
+    whole = packaged_systems()["levitated"].read_text(encoding="utf-8")
+    texts = [whole + SYSTEM.replace('base = "levitated"', ""), SYSTEM]
 
     def case(chance):
         changed = changed_toml(chance.choice(texts), chance) if chance else texts[0].encode()
@@ -145,7 +144,7 @@ def test_system_with_mistakes(campaign):
 
 
 def test_rotor_file_with_mistakes(campaign):
-    texts = [text_of("rotor_analysis", f"rotors/{name}.toml") for name in ("bath_rig", "nelson_mcvaugh", "compressor")]
+    texts = [rotor_path(name).read_text(encoding="utf-8") for name in ("bath_rig", "nelson_mcvaugh", "compressor")]
     commands = (["rotor", "show", "r.toml"], ["modes", "--rotor", "r.toml", "--speeds", "90"])
 
     def case(chance):

@@ -7,7 +7,7 @@ import pytest
 from analysis_cases import STEEL
 
 from rotor_analysis.mesh_accuracy import refine_to_accuracy
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
+from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.parts import Bearing, Disc, Site
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -89,7 +89,7 @@ def test_accuracy_beyond_rounding_is_refused(tmp_path):
 
 
 def test_file_with_nodes_is_refined_where_it_asks_for_it(tmp_path):
-    rig, path = DEFAULT_ROTOR.read_text(encoding="utf-8"), tmp_path / "rig.toml"
+    rig, path = rotor_path().read_text(encoding="utf-8"), tmp_path / "rig.toml"
     path.write_text(rig + "[mesh]\nmodes = 4\naccuracy = 1e-3\n", encoding="utf-8")
     fine, coarse = load_rotor(path), load_rotor()
     assert len(fine.shaft.nodes) > len(coarse.shaft.nodes)

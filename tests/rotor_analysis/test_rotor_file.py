@@ -95,7 +95,7 @@ def in_full(sentence):
         (INLET + "node = 7", "sensors[0].node (inlet) = 7! a node number from 1 to 3"),
         (
             INLET + "node = 1\nx = 's 1'",
-            "sensors[0].x (inlet) = 's 1'! the name of a variable, such as s1 or motor_end.x",
+            "sensors[0].x (inlet) = 's 1'! the name of a variable, such as tip or motor_end.x",
         ),
         ("[reduction]\nmasters = 4", "reduction.masters = 4! a list"),
         ("[reduction]\nmasters = [1, 7]", "reduction.masters[1] = 7! a node number from 1 to 3"),

@@ -94,10 +94,10 @@ def test_amplifiers_are_in_the_model(identify: Any) -> None:
 
 
 def test_another_rotor_has_another_receptance(identify: Any, tmp_path: Any) -> None:
-    from rotor_analysis.packaged_rotors import DEFAULT_ROTOR as DESCRIPTION
+    from rotor_analysis.packaged_rotors import rotor_path
 
     heavy = tmp_path / "heavy.toml"
-    heavy.write_text(DESCRIPTION.read_text(encoding="utf-8").replace("mass = 10.0", "mass = 13.0"), encoding="utf-8")
+    heavy.write_text(rotor_path().read_text(encoding="utf-8").replace("mass = 10.0", "mass = 13.0"), encoding="utf-8")
     (found,) = identify([16.0], rotor=str(heavy))
     assert np.all(np.array(found["sampled"]) < (1e-7, 1e-5))
     assert found["continuous"][0] > 0.15

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from amb_cosim import studies
-from amb_cosim.studies.recovery_trials import CONTROLS
+from bath_thesis.studies.recovery_trials import CONTROLS
 
 pytestmark = pytest.mark.slow
 
@@ -43,7 +43,7 @@ def compared() -> dict[str, Any]:
     from amb_cosim.results.contact_history import contact_cycles
     from amb_cosim.scenario.scenario import load_scenario
     from amb_cosim.scenario.simulation import prepare, run_prepared
-    from amb_cosim.studies.recovery_trials import RecoveryTrial, simulate_trial
+    from bath_thesis.studies.recovery_trials import RecoveryTrial, simulate_trial
 
     def last(added: float, cycle: float) -> float | None:
         return simulate_trial(RecoveryTrial("PID + ROLAC", added, cycle, 7.0)).last_contact_cycle

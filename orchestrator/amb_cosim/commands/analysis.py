@@ -1,4 +1,4 @@
-"""Commands that analyse: modes and tables of a rotor, and studies that draw figures."""
+"""Commands that analyse: modes of a rotor, and studies that draw figures."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import click
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
+from amb_cosim.commands.packs import PackCommands
 from amb_cosim.commands.printing import print_result
 from amb_files.atomic import check_writable
 
@@ -27,7 +28,6 @@ MASS = click.option(
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
 UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
 UP_TO_50_HZ = click.option("--up-to", default="50 Hz", show_default=True, help="Highest speed; also in rad/s.")
-MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 CLOSED_BEARINGS = (
     click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
     click.option("--c-b", default="5000 N.s/m", show_default=True, help="Damping of the closed bearings."),
@@ -47,20 +47,13 @@ def modes(rotor_file: str | None, mass: MassModel | None, speeds: str, count: in
     print_result(result, as_json)
 
 
-@click.command()
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def tables(as_json: bool) -> None:
-    """Print the thesis's tables 3.1 to 3.4 and the bearing constants, computed from the models."""
-    print_result(studies.thesis_tables(), as_json)
-
-
-@click.group()
+@click.group(cls=PackCommands)
 def study() -> None:
     """Analyse a rotor, its bearings or its co-simulation: draw figures and write their data."""
 
 
 def add_study(name: str, *options: Option, shows_progress: bool = False) -> None:
-    """Add a study of `amb_cosim.studies.STUDIES` to the command line.
+    """Add a study of `amb_cosim.studies.STUDIES` to the command line; modules `commands` of packs do so for theirs.
 
     Parameters
     ----------
@@ -71,6 +64,9 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     shows_progress
         Whether the study shows a progress bar of its own.
     """
+
+    described = studies.study_of(name)
+    assert described is not None
 
     def run(output: Path | None, **values: Any) -> None:
         from rich.console import Console
@@ -100,7 +96,7 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     every: tuple[Option, ...] = (*options, output)
     for add_option in reversed(every):
         decorated = add_option(decorated)
-    study.command(name, help=studies.STUDIES[name].description)(decorated)
+    study.command(name, help=described.description)(decorated)
 
 
 add_study("campbell", ROTOR, MASS, UP_TO, COUNT)
@@ -112,17 +108,6 @@ add_study(
     COUNT,
 )
 add_study(
-    "tables",
-    ROTOR,
-    UP_TO,
-    click.option("--planes", help="Nodes to condense to, 1,4,11,13; the master planes of the rotor by default."),
-)
-add_study(
-    "reduction",
-    click.option("--up-to", default="500 rad/s", show_default=True, help="Highest spin speed; also in Hz."),
-    click.option("--unbalance", default="0.5 g.m", show_default=True, help="Unbalance on D1."),
-)
-add_study(
     "unbalance_response",
     ROTOR,
     MASS,
@@ -131,18 +116,10 @@ add_study(
     click.option("--node", type=int, help="Its node; the first disc by default."),
     click.option("--clearance", default="0.75 mm", show_default=True, help="Radial clearance, drawn as a line."),
 )
-add_study(
-    "contact_laws",
-    click.option("--speed", default="0.1 m/s", show_default=True, help="Speed of approach."),
-    click.option("--restitution", type=float, default=0.7, show_default=True, help="Share of it that is returned."),
-    click.option("--k-c", default="1e8 N/m", show_default=True, help="Contact stiffness."),
-    click.option("--delta-c", default="10 um", show_default=True, help="Penetration at which laws are engaged."),
-    click.option("--mass", help="Mass; what the rig's journal at MB1 resists a blow with by default."),
-)
 add_study("coupling", FLAVOUR)
 add_study(
     "convergence",
-    click.argument("scenario", default="fig4_9"),
+    click.argument("scenario", required=False),
     ROTOR,
     SETTINGS,
     click.option(
@@ -167,33 +144,8 @@ add_study(
 )
 add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
 add_study(
-    "synchronous_response",
-    ROTOR,
-    UP_TO_50_HZ,
-    click.option("--at", default=MEASURED_AT, show_default=True, help="Speeds of the identifications."),
-    *CLOSED_BEARINGS,
-    FLAVOUR,
-    shows_progress=True,
-)
-add_study("test_force", UP_TO_50_HZ)
-add_study("h_matrix", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
-add_study(
-    "recovery",
-    click.option(
-        "--steps",
-        default="8,12,16,20,24,28,32,36,40,44,48 g.m",
-        show_default=True,
-        help="Unbalances added on D1, before the factor of scenario fig5_6.",
-    ),
-    click.option("--instants", type=int, default=5, show_default=True, help="Instants of the step within a turn."),
-    click.option("--alpha", default="7 1/s", show_default=True, help="Adaptation rate."),
-    FLAVOUR,
-    shows_progress=True,
-)
-
-add_study(
     "waterfall",
-    click.argument("source", default="run_up"),
+    click.argument("source", required=False),
     click.option("--up-to", default="60 Hz", show_default=True, help="Highest frequency; also in rad/s."),
     click.option("--window", help="Length of a window; 1 s, or an eighth of a shorter run, by default."),
     ROTOR,
@@ -201,17 +153,4 @@ add_study(
     FLAVOUR,
     shows_progress=True,
 )
-add_study(
-    "readings",
-    click.option("--chapters", default="4,5,6", show_default=True, help="Chapters of the thesis."),
-    FLAVOUR,
-    shows_progress=True,
-)
-add_study(
-    "rig_unbalance",
-    click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
-    FLAVOUR,
-    shows_progress=True,
-)
-
-COMMANDS = (modes, tables, study)
+COMMANDS = (modes, study)

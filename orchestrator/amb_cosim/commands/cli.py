@@ -8,10 +8,11 @@ import click
 
 from amb_cosim.commands import analysis, animate, build, compare, export, identify, live, report, rotor, run, sweep
 from amb_cosim.commands.cli_errors import interrupted
+from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.interruption import interruptible, was_interrupted
 
 
-class Commands(click.Group):
+class Commands(PackCommands):
     """Commands that Ctrl-C and SIGTERM end with a message and an exit code of their own."""
 
     def invoke(self, ctx: click.Context) -> Any:

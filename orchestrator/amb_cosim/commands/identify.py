@@ -17,7 +17,7 @@ from amb_files.atomic import check_writable
 @click.option(
     "--speeds",
     metavar="LIST",
-    help="Spin speeds with commas, each in rad/s or with its unit (5 Hz,10 Hz); the thesis's twelve by default.",
+    help="Spin speeds with commas, each in rad/s or with its unit (5 Hz,10 Hz); twelve from 5 to 35 Hz by default.",
 )
 @click.option(
     "-o",

@@ -12,7 +12,7 @@ from amb_files.atomic import check_writable
 
 
 @click.command()
-@click.argument("scenario", default="fig4_9")
+@click.argument("scenario", required=False)
 @ROTOR
 @click.option(
     "-o",
@@ -25,7 +25,7 @@ from amb_files.atomic import check_writable
 @click.option("--only", is_flag=True, help="SCENARIO alone; by default others too, one for each thing to see.")
 @click.option("--docs", default="", metavar="ADDRESS", help="Folder docs of the documentation, for links to theory.")
 @click.option("--open/--no-open", "opens", default=True, help="Whether the page is opened in a browser.")
-def live(scenario: str, rotor_file: str | None, output: Path, only: bool, docs: str, opens: bool) -> None:
+def live(scenario: str | None, rotor_file: str | None, output: Path, only: bool, docs: str, opens: bool) -> None:
     """Write one page that runs SCENARIO in a browser, by hand if you like, and open it. It needs no network."""
     from rich.console import Console
 

@@ -12,7 +12,7 @@ ROTOR = click.option(
     "--rotor",
     "rotor_file",
     metavar="NAME|FILE",
-    help="Rotor that comes with the package, or rotor file (TOML); the rig of the thesis by default.",
+    help="Rotor of a pack, or rotor file (TOML); the packs' default without.",
 )
 FLAVOUR = click.option(
     "--flavour",

@@ -1,14 +1,19 @@
-"""Command `report`: the statements of the thesis beside what is computed here."""
+"""Command `report`: what packs state beside what is computed here."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from amb_cosim.commands.cli_errors import Failed, refusing
 from amb_files.atomic import check_writable
 from fmi_export.building.extras import require
+
+if TYPE_CHECKING:
+    from amb_cosim.assessment.evaluation import Report
+    from amb_cosim.assessment.statements import Statements
 
 
 @click.command()
@@ -20,37 +25,59 @@ from fmi_export.building.extras import require
     show_default=True,
     help="Folder for the page and its data; what fits of an earlier report there is used again.",
 )
-@click.option("--only", multiple=True, metavar="ch4|fig4_9|...", help="A chapter, figure or table; may be repeated.")
+@click.option(
+    "--pack",
+    "packs",
+    multiple=True,
+    metavar="NAME",
+    help="A pack that states something; by default all that have what `only` names.",
+)
+@click.option("--only", multiple=True, metavar="NAME", help="A chapter, figure, table: ch4, table3_1; may be repeated.")
 @click.option("--jobs", type=click.IntRange(1, 256), help="Most processes at a time; by default one for a processor.")
-def report(output: Path, only: tuple[str, ...], jobs: int | None) -> None:
-    """Compute every table, figure and number of the thesis's chapters 2 to 6, and write one page with the verdicts."""
+def report(output: Path, packs: tuple[str, ...], only: tuple[str, ...], jobs: int | None) -> None:
+    """Compute what packs state, and write one page with the verdicts; of several packs each in a folder of its own."""
+    from amb_cosim.assessment.statements import load_statements, packs_with_statements
+
+    with refusing():
+        check_writable(output, is_folder=True)
+        known = {pack: load_statements(pack) for pack in packs or packs_with_statements()}
+    chosen = {pack: of for pack, of in known.items() if of.named.keys() >= {*only}} or known
+    failures: dict[str, str] = {}
+    for pack, statements in chosen.items():
+        folder = output if len(chosen) == 1 else output / pack
+        failures |= _assess(statements, folder, only, jobs).failures
+    if failures:
+        raise Failed("\n".join(f"{name}: {reason}" for name, reason in failures.items()))
+
+
+def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: int | None) -> Report:
+    """Compute and judge statements, write data, table and page into a folder, and tell how many have which verdict."""
     from rich.console import Console
 
+    from amb_cosim.assessment.evaluation import assess
+    from amb_cosim.assessment.page import PAGE, write_page
+    from amb_cosim.assessment.table import TABLE, write_table
+    from amb_cosim.assessment.verdict import Verdict
     from amb_cosim.presentation.progress import bars
-    from amb_cosim.report.evaluation import evaluate
-    from amb_cosim.report.page import PAGE, write_page
-    from amb_cosim.report.table import TABLE, write_table
-    from amb_cosim.thesis.verdict import Verdict
 
     with refusing(), bars(Console(stderr=True)) as shown:
         require("report", "a report", "plotly")
-        check_writable(output, is_folder=True)
         task = shown.add_task("computing (a first run compiles the models)", total=None)
-        found = evaluate(
-            output,
+        found = assess(
+            statements,
+            folder,
             only,
             jobs,
             lambda done, total: shown.update(task, description="runs and studies", completed=done, total=total),
         )
-        found.save_data(output)
-        write_table(found, output / TABLE)
-        write_page(found, output / PAGE)
+        found.save_data(folder)
+        write_table(found, folder / TABLE)
+        write_page(found, folder / PAGE)
     counts = found.counts()
     for verdict in Verdict:
         click.echo(f"{counts[verdict]:4d} {verdict.value}")
-    click.echo(f"page in {output / PAGE}")
-    if found.failures:
-        raise Failed("\n".join(f"{name}: {reason}" for name, reason in found.failures.items()))
+    click.echo(f"page in {folder / PAGE}")
+    return found
 
 
 COMMANDS = (report,)

@@ -152,18 +152,29 @@ def _simulate(
 
 @click.command("list")
 def list_scenarios() -> None:
-    """List the scenarios."""
+    """List the scenarios and the ready sweeps, pack by pack."""
     from rich.console import Console
     from rich.table import Table
 
-    import amb_cosim
+    from amb_cosim.scenario.scenario import load_scenarios
+    from amb_cosim.sweeps.ready import ready_sweeps
+    from amb_files.pack_file import pack_files
+    from amb_files.packs import files_of, packs
 
-    table = Table(box=None, pad_edge=False)
-    for column in ("name", "description", "source"):
-        table.add_column(column, no_wrap=column == "name")
-    for name, description in amb_cosim.scenarios().items():
-        table.add_row(name, description, amb_cosim.Scenario.load(name).source)
-    Console().print(table)
+    with refusing():
+        scenarios, sweeps, said = load_scenarios(), ready_sweeps(), pack_files()
+    rows = [(files_of("scenarios")[name], one.description, one.source) for name, one in scenarios.items()]
+    rows += [(files_of("sweeps")[name], one.description, f"sweep of {one.scenario}") for name, one in sweeps.items()]
+    for pack, folder in packs().items():
+        table = Table(box=None, pad_edge=False, title_justify="left")
+        table.title = f"{pack}: {said[pack].description}" if pack in said else pack
+        for column in ("name", "description", "source"):
+            table.add_column(column, no_wrap=column == "name")
+        for file, description, source in rows:
+            if file.parents[1] == folder:
+                table.add_row(file.stem, description, source)
+        if table.row_count:
+            Console().print(table)
 
 
 COMMANDS = (run, simulate, list_scenarios)

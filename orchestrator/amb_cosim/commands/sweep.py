@@ -66,8 +66,8 @@ def sweep(
     """Run the scenario NAME thousands of times, over a grid or a sample of its values.
 
     What runs lead to is in OUTPUT/sweep.zarr as soon as they end, and the same command goes on with a sweep that was
-    ended. In place of a scenario NAME may be a ready sweep: recovery, phase, rolling, touchdown, sensitivity; options
-    go over what it has.
+    ended. In place of a scenario NAME may be a ready sweep, such as `amb-cosim list` shows; options go over what it
+    has.
     """
     folder = output or Path("results") / f"sweep_{Path(name).stem}"
     with refusing():
@@ -114,17 +114,17 @@ def sweep(
 
 
 def _request(name: str, given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return scenario and options of `amb_cosim.sweep`, those of a ready study under what is given."""
-    from amb_cosim.sweeps.ready import READY
+    """Return scenario and options of `amb_cosim.sweep`, those of a ready sweep under what is given."""
+    from amb_cosim.sweeps.ready import ready_sweeps
 
-    study = READY.get(name)
-    merged: dict[str, Any] = {} if study is None else dict(study.options)
+    ready = ready_sweeps().get(name)
+    merged = {} if ready is None else ready.options
     for key, value in given.items():
         if isinstance(value, Mapping):
             merged[key] = {**merged.get(key, {}), **value}
         elif value is not None:
             merged[key] = value
-    return (name if study is None else study.scenario), merged
+    return (name if ready is None else ready.scenario), merged
 
 
 def _function(text: str) -> Callable[..., Any]:

@@ -145,7 +145,7 @@ def compare(
     set
         Values by `component.variable` that replace the scenario's.
     rotor
-        Name of a rotor that comes with the package, or rotor file, in place of the scenario's.
+        Name of a rotor of a pack, or rotor file, in place of the scenario's.
     flavour
         `native` or `python`.
     until

@@ -67,11 +67,14 @@ class Fmu:
         return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
 
 
-def made_from(*packages: str) -> Callable[[S], S]:
-    """Declare the packages whose code, with the source's own file, decides what a source returns for its options."""
+def made_from(*packages: str, **files: Callable[[Any], Path]) -> Callable[[S], S]:
+    """Declare the packages whose code, with the source's own file, decides what a source returns for its options.
+
+    `files` are functions that return the file which an option's value stands for, by the option's name.
+    """
 
     def declare(source: S) -> S:
-        source.packages = packages  # type: ignore[attr-defined]
+        source.packages, source.files = packages, files  # type: ignore[attr-defined]
         return source
 
     return declare
@@ -191,7 +194,8 @@ def _key(source: Source, flavour: Flavour, options: Mapping[str, Any]) -> str:
     known = {name: options.get(name) for name in inspect.signature(source).parameters}
     facts = [source.__qualname__, flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
     sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
-    for name, value in known.items():
+    for name, option in known.items():
+        value = source.files[name](option) if name in source.files else option  # type: ignore[attr-defined]
         file = Path(value) if isinstance(value, str | Path) else None
         given = _content(file, name) if file is not None and file.is_file() else repr(value).encode()
         sha.update(name.encode() + given)

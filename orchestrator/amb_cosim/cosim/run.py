@@ -61,7 +61,7 @@ def simulate(
         Whether the FMUs run in a process of their own, so that their crash is an exception here; by default they do if
         one of them was given as a file.
     options
-        What models are made for, such as `rotor`, the name of a rotor that comes with the package or a rotor file.
+        What models are made for, such as `rotor`, the name of a rotor of a pack or a rotor file.
 
     Raises
     ------

@@ -36,8 +36,6 @@ its name; a parameter, or what feeds an input, as `component.variable`, where `*
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import resources
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import TypeVar
 
@@ -47,18 +45,18 @@ from amb_cosim.cosim.system import Connection, Signal, System
 from amb_cosim.cosim.system_overlay import overlaid
 from amb_cosim.cosim.system_tables import OverlayTable, SystemTable
 from amb_cosim.cosim.tables import Values, check_bases
+from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 
 
-def packaged_systems() -> dict[str, Traversable]:
-    """Return the systems that come with the package, by name."""
-    folder = resources.files("amb_cosim").joinpath("systems")
-    return {f.name.removesuffix(".toml"): f for f in folder.iterdir()}
+def packaged_systems() -> dict[str, Path]:
+    """Return the files of the systems that come with amb-cosim and with packs, by name."""
+    return files_of("systems", amb_cosim=Path(__file__).parents[1])
 
 
 def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> System:
-    """Read a system, one that comes with the package or a TOML file.
+    """Read a system, one of amb-cosim or of a pack, or a TOML file.
 
     Parameters
     ----------
@@ -111,7 +109,7 @@ def load_experiment(name: str | Path) -> tuple[Experiment, Values]:
 def _table(name: str, derived: tuple[str, ...] = ()) -> SystemTable:
     """Return content of a system file, laid over that of its base; paths in a file are relative to it."""
     packaged = packaged_systems()
-    source: Traversable = packaged.get(name, Path(name))
+    source = packaged.get(name, Path(name))
     if not source.is_file():
         raise ValueError(f"no system {name!r}; {suggest(name, sorted(packaged))}")
     what = f"system {name}"
@@ -121,7 +119,7 @@ def _table(name: str, derived: tuple[str, ...] = ()) -> SystemTable:
         return _with_paths(validate(data, SystemTable, what), source)
     overlay = _with_paths(validate(data, OverlayTable, what), source)
     base = overlay.base
-    if base not in packaged and isinstance(source, Path):
+    if base not in packaged:
         base = str(source.parent / base)
     try:
         return overlaid(_table(base, (*derived, name)), overlay)
@@ -132,10 +130,8 @@ def _table(name: str, derived: tuple[str, ...] = ()) -> SystemTable:
 T = TypeVar("T", bound=SystemTable)
 
 
-def _with_paths(table: T, source: Traversable) -> T:
+def _with_paths(table: T, source: Path) -> T:
     """Return the table with the paths of its FMUs relative to the working directory."""
-    if not isinstance(source, Path):
-        return table
     components = tuple(
         c if c.fmu in models() else c.model_copy(update={"fmu": str(source.parent / c.fmu)}) for c in table.component
     )

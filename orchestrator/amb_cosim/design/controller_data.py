@@ -18,7 +18,7 @@ Complex = NDArray[np.complex128]
 # A receptance is measured to about four digits; beyond this condition number none of them is significant in H.
 MAX_CONDITION = 1e4
 
-# Speeds at which the thesis identifies (rad/s).
+# Speeds of a controller's table by default (rad/s).
 SPEEDS = tuple(2.0 * np.pi * f for f in (5.0, 10.0, 15.0, 20.0, 22.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 35.0))
 
 

@@ -61,7 +61,7 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
     Parameters
     ----------
     bearing, axis
-        Name of the bearing, whose measured constants are those of the rig for `mb1` and `mb2`; `x` or `y`.
+        Name of the bearing, `mb1` and `mb2` of which have measured constants; `x` or `y`.
     changes
         Values by name without bearing and axis, `bias_current=4.3`.
 

@@ -21,7 +21,7 @@ ROUNDING = 1e-9  # share of a site's displacement in that of another place that 
 
 
 def plant(rotor: Rotor | None = None) -> tuple[Model, Array]:
-    """Return the plant of a rotor, the rig of the thesis by default, and its constants.
+    """Return the plant of a rotor, by default that of the packs, and its constants.
 
     Raises
     ------

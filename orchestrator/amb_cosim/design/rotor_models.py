@@ -23,7 +23,7 @@ K_B, C_B = 1e6, 5000.0  # N/m, N s/m
 
 
 def control_loop(rotor: Rotor | None = None) -> ControlLoop:
-    """Return bearings and sensor planes of a rotor, by default the rig; the nearest plane closes a bearing's loop.
+    """Return bearings and sensor planes of a rotor, the default without one; the nearest plane closes a bearing's loop.
 
     Raises
     ------
@@ -42,13 +42,13 @@ def control_loop(rotor: Rotor | None = None) -> ControlLoop:
 
 
 def actuator(rotor: Rotor | None = None) -> tuple[Model, Array]:
-    """Return the actuator of a rotor, by default the rig, and its constants; errors of `actuator.model_for`."""
+    """Return the actuator of a rotor, the packs' default without, and its constants; errors of `actuator.model_for`."""
     names = tuple(bearing.name for bearing in (rotor or load_rotor()).bearings)
     return amb_actuator.model_for(names), np.array([len(names)], dtype=np.float64)
 
 
 def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None) -> tuple[Model, Array]:
-    """Return the controller of a rotor, by default the rig, and its constants.
+    """Return the controller of a rotor, by default that of the packs, and its constants.
 
     Parameters
     ----------
@@ -72,10 +72,10 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
 def check_loop(receptances: Path, parameters: Mapping[str, float | None], rotor: str | Path | None = None) -> None:
     """Raise a ValueError if a table was identified in another loop than that of a controller with these parameters.
 
-    The controller is that of a rotor, the rig of the thesis by default.
+    The controller is that of a rotor, by default that of the packs.
     """
     known = {name: value for name, value in parameters.items() if value is not None}
-    loop = control_loop(load_rotor(rotor) if rotor is not None else None)
+    loop = control_loop(load_rotor(rotor))
     read_table(receptances, loop=loop, parameters=loop_parameters(loop, known))
 
 

@@ -4,34 +4,16 @@ from __future__ import annotations
 
 from amb_cosim.live.rig import Rig, rig
 from amb_cosim.scenario.scenario import load_scenario
-
-# One for each thing to see: steps of unbalance, rolling, run-up, touchdown, faults, shock, another rotor.
-SHOWN = (
-    "fig4_9",
-    "fig5_6_pid",
-    "fig5_6",
-    "fig6_13",
-    "rolling_90",
-    "run_up",
-    "run_up_rolac",
-    "drop",
-    "drop_whirl",
-    "relevitation",
-    "one_axis_lost",
-    "sensor_lost",
-    "blade_loss",
-    "base_shock",
-    "compressor_levitated_touchdown",
-)
+from amb_files.pack_file import pack_files
 
 
-def rigs_of(name: str, rotor: str | None = None, *, alone: bool = False) -> list[Rig]:
-    """Return the rigs of a page: that of a scenario, then, unless `alone` or with another rotor, those of `SHOWN`.
+def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = False) -> list[Rig]:
+    """Return the rigs of a page: that of a scenario, then, unless `alone` or with another rotor, those that packs show.
 
     Parameters
     ----------
     name
-        Name of a scenario that comes with the package, or scenario file.
+        Name of a scenario of a pack, or scenario file; the packs' default without.
     rotor
         Rotor that takes the place of the scenario's.
 
@@ -43,5 +25,5 @@ def rigs_of(name: str, rotor: str | None = None, *, alone: bool = False) -> list
     first = load_scenario(name)
     if rotor is not None:
         return [rig(first.model_copy(update={"rotor": rotor}))]
-    others = () if alone else (load_scenario(other) for other in SHOWN if other != first.name)
-    return [rig(first), *map(rig, others)]
+    others = [] if alone else [other for pack in pack_files().values() for other in pack.live if other != first.name]
+    return [rig(first), *(rig(load_scenario(other)) for other in others)]

@@ -25,13 +25,13 @@ def geometry(rotor_file: str | None, layout: Mapping[str, Any], gravity_angle: f
     Parameters
     ----------
     rotor_file
-        Name of a rotor or rotor file; the rig of the thesis by default.
+        Name of a rotor or rotor file; the packs' default without.
     layout
         What the plant's interface was made from.
     gravity_angle
         Direction of gravity (rad), from x towards y.
     """
-    rotor = load_rotor() if rotor_file is None else load_rotor(rotor_file)
+    rotor = load_rotor(rotor_file)
     z = rotor.shaft.nodes
     signals = {s.node: (f"{PLANT}.{s.x}", f"{PLANT}.{s.y}") for s in reversed(rotor.sensors)}
     signals |= {b.node: (f"{PLANT}.{b.name}.x", f"{PLANT}.{b.name}.y") for b in reversed(rotor.bearings)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_cosim.cosim.fmus import build_models, made_from
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
+from amb_files.pack_file import path_of
 
 if TYPE_CHECKING:
     from fmi_export.model import Model
@@ -19,27 +21,28 @@ if TYPE_CHECKING:
 MODELS = (PLANT, ACTUATOR, CONTROLLER)
 
 Made = tuple["Model", NDArray[np.float64]]
+rotor_file = partial(path_of, "rotor")
 
 
-@made_from("rotor_contact", "rotor_analysis", "amb_cosim.design")
+@made_from("rotor_contact", "rotor_analysis", "amb_cosim.design", rotor=rotor_file)
 def rotor_contact(rotor: str | Path | None = None, **_: Any) -> Made:
-    """Return the plant of a rotor: of one that comes with the package, of a rotor file, or of the rig of the thesis."""
+    """Return the plant of a rotor: of one of a pack, of a rotor file, or of the packs' default."""
     from amb_cosim.design.plant_data import plant
     from rotor_analysis.rotor_file import load_rotor
 
-    return plant(load_rotor(rotor) if rotor is not None else None)
+    return plant(load_rotor(rotor))
 
 
-@made_from("amb_actuator", "rotor_analysis", "amb_cosim.design")
+@made_from("amb_actuator", "rotor_analysis", "amb_cosim.design", rotor=rotor_file)
 def amb_actuator(rotor: str | Path | None = None, **_: Any) -> Made:
-    """Return the actuator for the bearings of a rotor, the rig of the thesis by default."""
+    """Return the actuator for the bearings of a rotor, the packs' default without."""
     from amb_cosim.design.rotor_models import actuator
     from rotor_analysis.rotor_file import load_rotor
 
-    return actuator(load_rotor(rotor) if rotor is not None else None)
+    return actuator(load_rotor(rotor))
 
 
-@made_from("rolac_controller", "rotor_analysis", "amb_cosim.design")
+@made_from("rolac_controller", "rotor_analysis", "amb_cosim.design", rotor=rotor_file)
 def rolac_controller(rotor: str | Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
     """Return the controller for a rotor, with H of the table in a file, or from the rotor model from 5 to 100 Hz.
 
@@ -49,7 +52,7 @@ def rolac_controller(rotor: str | Path | None = None, receptances: Path | None =
     from amb_cosim.design.rotor_models import control_loop, controller
     from rotor_analysis.rotor_file import load_rotor
 
-    description = load_rotor(rotor) if rotor is not None else load_rotor()
+    description = load_rotor(rotor)
     if receptances is None:
         return controller(description)
     return controller(description, read_table(receptances, description.name, control_loop(description)))
@@ -73,7 +76,7 @@ def build(
         `native` FMUs are compiled, for this machine or for the platforms named (`linux64`, `win64`, `darwin64`,
         `aarch64-linux`, `aarch64-darwin`, `wasm32`); `python` ones are run by PythonFMU.
     rotor
-        Name of a rotor that comes with the package, or rotor file (TOML); the rig of the thesis by default.
+        Name of a rotor of a pack, or rotor file (TOML); the packs' default without.
     receptances
         Table file that the controller gets its H from; the rotor model's by default.
     fmi

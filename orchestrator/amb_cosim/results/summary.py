@@ -47,7 +47,7 @@ class Summary:
     site_share
         Share of the same time that the rotor is in contact at each site.
     contact_states
-        What these states are: for two bearings none, RB1, RB2, both.
+        What these states are: for two bearings none, the one, the other, both.
     first_contact, last_contact
         Cycles of the first and last sample in contact.
     recovered
@@ -64,7 +64,7 @@ class Summary:
         Synchronous amplitude at each bearing `before` the change and at the `end` (mm).
     energy
         Heat of damping, friction and impacts, work of all inputs, and the largest error of the balance (J). The heat of
-        impacts is negative where the nodal impact rule of the thesis, `contact.impact_law` 0, creates energy.
+        impacts is negative where the nodal impact rule, `contact.impact_law` 0, creates energy.
     energy_balance
         That error over the largest of all energies.
     share_beyond_reduction

@@ -15,7 +15,7 @@ from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.fmu_interface import FmuInterface
 
 DEFAULT_STEPS: Mapping[Coupling, float] = {"gauss_seidel": 250e-6, "jacobi": 25e-6, "iterative": 250e-6}  # s
-LONGEST_JACOBI_STEP = 50e-6  # s; without prediction the orbit of fig4_9 is then within 5 % of Gauss-Seidel order's
+LONGEST_JACOBI_STEP = 50e-6  # s; without prediction the orbit of a rub is then within 5 % of Gauss-Seidel order's
 PREDICTION = "prediction_time"  # parameter of a component that can look ahead
 
 

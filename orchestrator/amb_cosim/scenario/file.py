@@ -11,14 +11,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from fnmatch import fnmatchcase
-from importlib import resources
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
 from amb_cosim.cosim.fmus import models
 from amb_cosim.cosim.system_file import packaged_systems
 from amb_cosim.cosim.tables import check_bases
+from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml
 
@@ -30,15 +29,9 @@ PATHS = (
 OF_COMPONENTS = ("parameters", "inputs")
 
 
-def packaged_scenarios() -> dict[str, Traversable]:
-    """The scenarios that come with the package, by name."""
-    return {name: file for name, file in packaged_files().items() if not name.startswith("_")}
-
-
-def packaged_files() -> dict[str, Traversable]:
-    """Their files, and those that only serve as a base, whose names begin with `_`."""
-    folder = resources.files("amb_cosim").joinpath("scenarios")
-    return {f.name.removesuffix(".toml"): f for f in sorted(folder.iterdir(), key=lambda f: f.name)}
+def packaged_scenarios() -> dict[str, Path]:
+    """Return the files of the packs' scenarios, by name; not those that only serve as a base, which begin with `_`."""
+    return {name: file for name, file in files_of("scenarios").items() if not name.startswith("_")}
 
 
 def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -47,7 +40,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     Parameters
     ----------
     name
-        Name of a scenario that comes with the package, or the path of a file.
+        Name of a scenario of a pack, or the path of a file.
     derived
         The files that have this one as their base.
 
@@ -56,15 +49,14 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     ValueError
         If there is none, it cannot be read, or it removes what is not there.
     """
-    packaged = packaged_files()
-    source: Traversable = packaged.get(name, Path(name))
+    packaged = files_of("scenarios")
+    source = packaged.get(name, Path(name))
     if not source.is_file():
         kind = "file" if name.endswith(".toml") else "scenario"
         raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged_scenarios())}")
     check_bases(f"scenario {name}", derived)
     data = read_toml(source, f"scenario {name}")
-    folder = source.parent if isinstance(source, Path) else Path()
-    data = with_paths(data, lambda path: str(folder / path))
+    data = with_paths(data, lambda path: str(source.parent / path))
     base, remove = data.pop("base", None), data.pop("remove", [])
     if not isinstance(remove, list) or not all(isinstance(entry, str) for entry in remove):
         raise ValueError(f"scenario {name}: remove = {remove!r} is not allowed; it must be a list of names")
@@ -74,7 +66,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         return data
     if not isinstance(base, str):
         raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")
-    below = read_scenario(base if base in packaged else str(folder / base), (*derived, name))
+    below = read_scenario(base if base in packaged else str(source.parent / base), (*derived, name))
     for entry in remove:
         try:
             below = _without(below, entry)
@@ -84,7 +76,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
 
 
 def with_paths(data: dict[str, Any], place: Callable[[str], str]) -> dict[str, Any]:
-    """Return a scenario's data with `place` of every path in it; names of what comes with the package stay."""
+    """Return a scenario's data with `place` of every path in it; names of what packs and models have stay."""
 
     def placed(key: str, value: Any) -> Any:
         return value if not isinstance(value, str) or _is_packaged(key, value) else place(value)
@@ -102,9 +94,7 @@ def relative_to(folder: Path) -> Callable[[str], str]:
 
 def _is_packaged(key: str, name: str) -> bool:
     if key == "rotor":
-        from rotor_analysis.packaged_rotors import packaged_rotors  # a scenario of the rig needs nothing of it
-
-        return name in packaged_rotors()
+        return name in files_of("rotors")
     return (key == "fmu" and name in models()) or (key == "system" and name in packaged_systems())
 
 

@@ -31,7 +31,7 @@ def set_gravity(values: Assignments, gravity: Gravity, rotor: str | None, given:
     values
         The values of all parameters; changed.
     rotor
-        Name or file of the rotor, the rig by default.
+        Name or file of the rotor, the packs' default without.
     given
         Parameters, `component.variable`, that keep their values.
 
@@ -67,7 +67,7 @@ def _carry_weight(missing: _MissingParameters, rotor: str | None) -> None:
     from rotor_analysis.static_load import carried_masses
 
     size, angle = (missing.values.parameter(f"{PLANT}.{name}") for name in ("gravity", "gravity_angle"))
-    for bearing, mass in carried_masses(load_rotor() if rotor is None else load_rotor(rotor)).items():
+    for bearing, mass in carried_masses(load_rotor(rotor)).items():
         for axis, upwards in (("x", -math.cos(angle)), ("y", -math.sin(angle))):
             _carry(missing, bearing, axis, mass * size * upwards)
 

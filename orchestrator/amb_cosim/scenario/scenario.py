@@ -17,6 +17,7 @@ from amb_cosim.cosim.values import quantity
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
 from amb_files.atomic import write_atomically
+from amb_files.pack_file import default
 from amb_files.toml import parse_toml, validate
 
 FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy", "touchdown"]
@@ -101,9 +102,8 @@ class Scenario(Table):
     The speed is `Omega` until cycle 0 begins, and from then on linear through the points of `speed` and constant
     after the last; without points it stays. The run ends at `end_cycle` or `end_time`, or before that as soon as one of
     the conditions `stop` is met.
-    Models are built for `rotor`, the name of one that comes with the package or a rotor file, the rig by default; the
-    controller has the H of the table of
-    `receptances` in place of the rotor model's.
+    Models are built for `rotor`, the name of one of a pack or a rotor file, by default that which a pack says; the
+    controller has the H of the table of `receptances` in place of the rotor model's.
     `coupling` is that of the system by default, and `communication_step` 250 us, in Jacobi order 25 us, where a
     controller with the parameter `prediction_time` predicts by two communication steps unless told otherwise.
     `gravity` pulls on the rotor towards `gravity_angle`, from x towards y. The static currents of magnetic bearings
@@ -198,12 +198,17 @@ def positive_speed(speed: float) -> float:
 
 
 def scenarios() -> dict[str, str]:
-    """Return the names of the scenarios that come with the package, and what happens in each."""
-    return {name: load_scenario(name).description for name in packaged_scenarios()}
+    """Return the names of the packs' scenarios, and what happens in each."""
+    return {name: scenario.description for name, scenario in load_scenarios().items()}
 
 
-def load_scenario(name: str) -> Scenario:
-    """Read the scenario called `name`, or the TOML file at that path.
+def load_scenarios() -> dict[str, Scenario]:
+    """Return the packs' scenarios, by name."""
+    return {name: load_scenario(name) for name in packaged_scenarios()}
+
+
+def load_scenario(name: str | None = None) -> Scenario:
+    """Read the scenario called `name`, or the TOML file at that path; the default of the packs without a name.
 
     A file with a `base`, the name or path of another one, only says what differs from it; see `file`.
 
@@ -212,6 +217,7 @@ def load_scenario(name: str) -> Scenario:
     ValueError
         If there is none, or it is wrong; the message is one line for each mistake.
     """
+    name = default("scenario") if name is None else name
     return make_scenario(read_scenario(name), name)
 
 

@@ -50,14 +50,14 @@ def run(
     Parameters
     ----------
     scenario
-        A `Scenario`, the name of one that comes with the package, or the path of a TOML file.
+        A `Scenario`, the name of one of a pack, or the path of a TOML file.
     set
         Values by `component.variable` that replace the scenario's: `{"rotor_contact.rb1.clearance": "0.6 mm"}`. A
         number is in the unit of the variable.
     until
         End of the run in s from the beginning of cycle 0.
     rotor, receptances
-        Name of a rotor that comes with the package, or rotor file, and table of receptances for the controller's H, in
+        Name of a rotor of a pack, or rotor file, and table of receptances for the controller's H, in
         place of the scenario's.
     flavour
         `native` FMUs, which are compiled and need no Python, or those that PythonFMU runs.
@@ -91,7 +91,7 @@ def run(
 def check(scenario: str | Path | Scenario) -> None:
     """Raise ValueError if a scenario does not fit the components that it runs; builds their FMUs if need be.
 
-    It is a `Scenario`, the name of one that comes with the package, or the path of a TOML file.
+    It is a `Scenario`, the name of one of a pack, or the path of a TOML file.
     """
     prepare(scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario)))
 

@@ -1,4 +1,4 @@
-"""Study of the natural frequencies of a rotor over its spin speed (thesis Figs 3.1, 3.6)."""
+"""Study of the natural frequencies of a rotor over its spin speed."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def campbell(
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the rig of the thesis by default.
+        A rotor or a rotor file; the packs' default without.
     mass
         Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
     up_to

@@ -162,7 +162,7 @@ def _cells(contact: Contact | None) -> Sequence[str]:
 
 
 def convergence(
-    scenario: str = "fig4_9",
+    scenario: str | Path | None = None,
     *,
     rotor: str | Path | None = None,
     set: Mapping[str, Raw] | None = None,
@@ -179,9 +179,9 @@ def convergence(
     Parameters
     ----------
     scenario
-        Name of a scenario that comes with the package, or a TOML file.
+        Name of a scenario of a pack, or a TOML file; the packs' default without.
     rotor
-        Name of a rotor that comes with the package, or rotor file, in place of the scenario's.
+        Name of a rotor of a pack, or rotor file, in place of the scenario's.
     set
         Values by `component.variable` that replace the scenario's.
     starts
@@ -198,7 +198,7 @@ def convergence(
         If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
     """
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
-    given = load_scenario(str(scenario))
+    given = load_scenario(None if scenario is None else str(scenario))
     if rotor is not None:
         given = given.model_copy(update={"rotor": str(rotor)})
     file = str(rotor_file(given))

@@ -20,7 +20,7 @@ from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_files.toml import read_toml
 from rotor_analysis.assembly import assemble
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR, rotor_path
+from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import MassModel
@@ -135,7 +135,7 @@ def _nodes(rotor: str, modes: int, planes: int) -> int | None:
 
 def rotor_file(scenario: Scenario) -> Path:
     """Return the file of a scenario's rotor."""
-    return rotor_path(scenario.rotor or DEFAULT_ROTOR)
+    return rotor_path(scenario.rotor)
 
 
 def prepare_case(case: ConvergenceCase) -> Prepared:

@@ -38,7 +38,7 @@ def cosimulated(
     substep: float = SUBSTEP,
     flavour: Flavour = "native",
 ) -> Complex:
-    """Return the complex displacement at MB1 and MB2 (m) at each sample from a co-simulation of the three FMUs.
+    """Return the complex displacement at the two bearings (m) at each sample from a co-simulation of the three FMUs.
 
     Parameters
     ----------

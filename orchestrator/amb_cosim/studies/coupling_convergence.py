@@ -17,9 +17,10 @@ from amb_cosim.cosim.choices import Flavour
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.coupled_orbit import SUBSTEP, Scheme, cosimulated
-from amb_cosim.studies.coupling_orders import SCENARIO, OrderRow, compared
+from amb_cosim.studies.coupling_orders import OrderRow, compared
 from amb_cosim.studies.monolithic import Levitation, free_orbit
 from amb_cosim.studies.result import DrawnResult
+from amb_files.pack_file import default
 from fmi_export.model import Array
 
 DURATION = 0.1  # s from rest, two turns
@@ -82,7 +83,7 @@ class CouplingConvergence(DrawnResult):
     comparisons
         Errors of each comparison.
     orders
-        Runs of the scenario `fig4_9` in each order of the master.
+        Runs of the packs' default scenario in each order of the master.
     """
 
     name: ClassVar[str] = "coupling"
@@ -110,7 +111,8 @@ def _orders_table(rows: Sequence[OrderRow]) -> TextPart:
     """Return a table of the runs by order and step."""
     places = [f"{at.upper()} (mm)" for at in rows[0].orbit]
     columns = ("step (us)", *places, "deviation (%)", "outcome", "last contact (cycle)", "cost")
-    table = labelled_table(f"{SCENARIO}: orbit before the step of unbalance, outcome and cost", "order", *columns)
+    title = f"{default('scenario')}: orbit before the step of unbalance, outcome and cost"
+    table = labelled_table(title, "order", *columns)
     for row in rows:
         orbits = (f"{radius:.5f}" for radius in row.orbit.values())
         last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"

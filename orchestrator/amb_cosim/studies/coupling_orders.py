@@ -14,7 +14,6 @@ from amb_cosim.scenario.coupling import PREDICTION, delay
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 
-SCENARIO = "fig4_9"
 RECORDED = Record(variables=("rotor_contact.mb?.?", "rotor_contact.contact_state"))
 TIMINGS = 3  # of each run; the shortest counts
 NAMES: Mapping[Coupling, str] = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
@@ -75,7 +74,7 @@ def simulated(run: CouplingRun, flavour: Flavour = "native") -> tuple[OrderRow, 
     """Return a run, with deviation and cost left at 0, and the shortest time that it took (s)."""
     settings = {f"rolac_controller.{PREDICTION}": delay(run.coupling, run.step) if run.predicts else 0.0}
     own = {"coupling": run.coupling, "communication_step": run.step, "record": RECORDED}
-    prepared = prepare(load_scenario(SCENARIO).model_copy(update=own), settings, flavour=flavour)
+    prepared = prepare(load_scenario().model_copy(update=own), settings, flavour=flavour)
     results = [run_prepared(prepared, loop=run.loop) for _ in range(TIMINGS)]
     if any(result.outcome.status == "interrupted" for result in results):
         raise KeyboardInterrupt

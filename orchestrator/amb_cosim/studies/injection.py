@@ -25,7 +25,7 @@ from rolac_controller.enumerations import CUSTOM
 
 PERIOD = 4.0  # s: lines every 0.25 Hz, every 1 Hz for each axis
 LOWEST, HIGHEST = 1.0, 2000.0  # Hz
-PEAK = 0.05  # A, of the injected current: it moves the rig by some 20 um and keeps amplifiers below their voltage limit
+PEAK = 0.05  # A, of the injected current: 100 kg by some 20 um, amplifiers below their voltage limit
 STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers: the error of the coupling is then below 1 % near the sharpest peaks
 SUBSTEP = 31.25e-6  # s, of the plant's own integration
 REMAINDER = 1e-6  # share of the transient that is left when the measurement begins

@@ -20,10 +20,10 @@ Number = float | str
 """A number in the unit that is asked for, or a text with another unit of the same dimension (`"16 Hz"`)."""
 
 RotorFile = Path | str | None
-"""Name of a rotor that comes with the package, path of a rotor file, or None for the rig of the thesis."""
+"""Name of a rotor of a pack, path of a rotor file, or None for the packs' default."""
 
 RotorSource = Rotor | Path | str | None
-"""A rotor, the name of one that comes with the package, the path of a rotor file, or None for the rig of the thesis."""
+"""A rotor, the name of one of a pack, the path of a rotor file, or None for the packs' default."""
 
 
 def rotor_of(source: RotorSource) -> Rotor:
@@ -34,8 +34,6 @@ def rotor_of(source: RotorSource) -> Rotor:
     ValueError
         If there is no such rotor, or a file cannot be read or holds none.
     """
-    if source is None:
-        return load_rotor()
     return source if isinstance(source, Rotor) else load_rotor(source)
 
 

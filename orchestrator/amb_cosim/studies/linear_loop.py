@@ -30,7 +30,6 @@ from rolac_controller.chain import is_on
 from rolac_controller.control_loop import ControlLoop, LoopAxis
 from rolac_controller.lowpass import coefficients
 from rotor_analysis.assembly import assemble
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -51,7 +50,7 @@ class LinearLoop:
     delay
         Samples between a displacement and the current that responds to it.
     rotor
-        The rig of the thesis by default.
+        The packs' default without.
     """
 
     parameters: Mapping[str, Mapping[str, float]]
@@ -83,7 +82,7 @@ def linear_loop(prepared: Prepared) -> LinearLoop:
         for component, values in prepared.plan.all_parameters(prepared.interfaces).items()
     }
     controller = parameters["rolac_controller"]
-    description = load_rotor(prepared.scenario.rotor or DEFAULT_ROTOR)
+    description = load_rotor(prepared.scenario.rotor)
     chain = given_parameters(control_loop(description), controller).own[0].chain
     delay = int(is_on(chain.preset, chain.delay))
     return LinearLoop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)

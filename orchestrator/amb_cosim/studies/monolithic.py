@@ -89,7 +89,7 @@ class MonolithicSystem:
 
     @property
     def bearings(self) -> Complex:
-        """Complex displacement at MB1 and MB2 (m)."""
+        """Complex displacement at the two bearings (m)."""
         return self.z[BEARINGS].copy()
 
     def sample(self) -> None:
@@ -104,7 +104,7 @@ class MonolithicSystem:
 
 
 def free_orbit(levitation: Levitation, samples: int) -> Complex:
-    """Return the complex displacement at MB1 and MB2 (m) at each sample, from rest, shape (samples + 1, 2).
+    """Return the complex displacement at the two bearings (m) at each sample, from rest, shape (samples + 1, 2).
 
     There is no contact. Between samples the extended system is linear, and its matrix exponential advances it without
     error; with the law (2.6) it is integrated to tight tolerances.

@@ -1,4 +1,4 @@
-"""Studies of the modes of a rotor: frequencies at several spin speeds, mode shapes at one (thesis Figs 3.2, 3.3)."""
+"""Studies of the modes of a rotor: frequencies at several spin speeds, mode shapes at one."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def natural_frequencies(
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the rig of the thesis by default.
+        A rotor or a rotor file; the packs' default without.
     mass
         Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
     speeds
@@ -177,7 +177,7 @@ def modes(
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the rig of the thesis by default.
+        A rotor or a rotor file; the packs' default without.
     mass
         Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
     speed

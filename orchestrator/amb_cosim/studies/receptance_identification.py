@@ -101,12 +101,12 @@ def identify(
     Parameters
     ----------
     speeds
-        Spin speeds (rad/s), each a number or a text with its unit, or one text with commas; by default the twelve at
-        which the thesis identifies.
+        Spin speeds (rad/s), each a number or a text with its unit, or one text with commas; by default twelve from
+        5 to 35 Hz.
     output
         Table file (TOML), written after each speed; the receptances that it holds for other speeds are kept.
     rotor
-        Rotor file (TOML); the rig of the thesis by default.
+        Rotor file (TOML); the packs' default without.
     set
         Values by `component.variable`, numbers or texts with units.
     flavour

@@ -27,7 +27,6 @@ from amb_cosim.studies.sampled_receptance import sampled_receptance
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.enumerations import ERRORS, GIVEN, ILL_CONDITIONED, last_stages, stages
 from rolac_controller.excitation import force_component, periods
-from rotor_analysis.packaged_rotors import DEFAULT_ROTOR
 from rotor_analysis.rotor_file import load_rotor
 
 if TYPE_CHECKING:
@@ -90,7 +89,7 @@ def prepare_identification(
     Omega
         Spin speed (rad/s).
     rotor_file
-        Rotor file (TOML); the rig of the thesis by default.
+        Rotor file (TOML); the packs' default without.
     settings
         Values by `component.variable`, numbers or texts with units.
     flavour
@@ -101,7 +100,7 @@ def prepare_identification(
     ValueError
         If the speed is not positive or below `rolac.min_speed`, or anything else does not fit.
     """
-    n_axes = 2 * len(load_rotor(rotor_file or DEFAULT_ROTOR).bearings)
+    n_axes = 2 * len(load_rotor(rotor_file).bearings)
     revolutions = (n_axes + 2) * periods(Omega / (2.0 * math.pi)) + MARGIN
     steps = math.ceil(revolutions * 2.0 * math.pi / Omega / STEP) if Omega > 0.0 else 1
     scenario = make_scenario(

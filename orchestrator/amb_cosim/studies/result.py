@@ -42,7 +42,7 @@ class DrawnResult(StudyResult):
     """A result that `amb_cosim.studies.figure` draws."""
 
     name: ClassVar[str]
-    """Name of the study, of its files, and of the module in `amb_cosim.studies.figures` that draws it."""
+    """Name of the study, of its files, and of the module in the package `figures` beside it that draws it."""
 
     def data_files(self) -> dict[str, str]:
         """Return the texts of the files that hold the data, by name."""

@@ -99,7 +99,7 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the rig of the thesis by default.
+        A rotor or a rotor file; the packs' default without.
 
     Raises
     ------

@@ -21,6 +21,7 @@ from amb_cosim.results.series import cycles, signal, speed, speed_changes, turns
 from amb_cosim.scenario.simulation import run
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.result import DrawnResult
+from amb_files.pack_file import default
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.modes import Complex
@@ -109,7 +110,7 @@ class Waterfall(DrawnResult):
 
 
 def waterfall(
-    source: Source = "run_up",
+    source: Source | None = None,
     *,
     up_to: Number = "60 Hz",
     window: Number | None = None,
@@ -125,7 +126,8 @@ def waterfall(
     Parameters
     ----------
     source
-        A scenario, its name or TOML file, which is run; or a result, its folder or its file.
+        A scenario, its name or TOML file, which is run; or a result, its folder or its file. Without, that of a
+        changing speed which a pack says.
     up_to
         Highest frequency (rad/s), or a text with its unit.
     window
@@ -142,7 +144,7 @@ def waterfall(
     """
     highest = spin_speed(up_to, "up-to") / (2.0 * np.pi)
     require(highest > 0.0, "up-to", f"{highest:g} Hz", "> 0 Hz")
-    plan = load(source)
+    plan = load(default("changing_speed") if source is None else source)
     if isinstance(plan, Result):
         if rotor or set:
             raise ValueError(f"{source} is a saved result; nothing can be set for it")

@@ -1,4 +1,4 @@
-"""Study of the receptance of the levitated rotor over the spin speed (thesis Fig. 5.1)."""
+"""Study of the receptance of the levitated rotor over the spin speed."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def receptance(
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the rig of the thesis by default.
+        A rotor or a rotor file; the packs' default without.
     up_to
         Highest spin speed (rad/s), or a text with its unit.
     k_b, c_b

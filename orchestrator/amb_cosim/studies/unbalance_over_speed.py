@@ -1,4 +1,4 @@
-"""Study of the steady response of a rotor to unbalance over the spin speed (thesis Fig. 3.7)."""
+"""Study of the steady response of a rotor to unbalance over the spin speed."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def unbalance_response(
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the rig of the thesis by default.
+        A rotor or a rotor file; the packs' default without.
     mass
         Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
     up_to

@@ -7,7 +7,7 @@
     step.cycle=5:6:16                                 when the event happens
     unbalance_factor=1,1.25                           a field of the scenario
     fmu.rolac_controller=first.fmu,second.fmu         another FMU for a component
-    scenario=fig5_5,fig5_5_pid                        other scenarios
+    scenario=first.toml,second.toml                   other scenarios
     control=@controls.toml                            a table of settings for each label
 
 A range without a number of values, `60:300`, is for sampling.

@@ -1,61 +1,39 @@
-"""Sweeps that come with the package, by name."""
+"""Sweeps by name: those of the packs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
-from amb_cosim.studies.recovery_trials import CONTROLS
+from pydantic import Field
+
+from amb_cosim.cosim.tables import Table
+from amb_files.packs import files_of
+from amb_files.toml import read_toml, validate
 
 
-@dataclass(frozen=True)
-class ReadySweep:
-    """A scenario and what is varied, as arguments of `amb_cosim.sweep`."""
+class ReadySweep(Table):
+    """A scenario and what is varied: arguments of `amb_cosim.sweep`, and one line about it."""
 
+    description: str = ""
     scenario: str
-    options: Mapping[str, Any] = field(default_factory=dict)
+    vary: dict[str, Any] = Field(min_length=1)
+    sample: str | None = None
+    boundary: str | None = None
+    until: float | None = None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What it says besides the scenario, by argument."""
+        return self.model_dump(exclude={"description", "scenario"}, exclude_none=True)
 
 
-COMPARED: dict[str, dict[str, Any]] = {
-    name: {f"rolac_controller.{key}": raw for key, raw in CONTROLS[name].items()}
-    for name in ("PID", "PID + OLAC", "PID + ROLAC", "PID + contact-aware ROLAC")
-}
+def ready_sweeps() -> dict[str, ReadySweep]:
+    """Return the sweeps of the packs, by name.
 
-READY: dict[str, ReadySweep] = {
-    "recovery": ReadySweep(  # which control frees the rotor of Fig. 5.6, over speed and step of unbalance
-        "fig5_6",
-        {
-            "vary": {
-                "control": COMPARED,
-                "Omega": "14 Hz:18 Hz:9",
-                "step.rotor_contact.d1.u": "10 g.m:45 g.m:15",
-            },
-            "boundary": "recovered",
-        },
-    ),
-    "phase": ReadySweep(  # how hard a fall is over the angle of its unbalance when the bearings lose their power
-        "drop",
-        {"vary": {"step.cycle": "0:1:17", "rotor_contact.d?.u": "0.23 g.m:2.3 g.m:4"}, "until": 0.1},
-    ),
-    "rolling": ReadySweep(  # which friction makes the rotor of Fig. 4.18 roll, over its speed
-        "fig4_18",
-        {"vary": {"Omega": "60:240:10", "rotor_contact.rb?.mu": "0.1:2:20"}, "boundary": "rolling"},
-    ),
-    "touchdown": ReadySweep(  # what a fall leads to, over speed and friction
-        "drop",
-        {"vary": {"Omega": "100:400:7", "rotor_contact.rb?.mu": "0.05:0.5:7"}, "until": 0.3, "boundary": "rolling"},
-    ),
-    "sensitivity": ReadySweep(  # which parameter decides on the peak force of Fig. 4.9
-        "fig4_9",
-        {
-            "vary": {
-                "step.rotor_contact.d1.u": "20 g.m:30 g.m",
-                "rotor_contact.rb?.clearance": "0.65 mm:0.85 mm",
-                "rotor_contact.rb?.mu": "0:0.3",
-                "Omega": "250:270",
-            },
-            "sample": "saltelli:64",
-        },
-    ),
-}
+    Raises
+    ------
+    ValueError
+        If a file cannot be read or does not have the form.
+    """
+    files = {f"sweep {name}": file for name, file in files_of("sweeps").items()}
+    return {file.stem: validate(read_toml(file, what), ReadySweep, what) for what, file in files.items()}

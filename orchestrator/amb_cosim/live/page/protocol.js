@@ -95,8 +95,8 @@
  * @property {string} scenario name
  * @property {string} description
  * @property {string} source
- * @property {string} system name of a system that comes with the package, or path
- * @property {string | null} rotor as the scenario names it; null for the rig of the thesis
+ * @property {string} system name of a system, or path
+ * @property {string | null} rotor as the scenario names it; null for the packs' default
  * @property {string | null} receptances file of the controller's table, as the scenario names it
  * @property {boolean} gradient
  * @property {number} stepSize communication step in s

@@ -1,4 +1,4 @@
-"""Figures of the studies: the module `NAME` draws the result of the study of that name."""
+"""Figures of the studies: the module `figures.NAME` beside a study draws the result of the study of that name."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ def figure(result: DrawnResult) -> Figure:
     from amb_cosim.presentation.style import STYLE
 
     with mpl.rc_context(STYLE):
-        drawn: Figure = import_module(f"{__name__}.{result.name}").draw(result)
+        beside = type(result).__module__.rpartition(".")[0]
+        drawn: Figure = import_module(f"{beside}.figures.{result.name}").draw(result)
     return drawn
 
 

@@ -3,7 +3,7 @@
 import { byId, make, typeset } from "./dom.js";
 
 /**
- * A subject: its page of the documentation, its equations with their numbers in the thesis, and what they say.
+ * A subject: its page of the documentation, its equations with their numbers, and what they say.
  * @typedef {{ title: string, page: string, equations: [equation: string, number: string][], text: string }} Subject
  */
 

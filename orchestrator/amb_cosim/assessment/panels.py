@@ -1,0 +1,157 @@
+"""Plots as data: curves of a run or of a study, thinned for a page."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
+from amb_cosim.results.orbits import radius
+from amb_cosim.results.places import places
+from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes
+
+MOST_POINTS = 2400  # of a curve
+HERTZ = 2.0 * np.pi  # rad/s
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One curve: its name, points, and whether it is drawn as `lines`, `dots` or a `dashed` line."""
+
+    name: str
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    style: str = "lines"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One plot: title, labels of its axes, curves, and whether both axes have the same scale."""
+
+    title: str
+    x: str
+    y: str
+    curves: tuple[Curve, ...]
+    is_round: bool = False
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the plot for JSON; points are little-endian 32-bit numbers in base64, as Plotly reads them."""
+        return {
+            "title": self.title,
+            "x": self.x,
+            "y": self.y,
+            "round": self.is_round,
+            "curves": [{"name": c.name, "style": c.style, "x": _packed(c.x), "y": _packed(c.y)} for c in self.curves],
+        }
+
+
+RunPanels = Callable[[Signals], Iterable[Panel]]
+"""Plots that something else makes of a run."""
+
+
+def panel_of(data: dict[str, Any]) -> Panel:
+    """Return the plot that `Panel.as_data` wrote."""
+    curves = (Curve(c["name"], _unpacked(c["x"]), _unpacked(c["y"]), c["style"]) for c in data["curves"])
+    return Panel(data["title"], data["x"], data["y"], tuple(curves), data["round"])
+
+
+def run_panels(run: Signals, others: Iterable[RunPanels] = ()) -> tuple[Panel, ...]:
+    """Return the plots of a run: radii, forces, contact state, whirl speeds, those of `others`, orbits."""
+    return tuple(_panels(run, others)) if run.sizes["time"] else ()
+
+
+def horizontal_axis(run: Signals) -> tuple[NDArray[np.float64], str, NDArray[np.bool_]]:
+    """Return cycles, or spin speeds where they change, from cycle 0 on, their label, and the samples that these are."""
+    shown = np.asarray(cycles(run) >= 0.0)
+    if speed_changes(run):
+        return speed(run)[shown] / HERTZ, "spin speed (Hz)", shown
+    return cycles(run)[shown], "cycle", shown
+
+
+def curve(name: str, x: ArrayLike, y: ArrayLike, style: str = "lines") -> Curve:
+    """Return a curve of at most `MOST_POINTS` points: of more, the extremes of equal parts stay."""
+    xs, ys = np.asarray(x, np.float64), np.asarray(y, np.float64)
+    if len(xs) > MOST_POINTS:
+        kept = _extremes(ys, MOST_POINTS // 2)
+        xs, ys = xs[kept], ys[kept]
+    return Curve(name, xs, ys, style)
+
+
+def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
+    axis, label, shown = horizontal_axis(run)
+    bearings = places(run).bearings
+    relative = {mb: _relative_radius(run, mb) for mb in bearings}
+    yield Panel(
+        "Radial displacement over clearance",
+        label,
+        "r / C_r",
+        tuple(curve(mb.upper(), axis, r[shown]) for mb, r in relative.items()),
+    )
+    sites = [site for site in touchable(run) if (signal(run, f"{site}.f_n") is not None)]
+    forces = {site: np.asarray(signal(run, f"{site}.f_n"))[shown] for site in sites}
+    if any(force.any() for force in forces.values()):
+        curves = tuple(curve(site.upper(), axis, 1e-3 * force) for site, force in forces.items())
+        yield Panel("Normal contact force", label, "N (kN)", curves)
+        state = np.asarray(signal(run, "contact_state"))[shown]
+        meaning = ", ".join(f"{k} {name}" for k, name in enumerate(places(run).contact_states))
+        yield Panel(f"Contact state: {meaning}", label, "state", (curve("state", axis, state),))
+    modes = [signal(run, f"{site}.mode") for site in sites]
+    if any(mode is not None and (mode == ROLLING).any() for mode in modes):
+        whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[shown] for site in sites}
+        curves = tuple(curve(site.upper(), axis, whirl) for site, whirl in whirls.items())
+        yield Panel("Whirl speed", label, "phi-dot (rad/s)", curves)
+    for draw in others:
+        yield from draw(run)
+    if not speed_changes(run):
+        title = "Orbits over clearance" + ("" if rolling_from(run) is None else ", until it rolls")
+        yield Panel(title, "x / C_r", "y / C_r", tuple(_orbits(run, shown)), is_round=True)
+
+
+def _orbits(run: Signals, shown: NDArray[np.bool_]) -> Iterator[Curve]:
+    """Yield the clearance and the orbits; of a rotor that rolls, from before the step until it does."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 181)
+    yield Curve("clearance", np.cos(angle), np.sin(angle), "dashed")
+    rolling = rolling_from(run)
+    if rolling is not None:
+        begin = float(run.attrs.get("step_cycle", 0.0)) - 0.5
+        shown = shown & (cycles(run) >= begin) & (cycles(run) < rolling + 0.02)
+    every = max(1, np.count_nonzero(shown) // (2 * MOST_POINTS))
+    for mb, site in places(run).bearings.items():
+        x, y, limit = signal(run, f"{mb}.x"), signal(run, f"{mb}.y"), _clearance(run, site)
+        if x is not None and y is not None:
+            yield Curve(mb.upper(), x[shown][::every] / limit, y[shown][::every] / limit)
+
+
+def _relative_radius(run: Signals, bearing: str) -> NDArray[np.float64]:
+    r = radius(run, bearing)
+    assert r is not None  # every run records the bearings
+    return np.asarray(r / _clearance(run, places(run).bearings[bearing]))
+
+
+def _clearance(run: Signals, site: str) -> float:
+    return float(parameters(run).get(f"{site}.clearance", 0.75e-3))
+
+
+def _extremes(values: NDArray[np.float64], parts: int) -> NDArray[np.intp]:
+    """Return the indices of the least and the largest value in each of some equal parts, ascending."""
+    edges = np.linspace(0, len(values), parts + 1).astype(int)
+    kept = {0, len(values) - 1}
+    for first, last in pairwise(edges):
+        part = values[first:last]
+        kept.update((first + int(np.argmin(part)), first + int(np.argmax(part))))
+    return np.array(sorted(kept), dtype=np.intp)
+
+
+def _packed(values: NDArray[np.float64]) -> dict[str, str]:
+    return {"dtype": "f4", "bdata": base64.b64encode(np.asarray(values, "<f4").tobytes()).decode("ascii")}
+
+
+def _unpacked(data: dict[str, str]) -> NDArray[np.float64]:
+    return np.frombuffer(base64.b64decode(data["bdata"]), "<f4").astype(np.float64)

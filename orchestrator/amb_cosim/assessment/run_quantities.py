@@ -1,0 +1,258 @@
+"""Named quantities of a run: each takes its signals and returns a number in SI units, a text, or None if it has none.
+
+Windows `begin` and `end` are in cycles of the initial speed; without them the whole run from cycle 0 on counts.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.results import contact_history
+from amb_cosim.results.orbits import radius, synchronous_amplitude
+from amb_cosim.results.places import places
+from amb_cosim.results.series import change, cycles, parameters, signal, speed, turns
+
+Bools = NDArray[np.bool_]
+When = Literal["before", "end"]
+HERTZ = 2.0 * np.pi  # rad/s
+BOUNCE = 0.1  # cycles; a break of the contact that is shorter is a bounce
+
+
+def peak_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "N"]:
+    """Return the largest normal contact force at a site (N)."""
+    force = signal(run, f"{site}.f_n")
+    within = _window(run, begin, end)
+    return None if force is None or not within.any() else float(force[within].max())
+
+
+def contact_share(
+    run: Signals, states: str, begin: float | None = None, end: float | None = None
+) -> Annotated[float | None, "1"]:
+    """Return the share of the time in some contact states (1): by their names, such as `none, both`.
+
+    By default from the step to the removal, or to the end.
+    """
+    step, removal = contact_history.loaded_interval(run)
+    state = signal(run, "contact_state")
+    within = _window(run, step if begin is None else begin, removal if end is None else end)
+    return None if state is None or not within.any() else float(np.mean(_is_in(run, states)[within]))
+
+
+def cycles_in(run: Signals, states: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
+    """Return how long the rotor is in some contact states, in cycles."""
+    if signal(run, "contact_state") is None:
+        return None
+    within = _window(run, begin, end)
+    return float(np.sum(_is_in(run, states)[within]) * _spacing(run))
+
+
+def longest_spell(run: Signals, states: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
+    """Return the longest time in some contact states without a break longer than a tenth of a cycle, in cycles."""
+    if signal(run, "contact_state") is None:
+        return None
+    spells = _spells(cycles(run), _is_in(run, states) & _window(run, begin, end))
+    return max((last - first for first, last in spells), default=0.0)
+
+
+def first_contact(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
+    """Return the cycle of the first sample in contact from cycle 0 on, counted from `since`."""
+    first = contact_history.contact_cycles(run)[0]
+    return None if first is None else first - since
+
+
+def second_site_after(run: Signals) -> Annotated[float | None, "1"]:
+    """Return the cycles from the first contact at one retainer to the first at another; None if only one is touched."""
+    state, from_0 = signal(run, "contact_state"), cycles(run) >= 0.0
+    if state is None:
+        return None
+    touching = [from_0 & (np.asarray(state, int) >> k & 1 > 0) for k in range(len(places(run).bearings))]
+    first = sorted(float(cycles(run)[np.argmax(one)]) for one in touching if one.any())
+    return first[1] - first[0] if len(first) > 1 else None
+
+
+def last_contact(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
+    """Return the cycle of the last sample in contact, counted from `since`, 0 without contact after it."""
+    last = contact_history.contact_cycles(run)[1]
+    return 0.0 if last is None else max(0.0, last - since)
+
+
+def contact_duration(run: Signals) -> Annotated[float | None, "1"]:
+    """Return the cycles from the first to the last contact; 0 without contact."""
+    first, last = contact_history.contact_cycles(run)
+    return 0.0 if first is None or last is None else last - first
+
+
+def first_spell(run: Signals, bounce: float = BOUNCE) -> Annotated[float | None, "1"]:
+    """Return how long the first contact lasts; a break longer than `bounce` ends it; both in cycles."""
+    spells = _spells(cycles(run), _is_in_any(run) & _window(run, 0.0, np.inf), bounce)
+    return spells[0][1] - spells[0][0] if spells else None
+
+
+def first_site(run: Signals, begin: float = 0.0) -> str:
+    """Return the retainer that is touched first, by its name, `both` or `none`."""
+    found = _is_in_any(run) & _window(run, begin, np.inf)
+    state = signal(run, "contact_state")
+    if state is None or not found.any():
+        return "none"
+    return _states(run)[int(state[np.argmax(found)])]
+
+
+def sites_touched(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
+    """Return the retainers that are touched, by their names with `and` between them, or `none`."""
+    touched = [site.upper() for site in places(run).retainers if (peak_force(run, site, begin, end) or 0.0) > 0.0]
+    return " and ".join(touched) or "none"
+
+
+def site_of_largest_force(run: Signals, begin: float = 0.0, end: float = np.inf) -> str | None:
+    """Return the retainer with the largest normal contact force, None without contact."""
+    forces = {site.upper(): peak_force(run, site, begin, end) or 0.0 for site in places(run).retainers}
+    return max(forces, key=lambda site: forces[site]) if any(forces.values()) else None
+
+
+def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
+    """Return all contact states of a window, in the order of their numbers."""
+    state = signal(run, "contact_state")
+    within = _window(run, begin, end)
+    seen = [] if state is None else sorted({int(value) for value in state[within]})
+    return ", ".join(_states(run)[value] for value in seen)
+
+
+def outcome(run: Signals) -> str | None:
+    """Return what the step led to: `prevented`, `recovered` or `trapped`."""
+    return contact_history.recovery(run)
+
+
+def rolling_from(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
+    """Return the cycle from which the rotor rolls on a site through a turn of its whirl, counted from `since`."""
+    rolling = contact_history.rolling_from(run)
+    return None if rolling is None else rolling - since
+
+
+def contact_to_rolling(run: Signals) -> Annotated[float | None, "s"]:
+    """Return the time from the first contact to rolling (s)."""
+    first, rolling = contact_history.contact_cycles(run)[0], contact_history.rolling_from(run)
+    return None if first is None or rolling is None else (rolling - first) * float(run.attrs["period_s"])
+
+
+def whirl_at_end(run: Signals, site: str) -> Annotated[float | None, "rad/s"]:
+    """Return the whirl speed at a site at the end (rad/s)."""
+    return contact_history.whirl_at_the_end(run, site)
+
+
+def rolls_at_end(run: Signals) -> bool:
+    """Return whether the rotor rolls on a retainer at the end of the run."""
+    modes = [signal(run, f"{site}.mode") for site in places(run).retainers]
+    return any(mode is not None and int(mode[-1]) == contact_history.ROLLING for mode in modes)
+
+
+def largest_radius(run: Signals, bearing: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
+    """Return the largest radial displacement at a bearing over the clearance of its retainer (1)."""
+    values = radius(run, bearing)
+    within = _window(run, begin, end)
+    return None if values is None or not within.any() else float(values[within].max()) / _clearance(run, bearing)
+
+
+def orbit_amplitude(run: Signals, bearing: str, when: When) -> Annotated[float | None, "m"]:
+    """Return the synchronous amplitude at a bearing (m) `before` the step, or ROLAC's beginning, or at the `end`."""
+    return _amplitude(run, f"{bearing}.x", f"{bearing}.y", when)
+
+
+def sensor_amplitude(run: Signals, x: str, y: str, when: When) -> Annotated[float | None, "m"]:
+    """Return the synchronous amplitude of the rotor in the plane of two sensors (m), as `orbit_amplitude`."""
+    return _amplitude(run, x, y, when)
+
+
+def bearings_that_calm(run: Signals) -> str:
+    """Return the bearings whose synchronous amplitude at the end is below that before the change."""
+    calm = []
+    for bearing in places(run).bearings:
+        before, end = orbit_amplitude(run, bearing, "before"), orbit_amplitude(run, bearing, "end")
+        if before is not None and end is not None and end < before:
+            calm.append(bearing.upper())
+    return " and ".join(calm) or "none"
+
+
+def speed_of_largest_radius(
+    run: Signals, bearing: str, lowest: float, highest: float
+) -> Annotated[float | None, "rad/s"]:
+    """Return the spin speed (Hz) of the largest radius at a bearing between two speeds (Hz), before any contact."""
+    values, Omega = radius(run, bearing), speed(run)
+    if values is None:
+        return None
+    first, _ = contact_history.contact_cycles(run)
+    within = _window(run, 0.0, np.inf if first is None else first)
+    within &= (Omega >= lowest * HERTZ) & (Omega <= highest * HERTZ)
+    if not within.any():
+        return None
+    return float(Omega[within][np.argmax(values[within])])
+
+
+def _window(run: Signals, begin: float, end: float) -> Bools:
+    return np.asarray((cycles(run) >= max(begin, 0.0)) & (cycles(run) < end))
+
+
+def _states(run: Signals) -> tuple[str, ...]:
+    return places(run).contact_states
+
+
+def _is_in(run: Signals, states: str) -> Bools:
+    names = [name.strip() for name in states.split(",")]
+    unknown = [name for name in names if name not in _states(run)]
+    if unknown:
+        raise ValueError(f"contact state {unknown[0]!r} is not allowed; it must be one of {', '.join(_states(run))}")
+    return np.isin(np.asarray(signal(run, "contact_state")), [_states(run).index(name) for name in names])
+
+
+def _is_in_any(run: Signals) -> Bools:
+    state = signal(run, "contact_state")
+    return np.zeros(run.sizes["time"], bool) if state is None else np.asarray(state > 0)
+
+
+def _spacing(run: Signals) -> float:
+    """Return the cycles between two samples."""
+    when = cycles(run)
+    return float(when[-1] - when[0]) / max(len(when) - 1, 1)
+
+
+def _spells(when: NDArray[np.float64], inside: Bools, bounce: float = BOUNCE) -> list[tuple[float, float]]:
+    """Return begin and end of each spell inside, in cycles; breaks up to `bounce` do not end one."""
+    spells: list[tuple[float, float]] = []
+    for moment in when[inside].tolist():
+        if spells and moment - spells[-1][1] <= bounce:
+            spells[-1] = (spells[-1][0], moment)
+        else:
+            spells.append((moment, moment))
+    return spells
+
+
+def _clearance(run: Signals, bearing: str) -> float:
+    site = places(run).bearings[bearing]
+    return float(parameters(run)[f"{site}.clearance"])
+
+
+def _amplitude(run: Signals, x: str, y: str, when: When) -> float | None:
+    xs, ys, turned = signal(run, x), signal(run, y), turns(run)
+    at = change(run) if when == "before" else cycles(run)[-1]
+    if xs is None or ys is None or at is None:
+        return None
+    last = float(np.interp(at, cycles(run), turned))
+    within = (turned > last - 1.0) & (turned <= last)
+    if np.count_nonzero(within) < 8:
+        return None
+    return synchronous_amplitude(xs[within], ys[within], 2.0 * np.pi * turned[within])
+
+
+def parameter(run: Signals, component: str, name: str) -> float | None:
+    """Return a parameter of a component, in its unit."""
+    found = json.loads(run.attrs["parameters"]).get(component, {}).get(name)
+    return None if found is None else float(found)
+
+
+def unbalance_factor(run: Signals) -> Annotated[float, "1"]:
+    """Return the factor on the unbalances that the scenario states (1)."""
+    return float(json.loads(run.attrs["scenario_data"]).get("unbalance_factor", 1.0))

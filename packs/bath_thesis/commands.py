@@ -1,0 +1,80 @@
+"""Commands of the thesis's studies."""
+
+from __future__ import annotations
+
+import click
+
+from amb_cosim import studies
+from amb_cosim.commands.analysis import CLOSED_BEARINGS, UP_TO, UP_TO_50_HZ, add_study
+from amb_cosim.commands.cli import main
+from amb_cosim.commands.options import FLAVOUR, ROTOR
+from amb_cosim.commands.printing import print_result
+
+MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
+
+
+@main.command()
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def tables(as_json: bool) -> None:
+    """Print the thesis's tables 3.1 to 3.4 and the bearing constants, computed from the models."""
+    print_result(studies.thesis_tables(), as_json)
+
+
+add_study(
+    "tables",
+    ROTOR,
+    UP_TO,
+    click.option("--planes", help="Nodes to condense to, 1,4,11,13; the master planes of the rotor by default."),
+)
+add_study(
+    "reduction",
+    click.option("--up-to", default="500 rad/s", show_default=True, help="Highest spin speed; also in Hz."),
+    click.option("--unbalance", default="0.5 g.m", show_default=True, help="Unbalance on D1."),
+)
+add_study(
+    "contact_laws",
+    click.option("--speed", default="0.1 m/s", show_default=True, help="Speed of approach."),
+    click.option("--restitution", type=float, default=0.7, show_default=True, help="Share of it that is returned."),
+    click.option("--k-c", default="1e8 N/m", show_default=True, help="Contact stiffness."),
+    click.option("--delta-c", default="10 um", show_default=True, help="Penetration at which laws are engaged."),
+    click.option(
+        "--mass",
+        help="Mass; what the rig's journal at MB1 resists a blow with by default.",
+    ),
+)
+add_study(
+    "synchronous_response",
+    ROTOR,
+    UP_TO_50_HZ,
+    click.option("--at", default=MEASURED_AT, show_default=True, help="Speeds of the identifications."),
+    *CLOSED_BEARINGS,
+    FLAVOUR,
+    shows_progress=True,
+)
+add_study("test_force", UP_TO_50_HZ)
+add_study("h_matrix", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
+add_study(
+    "recovery",
+    click.option(
+        "--steps",
+        default="8,12,16,20,24,28,32,36,40,44,48 g.m",
+        show_default=True,
+        help="Unbalances added on D1, before the factor of scenario fig5_6.",
+    ),
+    click.option("--instants", type=int, default=5, show_default=True, help="Instants of the step within a turn."),
+    click.option("--alpha", default="7 1/s", show_default=True, help="Adaptation rate."),
+    FLAVOUR,
+    shows_progress=True,
+)
+add_study(
+    "readings",
+    click.option("--chapters", default="4,5,6", show_default=True, help="Chapters of the thesis."),
+    FLAVOUR,
+    shows_progress=True,
+)
+add_study(
+    "rig_unbalance",
+    click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
+    FLAVOUR,
+    shows_progress=True,
+)

@@ -1,0 +1,49 @@
+"""How far a value is from what the thesis states: a number that can be averaged over statements."""
+
+from __future__ import annotations
+
+import math
+
+from amb_cosim.assessment.statements import Statement
+from amb_cosim.assessment.verdict import Computed
+
+MOST = math.log(10.0)  # what a number can add
+DIFFERS = 1.0  # what a text or a truth value adds that differs: as much as a factor of e
+
+
+def misfit(statement: Statement, ours: Computed | None) -> float:
+    """Return how far a value is from a statement; 0 is agreement.
+
+    |ln((|ours| + a) / (|thesis| + a))|, at most ln 10, with a the absolute tolerance
+
+    A limit that is kept adds nothing. A number of the other sign, and one that does not exist, add ln 10. Of a list the
+    mean counts. A text or a truth value that differs adds 1.
+
+    Parameters
+    ----------
+    statement
+        The statement, in its unit.
+    ours
+        What was computed, in the same unit.
+    """
+    thesis = statement.value
+    if isinstance(thesis, bool | str):
+        return float(ours != thesis) * DIFFERS
+    if isinstance(thesis, tuple):
+        found = ours if isinstance(ours, list) and len(ours) == len(thesis) else [None] * len(thesis)
+        return sum(_of_number(statement, a, float(b)) for a, b in zip(found, thesis, strict=True)) / len(thesis)
+    assert thesis is not None  # a statement with a quantity has a value
+    return _of_number(statement, None if isinstance(ours, bool | str | list) else ours, float(thesis))
+
+
+def _of_number(statement: Statement, ours: float | None, thesis: float) -> float:
+    if ours is None:
+        return MOST
+    if (statement.relation == "below" and ours <= thesis) or (statement.relation == "above" and ours >= thesis):
+        return 0.0
+    sizes = abs(ours) + statement.absolute, abs(thesis) + statement.absolute
+    if ours == thesis:
+        return 0.0
+    if ours * thesis < 0.0 or 0.0 in sizes:
+        return MOST
+    return min(abs(math.log(sizes[0] / sizes[1])), MOST)

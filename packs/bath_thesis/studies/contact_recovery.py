@@ -1,0 +1,197 @@
+"""Study of which control frees a rotor from contact after a step of unbalance, and up to which unbalance.
+
+The rotor, its speed and the unbalance factor are those of Fig. 5.6: 16 Hz, unbalance added on D1. For each control and
+each amount the trials differ in the instant of the step alone. Rotor, bearings and retainer bearings are the same in
+all directions, so that the instant matters only through sampling and current limits: a share between none and all shows
+that the unbalance is close to the limit of what the control can recover.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Annotated, ClassVar
+
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.simulation import Progress
+from amb_cosim.cosim.values import quantity
+from amb_cosim.presentation.progress import progress_bar
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.studies.inputs import Number, positive
+from amb_cosim.studies.result import DrawnResult
+from bath_thesis.studies.recovery_trials import CONTROLS, END, SCENARIO, RecoveryTrial, TrialResult, simulate_all
+from rotor_analysis.checks import require
+
+FIRST_STEP = 5.0  # cycle
+UNIT = "kg.m"
+NUMBER = re.compile(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class TrialRow:
+    """A trial in the result: cycle of the step, whether the rotor recovered, and cycles from step to last contact."""
+
+    step_cycle: float
+    recovered: bool
+    cycles: float
+
+
+@dataclass(frozen=True)
+class RecoveryStatistics:
+    """Trials of one control and one unbalance.
+
+    recovered_share
+        Share of the trials that end free of contact (1).
+    median_cycles
+        Median of the cycles from the step to the last contact of those; 0 without contact, None if there are none.
+    runs
+        Each trial.
+    """
+
+    recovered_share: float
+    median_cycles: float | None
+    runs: tuple[TrialRow, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ControlComparison(DrawnResult):
+    """Recovery from contact by control and added unbalance.
+
+    scenario
+        Name of the scenario that is varied.
+    speed
+        Spin speed (Hz).
+    unbalance_factor
+        Factor of all unbalances of the scenario (1).
+    alpha
+        Adaptation rate (1/s).
+    end_cycle
+        Cycle at which the runs end.
+    instants
+        Number of instants of the step.
+    added
+        Unbalances added on D1, before the factor (kg m), ascending.
+    controls
+        By control, the statistics for each added unbalance.
+    """
+
+    name: ClassVar[str] = "recovery"
+
+    scenario: str
+    speed: Annotated[float, "Hz"]
+    unbalance_factor: float
+    alpha: Annotated[float, "1/s"]
+    end_cycle: float
+    instants: int
+    added: Annotated[tuple[float, ...], "kg.m"]
+    controls: dict[str, tuple[RecoveryStatistics, ...]]
+
+    def text(self) -> list[TextPart]:
+        """Return a table of shares and durations, and lines that explain it."""
+        title = f"Recovery at {self.speed:g} Hz; unbalance added on D1 (g m)"
+        table = labelled_table(title, "control", *(f"{1e3 * added:g}" for added in self.added))
+        for control, cells in self.controls.items():
+            table.add_row(control, *(_cell(cell) for cell in cells))
+        return [
+            table,
+            f"runs free of contact at cycle {self.end_cycle:g} (%), and the median cycles that those took to their "
+            "last contact",
+            f"unbalances times {self.unbalance_factor:g}, alpha = {self.alpha:g} 1/s, "
+            f"instants of the step: {self.instants}",
+        ]
+
+
+def _cell(cell: RecoveryStatistics) -> str:
+    """Return share (%) and duration (cycles) as text."""
+    share = f"{100.0 * cell.recovered_share:.0f}"
+    return share if cell.median_cycles is None else f"{share}, {cell.median_cycles:.1f}"
+
+
+def recovery(
+    steps: str | Sequence[Number] = "8,12,16,20,24,28,32,36,40,44,48 g.m",
+    *,
+    instants: int = 5,
+    alpha: Number = "7 1/s",
+    flavour: Flavour = "native",
+    progress: bool | Progress | None = None,
+) -> ControlComparison:
+    """Return the share of the runs that end free of contact, and how long that takes, by control and unbalance.
+
+    Parameters
+    ----------
+    steps
+        Unbalances added on D1 (kg m), before the factor of the scenario, or a text with commas and units.
+    instants
+        Number of instants of the step within a turn. One that does not divide into quarter turns is better: the four
+        axes would see the same motion.
+    alpha
+        Adaptation rate (1/s), or a text with its unit.
+    flavour
+        Flavour of the FMUs.
+    progress
+        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the
+        number of runs done and of all runs.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, or a run does not reach its end.
+    """
+    require(1 <= instants <= 1000, "instants", instants, "from 1 to 1000")
+    rate = quantity(alpha, "1/s", "alpha")
+    added = unbalances(steps)
+    trials = [
+        RecoveryTrial(control, u, FIRST_STEP + k / instants, rate, flavour)
+        for control in CONTROLS
+        for u in added
+        for k in range(instants)
+    ]
+    with progress_bar(progress) as report:
+        results = dict(zip(trials, simulate_all(trials, report), strict=True))
+    scenario = load_scenario(SCENARIO)
+    return ControlComparison(
+        scenario=SCENARIO,
+        speed=quantity(scenario.Omega, "Hz", "Omega"),
+        unbalance_factor=scenario.unbalance_factor,
+        alpha=rate,
+        end_cycle=END,
+        instants=instants,
+        added=tuple(added),
+        controls={
+            control: tuple(
+                _statistics({t: r for t, r in results.items() if (t.control, t.added) == (control, u)}) for u in added
+            )
+            for control in CONTROLS
+        },
+    )
+
+
+def unbalances(raw: str | Sequence[Number]) -> list[float]:
+    """Return unbalances (kg m), ascending, given in a sequence or in a text with commas.
+
+    In a text such as `8,12,16 g.m` the last unit holds for all numbers without one.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no positive unbalance.
+    """
+    if not isinstance(raw, str):
+        return sorted({positive(value, UNIT, "steps") for value in raw})
+    parts = [part.strip() for part in raw.split(",")]
+    unit = NUMBER.sub("", parts[-1], count=1)
+    texts = [f"{part} {unit}" if NUMBER.fullmatch(part) else part for part in parts]
+    return sorted({positive(text, UNIT, "steps") for text in texts})
+
+
+def _statistics(results: Mapping[RecoveryTrial, TrialResult]) -> RecoveryStatistics:
+    """Return the statistics of the trials of one control and one unbalance."""
+    rows = tuple(
+        TrialRow(trial.cycle, result.recovered, max(0.0, (result.last_contact_cycle or 0.0) - trial.cycle))
+        for trial, result in results.items()
+    )
+    durations = [row.cycles for row in rows if row.recovered]
+    return RecoveryStatistics(len(durations) / len(rows), median(durations) if durations else None, rows)

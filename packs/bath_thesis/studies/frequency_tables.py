@@ -1,0 +1,191 @@
+"""Studies of natural frequencies by mesh, mass matrix and condensation (thesis Tables 3.1 to 3.4), and of Table 2.2."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from rich.table import Table
+
+from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.presentation.json_data import Key, Layout
+from amb_cosim.presentation.text_tables import TextPart, text_table
+from amb_cosim.studies.inputs import Number, RotorSource, node_numbers, rotor_of, speed_range
+from amb_cosim.studies.result import DrawnResult, StudyResult
+from bath_thesis.mesh_frequencies import SPEEDS, deviations, frequency_tables
+from fmi_export.model import Array
+from rotor_analysis.condensation_error import condensation_error
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+
+POINTS = 161  # speeds of the error of condensation
+
+ByMassAndSpeed = dict[str, dict[str, list[float]]]
+"""Rows of numbers by mass matrix and spin speed (rad/s)."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyTables:
+    """Damped natural frequencies of a rotor, ascending.
+
+    by_mesh
+        Frequencies (rad/s) by mesh, mass matrix and spin speed (rad/s); the finest mesh first (Table 3.1).
+    condensed
+        Frequencies (rad/s) by spin speed (rad/s), of the full and of the condensed model, diagonal mass (Table 3.4);
+        empty for a rotor without master planes.
+    condensation_error
+        Condensed over full frequency less one (%) by spin speed (rad/s); None without master planes.
+    deviation_from_thesis
+        Frequencies over those of the thesis less one (%) by model, mass matrix and speed; None for any other rotor.
+    """
+
+    by_mesh: Annotated[dict[str, ByMassAndSpeed], Key("table_3_1")]
+    condensed: Annotated[dict[str, dict[str, list[float]]], Key("table_3_4")]
+    condensation_error: Annotated[dict[float, Array] | None, "%", Layout.OMITTED_IF_NONE]
+    deviation_from_thesis: Annotated[dict[str, ByMassAndSpeed] | None, "%", Layout.OMITTED_IF_NONE]
+
+    def text(self) -> list[TextPart]:
+        """Return a table for each field."""
+        title = "Table 3.1: damped natural frequencies (rad/s)"
+        parts: list[TextPart] = [_table(title, ("mesh", "mass", "speed"), _rows(self.by_mesh), ".2f")]
+        if self.condensed:
+            rows = [(model, speed, row) for speed, models in self.condensed.items() for model, row in models.items()]
+            title = "Table 3.4: full and condensed, diagonal mass (rad/s)"
+            parts.append(_table(title, ("model", "speed"), rows, ".2f"))
+        if self.condensation_error is not None:
+            errors = ((f"{speed:g}", row) for speed, row in self.condensation_error.items())
+            parts.append(_table("Error of the condensed model (%)", ("speed",), errors, ".4f"))
+        if self.deviation_from_thesis is not None:
+            labels = ("model", "mass", "speed")
+            parts.append(_table("Deviation from the thesis (%)", labels, _rows(self.deviation_from_thesis), ".2f"))
+        return parts
+
+
+@dataclass(frozen=True)
+class BearingConstants:
+    """Negative stiffness K_s (N/m) (2.8) and current stiffness K_i (N/A) (2.9) of an axis of the actuator."""
+
+    k_s: float
+    k_i: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ThesisTables(StudyResult):
+    """The tables of the thesis as the models compute them: frequencies of the rig, constants of its bearings."""
+
+    frequencies: Annotated[FrequencyTables, Layout.MERGED]
+    bearing_constants: Annotated[BearingConstants, Key("amb")]
+
+    def text(self) -> list[TextPart]:
+        """Return the tables, and a line with the bearing constants."""
+        constants = self.bearing_constants
+        line = f"K_s = {constants.k_s / 1e3:.2f} N/mm, K_i = {constants.k_i:.2f} N/A (2.8, 2.9)"
+        return [*self.frequencies.text(), line]
+
+
+@dataclass(frozen=True, eq=False)
+class CondensationErrors:
+    """Errors of the model condensed to some planes, by mode of the full model; NaN where it has no such mode.
+
+    planes
+        Node numbers of the planes.
+    speeds
+        Spin speeds (rad/s), shape (n,).
+    frequency_error
+        Condensed over full frequency less one (%), shape (modes, n).
+    eigenvalue_error
+        Distance of the eigenvalues over the size of the full one (%), shape (modes, n).
+    """
+
+    planes: tuple[int, ...]
+    speeds: Annotated[Array, "rad/s"]
+    frequency_error: Annotated[Array, "%"]
+    eigenvalue_error: Annotated[Array, "%"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeshAndCondensation(DrawnResult):
+    """Frequencies of a rotor by mesh, mass matrix and condensation.
+
+    rotor
+        Name of the rotor.
+    frequencies
+        The tables.
+    condensation
+        Errors over the spin speed; None without planes to condense to.
+    """
+
+    name: ClassVar[str] = "tables"
+
+    rotor: str
+    frequencies: Annotated[FrequencyTables, Layout.MERGED]
+    condensation: Annotated[CondensationErrors | None, Layout.OMITTED_IF_NONE]
+
+    def text(self) -> list[TextPart]:
+        """Return the tables of frequencies."""
+        return self.frequencies.text()
+
+
+def thesis_tables() -> ThesisTables:
+    """Return Tables 3.1 to 3.4 of the thesis and the constants K_s and K_i of Table 2.2, computed from the models."""
+    constants = BearingConstants(*linear_constants(axis_parameters()))
+    return ThesisTables(_frequencies(load_rotor("bath_rig_thesis")), constants)
+
+
+def tables(
+    rotor: RotorSource = None, *, up_to: Number = "628 rad/s", planes: str | Sequence[int] | None = None
+) -> MeshAndCondensation:
+    """Return the frequencies of a rotor by mesh, mass matrix and condensation, and the errors of condensation.
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; the rig of the thesis by default.
+    up_to
+        Highest spin speed of the errors (rad/s), or a text with its unit.
+    planes
+        Nodes to condense to, or a text with commas; the master planes of the rotor by default.
+
+    Raises
+    ------
+    ValueError
+        If the rotor file cannot be read, or an argument is out of range.
+    """
+    description = rotor_of(rotor)
+    chosen = node_numbers(planes, "planes") if planes else description.masters
+    condensation = None
+    if chosen:
+        error = condensation_error(description, speed_range(up_to, POINTS), chosen)
+        condensation = CondensationErrors(error.planes, error.speeds, error.frequency.T, error.eigenvalue.T)
+    return MeshAndCondensation(description.name, _frequencies(description), condensation)
+
+
+def _frequencies(rotor: Rotor) -> FrequencyTables:
+    """Return all tables of a rotor."""
+    found = frequency_tables(rotor)
+    errors = None
+    if rotor.masters:
+        rows = condensation_error(rotor, np.array(SPEEDS)).frequency
+        errors = dict(zip(SPEEDS, rows, strict=True))
+    deviation = deviations(found) if rotor == load_rotor("bath_rig_thesis") else None
+    return FrequencyTables(found["table_3_1"], found["table_3_4"], errors, deviation)
+
+
+def _rows(models: Mapping[str, ByMassAndSpeed]) -> Iterator[tuple[Any, ...]]:
+    """Yield the labels of each row, and its numbers."""
+    for model, masses in models.items():
+        for mass, speeds in masses.items():
+            for speed, row in speeds.items():
+                yield model.replace("_node", " nodes"), mass, speed, row
+
+
+def _table(title: str, labels: tuple[str, ...], rows: Iterable[tuple[Any, ...]], form: str) -> Table:
+    """Return a table with a line for each row: its labels, then its numbers, of which the lowest frequency is first."""
+    filled = list(rows)
+    numbers = [str(k + 1) for k in range(max((len(row[-1]) for row in filled), default=0))]
+    table = text_table(title, (*labels, *numbers), left={*labels} - {"speed"}, gap=1)
+    for *texts, values in filled:
+        table.add_row(*texts, *("-" if np.isnan(value) else f"{value:{form}}" for value in values))
+    return table

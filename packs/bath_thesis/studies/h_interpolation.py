@@ -1,0 +1,197 @@
+"""Study of H, the inverse of the receptance, over the spin speed: exact, interpolated, printed (thesis Fig. 5.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_cosim.design.controller_data import SPEEDS, condition_number, inverse_receptance, pack
+from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.presentation.json_data import Key, Layout
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.studies.sensor_receptance import HERTZ, POINTS, levitated_receptance, sensor_planes
+from bath_thesis.studies.printed_h import FREQUENCY, PrintedH, compare_with_print
+from fmi_export.model import Array
+from rolac_controller.control_loop import ControlLoop
+from rolac_controller.receptance_table import built_table, find_bracket, interpolate
+from rolac_controller.sizes import sizes_of
+from rotor_analysis.modes import Complex
+from rotor_analysis.rotor_file import load_rotor
+
+
+@dataclass(frozen=True, eq=False)
+class InterpolationError:
+    """Error of an interpolated H at each speed, shape (n,).
+
+    relative_error
+        |H - H_exact| / |H_exact| in the Frobenius norm (1).
+    left_by_a_step
+        |I + H R|, the largest share of a synchronous force that one full step U <- U + H Q leaves (1); 0 for exact H.
+    """
+
+    relative_error: Array
+    left_by_a_step: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InverseReceptance(DrawnResult):
+    """H over the spin speed, exact and interpolated.
+
+    rotor
+        Name of the rotor.
+    planes
+        Axial position of the sensor planes (m); each has two sensors, in x and in y.
+    speeds
+        Spin speeds (Hz), shape (n,).
+    table
+        Speeds of the table of the thesis (Hz).
+    forces
+        Names of the forces.
+    h, h_interpolated
+        H (N/m), complex, shape (n, 4, 8): exact, and interpolated in the table of the thesis.
+    condition_number
+        Condition number of R at each speed (1), shape (n,).
+    tables
+        Error of interpolation in the table of the thesis (`thesis`) and in one with a row for each Hz (`every_hertz`).
+    norm_by_force
+        |H_i| of each force (Fig. 5.3) (N/m), shape (n, 4).
+    at_10_hz
+        H at 10 Hz beside the matrix that the thesis prints; None for any other rotor than its rig.
+    """
+
+    name: ClassVar[str] = "h_matrix"
+
+    rotor: str
+    planes: Annotated[tuple[float, ...], Key("planes_z_m")]
+    speeds: Annotated[Array, "Hz"]
+    table: Annotated[Array, "Hz"]
+    forces: tuple[str, ...]
+    h: Annotated[Complex, "N/m"]
+    h_interpolated: Annotated[Complex, "N/m"]
+    condition_number: Array
+    tables: dict[str, InterpolationError]
+    norm_by_force: Annotated[Array, "N/m"]
+    at_10_hz: Annotated[PrintedH | None, Layout.OMITTED_IF_NONE]
+
+    def text(self) -> list[TextPart]:
+        """Return the largest errors between neighbouring speeds of the thesis's table, and H at 10 Hz."""
+        table = labelled_table(
+            f"{self.rotor}: H interpolated between the speeds of the table",
+            "between (Hz)",
+            "largest error of H (%)",
+            "at (Hz)",
+            "left by a full step (%)",
+            "condition number of R",
+        )
+        errors, last = self.tables["thesis"], self.table[-1]
+        for low, high in pairwise([*self.table, max(self.speeds[-1], last)]):
+            within = np.flatnonzero((self.speeds >= low) & (self.speeds <= high))
+            if low < high and len(within) > 1:
+                worst = within[np.argmax(errors.relative_error[within])]
+                table.add_row(
+                    f"{low:g} to {high:g}" + (", beyond the table" if low == last else ""),
+                    f"{100.0 * errors.relative_error[worst]:.2f}",
+                    f"{self.speeds[worst]:.2f}",
+                    f"{100.0 * errors.left_by_a_step[within].max():.2f}",
+                    f"{self.condition_number[within].max():.1f}",
+                )
+        return [table, *(self.at_10_hz.text() if self.at_10_hz is not None else ())]
+
+
+def h_matrix(
+    rotor: RotorSource = None, *, up_to: Number = "50 Hz", k_b: Number = "1e6 N/m", c_b: Number = "5000 N.s/m"
+) -> InverseReceptance:
+    """Return H over the spin speed, exact and as the controller interpolates it in its table, and both errors.
+
+    H = -(R^H W R)^-1 R^H W     (5.10)
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; the rig of the thesis by default.
+    up_to
+        Highest spin speed (rad/s), or a text with its unit.
+    k_b, c_b
+        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or texts with their units.
+
+    Raises
+    ------
+    ValueError
+        If the rotor lacks the planes of the sensors and bearings, an argument is out of range, or an R is singular.
+    """
+    description = rotor_of(rotor)
+    loop = control_loop(description)
+    speeds = np.unique(np.concatenate([speed_range(up_to, POINTS, SPEEDS[0]), SPEEDS]))
+    R = levitated_receptance(description, speeds, k_b, c_b)
+    exact = np.array([inverse_receptance(r) for r in R])
+    every_hertz = HERTZ * np.arange(5.0, np.ceil(speeds[-1] / HERTZ) + 1.0)
+    table_speeds = {"thesis": np.array(SPEEDS), "every_hertz": every_hertz}
+    found = {
+        name: interpolated(loop, rows, levitated_receptance(description, rows, k_b, c_b), speeds)
+        for name, rows in table_speeds.items()
+    }
+    in_print = None
+    if description == load_rotor("bath_rig_thesis"):
+        (at_10_hz,) = levitated_receptance(description, np.array([FREQUENCY * HERTZ]), k_b, c_b)
+        in_print = compare_with_print(inverse_receptance(at_10_hz), loop.axis_names)
+    return InverseReceptance(
+        rotor=description.name,
+        planes=sensor_planes(description),
+        speeds=speeds / HERTZ,
+        table=np.array([speed / HERTZ for speed in SPEEDS]),
+        forces=loop.axis_names,
+        h=exact,
+        h_interpolated=found["thesis"],
+        condition_number=np.array([condition_number(r) for r in R]),
+        tables={
+            name: InterpolationError(_relative_error(H, exact), _force_after_step(H, R)) for name, H in found.items()
+        },
+        norm_by_force=np.linalg.norm(exact, axis=2),
+        at_10_hz=in_print,
+    )
+
+
+def interpolated(loop: ControlLoop, table_speeds: Array, receptances: Complex, speeds: Array) -> Complex:
+    """Return H at some speeds as the controller interpolates it in a table: linear between its speeds, constant beyond.
+
+    Parameters
+    ----------
+    loop
+        Names of the controller's bearings and sensors.
+    table_speeds, receptances
+        Speeds of the table (rad/s), shape (m,), ascending, and R there (m/N), shape (m, n_sensors, n_axes).
+    speeds
+        Speeds of H (rad/s), shape (n,).
+
+    Returns
+    -------
+    array, shape (n, n_axes, n_sensors), complex
+        N/m.
+
+    Raises
+    ------
+    ValueError
+        If an R cannot be inverted.
+    """
+    constants = pack(loop, table_speeds, receptances)
+    table = built_table(constants, sizes_of(constants))
+    H = np.empty((len(speeds), *table.H.shape[1:]), dtype=np.complex128)
+    for n, speed in enumerate(speeds):
+        lower, upper, weight, _ = find_bracket(table, 1.0, float(speed))
+        interpolate(table.H[lower], table.H[upper], weight, H[n])
+    return H
+
+
+def _relative_error(H: Complex, exact: Complex) -> Array:
+    """Return the relative error of each H in the Frobenius norm, shape (n,)."""
+    return np.linalg.norm(H - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
+
+
+def _force_after_step(H: Complex, R: Complex) -> Array:
+    """Return |I + H R|, the largest share of a synchronous force that one full step leaves, shape (n,)."""
+    return np.linalg.norm(np.eye(R.shape[2]) + H @ R, ord=2, axis=(1, 2))

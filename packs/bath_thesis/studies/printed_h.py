@@ -1,0 +1,101 @@
+"""H at 10 Hz beside the matrix that the thesis prints in its section 6.2."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from fmi_export.model import Array
+from rotor_analysis.modes import Complex
+
+FREQUENCY = 10.0  # Hz
+
+
+@dataclass(frozen=True, eq=False)
+class PrintedH:
+    """H at 10 Hz, computed and printed. Sizes only: the minus signs of the printed matrix are not known.
+
+    forces
+        Names of the forces, in the order of the rows.
+    computed, printed
+        |H_ij| (N/m), shape (n_axes, n_sensors).
+    frobenius_norm_computed, frobenius_norm_printed
+        Frobenius norms (N/m).
+    norm_by_force_computed, norm_by_force_printed
+        Norms of the rows, |H_i| of Fig. 5.3 (N/m), shape (n_axes,).
+    norm_by_sensor_computed, norm_by_sensor_printed
+        Norms of the columns (N/m), shape (n_sensors,).
+    across_computed, across_printed
+        Share of the Frobenius norm in elements that answer a signal in x with a force in y, or in y with one in x, if
+        the printed signals are x and y in turn (1).
+    """
+
+    forces: tuple[str, ...]
+    computed: Annotated[Array, "N/m"]
+    printed: Annotated[Array, "N/m"]
+    frobenius_norm_computed: Annotated[float, "N/m"]
+    frobenius_norm_printed: Annotated[float, "N/m"]
+    norm_by_force_computed: Annotated[Array, "N/m"]
+    norm_by_force_printed: Annotated[Array, "N/m"]
+    norm_by_sensor_computed: Annotated[Array, "N/m"]
+    norm_by_sensor_printed: Annotated[Array, "N/m"]
+    across_computed: float
+    across_printed: float
+
+    def text(self) -> list[TextPart]:
+        """Return a table of the elements, and a line with the norms."""
+        title = f"|H| at {FREQUENCY:g} Hz (N/um): computed, printed in section 6.2"
+        table = labelled_table(title, "signal", *self.forces, "norm")
+        norms = np.stack([self.norm_by_sensor_computed, self.norm_by_sensor_printed], axis=-1)
+        elements = np.stack([self.computed, self.printed], axis=-1)
+        for s, norm in enumerate(norms):
+            table.add_row(f"s{s + 1}", *(_pair(pair) for pair in (*elements[:, s], norm)))
+        by_force = np.stack([self.norm_by_force_computed, self.norm_by_force_printed], axis=-1)
+        total = np.array([self.frobenius_norm_computed, self.frobenius_norm_printed])
+        table.add_row("norm", *(_pair(pair) for pair in (*by_force, total)))
+        across = (100.0 * self.across_computed, 100.0 * self.across_printed)
+        return [
+            table,
+            f"the Frobenius norm is {total[0] / total[1]:.3f} times the printed one; elements that join x and y have "
+            f"{across[0]:.1f} % of it, {across[1]:.0f} % in print, so that single elements do not agree",
+        ]
+
+
+def compare_with_print(H: Complex, forces: tuple[str, ...]) -> PrintedH:
+    """Return H of the rig at 10 Hz (N/m), shape (4, 8), beside the printed matrix."""
+    found, printed = np.abs(H), np.abs(printed_h())
+    return PrintedH(
+        forces=forces,
+        computed=found,
+        printed=printed,
+        frobenius_norm_computed=float(np.linalg.norm(found)),
+        frobenius_norm_printed=float(np.linalg.norm(printed)),
+        norm_by_force_computed=np.linalg.norm(found, axis=1),
+        norm_by_force_printed=np.linalg.norm(printed, axis=1),
+        norm_by_sensor_computed=np.linalg.norm(found, axis=0),
+        norm_by_sensor_printed=np.linalg.norm(printed, axis=0),
+        across_computed=_across(found),
+        across_printed=_across(printed),
+    )
+
+
+def printed_h() -> Complex:
+    """Return the printed H (N/m), shape (4, 8), with positive real and imaginary parts throughout."""
+    data = tomllib.loads((Path(__file__).parent / "printed_h_10_hz.toml").read_text(encoding="utf-8"))
+    return 1e6 * (np.array(data["real"]) + 1j * np.array(data["imaginary"])).T
+
+
+def _across(H: Array) -> float:
+    """Return the share of the norm in elements between an axis and the other."""
+    parts = np.stack([H[::2, 1::2], H[1::2, ::2]])
+    return float(np.linalg.norm(parts) / np.linalg.norm(H))
+
+
+def _pair(values: Array) -> str:
+    """Return computed and printed value (N/um)."""
+    return ", ".join(f"{1e-6 * value:.3f}" for value in values)

@@ -1,0 +1,146 @@
+"""Readings of what the thesis leaves open, and the run of a source of its statements under one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from amb_cosim.assessment.quantities import quantities_of_runs
+from amb_cosim.assessment.requests import QuantityRequest, evaluate
+from amb_cosim.assessment.source_runs import prepare_source
+from amb_cosim.assessment.statements import Source, Statement, load_statements
+from amb_cosim.assessment.verdict import Computed, meets
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.tables import Table, Values
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import run_prepared
+from amb_files.toml import parse_toml, validate
+from bath_thesis.misfit import misfit
+
+PACK = "bath_thesis"
+
+
+class Reading(Table):
+    """What differs from the scenarios as they are.
+
+    set
+        Values by `component.variable`.
+    scenarios
+        Scenarios by the name of those in whose place they run.
+    unbalance_factor
+        Factor of all unbalances of the scenarios.
+    rotor
+        Tables that replace those of the rotor file.
+    """
+
+    chapter: int
+    name: str
+    set: Values = Field(default={})
+    scenarios: dict[str, str] = Field(default={})
+    unbalance_factor: float | None = None
+    rotor: dict[str, dict[str, Any]] = Field(default={})
+
+
+class _File(Table):
+    reading: tuple[Reading, ...]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A source under a reading, the statements that it answers, and the folder for the file of its own rotor."""
+
+    reading: Reading
+    name: str
+    source: Source
+    statements: tuple[Statement, ...]
+    folder: Path
+    flavour: Flavour = "native"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a run shows of a statement, how far that is from it, and whether it is within the statement's tolerance."""
+
+    found: Computed | None
+    misfit: float
+    is_met: bool
+
+
+def load_readings() -> tuple[Reading, ...]:
+    """Return all readings; the first of a chapter is that of the scenarios as they are."""
+    source = files(__package__) / "readings.toml"
+    return validate(parse_toml(source.read_text(encoding="utf-8"), "readings"), _File, "readings").reading
+
+
+def statements_of(chapter: int) -> list[Statement]:
+    """Return the statements of a chapter that a run answers."""
+    known = load_statements(PACK)
+    return [s for s in known.named[f"ch{chapter}"] if s.quantity and known.sources[s.source].scenario]
+
+
+def cases_of(reading: Reading, folder: Path, flavour: Flavour = "native") -> list[Case]:
+    """Return the runs of a reading, one for each source of its chapter's statements."""
+    statements, sources = statements_of(reading.chapter), load_statements(PACK).sources
+    return [
+        Case(
+            reading,
+            name,
+            under(reading, sources[name]),
+            tuple(s for s in statements if s.source == name),
+            folder,
+            flavour,
+        )
+        for name in dict.fromkeys(s.source for s in statements)
+    ]
+
+
+def under(reading: Reading, source: Source) -> Source:
+    """Return a source as a reading has it."""
+    scenario = reading.scenarios.get(source.scenario, source.scenario)
+    return source.model_copy(
+        update={
+            "scenario": scenario,
+            "set": dict(source.set) | settings_for(load_scenario(scenario).system, reading.set),
+            "unbalance_factor": reading.unbalance_factor or source.unbalance_factor,
+            "rotor": source.rotor | reading.rotor,
+        }
+    )
+
+
+def settings_for(system: str, given: Values) -> Values:
+    """Return the settings for a system; on passive bearings, gains of the controller become those of the bearings."""
+    if system != "passive":
+        return given
+    gains = {f"rolac_controller.*.{gain}_?": f"rotor_contact.mb?.{gain}" for gain in ("k_b", "c_b")}
+    return {gains.get(name, name): value for name, value in given.items()}
+
+
+def simulate_case(case: Case) -> list[Finding]:
+    """Simulate a case and return what it shows of each of its statements, in their order.
+
+    Raises
+    ------
+    ValueError
+        If it does not reach its end.
+    """
+    rotor_file = case.folder / f"{case.reading.chapter}_{case.reading.name}_{case.name}.toml".replace(" ", "_")
+    result = run_prepared(prepare_source(case.source, rotor_file, case.flavour))
+    if result.outcome.failure is not None:
+        raise ValueError(f"{case.name}, {case.reading.name}: {result.outcome.failure}")
+    return [_finding(statement, result.signals) for statement in case.statements]
+
+
+def mean_misfit(findings: Sequence[Finding]) -> float:
+    """Return the mean misfit of findings."""
+    return sum(finding.misfit for finding in findings) / len(findings)
+
+
+def _finding(statement: Statement, run: Any) -> Finding:
+    request = QuantityRequest(statement.quantity, tuple(statement.arguments.items()), statement.unit)
+    found = evaluate(run, request, quantities_of_runs(load_statements(PACK).quantities))
+    return Finding(found, misfit(statement, found), meets(statement, found))

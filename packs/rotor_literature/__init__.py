@@ -1,0 +1,1 @@
+"""Published rotors, and scenarios with them."""

@@ -1,0 +1,158 @@
+"""The report of a few statements: kept answers, failures, page, table and command."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+
+import pytest
+from click.testing import CliRunner
+from lxml import html
+
+from amb_cosim.assessment import sources
+from amb_cosim.assessment.evaluation import assess
+from amb_cosim.assessment.page import page
+from amb_cosim.assessment.statements import parse_statements
+from amb_cosim.assessment.table import markdown
+from amb_cosim.assessment.verdict import Verdict
+from amb_cosim.commands.cli import main
+
+HERE = {"where": "Fig. 4.9", "source": "run"}
+STATEMENTS = {
+    "title": "A few",
+    "label": "thesis",
+    "chapter": [
+        {"key": "ch2", "name": "chapter 2", "groups": ["*2_*"]},
+        {"key": "ch4", "name": "chapter 4", "title": "Contact", "groups": ["*4_*"]},
+    ],
+    "sources": {
+        "run": {"scenario": "fig4_9", "end_cycle": 6.0},
+        "broken": {"scenario": "fig4_9", "set": {"rotor_contact.no_such": 1.0}},
+        "inputs": {"study": "model_inputs"},
+    },
+    "statement": [
+        {"key": "fig4_9.site", "what": "touched first", "value": "RB1", "quantity": "first_site", **HERE},
+        {
+            **{"key": "fig4_9.force", "what": "force <RB1>", "value": 1e6, "unit": "kN", "why": "a made-up number"},
+            **{"quantity": "peak_force", "arguments": {"site": "rb1"}, **HERE},
+        },
+        {
+            **{"key": "fig4_9.broken", "what": "of a run that cannot be", "value": 1.0},
+            **{"quantity": "peak_force", "arguments": {"site": "rb1"}, **HERE, "source": "broken"},
+        },
+        {
+            **{"key": "table2_2.turns", "where": "Table 2.2", "what": "turns", "value": 158.0, "given": True},
+            **{"source": "inputs", "quantity": "parameter"},
+            "arguments": {"component": "amb_actuator", "name": "mb1.turns_x"},
+        },
+        {"key": "fig2_1.sketch", "where": "Fig. 2.1", "what": "layout", "picture": "a sketch"},
+    ],
+}
+
+
+@pytest.fixture(scope="module")
+def few():
+    return parse_statements(STATEMENTS, "few")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("report")
+
+
+@pytest.fixture(scope="module")
+def report(few, folder):
+    return assess(few, folder, processes=1)
+
+
+def test_each_statement_has_its_verdict(report):
+    assert {one.statement.key: one.verdict for one in report.judged} == {
+        "fig4_9.site": Verdict.REPRODUCED,
+        "fig4_9.force": Verdict.MISSED,
+        "fig4_9.broken": Verdict.NOT_COMPUTED,
+        "table2_2.turns": Verdict.GIVEN,
+        "fig2_1.sketch": Verdict.PICTURE,
+    }
+
+
+def test_a_run_that_fails_is_told_and_ends_nothing_else(report):
+    assert "no_such" in report.failures["broken"]
+    assert "no_such" in next(one.reason for one in report.judged if one.statement.key == "fig4_9.broken")
+
+
+def test_kept_answers_are_used_again(few, folder, report, monkeypatch):
+    monkeypatch.setattr(sources, "simulate_in_processes", lambda *_, **__: pytest.fail("ran again"))
+    again = assess(few, folder)
+    assert [one.ours for one in again.judged] == [one.ours for one in report.judged]
+
+
+def test_an_answer_to_other_code_is_not_used(few, folder, report, monkeypatch):
+    asked = []
+    monkeypatch.setattr("amb_cosim.assessment.evaluation.code_digest", lambda: "other code")
+    monkeypatch.setattr(sources, "simulate_in_processes", lambda _, jobs, *__, **___: asked.extend(jobs))
+    assess(few, folder)
+    assert {job.name for job in asked} == {"run", "broken", "inputs"}
+
+
+def test_a_cut_off_answer_is_worked_out_again(few, folder, report, monkeypatch):
+    asked = []
+    file = folder / "sources" / "inputs.json"
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text[: len(text) // 2], encoding="utf-8")
+
+    def work(_, jobs, *__, **___):
+        asked.extend(job.name for job in jobs)
+        file.write_text(text, encoding="utf-8")
+
+    monkeypatch.setattr(sources, "simulate_in_processes", work)
+    assess(few, folder)
+    assert asked == ["inputs"]
+
+
+def test_counts_add_up(report):
+    assert report.counts().total() == len(report.judged)
+    assert sum((report.counts(chapter) for chapter in report.chapters), Counter()) == report.counts()
+
+
+def test_the_page_shows_every_statement_and_needs_no_network(report):
+    text = page(report)
+    tree = html.fromstring(text)
+    rows = {row.get("id"): row for row in tree.iter("tr")}
+    for one in report.judged:
+        assert one.statement.what in rows[one.statement.key].text_content()
+        assert one.verdict.value in rows[one.statement.key].text_content()
+    loaded = [*tree.xpath("//@src"), *tree.xpath("//link/@href")]
+    assert [place for place in loaded if not place.startswith("data:")] == []
+    assert "<RB1>" not in re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
+
+
+def test_the_page_has_its_plots_and_a_picture_without_scripts(report):
+    tree = html.fromstring(page(report))
+    plots = json.loads(tree.get_element_by_id("plots").text)
+    assert len(plots["run"]) >= 3
+    (picture,) = tree.xpath("//noscript/img[starts-with(@src, 'data:image/png;base64,')]")
+    assert "Radial displacement" in picture.get("alt")
+
+
+def test_the_table_has_a_row_for_each_statement(report):
+    lines = markdown(report).splitlines()
+    assert sum(line.startswith(("| Fig.", "| Table")) for line in lines) == len(report.judged)
+    assert any("1e+06 kN" in line and "A made-up number" in line for line in lines)
+
+
+def test_the_command_refuses_what_is_not_there(tmp_path):
+    result = CliRunner().invoke(main, ["report", "--only", "ch9", "-o", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert "--only ch9 is not allowed; did you mean" in result.output
+    assert not (tmp_path / "out").exists() or not any((tmp_path / "out").iterdir())
+
+
+@pytest.mark.slow
+def test_the_command_writes_page_and_data(tmp_path):
+    result = CliRunner().invoke(main, ["report", "--only", "eq4_30", "-o", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    assert "   1 reproduced\n" in result.output
+    (row,) = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["statements"]
+    assert row["ours"] == pytest.approx(100.0 / 3.0)
+    assert "<h1>" in (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -1,0 +1,93 @@
+"""Quantities of a run, against a run for which they are known."""
+
+from __future__ import annotations
+
+import pytest
+
+from amb_cosim.assessment.panels import MOST_POINTS, curve, panel_of, run_panels
+from amb_cosim.assessment.quantities import quantities_of_runs
+from amb_cosim.assessment.requests import QuantityRequest, evaluate
+
+SAMPLE = 0.011  # cycles; what a begin or an end can be off
+QUANTITIES = quantities_of_runs()
+
+KNOWN = {
+    "peak force": ("peak_force", {"site": "rb1"}, 3000.0),
+    "force in a window": ("peak_force", {"site": "rb2", "begin": 8.5, "end": 9.0}, 0.0),
+    "share of the loaded time": ("contact_share", {"states": "both"}, 1.0 / 5.0),
+    "share of two states": ("contact_share", {"states": "RB1, both"}, 3.0 / 5.0),
+    "cycles in a state": ("cycles_in", {"states": "RB1"}, 2.0),
+    "longest spell": ("longest_spell", {"states": "RB1,both"}, 3.0),
+    "spell broken by another state": ("longest_spell", {"states": "RB1"}, 1.0),
+    "first contact": ("first_contact", {}, 6.0),
+    "last contact": ("last_contact", {}, 9.0),
+    "first contact after the step": ("first_contact", {"since": 5.0}, 1.0),
+    "last contact after another cycle": ("last_contact", {"since": 7.5}, 1.5),
+    "the other retainer": ("second_site_after", {}, 1.0),
+    "rolling after the step": ("rolling_from", {"since": 5.0}, 3.0),
+    "factor": ("unbalance_factor", {}, 1.25),
+    "clearance": ("parameter", {"component": "rotor_contact", "name": "rb1.clearance"}, 0.75e-3),
+    "duration": ("contact_duration", {}, 3.0),
+    "first spell": ("first_spell", {}, 3.0),
+    "rolling from": ("rolling_from", {}, 8.0),
+    "contact to rolling": ("contact_to_rolling", {}, 2.0 * 0.02),
+    "radius over clearance": ("largest_radius", {"bearing": "mb2"}, 0.2 / 0.75),
+    "amplitude before": ("orbit_amplitude", {"bearing": "mb1", "when": "before"}, 1e-4),
+    "amplitude at the end": ("orbit_amplitude", {"bearing": "mb2", "when": "end"}, 1e-4),
+}
+TEXTS = {
+    "first_site": "RB1",
+    "sites_touched": "RB1 and RB2",
+    "site_of_largest_force": "RB1",
+    "states_seen": "none, RB1, both",
+    "outcome": "recovered",
+    "bearings_that_calm": "MB1 and MB2",
+}
+
+
+@pytest.mark.parametrize(("name", "arguments", "value"), KNOWN.values(), ids=KNOWN)
+def test_a_quantity_is_that_of_the_known_run(known_run, name, arguments, value):
+    found = QUANTITIES[name][0](known_run, **arguments)
+    assert found == pytest.approx(value, abs=SAMPLE if value >= 0.1 else 1e-4 * SAMPLE + 0.02 * value)
+
+
+@pytest.mark.parametrize(("name", "text"), TEXTS.items())
+def test_a_text_is_that_of_the_known_run(known_run, name, text):
+    assert QUANTITIES[name][0](known_run) == text
+
+
+def test_a_number_comes_in_the_unit_that_is_asked_for(known_run):
+    request = QuantityRequest("peak_force", (("site", "rb1"),), "kN")
+    assert evaluate(known_run, request, QUANTITIES) == pytest.approx(3.0)
+
+
+def test_a_unit_of_another_dimension_is_refused(known_run):
+    with pytest.raises(ValueError, match=r"cannot be converted to N"):
+        evaluate(known_run, QuantityRequest("peak_force", (("site", "rb1"),), "mm"), QUANTITIES)
+
+
+def test_an_unknown_contact_state_is_refused(known_run):
+    with pytest.raises(ValueError, match=r"'RB3' is not allowed; it must be one of none, RB1, RB2, both"):
+        QUANTITIES["contact_share"][0](known_run, states="RB3")
+
+
+def test_a_thinned_curve_keeps_its_extremes():
+    x = range(50_000)
+    y = [0.0] * 50_000
+    y[31_234], y[7] = 5.0, -3.0
+    thin = curve("force", x, y)
+    assert len(thin.x) <= MOST_POINTS + 2
+    assert (thin.y.max(), thin.y.min()) == (5.0, -3.0)
+    assert thin.x[thin.y.argmax()] == 31_234
+
+
+def test_a_plot_survives_its_way_through_json(known_run):
+    for panel in run_panels(known_run):
+        again = panel_of(panel.as_data())
+        assert (again.title, again.x, again.y, again.is_round) == (panel.title, panel.x, panel.y, panel.is_round)
+        for one, other in zip(panel.curves, again.curves, strict=True):
+            assert other.y == pytest.approx(one.y, rel=1e-6, abs=1e-30)
+
+
+def test_a_run_with_contact_shows_its_forces(known_run):
+    assert [panel.title for panel in run_panels(known_run)][1] == "Normal contact force"

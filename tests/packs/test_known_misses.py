@@ -1,0 +1,63 @@
+"""What is known to be missed is told as missed: the whole report against a review's list."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from amb_cosim.assessment.evaluation import assess
+from amb_cosim.assessment.statements import load_statements
+from amb_cosim.assessment.verdict import Verdict
+
+KNOWN = tomllib.loads((Path(__file__).parent / "known_misses.toml").read_text(encoding="utf-8"))
+KINDNESS = [Verdict.NOT_COMPUTED, Verdict.MISSED, Verdict.WITH_READING, Verdict.REPRODUCED]
+
+
+@pytest.fixture(scope="module")
+def judged(create_once):
+    folder = create_once("whole-report", lambda _: None)
+    return {one.statement.key: one for one in assess(load_statements("bath_thesis"), folder).judged}
+
+
+def is_still(ours, then) -> bool:
+    """Whether a value is what it was; the list has two digits of it."""
+    if isinstance(then, list):
+        return all(map(is_still, ours, then))
+    return ours == then if isinstance(then, str) else ours == pytest.approx(then, rel=0.03, abs=0.01)
+
+
+def test_every_entry_of_the_list_is_a_statement():
+    keys = {statement.key for statement in load_statements("bath_thesis").statement}
+    assert {*KNOWN["misses"], *KNOWN["beside"]} - keys == set()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", KNOWN["misses"])
+def test_no_verdict_is_kinder_than_the_review(judged, key):
+    known, found = KNOWN["misses"][key], judged[key]
+    if "ours" in known and not is_still(found.ours, known["ours"]):
+        pytest.skip(f"{key} now leads to {found.ours} in place of {known['ours']}")
+    if "ours" not in known and found.ours is not None:
+        pytest.skip(f"{key} is computed now")
+    assert KINDNESS.index(found.verdict) <= KINDNESS.index(Verdict(known["at_best"]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", KNOWN["beside"])
+def test_other_models_are_shown_beside(judged, key):
+    known, beside = KNOWN["beside"][key], dict(judged[key].beside)
+    assert known["how"] in beside
+
+
+@pytest.mark.slow
+def test_what_is_missed_says_why(judged):
+    silent = [key for key, one in judged.items() if one.verdict is Verdict.MISSED and not one.reason]
+    assert silent == []
+
+
+@pytest.mark.slow
+def test_every_source_could_be_run(judged):
+    failed = {key: one.reason for key, one in judged.items() if one.verdict is Verdict.NOT_COMPUTED}
+    assert [key for key in failed if not judged[key].statement.missing] == []
