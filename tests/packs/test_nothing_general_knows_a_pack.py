@@ -1,0 +1,69 @@
+"""What is general names no rig, no scenario and no figure of a pack: packs alone do."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from amb_files.packs import packs
+
+ROOT = Path(__file__).parents[2]
+ROOMS = ("libraries", "orchestrator")  # models cite the thesis as the source of their equations
+KINDS = (".py", ".js", ".c", ".h", ".toml", ".j2")
+NAMES = re.compile(
+    r"(?<!/)\b(MB[12]|RB[12]|s[1-8]|fig\d\w*|bath\w*|nelson_\w+|[tT]hes[ie]s|D[1-4]|(Figs?\.?|Tables?) \d\.\d+)\b"
+)
+
+# What remains, by file and with the reason.
+REASONS = {
+    "libraries/rotor_analysis/reduction.py": "cites the thesis as the source of equations 3.8 to 3.13",
+    "orchestrator/amb_cosim/design/controller_data.py": "cites the thesis as the source of equation 5.10",
+}
+
+
+def named(text: str) -> list[str]:
+    return sorted({found[0] for found in NAMES.finditer(text)})
+
+
+def files() -> list[Path]:
+    found = [file for room in ROOMS for file in (ROOT / room).rglob("*") if file.suffix in KINDS]
+    return [file for file in found if not {"node_modules", "vendor", "fmi_headers", "__pycache__"} & {*file.parts}]
+
+
+def test_no_file_names_a_thing_of_a_pack():
+    found = {str(file.relative_to(ROOT)): named(file.read_text(encoding="utf-8")) for file in files()}
+    assert len(found) > 300
+    assert {name: words for name, words in found.items() if words and name not in REASONS} == {}
+    assert [name for name in REASONS if not found[name]] == []
+
+
+def test_no_file_names_a_scenario_or_a_rotor_that_only_a_pack_has():
+    """Examples in texts may: `drop` and `compressor` say what they are."""
+    names = {file.stem for folder in packs().values() for file in folder.glob("[rs]*/*.toml") if "_" in file.stem}
+    words = re.compile(rf"\b({'|'.join(sorted(names))})\b")
+    found = {str(file.relative_to(ROOT)): words.findall(file.read_text(encoding="utf-8")) for file in files()}
+    assert {name: of for name, of in found.items() if of} == {}
+
+
+def helps() -> dict[str, str]:
+    """The help texts of all commands where no pack is installed, by the names of the commands."""
+    import click
+
+    from amb_cosim.commands.cli import main
+    from amb_files import packs
+
+    packs.packs = dict
+
+    def collect(command: click.Command, path: str) -> dict[str, str]:
+        found = {path: command.get_help(click.Context(command, info_name=path))}
+        for name, below in getattr(command, "commands", {}).items():
+            found |= collect(below, f"{path} {name}")
+        return found
+
+    return collect(main, "amb-cosim")
+
+
+def test_no_help_names_a_thing_of_a_pack(run_python):
+    found = run_python(helps)
+    assert {"amb-cosim run", "amb-cosim study campbell"} <= found.keys()
+    assert {command: named(text) for command, text in found.items() if named(text)} == {}
