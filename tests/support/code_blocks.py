@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from markdown_it import MarkdownIt
 
 TITLE = re.compile(r'title="(Needs|Part of) ([^"]+)"')
-FILE_NAME = re.compile(r"# ([\w.-]+\.(?:toml|py))\b")
+FILE_NAME = re.compile(r"# ([\w./-]+\.(?:toml|py))\b")
 MARKER = "<!-- command:"
 LANGUAGES = ("python", "sh", "toml", "text")
 SECONDS = 900
@@ -63,7 +63,9 @@ def run_blocks(blocks: list[Block], page: Path, folder: Path) -> None:
     printed = ""
     for block in blocks:
         if block.file_name:
-            (folder / block.file_name).write_text(block.code, encoding="utf-8")
+            file = folder / block.file_name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(block.code, encoding="utf-8")
         elif block.language == "python":
             exec(compile("\n" * block.line + block.code, str(page), "exec"), namespace)
         elif block.language == "sh":

@@ -1,0 +1,93 @@
+"""The pack of the how-to page, installed: it is listed, runs, and has its statements judged."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from code_blocks import blocks_of, run_blocks
+
+PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "own_pack.md"
+BLOCKS = blocks_of(PAGE)
+
+
+def install(project: Path, site: Path) -> None:
+    """Write what an installer would into `site`: the facts of the project's distribution."""
+    facts = tomllib.loads((project / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    folder = site / f"{facts['name'].replace('-', '_')}-{facts['version']}.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {facts['name']}\nVersion: {facts['version']}\n")
+    points = (f"[{group}]\n{name} = {at}\n" for group, of in facts["entry-points"].items() for name, at in of.items())
+    (folder / "entry_points.txt").write_text("".join(points), encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory) -> Path:
+    """The files of the page, installed where they lie."""
+    folder = tmp_path_factory.mktemp("project")
+    run_blocks([block for block in BLOCKS if block.file_name], PAGE, folder)
+    install(folder, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def amb_cosim(project):
+    """`amb_cosim("run pump_rub")`: what a command prints where the pack is installed; it ends with `code`."""
+
+    def run(line: str, code: int = 0) -> str:
+        path = os.pathsep.join([str(project), os.environ.get("PYTHONPATH", "")])
+        command = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main()", *line.split()]
+        environment = {**os.environ, "PYTHONPATH": path, "COLUMNS": "200"}
+        done = subprocess.run(
+            command, cwd=project, env=environment, capture_output=True, text=True, timeout=600, check=False
+        )
+        assert done.returncode == code, done.stdout + done.stderr
+        return done.stdout + done.stderr
+
+    return run
+
+
+def test_the_commands_of_the_page_work(amb_cosim, project):
+    (block,) = [block for block in BLOCKS if block.needs == "the pack installed"]
+    printed = {line: amb_cosim(line.removeprefix("amb-cosim ")) for line in block.code.splitlines()}
+    listed, run, shown, report = printed.values()
+    assert "my_pump" in listed
+    assert "pump_rub" in listed
+    assert "fig4_9" in listed
+    assert "recovered" in run
+    assert "impeller" in shown
+    assert "   2 reproduced" in report
+    data = json.loads((project / "report" / "report.json").read_text(encoding="utf-8"))
+    assert [one["verdict"] for one in data["statements"]] == ["reproduced", "reproduced"]
+    page = (project / "report" / "report.html").read_text(encoding="utf-8")
+    assert "What is required of the pump, and what is computed" in page
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "command", "message"),
+    [
+        ("rotors/bath_rig.toml", "", "rotor show pump", "packs bath_thesis and my_pump both have rotors/bath_rig.toml"),
+        ("scenarios/drop.toml", "", "run drop", "packs bath_thesis and my_pump both have scenarios/drop.toml"),
+        ("systems/passive.toml", "", "run drop", "packs amb_cosim and my_pump both have systems/passive.toml"),
+        ("pack.toml", 'rotor = "pump"', "modes", "packs bath_thesis and my_pump both say which rotor is taken"),
+        ("pack.toml", 'life = ["x"]', "modes", "pack.toml of pack my_pump: unknown key life; did you mean live?"),
+        ("statements.toml", "", "report --pack my_pump", "statements.toml of pack my_pump: title is missing"),
+    ],
+)
+def test_a_clash_and_a_mistake_name_the_packs(amb_cosim, project, file, text, command, message):
+    path = project / "my_pump" / file
+    before = path.read_text(encoding="utf-8") if path.exists() else None
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    try:
+        assert message in amb_cosim(command, code=2)
+    finally:
+        if before is None:
+            path.unlink()
+        else:
+            path.write_text(before, encoding="utf-8")
