@@ -44,12 +44,11 @@ class Kernels(NamedTuple):
     def in_module(cls, name: str, module: str) -> Kernels:
         code = importlib.import_module(module)
         package = importlib.import_module(module.partition(".")[0])
-        others = getattr(package, "KERNELS_FROM", ())
-        return cls(name, code.initialise, code.step, (package.__name__, *others, "fmi_export"))
+        return cls(name, code.initialise, code.step, (package.__name__, "fmi_export"))
 
 
 class EngineBuildHook(BuildHookInterface[Any]):
-    """Adds the engines of the models that `kernels` names to the wheel."""
+    """Adds the engines of the models that `kernels` names to the wheel, and the one of all in an assembly."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if version == "editable":
@@ -69,14 +68,14 @@ class EngineBuildHook(BuildHookInterface[Any]):
             return  # there is no native FMU for this machine
         machines = [platform for platform in platforms if platform != WASM]
         targets = list(TARGETS) if machines == list(PLATFORMS) else platforms
-        models = [Kernels.in_module(name, module) for name, module in self.config["kernels"].items()]
+        models = [Kernels.in_module(name, module) for name, module in sorted(self.config["kernels"].items())]
         self._stage = tempfile.TemporaryDirectory(prefix="engines-")
 
         engines, loops = Path(self._stage.name, "engines"), Path(self._stage.name, "loops")
 
-        def add(model: Kernels) -> None:
+        def add(*together: Kernels) -> None:
             for platform in targets:
-                engine(model, platform).write(engines / engine_place(model, platform))
+                engine(together, platform).write(engines / engine_place(together, platform))
 
         for platform in machines:
             if platform in SYSTEMS:
@@ -86,6 +85,7 @@ class EngineBuildHook(BuildHookInterface[Any]):
             place.write_bytes(compile_loop(platform))
         with ThreadPoolExecutor() as pool:
             list(pool.map(add, models))
+        add(*models)  # their kernels have been lowered
         build_data["force_include"][str(engines)] = TARGET
         build_data["force_include"][str(loops)] = LOOPS
         if machines and machines != list(PLATFORMS):

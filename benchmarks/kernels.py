@@ -17,14 +17,14 @@ EXPORT_SOURCE = """
 #else
 #define EXPORTED __attribute__((visibility("default")))
 #endif
-int kernel_step(void);
-EXPORTED void *kernel_step_address(void) { return (void *)kernel_step; }
+int %s_step(void);
+EXPORTED void *step_address(void) { return (void *)%s_step; }
 """
 
 
 @cache
 def step_kernel(name: str) -> int:
-    """Return the address of the machine code that the native FMU of a model runs in a step, `kernel_step`.
+    """Return the address of the machine code that the native FMU of a model runs in a step.
 
     The library is compiled like the FMU's, with one more function that returns this address. It stays loaded.
 
@@ -33,12 +33,12 @@ def step_kernel(name: str) -> int:
     ValueError
         If the C compiler is missing.
     """
-    sources = engine_sources(model_source(name)[0]) | {"export.c": EXPORT_SOURCE}
+    sources = engine_sources([model_source(name)[0]]) | {"export.c": EXPORT_SOURCE % (name, name)}
     platform = host_platform()
     library = compile_library(name, sources, platform)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         path = Path(folder) / f"{name}{PLATFORMS[platform][0]}"
         path.write_bytes(library)
-        address = ctypes.CDLL(str(path)).kernel_step_address
+        address = ctypes.CDLL(str(path)).step_address
     address.restype = ctypes.c_void_p
     return int(address())

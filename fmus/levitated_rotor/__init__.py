@@ -1,3 +1,1 @@
-"""Rotor, magnetic bearings and controller in one model, coupled at the controller's samples."""
-
-KERNELS_FROM = ("rolac_controller", "amb_actuator", "rotor_contact")  # packages whose kernels the kernels here call
+"""Assemblies: all components of a system in one FMU, such as rotor, magnetic bearings and controller."""

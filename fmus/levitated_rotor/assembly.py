@@ -1,4 +1,4 @@
-"""What is assembled: three models, and how they are connected.
+"""What is assembled: components of a system, and how they are connected.
 
 A variable of a part is called `component.variable`. An input of a part is fed by an output of a part (a connection), or
 by an input of the assembly: one that a shared signal feeds has the signal's name, any other its own.
@@ -11,37 +11,36 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from fmi_export.model import Model
+from fmi_export.model import Part, Wiring
 from fmi_export.variables import FAULT_CODE, Causality, Variable
 
-ROLES = ("controller", "actuator", "plant")  # of the parts, in the order in which they step
+IMPULSE = "N.s"  # unit of outputs that are sums over a step
+SAMPLE_TIME = "sample_time"  # parameter of a part that samples
+SLOPE = "_dot"  # ends the name of an input that is the slope of another one over a step
+
+
+def variables(part: Part, causality: Causality) -> list[tuple[str, Variable]]:
+    """Return variables of a part by their names in the assembly; without the fault code, which the parts share."""
+    found = part.model.interface.of(causality)
+    return [(f"{part.name}.{v.name}", v) for v in found if v.name != FAULT_CODE]
 
 
 @dataclass(frozen=True)
-class Part:
-    """A model and the name of the component that it is."""
-
-    name: str
-    model: Model
-
-    def of(self, causality: Causality) -> list[tuple[str, Variable]]:
-        """Return variables by their names in the assembly; without the fault code, which the parts share."""
-        found = self.model.interface.of(causality)
-        return [(f"{self.name}.{v.name}", v) for v in found if v.name != FAULT_CODE]
-
-
-@dataclass(frozen=True)
-class Assembly:
-    """Three parts and their wiring.
+class Composite:
+    """Parts and their wiring.
 
     Parameters
     ----------
     parts
-        Controller, actuator and plant.
+        In the order in which they step.
     connections
         Output that feeds an input of a part, by that input.
     signals
         Inputs of parts that a shared signal feeds, by its name.
+    step_size
+        Communication step of the system (s).
+    jacobi
+        Whether all parts see what the others show at the beginning of a step.
 
     Raises
     ------
@@ -49,9 +48,11 @@ class Assembly:
         If a name is that of no variable of this kind, or an input is fed twice.
     """
 
-    parts: tuple[Part, Part, Part]
+    parts: tuple[Part, ...]
     connections: Mapping[str, str]
     signals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    step_size: float = 250e-6
+    jacobi: bool = False
 
     def __post_init__(self) -> None:
         signalled = [target for targets in self.signals.values() for target in targets]
@@ -64,12 +65,12 @@ class Assembly:
     @cached_property
     def part_inputs(self) -> dict[str, Variable]:
         """Inputs of all parts in turn, by name."""
-        return {name: v for part in self.parts for name, v in part.of("input")}
+        return {name: v for part in self.parts for name, v in variables(part, "input")}
 
     @cached_property
     def outputs(self) -> dict[str, Variable]:
         """Outputs of all parts in turn, by name."""
-        return {name: v for part in self.parts for name, v in part.of("output")}
+        return {name: v for part in self.parts for name, v in variables(part, "output")}
 
     @cached_property
     def sources(self) -> dict[str, str]:
@@ -87,29 +88,34 @@ class Assembly:
         return targets
 
     @property
-    def slope(self) -> str:
-        """The input of the assembly that is the slope of the speed over a step; empty where there is none."""
-        plant = self.parts[-1].name
-        speed, slope = (self.sources[f"{plant}.{name}"] for name in ("Omega", "Omega_dot"))
-        return slope if speed in self.inputs and slope in self.inputs else ""
+    def slopes(self) -> dict[str, str]:
+        """Inputs of the assembly that follow a slope within a step, with the input that is their slope."""
+        fed = ((self.sources[name], self.sources.get(name + SLOPE, "")) for name in self.part_inputs)
+        return {source: slope for source, slope in fed if source in self.inputs and slope in self.inputs}
 
     @property
-    def speed_inputs(self) -> list[str]:
-        """Inputs of parts that follow the speed within a step: all that the plant's speed feeds, if it has a slope."""
-        return self.inputs[self.sources[f"{self.parts[-1].name}.Omega"]] if self.slope else []
+    def sample_time(self) -> str:
+        """The parameter that says when steps are cut: that of the one part that samples; empty without such a part."""
+        sampling = [p.name for p in self.parts if p.every == 1 and SAMPLE_TIME in p.model.interface.position]
+        return f"{sampling[0]}.{SAMPLE_TIME}" if len(sampling) == 1 else ""
 
     def named(self, part: Part, name: str) -> str:
         """Return the variable of the assembly that has the value of a variable of a part."""
         full = f"{part.name}.{name}"
         return self.sources.get(full, full)
 
-    def layout(self) -> dict[str, Any]:
-        """Return the same in types of JSON, for `model.model_from`."""
-        return {
-            "parts": {role: [part.name, part.model.layout] for role, part in zip(ROLES, self.parts, strict=True)},
-            "connections": dict(self.connections),
-            "signals": {name: list(targets) for name, targets in self.signals.items()},
-        }
+    def wiring(self) -> Wiring:
+        """Return the same by positions."""
+        position = {name: k for k, name in enumerate((*self.inputs, *self.outputs))}
+        return Wiring(
+            sources=tuple(position[source] for source in self.sources.values()),
+            ramps=tuple((position[name], position[slope]) for name, slope in self.slopes.items()),
+            gathered=tuple(
+                (k, v.unit == IMPULSE) for k, v in enumerate(self.outputs.values()) if v.warning or v.unit == IMPULSE
+            ),
+            sample_time=self.sample_time or self.step_size,
+            jacobi=self.jacobi,
+        )
 
 
 def _check(kind: str, names: Any, known: Any) -> None:

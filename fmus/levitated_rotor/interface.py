@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fmi_export.interface import Interface
-from fmi_export.model import STEP_SIZE
+from fmi_export.model import STEP_SIZE, Part
 from fmi_export.variables import FAULT_CODE, Array, Variable, output
-from levitated_rotor.assembly import Assembly, Part
+from levitated_rotor.assembly import Composite, variables
 
 
-def interface_of(assembly: Assembly) -> Interface:
+def interface_of(composite: Composite) -> Interface:
     """Return parameters of all parts, inputs of the assembly, outputs of all parts, and the fault code."""
-    return Interface((*_parameters(assembly), *_inputs(assembly), *_outputs(assembly), FAULT))
+    return Interface((*_parameters(composite), *_inputs(composite), *_outputs(composite), FAULT))
 
 
 Needs = dict[str, set[str] | None]  # variables of the assembly that an output needs, by its name
@@ -22,29 +22,29 @@ Needs = dict[str, set[str] | None]  # variables of the assembly that an output n
 FAULT = output(FAULT_CODE, "1", "0 while all is well; the log says what else means", type="Integer", starts_from=())
 
 
-def renamed(assembly: Assembly, part: Part, sentence: str) -> str:
+def renamed(composite: Composite, part: Part, sentence: str) -> str:
     """Return a sentence of a part in which `{name}` names variables of the assembly."""
     return re.sub(
         r"\{([^}]+)\}",
-        lambda match: match[0] if match[1] == STEP_SIZE else f"{{{assembly.named(part, match[1])}}}",
+        lambda match: match[0] if match[1] == STEP_SIZE else f"{{{composite.named(part, match[1])}}}",
         sentence,
     )
 
 
-def _array(assembly: Assembly, part: Part, v: Variable) -> Array | None:
-    return v.array and v.array._replace(name=assembly.named(part, v.array.name))
+def _array(composite: Composite, part: Part, v: Variable) -> Array | None:
+    return v.array and v.array._replace(name=composite.named(part, v.array.name))
 
 
-def _parameters(assembly: Assembly) -> Iterator[Variable]:
-    for part in assembly.parts:
-        for name, v in part.of("parameter"):
-            array = _array(assembly, part, v)
+def _parameters(composite: Composite) -> Iterator[Variable]:
+    for part in composite.parts:
+        for name, v in variables(part, "parameter"):
+            array = _array(composite, part, v)
             yield replace(v, name=name, field="", array=array)
 
 
-def _inputs(assembly: Assembly) -> Iterator[Variable]:
-    for name, targets in assembly.inputs.items():
-        first, *others = (assembly.part_inputs[target] for target in targets)
+def _inputs(composite: Composite) -> Iterator[Variable]:
+    for name, targets in composite.inputs.items():
+        first, *others = (composite.part_inputs[target] for target in targets)
         if any((v.type, v.unit) != (first.type, first.unit) for v in others):
             raise ValueError(f"{name} feeds inputs of different types or units: {', '.join(targets)}")
         yield replace(
@@ -57,46 +57,46 @@ def _inputs(assembly: Assembly) -> Iterator[Variable]:
         )
 
 
-def _outputs(assembly: Assembly) -> Iterator[Variable]:
-    reached, started = _closed(assembly, _reaching(assembly)), _closed(assembly, _starting(assembly))
-    for part in assembly.parts:
-        for name, v in part.of("output"):
-            same = assembly.named(part, v.starts_as) if v.starts_as else ""
+def _outputs(composite: Composite) -> Iterator[Variable]:
+    reached, started = _closed(composite, _reaching(composite)), _closed(composite, _starting(composite))
+    for part in composite.parts:
+        for name, v in variables(part, "output"):
+            same = composite.named(part, v.starts_as) if v.starts_as else ""
             yield replace(
                 v,
                 name=name,
                 field="",
                 depends_on=reached[name] or (),
                 starts_from=started[name],
-                starts_as="" if same in assembly.outputs else same,
-                warning=renamed(assembly, part, v.warning),
-                array=_array(assembly, part, v),
+                starts_as="" if same in composite.outputs else same,
+                warning=renamed(composite, part, v.warning),
+                array=_array(composite, part, v),
             )
 
 
-def _reaching(assembly: Assembly) -> Needs:
+def _reaching(composite: Composite) -> Needs:
     """Return what reaches each output without delay."""
     return {
-        name: {assembly.named(part, u) for u in v.depends_on}
-        for part in assembly.parts
-        for name, v in part.of("output")
+        name: {composite.named(part, u) for u in v.depends_on}
+        for part in composite.parts
+        for name, v in variables(part, "output")
     }
 
 
-def _starting(assembly: Assembly) -> Needs:
+def _starting(composite: Composite) -> Needs:
     """Return what each output depends on at the start, None where that is not declared."""
     needs: Needs = {}
-    for part in assembly.parts:
+    for part in composite.parts:
         declared = part.model.interface.initial_dependencies
-        for name, v in part.of("output"):
+        for name, v in variables(part, "output"):
             of_part = declared.get(v.name)
-            needs[name] = None if of_part is None else {assembly.named(part, u) for u in of_part}
+            needs[name] = None if of_part is None else {composite.named(part, u) for u in of_part}
     return needs
 
 
-def _closed(assembly: Assembly, needs: Needs) -> dict[str, tuple[str, ...] | None]:
+def _closed(composite: Composite, needs: Needs) -> dict[str, tuple[str, ...] | None]:
     """Return the parameters and inputs of the assembly that the needs of each output lead to, in the table's order."""
-    order = [name for part in assembly.parts for name, _ in part.of("parameter")] + list(assembly.inputs)
+    order = [name for part in composite.parts for name, _ in variables(part, "parameter")] + list(composite.inputs)
     found: dict[str, tuple[str, ...] | None] = {}
     for shown in needs:
         known, new = set(), {shown}

@@ -1,56 +1,43 @@
-"""The assembly as a model."""
+"""An assembly as a model."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from typing import NoReturn
 
-from amb_actuator import actuator
 from fmi_export.model import Model
-from levitated_rotor import KERNELS_FROM
-from levitated_rotor.assembly import ROLES, Assembly, Part
-from levitated_rotor.faults import fault_sentences
+from levitated_rotor.assembly import Composite
 from levitated_rotor.interface import interface_of
-from levitated_rotor.levitation import initialise, step
-from levitated_rotor.records import n_state, n_work
-from rolac_controller import controller
-from rolac_controller.control_loop import control_loop_from
-from rotor_contact import plant
-from rotor_contact.planes import planes_from
+
+FAULTS = {1: "outputs do not settle during initialisation; the connections close an algebraic loop"}
 
 
-def model_for(assembly: Assembly) -> Model:
-    """Return the model of an assembly; its constants are those of `constants_of`.
+def no_kernel(*_: object) -> NoReturn:
+    """Raise NotImplementedError: what steps the parts of an assembly is `assembly.c`, in its FMU."""
+    raise NotImplementedError("an assembly has no kernels of its own; build its FMU")
+
+
+def model_for(composite: Composite, name: str, description: str) -> Model:
+    """Return the model of an assembly; its constants are those of its parts in turn.
 
     Raises
     ------
     ValueError
-        If inputs that one signal feeds differ, or there are more connections than fault codes.
+        If inputs that one signal feeds differ, or there are too many parts.
     """
-    interface = interface_of(assembly)
+    interface = interface_of(composite)
+    packages = [package for part in composite.parts for package in part.model.packages]
     return Model(
-        name="levitated_rotor",
-        description="Flexible rotor levitated by magnetic bearings under sampled control, in one: rotor_contact, "
-        "amb_actuator and rolac_controller",
+        name=name,
+        description=description,
         interface=interface,
-        initialise=initialise,
-        step=step,
-        n_state=n_state,
-        n_work=n_work,
-        packages=("levitated_rotor", *KERNELS_FROM, "fmi_export"),
-        faults=fault_sentences(assembly),
-        step_size=interface[f"{assembly.parts[0].name}.sample_time"].start,
-        layout=assembly.layout(),
+        initialise=no_kernel,
+        step=no_kernel,
+        n_state=0,
+        n_work=0,
+        packages=tuple(dict.fromkeys(("levitated_rotor", *packages))),
+        faults=FAULTS,
+        variable_step=all(part.model.variable_step for part in composite.parts),
+        step_size=interface[composite.sample_time].start if composite.sample_time else composite.step_size,
+        parts=composite.parts,
+        wiring=composite.wiring(),
     )
-
-
-def model_from(layout: Mapping[str, Any]) -> Model:
-    """Return the model with the layout that `Assembly.layout` wrote."""
-    (c, loop), (a, bearings), (p, planes) = (layout["parts"][role] for role in ROLES)
-    parts = (
-        Part(c, controller.model_for(control_loop_from(loop))),
-        Part(a, actuator.model_for(bearings["bearings"])),
-        Part(p, plant.model_for(planes_from(planes))),
-    )
-    signals = {name: tuple(targets) for name, targets in layout["signals"].items()}
-    return model_for(Assembly(parts, layout["connections"], signals))

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from fmi_export.amb_cosim_bootstrap import digest, find
+from fmi_export.amb_cosim_bootstrap import digest
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -79,8 +79,7 @@ def _cache_of(package: str) -> Iterator[None]:
     """Let numba cache in a folder named after all the code a kernel may call.
 
     By itself numba notices a change of the file a function is in, but not of what it calls in other files,
-    and would go on running old machine code after an upgrade. A package whose kernels call those of others names these
-    packages in `KERNELS_FROM`.
+    and would go on running old machine code after an upgrade.
     """
     config: Any = numba.config
     before = config.CACHE_DIR
@@ -100,9 +99,7 @@ def _cache_folder(package: str, base: str) -> str:
     loaded = sys.modules.get(package)
     own = Path(loaded.__file__).parent if loaded is not None and loaded.__file__ else here
     parent = Path(base) if base else own / "__pycache__"
-    others = (find(name) for name in getattr(loaded, "KERNELS_FROM", ()))
-    called = "".join(f"{digest(other)[:16]}-" for other in others if other is not None)
-    folder = parent / f"kernels-{digest(own)[:16]}-{called}{digest(here)[:16]}"
+    folder = parent / f"kernels-{digest(own)[:16]}-{digest(here)[:16]}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

@@ -22,6 +22,7 @@ StepKernel = Callable[[Array, Array, Array, Array, Array, Array, float, float], 
 Size = int | Callable[[Array], int]
 
 UNCHANGED = -1  # what a step returns that is no fault and leaves all outputs as they are
+MOST_PARTS = 8  # of an assembly, so that fault codes can say which; as in `building/native/data.h`
 STEP_SIZE = "step_size"  # names the communication step in the sentence of a fault
 
 # Faults that every model shares; a model numbers its own from 1 to 99.
@@ -58,6 +59,8 @@ class Model:
     layout
         What the model's package makes its interface from, in types of JSON; empty where that is always the same. The
         kernels do not depend on it: sizes that do are among the constants.
+    parts, wiring
+        Of an assembly: what is stepped together in place of kernels of its own, and how.
 
     Matrices and tables, which any library may compute, are passed to the kernels as `constants`, a flat array that is
     computed when the FMU is built and stored in it. A kernel writes every output on every call that returns 0; a step
@@ -77,17 +80,60 @@ class Model:
     step_size: float = 250e-6
     variable_step: bool = True
     layout: Mapping[str, Any] = field(default_factory=dict)
+    parts: tuple[Part, ...] = ()
+    wiring: Wiring | None = None
 
     def __post_init__(self) -> None:
         if self.interface.variables[-1].name != FAULT_CODE:
             raise ValueError(f"{self.name}: the last output must be {FAULT_CODE}")
+        if len(self.parts) > MOST_PARTS:
+            raise ValueError(f"{self.name}: {len(self.parts)} components is not allowed; it must be <= {MOST_PARTS}")
+
+    @property
+    def compiled(self) -> tuple[Model, ...]:
+        """The models whose kernels an FMU of this one calls: those of its parts by name, each once, or itself."""
+        models = {part.model.name: part.model for part in self.parts}
+        return tuple(models[name] for name in sorted(models)) or (self,)
 
 
-START = "start"  # in a layout: start values in place of those that the model's package declares
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A component of an assembly: its name, its model with constants, and how many steps one of its own spans."""
+
+    name: str
+    model: Model
+    constants: Array
+    every: int = 1
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """What feeds the parts of an assembly, and when they step; see `building/native/data.h`.
+
+    Parameters
+    ----------
+    sources
+        Position of what feeds each input of each part in turn: among the inputs of the assembly, then its outputs,
+        which are those of the parts in turn without their fault codes.
+    ramps
+        Positions of an input of the assembly, and of its slope over a step.
+    gathered
+        Outputs that tell of all of a step, and whether they are sums over it; others are largest there.
+    sample_time
+        Parameter of the assembly that is the time between two instants at which steps are cut (s), or that time.
+    jacobi
+        Whether all parts see what the others show at the beginning of a step, not what those before them have found.
+    """
+
+    sources: tuple[int, ...]
+    ramps: tuple[tuple[int, int], ...]
+    gathered: tuple[tuple[int, bool], ...]
+    sample_time: str | float
+    jacobi: bool = False
 
 
 def with_starts(model: Model, starts: Mapping[str, float]) -> Model:
-    """Return a model with other start values of parameters and inputs; its layout says so, for a slave in Python.
+    """Return a model with other start values of parameters and inputs.
 
     Raises
     ------
@@ -98,8 +144,7 @@ def with_starts(model: Model, starts: Mapping[str, float]) -> Model:
     if unknown:
         raise ValueError(f"{model.name} has no parameters or inputs {', '.join(sorted(unknown))}")
     variables = tuple(replace(v, start=starts.get(v.name, v.start)) for v in model.interface.variables)
-    layout = {**model.layout, START: dict(starts)} if starts else model.layout
-    return replace(model, interface=Interface(variables), layout=layout)
+    return replace(model, interface=Interface(variables))
 
 
 @kernel

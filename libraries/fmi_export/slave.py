@@ -8,25 +8,27 @@ any more. What is logged instead is for the guard the reason of a failure.
 
 from __future__ import annotations
 
-import json
+import importlib
 from collections.abc import Callable
 from ctypes import c_double
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element
 
 import numpy as np
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
 from fmi_export.log_categories import LOG_CATEGORIES
-from fmi_export.model import START, Array, Model, with_starts
+from fmi_export.model import Array
 
 
 class ModelSlave(Fmi2Slave):  # type: ignore[misc]
-    """Base of the FMUs' entry points; a subclass names its `model`, or makes it from a layout by `model_of`."""
+    """Base of the FMUs' entry points; a subclass names as `model` what has the kernels, a `Model` or their module.
 
-    model: Model
+    In an assembly the guard makes one for each part, which its name says.
+    """
+
+    model: Any
     log_categories = LOG_CATEGORIES
 
     def __init__(self, **kwargs: Any) -> None:
@@ -34,24 +36,13 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         import amb_cosim_bootstrap  # lies beside the script that runs this
 
         resources = Path(self.resources)
-        self.build = amb_cosim_bootstrap.build_facts(resources)
-        amb_cosim_bootstrap.refuse_other_code(self.build)
-        layout = json.loads((resources / "layout.json").read_text(encoding="utf-8"))
-        starts = layout.pop(START, {})
-        self.model = with_starts(self.model_of(layout), starts)
-        self.modelName = self.model.name
-        self.guid = self.build["guid"]
+        build = amb_cosim_bootstrap.build_facts(resources)
+        amb_cosim_bootstrap.refuse_other_code(build)
+        self.modelName = build["model"]
         self.arrays: list[Array] = [np.load(resources / "constants.npy")]
-
-    @classmethod
-    def model_of(cls, layout: dict[str, Any]) -> Model:
-        """Return the model with the interface that `layout`, see `Model`, says."""
-        return cls.model
-
-    def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
-        from fmi_export.building.description import model_description  # called by the build alone; an FMU lacks it
-
-        return model_description(self.model, self.guid, self.build["tool"], self.build["version"])
+        if self.instance_name in build["parts"]:
+            module, first, stop = build["parts"][self.instance_name]
+            self.model, self.arrays = importlib.import_module(module), [self.arrays[0][first:stop]]
 
     def set_string(self, vrs: list[int], values: list[str]) -> None:
         """Take the arrays after the constants, of which the guard gives address and size, one after another."""

@@ -25,7 +25,7 @@ CALLERS = (  # modules that compile by `compile_library`
     "amb_cosim.cosim.loop_library",
 )
 OPTIONS = ("-shared", "-fPIC", "-O0", "-std=gnu11", "-fvisibility=hidden", "-ffp-contract=off", "--coverage")
-OF_KERNELS = ("-c", "-O2", "-fPIC", "-Wno-override-module", "kernels.ll", "-o", "kernels.o")
+OF_KERNELS = ("-c", "-O2", "-fPIC", "-Wno-override-module")
 
 Branch = tuple[int, int]  # line, and number of the branch there
 
@@ -55,10 +55,10 @@ def _with_counters(compile_library: Callable[..., bytes], counters: Path) -> Cal
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8")
         inputs = [file for file in sources if file.endswith(".c")]
-        if "kernels.ll" in sources:
+        for kernels in (file for file in sources if file.endswith(".ll")):
             zig = [sys.executable, "-m", "ziglang", "cc", "-target", PLATFORMS[target_platform][1][0], *OF_KERNELS]
-            subprocess.run(zig, cwd=folder, check=True)
-            inputs.append("kernels.o")
+            subprocess.run([*zig, kernels, "-o", f"{kernels}.o"], cwd=folder, check=True)
+            inputs.append(f"{kernels}.o")
         links = [f"-l{library}" for library in libraries]
         subprocess.run(["gcc", *OPTIONS, "-o", "library.so", *inputs, *links], cwd=folder, check=True)
         return (folder / "library.so").read_bytes()

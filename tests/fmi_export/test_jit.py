@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-from slow import slow_but_first
 
 CALLER = """
 from fmi_export.jit import kernel
@@ -32,22 +31,19 @@ def host(folder: str) -> list:
     return [doubled(3.0), sum(doubled.stats.cache_hits.values())]
 
 
-def write(folder: Path, caller: str, callee: str, value: float) -> Path:
-    """Write two packages, a kernel in one of which calls one of the other; return the folder of the caller."""
-    for name in (caller, callee):
-        (folder / name).mkdir(exist_ok=True)
-        (folder / name / "__init__.py").write_text(f"KERNELS_FROM = ({callee!r},)")
-    (folder / caller / "caller.py").write_text(CALLER.format(package=callee))
-    (folder / callee / "callee.py").write_text(CALLEE.format(value))
-    return folder / caller
+def write(folder: Path, package: str, value: float) -> Path:
+    """Write a package, a kernel in which calls another; return its folder."""
+    (folder / package).mkdir(exist_ok=True)
+    (folder / package / "__init__.py").touch()
+    (folder / package / "caller.py").write_text(CALLER.format(package=package))
+    (folder / package / "callee.py").write_text(CALLEE.format(value))
+    return folder / package
 
 
-@pytest.mark.parametrize("package", slow_but_first(["other", "cached"]))
-def test_kernel_is_compiled_again_when_a_kernel_that_it_calls_changed(run_python, tmp_path, package):
-    """The other kernel is of the same package, or of one that the caller's package names in `KERNELS_FROM`."""
+def test_kernel_is_compiled_again_when_a_kernel_that_it_calls_changed(run_python, tmp_path):
     results = []
     for value in (2.0, 2.0, 5.0):
-        write(tmp_path, "cached", package, value)
+        write(tmp_path, "cached", value)
         results.append(run_python(host, folder=tmp_path))
     (first, _), (again, hits), (changed, _) = results
     assert (first, again, changed) == (6.0, 6.0, 15.0)
@@ -97,7 +93,7 @@ def test_a_kernel_that_allocates_is_not_compiled():
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
 def test_a_damaged_cache_of_a_kernel_is_made_anew(run_python, tmp_path, monkeypatch, kind):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "machine_code"))
-    write(tmp_path, "cached", "cached", 2.0)
+    write(tmp_path, "cached", 2.0)
     run_python(host, folder=tmp_path)
     files = list(tmp_path.rglob(f"*.{kind}"))
     assert files
@@ -131,7 +127,7 @@ def bits_unnoticed(folder: str) -> int:
 @pytest.mark.slow
 def test_every_wrong_bit_of_machine_code_in_the_cache_is_noticed(run_python, tmp_path):
     """A process that ran such code could crash, or compute something else."""
-    write(tmp_path, "cached", "cached", 2.0)
+    write(tmp_path, "cached", 2.0)
     assert run_python(bits_unnoticed, folder=tmp_path) == 0
 
 
@@ -146,5 +142,5 @@ def test_a_kernel_is_compiled_where_no_cache_can_be_written(run_python, tmp_path
 
         return doubled(3.0)
 
-    (write(tmp_path, "uncached", "uncached", 2.0) / "__pycache__").touch()  # a file where the folder would be
+    (write(tmp_path, "uncached", 2.0) / "__pycache__").touch()  # a file where the folder would be
     assert run_python(doubled, folder=tmp_path) == 6.0

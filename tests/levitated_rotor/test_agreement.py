@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from assembled_rotor import RIG, Host, T, differing, in_one, inputs_at, separate, series
 
+from amb_cosim import build_assembled
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare
 
@@ -48,6 +49,13 @@ def test_in_jacobi_order_it_is_the_same(assembled: Callable[..., Path], native_l
     prepared = short()
     beside = in_one(prepared, assembled("fig4_9"), {"lag": native_lag}, coupling="jacobi")
     assert differing(series(beside), series(separate(prepared))) == []
+
+
+@pytest.mark.slow
+def test_flavour_python_gives_the_same(tmp_path: Path) -> None:
+    prepared = short()
+    python = in_one(prepared, build_assembled(tmp_path, "fig4_9", "python"))
+    assert differing(series(python), series(separate(prepared))) == []
 
 
 def over_steps(three: dict[str, Any], warnings: set[str], ends: list[int]) -> dict[str, list[float]]:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import pytest
 
 from amb_cosim.packaging.assembled import levitated_rotor
 from amb_cosim.packaging.models import amb_actuator, rolac_controller, rotor_contact
-from amb_cosim.scenario.scenario import load_scenario, parse_scenario
-from fmi_export.model import START, with_starts
+from amb_cosim.scenario.scenario import load_scenario
 from fmi_export.variables import FAULT_CODE
-from levitated_rotor.model import model_from
 
 PARTS = {"rolac_controller": rolac_controller, "amb_actuator": amb_actuator, "rotor_contact": rotor_contact}
 
@@ -106,22 +103,15 @@ def test_a_measured_speed_is_no_input_of_the_controller():
     assert "rolac_controller.Omega" not in {v.name for v in model.interface.variables}
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"system": "passive"}, "rolac_controller, amb_actuator, rotor_contact, in this order"),
-        ({"coupling": "jacobi"}, "asks for jacobi"),
-    ],
-)
-def test_what_cannot_be_assembled_is_refused(changes, words):
-    text = 'Omega = "90 rad/s"\nend_cycle = 1\n'
-    with pytest.raises(ValueError, match=words):
-        levitated_rotor(parse_scenario(text, "mine").changed(**changes))
+def test_what_cannot_be_assembled_is_refused():
+    scenario = load_scenario("fig4_9")
+    with pytest.raises(ValueError, match="'iterative' is not allowed in an assembly; it must be"):
+        levitated_rotor(scenario.changed(coupling="iterative"))
+    with pytest.raises(ValueError, match=r"amb_actuator of system levitated cannot be assembled: only models"):
+        levitated_rotor(scenario.changed(fmu={"amb_actuator": "mine.fmu"}))
 
 
-def test_the_layout_makes_the_same_model():
-    model, _ = levitated_rotor("fig5_6")
-    layout = json.loads(json.dumps(dict(model.layout)))
-    again = with_starts(model_from(layout), layout.pop(START))
-    assert again.interface == model.interface
-    assert again.faults == model.faults
+def test_what_is_no_levitated_rotor_has_the_name_of_its_system():
+    model, _ = levitated_rotor("passive")
+    assert (model.name, [part.name for part in model.parts]) == ("passive", ["rotor_contact"])
+    assert levitated_rotor(load_scenario("fig4_9").changed(coupling="jacobi"))[0].name == "levitated"

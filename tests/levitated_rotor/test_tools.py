@@ -1,4 +1,4 @@
-"""The assembled FMU in tools: validators, the command line, system files, the README's code, flavour python."""
+"""The assembled FMU in tools: validators, the command line, system files, the README's code."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from assembled_rotor import Host, T
+from assembled_rotor import T
 from click.testing import CliRunner
 from fmpy.validation import validate_fmu
 
@@ -91,33 +91,6 @@ def test_the_command_line_builds_it(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     assert refused.exit_code == 2
     assert "fig4_99" in refused.output
     assert not Path("d").exists()
-
-
-@pytest.mark.slow
-def test_flavour_python_gives_the_same(extracted: Callable[..., Path], run_python: Callable[..., Any]) -> None:
-    """Its kernels, run by Python itself, through contact at steps of a sample and a half."""
-
-    def plain() -> dict[str, float]:
-        import os
-
-        os.environ["NUMBA_DISABLE_JIT"] = "1"
-        from amb_cosim.packaging.assembled import levitated_rotor
-        from fmi_export.model import Instance
-
-        instance = Instance(*levitated_rotor("fig4_9"))
-        instance["rotor_contact.d1.u"] = 0.3
-        instance.initialise()
-        for k in range(40):
-            instance.step(k * 1.5 * 250e-6, 1.5 * 250e-6)
-        return {v.name: instance[v.name] for v in instance.model.interface.of("output")}
-
-    host = Host(extracted("fig4_9")).begin(rotor_contact__d1__u=0.3)
-    for k in range(40):
-        assert host.step(k * 1.5 * T, 1.5 * T) == 0
-    found, expected = host.read(), run_python(plain)
-    assert expected.pop("fault_code") == 0
-    assert expected["rotor_contact.contact_state"] > 0
-    assert found == expected
 
 
 @pytest.mark.slow

@@ -137,11 +137,11 @@ def sanitized(cc: Callable[..., None], tmp_path_factory: pytest.TempPathFactory)
         if not shutil.which(compiler):
             pytest.skip(f"needs {compiler} with its sanitizers")
         folder = tmp_path_factory.mktemp(f"sanitized-{model.name}")
-        for name, text in engine_sources(model).items():
+        for name, text in engine_sources(model.compiled).items():
             (folder / name).write_text(text)
         guid = native_guid(model, constants)
-        (folder / "model.bin").write_bytes(model_data(model, constants, guid, engine_key(model)))
-        cc("-c", "-O2", "-fPIC", "-Wno-override-module", folder / "kernels.ll", "-o", folder / "kernels.o")
+        (folder / "model.bin").write_bytes(model_data(model, constants, guid, engine_key(model.compiled)))
+        cc("-c", "-O2", "-fPIC", "-Wno-override-module", *folder.glob("*.ll"), "-o", folder / "kernels.o")
         common = ["-std=gnu11", "-g", "-O1", "-fno-sanitize-recover=all"]
         flags = [*common, f"-fsanitize={sanitizer}"]
         of_library = [*common, f"-fsanitize={sanitizer.replace('fuzzer', 'fuzzer-no-link')}"]

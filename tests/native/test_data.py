@@ -48,7 +48,7 @@ def sealed(content):
 
 def sections(content):
     """Begin and end of each part of the data."""
-    *_, n_parameters, n_inputs, n_outputs, _, _, n_constants, n_faults, n_warnings, n_pieces, n_text = (
+    *_, n_parameters, n_inputs, n_outputs, _, _, n_constants, n_faults, n_warnings, n_pieces, n_text, _, _ = (
         HEADER.unpack_from(content)
     )
     n = n_parameters + n_inputs + n_outputs
@@ -57,7 +57,7 @@ def sections(content):
         "version": 8,
         "key": 32,
         "guid": 48,
-        "counts": 80,
+        "counts": 96,
         "constants": 8 * n_constants,
         "start": 8 * n,
         "minima": 8 * n,
@@ -102,7 +102,7 @@ def test_data_of_a_newer_format_are_refused_as_such(library, content):
 
 def test_data_for_another_engine_are_refused(library, content, lag):
     other = model_data(lag, np.zeros(1), library.guid, "f" * 32)
-    key = engine_key(lag)
+    key = engine_key([lag])
     assert f"it is for engine {'f' * 32}, but the library is engine {key}; build" in refusal(library, other)
 
 
@@ -118,7 +118,7 @@ def test_data_of_another_model_are_refused(unpacked, library, content):
 
 
 def test_data_with_another_guid_are_refused(library, lag):
-    other = model_data(lag, np.zeros(1), "{other}", engine_key(lag))
+    other = model_data(lag, np.zeros(1), "{other}", engine_key([lag]))
     expected = f"the modelDescription.xml has guid {library.guid}, but resources/model.bin belongs to {{other}}"
     assert refusal(library, other) == expected
 
@@ -193,8 +193,8 @@ def test_one_engine_runs_other_constants_and_another_interface(library, lag):
 
     table = Interface(tuple(renamed(v) for v in lag.interface.variables))
     other = dataclasses.replace(lag, interface=table, n_state=7, n_work=300, faults={1: "voltage = {voltage} V"})
-    assert engine_key(other) == engine_key(lag)
-    data = model_data(other, np.array([3.0, 1.0]), "{other}", engine_key(other))
+    assert engine_key([other]) == engine_key([lag])
+    data = model_data(other, np.array([3.0, 1.0]), "{other}", engine_key([other]))
     cores = Instance(lag, np.zeros(1)), Instance(other, np.array([3.0, 1.0]))
     with library.instantiate() as ours, given(library, data, "{other}") as theirs:
         for fmu, core in ((ours, cores[0]), (theirs, cores[1])):
@@ -217,7 +217,7 @@ def test_one_engine_runs_other_constants_and_another_interface(library, lag):
 def test_a_state_goes_to_instances_with_the_same_data_only(library, lag):
     from raw import ERROR, OK
 
-    data = model_data(lag, np.ones(1), "{other}", engine_key(lag))
+    data = model_data(lag, np.ones(1), "{other}", engine_key([lag]))
     with library.instantiate() as ours, library.instantiate() as same, given(library, data, "{other}") as other:
         saved = ours.begin().save()
         assert same.begin().call("SetFMUstate", saved) == OK

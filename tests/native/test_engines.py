@@ -30,30 +30,30 @@ def empty(monkeypatch, tmp_path):
 
 
 def test_an_engine_depends_on_code_alone(lag, tmp_path, monkeypatch):
-    key = engine_key(lag)
+    key = engine_key([lag])
     table = Interface((dataclasses.replace(lag.interface.variables[0], name="tau"), *lag.interface.variables[1:]))
-    assert engine_key(dataclasses.replace(lag, interface=table, faults={}, n_state=9)) == key
-    assert engine_key(dataclasses.replace(lag, step=lag.initialise)) != key
-    assert engine_key(dataclasses.replace(lag, packages=("fmi_export",))) != key
+    assert engine_key([dataclasses.replace(lag, interface=table, faults={}, n_state=9)]) == key
+    assert engine_key([dataclasses.replace(lag, step=lag.initialise)]) != key
+    assert engine_key([dataclasses.replace(lag, packages=("fmi_export",))]) != key
     monkeypatch.setattr(engines, "C_SOURCES", engines.C_SOURCES[1:])
-    assert engine_key(lag) != key
+    assert engine_key([lag]) != key
 
 
 def test_an_engine_is_compiled_once(lag, empty):
-    assert [engine(lag, "win64") for _ in range(3)] == [Engine(b"c", "a compiler")] * 3
-    assert empty == [(lag, "win64")]
+    assert [engine([lag], "win64") for _ in range(3)] == [Engine(b"c", "a compiler")] * 3
+    assert empty == [([lag], "win64")]
 
 
 @pytest.mark.parametrize("name", [engines.LIBRARY, engines.MADE_BY])
 def test_a_damaged_engine_is_compiled_anew(lag, empty, tmp_path, name):
-    whole = engine(lag, "win64")
-    file = tmp_path / "cache" / "engines" / engine_place(lag, "win64") / name
+    whole = engine([lag], "win64")
+    file = tmp_path / "cache" / "engines" / engine_place([lag], "win64") / name
     file.write_bytes(b"d" * len(file.read_bytes()))
-    assert engine(lag, "win64") == whole
+    assert engine([lag], "win64") == whole
     file.unlink()
-    assert engine(lag, "win64") == whole
+    assert engine([lag], "win64") == whole
     assert len(empty) == 3
-    assert engine(lag, "win64") == whole
+    assert engine([lag], "win64") == whole
     assert len(empty) == 3
 
 
@@ -62,23 +62,23 @@ def test_damaged_lowered_kernels_are_lowered_anew(lag, monkeypatch, tmp_path):
     monkeypatch.setattr(engines, "_cache", lambda: tmp_path)
     monkeypatch.setattr(engines, "lower", lambda model: lowered.append(model) or "; the code\n")
     for _ in range(2):
-        assert engines.engine_sources(lag)["kernels.ll"] == "; the code\n"
+        assert engines.engine_sources([lag])["probe_lag.ll"] == "; the code\n"
     (file,) = tmp_path.rglob("*.ll")
     file.write_text("; other code\n")
-    assert engines.engine_sources(lag)["kernels.ll"] == "; the code\n"
+    assert engines.engine_sources([lag])["probe_lag.ll"] == "; the code\n"
     assert len(lowered) == 2
 
 
 def test_an_engine_is_compiled_where_nothing_can_be_kept(lag, empty, tmp_path):
     (tmp_path / "cache").touch()
-    assert engine(lag, "linux64").library == b"c"
+    assert engine([lag], "linux64").library == b"c"
 
 
 def test_a_shipped_engine_is_used_if_it_is_of_the_present_code(lag, empty):
-    Engine(b"shipped", "").write(engines.SHIPPED / engine_place(lag, "linux64"))
-    assert engine(lag, "linux64").library == b"shipped"
+    Engine(b"shipped", "").write(engines.SHIPPED / engine_place([lag], "linux64"))
+    assert engine([lag], "linux64").library == b"shipped"
     other = dataclasses.replace(lag, step=lag.initialise)
-    assert engine(other, "linux64").library == b"c"
+    assert engine([other], "linux64").library == b"c"
 
 
 def without_compilers(folder: str, shipped: str) -> str:
@@ -104,7 +104,7 @@ def without_compilers(folder: str, shipped: str) -> str:
 
 @pytest.mark.usefixtures("compiler")
 def test_a_build_with_a_shipped_engine_needs_no_compiler(lag, native, run_python, tmp_path):
-    engine(lag, host_platform()).write(tmp_path / "shipped" / engine_place(lag, host_platform()))
+    engine([lag], host_platform()).write(tmp_path / "shipped" / engine_place([lag], host_platform()))
     built = run_python(without_compilers, folder=tmp_path, shipped=tmp_path / "shipped")
     assert Path(built).read_bytes() == native(lag).read_bytes()
 
@@ -152,7 +152,7 @@ def hook(empty, monkeypatch):
 def test_a_wheel_contains_the_engines_that_a_build_looks_for(hook, lag, empty):
     hook(None)
     assert {platform for _, platform in empty} == {host_platform()}
-    assert {engine_place(kernels, "win64") for kernels, _ in empty} == {engine_place(lag, "win64")}
+    assert {engine_place(kernels, "win64") for kernels, _ in empty} == {engine_place([lag], "win64")}
 
 
 def test_a_wheel_for_this_machine_is_not_passed_off_as_one_for_any(hook):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from fmi_export.building.units import DISPLAYED, base_unit, display_unit
 from fmi_export.log_categories import LOG_CATEGORIES
@@ -52,6 +52,12 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
         if v.starts_as:
             unknown.set("dependenciesKind", "constant")
     return root
+
+
+def xml_file(root: Element) -> bytes:
+    """Return the content of a modelDescription.xml."""
+    indent(root)
+    return bytes(tostring(root, encoding="utf-8", xml_declaration=True))
 
 
 def own_attributes(model: Model, tool: str, version: str) -> dict[str, str]:

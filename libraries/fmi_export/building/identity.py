@@ -24,7 +24,9 @@ DESCRIBING = (  # files here that decide what an archive holds, beside code and 
 def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
     """Return an identifier that changes with the model, its code, the constants or `flavour`, with nothing else."""
     sha = hashlib.sha256(model.interface.canonical() + flavour.encode())
+    parts = [[part.name, part.model.name, part.every] for part in model.parts]
     facts = [model.name, model.description, [*model.faults.items()], model.step_size, model.variable_step]
+    facts += [parts, repr(model.wiring)]
     sha.update(json.dumps(facts).encode())
     for name, digest in digests(model.packages).items():
         sha.update(f"{name} {digest}".encode())

@@ -19,11 +19,12 @@ from pythonfmu.builder import FmuBuilder
 from amb_files.archive import write_archive
 from amb_files.stages import stage
 from fmi_export import amb_cosim_bootstrap as bootstrap
+from fmi_export.building.description import model_description, xml_file
 from fmi_export.building.documentation import documentation
 from fmi_export.building.guard.libraries import check_guarded, guard, guard_key, library_names
 from fmi_export.building.identity import DOCUMENTATION, digests, guid_of, package_folder
 from fmi_export.building.native.compiler import host_platform
-from fmi_export.building.native.data import model_data, size_of
+from fmi_export.building.native.data import model_data, sizes
 from fmi_export.model import Array, Model
 
 
@@ -56,6 +57,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
         guarding, pythonfmu = library_names(model.name, platform)
         content |= {guarding: one.library, pythonfmu: libraries[guarding]}
     content |= documentation(model, ["pythonfmu"])
+    content["modelDescription.xml"] = xml_file(model_description(model, guid, *_tool()))
     content["resources/model.bin"] = _data(model, constants, guid)
     content["resources/python.txt"] = "\n".join(_this_python()).encode()
     folder.mkdir(parents=True, exist_ok=True)
@@ -102,8 +104,14 @@ def _content(archive: Path) -> dict[str, bytes]:
 
 def _data(model: Model, constants: Array, guid: str) -> bytes:
     """Return what the guard knows of the model: all but the constants, which the kernels in Python have as a file."""
-    n_state, n_work = (size_of(size, constants) for size in (model.n_state, model.n_work))
-    return model_data(replace(model, n_state=n_state, n_work=n_work), np.zeros(0), guid, guard_key())
+    return model_data(_without_constants(model, constants), np.zeros(0), guid, guard_key())
+
+
+def _without_constants(model: Model, constants: Array) -> Model:
+    """Return a model whose sizes do not depend on its constants, nor those of its parts."""
+    n_state, n_work = sizes(model, constants)
+    parts = (replace(p, model=_without_constants(p.model, p.constants), constants=np.zeros(0)) for p in model.parts)
+    return replace(model, n_state=n_state, n_work=n_work, parts=tuple(parts))
 
 
 def _this_python() -> tuple[str, str]:
@@ -116,7 +124,7 @@ def _this_python() -> tuple[str, str]:
 
 def _script(model: Model) -> Path:
     """Return the script that PythonFMU loads; raises ValueError if the model's package has none."""
-    script = package_folder(model.packages[0]) / f"{model.name}_fmu.py"
+    script = package_folder(model.packages[0]) / f"{model.packages[0]}_fmu.py"
     if not script.is_file():
         raise ValueError(
             f"model {model.name} has no script {script}; the first of its packages must contain one that names the "
@@ -126,14 +134,24 @@ def _script(model: Model) -> Path:
 
 
 def _build_facts(model: Model, guid: str) -> dict[str, object]:
-    versions = {name: importlib.metadata.version(name) for name in ("amb-cosim", "pythonfmu")}
-    return {
-        "model": model.name,
-        "guid": guid,
-        "version": versions["amb-cosim"],
-        "tool": f"amb-cosim {versions['amb-cosim']} with PythonFMU {versions['pythonfmu']}",
-        "packages": digests(model.packages),
-    }
+    packages = digests(model.packages)
+    return {"model": model.name, "guid": guid, "version": _tool()[1], "parts": _parts(model), "packages": packages}
+
+
+def _parts(model: Model) -> dict[str, tuple[str, int, int]]:
+    """Return the module with the kernels of each part of an assembly, and where its constants begin and end."""
+    places, end = {}, 0
+    for part in model.parts:
+        kernel = getattr(part.model.step, "py_func", part.model.step)
+        places[part.name] = (kernel.__module__, end, end + len(part.constants))
+        end += len(part.constants)
+    return places
+
+
+def _tool() -> tuple[str, str]:
+    """Return what generates an FMU, and the version of it."""
+    own, other = (importlib.metadata.version(name) for name in ("amb-cosim", "pythonfmu"))
+    return f"amb-cosim {own} with PythonFMU {other}", own
 
 
 @contextmanager

@@ -7,7 +7,7 @@ experiment      Experiment: times, events, profiles, stop conditions, recording;
 assignments     values of parameters and inputs, with units
 simulation      assemble, run_plan: from a system and a plan to a recording
 run             simulate a system file: all of the above in one call
-master          the algorithm, in plain Python; compiled: the same in C, by loop.c and loop_library
+master          the algorithm, in plain Python; compiled: the same in C, by loop.c of fmi_export and loop_library
 component       one FMU instance; fmu_interface: what its modelDescription says
 recorder        what is kept; dataset: the same with labels and units, as signals; netcdf: their file
 choices         what a user chooses between; errors: of FMUs and runs; interruption: Ctrl-C and SIGTERM

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from ctypes import CDLL
 from functools import cache
@@ -11,8 +10,9 @@ from pathlib import Path
 from amb_cosim.cosim.cache import cache_folder
 from amb_files.kept import keep
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
+from fmi_export.building.native.engines import HERE, digest_of
 
-SOURCE = Path(__file__).parent / "loop.c"
+SOURCES = ("loop.c", "loop.h")  # of every engine too
 SHIPPED = Path(__file__).parent / "loops"  # in an installed package
 
 
@@ -35,8 +35,7 @@ def load_loop() -> Callable[..., None] | None:
 
 def loop_place(platform: str) -> Path:
     """Return where the library for a platform is, below the folder of all of them."""
-    digest = hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:32]
-    return Path(platform, f"loop-{digest}{PLATFORMS[platform][0]}")
+    return Path(platform, f"loop-{digest_of('', *SOURCES)}{PLATFORMS[platform][0]}")
 
 
 def compile_loop(platform: str) -> bytes:
@@ -47,4 +46,5 @@ def compile_loop(platform: str) -> bytes:
     ValueError
         If there is no such platform, or the compiler is missing.
     """
-    return compile_library("loop", {SOURCE.name: SOURCE.read_text(encoding="utf-8")}, platform)
+    sources = {name: (HERE / name).read_text(encoding="utf-8") for name in SOURCES}
+    return compile_library("loop", sources | {"loop_library.h": ""}, platform)

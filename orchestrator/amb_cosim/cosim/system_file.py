@@ -89,8 +89,20 @@ def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> 
     )
 
 
-def load_experiment(name: str | Path) -> tuple[Experiment, Values]:
+def is_system(name: str | Path) -> bool:
+    """Return whether a name is that of a system that comes with the package, or of a file with components or a run."""
+    path = Path(name)
+    keys = read_toml(path, f"file {name}").keys() if path.is_file() else ()
+    return str(name) in packaged_systems() or not {"component", "connect", "experiment"}.isdisjoint(keys)
+
+
+def load_experiment(name: str | Path, without: Experiment | None = None) -> tuple[Experiment, Values]:
     """Read the experiment of a system file: the run, and the first values of inputs.
+
+    Parameters
+    ----------
+    without
+        What is returned for a file that has none.
 
     Raises
     ------
@@ -98,6 +110,8 @@ def load_experiment(name: str | Path) -> tuple[Experiment, Values]:
         If the file has no table `experiment`, or it is wrong.
     """
     table = _table(str(name)).experiment
+    if table is None and without is not None:
+        return without, {}
     if table is None:
         raise ValueError(f"system {name} has no table [experiment], which says what is run")
     try:

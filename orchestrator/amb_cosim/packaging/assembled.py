@@ -1,20 +1,23 @@
-"""The levitated rotor as one FMU: controller, actuator and plant of a system, with a scenario's start values."""
+"""Systems as one FMU: the levitated rotor, or any other whose components are models, with a scenario's start values."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-from amb_cosim.cosim.choices import Flavour, Fmi
+import numpy as np
+
+from amb_cosim.cosim.choices import Coupling, Flavour, Fmi
+from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
-from amb_cosim.cosim.fmus import build_models, model_source
+from amb_cosim.cosim.fmus import build_models, model_source, models
 from amb_cosim.cosim.patterns import expand
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.system import System
-from amb_cosim.cosim.system_file import load_system
+from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
 from amb_cosim.packaging.models import Made
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import plan_scenario
@@ -25,8 +28,13 @@ if TYPE_CHECKING:
     from fmi_export.model import Model
 
 NAME = "levitated_rotor"
+DESCRIPTION = (
+    "Flexible rotor levitated by magnetic bearings under sampled control, in one: rotor_contact, amb_actuator and "
+    "rolac_controller"
+)
 SYSTEM = "levitated"  # what is assembled without a scenario
-IN_ORDER = (CONTROLLER, ACTUATOR, PLANT)  # models of the components, as they step
+IN_ORDER = (CONTROLLER, ACTUATOR, PLANT)  # models of the components of what is called so, as they step
+STEP_SIZE = 250e-6  # s, communication step where nothing says it
 
 
 def build_assembled(
@@ -38,13 +46,15 @@ def build_assembled(
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
 ) -> Path:
-    """Write the FMU `levitated_rotor`, which holds rotor, actuator and controller, into a folder and return its path.
+    """Write one FMU with all components of a system into a folder and return its path.
+
+    It is `levitated_rotor` where these are controller, actuator and rotor, and called like the system otherwise.
 
     Parameters
     ----------
     scenario
         Whose system is assembled, of whose rotor, and whose parameters and first inputs are the start values: a
-        `Scenario`, a name or the path of a TOML file; the system `levitated` by default.
+        `Scenario`, a name or the path of a TOML file; the path of a system file; the system `levitated` by default.
     rotor, receptances
         In place of the scenario's; see `build`.
     folder, flavour, platforms, fmi
@@ -53,7 +63,8 @@ def build_assembled(
     Raises
     ------
     ValueError
-        If the scenario or a file is wrong, its system is not of these three components, or the FMU cannot be built.
+        If the scenario or a file is wrong, a component of the system is no model, its coupling is iterative, or the FMU
+        cannot be built.
     """
     options = {"scenario": scenario, "rotor": rotor, "receptances": receptances}
     (path,) = build_models((NAME,), Path(folder), flavour, platforms, fmi, **options)
@@ -67,43 +78,95 @@ def levitated_rotor(
     **_: Any,
 ) -> Made:
     """Return the assembled model and its constants; see `build_assembled` for the arguments and errors."""
-    if scenario is not None and not isinstance(scenario, Scenario):
-        scenario = load_scenario(str(scenario))
-    system = _system(scenario)
-    rotor = rotor or (scenario.rotor if scenario else None)
-    receptances = receptances or (scenario.receptances if scenario else None)
+    from fmi_export.model import with_starts
+
+    file = scenario if isinstance(scenario, str | Path) and is_system(scenario) else None
+    if scenario is None or file is not None:
+        scenario, system = None, load_system(file or SYSTEM)
+    else:
+        scenario = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
+        system = _system(scenario)
+        rotor, receptances = rotor or scenario.rotor, receptances or scenario.receptances
     table = None if receptances is None else Path(receptances)
-    made = {c.name: model_source(c.fmu, rotor=rotor, receptances=table) for c in system.components}
+    made = made_for(system, rotor=rotor, receptances=table)
     interfaces = {name: _interface(model) for name, (model, _) in made.items()}
     system = expand(system, interfaces)
     system.check(interfaces)
-    parameters, inputs = _values(Assembly(system, {}, interfaces), scenario, rotor)
-    controller = system.components[0].name
+    assembly = Assembly(system, {}, interfaces)
+    if scenario is None:
+        plan = _plan(assembly, file)
+    else:
+        plan = plan_scenario(scenario.model_copy(update={"rotor": None if rotor is None else str(rotor)}), assembly)
     if table is not None:
         from amb_cosim.design.rotor_models import check_loop
 
-        check_loop(table, parameters[controller], rotor)
-    return _made(system, made, parameters, inputs)
+        controllers = [c.name for c in system.components if c.fmu == CONTROLLER]
+        for controller in controllers:
+            check_loop(table, plan.parameters[controller], rotor)
+    model, constants = assembled(plan, made, scenario.coupling if scenario else None)
+    given = {f"{component}.{name}": value for component, of in plan.parameters.items() for name, value in of.items()}
+    return with_starts(model, given | dict(plan.inputs)), constants
 
 
-def _system(scenario: Scenario | None) -> System:
-    """Return the system of a scenario; raises ValueError unless it can be assembled."""
-    if scenario is None:
-        return load_system(SYSTEM)
+def made_for(system: System, **options: Any) -> dict[str, Made]:
+    """Return model and constants of each component of a system.
+
+    Raises
+    ------
+    ValueError
+        If a component is no model, or cannot be made with these options.
+    """
+    files = [component.name for component in system.components if component.fmu not in models()]
+    if files:
+        raise ValueError(
+            f"{', '.join(files)} of system {system.name} cannot be assembled: only models can, {', '.join(models())}"
+        )
+    return {c.name: model_source(c.fmu, **options) for c in system.components}
+
+
+def assembled(plan: Plan, made: Mapping[str, Made], coupling: Coupling | None = None) -> Made:
+    """Return the model of a planned system whose components are these models, and its constants.
+
+    Steps are cut at the samples of the one component that has a sample time, else at the communication step.
+
+    Parameters
+    ----------
+    coupling
+        In place of the system's.
+
+    Raises
+    ------
+    ValueError
+        If the coupling is iterative.
+    """
+    from fmi_export.model import Part
+    from levitated_rotor.assembly import Composite
+    from levitated_rotor.model import model_for
+
+    system = plan.system
+    coupling = coupling or system.coupling
+    if coupling == "iterative":
+        raise ValueError("coupling = 'iterative' is not allowed in an assembly; it must be 'gauss_seidel' or 'jacobi'")
+    composite = Composite(
+        tuple(Part(c.name, *made[c.name], c.every) for c in system.components),
+        {link.target: link.source for link in system.connections},
+        {signal.name: signal.targets for signal in system.signals},
+        plan.step_size,
+        coupling == "jacobi",
+    )
+    constants = np.concatenate([part.constants for part in composite.parts])
+    if tuple(c.fmu for c in system.components) == IN_ORDER and coupling == "gauss_seidel":
+        return model_for(composite, NAME, DESCRIPTION), constants
+    name = re.sub(r"\W", "_", system.name, flags=re.ASCII)
+    description = system.description or f"System {system.name}"
+    return model_for(composite, f"_{name}" if name[0].isdigit() else name, description), constants
+
+
+def _system(scenario: Scenario) -> System:
+    """Return the system of a scenario."""
     system = load_system(scenario.system, {"gradient": scenario.gradient})
     for component, fmu in scenario.fmu.items():
         system = system.with_fmu(component, fmu)
-    found = tuple(component.fmu for component in system.components)
-    if found != IN_ORDER:
-        raise ValueError(
-            f"{NAME} is assembled of {', '.join(IN_ORDER)}, in this order; system {system.name} of scenario "
-            f"{scenario.name} has {', '.join(found)}"
-        )
-    coupling = scenario.coupling or system.coupling
-    if coupling != "gauss_seidel":
-        raise ValueError(
-            f"{NAME} couples its parts in Gauss-Seidel order; scenario {scenario.name} asks for {coupling}"
-        )
     return system
 
 
@@ -117,36 +180,11 @@ def _interface(model: Model) -> FmuInterface:
         return read_interface(folder, model.name)
 
 
-def _values(
-    assembly: Assembly, scenario: Scenario | None, rotor: str | Path | None
-) -> tuple[Mapping[str, Mapping[str, float]], Mapping[str, float]]:
-    """Return parameters by component and inputs by name that a scenario, or the system alone, gives values."""
-    if scenario is None:
-        values = assembly.assignments()
-        return values.parameters, values.inputs
-    plan = plan_scenario(scenario.model_copy(update={"rotor": None if rotor is None else str(rotor)}), assembly)
-    return plan.parameters, plan.inputs
-
-
-def _made(
-    system: System,
-    made: Mapping[str, Made],
-    parameters: Mapping[str, Mapping[str, float]],
-    inputs: Mapping[str, float],
-) -> Made:
-    from fmi_export.model import with_starts
-    from levitated_rotor.assembly import Assembly as Parts
-    from levitated_rotor.assembly import Part
-    from levitated_rotor.constants import constants_of
-    from levitated_rotor.model import model_for
-
-    controller, actuator, plant = (Part(name, model) for name, (model, _) in made.items())
-    start = {f"{component}.{name}": value for component, of in parameters.items() for name, value in of.items()}
-    parts = Parts(
-        (controller, actuator, plant),
-        {link.target: link.source for link in system.connections},
-        {signal.name: signal.targets for signal in system.signals},
-    )
-    model = with_starts(model_for(parts), start | dict(inputs))
-    step_size = model.interface[f"{controller.name}.sample_time"].start
-    return replace(model, step_size=step_size), constants_of(parts, [constants for _, constants in made.values()])
+def _plan(assembly: Assembly, file: str | Path | None) -> Plan:
+    """Return what the experiment of a system file says, if it has one."""
+    experiment, values = Experiment(STEP_SIZE, STEP_SIZE), assembly.assignments()
+    if file is not None:
+        experiment, inputs = load_experiment(file, experiment)
+        for name, raw in inputs.items():
+            values.give(name, raw, only="input")
+    return plan_experiment(experiment, values)

@@ -5,7 +5,7 @@
 
 #include "engine_key.h" /* ENGINE_KEY */
 
-enum { VERSION = 3 };
+enum { VERSION = 4 };
 static const char MAGIC[8] = "ambdata"; /* and a zero */
 static const uint64_t MOST = 1u << 28; /* of anything, so that no size overflows */
 
@@ -48,7 +48,7 @@ static int sizes_are_possible(const Header *header)
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
         if (counts[i] > MOST)
             return 0;
-    return header->n_outputs > 0 && header->n_text > 0 && memchr(header->guid, '\0', GUID_SIZE);
+    return header->n_outputs > 0 && header->n_text > 0 && header->n_parts <= MOST_PARTS && memchr(header->guid, '\0', GUID_SIZE);
 }
 
 /* Whether all texts, pieces and variables that are referred to exist. */
@@ -121,6 +121,9 @@ Data data_in(const unsigned char *bytes)
         .n_constants = (int64_t)header->n_constants,
         .n_faults = (int64_t)header->n_faults,
         .n_warnings = (int64_t)header->n_warnings,
+        .n_text = header->n_text,
+        .kernels = header->kernels,
+        .n_parts = header->n_parts,
     };
     data.constants = (const double *)(header + 1);
     data.start_values = data.constants + header->n_constants;

@@ -3,7 +3,7 @@
        header | constants | start values | minima | maxima | faults | warnings | variables | pieces | types | text |
        checksum
 
-   Numbers are little-endian, as all processors here have them. The engine, which is this library, reads the bytes where
+   The constants of an assembly are its wiring, its parts, tables and the data of each part; see `Wiring`. Numbers are little-endian, as all processors here have them. The engine, which is this library, reads the bytes where
    they are; they must begin at a multiple of 16, so that the header and the constants do. */
 
 #ifndef AMB_DATA_H
@@ -23,8 +23,9 @@ typedef struct {
     uint64_t version;
     char key[KEY_SIZE]; /* of the engine that the data are for, without a final zero */
     char guid[GUID_SIZE];
-    uint64_t n_parameters, n_inputs, n_outputs, n_state, n_work, n_constants, n_faults, n_warnings, n_pieces,
-        n_text;
+    uint64_t n_parameters, n_inputs, n_outputs, n_state, n_work, n_constants, n_faults, n_warnings, n_pieces, n_text;
+    uint64_t kernels; /* number of the model among those of the engine */
+    uint64_t n_parts; /* 0 of a model with kernels of its own */
 } Header;
 
 /* Texts are given by their place in `text`. */
@@ -49,10 +50,33 @@ typedef struct {
     uint32_t first_piece, n_pieces;
 } Sentence;
 
+/* What the constants of an assembly begin with. `Part` for each part follows, and these tables of int64_t:
+
+       sources:  position of what feeds each input of each part; the inputs of the assembly come first, then the outputs of
+                 the parts in turn, without their fault codes, which are its outputs
+       ramps:    position of an input of the assembly, and of the input that is its slope over a step
+       gathered: an output that tells of all of a step, and 1 if it is summed, or 0 if its largest value counts */
+typedef struct {
+    int64_t n_sources, n_ramps, n_gathered;
+    int64_t jacobi;      /* whether all parts see what the others show at the beginning of a step */
+    int64_t sample_time; /* parameter that is the time between two instants at which steps are cut, or -1 */
+    double step_size;    /* that time (s), if none is */
+} Wiring;
+
+typedef struct {
+    uint64_t name;     /* of the component, its place in `text` */
+    uint64_t data;     /* first byte of its data, counted from the constants; a multiple of 16 */
+    uint64_t size;     /* of its data in bytes */
+    int64_t n_samples; /* instants that a step of it spans */
+} Part;
+
+enum { MOST_PARTS = 8 }; /* so that fault codes can say which; as in `fmi_export/model.py` */
+
 /* Where everything is. Variables are ordered parameters, inputs, outputs; the last output is the fault code. */
 typedef struct {
     const char *guid;
     int64_t n_parameters, n_inputs, n_outputs, n_values, n_state, n_work, n_constants, n_faults, n_warnings;
+    uint64_t n_text, kernels, n_parts;
     const double *constants, *start_values, *minima, *maxima;
     const Sentence *faults, *warnings;
     const Variable *variables;

@@ -10,45 +10,47 @@ from collections.abc import Mapping
 import numpy as np
 
 from fmi_export.building.arrays import lengths
-from fmi_export.model import STEP_SIZE, Array, Model, Size
+from fmi_export.model import STEP_SIZE, Array, Model, Size, Wiring
 from fmi_export.variables import Type, Variable
 
-MAGIC, VERSION = b"ambdata\0", 3
+MAGIC, VERSION = b"ambdata\0", 4
 TYPES: tuple[Type, ...] = ("Real", "Integer", "Boolean")
 NUMBER = 32  # characters that a number in a sentence may take
 ROOM = 3584  # bytes of the longest sentence of a model; the slave adds some of its own, up to TEXT_SIZE
 
 
-def model_data(model: Model, constants: Array, guid: str, key: str) -> bytes:
+def model_data(model: Model, constants: Array, guid: str, key: str, kernels: int = 0) -> bytes:
     """Return the data of an FMU.
 
     Parameters
     ----------
     model, constants
-        The model and its constants, flat float64.
+        The model and its constants, flat float64; an assembly has those of its parts.
     guid
         Of the FMU.
-    key
-        Of the engine that runs it; see `engines.engine_key`.
+    key, kernels
+        Of the engine that runs it, see `engines.engine_key`, and the number of the model among its `compiled` ones.
 
     Raises
     ------
     ValueError
         If the sentence of a fault names an unknown variable, a sentence is too long, or an array of FMI 3.0 is none.
     """
-    constants = np.ascontiguousarray(constants, dtype="<f8")
     table, texts = model.interface, _Texts(model.name)
     described = zip(table.variables, lengths(table), strict=True)
     variables = b"".join(_variable(v, length, texts) for v, length in described)
     pieces: list[bytes] = []
     faults = _sentences(model, model.faults, pieces, texts)
     warnings = _sentences(model, table.warnings, pieces, texts)
+    if model.wiring:
+        content = _wired(model, model.wiring, guid, key, texts)
+    else:
+        content = np.ascontiguousarray(constants, dtype="<f8").tobytes()
     counts = (
-        *(table.n_parameters, table.n_inputs, table.n_outputs),
-        *(size_of(model.n_state, constants), size_of(model.n_work, constants), len(constants)),
-        *(len(model.faults), len(table.warnings), len(pieces), len(texts.content)),
+        *(table.n_parameters, table.n_inputs, table.n_outputs, *sizes(model, constants), len(content) // 8),
+        *(len(model.faults), len(table.warnings), len(pieces), len(texts.content), kernels, len(model.parts)),
     )
-    parts = [HEADER.pack(MAGIC, VERSION, key.encode(), guid.encode(), *counts), constants.tobytes()]
+    parts = [HEADER.pack(MAGIC, VERSION, key.encode(), guid.encode(), *counts), content]
     parts += [np.asarray(numbers, "<f8").tobytes() for numbers in (table.start, table.minimum, table.maximum)]
     parts += [faults, warnings, variables, b"".join(pieces)]
     parts += [bytes(TYPES.index(v.type) for v in table.variables), bytes(texts.content)]
@@ -56,7 +58,9 @@ def model_data(model: Model, constants: Array, guid: str, key: str) -> bytes:
     return content + struct.pack("<I", zlib.crc32(content))
 
 
-HEADER = struct.Struct("<8sQ32s48s10Q")
+HEADER = struct.Struct("<8sQ32s48s12Q")
+WIRING = struct.Struct("<5qd")
+PART = struct.Struct("<3Qq")
 VARIABLE = struct.Struct("<5I")
 PIECE = struct.Struct("<Ii")
 SENTENCE = struct.Struct("<qII")
@@ -83,9 +87,49 @@ class _Texts:
             raise ValueError(f"{self.model}: an FMU has {ROOM} bytes for a sentence; {size} are too many: {sentence}")
 
 
-def size_of(size: Size, constants: Array) -> int:
-    """Return the size of an array of a model, at least 1."""
+def sizes(model: Model, constants: Array) -> tuple[int, int]:
+    """Return the sizes of state and work array of a model, each at least 1; of an assembly as `assembly.c` has them."""
+    if not model.parts:
+        return _size(model.n_state, constants), _size(model.n_work, constants)
+    n_state, n_work = 2, 0  # a clock
+    table = model.interface
+    n_state += _even(table.n_inputs + table.n_outputs - 1)
+    for part in model.parts:
+        own, (state, work) = part.model.interface, sizes(part.model, part.constants)
+        n_state += _even(len(own.variables)) + _even(state)
+        n_work += _even(own.n_outputs) + _even(work)
+    return n_state, n_work
+
+
+def _size(size: Size, constants: Array) -> int:
     return max(size(constants) if callable(size) else size, 1)
+
+
+def _even(size: int) -> int:
+    return size + size % 2
+
+
+def _wired(model: Model, wiring: Wiring, guid: str, key: str, texts: _Texts) -> bytes:
+    """Return the constants of an assembly: its wiring, places of its parts, tables, and the data of each part."""
+    counts = len(wiring.sources), len(wiring.ramps), len(wiring.gathered)
+    time = wiring.sample_time
+    fixed, parameter = (0.0, model.interface.position[time]) if isinstance(time, str) else (time, -1)
+    pairs = [number for pair in (*wiring.ramps, *wiring.gathered) for number in pair]
+    tables = np.array([*wiring.sources, *pairs], "<i8").tobytes()
+    content = _padded(bytes(WIRING.size + len(model.parts) * PART.size) + tables)
+    places = []
+    names = [one.name for one in model.compiled]
+    for part in model.parts:
+        data = model_data(part.model, part.constants, guid, key, names.index(part.model.name))
+        places.append(PART.pack(texts.place(part.name), len(content), len(data), part.every))
+        content += _padded(data)
+    head = WIRING.pack(*counts, wiring.jacobi, parameter, fixed) + b"".join(places)
+    return head + content[len(head) :]
+
+
+def _padded(content: bytes) -> bytes:
+    """Return bytes up to a multiple of 16."""
+    return content.ljust(-(-len(content) // 16) * 16, b"\0")
 
 
 def _variable(v: Variable, length: int, texts: _Texts) -> bytes:

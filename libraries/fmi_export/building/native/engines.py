@@ -1,7 +1,7 @@
-"""Engines: the machine code of a model for a platform, which its FMUs share whatever their interface and constants are.
+"""Engines: the machine code of models for a platform, which their FMUs share whatever interface and constants are.
 
-An engine is the slave in C and the two lowered kernels. It is shipped inside the installed package, or was compiled
-before and is in the user's cache, or is compiled now.
+An engine is the slave in C and the two lowered kernels of a model, or of each model of an assembly. It is shipped
+inside the installed package, or was compiled before and is in the user's cache, or is compiled now.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,8 +28,8 @@ SHIPPED = HERE / "engines"  # in an installed package
 HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
 SLAVE = (  # an instance as hosts of FMI 2.0 run it, without the kernels
     *(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform")),
-    *("data.h", "instance.h", "kernels.h", "resources.h", "slave.h"),
-    *("data.c", "fmi2.c", "instance.c", "resources.c", "saved.c", "slave.c", "values.c"),
+    *("assembly.h", "data.h", "instance.h", "kernels.h", "loop.h", "resources.h", "slave.h"),
+    *("assembly.c", "data.c", "fmi2.c", "instance.c", "loop.c", "resources.c", "saved.c", "slave.c", "values.c"),
 )
 C_SOURCES = (
     *SLAVE,
@@ -39,6 +39,7 @@ C_SOURCES = (
 LOWERING = ("lowering.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")
 LIBRARY, MADE_BY, KERNELS = "library", "made_by.txt", "kernels.ll"  # file names
+ENTRY = "@kernel_"  # begins the names of lowered functions
 
 
 @dataclass(frozen=True)
@@ -63,23 +64,23 @@ class Engine:
         keep(folder, fill)
 
 
-def engine_key(model: Kernels) -> str:
+def engine_key(models: Sequence[Kernels]) -> str:
     """Return an identifier, 32 hexadecimal digits, that changes with the code of kernels and slave, with nothing else.
 
     Neither numba nor the C compiler is asked.
     """
-    return digest_of(_kernels(model), *C_SOURCES, *LOWERING, *COMPILING)
+    return digest_of([_kernels(model) for model in models], *C_SOURCES, *LOWERING, *COMPILING)
 
 
-def engine(model: Kernels, platform: str) -> Engine:
-    """Return the engine of a model for one of `TARGETS`.
+def engine(models: Sequence[Kernels], platform: str) -> Engine:
+    """Return the engine of models for one of `TARGETS`.
 
     Raises
     ------
     ValueError
         If it must be compiled, and a compiler is missing or a kernel needs Python when it runs.
     """
-    return find_or_compile(engine_place(model, platform), lambda: _compile(model, platform))
+    return find_or_compile(engine_place(models, platform), lambda: _compile(models, platform))
 
 
 def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
@@ -97,23 +98,28 @@ def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
     return compiled
 
 
-def engine_place(model: Kernels, platform: str) -> Path:
-    """Return where the engine of a model is, below the folder of all engines."""
-    return Path(platform, f"{model.name}-{engine_key(model)}")
+def engine_place(models: Sequence[Kernels], platform: str) -> Path:
+    """Return where the engine of models is, below the folder of all engines."""
+    return Path(platform, f"{_name(models)}-{engine_key(models)}")
 
 
-def engine_sources(model: Kernels) -> dict[str, str]:
-    """Return the sources of an engine by file name: the slave, the key, the lowered kernels."""
+def engine_sources(models: Sequence[Kernels]) -> dict[str, str]:
+    """Return the sources of an engine by file name: the slave, the key, the lowered kernels of each model."""
     sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
-    key = f'#define ENGINE_KEY "{engine_key(model)}"\n'
-    return sources | {"engine_key.h": key, KERNELS: _lowered(model)}
+    named = "".join(f" M({model.name})" for model in models)
+    sources["engine_key.h"] = f'#define ENGINE_KEY "{engine_key(models)}"\n#define MODELS(M){named}\n'
+    return sources | {f"{m.name}.ll": _lowered(m).replace(ENTRY, f"@{m.name}_") for m in models}
 
 
-def _compile(model: Kernels, platform: str) -> Engine:
-    purpose = f"there is no engine of {model.name} for {platform} yet (flavour python takes none); compiling it"
+def _name(models: Sequence[Kernels]) -> str:
+    return "-".join(model.name for model in models)
+
+
+def _compile(models: Sequence[Kernels], platform: str) -> Engine:
+    purpose = f"there is no engine of {_name(models)} for {platform} yet (flavour python takes none); compiling it"
     require("native", purpose, "numba", "ziglang")
     check_compiler()
-    library = compile_library(model.name, engine_sources(model), platform)
+    library = compile_library(models[0].name, engine_sources(models), platform)
     return Engine(library, "numba {numba}, ziglang {ziglang}".format(**_versions("numba", "ziglang")))
 
 

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "assembly.h"
 #include "kernels.h"
 
 /* Append to a text of TEXT_SIZE; what does not fit is left out. */
@@ -114,11 +115,14 @@ static int64_t check_given(Run *run)
     return run_stop(run, FAULT_RANGE + i, outcome->reason);
 }
 
-/* Publish the outputs if the kernel did not fail, returned no fault, and each output is in its range. */
+/* Publish the outputs if no part has stopped the run, the kernel did not fail, returned no fault, and each output is in its
+   range. */
 static int64_t finish(Run *run, const char *failure, int64_t fault)
 {
     const Data *data = &run->data;
     char *reason = run->outcome->reason;
+    if (run->outcome->fault)
+        return run->outcome->fault;
     if (failure)
         return run_stop(run, FAULT_INTERNAL, failure);
     if (fault == UNCHANGED)
@@ -143,6 +147,19 @@ static int64_t finish(Run *run, const char *failure, int64_t fault)
     return 0;
 }
 
+int run_open(Run *run, const char *name, const char *location, char *reason)
+{
+    return run->data.n_parts ? open_assembly(run, location, reason) : open_kernels(run, name, location, reason);
+}
+
+void run_close(Run *run)
+{
+    if (run->assembly)
+        close_assembly(run);
+    else
+        close_kernels(run);
+}
+
 void run_clear(Run *run)
 {
     const Data *data = &run->data;
@@ -156,17 +173,22 @@ void run_clear(Run *run)
 int64_t run_initialise(Run *run)
 {
     const Data *data = &run->data;
+    const char *failure = NULL;
     int64_t fault = 0;
     run->outcome->fault = 0;
     if (check_given(run))
         return run->outcome->fault;
     memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
-    const char *failure = call_initialise(run, &fault);
+    if (run->assembly)
+        fault = initialise_assembly(run);
+    else
+        failure = call_initialise(run, &fault);
     return finish(run, failure, fault);
 }
 
 int64_t run_step(Run *run, double time, double step_size)
 {
+    const char *failure = NULL;
     int64_t fault = 0;
     if (!(step_size > 0.0 && isfinite(step_size))) {
         char *reason = run->outcome->reason;
@@ -179,6 +201,9 @@ int64_t run_step(Run *run, double time, double step_size)
     if (check_given(run))
         return run->outcome->fault;
     run->step_size = step_size;
-    const char *failure = call_step(run, time, step_size, &fault);
+    if (run->assembly)
+        fault = step_assembly(run, time, step_size);
+    else
+        failure = call_step(run, time, step_size, &fault);
     return finish(run, failure, fault);
 }

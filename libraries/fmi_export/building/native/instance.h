@@ -23,7 +23,8 @@ typedef struct {
    `state`, `work` and the constants begin at multiples of 16 bytes. */
 typedef struct {
     Data data;
-    struct Kernels *kernels; /* what calls them, if it is more than a function */
+    struct Kernels *kernels;   /* what calls them, if it is more than a function */
+    struct Assembly *assembly; /* what steps the parts, of an assembly alone */
     double *values, *state;
     Outcome *outcome;
     double *next_outputs, *work;
@@ -32,6 +33,11 @@ typedef struct {
 } Run;
 
 #pragma GCC visibility push(hidden)
+
+/* Make ready what a run calls, by the name of its instance and the location of its resources; 0 with a `reason` (TEXT_SIZE)
+   if there is none. */
+int run_open(Run *run, const char *name, const char *location, char *reason);
+void run_close(Run *run);
 
 /* Start values, and no state. */
 void run_clear(Run *run);

@@ -7,10 +7,9 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal
-from xml.etree import ElementTree
 
 from amb_files.archive import write_archive
-from fmi_export.building.description import model_description
+from fmi_export.building.description import model_description, xml_file
 from fmi_export.building.description3 import model_description3
 from fmi_export.building.documentation import documentation
 from fmi_export.building.identity import guid_of
@@ -48,8 +47,8 @@ def build_native_fmu(
     """
     chosen = check_platforms([host_platform()] if platforms is None else platforms)
     guid = native_guid(model, constants, fmi)
-    data = model_data(model, constants, guid, engine_key(model))
-    engines = {platform: engine(model, platform) for platform in chosen}
+    data = model_data(model, constants, guid, engine_key(model.compiled))
+    engines = {platform: engine(model.compiled, platform) for platform in chosen}
     made_by = sorted({one.made_by for one in engines.values()})
     content = {"modelDescription.xml": _description(model, guid, made_by, fmi), "resources/model.bin": data}
     for platform, one in engines.items():
@@ -63,15 +62,12 @@ def build_native_fmu(
 
 def native_guid(model: Model, constants: Array, fmi: Fmi = 2) -> str:
     """Return an identifier that changes with interface, code (of the native slave too), constants and FMI version."""
-    return guid_of(model, constants, f"native {'FMI 3.0 ' if fmi == 3 else ''}{engine_key(model)}")
+    return guid_of(model, constants, f"native {'FMI 3.0 ' if fmi == 3 else ''}{engine_key(model.compiled)}")
 
 
 def _description(model: Model, guid: str, made_by: list[str], fmi: Fmi) -> bytes:
     version = importlib.metadata.version("amb-cosim")
     tool = f"amb-cosim {version} with {'; '.join(made_by)}"
     if fmi == 3:
-        root = model_description3(model, guid, tool, version)
-    else:
-        root = model_description(model, guid, tool, version, needs_tool=False)
-    ElementTree.indent(root)
-    return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
+        return xml_file(model_description3(model, guid, tool, version))
+    return xml_file(model_description(model, guid, tool, version, needs_tool=False))

@@ -10,7 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernels.h"
 #include "resources.h"
 
 /* Log ------------------------------------------------------------------------------------------------------------ */
@@ -197,7 +196,7 @@ static Instance *load(const char *name, const char *guid, const char *location, 
     else if (!(instance = allocate(bytes, size, name)))
         snprintf(reason, TEXT_SIZE, "there is no memory for another instance");
     free(bytes);
-    if (!instance || open_kernels(&instance->run, instance->name, location, reason))
+    if (!instance || run_open(&instance->run, instance->name, location, reason))
         return instance;
     free(instance);
     return NULL;
@@ -225,7 +224,7 @@ Instance *slave_new(const char *name, const char *guid, const char *location, co
 void slave_free(Instance *instance)
 {
     if (instance)
-        close_kernels(&instance->run);
+        run_close(&instance->run);
     free(instance);
 }
 

@@ -1,76 +1,6 @@
-/* The loop of the master, calling FMI functions directly; `compiled.py` hands it the data and says what they mean.
- *
- * It does what the loop in `master.py` does, operation by operation. Structures are the NamedTuples of the same name;
- * `size` is the length of their first array. Products and sums are rounded apart (-ffp-contract=off), as in Python.
- */
-
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#ifdef _WIN32
-#define EXPORT __declspec(dllexport)
-#else
-#define EXPORT __attribute__((visibility("default")))
-#endif
-
-typedef int Exchange(void *instance, const uint32_t *references, size_t size, void *values);
-typedef int DoStep(void *instance, double time, double step_size, int no_way_back);
-
-typedef struct {
-  const intptr_t *of;
-  Exchange *const *function;
-  const uint32_t *const *references_at;
-  void *const *values_at;
-  const bool *real, *direct;
-  const intptr_t *first, *positions;
-  const uint32_t *references;
-  double *reals;
-  int32_t *integers;
-  intptr_t size;
-} Calls;
-
-typedef struct {
-  void *const *instance;
-  DoStep *const *do_step;
-  const intptr_t *every;
-  const double *step_sizes;
-  Calls sends, fetches, needed;
-  double *values;
-  double start_time, step_size;
-  bool jacobi;
-  intptr_t size;
-} Program;
-
-typedef struct {
-  const intptr_t *points, *positions;
-  const double *values;
-  intptr_t size;
-} Changes;
-
-typedef struct {
-  const intptr_t *positions;
-  intptr_t first, every;
-  intptr_t *points;
-  double *table;
-  intptr_t size;
-} RecordBuffer;
-
-typedef struct {
-  const intptr_t *positions;
-  const double *signs, *limits;
-  intptr_t *since;
-  const intptr_t *hold;
-  intptr_t size;
-} Conditions;
-
-typedef struct {
-  intptr_t reached, row, component, call, status, met;
-} End;
+#include "loop.h"
 
 enum { SEND, STEP, FETCH };
-enum { WARNING = 1 }; /* the highest status with which a call has done its work */
-
 static int call(const Program *p, const Calls *calls, intptr_t i, intptr_t c) {
   size_t size = (size_t)(calls->first[c + 1] - calls->first[c]);
   return calls->function[c](p->instance[i], calls->references_at[c], size, calls->values_at[c]);
@@ -87,7 +17,7 @@ static int send(const Program *p, intptr_t i) {
         calls->integers[k] = (int32_t)value;
     }
     int status = call(p, calls, i, c);
-    if (status > WARNING) return status;
+    if (status > LOOP_WARNING) return status;
   }
   return 0;
 }
@@ -104,7 +34,7 @@ static int fetch(const Program *p, const RecordBuffer *buffer, intptr_t i, intpt
   const Calls *calls = is_recorded(buffer, n, p->every[i]) ? &p->fetches : &p->needed;
   for (intptr_t c = calls->of[i]; c < calls->of[i + 1]; c++) {
     int status = call(p, calls, i, c);
-    if (status > WARNING) return status;
+    if (status > LOOP_WARNING) return status;
     if (calls->direct[c]) continue;
     for (intptr_t k = calls->first[c]; k < calls->first[c + 1]; k++)
       p->values[calls->positions[k]] = calls->real[c] ? calls->reals[k] : (double)calls->integers[k];
@@ -120,7 +50,7 @@ static int step(const Program *p, intptr_t i, intptr_t n) {
 /* Makes one call of component i at point n; returns whether it did its work, and notes what failed. */
 static bool done(const Program *p, const RecordBuffer *buffer, intptr_t i, intptr_t n, int what, End *end) {
   int status = what == SEND ? send(p, i) : what == STEP ? step(p, i, n) : fetch(p, buffer, i, n);
-  if (status <= WARNING) return true;
+  if (status <= LOOP_WARNING) return true;
   end->component = i, end->call = what, end->status = status;
   return false;
 }
@@ -153,11 +83,7 @@ static intptr_t condition_met(const Conditions *c, const double *values, intptr_
   return -1;
 }
 
-/* Processes the points from `begin` to `stop`, the latter excluded, and steps from each but the last of the run.
- * `end` gets the last point seen, the number of rows, component, call and status of what failed, and the condition
- * that is met or -1. Another thread may set `pause`; no step more is made then.
- */
-EXPORT void advance(const Program *p, const Changes *changes, const RecordBuffer *buffer, const Conditions *conditions,
+void advance(const Program *p, const Changes *changes, const RecordBuffer *buffer, const Conditions *conditions,
                     intptr_t row, intptr_t begin, intptr_t stop, intptr_t last, const volatile bool *pause, End *end) {
   intptr_t change = 0;
   *end = (End){stop - 1, row, 0, 0, 0, -1};
