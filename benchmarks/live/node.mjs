@@ -9,8 +9,7 @@ const clock = () => performance.now();
 
 for (const { name, until } of scenarios) {
   const read = (key) => readFileSync(`${folder}/${name}/${key}`), rig = JSON.parse(read("rig.json"));
-  const keys = new Set(rig.components.flatMap(({ model, data }) => [model, data]));
-  const parts = Object.fromEntries([...keys].map((key) => [key, new Uint8Array(read(key))]));
+  const parts = Object.fromEntries([rig.module, rig.data].map((key) => [key, new Uint8Array(read(key))]));
   const to = until ?? rig.last * rig.stepSize, session = openSession(() => {});
   factors[name] = [];
   for (let round = 0; round <= rounds; round++) {

@@ -5,8 +5,7 @@ import { readFileSync } from "node:fs";
 import { handle, openSession, work } from "../../orchestrator/amb_cosim/live/page/engine/session.js";
 
 const [folder] = process.argv.slice(2), rig = JSON.parse(readFileSync(`${folder}/rig.json`, "utf8"));
-const keys = new Set(rig.components.flatMap(({ model, data }) => [model, data]));
-const parts = Object.fromEntries([...keys].map((key) => [key, new Uint8Array(readFileSync(`${folder}/${key}`))]));
+const parts = Object.fromEntries([rig.module, rig.data].map((key) => [key, new Uint8Array(readFileSync(`${folder}/${key}`))]));
 const answers = [], clock = () => performance.now();
 const session = openSession((answer) => answers.push(answer));
 

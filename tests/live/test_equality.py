@@ -33,9 +33,7 @@ RUN_IN_WORKER = """
 async ([watched, to]) => {
   const bytes = async (key) => new Uint8Array(await (await fetch(`rig/${key}`)).arrayBuffer());
   const rig = await (await fetch("rig/rig.json")).json(), parts = {}, answers = [];
-  for (const { model, data } of rig.components) {
-    for (const key of [model, data]) { parts[key] = await bytes(key); }
-  }
+  for (const key of [rig.module, rig.data]) { parts[key] = await bytes(key); }
   const worker = new Worker("page/worker.js", { type: "module" });
   const said = (request, isLast) => new Promise((resolve, reject) => {
     worker.onerror = ({ message }) => reject(new Error(message));

@@ -1,4 +1,4 @@
-"""A scenario as the live rig takes it: the plan of the master as JSON, and the bytes of its FMUs."""
+"""A scenario as the live rig takes it: its plan as JSON, and the bytes of one FMU with all components."""
 
 from __future__ import annotations
 
@@ -7,15 +7,19 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
-from amb_cosim.cosim.fmus import model_source
 from amb_cosim.live.geometry import geometry
+from amb_cosim.packaging.assembled import assembled, made_for
 from amb_cosim.results.places import PLANT
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import Prepared, prepare
+from fmi_export.variables import FAULT_CODE
+
+if TYPE_CHECKING:
+    from fmi_export.model import Model
 
 WEBASSEMBLY = "wasm32"  # platform of the modules
 
@@ -27,7 +31,7 @@ class Rig:
     data
         What `protocol.js` calls a Rig, for a JSON file.
     parts
-        Modules and constants of the FMUs, by the keys that `data` names.
+        Module and constants of the FMU, by the keys that `data` names.
     """
 
     data: dict[str, Any]
@@ -40,19 +44,19 @@ def rig(scenario: Scenario) -> Rig:
     Raises
     ------
     ValueError
-        If the scenario is wrong, or runs what a browser cannot: an FMU that was given as a file, or another coupling
-        than Gauss-Seidel.
+        If the scenario is wrong, or runs what a browser cannot: an FMU that was given as a file, or iterative coupling.
     """
     prepared = prepare(scenario)
     _check(prepared)
+    model, parts = _fmu(prepared)
     plan, system = prepared.plan, prepared.plan.system
+    module, guid = parts
+    names = [v.name for v in model.interface.variables if v.name != FAULT_CODE]  # the last one
     components = [
         {
             "name": c.name,
             "model": c.fmu,
             "guid": prepared.interfaces[c.name].guid,
-            "every": c.every,
-            "data": prepared.interfaces[c.name].guid,
             "variables": [_variable(port) for port in prepared.interfaces[c.name].ports.values()],
             "parameters": dict(plan.parameters[c.name]),
         }
@@ -73,23 +77,23 @@ def rig(scenario: Scenario) -> Rig:
         "first": plan.first,
         "last": plan.last,
         "period": plan.period,
+        "module": module,
+        "guid": guid,
+        "data": guid,
+        "variables": names,
         "components": components,
-        "connections": [{"source": link.source, "target": link.target} for link in system.connections],
         "signals": [{"name": signal.name, "targets": list(signal.targets)} for signal in system.signals],
         "inputs": dict(plan.inputs),
         "events": _events(plan),
         "ramps": [{"variable": r.variable, "points": list(map(list, r.points)), "slope": r.slope} for r in plan.ramps],
         "stops": [condition._asdict() for condition in plan.stops],
-        "recorded": list(plan.recorded),
+        "recorded": [name for name in plan.recorded if name in names],
         "geometry": geometry(scenario.rotor, prepared.fmus[PLANT].layout or {}, _gravity_angle(prepared)),
     }
-    return Rig(data, _parts(prepared))
+    return Rig(data, parts)
 
 
 def _check(prepared: Prepared) -> None:
-    coupling = prepared.scenario.coupling or prepared.assembly.system.coupling
-    if coupling != "gauss_seidel":
-        raise ValueError(f"coupling = {coupling!r} is not allowed in the live rig; it must be 'gauss_seidel'")
     if prepared.assembly.from_elsewhere:
         name = prepared.assembly.from_elsewhere[0]
         path = prepared.fmus[name].path
@@ -129,14 +133,19 @@ def _gravity_angle(prepared: Prepared) -> float:
     return prepared.plan.parameters[PLANT].get("gravity_angle", start)
 
 
-def _parts(prepared: Prepared) -> dict[str, bytes]:
-    from fmi_export.building.native.engines import engine
+def _fmu(prepared: Prepared) -> tuple[Model, dict[str, bytes]]:
+    """Return the components in one model, and the bytes of its FMU: the module, and the constants by its guid.
+
+    Start values are those of the models, so that scenarios of one system and rotor share it.
+    """
+    from fmi_export.building.native.data import model_data
+    from fmi_export.building.native.engines import engine, engine_key
+    from fmi_export.building.native.package import native_guid
 
     scenario = prepared.scenario
     table = None if scenario.receptances is None else Path(scenario.receptances)
-    parts: dict[str, bytes] = {}
-    for c in prepared.plan.system.components:
-        model, _ = model_source(c.fmu, rotor=scenario.rotor, receptances=table)
-        parts[c.fmu] = engine(model, WEBASSEMBLY).library
-        parts[prepared.interfaces[c.name].guid] = (prepared.fmus[c.name].folder / "resources/model.bin").read_bytes()
-    return parts
+    made = made_for(prepared.plan.system, rotor=scenario.rotor, receptances=table)
+    model, constants = assembled(prepared.plan, made, scenario.coupling)
+    key, guid = engine_key(model.compiled), native_guid(model, constants)
+    module = engine(model.compiled, WEBASSEMBLY).library
+    return model, {key: module, guid: model_data(model, constants, guid, key)}

@@ -10,7 +10,7 @@
  * A variable of an FMU.
  * @typedef {object} Variable
  * @property {string} name
- * @property {number} reference value reference
+ * @property {number} reference value reference in the model's own FMU
  * @property {"Real" | "Integer" | "Boolean"} type an Enumeration is an Integer with `items`
  * @property {"parameter" | "input" | "output"} causality
  * @property {"fixed" | "tunable" | "continuous" | "discrete"} variability tunable parameters may be set while it runs
@@ -23,13 +23,11 @@
  */
 
 /**
- * An instance of an FMU.
+ * A component of the FMU.
  * @typedef {object} Component
  * @property {string} name
- * @property {string} model key of its module in `Parts`
- * @property {string} guid
- * @property {number} every communication steps that one of its steps spans
- * @property {string} data key of its constants in `Parts`, the file `resources/model.bin` of its FMU
+ * @property {string} model
+ * @property {string} guid of the model's own FMU; components with the same one have the same variables
  * @property {Variable[]} variables
  * @property {Record<string, number>} parameters values that it starts with, where they differ from its own
  */
@@ -104,8 +102,11 @@
  * @property {number} first point
  * @property {number} last point at which the scenario ends
  * @property {number} period of the initial speed (s)
- * @property {Component[]} components in Gauss-Seidel order
- * @property {{ source: string, target: string }[]} connections
+ * @property {string} module key in `Parts` of the FMU, which has all components in one
+ * @property {string} guid of the FMU
+ * @property {string} data key in `Parts` of its constants, the file `resources/model.bin`
+ * @property {string[]} variables names of its variables in order of their value references
+ * @property {Component[]} components in the order in which they step
  * @property {{ name: string, targets: string[] }[]} signals shared ones, each feeding several inputs
  * @property {Record<string, number>} inputs first values of signals and inputs, where they are not the FMU's own
  * @property {PlannedEvent[]} events
@@ -115,8 +116,7 @@
  * @property {Geometry} geometry
  */
 
-/** Bytes by key: the modules of the models (`rotor_contact`, `amb_actuator`, `rolac_controller`), and the constants of the
- * FMUs. Rigs of one rotor share them.
+/** Bytes by key: the modules and the constants of the FMUs. Rigs of one system and rotor share them.
  * @typedef {Record<string, Uint8Array>} Parts */
 
 // What was done --------------------------------------------------------------------------------------------------------

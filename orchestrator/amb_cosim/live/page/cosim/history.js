@@ -1,12 +1,12 @@
 // Snapshots of a run, evenly spread from its beginning to now: the way back to any time is short, and memory has an end.
 
-import { discard, snapshot } from "./master.js";
+import { discard, snapshot } from "./assembly.js";
 
-/** @typedef {import("./master.js").Master} Master */
+/** @typedef {import("./assembly.js").Assembly} Assembly */
 
 /**
  * @typedef {object} Moment
- * @property {import("./master.js").Snapshot} snapshot
+ * @property {import("./assembly.js").Snapshot} snapshot
  * @property {number[]} since when conditions have been met, see `stopping.js`
  */
 
@@ -29,18 +29,18 @@ export function newHistory(every) {
 /**
  * Keep the present moment if its time has come.
  * @param {History} history
- * @param {Master} master
+ * @param {Assembly} assembly
  * @param {readonly number[]} since
  */
-export function keep(history, master, since) {
+export function keep(history, assembly, since) {
   const { moments, every } = history, latest = moments.at(-1)?.snapshot.point ?? -Infinity;
-  if (master.point < 0 || master.point <= latest || (master.point % every !== 0 && moments.length > 0)) { return; }
-  moments.push({ snapshot: snapshot(master), since: [...since] });
+  if (assembly.point < 0 || assembly.point <= latest || (assembly.point % every !== 0 && moments.length > 0)) { return; }
+  moments.push({ snapshot: snapshot(assembly), since: [...since] });
   if (moments.length >= MOST) {
     history.every = 2 * every;
     history.moments = moments.filter((moment, k) => {
       const stays = k % 2 === 0;
-      if (!stays) { discard(master, moment.snapshot); }
+      if (!stays) { discard(assembly, moment.snapshot); }
       return stays;
     });
   }
@@ -49,14 +49,14 @@ export function keep(history, master, since) {
 /**
  * Forget the moments after a point, and return the last one that is left; nothing if there is none.
  * @param {History} history
- * @param {Master} master
+ * @param {Assembly} assembly
  * @param {number} point
  * @returns {Moment | undefined}
  */
-export function backTo(history, master, point) {
+export function backTo(history, assembly, point) {
   const { moments } = history;
   while (moments.length > 0 && moments[moments.length - 1].snapshot.point > point) {
-    discard(master, /** @type {Moment} */ (moments.pop()).snapshot);
+    discard(assembly, /** @type {Moment} */ (moments.pop()).snapshot);
   }
   return moments.at(-1);
 }

@@ -1,8 +1,8 @@
-// A run of a rig: its master with the schedule of scenario and user, what it records, and the way back.
+// A run of a rig: its FMU with the schedule of scenario and user, what it records, and the way back.
 
 import { FmuError } from "../fmi/instance.js";
 import { backTo, keep, newHistory } from "../cosim/history.js";
-import { advance, close, discard, goBack, set, snapshot, startMaster } from "../cosim/master.js";
+import { advance, close, discard, goBack, set, snapshot, startAssembly } from "../cosim/assembly.js";
 import { addChange, apply, at } from "../cosim/schedule.js";
 import { conditionMet } from "../cosim/stopping.js";
 
@@ -14,7 +14,7 @@ import { conditionMet } from "../cosim/stopping.js";
 /**
  * @typedef {object} Run
  * @property {Rig} rig
- * @property {import("../cosim/master.js").Master} master
+ * @property {import("../cosim/assembly.js").Assembly} assembly
  * @property {Settings} settings
  * @property {Change[]} changes of the user, in order of time
  * @property {import("../cosim/schedule.js").Schedule} schedule
@@ -34,19 +34,19 @@ const NEVER = Infinity;
 /**
  * Start a run; it is then at its first point.
  * @param {Rig} rig
- * @param {ReadonlyMap<string, import("../fmi/library.js").Library>} libraries
+ * @param {import("../fmi/library.js").Library} library
  * @param {Settings} settings
  * @param {readonly Change[]} changes that take place when their time comes
  * @returns {Run}
  */
-export function startRun(rig, libraries, settings, changes) {
-  const master = startMaster(rig, libraries, settings.values), { position, names } = master.wiring;
+export function startRun(rig, library, settings, changes) {
+  const assembly = startAssembly(rig, library, settings.values), { position, names } = assembly;
   const stops = settings.events === false ? [] : rig.stops;
   const sites = names.filter((name) => name.endsWith(MODE) && position.has(`${name.slice(0, -MODE.length)}.f_n`));
   /** @type {Run} */
   const run = {
     rig,
-    master,
+    assembly,
     settings,
     changes: [...changes],
     schedule: { changes: new Map(), ramps: [], stepSize: rig.stepSize },
@@ -71,9 +71,9 @@ export function startRun(rig, libraries, settings, changes) {
  * Free a run.
  * @param {Run} run
  */
-export function endRun({ master, history }) {
-  backTo(history, master, -Infinity);
-  close(master);
+export function endRun({ assembly, history }) {
+  backTo(history, assembly, -Infinity);
+  close(assembly);
 }
 
 /**
@@ -82,13 +82,13 @@ export function endRun({ master, history }) {
  * @returns {boolean}
  */
 export function arrive(run) {
-  const { master, history, schedule, since } = run;
-  if (run.arrived >= master.point) { return false; }
-  keep(history, master, since);
-  apply(schedule, master.point, (position, value) => {
-    if (master.values[position] !== value) { set(master, position, value); }
+  const { assembly, history, schedule, since } = run;
+  if (run.arrived >= assembly.point) { return false; }
+  keep(history, assembly, since);
+  apply(schedule, assembly.point, (position, value) => {
+    if (assembly.values[position] !== value) { set(assembly, position, value); }
   });
-  run.arrived = master.point;
+  run.arrived = assembly.point;
   return true;
 }
 
@@ -97,8 +97,8 @@ export function arrive(run) {
  * @param {Run} run
  * @returns {string | null}
  */
-export function stopsBy({ stops, stopPositions, since, master }) {
-  const met = conditionMet(stops, stopPositions, since, master.values, master.point);
+export function stopsBy({ stops, stopPositions, since, assembly }) {
+  const met = conditionMet(stops, stopPositions, since, assembly.values, assembly.point);
   if (met < 0) { return null; }
   since[met] = NEVER;
   return stops[met].text;
@@ -109,33 +109,33 @@ export function stopsBy({ stops, stopPositions, since, master }) {
  * @param {Run} run
  * @returns {ContactEvent[]}
  */
-export function stepRun({ master, sites, rig }) {
-  advance(master);
+export function stepRun({ assembly, sites, rig }) {
+  advance(assembly);
   /** @type {ContactEvent[]} */
   const events = [];
   for (const site of sites) {
-    const mode = master.values[site.position];
+    const mode = assembly.values[site.position];
     if (mode !== site.mode) {
       site.mode = mode;
-      events.push({ point: master.point, time: master.point * rig.stepSize, site: site.site, mode });
+      events.push({ point: assembly.point, time: assembly.point * rig.stepSize, site: site.site, mode });
     }
   }
   return events;
 }
 
 /**
- * Take values for the coming step and what follows, if the FMUs do: they are tried for one step first.
+ * Take values for the coming step and what follows, if the FMU does: they are tried for one step first.
  * @param {Run} run
  * @param {Record<string, number>} values
  * @throws {Error} if one is refused; nothing is changed then
  */
 export function change(run, values) {
-  const { master, rig } = run, point = Math.max(master.point, 0);
+  const { assembly, rig } = run, point = Math.max(assembly.point, 0);
   for (const name of Object.keys(values)) {
     positionOf(run, name);
     if ([SPEED, `${SPEED}_dot`].includes(name)) { throw new Error(`${name} is not set at once: the rotor goes to a speed at a rate`); }
   }
-  if (master.point >= 0) { tryOut(run, values); }
+  if (assembly.point >= 0) { tryOut(run, values); }
   run.changes.push({ point, time: point * rig.stepSize, values });
   run.changes.sort((a, b) => a.point - b.point);
   Object.entries(values).forEach(([name, value]) => addChange(run.schedule, point, positionOf(run, name), value));
@@ -151,7 +151,7 @@ export function change(run, values) {
  * @returns {number} the point at which it ends
  */
 export function addPiece(run, goal, rate, longest) {
-  const { rig, master, changes: before } = run, present = Math.max(master.point, run.arrived + 1, 1);
+  const { rig, assembly, changes: before } = run, present = Math.max(assembly.point, run.arrived + 1, 1);
   if (run.settings.events !== false && rig.events.some(({ variable }) => variable === SPEED)) {
     throw new Error(`${SPEED} is set by the scenario's events, and follows no ramp`);
   }
@@ -181,7 +181,7 @@ export function addPiece(run, goal, rate, longest) {
  */
 export function valueAt(run, signal, point) {
   const position = positionOf(run, signal), ramp = run.schedule.ramps.find(({ value }) => value === position);
-  return ramp ? at(ramp.points, point, run.rig.stepSize).value : run.master.values[position];
+  return ramp ? at(ramp.points, point, run.rig.stepSize).value : run.assembly.values[position];
 }
 
 /**
@@ -191,13 +191,13 @@ export function valueAt(run, signal, point) {
  * @param {boolean} kept
  */
 export function goBackTo(run, point, kept) {
-  const moment = backTo(run.history, run.master, point);
+  const moment = backTo(run.history, run.assembly, point);
   if (!moment) { throw new Error("there is no way back before the beginning of the run"); }
-  goBack(run.master, moment.snapshot);
+  goBack(run.assembly, moment.snapshot);
   run.since = [...moment.since];
-  run.arrived = run.master.point - 1;
-  run.completed = run.completed && run.master.point > run.rig.last;
-  run.sites.forEach((site) => { site.mode = run.master.values[site.position]; });
+  run.arrived = run.assembly.point - 1;
+  run.completed = run.completed && run.assembly.point > run.rig.last;
+  run.sites.forEach((site) => { site.mode = run.assembly.values[site.position]; });
   if (!kept) { run.changes = run.changes.filter((one) => one.point < point); }
   reschedule(run);
 }
@@ -208,24 +208,34 @@ export function goBackTo(run, point, kept) {
  * @param {Record<string, number>} values
  */
 export function tryOut(run, values) {
-  const { master } = run, before = snapshot(master);
+  const { assembly } = run, before = snapshot(assembly);
   try {
-    Object.entries(values).forEach(([name, value]) => set(master, positionOf(run, name), value));
-    advance(master);
+    Object.entries(values).forEach(([name, value]) => set(assembly, positionOf(run, name), value));
+    advance(assembly);
   } finally {
-    goBack(master, before);
-    discard(master, before);
+    goBack(assembly, before);
+    discard(assembly, before);
   }
 }
 
 /**
- * Return the warnings that FMUs logged since the last call.
+ * Return the warnings that were logged since the last call.
  * @param {Run} run
  * @returns {{ component: string, text: string }[]}
  */
-export function takeWarnings({ master }) {
-  return master.members.flatMap(({ instance }) =>
-    instance.log.splice(0).map(({ text }) => ({ component: instance.name, text })));
+export function takeWarnings({ assembly, rig }) {
+  return assembly.instance.log.splice(0).map(({ text }) => ({ component: componentOf(rig, text), text }));
+}
+
+/**
+ * Return the component that a message names first; empty if it names none.
+ * @param {Rig} rig
+ * @param {string} text
+ * @returns {string}
+ */
+export function componentOf({ components }, text) {
+  const found = components.map(({ name }) => ({ name, at: text.search(new RegExp(`\\b${name}[.:]`)) })).filter(({ at }) => at >= 0);
+  return found.sort((a, b) => a.at - b.at)[0]?.name ?? "";
 }
 
 /**
@@ -233,8 +243,8 @@ export function takeWarnings({ master }) {
  * @param {Run} run
  * @returns {readonly [point: number, value: number][]}
  */
-export function speedsOf({ master, schedule }) {
-  const position = master.wiring.position.get(SPEED);
+export function speedsOf({ assembly, schedule }) {
+  const position = assembly.position.get(SPEED);
   return schedule.ramps.find(({ value }) => value === position)?.points ?? [];
 }
 
@@ -266,7 +276,7 @@ function reschedule(run) {
  * @param {number} value
  */
 function extend(run, name, point, until, value) {
-  const position = positionOf(run, name), { names, position: positions } = run.master.wiring, { ramps } = run.schedule;
+  const position = positionOf(run, name), { names, position: positions } = run.assembly, { ramps } = run.schedule;
   let ramp = ramps.find((one) => one.value === position);
   if (!ramp) {
     const first = run.settings.values?.[name] ?? run.rig.inputs[name] ?? 0;
@@ -285,9 +295,9 @@ function extend(run, name, point, until, value) {
  * @param {string} name
  * @returns {number}
  */
-function positionOf({ master: { wiring } }, name) {
-  const position = wiring.position.get(name) ?? -1;
-  if (position < 0 || position >= wiring.outside.length) {
+function positionOf({ assembly: { position: positions, free } }, name) {
+  const position = positions.get(name) ?? -1;
+  if (position < 0 || position >= free.length) {
     throw new Error(`${name} cannot be set while it runs: it is no input that is free, and no parameter that is tunable`);
   }
   return position;

@@ -3,7 +3,7 @@
 import { startLibrary } from "../fmi/library.js";
 import { scenarioToml } from "./scenario.js";
 import {
-  addPiece, arrive, change, endRun, FmuError, goBackTo, startRun, stepRun, stopsBy, takeWarnings, tryOut, speedsOf,
+  addPiece, arrive, change, componentOf, endRun, FmuError, goBackTo, startRun, stepRun, stopsBy, takeWarnings, tryOut, speedsOf,
   valueAt,
 } from "./run.js";
 
@@ -87,17 +87,17 @@ export function handle(session, request, now) {
 export function work(session, now, clock) {
   const { run, course } = session;
   if (!run || !course) { return false; }
-  const goal = goalOf(session, run, course, now), begin = run.master.point;
+  const goal = goalOf(session, run, course, now), begin = run.assembly.point;
   let time = now;
-  while (session.course === course && run.master.point < goal && time - now < SLICE) {
-    const batch = Math.min(run.master.point + stepsIn(session, run), goal);
-    while (session.course === course && run.master.point < batch) { advanceRun(session, run, course); }
+  while (session.course === course && run.assembly.point < goal && time - now < SLICE) {
+    const batch = Math.min(run.assembly.point + stepsIn(session, run), goal);
+    while (session.course === course && run.assembly.point < batch) { advanceRun(session, run, course); }
     time = clock();
   }
-  if (session.course === course && run.master.point >= course.to) { finish(session, run, course); }
+  if (session.course === course && run.assembly.point >= course.to) { finish(session, run, course); }
   measure(session, run, begin, time - now);
   if (session.course !== course || time - session.measured.shown >= FRAME) { show(session, time); }
-  return session.course === course && run.master.point < goal;
+  return session.course === course && run.assembly.point < goal;
 }
 
 /**
@@ -107,13 +107,12 @@ export function work(session, now, clock) {
  */
 function load(session, { rig, parts, deed, watched }, now) {
   const { libraries } = session;
-  for (const { model } of rig.components) {
-    if (!libraries.has(model)) { libraries.set(model, startLibrary(new WebAssembly.Module(bytesOf(parts, model)))); }
+  if (!libraries.has(rig.module)) {
+    libraries.set(rig.module, startLibrary(new WebAssembly.Module(bytesOf(parts, rig.module))));
   }
-  const filled = { ...rig, components: rig.components.map((one) => ({ ...one, data: base64(bytesOf(parts, one.data)) })) };
-  begin(session, filled, deed ?? { settings: {}, changes: [] }, now);
+  begin(session, { ...rig, data: base64(bytesOf(parts, rig.data)) }, deed ?? { settings: {}, changes: [] }, now);
   watch(session, runOf(session), watched ?? null);
-  const run = runOf(session), names = run.master.wiring.names;
+  const run = runOf(session), { names } = run.assembly;
   session.post({ type: "ready", signals: [...names], watched: watchedOf(session, run), deed: deedOf(run) });
   show(session, now);
 }
@@ -126,7 +125,9 @@ function load(session, { rig, parts, deed, watched }, now) {
  * @param {number} now
  */
 function begin(session, rig, { settings, changes }, now) {
-  const run = startRun(rig, session.libraries, settings, changes);
+  const library = session.libraries.get(rig.module);
+  if (!library) { throw new Error(`there is no module ${rig.module}`); }
+  const run = startRun(rig, library, settings, changes);
   if (session.run) { endRun(session.run); }
   session.run = run;
   seek(session, 0, now);
@@ -154,8 +155,8 @@ function pursue(session, course, now) {
   const run = runOf(session);
   if (session.failed) { throw new Error("the run has failed; go back in time, or start anew"); }
   session.course = course;
-  session.start = { point: run.master.point, now };
-  Object.assign(session.measured, { point: run.master.point, now, pace: 0 });
+  session.start = { point: run.assembly.point, now };
+  Object.assign(session.measured, { point: run.assembly.point, now, pace: 0 });
 }
 
 /**
@@ -165,7 +166,7 @@ function pursue(session, course, now) {
  * @param {number} now
  */
 function answer(session, run, request, now) {
-  const { rig, master } = run, present = Math.max(master.point, 0);
+  const { rig, assembly } = run, present = Math.max(assembly.point, 0);
   switch (request.type) {
     case "watch":
       show(session, now);
@@ -267,8 +268,8 @@ function nextPiece(session, run, { goal, rate }) {
  * @param {Course} course
  */
 function advanceRun(session, run, course) {
-  if (session.ramp && session.ramp.until <= run.master.point) {
-    const arrived = valueAt(run, "Omega", run.master.point) === session.ramp.goal;
+  if (session.ramp && session.ramp.until <= run.assembly.point) {
+    const arrived = valueAt(run, "Omega", run.assembly.point) === session.ramp.goal;
     session.ramp = arrived ? null : nextPiece(session, run, session.ramp);
   }
   if (look(session, run, course)) { return; }
@@ -278,8 +279,8 @@ function advanceRun(session, run, course) {
   } catch (error) {
     session.course = null;
     session.failed = true;
-    const time = run.master.point * run.rig.stepSize, component = error instanceof FmuError ? error.component : "";
-    session.post({ type: "failed", component, time, text: textOf(error) });
+    const time = run.assembly.point * run.rig.stepSize, text = textOf(error);
+    session.post({ type: "failed", component: error instanceof FmuError ? componentOf(run.rig, text) : "", time, text });
   }
 }
 
@@ -293,7 +294,7 @@ function advanceRun(session, run, course) {
 function look(session, run, course) {
   if (!arrive(run)) { return false; }
   if (course.status === "playing") { record(session, run); }
-  const text = stopsBy(run), { point } = run.master, time = point * run.rig.stepSize;
+  const text = stopsBy(run), { point } = run.assembly, time = point * run.rig.stepSize;
   if (text !== null && course.status === "playing") {
     session.post({ type: "ended", reason: "stopped", time, text });
     session.course = null;
@@ -315,7 +316,7 @@ function finish(session, run, course) {
   if (!course.tells) { return; }
   session.course = course;
   look(session, run, course);
-  const time = run.master.point * run.rig.stepSize;
+  const time = run.assembly.point * run.rig.stepSize;
   if (session.course === course) { session.post({ type: "ended", reason: "reached", time, text: "" }); }
   session.course = null;
 }
@@ -328,10 +329,10 @@ function finish(session, run, course) {
  * @param {number} now
  * @returns {number}
  */
-function goalOf({ start }, { master, rig }, { pace, to }, now) {
+function goalOf({ start }, { assembly, rig }, { pace, to }, now) {
   if (pace === Infinity) { return to; }
   const goal = start.point + Math.floor((now - start.now) / 1000 * pace * rig.rate);
-  const late = (goal - master.point) / rig.rate / pace * 1000;
+  const late = (goal - assembly.point) / rig.rate / pace * 1000;
   if (late > BEHIND) { start.now += late - BEHIND; }
   return Math.min(goal, to);
 }
@@ -353,8 +354,8 @@ function stepsIn({ measured }, { rig }) {
  * @param {number} begin
  * @param {number} taken ms
  */
-function measure({ measured }, { master, rig }, begin, taken) {
-  measured.steps += master.point - begin;
+function measure({ measured }, { assembly, rig }, begin, taken) {
+  measured.steps += assembly.point - begin;
   measured.busy += taken;
   if (measured.busy < ENOUGH) { return; }
   const speed = measured.steps * rig.stepSize / (measured.busy / 1000);
@@ -366,8 +367,8 @@ function measure({ measured }, { master, rig }, begin, taken) {
  * @param {Session} session
  * @param {Run} run
  */
-function record({ rows, columns }, { master, rig }) {
-  const width = columns.length + 1, needed = rows.length + width, { values, point } = master;
+function record({ rows, columns }, { assembly, rig }) {
+  const width = columns.length + 1, needed = rows.length + width, { values, point } = assembly;
   if (needed > rows.data.length) {
     const larger = new Float64Array(2 * needed);
     larger.set(rows.data);
@@ -385,7 +386,7 @@ function record({ rows, columns }, { master, rig }) {
  * @param {number} now
  */
 function show(session, now) {
-  const run = runOf(session), { rows, measured, contacts, course, anew } = session, { point } = run.master;
+  const run = runOf(session), { rows, measured, contacts, course, anew } = session, { point } = run.assembly;
   for (const warning of takeWarnings(run)) {
     session.post({ type: "warning", ...warning, time: point * run.rig.stepSize });
   }
@@ -395,7 +396,7 @@ function show(session, now) {
     Object.assign(measured, { point, now });
   }
   measured.shown = now;
-  const data = rows.data.slice(0, rows.length), values = run.master.values.slice();
+  const data = rows.data.slice(0, rows.length), values = run.assembly.values.slice();
   session.post({
     type: "frame", point, time: point * run.rig.stepSize, status: session.failed ? "failed" : course?.status ?? "paused", anew,
     from: rows.length > 0 ? rows.from : anew ? rows.from : point, rows: data, values, contacts, speed: measured.speed,
@@ -411,7 +412,7 @@ function show(session, now) {
  * @param {string[] | null} signals
  */
 function watch(session, run, signals) {
-  const { position } = run.master.wiring, unknown = (signals ?? []).find((name) => !position.has(name));
+  const { position } = run.assembly, unknown = (signals ?? []).find((name) => !position.has(name));
   if (unknown !== undefined) { throw new Error(`there is no signal ${unknown}`); }
   session.watched = signals;
   session.columns = Int32Array.from(watchedOf(session, run), (name) => position.get(name) ?? 0);

@@ -11,15 +11,13 @@ const MOST_MESSAGES = 100;
 /** A call that an FMU refused, in its own words. */
 export class FmuError extends Error {
   /**
-   * @param {string} component
    * @param {string} call
    * @param {number} status
    * @param {string} said
    */
-  constructor(component, call, status, said) {
+  constructor(call, status, said) {
     super(said || `${call}: fmi2${STATUS[status]}`);
     this.name = "FmuError";
-    this.component = component;
   }
 }
 
@@ -33,7 +31,6 @@ export class FmuError extends Error {
 
 /**
  * @typedef {object} Instance
- * @property {string} name of the component
  * @property {import("./library.js").Library} library
  * @property {number} component address
  * @property {number} address of its name
@@ -47,7 +44,7 @@ let serial = 0;
 /**
  * Make an instance of an FMU.
  * @param {import("./library.js").Library} library
- * @param {string} name of the component
+ * @param {string} name
  * @param {string} guid
  * @param {string} data its resources/model.bin, in base64
  * @returns {Instance}
@@ -65,10 +62,10 @@ export function instantiate(library, name, guid, data) {
   if (component === 0) {
     library.listeners.delete(unique);
     call.free(address);
-    throw new FmuError(name, "fmi2Instantiate", 3, log.map(({ text }) => text).join("; "));
+    throw new FmuError("fmi2Instantiate", 3, log.map(({ text }) => text).join("; "));
   }
   const views = { reals: new Float64Array(), integers: new Int32Array() };
-  return refresh({ name, library, component, address, log, ...views });
+  return refresh({ library, component, address, log, ...views });
 }
 
 /**
@@ -232,5 +229,5 @@ function check(instance, call, status) {
   const errors = instance.log.filter((message) => message.status !== WARNING);
   const said = (errors.length > 0 ? errors : instance.log).map(({ text }) => text);
   instance.log.length = 0;
-  throw new FmuError(instance.name, call, status, said.join("; "));
+  throw new FmuError(call, status, said.join("; "));
 }

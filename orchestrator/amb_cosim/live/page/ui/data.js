@@ -47,8 +47,7 @@ export function rigOf({ described }, scenario) {
  * @returns {Promise<Parts>}
  */
 export async function partsOf({ parts }, rig) {
-  const keys = [...new Set(rig.components.flatMap((one) => [one.model, one.data]))];
-  return Object.fromEntries(await Promise.all(keys.map(async (key) => /** @type {const} */ ([key, await unpacked(parts[key])]))));
+  return Object.fromEntries(await Promise.all([rig.module, rig.data].map(async (key) => /** @type {const} */ ([key, await unpacked(parts[key])]))));
 }
 
 /**
