@@ -86,8 +86,9 @@ def raise_in_python(folder: str, method: str, text: str) -> list:
     library = Library(Path(folder))
     with library.instantiate().begin(u=1.0) as other:
         slave = sys.modules["probe_lag_fmu"].ProbeLag
+        model = slave.model
         if method == "step":
-            slave.model = replace(slave.model, step=fails)
+            slave.model = replace(model, step=fails)
         else:
             setattr(slave, method, fails)
         answers = []
@@ -97,6 +98,7 @@ def raise_in_python(folder: str, method: str, text: str) -> list:
                 answers[-1].append(fmu.call("ExitInitializationMode"))
             answers.append(fmu.log[0])
         if method == "step":
+            slave.model = model
             answers.append(other.step(0))
         return answers
 

@@ -141,7 +141,8 @@ def sanitized(cc: Callable[..., None], tmp_path_factory: pytest.TempPathFactory)
             (folder / name).write_text(text)
         guid = native_guid(model, constants)
         (folder / "model.bin").write_bytes(model_data(model, constants, guid, engine_key(model.compiled)))
-        cc("-c", "-O2", "-fPIC", "-Wno-override-module", *folder.glob("*.ll"), "-o", folder / "kernels.o")
+        for kernels in folder.glob("*.ll"):
+            cc("-c", "-O2", "-fPIC", "-Wno-override-module", kernels, "-o", kernels.with_suffix(".o"))
         common = ["-std=gnu11", "-g", "-O1", "-fno-sanitize-recover=all"]
         flags = [*common, f"-fsanitize={sanitizer}"]
         of_library = [*common, f"-fsanitize={sanitizer.replace('fuzzer', 'fuzzer-no-link')}"]
@@ -150,7 +151,7 @@ def sanitized(cc: Callable[..., None], tmp_path_factory: pytest.TempPathFactory)
         links = ["-ldl", "-lpthread"]
         sources = sorted(folder.glob("*.c"))
         commands = [
-            [*of_library, *strict, "-shared", "-fPIC", "-o", folder / "fmu.so", *sources, folder / "kernels.o", "-lm"],
+            [*of_library, *strict, "-shared", "-fPIC", "-o", folder / "fmu.so", *sources, *folder.glob("*.o"), "-lm"],
             [*flags, *fuzzed, f"-I{HEADERS}", "-o", folder / "host", support / "host.c", *links],
         ]
         if not fuzzed:

@@ -124,7 +124,8 @@ def _this_python() -> tuple[str, str]:
 
 def _script(model: Model) -> Path:
     """Return the script that PythonFMU loads; raises ValueError if the model's package has none."""
-    script = package_folder(model.packages[0]) / f"{model.packages[0]}_fmu.py"
+    name = model.packages[0] if model.parts else model.name  # one script is that of all assemblies
+    script = package_folder(model.packages[0]) / f"{name}_fmu.py"
     if not script.is_file():
         raise ValueError(
             f"model {model.name} has no script {script}; the first of its packages must contain one that names the "

@@ -25,7 +25,8 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     flag_value=SYSTEM,
     metavar="[SCENARIO]",
     help="One FMU, levitated_rotor, in place of three: rotor, actuator and controller stepped together, with the "
-    "scenario's values (name or TOML file) to start with; without one those of the system levitated.",
+    "scenario's values (name or TOML file) to start with; without one those of the system levitated. Of a system file, "
+    "one FMU of all its components.",
 )
 @click.option(
     "--platform",
