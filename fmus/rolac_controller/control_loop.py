@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
@@ -94,14 +94,8 @@ class ControlLoop:
         return 2 * len(self.planes), 2 * len(self.bearings)
 
     def layout(self) -> dict[str, Any]:
-        """Return the same in types of JSON, for `control_loop_from`."""
+        """Return the same in types of JSON, which an FMU keeps."""
         return asdict(self)
-
-
-def control_loop_from(layout: Mapping[str, Any]) -> ControlLoop:
-    """Return the control loop that `ControlLoop.layout` wrote."""
-    planes = tuple(SensorPlane(**plane) for plane in layout["planes"])
-    return ControlLoop(tuple(layout["bearings"]), planes, tuple(layout["feedback"]))
 
 
 def _check_feedback(bearings: Sequence[str], feedback: Sequence[str], planes: Sequence[str]) -> None:

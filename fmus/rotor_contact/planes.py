@@ -63,20 +63,5 @@ class Planes:
     mixes_axes: bool = False
 
     def layout(self) -> dict[str, Any]:
-        """Return the same in types of JSON, for `planes_from`."""
+        """Return the same in types of JSON, which an FMU keeps."""
         return asdict(self)
-
-
-def planes_from(layout: Mapping[str, Any]) -> Planes:
-    """Return the planes that `Planes.layout` wrote."""
-    return Planes(
-        tuple(layout["discs"]),
-        tuple(layout["bearings"]),
-        tuple(ContactSite(**site) for site in layout["sites"]),
-        tuple(SensorPlane(**plane) for plane in layout["sensors"]),
-        layout["max_substep"],
-        layout["polar_inertia"],
-        layout["valid_to"],
-        {place: tuple(sites) for place, sites in layout["moved_by"].items()},
-        layout["mixes_axes"],
-    )

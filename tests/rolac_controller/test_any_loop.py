@@ -12,7 +12,7 @@ from rig import LOOP
 
 from amb_cosim.design.controller_data import pack
 from fmi_export.model import Fault
-from rolac_controller.control_loop import ControlLoop, SensorPlane, control_loop_from
+from rolac_controller.control_loop import ControlLoop, SensorPlane
 from rolac_controller.controller import FAULT_PLANES, model_for
 from rolac_controller.enumerations import ADAPTING, NOT_STARTED, SLOT_BEFORE, last_stages
 
@@ -143,9 +143,3 @@ def test_sensor_planes_at_one_place_are_refused():
 def test_a_bearing_without_sensors_of_its_own_is_refused(changes, sentence):
     with pytest.raises(ValueError, match=sentence):
         replace(THREE, **changes)
-
-
-@loops
-def test_a_layout_brings_the_loop_back(loop):
-    assert control_loop_from(loop.layout()) == loop
-    assert model_for(control_loop_from(loop.layout())).interface == model_for(loop).interface
