@@ -9,7 +9,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from assembled_rotor import RIG, Host, T, differing, in_one, inputs_at, separate, series
 
@@ -169,28 +168,7 @@ def test_a_saved_state_goes_through_bytes(extracted: Callable[..., Path]) -> Non
     assert first.read() == second.read()
 
 
-def test_fmpy_simulates_it(assembled: Callable[..., Path], run_python: Callable[..., Any]) -> None:
-    def simulate(fmu: str) -> list[float]:
-        from fmpy import simulate_fmu
-
-        return simulate_fmu(fmu, stop_time=0.1, output=["rotor_contact.mb1.x"])["rotor_contact.mb1.x"].tolist()
-
-    found = run_python(simulate, fmu=assembled("fig4_9"))
-    prepared = short(settle_cycles=0, end_cycle=5)
-    expected = series(separate(prepared))["rotor_contact.mb1.x"]
-    n = len(found)
-    assert n > 100
-    every = 400 // (n - 1)
-    assert np.array_equal(found[1:], expected[every : every * n : every])
-
-
 def test_one_rotor_and_scenario_of_another_size(assembled: Callable[..., Path]) -> None:
     prepared = prepare(load_scenario("compressor_levitated").changed(settle_cycles=0, end_cycle=2))
     three, one = separate(prepared), in_one(prepared, assembled("compressor_levitated"))
     assert differing(series(one), series(three)) == []
-
-
-def test_the_last_time_is_that_of_the_step(extracted: Callable[..., Path]) -> None:
-    host = Host(extracted("fig4_9")).begin()
-    assert host.step(0.0, 3.3 * T) == 0
-    assert host.slave.last_time() == 3.3 * T

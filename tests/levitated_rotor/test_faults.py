@@ -75,13 +75,6 @@ def test_a_fault_of_a_part_at_the_start_is_told(assembled: Callable[..., Path], 
     assert "amb_actuator: amb_actuator.mb2" not in host.slave.reason()
 
 
-def test_a_value_outside_its_range_is_named(extracted: Callable[..., Path]) -> None:
-    host = Host(extracted("fig4_9")).begin()
-    host.slave.set(Omega=2e4)
-    assert host.step(0.0, T) != 0
-    assert "Omega = 20000 rad/s is not allowed; it must be >= -10000 and <= 10000 rad/s" in host.slave.reason()
-
-
 @pytest.mark.parametrize("samples", [1, 4])
 def test_a_force_beyond_all_bounds_is_a_fault_of_the_plant(samples: int, extracted: Callable[..., Path]) -> None:
     """And not of the controller, which its displacements would reach in the next piece."""
