@@ -12,7 +12,7 @@ import pytest
 import tomli_w
 
 from amb_cosim import studies
-from amb_cosim.cosim.signals import SignalTable, Variable
+from amb_cosim.cosim.signals import Samples, SignalTable
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies import contact_convergence, convergence_runs
 from amb_cosim.studies.convergence_runs import CaseResult, Contact, ConvergenceCase, varied_cases
@@ -60,8 +60,8 @@ def test_substeps_are_halved_twice(cases):
 def signals_of(force, impulse, h=250e-6):
     time = h * np.arange(len(force))
     values = {"rotor_contact.rb1.f_n": force, "rotor_contact.rb1.impulse": impulse}
-    variables = {name: Variable(np.asarray(v, float), {}) for name, v in values.items()}
-    coordinates = {"time": Variable(time, {}), "cycle": Variable(time / 0.02, {})}
+    variables = {name: Samples(np.asarray(v, float), {}) for name, v in values.items()}
+    coordinates = {"time": Samples(time, {}), "cycle": Samples(time / 0.02, {})}
     return SignalTable(variables, coordinates, {})
 
 

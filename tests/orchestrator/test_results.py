@@ -10,7 +10,7 @@ import xarray as xr
 from slow import slow_but_first
 
 from amb_cosim.cosim.dataset import load, save
-from amb_cosim.cosim.signals import SignalTable, Variable
+from amb_cosim.cosim.signals import Samples, SignalTable
 from amb_cosim.results import contact_history, orbits, series
 from amb_cosim.results.summary import summarise
 
@@ -312,7 +312,7 @@ def test_the_file_of_signals_is_that_which_xarray_writes(synthetic, tmp_path, sa
     dataset = synthetic(plot_cycles=[4, 16], description="Ω, ½", failure="").isel(time=slice(samples))
     flags = {"flag_values": np.array([0, 1], np.int32), "flag_meanings": "held free"}
     dataset["rotor_contact.free"] = ("time", np.zeros(dataset.sizes["time"], np.int8), {"units": "1", **flags})
-    groups = ({n: Variable(v.values, v.attrs) for n, v in g.items()} for g in (dataset.data_vars, dataset.coords))
+    groups = ({n: Samples(v.values, v.attrs) for n, v in g.items()} for g in (dataset.data_vars, dataset.coords))
     signals = SignalTable(*groups, dataset.attrs)
     xr.testing.assert_identical(signals.to_dataset(), dataset)
     for name, content in (("signals", signals), ("dataset", dataset)):

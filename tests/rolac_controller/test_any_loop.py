@@ -13,7 +13,7 @@ from rig import LOOP
 from amb_cosim.design.controller_data import pack
 from fmi_export.model import Fault
 from rolac_controller.control_loop import ControlLoop, SensorPlane
-from rolac_controller.controller import FAULT_PLANES, model_for
+from rolac_controller.controller import FAULT_PLANES
 from rolac_controller.enumerations import ADAPTING, NOT_STARTED, SLOT_BEFORE, last_stages
 
 H = 250e-6

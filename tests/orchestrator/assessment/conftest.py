@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from amb_cosim.cosim.signals import SignalTable, Variable
+from amb_cosim.cosim.signals import Samples, SignalTable
 from amb_cosim.results.places import Places
 
 PERIOD, SAMPLES, END = 0.02, 100, 20.0  # s, of a cycle, cycles
@@ -48,8 +48,8 @@ def known_run() -> SignalTable:
         "step_cycle": 5.0,
         "removal_cycle": 10.0,
     }
-    coordinates = {"time": Variable(cycle * PERIOD, {}), "cycle": Variable(cycle, {})}
-    return SignalTable({f"rotor_contact.{n}": Variable(v, {}) for n, v in values.items()}, coordinates, attributes)
+    coordinates = {"time": Samples(cycle * PERIOD, {}), "cycle": Samples(cycle, {})}
+    return SignalTable({f"rotor_contact.{n}": Samples(v, {}) for n, v in values.items()}, coordinates, attributes)
 
 
 @pytest.fixture
