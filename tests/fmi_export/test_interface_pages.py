@@ -6,7 +6,7 @@ import pytest
 from markdown_it import MarkdownIt
 
 from amb_cosim.packaging import models
-from fmi_export.building.interface_page import Table, interface_page, outside_code, tables
+from fmi_export.building.interface_page import PageTable, interface_page, outside_code, tables
 
 REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
 
@@ -39,6 +39,6 @@ def test_markdown_of_a_page_renders_every_cell_as_it_is(lag):
 
 
 def test_what_markdown_would_take_for_its_own_is_escaped(lag, monkeypatch):
-    odd = Table("Odd", ("cell",), (("|x| < 2 * `a_b` * 3",),))
+    odd = PageTable("Odd", ("cell",), (("|x| < 2 * `a_b` * 3",),))
     monkeypatch.setattr("fmi_export.building.interface_page.tables", lambda model: [odd])
     assert r"| \|x\| &lt; 2 \* `a_b` \* 3 |" in interface_page(lag)
