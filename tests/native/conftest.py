@@ -16,11 +16,12 @@ import numpy as np
 import pytest
 
 from fmi_export.building.native.data import model_data
-from fmi_export.building.native.engines import HERE, engine_key, engine_sources
+from fmi_export.building.native.engines import engine_key, engine_sources
 from fmi_export.building.native.package import Fmi, build_native_fmu, native_guid
+from fmi_export.building.native.sources import FOLDER
 from fmi_export.model import Model
 
-HEADERS = HERE / "fmi_headers"
+HEADERS = FOLDER / "fmi_headers"
 
 
 @pytest.fixture(scope="session")

@@ -166,7 +166,7 @@ def test_last_unit_of_a_list_of_unbalances_holds_for_all():
 
 
 def test_runs_are_those_of_the_scenario_but_for_the_step():
-    trial = recovery_trials.Trial("PID + ROLAC", 32e-3, 5.4, 7.0)
+    trial = recovery_trials.RecoveryTrial("PID + ROLAC", 32e-3, 5.4, 7.0)
     scenario, base = recovery_trials.trial_scenario(trial), load_scenario("fig5_6")
     (step,) = scenario.event
     assert (step.label, step.cycle) == ("step", 5.4)

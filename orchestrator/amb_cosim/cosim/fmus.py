@@ -147,7 +147,7 @@ def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
         return ensure_built(fmu, flavour, **options)
     path = Path(fmu)
     if not path.is_file():
-        raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(models())}")
+        raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(sorted(models()))}")
     folder, is_new = unpacked(path, f"FMU {fmu}")
     if is_new:
         log.warning("%s runs here for the first time: it is a program, with all that you may do", fmu)

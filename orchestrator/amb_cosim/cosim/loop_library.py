@@ -10,7 +10,7 @@ from pathlib import Path
 from amb_cosim.cosim.cache import cache_folder
 from amb_files.kept import keep
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
-from fmi_export.building.native.engines import HERE, digest_of
+from fmi_export.building.native.sources import digest_of, texts_of
 
 SOURCES = ("loop.c", "loop.h")  # of every engine too
 SHIPPED = Path(__file__).parent / "loops"  # in an installed package
@@ -46,5 +46,4 @@ def compile_loop(platform: str) -> bytes:
     ValueError
         If there is no such platform, or the compiler is missing.
     """
-    sources = {name: (HERE / name).read_text(encoding="utf-8") for name in SOURCES}
-    return compile_library("loop", sources | {"loop_library.h": ""}, platform)
+    return compile_library("loop", texts_of(SOURCES) | {"loop_library.h": ""}, platform)

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from fmi_export.building.extras import require
 from fmi_export.building.native.compiler import PLATFORMS, compile_library
-from fmi_export.building.native.engines import COMPILING, HERE, SLAVE, Engine, digest_of, find_or_compile
+from fmi_export.building.native.engines import COMPILING, SLAVE, Engine, find_or_compile
+from fmi_export.building.native.sources import digest_of, texts_of
 
 OWN = ("pythonfmu.h", "system.h", "interpreted.c", "pythonfmu.c")
 # Platforms of PythonFMU: the code for their operating system, and the libraries that it needs there.
@@ -58,7 +59,7 @@ def check_guarded(platforms: Iterable[str]) -> list[str]:
 def _compile(platform: str) -> Engine:
     require("native", f"there is no guard of flavour python for {platform} yet; compiling it", "ziglang")
     code, libraries = SYSTEMS[platform]
-    sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in SLAVE + _own(*OWN, code)}
+    sources = texts_of(SLAVE + _own(*OWN, code))
     sources["engine_key.h"] = f'#define ENGINE_KEY "{guard_key()}"\n'
     library = compile_library("guard", sources, platform, libraries)
     return Engine(library, f"ziglang {importlib.metadata.version('ziglang')}")

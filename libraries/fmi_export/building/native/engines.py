@@ -6,9 +6,7 @@ inside the installed package, or was compiled before and is in the user's cache,
 
 from __future__ import annotations
 
-import hashlib
 import importlib.metadata
-import json
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -22,9 +20,9 @@ from fmi_export.building.extras import require
 from fmi_export.building.identity import digests
 from fmi_export.building.native.compiler import check_compiler, compile_library
 from fmi_export.building.native.lowering import Kernels, lower
+from fmi_export.building.native.sources import FOLDER, digest_of, texts_of
 
-HERE = Path(__file__).parent
-SHIPPED = HERE / "engines"  # in an installed package
+SHIPPED = FOLDER / "engines"  # in an installed package
 HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
 SLAVE = (  # an instance as hosts of FMI 2.0 run it, without the kernels
     *(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform")),
@@ -105,7 +103,7 @@ def engine_place(models: Sequence[Kernels], platform: str) -> Path:
 
 def engine_sources(models: Sequence[Kernels]) -> dict[str, str]:
     """Return the sources of an engine by file name: the slave, the key, the lowered kernels of each model."""
-    sources = {Path(name).name: (HERE / name).read_text(encoding="utf-8") for name in C_SOURCES}
+    sources = texts_of(C_SOURCES)
     named = "".join(f" M({model.name})" for model in models)
     sources["engine_key.h"] = f'#define ENGINE_KEY "{engine_key(models)}"\n#define MODELS(M){named}\n'
     return sources | {f"{m.name}.ll": _lowered(m).replace(ENTRY, f"@{m.name}_") for m in models}
@@ -139,14 +137,6 @@ def _kernels(model: Kernels) -> list[object]:
     """Return what the machine code of the kernels depends on."""
     functions = [getattr(kernel, "py_func", kernel) for kernel in (model.initialise, model.step)]
     return [model.name, [f"{f.__module__}.{f.__qualname__}" for f in functions], digests(model.packages)]
-
-
-def digest_of(facts: object, *files: str) -> str:
-    """Return a hash, 32 hexadecimal digits, of facts and of files, whose names are relative to this folder."""
-    sha = hashlib.sha256(json.dumps(facts).encode())
-    for name in files:
-        sha.update(name.encode() + b"\0" + (HERE / name).read_bytes() + b"\0")
-    return sha.hexdigest()[:32]
 
 
 def _versions(*names: str) -> dict[str, str]:
