@@ -154,3 +154,25 @@ def test_a_run_has_the_warnings_of_each_component(tmp_path, run_python, flavour,
         assert saturated.share == 1.0
     else:
         assert (clipped.last, clipped.share) == (None, None)
+
+
+def beside_another_user_of_fmpy(path: str) -> list:
+    import gc
+
+    import fmpy
+
+    import amb_cosim
+    from amb_cosim.cosim.fmus import ensure_built
+    from amb_cosim.cosim.warnings import warnings_of
+
+    counts = [len(warnings_of(amb_cosim.simulate(path).signals))]
+    fmpy.simulate_fmu(str(ensure_built("amb_actuator").path), stop_time=0.002, logger=lambda *message: None)
+    gc.collect()
+    return [*counts, len(warnings_of(amb_cosim.simulate(path).signals))]
+
+
+def test_a_run_after_another_logger_of_fmpy_hears_the_fmus(run_python, tmp_path):
+    """The other logger is no more; an FMU that called it would crash."""
+    path = tmp_path / "magnets.toml"
+    path.write_text(SYSTEM.replace("RECORDED", '"*.f_x"'), encoding="utf-8")
+    assert run_python(beside_another_user_of_fmpy, path=str(path)) == [3, 3]

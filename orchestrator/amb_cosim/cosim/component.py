@@ -112,6 +112,7 @@ class FmuComponent:
                 modelIdentifier=interface.identifier,
                 instanceName=self._instance_name,
             )
+            _take_messages()
             self._fmu.instantiate(callbacks=_callbacks(), loggingOn=True)
             if (folder / "resources" / "slavemodule.txt").is_file():  # PythonFMU's, which crashes at exit otherwise
                 release_before_static_destructors(folder / "binaries" / "linux64" / f"{interface.identifier}.so")
@@ -130,6 +131,7 @@ class FmuComponent:
         FmuError
             If the FMU refuses to be reset, or a start value.
         """
+        _take_messages()
         self._free_state(self._fmu)
         self._running = False
         self._call("fmi2Reset", self._fmu.reset)
@@ -309,12 +311,20 @@ def _receive(environment: Any, instance: bytes, status: int, category: bytes, me
         _logs[name].append((status, rest))
 
 
+_LOGGER = fmi2CallbackLoggerTYPE(_receive)
+
+
 @cache
 def _callbacks() -> fmi2CallbackFunctions:
     """Return the callbacks of all components; fmpy has one logger a process, so instance names separate messages."""
     callbacks = fmi2CallbackFunctions()
-    callbacks.logger = fmi2CallbackLoggerTYPE(_receive)
     callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
     callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
-    addLoggerProxy(byref(callbacks))
     return callbacks
+
+
+def _take_messages() -> None:
+    """Let the logger of fmpy call `_receive`: whoever used fmpy last has his own there, which may be gone by now."""
+    callbacks = _callbacks()
+    callbacks.logger = _LOGGER
+    addLoggerProxy(byref(callbacks))
