@@ -32,11 +32,13 @@ def host(folder: str) -> list:
 
 
 def write(folder: Path, package: str, value: float) -> Path:
-    """Write a package, a kernel in which calls another; return its folder."""
+    """Write what is new of a package, a kernel in which calls another; return its folder."""
     (folder / package).mkdir(exist_ok=True)
-    (folder / package / "__init__.py").touch()
-    (folder / package / "caller.py").write_text(CALLER.format(package=package))
-    (folder / package / "callee.py").write_text(CALLEE.format(value))
+    texts = {"__init__.py": "", "caller.py": CALLER.format(package=package), "callee.py": CALLEE.format(value)}
+    for name, text in texts.items():
+        file = folder / package / name
+        if not file.exists() or file.read_text() != text:
+            file.write_text(text)
     return folder / package
 
 
