@@ -67,25 +67,23 @@ def default(key: Default) -> str:
     return str(name)
 
 
-def path_of(kind: Literal["rotor"], name: str | Path | None = None) -> Path:
-    """Return the file of that name in a pack, or the path as it is.
+def rotor_path(rotor: str | Path | None = None) -> Path:
+    """Return the file of a rotor of a pack, or the path as it is.
 
     Parameters
     ----------
-    kind
-        What the file describes.
-    name
-        Name of a file, such as `compressor`, or a path; the default of the packs without.
+    rotor
+        Name of a rotor, such as `compressor`, or a path; the default of the packs without.
 
     Raises
     ------
     ValueError
         If it is neither; the message suggests names. A path that ends in `.toml` is not looked at.
     """
-    name = default(kind) if name is None else name
-    known, path = files_of(f"{kind}s"), Path(name)
+    name = default("rotor") if rotor is None else rotor
+    known, path = files_of("rotors"), Path(name)
     if str(name) in known:
         return known[str(name)]
     if path.suffix != ".toml" and not path.exists():
-        raise ValueError(f"no {kind} {str(name)!r}; {suggest(path.name, known)}")
+        raise ValueError(f"no rotor {str(name)!r}; {suggest(path.name, known)}")
     return path

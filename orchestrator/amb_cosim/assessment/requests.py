@@ -28,7 +28,7 @@ class QuantityRequest:
 
 
 def evaluate(subject: Any, request: QuantityRequest, quantities: Mapping[str, Any]) -> Computed | None:
-    """Return a quantity of a run or of a study in the unit that is wanted; None if it has nrequest.
+    """Return a quantity of a run or of a study in the unit that is wanted; None if it has none.
 
     Raises
     ------

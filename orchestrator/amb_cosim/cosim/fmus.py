@@ -83,7 +83,7 @@ def made_from(*packages: str, **files: Callable[[Any], Path]) -> Callable[[S], S
 @cache
 def models() -> Mapping[str, EntryPoint]:
     """Return the models of this project and of other installed distributions, by name."""
-    return {point.name: point for point in entry_points(group=GROUP)}
+    return {point.name: point for point in sorted(entry_points(group=GROUP))}
 
 
 def model_source(name: str, **options: Any) -> tuple[Model, Constants]:
@@ -147,7 +147,7 @@ def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
         return ensure_built(fmu, flavour, **options)
     path = Path(fmu)
     if not path.is_file():
-        raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(sorted(models()))}")
+        raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(models())}")
     folder, is_new = unpacked(path, f"FMU {fmu}")
     if is_new:
         log.warning("%s runs here for the first time: it is a program, with all that you may do", fmu)

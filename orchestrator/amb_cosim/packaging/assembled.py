@@ -22,6 +22,7 @@ from amb_cosim.packaging.models import Made
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.simulation import system_of
 from amb_files.stages import stage
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def levitated_rotor(
         scenario, system = None, load_system(file or SYSTEM)
     else:
         scenario = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
-        system = _system(scenario)
+        system = system_of(scenario)
         rotor, receptances = rotor or scenario.rotor, receptances or scenario.receptances
     table = None if receptances is None else Path(receptances)
     made = made_for(system, rotor=rotor, receptances=table)
@@ -100,9 +101,9 @@ def levitated_rotor(
     if table is not None:
         from amb_cosim.design.rotor_models import check_loop
 
-        controllers = [c.name for c in system.components if c.fmu == CONTROLLER]
-        for controller in controllers:
-            check_loop(table, plan.parameters[controller], rotor)
+        for component in system.components:
+            if component.fmu == CONTROLLER:
+                check_loop(table, plan.parameters[component.name], rotor)
     model, constants = assembled(plan, made, scenario.coupling if scenario else None)
     given = {f"{component}.{name}": value for component, of in plan.parameters.items() for name, value in of.items()}
     return with_starts(model, given | dict(plan.inputs)), constants
@@ -160,14 +161,6 @@ def assembled(plan: Plan, made: Mapping[str, Made], coupling: Coupling | None = 
     name = re.sub(r"\W", "_", system.name, flags=re.ASCII)
     description = system.description or f"System {system.name}"
     return model_for(composite, f"_{name}" if name[0].isdigit() else name, description), constants
-
-
-def _system(scenario: Scenario) -> System:
-    """Return the system of a scenario."""
-    system = load_system(scenario.system, {"gradient": scenario.gradient})
-    for component, fmu in scenario.fmu.items():
-        system = system.with_fmu(component, fmu)
-    return system
 
 
 def _interface(model: Model) -> FmuInterface:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_cosim.cosim.fmus import build_models, made_from
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
-from amb_files.pack_file import path_of
+from amb_files.pack_file import rotor_path
 
 if TYPE_CHECKING:
     from fmi_export.model import Model
@@ -21,10 +20,9 @@ if TYPE_CHECKING:
 MODELS = (PLANT, ACTUATOR, CONTROLLER)
 
 Made = tuple["Model", NDArray[np.float64]]
-rotor_file = partial(path_of, "rotor")
 
 
-@made_from("rotor_contact", "rotor_analysis", "amb_cosim.design", rotor=rotor_file)
+@made_from("rotor_contact", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)
 def rotor_contact(rotor: str | Path | None = None, **_: Any) -> Made:
     """Return the plant of a rotor: of one of a pack, of a rotor file, or of the packs' default."""
     from amb_cosim.design.plant_data import plant
@@ -33,7 +31,7 @@ def rotor_contact(rotor: str | Path | None = None, **_: Any) -> Made:
     return plant(load_rotor(rotor))
 
 
-@made_from("amb_actuator", "rotor_analysis", "amb_cosim.design", rotor=rotor_file)
+@made_from("amb_actuator", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)
 def amb_actuator(rotor: str | Path | None = None, **_: Any) -> Made:
     """Return the actuator for the bearings of a rotor, the packs' default without."""
     from amb_cosim.design.rotor_models import actuator
@@ -42,7 +40,7 @@ def amb_actuator(rotor: str | Path | None = None, **_: Any) -> Made:
     return actuator(load_rotor(rotor))
 
 
-@made_from("rolac_controller", "rotor_analysis", "amb_cosim.design", rotor=rotor_file)
+@made_from("rolac_controller", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)
 def rolac_controller(rotor: str | Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
     """Return the controller for a rotor, with H of the table in a file, or from the rotor model from 5 to 100 Hz.
 

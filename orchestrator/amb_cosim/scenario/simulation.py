@@ -136,6 +136,14 @@ def prepare(
     return plan_prepared(scenario, assemble_scenario(scenario, flavour), settings, until)
 
 
+def system_of(scenario: Scenario) -> System:
+    """Return the system of a scenario, with the FMUs that it gives in place of others."""
+    system = load_system(scenario.system, {"gradient": scenario.gradient})
+    for component, fmu in scenario.fmu.items():
+        system = system.with_fmu(component, fmu)
+    return system
+
+
 def assemble_scenario(scenario: Scenario, flavour: Flavour = "native") -> Assembly:
     """Find the FMUs of a scenario and check its system; it holds for all values that the scenario may be given.
 
@@ -144,9 +152,7 @@ def assemble_scenario(scenario: Scenario, flavour: Flavour = "native") -> Assemb
     ValueError
         If an FMU cannot be had, or the system does not fit.
     """
-    system = load_system(scenario.system, {"gradient": scenario.gradient})
-    for component, fmu in scenario.fmu.items():
-        system = system.with_fmu(component, fmu)
+    system = system_of(scenario)
     table, controller = _table(scenario), _controller(system)
     if table is not None and controller is None:
         raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")

@@ -35,5 +35,7 @@ def ready_sweeps() -> dict[str, ReadySweep]:
     ValueError
         If a file cannot be read or does not have the form.
     """
-    files = {f"sweep {name}": file for name, file in files_of("sweeps").items()}
-    return {file.stem: validate(read_toml(file, what), ReadySweep, what) for what, file in files.items()}
+    return {
+        name: validate(read_toml(file, what := f"sweep {name}"), ReadySweep, what)
+        for name, file in files_of("sweeps").items()
+    }
