@@ -7,14 +7,14 @@ import click
 from amb_cosim import studies
 from amb_cosim.commands.analysis import CLOSED_BEARINGS, UP_TO, UP_TO_50_HZ, add_study
 from amb_cosim.commands.cli import main
-from amb_cosim.commands.options import FLAVOUR, ROTOR
+from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR
 from amb_cosim.commands.printing import print_result
 
 MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 
 
 @main.command()
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@JSON
 def tables(as_json: bool) -> None:
     """Print the thesis's tables 3.1 to 3.4 and the bearing constants, computed from the models."""
     print_result(studies.thesis_tables(), as_json)
@@ -37,10 +37,7 @@ add_study(
     click.option("--restitution", type=float, default=0.7, show_default=True, help="Share of it that is returned."),
     click.option("--k-c", default="1e8 N/m", show_default=True, help="Contact stiffness."),
     click.option("--delta-c", default="10 um", show_default=True, help="Penetration at which laws are engaged."),
-    click.option(
-        "--mass",
-        help="Mass; what the rig's journal at MB1 resists a blow with by default.",
-    ),
+    click.option("--mass", help="Mass; what the rig's journal at MB1 resists a blow with by default."),
 )
 add_study(
     "synchronous_response",

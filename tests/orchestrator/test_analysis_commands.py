@@ -144,10 +144,9 @@ def test_added_study_runs_with_its_options(runner, added, tmp_path, more):
 
 @pytest.mark.parametrize("name", analysis.study.commands)
 def test_defaults_are_those_of_the_python_function(name):
-    renamed = {"rotor_file": "rotor", "settings": "set"}
     given = analysis.study.commands[name].make_context(name, []).params
     del given["output"]
-    options = {renamed.get(key, key): value or None for key, value in given.items()}
+    options = {key: value or None for key, value in given.items()}
     parameters = inspect.signature(getattr(studies, name)).parameters.values()
     assert options == {p.name: p.default or None for p in parameters if p.name != "progress"}
 

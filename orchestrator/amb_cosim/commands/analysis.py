@@ -11,16 +11,13 @@ import click
 
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS
+from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, SETTINGS, Option, output
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.commands.printing import print_result
 from amb_files.atomic import check_writable
 
 if TYPE_CHECKING:
     from amb_cosim.studies.result import DrawnResult
-    from rotor_analysis.shaft import MassModel
-
-Option = Callable[[Callable[..., None]], Callable[..., None]]
 
 MASS = click.option(
     "--mass", type=click.Choice(["diagonal", "consistent"]), help="Mass matrix; by default as the rotor file says."
@@ -39,11 +36,11 @@ CLOSED_BEARINGS = (
 @MASS
 @click.option("--speeds", default="90,120,145", show_default=True, help="Spin speeds in rad/s, or with their unit.")
 @COUNT
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def modes(rotor_file: str | None, mass: MassModel | None, speeds: str, count: int, as_json: bool) -> None:
+@JSON
+def modes(as_json: bool, **options: Any) -> None:
     """Print the damped natural frequencies, damping ratios and whirl directions of a rotor."""
     with refusing():
-        result = studies.natural_frequencies(rotor_file, mass=mass, speeds=speeds, count=count)
+        result = studies.natural_frequencies(**options)
     print_result(result, as_json)
 
 
@@ -60,7 +57,7 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     name
         Name of the study; its function is imported when the command runs.
     options
-        Options of the command. Their values are passed by keyword, a rotor file as `rotor` and settings as `set`.
+        Options of the command. Their values are passed by keyword.
     shows_progress
         Whether the study shows a progress bar of its own.
     """
@@ -72,7 +69,6 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
         from rich.console import Console
 
         from amb_cosim.presentation.text_tables import print_parts
-        from amb_cosim.scenario.plan import parse_settings
 
         folder = output or Path("results") / f"study_{name}"
         status: AbstractContextManager[object] = nullcontext()
@@ -80,21 +76,13 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
             status = Console(stderr=True).status("computing (a first run compiles the models)")
         with refusing(), status:
             check_writable(folder, is_folder=True)
-            if "rotor_file" in values:
-                values["rotor"] = values.pop("rotor_file")
-            if "settings" in values:
-                values["set"] = parse_settings(values.pop("settings"))
             compute: Callable[..., DrawnResult] = getattr(studies, name)
             result = compute(**values)
             studies.save(result, folder)
         print_parts([*result.text(), f"results in {folder}"])
 
-    output = click.option(
-        "-o", "--output", type=click.Path(path_type=Path), help=f"Folder for the results; default results/study_{name}."
-    )
     decorated: Callable[..., None] = run
-    every: tuple[Option, ...] = (*options, output)
-    for add_option in reversed(every):
+    for add_option in (output(f"Folder for the results; default results/study_{name}."), *reversed(options)):
         decorated = add_option(decorated)
     study.command(name, help=described.description)(decorated)
 

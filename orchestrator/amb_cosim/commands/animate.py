@@ -3,35 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.options import output
 from amb_files.atomic import check_writable
 
 
 @click.command()
 @click.argument("result", type=click.Path(path_type=Path))
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    help="File, .gif or .mp4; default orbits.gif in the result's folder.",
-)
+@output("File, .gif or .mp4; default orbits.gif in the result's folder.")
 @click.option("--begin", type=float, metavar="CYCLE", help="First cycle; that of the run by default.")
 @click.option("--end", type=float, metavar="CYCLE", help="Last cycle; that of the run by default.")
 @click.option("--frames-per-cycle", type=float, default=20.0, show_default=True, help="Pictures of one cycle.")
 @click.option("--frames-per-second", type=int, default=25, show_default=True, help="Pictures shown in a second.")
 @click.option("--trail", type=float, default=1.0, show_default=True, metavar="CYCLES", help="Length of the trail.")
-def animate(
-    result: Path,
-    output: Path | None,
-    begin: float | None,
-    end: float | None,
-    frames_per_cycle: float,
-    frames_per_second: int,
-    trail: float,
-) -> None:
+def animate(result: Path, output: Path | None, **options: Any) -> None:
     """Write an animation of the orbits of a saved run, from its folder or its file .nc."""
     from rich.console import Console
 
@@ -42,15 +31,7 @@ def animate(
         found = amb_cosim.Result.load(result)
         path = output or (result if result.is_dir() else result.parent) / "orbits.gif"
         check_writable(path, is_folder=False)
-        write_animation(
-            found.signals,
-            path,
-            begin=begin,
-            end=end,
-            frames_per_cycle=frames_per_cycle,
-            frames_per_second=frames_per_second,
-            trail=trail,
-        )
+        write_animation(found.signals, path, **options)
     click.echo(f"animation in {path}")
 
 

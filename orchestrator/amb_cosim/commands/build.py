@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR
+from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR, output
 from amb_cosim.cosim.choices import FMIS, Flavour, Fmi
 from amb_files.atomic import check_writable
 
@@ -15,7 +15,7 @@ SYSTEM = "levitated"  # what is assembled without a scenario
 
 
 @click.command()
-@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("build"), show_default=True)
+@output("Folder for the FMUs.", "build")
 @ROTOR
 @RECEPTANCES
 @FLAVOUR
@@ -44,7 +44,7 @@ SYSTEM = "levitated"  # what is assembled without a scenario
 )
 def build(
     output: Path,
-    rotor_file: str | None,
+    rotor: str | None,
     receptances: Path | None,
     flavour: Flavour,
     assembled: str | None,
@@ -64,9 +64,9 @@ def build(
         check_writable(output, is_folder=True)
         if assembled is not None:
             scenario = None if assembled == SYSTEM else assembled
-            click.echo(amb_cosim.build_assembled(output, scenario, flavour, rotor_file, receptances, chosen, version))
+            click.echo(amb_cosim.build_assembled(output, scenario, flavour, rotor, receptances, chosen, version))
             return
-        for path in amb_cosim.build(output, flavour, rotor_file, receptances, chosen, version):
+        for path in amb_cosim.build(output, flavour, rotor, receptances, chosen, version):
             click.echo(path)
     if flavour == "python":
         from fmi_export.building.python_fmu import what_it_needs

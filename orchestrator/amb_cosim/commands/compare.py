@@ -10,6 +10,7 @@ from typing import cast
 import click
 
 from amb_cosim.commands.cli_errors import Failed, interrupted, refuse_nothing, refusing
+from amb_cosim.commands.options import NO_PLOTS, UNTIL, output
 from amb_cosim.cosim.choices import Flavour
 from amb_files.atomic import check_writable
 
@@ -29,9 +30,9 @@ ONE = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
 @click.option(
     "--flavour", "flavours", multiple=True, metavar="[N:]native|python", help="FMUs of all runs, or of the Nth."
 )
-@click.option("--until", type=float, metavar="SECONDS", help="End of the runs, from the beginning of cycle 0.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder; default results/comparison.")
-@click.option("--no-plots", is_flag=True, help="Draw no figures.")
+@UNTIL
+@output("Folder; default results/comparison.")
+@NO_PLOTS
 def compare(
     sources: tuple[str, ...],
     settings: tuple[str, ...],

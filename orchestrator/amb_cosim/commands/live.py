@@ -7,25 +7,18 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import ROTOR
+from amb_cosim.commands.options import ROTOR, output
 from amb_files.atomic import check_writable
 
 
 @click.command()
 @click.argument("scenario", required=False)
 @ROTOR
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    default=Path("rig.html"),
-    show_default=True,
-    help="Page to write.",
-)
+@output("Page to write.", "rig.html")
 @click.option("--only", is_flag=True, help="SCENARIO alone; by default others too, one for each thing to see.")
 @click.option("--docs", default="", metavar="ADDRESS", help="Folder docs of the documentation, for links to theory.")
 @click.option("--open/--no-open", "opens", default=True, help="Whether the page is opened in a browser.")
-def live(scenario: str | None, rotor_file: str | None, output: Path, only: bool, docs: str, opens: bool) -> None:
+def live(scenario: str | None, rotor: str | None, output: Path, only: bool, docs: str, opens: bool) -> None:
     """Write one page that runs SCENARIO in a browser, by hand if you like, and open it. It needs no network."""
     from rich.console import Console
 
@@ -35,7 +28,7 @@ def live(scenario: str | None, rotor_file: str | None, output: Path, only: bool,
     with refusing():
         check_writable(output, is_folder=False)
         with Console(stderr=True).status("compiling the models for the browser, where they are not yet"):
-            write_page(rigs_of(scenario, rotor_file, alone=only), output, docs)
+            write_page(rigs_of(scenario, rotor, alone=only), output, docs)
     click.echo(f"live rig in {output}")
     if opens:
         click.launch(str(output.resolve()))

@@ -1,18 +1,36 @@
-"""Options that several commands share."""
+"""Options that several commands share, named as the arguments of the functions that they are passed to."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import click
 
+from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.cosim.choices import FLAVOURS, LOOPS
 
+Option = Callable[[Callable[..., None]], Callable[..., None]]
+
+
+def output(text: str, default: str | None = None, metavar: str | None = None) -> Option:
+    """Return the option of what is written: a file or a folder, as the `text` says."""
+    path = click.Path(path_type=Path)
+    return click.option("-o", "--output", type=path, default=default, show_default=True, help=text, metavar=metavar)
+
+
+def _parsed(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
+    from amb_cosim.scenario.plan import parse_settings
+
+    with refusing():
+        return parse_settings(texts)
+
+
+JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+NO_PLOTS = click.option("--no-plots", is_flag=True, help="Draw no figures.")
+UNTIL = click.option("--until", type=float, metavar="SECONDS", help="End of a run, from the beginning of cycle 0.")
 ROTOR = click.option(
-    "--rotor",
-    "rotor_file",
-    metavar="NAME|FILE",
-    help="Rotor of a pack, or rotor file (TOML); the packs' default without.",
+    "--rotor", metavar="NAME|FILE", help="Rotor of a pack, or rotor file (TOML); the packs' default without."
 )
 FLAVOUR = click.option(
     "--flavour",
@@ -29,8 +47,8 @@ RECEPTANCES = click.option(
 )
 SETTINGS = click.option(
     "--set",
-    "settings",
     multiple=True,
+    callback=_parsed,
     metavar="COMPONENT.VARIABLE=VALUE",
     help="Replace a value; units are understood.",
 )

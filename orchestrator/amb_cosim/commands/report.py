@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from amb_cosim.commands.cli_errors import Failed, refusing
+from amb_cosim.commands.options import output
 from amb_files.atomic import check_writable
 from fmi_export.building.extras import require
 
@@ -17,14 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    default=Path("results/report"),
-    show_default=True,
-    help="Folder for the page and its data; what fits of an earlier report there is used again.",
-)
+@output("Folder for the page and its data; what fits of an earlier report there is used again.", "results/report")
 @click.option(
     "--pack",
     "packs",

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.options import JSON, output
 from amb_cosim.commands.printing import print_result
 from amb_files.atomic import check_writable
 
@@ -18,7 +19,7 @@ def rotor() -> None:
 
 @rotor.command("import")
 @click.argument("model", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Rotor file; MODEL_rotor.toml by default.")
+@output("Rotor file; MODEL_rotor.toml by default.")
 def import_model(model: Path, output: Path | None) -> None:
     """Make a rotor file of MODEL, a rotor that ROSS saved as TOML. ROSS need not be installed."""
     import tomli_w
@@ -40,8 +41,8 @@ def import_model(model: Path, output: Path | None) -> None:
 
 @rotor.command("show")
 @click.argument("name")
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="PNG", help="Picture to write.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@output("Picture to write.", metavar="PNG")
+@JSON
 def show(name: str, output: Path | None, as_json: bool) -> None:
     """Print parts, mass, modes and the plant's model of the rotor NAME, or of a rotor file; draw it."""
     from amb_cosim import studies

@@ -9,55 +9,55 @@ from typing import Any
 import click
 
 from amb_cosim.commands.cli_errors import refuse_nothing, refusing, tell_failure
-from amb_cosim.commands.options import FLAVOUR, ISOLATED, LOOP, RECEPTANCES, ROTOR, SETTINGS
-from amb_cosim.cosim.choices import Flavour, Loop
+from amb_cosim.commands.options import (
+    FLAVOUR,
+    ISOLATED,
+    LOOP,
+    NO_PLOTS,
+    RECEPTANCES,
+    ROTOR,
+    SETTINGS,
+    UNTIL,
+    output,
+)
 from amb_files.atomic import check_writable
+
+FOLDER = output("Folder for the results; default results/NAME.")
 
 
 @click.command()
 @click.argument("name")
 @SETTINGS
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results; default results/NAME.")
-@click.option("--until", type=float, metavar="SECONDS", help="End of the run, from the beginning of cycle 0.")
+@FOLDER
+@UNTIL
 @click.option("--step", metavar="TIME", help="Communication step of an SSP archive that says none, such as 1ms.")
 @ROTOR
 @RECEPTANCES
 @FLAVOUR
 @LOOP
 @ISOLATED
-@click.option("--no-plots", is_flag=True, help="Draw no figures.")
+@NO_PLOTS
 @click.option("--summary-json", metavar="FILE", help="Also write the summary to FILE; - is standard output.")
 def run(
-    name: str,
-    settings: tuple[str, ...],
-    output: Path | None,
-    until: float | None,
-    step: str | None,
-    rotor_file: str | None,
-    receptances: Path | None,
-    flavour: Flavour,
-    loop: Loop,
-    isolated: bool | None,
-    no_plots: bool,
-    summary_json: str | None,
+    name: str, output: Path | None, step: str | None, no_plots: bool, summary_json: str | None, **options: Any
 ) -> None:
     """Run the scenario NAME, the one in a TOML file, or an SSP archive."""
     if Path(name).suffix == ".ssp":
         from amb_cosim.cosim.tables import time_of
 
-        given = {"--rotor": rotor_file, "--receptances": receptances, "--summary-json": summary_json}
+        fixed = {f"--{option}": options.pop(option) for option in ("rotor", "receptances")}
+        given = fixed | {"--summary-json": summary_json}
         with refusing():
             unused = [option for option, value in given.items() if value is not None]
             if unused:
                 raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which has its FMUs in it")
             step_size = None if step is None else time_of(step, "--step")
-        _simulate(Path(name), settings, output, loop, isolated, stop_time=until, step_size=step_size)
+        _simulate(Path(name), output, stop_time=options.pop("until"), step_size=step_size, **options)
         return
     from rich.console import Console
 
     import amb_cosim
     from amb_cosim.presentation.text_tables import show_notices, show_warnings
-    from amb_cosim.scenario.plan import parse_settings
     from amb_files.atomic import write_atomically
 
     folder = output or Path("results") / Path(name).stem
@@ -69,16 +69,7 @@ def run(
         check_writable(folder, is_folder=True)
         if copy is not None:
             check_writable(copy, is_folder=False)
-        result = amb_cosim.run(
-            scenario,
-            set=parse_settings(settings),
-            until=until,
-            rotor=rotor_file,
-            receptances=receptances,
-            flavour=flavour,
-            loop=loop,
-            isolated=isolated,
-        )
+        result = amb_cosim.run(scenario, **options)
         refuse_nothing(result.outcome)
         text = result.summary.to_json()
         result.save(folder, plots=not no_plots)
@@ -97,51 +88,28 @@ def run(
 @click.command()
 @click.argument("system_file", type=click.Path(path_type=Path))
 @SETTINGS
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results; default results/NAME.")
+@FOLDER
 @ROTOR
 @FLAVOUR
 @LOOP
 @ISOLATED
-def simulate(
-    system_file: Path,
-    settings: tuple[str, ...],
-    output: Path | None,
-    rotor_file: str | None,
-    flavour: Flavour,
-    loop: Loop,
-    isolated: bool | None,
-) -> None:
+def simulate(system_file: Path, output: Path | None, **options: Any) -> None:
     """Run any FMI 2.0 co-simulation FMUs, as a system file (TOML) or an SSP archive says."""
-    _simulate(system_file, settings, output, loop, isolated, flavour=flavour, rotor=rotor_file)
+    _simulate(system_file, output, **options)
 
 
-def _simulate(
-    system_file: Path,
-    settings: tuple[str, ...],
-    output: Path | None,
-    loop: Loop,
-    isolated: bool | None,
-    **options: Any,
-) -> None:
+def _simulate(system_file: Path, output: Path | None, **options: Any) -> None:
     """Run a system file or an SSP archive, save what was recorded, and tell how it ended."""
     import amb_cosim
     from amb_cosim.cosim.warnings import sentences, warnings_of
     from amb_cosim.presentation.progress import progress_bar
     from amb_cosim.presentation.text_tables import show_notices, show_warnings
-    from amb_cosim.scenario.plan import parse_settings
 
     folder = output or Path("results") / system_file.stem
     with refusing():
         check_writable(folder, is_folder=True)
         with progress_bar() as report:
-            result = amb_cosim.simulate(
-                system_file,
-                set=parse_settings(settings),
-                loop=loop,
-                isolated=isolated,
-                progress=report,
-                **options,
-            )
+            result = amb_cosim.simulate(system_file, progress=report, **options)
         refuse_nothing(result.outcome)
         result.save(folder)
     show_warnings(sentences(warnings_of(result.signals)))

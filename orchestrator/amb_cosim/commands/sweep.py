@@ -10,8 +10,7 @@ from typing import Any
 import click
 
 from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
-from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR, SETTINGS
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.commands.options import FLAVOUR, NO_PLOTS, RECEPTANCES, ROTOR, SETTINGS, UNTIL, output
 from amb_files.atomic import check_writable
 
 VARY = """Values of a variable, NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...; units are understood. What an event sets
@@ -24,8 +23,8 @@ begins with step. or removal.; names joined by & are varied together; NAME=@FILE
 @click.option("--sample", metavar="lhs:N|sobol:N|saltelli:N", help="Draw N points of the ranges without a count.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the sample.")
 @SETTINGS
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder; default results/sweep_NAME.")
-@click.option("--until", type=float, metavar="SECONDS", help="End of each run, from the beginning of cycle 0.")
+@output("Folder; default results/sweep_NAME.")
+@UNTIL
 @ROTOR
 @RECEPTANCES
 @FLAVOUR
@@ -43,26 +42,8 @@ begins with step. or removal.; names joined by & are varied together; NAME=@FILE
     "--scheduler", metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://host:8786, in place of processes here."
 )
 @click.option("--jobs", type=int, help="Number of processes here; one a processor by default.")
-@click.option("--no-plots", is_flag=True, help="Draw no maps.")
-def sweep(
-    name: str,
-    vary: tuple[str, ...],
-    sample: str | None,
-    seed: int,
-    settings: tuple[str, ...],
-    output: Path | None,
-    until: float | None,
-    rotor_file: str | None,
-    receptances: Path | None,
-    flavour: Flavour,
-    metrics: tuple[str, ...],
-    keep: tuple[str, ...],
-    refine: float | None,
-    boundary: str | None,
-    scheduler: str | None,
-    jobs: int | None,
-    no_plots: bool,
-) -> None:
+@NO_PLOTS
+def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool, **options: Any) -> None:
     """Run the scenario NAME thousands of times, over a grid or a sample of its values.
 
     What runs lead to is in OUTPUT/sweep.zarr as soon as they end, and the same command goes on with a sweep that was
@@ -72,35 +53,15 @@ def sweep(
     folder = output or Path("results") / f"sweep_{Path(name).stem}"
     with refusing():
         check_writable(folder, is_folder=True)
-        from amb_cosim.scenario.plan import parse_settings
         from amb_cosim.sweeps.axes import parse_vary
 
-        given: dict[str, Any] = {
-            "vary": parse_vary(vary),
-            "set": parse_settings(settings),
-            "sample": sample,
-            "refine": refine,
-            "boundary": boundary,
-            "until": until,
-        }
-        scenario, options = _request(name, given)
+        options["metrics"] = [_function(text) for text in options["metrics"]]
+        scenario, merged = _request(name, options | {"vary": parse_vary(vary)})
         from amb_cosim.sweeps.engine import ClusterFailed
         from amb_cosim.sweeps.run import sweep as run_sweep
 
         try:
-            swept = run_sweep(
-                scenario,
-                output=folder,
-                seed=seed,
-                rotor=rotor_file,
-                receptances=receptances,
-                flavour=flavour,
-                metrics=[_function(text) for text in metrics],
-                keep=keep,
-                scheduler=scheduler,
-                jobs=jobs,
-                **options,
-            )
+            swept = run_sweep(scenario, output=folder, **merged)
         except KeyboardInterrupt as error:
             raise interrupted(f"interrupted; the same command goes on with what is in {folder}") from error
         except ClusterFailed as error:
