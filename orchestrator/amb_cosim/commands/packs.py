@@ -13,13 +13,18 @@ class PackCommands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command, of this package or of a pack."""
         if cmd_name not in self.commands:
-            self.list_commands(ctx)
+            _add_commands()
         return super().get_command(ctx, cmd_name)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands."""
-        from amb_files.packs import modules_of
-
-        with refusing():
-            modules_of("commands")
+        _add_commands()
         return super().list_commands(ctx)
+
+
+def _add_commands() -> None:
+    """Have the packs add their commands, which they do when they are imported."""
+    from amb_files.packs import modules_of
+
+    with refusing():
+        modules_of("commands")
