@@ -16,9 +16,8 @@ from amb_cosim.cosim.signals import Signals
 from amb_cosim.results.contact_history import contact_cycles
 from amb_cosim.results.places import places
 from amb_cosim.results.series import signal
-from bath_thesis.mesh_frequencies import COUNT
 from bath_thesis.studies.contact_hysteresis import ContactLaws
-from bath_thesis.studies.frequency_tables import ThesisTables
+from bath_thesis.studies.frequency_tables import COUNT, ThesisTables
 from bath_thesis.studies.h_interpolation import InverseReceptance
 from bath_thesis.studies.identification_force import IdentificationForce
 from bath_thesis.studies.measured_response import SynchronousResponse

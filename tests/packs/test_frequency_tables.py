@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bath_thesis.mesh_frequencies import deviations, frequency_tables
+from bath_thesis.studies.frequency_tables import frequency_tables
 from rotor_analysis.assembly import assemble
 from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
@@ -17,25 +17,25 @@ THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").re
 
 @pytest.fixture(scope="module")
 def computed():
-    return frequency_tables()
+    return frequency_tables(load_rotor())
 
 
 @pytest.mark.parametrize("mass", ["consistent", "diagonal"])
 @pytest.mark.parametrize("speed", ["90", "145"])
 def test_frequencies_of_the_13_node_model_are_those_of_table_3_1(computed, mass, speed):
     tabulated = THESIS["table_3_1"]["13_node"][mass][speed]
-    np.testing.assert_allclose(computed["table_3_1"]["13_node"][mass][speed], tabulated, rtol=6e-3)
+    np.testing.assert_allclose(computed.by_mesh["13_node"][mass][speed], tabulated, rtol=6e-3)
 
 
 @pytest.mark.parametrize("row", ["fem_13", "condensed"])
 def test_full_and_condensed_frequencies_are_those_of_table_3_4(computed, row):
     tabulated = THESIS["table_3_4"]["fem_13_diagonal" if row == "fem_13" else row]
-    np.testing.assert_allclose(computed["table_3_4"]["90"][row], tabulated, rtol=6e-3)
+    np.testing.assert_allclose(computed.condensed["90"][row], tabulated, rtol=6e-3)
 
 
 @pytest.mark.parametrize("speed", ["90", "120", "145"])
 def test_condensation_costs_no_more_accuracy_than_the_thesis_says(computed, speed):
-    table = computed["table_3_4"][speed]
+    table = computed.condensed[speed]
     error = np.array(table["condensed"]) / np.array(table["fem_13"]) - 1.0
     assert np.max(np.abs(error)) < 1.2e-3
     assert np.max(np.abs(error)) > 1e-5  # a condensed model that is the full one would say nothing
@@ -45,14 +45,14 @@ def test_condensation_costs_no_more_accuracy_than_the_thesis_says(computed, spee
 def test_frequencies_on_23_nodes_differ_by_the_mass_of_the_thesis_model(computed, mass):
     """The thesis's 23-node rotor is 2.6 % heavier than its 13-node rotor: rigid frequencies 1.3 % lower."""
     tabulated = np.array(THESIS["table_3_1"]["23_node"][mass]["90"])
-    above = np.array(computed["table_3_1"]["23_node"][mass]["90"]) / tabulated - 1.0
+    above = np.array(computed.by_mesh["23_node"][mass]["90"]) / tabulated - 1.0
     assert np.all((above > 0.0) & (above < 0.015))
     np.testing.assert_allclose(np.mean(above[:4]), 0.013, atol=0.002)
-    np.testing.assert_allclose(deviations(computed)["23_node"][mass]["90"], 100.0 * above, rtol=1e-9)
+    np.testing.assert_allclose(computed.deviation_from_thesis["23_node"][mass]["90"], 100.0 * above, rtol=1e-9)
 
 
 def test_diagonal_mass_needs_more_nodes_than_consistent_mass(computed):
-    table = computed["table_3_1"]
+    table = computed.by_mesh
     assert list(table) == ["23_node", "19_node", "13_node", "6_node"]
     exact = np.array(table["23_node"]["consistent"]["145"])
     errors = {
@@ -66,7 +66,7 @@ def test_diagonal_mass_needs_more_nodes_than_consistent_mass(computed):
 
 def test_rotor_without_master_planes_has_no_condensed_table():
     rotor = load_rotor()
-    assert frequency_tables(replace(rotor, reduction=ReductionOptions()))["table_3_4"] == {}
+    assert frequency_tables(replace(rotor, reduction=ReductionOptions())).condensed == {}
 
 
 def test_mass_of_the_rig_is_96_kg_in_both_mass_matrices():

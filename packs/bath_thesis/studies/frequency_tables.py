@@ -14,12 +14,19 @@ from amb_cosim.presentation.json_data import Key, Layout
 from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.studies.inputs import Number, RotorSource, node_numbers, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult, StudyResult
-from bath_thesis.mesh_frequencies import SPEEDS, deviations, frequency_tables
+from bath_thesis.printed import printed
 from fmi_export.model import Array
 from rotor_analysis.condensation_error import condensation_error
+from rotor_analysis.meshes import mesh_family
+from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import MassModel
+from rotor_analysis.supported_rotor import SupportedRotor, supported_rotor
 
+SPEEDS = (90.0, 120.0, 145.0)  # rad/s
+MASSES: tuple[MassModel, ...] = ("consistent", "diagonal")
+COUNT = 8
 POINTS = 161  # speeds of the error of condensation
 
 ByMassAndSpeed = dict[str, dict[str, list[float]]]
@@ -131,7 +138,7 @@ class MeshAndCondensation(DrawnResult):
 def thesis_tables() -> ThesisTables:
     """Return Tables 3.1 to 3.4 of the thesis and the constants K_s and K_i of Table 2.2, computed from the models."""
     constants = BearingConstants(*linear_constants(axis_parameters()))
-    return ThesisTables(_frequencies(load_rotor("bath_rig_thesis")), constants)
+    return ThesisTables(frequency_tables(load_rotor("bath_rig_thesis")), constants)
 
 
 def tables(
@@ -159,18 +166,46 @@ def tables(
     if chosen:
         error = condensation_error(description, speed_range(up_to, POINTS), chosen)
         condensation = CondensationErrors(error.planes, error.speeds, error.frequency.T, error.eigenvalue.T)
-    return MeshAndCondensation(description.name, _frequencies(description), condensation)
+    return MeshAndCondensation(description.name, frequency_tables(description), condensation)
 
 
-def _frequencies(rotor: Rotor) -> FrequencyTables:
-    """Return all tables of a rotor."""
-    found = frequency_tables(rotor)
-    errors = None
+def frequency_tables(rotor: Rotor) -> FrequencyTables:
+    """Return the first eight damped natural frequencies of a rotor at three speeds, by mesh and condensed.
+
+    Those of the thesis's rig stand beside what the thesis prints (`printed_frequencies.toml`).
+    """
+    meshes = sorted(mesh_family(rotor).items(), reverse=True)
+    by_mesh: dict[str, ByMassAndSpeed] = {
+        f"{count}_node": {mass: _by_speed(supported_rotor(mesh, mass)) for mass in MASSES} for count, mesh in meshes
+    }
+    models, errors = {}, None
     if rotor.masters:
-        rows = condensation_error(rotor, np.array(SPEEDS)).frequency
-        errors = dict(zip(SPEEDS, rows, strict=True))
-    deviation = deviations(found) if rotor == load_rotor("bath_rig_thesis") else None
-    return FrequencyTables(found["table_3_1"], found["table_3_4"], errors, deviation)
+        models[f"fem_{len(rotor.shaft.nodes)}"] = _by_speed(supported_rotor(rotor))
+        models["condensed"] = _by_speed(supported_rotor(rotor, planes=rotor.masters))
+        errors = dict(zip(SPEEDS, condensation_error(rotor, np.array(SPEEDS)).frequency, strict=True))
+    condensed = {f"{speed:g}": {name: of[f"{speed:g}"] for name, of in models.items()} for speed in SPEEDS if models}
+    is_rig = rotor == load_rotor("bath_rig_thesis")
+    deviations = _deviations(by_mesh | {"condensed": {"diagonal": models["condensed"]}}) if is_rig else None
+    return FrequencyTables(by_mesh, condensed, errors, deviations)
+
+
+def _by_speed(rotor_model: SupportedRotor) -> dict[str, list[float]]:
+    return {f"{speed:g}": damped_frequencies(rotor_model.model, speed, COUNT).tolist() for speed in SPEEDS}
+
+
+def _deviations(computed: dict[str, ByMassAndSpeed]) -> dict[str, ByMassAndSpeed]:
+    """Return frequencies over those of the thesis less one (percent), of each row that it prints."""
+    return {
+        model: {
+            mass: {
+                speed: [100.0 * (own / theirs - 1.0) for own, theirs in zip(found[speed], row, strict=True)]
+                for speed, row in rows.items()
+            }
+            for mass, rows in masses.items()
+            for found in (computed[model][mass],)
+        }
+        for model, masses in printed("frequencies").items()
+    }
 
 
 def _rows(models: Mapping[str, ByMassAndSpeed]) -> Iterator[tuple[Any, ...]]:

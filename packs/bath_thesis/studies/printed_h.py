@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from bath_thesis.printed import printed
 from fmi_export.model import Array
 from rotor_analysis.modes import Complex
 
@@ -68,25 +67,25 @@ class PrintedH:
 
 def compare_with_print(H: Complex, forces: tuple[str, ...]) -> PrintedH:
     """Return H of the rig at 10 Hz (N/m), shape (4, 8), beside the printed matrix."""
-    found, printed = np.abs(H), np.abs(printed_h())
+    found, stated = np.abs(H), np.abs(printed_h())
     return PrintedH(
         forces=forces,
         computed=found,
-        printed=printed,
+        printed=stated,
         frobenius_norm_computed=float(np.linalg.norm(found)),
-        frobenius_norm_printed=float(np.linalg.norm(printed)),
+        frobenius_norm_printed=float(np.linalg.norm(stated)),
         norm_by_force_computed=np.linalg.norm(found, axis=1),
-        norm_by_force_printed=np.linalg.norm(printed, axis=1),
+        norm_by_force_printed=np.linalg.norm(stated, axis=1),
         norm_by_sensor_computed=np.linalg.norm(found, axis=0),
-        norm_by_sensor_printed=np.linalg.norm(printed, axis=0),
+        norm_by_sensor_printed=np.linalg.norm(stated, axis=0),
         across_computed=_across(found),
-        across_printed=_across(printed),
+        across_printed=_across(stated),
     )
 
 
 def printed_h() -> Complex:
     """Return the printed H (N/m), shape (4, 8), with positive real and imaginary parts throughout."""
-    data = tomllib.loads((Path(__file__).parent / "printed_h_10_hz.toml").read_text(encoding="utf-8"))
+    data = printed("h_10_hz")
     return 1e6 * (np.array(data["real"]) + 1j * np.array(data["imaginary"])).T
 
 

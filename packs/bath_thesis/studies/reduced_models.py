@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -13,7 +11,8 @@ from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextPart, labelled_table, number
 from amb_cosim.studies.inputs import Number, positive, speed_range
 from amb_cosim.studies.result import DrawnResult
-from bath_thesis.mesh_frequencies import COUNT, MASSES, SPEEDS, thesis_frequencies
+from bath_thesis.printed import printed
+from bath_thesis.studies.frequency_tables import COUNT, MASSES, SPEEDS
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.campbell import Campbell
@@ -156,7 +155,7 @@ def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> 
         If an argument is out of range.
     """
     u, speeds = positive(unbalance, "kg.m", "unbalance"), speed_range(up_to, POINTS)[1:]
-    rotor, printed = load_rotor("bath_rig_thesis"), thesis_numbers()
+    rotor, stated = load_rotor("bath_rig_thesis"), printed("reduction")
     meshes = {f"{count}_node": mesh for count, mesh in mesh_family(rotor).items()}
     built = {model: {mass: supported_rotor(mesh, mass) for mass in MASSES} for model, mesh in meshes.items()} | {
         CONDENSED: {mass: supported_rotor(rotor, mass, rotor.masters) for mass in MASSES}
@@ -172,23 +171,17 @@ def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> 
     }
     errors: dict[str, dict[str, MeanError]] = {
         model: {
-            mass: _mean_error(built[model][mass], found, finest, printed["mean_error"].get(model, {}).get(mass))
+            mass: _mean_error(built[model][mass], found, finest, stated["mean_error"].get(model, {}).get(mass))
             for mass, found in by_mass.items()
         }
         for model, by_mass in rows.items()
     }
     beside = {
-        model: {mass: _beside(rows[model][mass], by_speed) for mass, by_speed in printed[model].items()}
+        model: {mass: _beside(rows[model][mass], by_speed) for mass, by_speed in stated[model].items()}
         for model in ("19_node", COARSE)
     }
-    change = 100.0 * (beside[COARSE]["diagonal"]["90"].thesis / thesis_frequencies()[FULL]["diagonal"]["90"] - 1.0)
+    change = 100.0 * (beside[COARSE]["diagonal"]["90"].thesis / printed("frequencies")[FULL]["diagonal"]["90"] - 1.0)
     return ModelReduction(u, rotor.masters[0], speeds, models, response_errors, errors, beside, change)
-
-
-def thesis_numbers() -> dict[str, Any]:
-    """Return the numbers of the thesis in `printed_reduction.toml`."""
-    text = (Path(__file__).parent / "printed_reduction.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
 
 
 def rigid_inertia(model: Matrices, z: Array) -> tuple[float, float]:
