@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 
-def require(extra: str, purpose: str, *packages: str) -> None:
+def require_extra(extra: str, purpose: str, *packages: str) -> None:
     """Check that packages are installed which an extra brings and a plain run does not need.
 
     Raises

@@ -10,7 +10,7 @@ import click
 from amb_cosim.commands.cli_errors import Failed, refusing
 from amb_cosim.commands.options import output
 from amb_files.atomic import check_writable
-from fmi_export.building.extras import require
+from fmi_export.building.extras import require_extra
 
 if TYPE_CHECKING:
     from amb_cosim.assessment.evaluation import Report
@@ -55,7 +55,7 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
     from amb_cosim.presentation.progress import bars
 
     with refusing(), bars(Console(stderr=True)) as shown:
-        require("report", "a report", "plotly")
+        require_extra("report", "a report", "plotly")
         task = shown.add_task("computing (a first run compiles the models)", total=None)
         found = assess(
             statements,

@@ -25,7 +25,7 @@ from amb_cosim.sweeps.engine import connect, run_missing
 from amb_cosim.sweeps.sampling import Design, make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
 from amb_cosim.sweeps.worker import LABELS, Metric, Runner, Task
-from fmi_export.building.extras import require
+from fmi_export.building.extras import require_extra
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -138,7 +138,7 @@ def sweep(
     KeyboardInterrupt
         If it was interrupted; what had come until then is kept.
     """
-    require("sweep", "a sweep", "dask", "distributed", "zarr", "SALib")
+    require_extra("sweep", "a sweep", "dask", "distributed", "zarr", "SALib")
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(str(scenario))
     files = {"rotor": rotor, "receptances": receptances}

@@ -6,7 +6,7 @@ import importlib.metadata
 from collections.abc import Iterable
 from pathlib import Path
 
-from fmi_export.building.extras import require
+from fmi_export.building.extras import require_extra
 from fmi_export.building.native.compiler import PLATFORMS, compile_library
 from fmi_export.building.native.engines import COMPILING, SLAVE, Engine, find_or_compile
 from fmi_export.building.native.sources import digest_of, texts_of
@@ -57,7 +57,7 @@ def check_guarded(platforms: Iterable[str]) -> list[str]:
 
 
 def _compile(platform: str) -> Engine:
-    require("native", f"there is no guard of flavour python for {platform} yet; compiling it", "ziglang")
+    require_extra("native", f"there is no guard of flavour python for {platform} yet; compiling it", "ziglang")
     code, libraries = SYSTEMS[platform]
     sources = texts_of(SLAVE + _own(*OWN, code))
     sources["engine_key.h"] = f'#define ENGINE_KEY "{guard_key()}"\n'

@@ -17,7 +17,7 @@ from pathlib import Path
 import platformdirs
 
 from amb_files.stages import stage
-from fmi_export.building.extras import require
+from fmi_export.building.extras import require_extra
 from fmi_export.building.native.universal import universal
 
 # FMI 2.0.4 platform folder: suffix of its libraries, and the targets that one library contains.
@@ -137,7 +137,7 @@ def check_compiler() -> str:
     ValueError
         If it is missing, or its LLVM version is not that of numba.
     """
-    require("native", "compiling an engine", "ziglang")
+    require_extra("native", "compiling an engine", "ziglang")
     ours = int(importlib.import_module("llvmlite.binding").llvm_version_info[0])
     with stage() as folder:
         found = re.search(r"clang version (\d+)", _zig(["--version"], folder))

@@ -16,7 +16,7 @@ from platform import machine
 import platformdirs
 
 from amb_files.kept import is_undamaged, keep
-from fmi_export.building.extras import require
+from fmi_export.building.extras import require_extra
 from fmi_export.building.identity import digests
 from fmi_export.building.native.compiler import check_compiler, compile_library
 from fmi_export.building.native.lowering import Kernels, lower
@@ -115,7 +115,7 @@ def _name(models: Sequence[Kernels]) -> str:
 
 def _compile(models: Sequence[Kernels], platform: str) -> Engine:
     purpose = f"there is no engine of {_name(models)} for {platform} yet (flavour python takes none); compiling it"
-    require("native", purpose, "numba", "ziglang")
+    require_extra("native", purpose, "numba", "ziglang")
     check_compiler()
     library = compile_library(models[0].name, engine_sources(models), platform)
     return Engine(library, "numba {numba}, ziglang {ziglang}".format(**_versions("numba", "ziglang")))
