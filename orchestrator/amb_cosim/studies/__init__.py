@@ -15,20 +15,22 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from amb_cosim.studies.figures import figure, save
+from amb_cosim.studies.figures import figure as figure
+from amb_cosim.studies.figures import save as save
 
 if TYPE_CHECKING:
-    from amb_cosim.studies.bearing_axis import linearisation
-    from amb_cosim.studies.campbell_diagram import campbell
-    from amb_cosim.studies.contact_convergence import convergence
-    from amb_cosim.studies.coupling_convergence import coupling
-    from amb_cosim.studies.natural_modes import modes, natural_frequencies
-    from amb_cosim.studies.receptance_identification import identify
-    from amb_cosim.studies.rotor_layout import layout
-    from amb_cosim.studies.run_spectra import waterfall
-    from amb_cosim.studies.sensor_receptance import receptance
-    from amb_cosim.studies.stability_margin import sensitivity
-    from amb_cosim.studies.unbalance_over_speed import unbalance_response
+    from amb_cosim.studies.bearing_axis import linearisation as linearisation
+    from amb_cosim.studies.campbell_diagram import campbell as campbell
+    from amb_cosim.studies.contact_convergence import convergence as convergence
+    from amb_cosim.studies.coupling_convergence import coupling as coupling
+    from amb_cosim.studies.natural_modes import modes as modes
+    from amb_cosim.studies.natural_modes import natural_frequencies as natural_frequencies
+    from amb_cosim.studies.receptance_identification import identify as identify
+    from amb_cosim.studies.rotor_layout import layout as layout
+    from amb_cosim.studies.run_spectra import waterfall as waterfall
+    from amb_cosim.studies.sensor_receptance import receptance as receptance
+    from amb_cosim.studies.stability_margin import sensitivity as sensitivity
+    from amb_cosim.studies.unbalance_over_speed import unbalance_response as unbalance_response
 
     STUDIES: dict[str, Study]  # those of this package and of the packs, by name
 
@@ -80,25 +82,6 @@ _OWN = {
     ),
 }
 
-__all__ = [
-    "STUDIES",
-    "Study",
-    "campbell",
-    "convergence",
-    "coupling",
-    "figure",
-    "identify",
-    "layout",
-    "linearisation",
-    "modes",
-    "natural_frequencies",
-    "receptance",
-    "save",
-    "sensitivity",
-    "unbalance_response",
-    "waterfall",
-]
-
 
 def __getattr__(name: str) -> Any:
     """Import the function of a study when it is used."""
@@ -117,7 +100,7 @@ def study_of(name: str) -> Study | None:
 
 
 def __dir__() -> list[str]:
-    return sorted({*__all__, *_all_studies()})
+    return sorted({"STUDIES", "Study", "figure", "save", *_all_studies()})
 
 
 @cache
