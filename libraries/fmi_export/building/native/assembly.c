@@ -314,6 +314,12 @@ int64_t initialise_assembly(Run *run)
 static const double TOLERANCE = 1e-3, SAME = 1e-9, ROUNDING = 1e-15;
 static const double LONGEST_STEP = 1.0 + 1e-9, ROUNDING_OF_STEP = 4.5e-16;
 
+/* The next instant; where there was none yet, `time`, at which the first step begins. */
+static double next_instant(const Clock *clock, double time, double sample_time)
+{
+    return clock->count > 0.0 ? clock->begin + clock->count * sample_time : time;
+}
+
 static int is_due(double instant, double time, double step_size)
 {
     return instant < time + (1.0 - TOLERANCE) * step_size;
@@ -344,8 +350,7 @@ static End step_parts(Run *run, double time, double step_size, double sample_tim
 {
     struct Assembly *assembly = run->assembly;
     Clock *clock = assembly->clock;
-    const double instant = clock->count > 0.0 ? clock->begin + clock->count * sample_time : time;
-    const int due = is_due(instant, time, step_size);
+    const int due = is_due(next_instant(clock, time, sample_time), time, step_size);
     assembly->program.start_time = time;
     assembly->program.jacobi = assembly->wiring->jacobi != 0;
     for (size_t k = 0; k < run->data.n_parts; k++) {
@@ -383,8 +388,7 @@ int64_t step_assembly(Run *run, double time, double step_size)
     int pieces = 0;
     give(run);
     while (left > 0.0) {
-        double instant = clock->count > 0.0 ? clock->begin + clock->count * sample_time : at;
-        double size = piece(instant, at, left, sample_time);
+        double size = piece(next_instant(clock, at, sample_time), at, left, sample_time);
         int is_whole = fabs(size - sample_time) <= SAME * sample_time + ROUNDING * fabs(at);
         follow_slopes(run, at - time);
         End end = step_parts(run, at, is_whole ? sample_time : size, sample_time);

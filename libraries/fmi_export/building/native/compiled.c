@@ -51,16 +51,18 @@ const char *call_initialise(Run *run, int64_t *fault)
 {
     const Data *data = &run->data;
     void *exception = NULL;
-    return failure(MODEL[data->kernels].initialise(fault, &exception, data->constants, data->n_constants, run->values,
-                                     data->n_parameters, run->values + data->n_parameters, data->n_inputs, run->state,
-                                     data->n_state, run->work, data->n_work, run->next_outputs, data->n_outputs));
+    Initialise *initialise = MODEL[data->kernels].initialise;
+    return failure(initialise(fault, &exception, data->constants, data->n_constants, run->values, data->n_parameters,
+                              run->values + data->n_parameters, data->n_inputs, run->state, data->n_state, run->work,
+                              data->n_work, run->next_outputs, data->n_outputs));
 }
 
 const char *call_step(Run *run, double time, double step_size, int64_t *fault)
 {
     const Data *data = &run->data;
     void *exception = NULL;
-    return failure(MODEL[data->kernels].step(fault, &exception, data->constants, data->n_constants, run->values, data->n_parameters,
-                               run->values + data->n_parameters, data->n_inputs, run->state, data->n_state, run->work,
-                               data->n_work, run->next_outputs, data->n_outputs, time, step_size));
+    Step *step = MODEL[data->kernels].step;
+    return failure(step(fault, &exception, data->constants, data->n_constants, run->values, data->n_parameters,
+                        run->values + data->n_parameters, data->n_inputs, run->state, data->n_state, run->work,
+                        data->n_work, run->next_outputs, data->n_outputs, time, step_size));
 }

@@ -190,32 +190,19 @@ fmi2Status fmi2SetString(fmi2Component component, REFERENCES, const fmi2String v
     return (fmi2Status)before_set(component, __func__, TYPE_STRING, references, count, values);
 }
 
-fmi2Status fmi2SetReal(fmi2Component component, REFERENCES, const fmi2Real values[])
-{
-    Instance *instance = component;
-    Status status = before_set(instance, __func__, TYPE_REAL, references, count, values);
-    for (size_t i = 0; i < count && status == STATUS_OK; i++)
-        instance->run.values[references[i]] = values[i];
-    return (fmi2Status)status;
-}
+#define SET(TYPE, KIND, VALUE)                                                                                         \
+    fmi2Status fmi2Set##TYPE(fmi2Component component, REFERENCES, const fmi2##TYPE values[])                           \
+    {                                                                                                                  \
+        Instance *instance = component;                                                                                \
+        Status status = before_set(instance, __func__, KIND, references, count, values);                               \
+        for (size_t i = 0; i < count && status == STATUS_OK; i++)                                                      \
+            instance->run.values[references[i]] = VALUE;                                                               \
+        return (fmi2Status)status;                                                                                     \
+    }
 
-fmi2Status fmi2SetInteger(fmi2Component component, REFERENCES, const fmi2Integer values[])
-{
-    Instance *instance = component;
-    Status status = before_set(instance, __func__, TYPE_INTEGER, references, count, values);
-    for (size_t i = 0; i < count && status == STATUS_OK; i++)
-        instance->run.values[references[i]] = values[i];
-    return (fmi2Status)status;
-}
-
-fmi2Status fmi2SetBoolean(fmi2Component component, REFERENCES, const fmi2Boolean values[])
-{
-    Instance *instance = component;
-    Status status = before_set(instance, __func__, TYPE_BOOLEAN, references, count, values);
-    for (size_t i = 0; i < count && status == STATUS_OK; i++)
-        instance->run.values[references[i]] = values[i] != fmi2False;
-    return (fmi2Status)status;
-}
+SET(Real, TYPE_REAL, values[i])
+SET(Integer, TYPE_INTEGER, values[i])
+SET(Boolean, TYPE_BOOLEAN, values[i] != fmi2False)
 
 /* Saved states --------------------------------------------------------------------------------------------------- */
 

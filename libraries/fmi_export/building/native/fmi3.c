@@ -212,91 +212,43 @@ static double *values_of(const Instance *instance, fmi3ValueReference reference)
                     *end = there + length_of(instance, (references)[i]);                                               \
              there < end; there++, values++)
 
-fmi3Status fmi3GetFloat64(fmi3Instance component, REFERENCES, fmi3Float64 values[], size_t n_values)
-{
-    Instance *instance = component;
-    Status status = before_get(instance, __func__, TYPE_REAL, references, count, values, n_values);
-    if (status <= STATUS_WARNING)
-        FOR_EACH_VALUE(instance, references, count)
-            *values = *there;
-    return (fmi3Status)status;
-}
+#define GET(TYPE, KIND, VALUE)                                                                                         \
+    fmi3Status fmi3Get##TYPE(fmi3Instance component, REFERENCES, fmi3##TYPE values[], size_t n_values)                 \
+    {                                                                                                                  \
+        Instance *instance = component;                                                                                \
+        Status status = before_get(instance, __func__, KIND, references, count, values, n_values);                     \
+        if (status <= STATUS_WARNING)                                                                                  \
+            FOR_EACH_VALUE(instance, references, count) {                                                              \
+                VALUE;                                                                                                 \
+            }                                                                                                          \
+        return (fmi3Status)status;                                                                                     \
+    }
 
-fmi3Status fmi3GetInt32(fmi3Instance component, REFERENCES, fmi3Int32 values[], size_t n_values)
-{
-    Instance *instance = component;
-    Status status = before_get(instance, __func__, TYPE_INTEGER, references, count, values, n_values);
-    if (status <= STATUS_WARNING)
-        FOR_EACH_VALUE(instance, references, count)
-            if (slave_integer(instance, __func__, (uint32_t)(there - instance->run.values), values) != STATUS_OK)
-                return fmi3Error;
-    return (fmi3Status)status;
-}
+#define SET(TYPE, KIND)                                                                                                \
+    fmi3Status fmi3Set##TYPE(fmi3Instance component, REFERENCES, const fmi3##TYPE values[], size_t n_values)           \
+    {                                                                                                                  \
+        Instance *instance = component;                                                                                \
+        Status status = before_set(instance, __func__, KIND, references, count, values, n_values);                     \
+        if (status == STATUS_OK)                                                                                       \
+            FOR_EACH_VALUE(instance, references, count)                                                                \
+                *there = (double)*values;                                                                              \
+        return (fmi3Status)status;                                                                                     \
+    }
 
-/* Of enumerations, which FMI 3.0 reads and sets so. */
-fmi3Status fmi3GetInt64(fmi3Instance component, REFERENCES, fmi3Int64 values[], size_t n_values)
-{
-    Instance *instance = component;
-    int32_t value = 0;
-    Status status = before_get(instance, __func__, TYPE_INTEGER, references, count, values, n_values);
-    if (status <= STATUS_WARNING)
-        FOR_EACH_VALUE(instance, references, count) {
-            if (slave_integer(instance, __func__, (uint32_t)(there - instance->run.values), &value) != STATUS_OK)
-                return fmi3Error;
-            *values = value;
-        }
-    return (fmi3Status)status;
-}
+#define INTEGER                                                                                                        \
+    int32_t value = 0;                                                                                                 \
+    if (slave_integer(instance, __func__, (uint32_t)(there - instance->run.values), &value) != STATUS_OK)              \
+        return fmi3Error;                                                                                              \
+    *values = value
 
-fmi3Status fmi3GetBoolean(fmi3Instance component, REFERENCES, fmi3Boolean values[], size_t n_values)
-{
-    Instance *instance = component;
-    Status status = before_get(instance, __func__, TYPE_BOOLEAN, references, count, values, n_values);
-    if (status <= STATUS_WARNING)
-        FOR_EACH_VALUE(instance, references, count)
-            *values = *there != 0.0;
-    return (fmi3Status)status;
-}
-
-fmi3Status fmi3SetFloat64(fmi3Instance component, REFERENCES, const fmi3Float64 values[], size_t n_values)
-{
-    Instance *instance = component;
-    Status status = before_set(instance, __func__, TYPE_REAL, references, count, values, n_values);
-    if (status == STATUS_OK)
-        FOR_EACH_VALUE(instance, references, count)
-            *there = *values;
-    return (fmi3Status)status;
-}
-
-fmi3Status fmi3SetInt32(fmi3Instance component, REFERENCES, const fmi3Int32 values[], size_t n_values)
-{
-    Instance *instance = component;
-    Status status = before_set(instance, __func__, TYPE_INTEGER, references, count, values, n_values);
-    if (status == STATUS_OK)
-        FOR_EACH_VALUE(instance, references, count)
-            *there = *values;
-    return (fmi3Status)status;
-}
-
-fmi3Status fmi3SetInt64(fmi3Instance component, REFERENCES, const fmi3Int64 values[], size_t n_values)
-{
-    Instance *instance = component;
-    Status status = before_set(instance, __func__, TYPE_INTEGER, references, count, values, n_values);
-    if (status == STATUS_OK)
-        FOR_EACH_VALUE(instance, references, count)
-            *there = (double)*values;
-    return (fmi3Status)status;
-}
-
-fmi3Status fmi3SetBoolean(fmi3Instance component, REFERENCES, const fmi3Boolean values[], size_t n_values)
-{
-    Instance *instance = component;
-    Status status = before_set(instance, __func__, TYPE_BOOLEAN, references, count, values, n_values);
-    if (status == STATUS_OK)
-        FOR_EACH_VALUE(instance, references, count)
-            *there = *values;
-    return (fmi3Status)status;
-}
+GET(Float64, TYPE_REAL, *values = *there)
+GET(Boolean, TYPE_BOOLEAN, *values = *there != 0.0)
+GET(Int32, TYPE_INTEGER, INTEGER)
+GET(Int64, TYPE_INTEGER, INTEGER) /* of enumerations, which FMI 3.0 reads and sets so */
+SET(Float64, TYPE_REAL)
+SET(Boolean, TYPE_BOOLEAN)
+SET(Int32, TYPE_INTEGER)
+SET(Int64, TYPE_INTEGER)
 
 /* Saved states --------------------------------------------------------------------------------------------------- */
 

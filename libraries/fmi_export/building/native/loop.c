@@ -84,7 +84,7 @@ static intptr_t condition_met(const Conditions *c, const double *values, intptr_
 }
 
 void advance(const Program *p, const Changes *changes, const RecordBuffer *buffer, const Conditions *conditions,
-                    intptr_t row, intptr_t begin, intptr_t stop, intptr_t last, const volatile bool *pause, End *end) {
+             intptr_t row, intptr_t begin, intptr_t stop, intptr_t last, const volatile bool *pause, End *end) {
   intptr_t change = 0;
   *end = (End){stop - 1, row, 0, 0, 0, -1};
   for (intptr_t n = begin; n < stop; n++) {
