@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from fmi_export.building.units import DISPLAYED, base_unit, display_unit
@@ -18,23 +18,9 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
     inputs they depend on without delay. They are the initial unknowns, with what their initial
     values depend on as far as the table declares it.
     """
-    root = Element("fmiModelDescription", {"fmiVersion": "2.0", "guid": guid, **own_attributes(model, tool, version)})
-    SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=model.name,
-        needsExecutionTool=str(needs_tool).lower(),
-        canHandleVariableCommunicationStepSize=str(model.variable_step).lower(),
-        canBeInstantiatedOnlyOncePerProcess="false",
-        canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-    )
-    add_units(root, model)
-    _add_enumerations(root, model)
-    add_log_categories(root)
-    SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(model.step_size))
-
+    root = Element("fmiModelDescription", fmiVersion="2.0", guid=guid)
+    abilities = ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate", "canSerializeFMUstate")
+    describe(root, model, tool, version, needs_tool, abilities, _enumeration)
     variables = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(model.interface.variables):
         variables.append(_scalar_variable(reference, variable))
@@ -60,9 +46,28 @@ def xml_file(root: Element) -> bytes:
     return bytes(tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def own_attributes(model: Model, tool: str, version: str) -> dict[str, str]:
-    """Return the attributes of the root element that every version of FMI has."""
-    return {
+def describe(
+    root: Element,
+    model: Model,
+    tool: str,
+    version: str,
+    needs_tool: bool,
+    abilities: tuple[str, ...],
+    enumeration: Callable[[Element, str], Element],
+    *further: str,
+) -> None:
+    """Add all that comes before the variables, in whichever version of FMI.
+
+    Parameters
+    ----------
+    abilities
+        Attributes that are true of the slave in co-simulation, as the version calls them.
+    enumeration
+        Adds an Enumeration of a name to the types, and returns the element of its items.
+    further
+        Units besides those of the variables.
+    """
+    root.attrib |= {
         "modelName": model.name,
         "description": model.description,
         "license": "BSD-3-Clause",
@@ -70,16 +75,58 @@ def own_attributes(model: Model, tool: str, version: str) -> dict[str, str]:
         "generationTool": tool,
         "variableNamingConvention": "structured",
     }
-
-
-def add_log_categories(root: Element) -> None:
-    """Add the categories of the log."""
+    SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=model.name,
+        needsExecutionTool=str(needs_tool).lower(),
+        canHandleVariableCommunicationStepSize=str(model.variable_step).lower(),
+        canBeInstantiatedOnlyOncePerProcess="false",
+    ).attrib.update(dict.fromkeys(abilities, "true"))
+    _add_units(root, model, *further)
+    types = SubElement(root, "TypeDefinitions") if model.interface.enumerations else root
+    for one in model.interface.enumerations.values():
+        items = enumeration(types, one.name)
+        for number, (name, description) in enumerate(one.items):
+            item = SubElement(items, "Item", name=name, value=str(number))
+            if description:
+                item.set("description", description)
     categories = SubElement(root, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
         SubElement(categories, "Category", name=name, description=description)
+    SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(model.step_size))
 
 
-def add_units(root: Element, model: Model, *further: str) -> None:
+def identity_of(v: Variable, name: str, reference: int, description: str) -> dict[str, str]:
+    """Return the attributes that say what a variable is: an array has its first element's but for the first three."""
+    attributes = {
+        "name": name,
+        "valueReference": str(reference),
+        "description": description,
+        "causality": v.causality,
+        "variability": v.variability,
+    }
+    if v.causality != "input":
+        attributes["initial"] = "exact" if v.causality == "parameter" else "calculated"
+    return attributes
+
+
+def range_of(v: Variable) -> dict[str, str]:
+    """Return the attributes of a variable's type: units, limits and Enumeration, as far as it has them."""
+    values: dict[str, str] = {}
+    if v.type == "Real":
+        values["unit"] = v.unit
+        if shown_in(v):
+            values["displayUnit"] = shown_in(v)
+    if v.type != "Boolean":
+        if v.minimum > -LARGEST:
+            values["min"] = v.literal(v.minimum)
+        if v.maximum < LARGEST:
+            values["max"] = v.literal(v.maximum)
+    return values | ({"declaredType": v.enumeration.name} if v.enumeration else {})
+
+
+def _add_units(root: Element, model: Model, *further: str) -> None:
     """Add the units of the variables, what they are shown in, and further units."""
     reals = [v for v in model.interface.variables if v.type == "Real"]
     definitions = SubElement(root, "UnitDefinitions")
@@ -99,45 +146,14 @@ def shown_in(v: Variable) -> str:
     return v.display_unit or DISPLAYED.get(v.unit, "")
 
 
-def _add_enumerations(root: Element, model: Model) -> None:
-    if not model.interface.enumerations:
-        return
-    definitions = SubElement(root, "TypeDefinitions")
-    for enumeration in model.interface.enumerations.values():
-        items = SubElement(SubElement(definitions, "SimpleType", name=enumeration.name), "Enumeration")
-        for number, (name, description) in enumerate(enumeration.items):
-            item = SubElement(items, "Item", name=name, value=str(number))
-            if description:
-                item.set("description", description)
+def _enumeration(types: Element, name: str) -> Element:
+    return SubElement(SubElement(types, "SimpleType", name=name), "Enumeration")
 
 
 def _scalar_variable(reference: int, v: Variable) -> Element:
-    attributes = {
-        "name": v.name,
-        "valueReference": str(reference),
-        "description": v.description,
-        "causality": v.causality,
-        "variability": v.variability,
-    }
-    if v.causality != "input":
-        attributes["initial"] = "exact" if v.causality == "parameter" else "calculated"
-    element = Element("ScalarVariable", attributes)
-    value: dict[str, str] = {}
-    if v.causality != "output":
-        value["start"] = v.literal(v.start)
-    if v.type == "Real":
-        value["unit"] = v.unit
-        if shown_in(v):
-            value["displayUnit"] = shown_in(v)
-    if v.type != "Boolean":
-        if v.minimum > -LARGEST:
-            value["min"] = v.literal(v.minimum)
-        if v.maximum < LARGEST:
-            value["max"] = v.literal(v.maximum)
-    if v.enumeration:
-        SubElement(element, "Enumeration", {"declaredType": v.enumeration.name} | value)
-    else:
-        SubElement(element, v.type, value)
+    element = Element("ScalarVariable", identity_of(v, v.name, reference, v.description))
+    start = {} if v.causality == "output" else {"start": v.literal(v.start)}
+    SubElement(element, "Enumeration" if v.enumeration else v.type, start | range_of(v))
     if v.warning:
         SubElement(SubElement(SubElement(element, "Annotations"), "Tool", name=TOOL), "Warning", sentence=v.warning)
     return element

@@ -5,10 +5,10 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element, SubElement
 
 from fmi_export.building.arrays import Slot, slots
-from fmi_export.building.description import add_log_categories, add_units, own_attributes, shown_in
+from fmi_export.building.description import describe, identity_of, range_of
 from fmi_export.interface import Interface
 from fmi_export.model import Model
-from fmi_export.variables import LARGEST, TOOL
+from fmi_export.variables import TOOL
 
 TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 
@@ -19,22 +19,9 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
     Value references are those of FMI 2.0. Arrays are as `arrays` finds them; `time`, which FMI 3.0 asks for, follows
     the last variable.
     """
-    root = Element("fmiModelDescription", {"fmiVersion": "3.0", **own_attributes(model, tool, version)})
-    root.set("instantiationToken", token)
-    SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=model.name,
-        needsExecutionTool="false",
-        canBeInstantiatedOnlyOncePerProcess="false",
-        canHandleVariableCommunicationStepSize=str(model.variable_step).lower(),
-        canGetAndSetFMUState="true",
-        canSerializeFMUState="true",
-    )
-    add_units(root, model, "s")
-    _add_enumerations(root, model.interface)
-    add_log_categories(root)
-    SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(model.step_size))
+    root = Element("fmiModelDescription", fmiVersion="3.0", instantiationToken=token)
+    abilities = ("canGetAndSetFMUState", "canSerializeFMUState")
+    describe(root, model, tool, version, False, abilities, _enumeration, "s")
     variables = SubElement(root, "ModelVariables")
     found = slots(model.interface)
     for slot in found:
@@ -53,43 +40,16 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
     return root
 
 
-def _add_enumerations(root: Element, table: Interface) -> None:
-    if not table.enumerations:
-        return
-    definitions = SubElement(root, "TypeDefinitions")
-    for enumeration in table.enumerations.values():
-        items = SubElement(definitions, "EnumerationType", name=enumeration.name)
-        for number, (name, description) in enumerate(enumeration.items):
-            item = SubElement(items, "Item", name=name, value=str(number))
-            if description:
-                item.set("description", description)
+def _enumeration(types: Element, name: str) -> Element:
+    return SubElement(types, "EnumerationType", name=name)
 
 
 def _variable(slot: Slot) -> Element:
     v = slot.variables[0]
-    attributes = {
-        "name": slot.name,
-        "valueReference": str(slot.reference),
-        "description": slot.description,
-        "causality": v.causality,
-        "variability": v.variability,
-    }
-    if v.causality != "input":
-        attributes["initial"] = "exact" if v.causality == "parameter" else "calculated"
+    attributes = identity_of(v, slot.name, slot.reference, slot.description)
     if v.causality != "output":
         attributes["start"] = " ".join(one.literal(one.start) for one in slot.variables)
-    if v.type == "Real":
-        attributes["unit"] = v.unit
-        if shown_in(v):
-            attributes["displayUnit"] = shown_in(v)
-    if v.type != "Boolean":
-        if v.minimum > -LARGEST:
-            attributes["min"] = v.literal(v.minimum)
-        if v.maximum < LARGEST:
-            attributes["max"] = v.literal(v.maximum)
-    if v.enumeration:
-        attributes["declaredType"] = v.enumeration.name
-    element = Element("Enumeration" if v.enumeration else TYPES[v.type], attributes)
+    element = Element("Enumeration" if v.enumeration else TYPES[v.type], attributes | range_of(v))
     if v.warning:
         annotation = SubElement(SubElement(element, "Annotations"), "Annotation", type=TOOL)
         SubElement(annotation, "Warning", sentence=v.warning)
