@@ -43,7 +43,8 @@ sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(NATIVE_SUPPORT)]
 MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
 # Folders of tests that run the compiled kernels of all models.
 RUN_ALL_KERNELS = (
-    *("benchmarks", "cosim", "levitated_rotor", "live", "native", "orchestrator", "packs", "referees", "system"),
+    *("benchmarks", "cosim", "levitated_rotor", "live", "native", "orchestrator", "packs", "referees"),
+    *("strange_machine", "system"),
 )
 
 

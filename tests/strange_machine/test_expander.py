@@ -1,0 +1,54 @@
+"""The expander is unlike the rig of the packs, and does what its scenarios say."""
+
+from __future__ import annotations
+
+import numpy as np
+from strange_machine import RUB
+
+import amb_cosim
+from amb_cosim.results.places import places
+from rotor_analysis.rotor_file import load_rotor
+
+RIG, EXPANDER = load_rotor(), load_rotor(RUB.parent / "expander.toml")
+
+
+def names(rotor):
+    parts = (*rotor.bodies, *rotor.bearings, *rotor.sites, *rotor.sensors)
+    signals = (name for sensor in rotor.sensors for name in (sensor.x, sensor.y))
+    return {*(part.name for part in parts), *signals}
+
+
+def test_no_name_of_the_expander_is_one_of_the_rig():
+    assert not names(EXPANDER) & names(RIG)
+    assert not [name for name in names(EXPANDER) if name[-1].isdigit()]
+
+
+def test_sensors_and_retainers_are_away_from_all_bearings():
+    elsewhere = {*EXPANDER.sensor_nodes, *EXPANDER.site_nodes}
+    assert not elsewhere & {*EXPANDER.bearing_nodes}
+    assert not {*EXPANDER.sensor_nodes} & {*EXPANDER.site_nodes}
+
+
+def test_one_of_three_bearings_is_passive(levitation):
+    bearings = places(levitation.signals).bearings
+    assert bearings == {"north": "catch_n", "guide": "", "south": "catch_s"}
+    system = amb_cosim.load_system(RUB.parent / "levitated_expander.toml")
+    assert not [link for link in system.connections if link.target.startswith("rotor_contact.guide.")]
+
+
+def test_it_levitates_off_its_retainers_at_20_khz(levitation):
+    assert levitation.outcome.status == "completed"
+    assert levitation.summary.recovery == "prevented"
+    assert np.allclose(np.diff(levitation.dataset["time"].values), 50e-6)
+
+
+def test_it_falls_onto_both_retainers_and_stays_there(touchdown):
+    assert touchdown.summary.recovery == "trapped"
+    assert set(touchdown.summary.touchdown.retainers) == {"catch_n", "catch_s"}
+
+
+def test_it_rubs_hardest_where_no_bearing_is(rub):
+    peaks = rub.summary.peak_contact_force
+    assert peaks["labyrinth"] > 2.0 * peaks["catch_n"] > 0.0
+    assert peaks["shroud"] > 0.0
+    assert rub.summary.recovery == "recovered"

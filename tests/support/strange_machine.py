@@ -1,0 +1,14 @@
+"""The expander: a machine unlike all others here, on which features of the host are tested.
+
+Two magnetic bearings and a passive one between them, sensors and retainers away from the bearings, a seal and a turbine
+that can touch, other names, a tenth of the usual clearances, 20 kHz sampling.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+FOLDER = Path(__file__).parents[1] / "strange_machine"
+ROTOR = FOLDER / "expander.toml"
+SYSTEM = FOLDER / "levitated_expander.toml"
+LEVITATION, TOUCHDOWN, RUB = (FOLDER / f"{name}.toml" for name in ("levitation", "touchdown", "rub"))
