@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Mapping
+from pathlib import Path
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.system import System
@@ -68,16 +69,26 @@ class Assignments:
         return [] if self.drops(name, only) else self.set(name, raw, only)
 
     def drops(self, name: str, only: str | None = None) -> bool:
-        """Return whether a component that replaces another lacks what `name` matches; it then stands in `dropped`."""
-        component, _, pattern = name.partition(".")
-        if component not in self.system.replaced:
-            return False
-        causalities = ("parameter", "input") if only is None else (only,)
-        known = [p.name for p in self.interfaces[component].ports.values() if p.causality in causalities]
-        dropped = not fnmatch.filter(known, pattern)
+        """Return whether the FMU `lacks` what a name matches; the name then stands in `dropped`."""
+        dropped = self.lacks(name, only)
         if dropped and name not in self.dropped:
             self.dropped.append(name)
         return dropped
+
+    def lacks(self, name: str, only: str | None = None) -> bool:
+        """Return whether a component that replaces another has nothing that `name` matches; see `set` for `only`."""
+        component, _, pattern = name.partition(".")
+        return component in self.system.replaced and not fnmatch.filter(self._settable_names(component, only), pattern)
+
+    def missing(self, name: str) -> str:
+        """Return what the FMU of a component does not have, and what it has that is called alike."""
+        component, _, pattern = name.partition(".")
+        file = Path(self.system.component(component).fmu).name
+        return f"{component} ({file}) has no {pattern}, {suggest(pattern, self._settable_names(component))}"
+
+    def _settable_names(self, component: str, only: str | None = None) -> list[str]:
+        causalities = ("parameter", "input") if only is None else (only,)
+        return [port.name for port in self.interfaces[component].ports.values() if port.causality in causalities]
 
     def set_defaults_of_signals(self) -> None:
         """Give signals without a value the start value of the first input that they feed."""
@@ -89,8 +100,7 @@ class Assignments:
         if not set("*?") & set(name):
             return [name]
         component, pattern = self._split(name)
-        ports = self.interfaces[component].ports.values()
-        settable = [p.name for p in ports if p.causality in ("parameter", "input")]
+        settable = self._settable_names(component)
         matching = fnmatch.filter(settable, pattern)
         if not matching:
             raise ValueError(f"{component} has no parameter or input {pattern!r}; {suggest(pattern, settable)}")

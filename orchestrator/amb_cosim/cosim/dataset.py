@@ -110,9 +110,10 @@ def to_signals(recording: Recording) -> SignalTable:
 
 
 def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord]:
-    """Return the warnings of all components."""
+    """Return the warnings of all components, after those on events that are done in part only."""
     plan, columns = recording.plan, dict(zip(recording.plan.recorded, recording.recorder.table.T, strict=True))
-    return [
+    partial = [warnings.WarningRecord("events", "", told, told, first=time) for time, told in plan.partial_events]
+    return partial + [
         warned
         for component, interface in recording.interfaces.items()
         for warned in warnings.of_component(

@@ -24,11 +24,12 @@ ROUNDING = 1e-9  # relative, of times that are whole numbers of steps
 
 @dataclass(frozen=True)
 class InputChange:
-    """From `time` (s) on, an input or a tunable parameter has a new value."""
+    """From `time` (s) on, an input or a tunable parameter has a new value; `event` is what it is part of."""
 
     time: float
     variable: str
     value: Raw
+    event: str = "event"
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ class Plan:
 
     `parameters` holds what components start with, `inputs` the first values of signals and scheduled inputs by name,
     `events` their changes as (point, name, value). What `stops` judge is recorded. `notices` say what
-    components that replace others do without.
+    components that replace others do without, `partial_events` which events are done in part for that.
     """
 
     system: System
@@ -110,6 +111,7 @@ class Plan:
     record_every: int = 1
     record_from: int = 0
     notices: tuple[str, ...] = ()
+    partial_events: tuple[tuple[float, str], ...] = ()
 
     def all_parameters(self, interfaces: Mapping[str, FmuInterface]) -> dict[str, dict[str, float | None]]:
         """Return every parameter of every component: the value that was set, or its start value."""
@@ -149,10 +151,9 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
     system = replace(system, components=tuple(_rated(c, values, h) for c in system.components))
     ramps = tuple(_ramp(profile, values, h) for profile in experiment.profiles)
     ramped = {name for ramp in ramps for name in (ramp.variable, ramp.slope) if name is not None}
+    due, partial_events = _without_lacking(experiment.events, values)
     events = []
-    for event in experiment.events:
-        if values.drops(event.variable):
-            continue
+    for event in due:
         name, value = values.read_change(event.variable, event.value)
         if name in ramped:
             raise ValueError(f"an event cannot set {name}; a profile does")
@@ -180,7 +181,32 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         record_every=experiment.record_every,
         record_from=first if experiment.record_settling else 0,
         notices=tuple(notices(system, interfaces, values.inputs, values.dropped)),
+        partial_events=partial_events,
     )
+
+
+def _without_lacking(
+    changes: Sequence[InputChange], values: Assignments
+) -> tuple[list[InputChange], tuple[tuple[float, str], ...]]:
+    """Return the changes that the FMUs have variables for, and time (s) and a sentence for each event that lacks some.
+
+    Raises
+    ------
+    ValueError
+        If an event has no variable left: a fault that nothing feels would pass as one that does no harm.
+    """
+    events: dict[tuple[str, float], list[InputChange]] = {}
+    for change in changes:
+        events.setdefault((change.event, change.time), []).append(change)
+    partial = []
+    for (event, time), of_event in events.items():
+        lacking = [change.variable for change in of_event if values.lacks(change.variable)]
+        told = "; ".join(values.missing(name) for name in dict.fromkeys(lacking))
+        if len(lacking) == len(of_event):
+            raise ValueError(f"{event} at {time:g} s would do nothing: {told}")
+        if lacking:
+            partial.append((time, f"{event} at {time:g} s is done in part only: {told}"))
+    return [change for change in changes if not values.lacks(change.variable)], tuple(partial)
 
 
 def port_of(signal: str, system: System, interfaces: Mapping[str, FmuInterface]) -> tuple[str, Port]:

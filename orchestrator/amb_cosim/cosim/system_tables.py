@@ -148,8 +148,8 @@ class ExperimentTable(Table):
             stop_time=time_of(self.stop_time, "stop_time"),
             start_time=time_of(self.start_time, "start_time", most=0.0),
             events=tuple(
-                InputChange(time_of(e.time, "time of event", least=0.0), name, raw)
-                for e in self.event
+                InputChange(time_of(e.time, "time of event", least=0.0), name, raw, f"event {number}")
+                for number, e in enumerate(self.event, 1)
                 for name, raw in e.set.items()
             ),
             profiles=tuple(

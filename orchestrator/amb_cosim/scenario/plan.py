@@ -89,7 +89,7 @@ def plan_scenario(
         for variable, raw in variables.items():
             given.update(values.set_or_drop(f"{component}.{variable}", raw, only="parameter"))
     for name, value in _scaled(scenario.inputs, scenario, values, "input"):
-        values.set(name, value, only="input")
+        values.set_or_drop(name, value, only="input")
     for name, raw in (settings or {}).items():
         given.update(values.set(name, raw))
     if scenario.gravity is not None:
@@ -101,11 +101,11 @@ def plan_scenario(
             values.set(name, late)
     events: list[InputChange] = []
     marks: dict[str, int] = {}
-    for event in scenario.event:
-        moment = event.moment(period)
+    for number, event in enumerate(scenario.event, 1):
+        moment, told = event.moment(period), f"event {event.label or number}"
         if event.label:
             marks[event.label] = nearest_point("time of event", moment, h)
-        events += [InputChange(moment, name, value) for name, value in _scaled(event.set, scenario, values)]
+        events += [InputChange(moment, name, value, told) for name, value in _scaled(event.set, scenario, values)]
     experiment = Experiment(
         step_size=h,
         stop_time=scenario.end(period) if until is None else whole_steps("until", until, h) * h,
@@ -136,12 +136,15 @@ def _essential(places: Places) -> tuple[str, ...]:
 def _scaled(
     variables: Mapping[str, Mapping[str, Raw]], scenario: Scenario, values: Assignments, only: str | None = None
 ) -> list[tuple[str, Raw]]:
-    """Return names and values of inputs, unbalances (kg m) multiplied by the scenario's factor."""
+    """Return names and values of inputs, lacking ones too; unbalances (kg m) times the factor of the scenario."""
     scaled: list[tuple[str, Raw]] = []
     for component, of_component in variables.items():
         for variable, raw in of_component.items():
             given = f"{component}.{variable}"
-            for name in () if values.drops(given, only) else values.matching(given):
+            if values.lacks(given, only):
+                scaled.append((given, raw))
+                continue
+            for name in values.matching(given):
                 port = values.port(name)
                 if port.causality == "input" and port.unit == UNBALANCE:
                     _, value = values.read(name, raw, "input")

@@ -1,0 +1,87 @@
+"""Events whose variables another FMU in the place of a component lacks: an error, or the first warning."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import pytest
+from strange_machine import LEVITATION, ROTOR, SYSTEM, TOUCHDOWN
+
+import amb_cosim
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import prepare
+
+OFF = 'name="north.amplifier_off_x"'
+
+
+@pytest.fixture(scope="module")
+def actuator(tmp_path_factory) -> Path:
+    """An actuator whose amplifier of one axis goes off by an input of another name."""
+    folder = tmp_path_factory.mktemp("actuator")
+    amb_cosim.build(folder, rotor=ROTOR)
+    own = folder / "own_actuator.fmu"
+    with zipfile.ZipFile(folder / "amb_actuator.fmu") as given, zipfile.ZipFile(own, "w") as changed:
+        for name in given.namelist():
+            content = given.read(name)
+            if name == "modelDescription.xml":
+                assert content.count(OFF.encode()) == 1
+                content = content.replace(OFF.encode(), b'name="north.off_x"')
+            changed.writestr(given.getinfo(name), content)
+    return own
+
+
+def with_event(actuator: Path, **values: float | bool) -> Scenario:
+    event = {"label": "step", "cycle": 2, "set": {"amb_actuator": values}}
+    return Scenario.load(LEVITATION).changed(event=[event], fmu={"amb_actuator": str(actuator)}, end_cycle=4)
+
+
+def test_an_event_without_any_variable_is_refused(actuator):
+    scenario = with_event(actuator, **{"north.amplifier_off_x": True})
+    expected = r"event step at 0\.008 s would do nothing: amb_actuator \(own_actuator\.fmu\) has no "
+    with pytest.raises(ValueError, match=expected + r"north\.amplifier_off_x, did you mean .*north\.amplifier_off_y"):
+        prepare(scenario)
+
+
+def test_patterns_that_match_nothing_are_refused_too(actuator):
+    with pytest.raises(ValueError, match=r"event step at 0\.008 s would do nothing: .* has no \*\.amplifier_gone_\?"):
+        prepare(with_event(actuator, **{"*.amplifier_gone_?": True}))
+
+
+def test_one_event_is_refused_whatever_others_at_its_time_do(actuator):
+    scenario = with_event(actuator, **{"north.amplifier_off_x": True})
+    other = {"cycle": 2, "set": {"rotor_contact": {"turbine.u": "1 g.mm"}}}
+    with pytest.raises(ValueError, match="event step at"):
+        prepare(scenario.changed(event=[other, *(event.model_dump(exclude_none=True) for event in scenario.event)]))
+
+
+def test_what_an_event_does_without_is_the_first_warning(actuator):
+    """Both bearings touch where both lose their power; the other warnings of such a run come later."""
+    scenario = Scenario.load(TOUCHDOWN).changed(fmu={"amb_actuator": str(actuator)}, end_cycle=8)
+    off = {"north.amplifier_off_x": True, "north.amplifier_off_y": True, "south.amplifier_off_y": True}
+    event = {"label": "step", "cycle": 2, "set": {"amb_actuator": off}}
+    warnings = amb_cosim.run(scenario.changed(event=[event])).summary.warnings
+    assert len(warnings) > 1
+    assert warnings[0].startswith("event step at 0.008 s is done in part only: amb_actuator (own_actuator.fmu) has no ")
+    assert "north.amplifier_off_x" in warnings[0]
+
+
+def test_an_event_of_a_system_file_is_refused_alike(actuator, tmp_path):
+    system = tmp_path / "own.toml"
+    system.write_text(
+        f"""
+        base = "{SYSTEM}"
+        [[component]]
+        name = "amb_actuator"
+        fmu = "{actuator}"
+        [experiment]
+        communication_step = "50 us"
+        stop_time = "1 ms"
+        [[experiment.event]]
+        time = "0.5 ms"
+        set = {{ "amb_actuator.north.amplifier_off_x" = true }}
+        """,
+        encoding="utf-8",
+    )
+    with pytest.raises(ValueError, match=r"event 1 at 0\.0005 s would do nothing: amb_actuator \(own_actuator\.fmu\)"):
+        amb_cosim.simulate(system, rotor=ROTOR)
