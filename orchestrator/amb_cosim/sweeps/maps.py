@@ -8,20 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from amb_cosim.presentation.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY_BLUE,
-    TITLE_SIZE,
-    YELLOW,
-    StyledFigure,
-    write_png,
-)
+from amb_cosim.presentation.style import BLUE, TITLE_SIZE, StyledFigure, write_png
+from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
 from amb_cosim.sweeps.panels import numeric_axes, panels
 from amb_cosim.sweeps.refine import boundary_group
 from amb_cosim.sweeps.sampling import SAMPLE
@@ -41,25 +32,15 @@ LABELS = {
     "rolling": "rolling (1) or not (0)",
     "outcome": "outcome",
 }
-COLOURS = {
-    "prevented": BLUE,
-    "recovered": GREEN,
-    "trapped": ORANGE,
-    "completed": SKY_BLUE,
-    "stopped": YELLOW,
-    "failed": PURPLE,
-    "invalid": PURPLE,
-    "crashed": "#000000",
-    "": GREY,
-}
 MOST_PANELS = 8
+FAILED: dict[str, Any] = {"marker": "x", "color": "k", "ms": 4.0, "mew": 0.8, "ls": ""}  # of points without a value
 
 
 def draw_maps(swept: Sweep) -> list[str]:
     """Draw `outcome` and the metrics of a sweep into its folder, a figure each; return the names of the files.
 
     Axes of numbers are the axes of a map, the first two of them; all others make panels side by side, `MOST_PANELS`
-    at most. A sample is drawn as points over its first two ranges.
+    at most. A sample is drawn as points over its first two ranges. Runs that failed are crosses.
     """
     dataset = swept.dataset
     names = [
@@ -86,6 +67,8 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
         part = dataset.isel(panel.at)
         mapped = _draw_panel(ax, part, across, name, scale)
         drawn = mapped if mapped is not None else drawn
+        if name != "outcome":
+            mark_failed(ax, part, across)
         _draw_boundary(ax, swept, part, across)
         ax.set_title(panel.title)
         ax.set_xlabel(_axis_label(dataset, across[0]))
@@ -94,8 +77,10 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
         found = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
         handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in found]
         figure.legend(handles=handles, loc="outside right upper", frameon=False)
-    elif drawn is not None:
-        figure.colorbar(drawn, ax=list(axes), label=LABELS[name])
+    else:
+        if drawn is not None:
+            figure.colorbar(drawn, ax=list(axes), label=LABELS[name])
+        explain_failed(figure, dataset)
     figure.suptitle(swept.name, fontsize=TITLE_SIZE)
     return figure
 
@@ -145,6 +130,24 @@ def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, sca
     mesh = ax.pcolormesh(x, y, values.transpose(across[1], across[0]), shading="nearest", **kind)
     mesh.set_edgecolor("face")
     return mesh
+
+
+def mark_failed(ax: Axes, dataset: xr.Dataset, across: Sequence[str]) -> None:
+    """Draw a cross at each point of a map whose run failed; with one coordinate across, above the highest value."""
+    failed = dataset["outcome"].isin(BROKEN_OFF)
+    places = [dataset[name].broadcast_like(failed).transpose(*failed.dims).values[failed.values] for name in across]
+    if len(places) == 1:
+        ax.plot(places[0], np.ones_like(places[0]), transform=ax.get_xaxis_transform(), clip_on=False, **FAILED)
+    else:
+        ax.plot(*places, **FAILED)
+
+
+def explain_failed(figure: StyledFigure, dataset: xr.Dataset) -> None:
+    """Add the cross of failed runs to the legend of a figure, if there are any."""
+    count = int(dataset["outcome"].isin(BROKEN_OFF).sum())
+    if count:
+        handle = Line2D([], [], label=f"failed: {count} of {dataset['outcome'].size}", **FAILED)
+        figure.legend(handles=[handle], loc="outside lower right", frameon=False)
 
 
 def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str]) -> None:

@@ -35,13 +35,13 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     """Return what the step of a run led to, and its key values from cycle 0 on; NaN for what it does not have.
 
     `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is that of the time between step and removal. A value
-    at a place has the place behind its name, `peak_contact_force.rb1`; without one it is the largest of them.
+    at a place, any site or bearing, has it behind its name, `peak_contact_force.seal`; without one it is the largest.
     """
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
     free = contact_history.free_after(signals, last)
     shares = contact_history.contact_share(signals)
-    sites = [*places(signals).retainers] or list(places(signals).others)
+    sites = places(signals).sites
     values = {
         "contact": _nan(None if free is None else last is not None),
         "recovered": _nan(free),

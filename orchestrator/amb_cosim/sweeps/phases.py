@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure, write_png
-from amb_cosim.sweeps.maps import LABELS, MOST_PANELS
+from amb_cosim.sweeps.maps import LABELS, MOST_PANELS, explain_failed, mark_failed
+from amb_cosim.sweeps.outcomes import BROKEN_OFF
 from amb_cosim.sweeps.panels import numeric_axes, panels
 from amb_cosim.sweeps.sampling import SAMPLE
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 PHASES = ("step.cycle", "removal.cycle")  # names of what is varied
 METRIC = "peak_contact_force"
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
+_BEYOND = 1e300  # N, in place of infinity, which cannot be interpolated
 FILE = "phase.png"
 
 
@@ -43,21 +45,24 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
     parts = panels(swept.design, numeric_axes(swept.design))[:MOST_PANELS]
     figure = StyledFigure(figsize=(max(4.6, 3.0 * len(parts) + 0.8), 3.2), layout="constrained")
     axes = figure.subplots(1, len(parts), squeeze=False, sharey=True)[0]
+    top = 1.05 * float(dataset[METRIC].max()) or 1.0  # where what is infinite is drawn
     for ax, panel in zip(axes, parts, strict=True):
         part = dataset.isel(panel.at)
         phase = phase_of(part[along].values)
         if SAMPLE in part.dims:
             ax.plot(phase, part[METRIC].values.ravel(), ".", ms=3.0, color=BLUE)
         else:
-            _draw_band(ax, phase, distribution(part[METRIC], along))
+            _draw_band(ax, phase, np.minimum(distribution(part, along), top))
+        mark_failed(ax, part.assign_coords({along: part[along].copy(data=phase)}), [along])
         ax.set_title(panel.title)
         ax.set_xlabel(f"phase of the {along.partition('.')[0]} (deg)")
         ax.set_xticks(np.arange(0.0, phase.max() + 1.0, 90.0))
-    axes[0].set_ylim(bottom=0.0)
+    axes[0].set_ylim(0.0, top)
     axes[0].set_ylabel(LABELS[METRIC])
     handles, labels = axes[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside right upper", frameon=False)
+    explain_failed(figure, dataset)
     figure.suptitle(swept.name, fontsize=TITLE_SIZE)
     return figure
 
@@ -67,10 +72,18 @@ def phase_of(cycle: NDArray[Any]) -> NDArray[np.float64]:
     return np.asarray(360.0 * (cycle - np.floor(np.min(cycle))), np.float64)
 
 
-def distribution(values: xr.DataArray, along: str) -> NDArray[np.float64]:
-    """Return the `QUANTILES` of values along an axis, shape (quantiles, points); runs without a value do not count."""
-    table = values.transpose(along, ...).values.reshape(values.sizes[along], -1)
-    return np.nanquantile(np.asarray(table, np.float64), QUANTILES, axis=1)
+def distribution(part: xr.Dataset, along: str) -> NDArray[np.float64]:
+    """Return the `QUANTILES` of the peak force along an axis, shape (quantiles, points).
+
+    A run that failed counts as worse than all others: a quantile that it decides is infinite.
+    """
+
+    def rows(values: xr.DataArray) -> NDArray[Any]:
+        return np.asarray(values.transpose(along, ...).values.reshape(values.sizes[along], -1))
+
+    table = np.where(rows(part["outcome"].isin(BROKEN_OFF)), _BEYOND, rows(part[METRIC]))
+    found = np.nanquantile(np.asarray(table, np.float64), QUANTILES, axis=1)
+    return np.where(found > 1e-100 * _BEYOND, np.inf, found)
 
 
 def _draw_band(ax: Axes, phase: NDArray[Any], bands: NDArray[np.float64]) -> None:

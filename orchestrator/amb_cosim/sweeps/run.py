@@ -20,6 +20,7 @@ from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.presentation.progress import sweep_bar
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.scenario.simulation import Prepared
+from amb_cosim.sweeps import outcomes
 from amb_cosim.sweeps.axes import Vary
 from amb_cosim.sweeps.engine import connect, run_missing
 from amb_cosim.sweeps.sampling import Design, make_design
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
-OUTCOMES = ("prevented", "recovered", "trapped", "completed", "stopped", "failed")
 PACKAGES = ("amb-cosim", "numpy", "scipy", "xarray", "zarr", "dask", "distributed")
 
 
@@ -143,9 +143,9 @@ def sweep(
         scenario = load_scenario(str(scenario))
     files = {"rotor": rotor, "receptances": receptances}
     scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
-    unknown = [name for name in keep if name not in (*OUTCOMES, "all")]
+    unknown = [name for name in keep if name not in (*outcomes.RUN, "all")]
     if unknown:
-        raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(OUTCOMES)}")
+        raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(outcomes.RUN)}")
     design = make_design(vary, sample, seed)
     if refine is not None:
         from amb_cosim.sweeps.refine import check_refinement

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
 from amb_cosim.sweeps.panels import numeric_axes, panels, shown
 from amb_cosim.sweeps.refine import boundary_group, refined_axes
 from amb_cosim.sweeps.sampling import SAMPLE
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
     from amb_cosim.sweeps.run import Sweep
 
-FAILED = ("failed", "invalid", "crashed")
 MOST_REASONS = 5
 PEAK = "peak_contact_force"
 
@@ -31,22 +31,27 @@ def summarise_sweep(swept: Sweep) -> list[str]:
 
 
 def _of_part(title: str, part: xr.Dataset) -> str:
-    outcomes, counts = np.unique(part["outcome"].values, return_counts=True)
-    size = int(counts.sum())
-    told = [f"{count} {name or 'not run yet'}" for name, count in zip(outcomes, counts, strict=True)]
-    return f"{title + ': ' if title else ''}{size} runs, {', '.join(told)}{_peak(part)}"
+    """Return how many runs led to what, the worst first, and the peak force of those that have one."""
+    found = part["outcome"].values
+    counts = {name: int(np.sum(found == name)) for name in COLOURS}
+    told = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
+    return f"{title + ': ' if title else ''}{found.size} runs, {', '.join(told)}{_peak(part)}"
 
 
 def _peak(part: xr.Dataset) -> str:
-    """Return the largest peak force and where it is, as the end of a line."""
+    """Return the largest peak force, at which site and at which point it is, as the end of a line."""
     if PEAK not in part or not part[PEAK].notnull().any() or not float(part[PEAK].max()):
         return ""
     values = part[PEAK].values
     index = np.unravel_index(np.nanargmax(values), values.shape)
     there = part.isel(dict(zip(part[PEAK].dims, (int(k) for k in index), strict=True)))
+    peak = float(values[index])
+    of_sites = [str(name) for name in part if str(name).startswith(f"{PEAK}.") and float(there[name]) == peak]
+    at_site = "".join(f" at {name.removeprefix(f'{PEAK}.').upper()}" for name in of_sites[:1])
     numbers = [name for name in part.coords if part[name].ndim and np.issubdtype(part[name].dtype, np.number)]
     where = [shown(str(name), there[name].item(), there[name].attrs.get("units", "")) for name in numbers]
-    return f"; peak contact force up to {float(values[index]):.4g} N, at {', '.join(where)}"
+    whose = ", unknown where a run broke off," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
+    return f"; peak contact force{whose} up to {peak:.4g} N{at_site}, with {', '.join(where)}"
 
 
 def _of_boundary(swept: Sweep) -> list[str]:
@@ -82,7 +87,7 @@ def _of_sensitivities(swept: Sweep) -> list[str]:
 
 def _of_failures(dataset: xr.Dataset) -> list[str]:
     """Return the reasons of the runs that failed, the most frequent first."""
-    failed = np.isin(dataset["outcome"].values, FAILED)
+    failed = np.isin(dataset["outcome"].values, BROKEN_OFF)
     reasons, counts = np.unique(dataset["reason"].values[failed], return_counts=True)
     order = np.argsort(-counts, kind="stable")[:MOST_REASONS]
     return [f"{counts[k]} of the runs: {reasons[k]}" for k in order]

@@ -26,8 +26,8 @@ def force(settings):
 def test_each_alternative_has_a_line_with_its_peak_and_where(tmp_path):
     swept = filled(tmp_path, {"control": CONTROLS, "a.x": "1:3:3"}, force)
     assert swept.summary.splitlines() == [
-        "PID: 3 runs, 3 recovered; peak contact force up to 300 N, at x = 3",
-        "ROLAC: 3 runs, 3 recovered; peak contact force up to 150 N, at x = 3",
+        "PID: 3 runs, 3 recovered; peak contact force up to 300 N, with x = 3",
+        "ROLAC: 3 runs, 3 recovered; peak contact force up to 150 N, with x = 3",
     ]
 
 
@@ -36,7 +36,7 @@ def test_a_summary_counts_outcomes_and_tells_reasons(tmp_path):
     store = SweepStore(tmp_path, design, {"scenario": {"name": "made up"}}, {})
     store.add([PointResult(n, "failed", "no power") for n in (0, 1)] + [PointResult(2, "trapped", "", {"m": math.nan})])
     assert Sweep(tmp_path, design).summary.splitlines() == [
-        "4 runs, 1 not run yet, 2 failed, 1 trapped",
+        "4 runs, 2 failed, 1 trapped, 1 not run yet",
         "2 of the runs: no power",
     ]
 
@@ -62,7 +62,7 @@ def test_a_phase_is_an_angle_within_the_turn_of_the_first(tmp_path):
 def test_a_distribution_has_the_quantiles_over_all_other_axes(tmp_path):
     vary = {"control": CONTROLS, "step.cycle": "5:6:3", "a.x": "1:5:5"}
     swept = filled(tmp_path, vary, lambda s: {"peak_contact_force": s["step.cycle"] * s["a.x"]})
-    found = distribution(swept.dataset["peak_contact_force"].sel(control="PID"), "step.cycle")
+    found = distribution(swept.dataset.sel(control="PID"), "step.cycle")
     np.testing.assert_allclose(found, np.outer([1.0, 2.0, 3.0, 4.0, 5.0], [5.0, 5.5, 6.0]))
     figure = draw_distribution(swept, swept.dataset, "step.cycle")
     assert [ax.get_title() for ax in figure.axes] == ["PID", "ROLAC"]

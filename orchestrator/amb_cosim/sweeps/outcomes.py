@@ -1,0 +1,19 @@
+"""What the points of a sweep lead to, and how that is drawn."""
+
+from __future__ import annotations
+
+from amb_cosim.presentation.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, YELLOW
+
+BROKEN_OFF = ("crashed", "failed", "invalid")  # without a result, and worse than any other
+COLOURS = {  # of all outcomes, the worst first; empty: not run yet
+    "crashed": "#000000",
+    "failed": PURPLE,
+    "invalid": PURPLE,
+    "trapped": ORANGE,
+    "stopped": YELLOW,
+    "completed": SKY_BLUE,
+    "recovered": GREEN,
+    "prevented": BLUE,
+    "": GREY,
+}
+RUN = tuple(name for name in COLOURS if name not in ("crashed", "invalid", ""))  # those that a run has a record of

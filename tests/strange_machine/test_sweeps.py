@@ -1,0 +1,106 @@
+"""Sweeps of the expander: every site counts, and so does every run that failed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from strange_machine import RUB
+
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.sweeps.maps import draw_map
+from amb_cosim.sweeps.phases import distribution, draw_distribution
+from amb_cosim.sweeps.run import Sweep
+from amb_cosim.sweeps.sampling import make_design
+from amb_cosim.sweeps.store import SweepStore
+from amb_cosim.sweeps.worker import PointResult, Runner, Task
+
+PEAK = "peak_contact_force"
+
+
+@pytest.fixture(scope="module")
+def point() -> PointResult:
+    runner = Runner(Task(Scenario.load(RUB)))
+    found = runner.run(0, {})
+    runner.close()
+    return found
+
+
+def test_seal_and_turbine_count_beside_the_retainers(point, rub):
+    at_sites = {site: point.metrics[f"{PEAK}.{site}"] for site in ("catch_n", "catch_s", "labyrinth", "shroud")}
+    told = {site: force for site, force in at_sites.items() if force > 0.0}
+    assert told == pytest.approx({s: f for s, f in rub.summary.peak_contact_force.items() if f}, rel=1e-12)
+    assert point.metrics[PEAK] == at_sites["labyrinth"] == max(at_sites.values())
+
+
+def filled(folder, vary, results) -> Sweep:
+    """Return a sweep with these results in its order; None is a run that failed."""
+    design = make_design(vary)
+    store = SweepStore(folder, design, {"scenario": {"name": "made up"}}, {})
+    store.add(
+        [
+            PointResult(n, "failed", "no power") if found is None else PointResult(n, "recovered", "", found)
+            for n, found in enumerate(results)
+        ]
+    )
+    return Sweep(folder, design)
+
+
+def at(labyrinth: float, catch: float) -> dict[str, float]:
+    return {f"{PEAK}.catch_n": catch, f"{PEAK}.labyrinth": labyrinth, PEAK: max(labyrinth, catch)}
+
+
+def test_the_summary_tells_at_which_site_the_largest_force_is(tmp_path):
+    swept = filled(tmp_path, {"a.x": "1:3:3"}, [at(3.0, 4.0), at(9.0, 4.0), at(2.0, 5.0)])
+    assert swept.summary == "3 runs, 3 recovered; peak contact force up to 9 N at LABYRINTH, with x = 2"
+
+
+def test_the_summary_begins_with_runs_that_failed(tmp_path):
+    first = filled(tmp_path, {"a.x": "1:3:3"}, [at(3.0, 4.0), None, at(2.0, 5.0)]).summary.splitlines()[0]
+    assert first.startswith(
+        "3 runs, 1 failed, 2 recovered; peak contact force, unknown where a run broke off, up to 5 N"
+    )
+
+
+def crosses(figure) -> list[tuple[float, ...]]:
+    """Return the points of a figure that are marked as failed."""
+    lines = [line for ax in figure.axes for line in ax.lines if line.get_marker() == "x"]
+    return [tuple(xy) for line in lines for xy in np.column_stack(line.get_data()).tolist()]
+
+
+def legend_texts(figure) -> list[str]:
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def test_a_map_has_a_cross_where_a_run_failed(tmp_path):
+    results = [None if k in (2, 5) else at(1.0 + k, 0.0) for k in range(6)]
+    swept = filled(tmp_path, {"a.x": "1:2:2", "a.y": "10:30:3"}, results)
+    figure = draw_map(swept, swept.dataset, PEAK)
+    assert sorted(crosses(figure)) == [(1.0, 30.0), (2.0, 30.0)]
+    assert legend_texts(figure) == ["failed: 2 of 6"]
+
+
+def test_a_map_over_one_axis_has_its_crosses_above_all_values(tmp_path):
+    swept = filled(tmp_path, {"a.x": "1:3:3"}, [at(3.0, 4.0), None, at(2.0, 5.0)])
+    assert crosses(draw_map(swept, swept.dataset, PEAK)) == [(2.0, 1.0)]
+
+
+def test_a_map_without_failures_has_no_cross(tmp_path):
+    figure = draw_map(swept := filled(tmp_path, {"a.x": "1:2:2"}, [at(1.0, 2.0)] * 2), swept.dataset, PEAK)
+    assert (crosses(figure), legend_texts(figure)) == ([], [])
+
+
+def test_a_failed_run_is_the_worst_of_its_phase(tmp_path):
+    """Of five runs at each phase one, then three fail: the extreme, and then the median too, are beyond all."""
+    forces = np.arange(1.0, 6.0)
+    results = [at(force, 0.0) for force in forces]
+    results += [None, *results[1:], None, None, None, *results[3:]]
+    swept = filled(tmp_path, {"step.cycle": "5:5.5:3", "a.x": "1:5:5"}, results)
+    found = distribution(swept.dataset, "step.cycle")
+    np.testing.assert_allclose(found[:, 0], forces)
+    np.testing.assert_allclose(found[:, 1], [2.0, 3.0, 4.0, 5.0, np.inf])
+    np.testing.assert_allclose(found[:, 2], [4.0, 5.0, np.inf, np.inf, np.inf])
+    figure = draw_distribution(swept, swept.dataset, "step.cycle")
+    assert {x for x, _ in crosses(figure)} == {90.0, 180.0}
+    assert "failed: 4 of 15" in legend_texts(figure)
+    bottom, top = figure.axes[0].get_ylim()
+    assert (bottom, top > forces.max()) == (0.0, True)
