@@ -44,7 +44,7 @@ class Kernels(NamedTuple):
     def in_module(cls, name: str, module: str) -> Kernels:
         code = importlib.import_module(module)
         package = importlib.import_module(module.partition(".")[0])
-        return cls(name, code.initialise, code.step, (package.__name__, "fmi_export"))
+        return cls(name, code.initialise, code.step, getattr(package, "PACKAGES", (package.__name__, "fmi_export")))
 
 
 class EngineBuildHook(BuildHookInterface[Any]):

@@ -8,31 +8,29 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from fmi_export.flat import copy
 from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import UNCHANGED, Array, Model
 from fmi_export.parts import clear
-from rolac_controller import identification, sensors
+from rolac_controller import PACKAGES, identification, sensors
 from rolac_controller.adaptation import forces_at, turn_forces
-from rolac_controller.chain import is_on
 from rolac_controller.contact import update_contact_share
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop
-from rolac_controller.converters import quantised, resolution
 from rolac_controller.enumerations import NOT_STARTED
 from rolac_controller.fourier import add_sample, angle_jump, last_delta_theta, samples_of_revolution, transform
 from rolac_controller.interface import interface_of
 from rolac_controller.outputs import write_identification, write_synchronous
-from rolac_controller.pid import CurrentLimits, differentiate, limit_and_integrate, pid_current
+from rolac_controller.pid import differentiate, limit_and_integrate, pid_current
 from rolac_controller.prediction import predict
 from rolac_controller.receptance_table import TableViews, built_table, load, table_in_use
 from rolac_controller.records import Inputs, Outputs, Parameters, Records, inputs_of, outputs_of, parameters_of
-from rolac_controller.sampling import is_due, is_too_long
 from rolac_controller.sensor_check import suspect_sensor
 from rolac_controller.sizes import sizes_of
 from rolac_controller.state import State, Work, n_state, n_work, state_of, state_size, work_of
 from rolac_controller.synchronous import permitted_status, update_forces
+from signal_chain.demands import converted, within_converter
+from signal_chain.presets import is_on
+from signal_chain.sampling import is_due, is_too_long
 
 SPEED_RATIO = 2.0  # between the input Omega and the speed over the window's revolution
 
@@ -104,16 +102,6 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) ->
     )
 
 
-@kernel
-def current_limits(gains: np.record, chain: np.record) -> CurrentLimits:
-    """Return the limits of the current of an axis: those of the coil, and of the DAC where that is on (A)."""
-    if not is_on(chain.preset, chain.dac):
-        return CurrentLimits(gains.i_min, gains.i_max)
-    lowest = -chain.amplifier_gain * chain.dac_range
-    highest = chain.amplifier_gain * (chain.dac_range - resolution(chain.dac_bits, chain.dac_range))
-    return CurrentLimits(max(gains.i_min, lowest), min(gains.i_max, highest))
-
-
 @inlined_kernel
 def control(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, sample_time: float, outputs: Outputs
@@ -124,7 +112,7 @@ def control(
     """
     own, head, theta = parameters.own[0], state.head[0], inputs.own[0].theta
     chain, direct = own.chain, own.pid.direct
-    dac, delayed = is_on(chain.preset, chain.dac), is_on(chain.preset, chain.delay) and sample_time > 0.0
+    delayed = is_on(chain.preset, chain.delay) and sample_time > 0.0
     head.current_limited = 0.0
     forces_at(state.U, parameters.harmonics, theta, work.u)
     identification.add_test_force(parameters, state.identification, theta, work.u)
@@ -135,12 +123,10 @@ def control(
             memory.displacement = displacement
         differentiate(memory, displacement, own.derivative_time, own.sample_time)
         demand = pid_current(gains, direct, memory, setpoint) + work.u[k] / gains.k_i
-        limits = current_limits(gains, chain)
+        limits = within_converter(gains.i_min, gains.i_max, chain)
         if not limits.low <= demand <= limits.high:
             head.current_limited = 1.0
-        current = limit_and_integrate(gains, memory, setpoint, demand, limits, sample_time)
-        if dac:
-            current = chain.amplifier_gain * quantised(current / chain.amplifier_gain, chain.dac_bits, chain.dac_range)
+        current = converted(limit_and_integrate(gains, memory, setpoint, demand, limits, sample_time), chain)
         outputs.axes[k].current = state.currents[k] if delayed else current
         state.currents[k] = current
     outputs.own[0].current_limited = head.current_limited
@@ -238,7 +224,7 @@ def model_for(loop: ControlLoop) -> Model:
         step=step,
         n_state=n_state,
         n_work=n_work,
-        packages=("rolac_controller", "fmi_export"),
+        packages=PACKAGES,
         faults=_faults(loop),
         layout=loop.layout(),
     )

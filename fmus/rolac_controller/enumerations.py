@@ -20,12 +20,6 @@ MODES = Enumeration(
 )
 ROLAC, OLAC, NOTCH, FORCE_FREE = range(4)
 
-# Of chain.preset.
-PRESETS = Enumeration(
-    "SignalChain", (("ideal", "no effects"), ("rig", "all effects"), ("custom", "those whose switches are on"))
-)
-IDEAL, RIG, CUSTOM = range(3)
-
 # Of contact.source.
 SOURCES = Enumeration(
     "ContactSource",

@@ -7,7 +7,8 @@ import math
 from fmi_export.interface import repeated
 from fmi_export.variables import Array, Variable, one_of, parameter
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop, SensorPlane
-from rolac_controller.enumerations import IDEAL, MODES, NO_SOURCE, PRESETS, ROLAC, SOURCES
+from rolac_controller.enumerations import MODES, NO_SOURCE, ROLAC, SOURCES
+from signal_chain.variables import CHAIN, sensor_scale
 
 # 2.8 and 2.9 with Table 2.2: the linear law that the actuator starts with.
 BEARING_K_S, BEARING_K_I = 2376955.7160887653, 563.1506658084571
@@ -217,45 +218,6 @@ IDENTIFICATION = (
     ),
 )
 
-# Table 2.3 and section 2.4; cut-off, noise and seed are assumed.
-CHAIN = (
-    parameter("chain.preset", "1", "Effects of the signal chain", IDEAL, **one_of(PRESETS)),
-    _switch("chain.noise", "Sensor noise"),
-    _switch("chain.filter", "Anti-aliasing filter"),
-    _switch("chain.adc", "Quantisation and range of the ADC"),
-    _switch("chain.dac", "Quantisation and range of the DAC"),
-    _switch("chain.delay", "Currents one sample late"),
-    parameter(
-        "chain.noise_rms",
-        "m",
-        "Standard deviation of the sensor noise (assumed)",
-        0.5e-6,
-        minimum=0.0,
-        maximum=1e-2,
-        display_unit="um",
-    ),
-    _choice("chain.seed", "Seed of the noise", 1, 0, 2**31 - 1),
-    parameter(
-        "chain.cutoff",
-        "Hz",
-        "Cut-off frequency of the anti-aliasing filter, a first-order low-pass (assumed)",
-        2000.0,
-        minimum=0.1,
-        maximum=1e6,
-    ),
-    parameter("chain.sensitivity", "V/m", "Sensitivity of the sensors (Table 2.3)", 8000.0, minimum=1e-3, maximum=1e12),
-    _choice("chain.adc_bits", "Resolution of the ADC (2.4)", 16, 2, 32),
-    parameter("chain.adc_range", "V", "Range of the ADC, either way (2.4)", 10.0, minimum=1e-6, maximum=1e6),
-    _choice("chain.dac_bits", "Resolution of the DAC (2.4)", 14, 2, 32),
-    parameter("chain.dac_range", "V", "Range of the DAC, either way (2.4)", 10.0, minimum=1e-6, maximum=1e6),
-    parameter("chain.amplifier_gain", "A/V", "Gain of the amplifiers (Table 2.4)", 0.5, minimum=1e-9, maximum=1e9),
-)
-
-
-def _scale(sensor: str, where: str) -> list[Variable]:
-    description = f"Sensitivity of the sensor over the nominal one, {where}"
-    return [parameter(f"{sensor}.scale", "1", description, 1.0, minimum=0.0, maximum=1e3, field=".")]
-
 
 def _plane_position(number: int, plane: SensorPlane) -> list[Variable]:
     description = f"Axial position of the inputs {plane.x}, {plane.y}, {plane.name}"
@@ -287,7 +249,7 @@ def parameter_variables(loop: ControlLoop) -> list[Variable]:
         *repeated(
             "sensor_scales",
             loop.sensors,
-            _scale,
+            sensor_scale,
             array=Array("sensor_scales", f"Sensitivities over the nominal one, {sensors}"),
         ),
         *repeated(

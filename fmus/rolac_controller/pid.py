@@ -6,26 +6,18 @@ K_s cancels the bearing's negative stiffness: the closed bearing has net stiffne
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from fmi_export.jit import kernel
 from fmi_export.records import record
 from rolac_controller.complex_numbers import phasor, quotient, scaled, squared_magnitude
+from signal_chain.demands import Limits
 
 PID_MEMORY = record(
     ("integral", "f8"),  # K_I integral(x - x_set) (N), so that a change of K_I while running makes no bump
     ("displacement", "f8"),  # m
     ("derivative", "f8"),  # m/s
 )
-
-
-class CurrentLimits(NamedTuple):
-    """Least and largest current (A)."""
-
-    low: float
-    high: float
 
 
 @kernel
@@ -92,7 +84,7 @@ def pid_current(gains: np.record, direct: float, memory: np.record, setpoint: fl
 
 @kernel
 def limit_and_integrate(
-    gains: np.record, memory: np.record, setpoint: float, demand: float, limits: CurrentLimits, sample_time: float
+    gains: np.record, memory: np.record, setpoint: float, demand: float, limits: Limits, sample_time: float
 ) -> float:
     """Return the demanded current within its limits (A); integrate over a sample unless that would push further out."""
     error = memory.displacement - setpoint

@@ -6,24 +6,11 @@ from fmi_export.interface import repeated
 from fmi_export.variables import Array, Enumeration, Variable, input_, one_of, output
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop
 from rolac_controller.enumerations import ERRORS, STATUSES, stages
+from signal_chain.variables import FAULT_INPUTS, sensor_faults
 
 LARGEST_ANGLE = 1e9  # rad, 18 days at full speed; it still resolves 1e-7 rad
 LARGEST_SPEED = 1e4  # rad/s
 LARGEST_CONDITION = 1e16
-
-FAULT_INPUTS = ("fault_dead", "fault_stuck", "fault_offset", "fault_noise")
-
-
-def _faults(name: str, where: str) -> list[Variable]:
-    def fault(kind: str, unit: str, description: str, **options: object) -> Variable:
-        return input_(f"{name}.fault_{kind}", unit, f"Fault: {description}, {where}", field=kind, **options)
-
-    return [
-        fault("dead", "1", "the sensor shows 0", type="Boolean"),
-        fault("stuck", "1", "the sensor stays as it is", type="Boolean"),
-        fault("offset", "m", "the sensor shows so much more", minimum=-0.1, maximum=0.1, display_unit="um"),
-        fault("noise", "m", "standard deviation of a burst of noise", minimum=0.0, maximum=0.1, display_unit="um"),
-    ]
 
 
 def _displacement(name: str, where: str) -> list[Variable]:
@@ -47,7 +34,7 @@ def input_variables(loop: ControlLoop) -> list[Variable]:
         # The range is wide, but narrow enough to reject values in mm or um.
         *repeated("displacements", loop.sensors, _displacement, array=_displacement_array(loop)),
         *repeated("setpoints", [(bearing, axis) for bearing, axis, _ in loop.axes], _setpoint),
-        *repeated("faults", loop.sensors, _faults),
+        *repeated("faults", loop.sensors, sensor_faults),
     ]
 
 

@@ -22,8 +22,8 @@ from rolac_controller.pseudo_inverse import SvdWork, svd_work_of, svd_work_size
 from rolac_controller.receptance_table import table_size
 from rolac_controller.records import Records, inputs_size
 from rolac_controller.sensor_check import CHECK_MEMORY
-from rolac_controller.sensors import SensorMemory, sensor_memory_of, sensor_memory_size
 from rolac_controller.sizes import Sizes, sizes_of
+from signal_chain.readings import SensorMemory, sensor_memory_of, sensor_memory_size
 
 HEAD = record(
     ("begin", "f8"),  # time of the first sample (s)

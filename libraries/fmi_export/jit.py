@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from fmi_export.amb_cosim_bootstrap import digest
+from fmi_export.amb_cosim_bootstrap import digest, find
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -52,6 +52,7 @@ def kernel_apart(function: F) -> F:
 
 
 KERNELS_APART: set[tuple[str, ...]] = set()
+PACKAGES = "PACKAGES"  # of a package: the names of all whose code its kernels need
 
 
 def _compiled(function: F, **options: bool) -> F:
@@ -79,7 +80,8 @@ def _cache_of(package: str) -> Iterator[None]:
     """Let numba cache in a folder named after all the code a kernel may call.
 
     By itself numba notices a change of the file a function is in, but not of what it calls in other files,
-    and would go on running old machine code after an upgrade.
+    and would go on running old machine code after an upgrade. A package whose kernels call those of others than
+    `fmi_export` names all that it needs as `PACKAGES`.
     """
     config: Any = numba.config
     before = config.CACHE_DIR
@@ -99,7 +101,9 @@ def _cache_folder(package: str, base: str) -> str:
     loaded = sys.modules.get(package)
     own = Path(loaded.__file__).parent if loaded is not None and loaded.__file__ else here
     parent = Path(base) if base else own / "__pycache__"
-    folder = parent / f"kernels-{digest(own)[:16]}-{digest(here)[:16]}"
+    others = [find(name) for name in getattr(loaded, PACKAGES, ()) if name not in (package, "fmi_export")]
+    code = [own, *(folder for folder in others if folder is not None), here]
+    folder = parent / "-".join(["kernels", *(digest(folder)[:16] for folder in code)])
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

@@ -52,6 +52,21 @@ def test_kernel_is_compiled_again_when_a_kernel_that_it_calls_changed(run_python
     assert hits == 1, "unchanged code comes from the cache"
 
 
+def test_kernel_is_compiled_again_when_one_of_another_package_changed(run_python, tmp_path):
+    """The package of the caller names those that its kernels need."""
+    results = []
+    for value in (2.0, 2.0, 5.0):
+        write(tmp_path, "beneath", value)
+        for name, text in {
+            "__init__": 'PACKAGES = ("cached", "beneath")',
+            "caller": CALLER.format(package="beneath"),
+        }.items():
+            (tmp_path / "cached").mkdir(exist_ok=True)
+            (tmp_path / "cached" / f"{name}.py").write_text(text)
+        results.append(run_python(host, folder=tmp_path)[0])
+    assert results == [6.0, 6.0, 15.0]
+
+
 def test_a_kernel_without_numba_is_the_function_itself(run_python):
     def without_numba() -> list:
         from hide import hide

@@ -10,7 +10,7 @@ from controller_bench import Bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rolac_controller.sampling import is_due, is_too_long
+from signal_chain.sampling import is_due, is_too_long
 
 T = 250e-6
 

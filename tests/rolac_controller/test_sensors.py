@@ -9,7 +9,8 @@ import pytest
 from rig import CONTROLLER, NO_TABLE, SENSOR_NAMES, SIZES
 
 from rolac_controller.records import inputs_of, parameters_of
-from rolac_controller.sensors import measure, sensor_memory_of, sensor_memory_size
+from rolac_controller.sensors import measure
+from signal_chain.readings import sensor_memory_of, sensor_memory_size
 
 INTERFACE = CONTROLLER.interface
 N_SENSORS = 8

@@ -18,14 +18,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from amb_cosim.design.controller_data import no_table
-from rolac_controller.chain import is_on
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.interface import interface_of
-from rolac_controller.lowpass import coefficients
 from rolac_controller.pid import response
 from rolac_controller.records import Parameters, parameters_of
 from rolac_controller.sensors import plane_weight
 from rolac_controller.sizes import sizes_of
+from signal_chain.lowpass import coefficients
+from signal_chain.presets import is_on
 
 Complex = NDArray[np.complex128]
 Array = NDArray[np.float64]

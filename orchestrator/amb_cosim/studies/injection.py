@@ -21,7 +21,7 @@ from amb_cosim.scenario.scenario import make_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from fmi_export.model import Array
-from rolac_controller.enumerations import CUSTOM
+from signal_chain.presets import CUSTOM
 
 PERIOD = 4.0  # s: lines every 0.25 Hz, every 1 Hz for each axis
 LOWEST, HIGHEST = 1.0, 2000.0  # Hz

@@ -26,13 +26,13 @@ from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.design.sampled_loop import given_parameters
 from amb_cosim.scenario.simulation import Prepared
 from fmi_export.model import Array
-from rolac_controller.chain import is_on
 from rolac_controller.control_loop import ControlLoop, LoopAxis
-from rolac_controller.lowpass import coefficients
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from signal_chain.lowpass import coefficients
+from signal_chain.presets import is_on
 
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 

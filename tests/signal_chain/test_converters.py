@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rolac_controller.converters import quantised, resolution
+from signal_chain.converters import quantised, resolution
 
 
 def test_sixteen_bits_over_ten_volts_either_way_are_steps_of_0_305_mv():

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 from fmi_export.jit import kernel
-from rolac_controller.enumerations import IDEAL, RIG
+from fmi_export.variables import Enumeration
+
+# Of chain.preset.
+PRESETS = Enumeration(
+    "SignalChain", (("ideal", "no effects"), ("rig", "all effects"), ("custom", "those whose switches are on"))
+)
+IDEAL, RIG, CUSTOM = range(3)
 
 
 @kernel

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmi_export.jit import kernel
-from rolac_controller.noise import STREAM, normal_pair, start_stream, uniform
+from signal_chain.noise import STREAM, normal_pair, start_stream, uniform
 
 
 def reference(state, count):

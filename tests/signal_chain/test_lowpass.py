@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lsim
 
 from amb_cosim.design.sampled_loop import filter_response
-from rolac_controller.lowpass import FILTER, coefficients, filter_sample, start_at_rest
+from signal_chain.lowpass import FILTER, coefficients, filter_sample, start_at_rest
 
 H = 250e-6
 

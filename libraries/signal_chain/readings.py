@@ -1,0 +1,106 @@
+"""From what sensors are shown to what a controller reads.
+
+sound signal -> noise, faults -> anti-aliasing filter -> ADC -> reading
+
+A sound signal is that of a sensor without noise and faults: what it measures, times its scale.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fmi_export.jit import inlined_kernel, views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import record, size_of
+from signal_chain.converters import quantised
+from signal_chain.lowpass import FILTER, coefficients, filter_sample, start_at_rest
+from signal_chain.noise import STREAM, normal_pair, start_stream
+from signal_chain.presets import is_on
+from signal_chain.sensor_faults import with_faults
+
+Records = np.ndarray[tuple[int], np.dtype[np.record]]
+
+SENSOR = record(("shown", "f8"), ("filter", FILTER))  # what the sensor showed at the last sample
+N_STREAM, N_SENSOR = size_of(STREAM), size_of(SENSOR)
+
+
+class SensorMemory(NamedTuple):
+    """Random numbers, record STREAM in an array of one, and records SENSOR."""
+
+    random: Records
+    each: Records
+
+
+@views
+def sensor_memory_size(n_sensors: int) -> int:
+    """Return the size of the memory of so many sensors."""
+    return N_STREAM + n_sensors * N_SENSOR
+
+
+@views
+def sensor_memory_of(array: Array, start: int, n_sensors: int) -> SensorMemory:
+    """Return the memory of the sensors as views into an array from `start` on."""
+    return SensorMemory(part(array, start, STREAM, 1), part(array, start + N_STREAM, SENSOR, n_sensors))
+
+
+@inlined_kernel
+def add_noise(deviation: float, faults: Records, random: Records, signals: Array) -> None:
+    """Add noise of a standard deviation, and the bursts of the faults; random numbers come in pairs of signals."""
+    n = signals.shape[0]
+    for x in range(0, n, 2):
+        y = min(x + 1, n - 1)
+        deviation_x = math.sqrt(deviation**2 + faults[x].noise ** 2)
+        deviation_y = math.sqrt(deviation**2 + faults[y].noise ** 2)
+        if deviation_x + deviation_y > 0.0:
+            normal_x, normal_y = normal_pair(random[0])
+            signals[x] += deviation_x * normal_x
+            if y > x:
+                signals[y] += deviation_y * normal_y
+
+
+@inlined_kernel
+def read(own: np.record, faults: Records, memory: SensorMemory, started: bool, sampling: bool, signals: Array) -> bool:
+    """Turn sound signals into what the controller reads at this sample; return whether one is beyond the ADC range.
+
+    Parameters
+    ----------
+    own
+        The controller's parameters: `sample_time` (s) and the record `chain`.
+    faults
+        Fault inputs of each sensor.
+    memory
+        Changed.
+    started
+        Whether there was a sample before; filters begin at rest at the first one.
+    sampling
+        Whether this is a sample, and not the initialisation, which is without noise.
+    signals
+        Sound signals, shape (n_sensors,); receives the readings.
+    """
+    chain = own.chain
+    if not started:
+        start_stream(memory.random[0], chain.seed)
+    if sampling:
+        add_noise(chain.noise_rms if is_on(chain.preset, chain.noise) else 0.0, faults, memory.random, signals)
+    filtering = is_on(chain.preset, chain.filter)
+    E, P = coefficients(chain.cutoff, own.sample_time) if filtering else (0.0, 0.0)
+    for s in range(signals.shape[0]):
+        sensor = memory.each[s]
+        shown = with_faults(faults[s], signals[s], sensor.shown if started else signals[s])
+        sensor.shown = shown
+        signals[s] = shown
+        if filtering and started:
+            signals[s] = filter_sample(sensor.filter, shown, E, P)
+        elif filtering:
+            start_at_rest(sensor.filter, shown)
+    beyond_range = False
+    if is_on(chain.preset, chain.adc):
+        for s in range(signals.shape[0]):
+            volts = chain.sensitivity * signals[s]
+            beyond_range = beyond_range or abs(volts) > chain.adc_range
+            signals[s] = quantised(volts, chain.adc_bits, chain.adc_range) / chain.sensitivity
+    return beyond_range

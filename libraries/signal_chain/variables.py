@@ -1,0 +1,71 @@
+"""Variables of the signal chain: parameters with their ranges, and the faults of a sensor."""
+
+from __future__ import annotations
+
+from fmi_export.variables import Variable, input_, one_of, parameter
+from signal_chain.presets import IDEAL, PRESETS
+
+FAULT_INPUTS = ("fault_dead", "fault_stuck", "fault_offset", "fault_noise")
+
+
+def _switch(name: str, description: str) -> Variable:
+    return parameter(name, "1", description, 0.0, type="Boolean")
+
+
+def _count(name: str, description: str, start: int, minimum: int, maximum: int) -> Variable:
+    return parameter(name, "1", description, start, minimum=minimum, maximum=maximum, type="Integer")
+
+
+# Table 2.3 and section 2.4 of the thesis; cut-off, noise and seed are assumed.
+CHAIN = (
+    parameter("chain.preset", "1", "Effects of the signal chain", IDEAL, **one_of(PRESETS)),
+    _switch("chain.noise", "Sensor noise"),
+    _switch("chain.filter", "Anti-aliasing filter"),
+    _switch("chain.adc", "Quantisation and range of the ADC"),
+    _switch("chain.dac", "Quantisation and range of the DAC"),
+    _switch("chain.delay", "Currents one sample late"),
+    parameter(
+        "chain.noise_rms",
+        "m",
+        "Standard deviation of the sensor noise (assumed)",
+        0.5e-6,
+        minimum=0.0,
+        maximum=1e-2,
+        display_unit="um",
+    ),
+    _count("chain.seed", "Seed of the noise", 1, 0, 2**31 - 1),
+    parameter(
+        "chain.cutoff",
+        "Hz",
+        "Cut-off frequency of the anti-aliasing filter, a first-order low-pass (assumed)",
+        2000.0,
+        minimum=0.1,
+        maximum=1e6,
+    ),
+    parameter("chain.sensitivity", "V/m", "Sensitivity of the sensors (Table 2.3)", 8000.0, minimum=1e-3, maximum=1e12),
+    _count("chain.adc_bits", "Resolution of the ADC (2.4)", 16, 2, 32),
+    parameter("chain.adc_range", "V", "Range of the ADC, either way (2.4)", 10.0, minimum=1e-6, maximum=1e6),
+    _count("chain.dac_bits", "Resolution of the DAC (2.4)", 14, 2, 32),
+    parameter("chain.dac_range", "V", "Range of the DAC, either way (2.4)", 10.0, minimum=1e-6, maximum=1e6),
+    parameter("chain.amplifier_gain", "A/V", "Gain of the amplifiers (Table 2.4)", 0.5, minimum=1e-9, maximum=1e9),
+)
+
+
+def sensor_faults(name: str, where: str) -> list[Variable]:
+    """Declare the fault inputs of the sensor of a signal, in the order of `FAULT_INPUTS`."""
+
+    def fault(kind: str, unit: str, description: str, **options: object) -> Variable:
+        return input_(f"{name}.fault_{kind}", unit, f"Fault: {description}, {where}", field=kind, **options)
+
+    return [
+        fault("dead", "1", "the sensor shows 0", type="Boolean"),
+        fault("stuck", "1", "the sensor stays as it is", type="Boolean"),
+        fault("offset", "m", "the sensor shows so much more", minimum=-0.1, maximum=0.1, display_unit="um"),
+        fault("noise", "m", "standard deviation of a burst of noise", minimum=0.0, maximum=0.1, display_unit="um"),
+    ]
+
+
+def sensor_scale(name: str, where: str) -> list[Variable]:
+    """Declare the scale of the sensor of a signal."""
+    description = f"Sensitivity of the sensor over the nominal one, {where}"
+    return [parameter(f"{name}.scale", "1", description, 1.0, minimum=0.0, maximum=1e3, field=".")]
