@@ -17,8 +17,9 @@ try:
     import numba
     import numba.extending
 
-    from fmi_export.numba_internals import WITHOUT_RUNTIME, keep_cache_sound
+    from fmi_export.numba_internals import WITHOUT_RUNTIME, keep_cache_sound, keep_stores
 
+    keep_stores()
     COMPILED = not cast(Any, numba.config).DISABLE_JIT
 except ImportError:  # the kernels are ordinary Python too, only slower
     COMPILED = False

@@ -1,4 +1,4 @@
-"""What is used of numba that its documentation does not promise: five things, each with what it is for.
+"""What is used of numba that its documentation does not promise: six things, each with what it is for.
 
 `pyproject.toml` allows no numba later than the one that was tested. Where that has changed one of these, this file is
 what has to change.
@@ -24,6 +24,11 @@ twice as long.
 **Types of calls** (`type_calls_once`, `get_call_type` of `numba.core.types.functions`). numba infers the type of an
 operator, or of what is inlined, anew at every call, and for what is inlined that means all its code. Without it
 lowering takes nearly twice as long; the machine code is the same.
+
+**Stores that stay** (`keep_stores`, `find_potential_aliases` of `numba.core.ir_utils`). After inlining, numba removes
+what writes to an array that it takes for a local one, and it takes every array for that which came out of a tuple made
+by an inlined function: `state_of(work).z[i] = 1.0` did nothing (numba issue 10041). Without it kernels can be wrong,
+and `tests/fmi_export` says so; where numba mends that, this can go.
 """
 
 from __future__ import annotations
@@ -167,6 +172,19 @@ def lower_array_functions(part: Any, clear: Any, copy_all: Any) -> None:
         target, _ = _bytes(context, builder, signature.args[1], arguments[1])
         cgutils.raw_memcpy(builder, target, source, size, 1)
         return context.get_dummy_value()
+
+
+def keep_stores() -> None:
+    """Let numba take every array for one that others can see, when it looks for stores that have no effect."""
+    ir_utils: Any = importlib.import_module("numba.core.ir_utils")
+    find = ir_utils.find_potential_aliases
+
+    def find_potential_aliases(blocks: Any, *arguments: Any, **options: Any) -> tuple[Any, Any]:
+        aliases, visible = find(blocks, *arguments, **options)
+        stores = (statement for block in blocks.values() for statement in block.find_insts(ir_utils.ir.SetItem))
+        return aliases, visible | {store.target.name for store in stores}
+
+    ir_utils.find_potential_aliases = find_potential_aliases
 
 
 _NOWHERE = ctypes.create_string_buffer(8)  # the address of machine code that does not exist

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, views
 from fmi_export.parts import clear, copy_all, part
 from fmi_export.records import record
 
@@ -45,3 +47,33 @@ def test_a_part_is_a_view():
     numbers = np.zeros(6)
     part(numbers, 1, COMPLEX, 2)[1] = 3.0 + 4.0j
     assert list(numbers) == [0.0, 0.0, 0.0, 3.0, 4.0, 0.0]
+
+
+class Memory(NamedTuple):
+    """An array of numbers and one of records, as a function hands them to kernels."""
+
+    numbers: np.ndarray
+    items: np.ndarray
+
+
+@views
+def memory_of(numbers):
+    """Return views of five numbers after the first."""
+    return Memory(part(numbers, 1, REAL, 2), part(numbers, 1, ITEM, 1))
+
+
+@kernel
+def store(numbers, i):
+    """Write through views that nothing reads afterwards, at places that are known when it runs."""
+    memory_of(numbers).numbers[i] = 1.0
+    item = memory_of(numbers).items[0]
+    for k in range(2):
+        item.b[k] = complex(k, i)
+
+
+def test_what_is_stored_through_views_of_a_function_stays():
+    compiled = np.zeros(6)
+    plain = compiled.copy()
+    store(compiled, 0)
+    store.py_func(plain, 0)
+    assert list(compiled) == list(plain) == [0.0, 1.0, 0.0, 0.0, 1.0, 0.0]
