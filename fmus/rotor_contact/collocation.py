@@ -152,7 +152,9 @@ def _solve_nodes(w: Workspace, propagator: Propagator, size: int) -> tuple[bool,
                 change = max(change, max(abs(f_n - node.f_n), abs(f_t - node.f_t)))
                 largest = max(largest, abs(f_n))
                 _set_force(propagator, n, n_sites, k, point, f_n, f_t)
-    return largest > 0.0, change / largest
+    if not largest > 0.0:
+        return False, 0.0
+    return True, change / largest
 
 
 @kernel

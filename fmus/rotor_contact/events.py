@@ -25,7 +25,7 @@ from rotor_contact.enumerations import FREE, NODAL, ROLLING
 from rotor_contact.friction import friction_excess, has_friction, reversed_slip
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
 from rotor_contact.integration import derivative, spin_speed, substep, substep_limit, velocity_error
-from rotor_contact.modes import resolve_modes
+from rotor_contact.modes import FAULT_SINGULAR, resolve_modes
 from rotor_contact.path import leaves_or_stays_within, point_of, stays_within, touch_time
 from rotor_contact.site import (
     Sites,
@@ -38,7 +38,7 @@ from rotor_contact.site import (
 )
 from rotor_contact.workspace import Workspace, stages_of
 
-FAULT_TOO_MANY_EVENTS, FAULT_SINGULAR, FAULT_TOO_STIFF = 1, 2, 8
+FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF = 1, 8
 
 MAX_SUBSTEPS = 1e5  # of one communication step
 
@@ -215,8 +215,9 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
     shortest = SHORTEST_FLIGHT * longest
     tau = 0.0
     taken = events = 0
-    if not resolve_modes(w, tau, shortest):
-        return FAULT_SINGULAR
+    fault = resolve_modes(w, tau, shortest)
+    if fault != 0:
+        return fault
     while tau < step_size * (1.0 - 1e-12):
         if taken >= MAX_SUBSTEPS:
             return FAULT_TOO_STIFF
@@ -252,6 +253,7 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
             events += 1
             if not apply_impacts(w, spin_speed(w, tau, stages.z), law, not beyond_limit):
                 return FAULT_SINGULAR
-            if not resolve_modes(w, tau, longest if beyond_limit else shortest):
-                return FAULT_SINGULAR
+            fault = resolve_modes(w, tau, longest if beyond_limit else shortest)
+            if fault != 0:
+                return fault
     return 0

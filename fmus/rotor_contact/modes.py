@@ -26,15 +26,17 @@ from rotor_contact.site import (
 )
 from rotor_contact.workspace import Workspace, stages_of
 
+FAULT_SINGULAR, FAULT_MODES = 2, 10
+
 MAX_TENSION = 1e-9  # N, below which a normal force counts as none
 
 
 @kernel
-def resolve_modes(w: Workspace, tau: float, shortest: float) -> bool:
+def resolve_modes(w: Workspace, tau: float, shortest: float) -> int:
     """Find modes that are consistent with the forces at z: no tension, no friction beyond the law; leave k_1.
 
     Sites that would touch again within `shortest` (s) count as closed: the bouncing of one site, or of two in turn,
-    accumulates there. Returns False if the contact equations are singular.
+    accumulates there. Returns a fault code: where friction is strong no modes may be consistent.
     """
     n = w.n
     stages = stages_of(w.stages)
@@ -49,14 +51,14 @@ def resolve_modes(w: Workspace, tau: float, shortest: float) -> bool:
     for _ in range(6 * w.sites.shape[0] + 1):
         project(w, q, v, Omega)
         if not derivative(w, tau, z, k_1):
-            return False
+            return FAULT_SINGULAR
         if not (
             _open_one(w.sites)
             or _change_friction(w.sites, v, Omega)
             or _close_one(w.sites, z, k_1[n : 2 * n], Omega, shortest)
         ):
-            return True
-    return True
+            return 0
+    return FAULT_MODES
 
 
 @kernel

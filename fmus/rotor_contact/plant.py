@@ -16,7 +16,7 @@ from rotor_contact.dynamics import (
     set_bearings,
 )
 from rotor_contact.enumerations import NODAL
-from rotor_contact.events import FAULT_SINGULAR, FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
+from rotor_contact.events import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
 from rotor_contact.exact_motion import propagate
 from rotor_contact.heating import warm
 from rotor_contact.held import hold, is_held
@@ -32,7 +32,7 @@ from rotor_contact.layout import (
     store_sites,
     workspace_of,
 )
-from rotor_contact.modes import resolve_modes
+from rotor_contact.modes import FAULT_MODES, FAULT_SINGULAR, resolve_modes
 from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
 from rotor_contact.planes import Planes
 from rotor_contact.propagator import STEPS_BEFORE_BUILD, is_built, steps_unchanged, without_rounding
@@ -92,8 +92,9 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         start = stages_of(w.stages).z
         copy(z[: 2 * n + N_INTEGRALS], start)
         start[2 * n + N_INTEGRALS :] = 0.0
-        if not resolve_modes(w, 0.0, 0.0):
-            return FAULT_SINGULAR
+        fault = resolve_modes(w, 0.0, 0.0)
+        if fault != 0:
+            return fault
         copy(start[: 2 * n + N_INTEGRALS], z)
         store_sites(sites, x.sites, start, n)
     head.coupling = coupling_energy(motion, spin, 0.0, z[n : 2 * n])
@@ -215,6 +216,8 @@ def _faults(planes: Planes) -> dict[int, str]:
     return {
         FAULT_TOO_MANY_EVENTS: "too many contact events in one step to follow them; shorten the communication step",
         FAULT_SINGULAR: "the contact equations have no unique solution; lower the coefficients of friction",
+        FAULT_MODES: "the sites in contact can neither stick nor slip nor open in a way that is consistent with the "
+        "forces; lower the coefficients of friction",
         FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; there must be passive bearings with stiffness "
         f"that hold the rotor, {stiffness}",
         FAULT_LONG_STEP: "the communication step is too long; it must be at most 100000 times solver.max_substep = "

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from rotor_cases import both, plant, size_of, workspace
 
+from rotor_contact import modes
 from rotor_contact.contact import apply_contact, project
 from rotor_contact.enumerations import FREE, ROLLING, SLIDING
 from rotor_contact.site import locate_journal, put_on_circle, radial_component, slip_velocity
@@ -68,3 +69,10 @@ def test_sites_that_no_force_moves_have_no_multipliers():
     assert apply_contact(held, q, v, OMEGA, a)
     assert project(held, q, v, OMEGA)
     np.testing.assert_array_equal((q, v, a), before)
+
+
+def test_modes_that_change_for_ever_are_a_fault(monkeypatch):
+    monkeypatch.setattr(modes, "_open_one", lambda _: True)
+    search = getattr(modes.resolve_modes, "py_func", modes.resolve_modes)
+    w = contact("fixed", (FREE,) * 4, 0)[0]
+    assert search(w, 0.0, 0.0) == modes.FAULT_MODES
