@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fmi_export.flat import same_bits
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
@@ -19,9 +20,9 @@ from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.structure import REAL
 
 # What P and V depend on: step size (s) and speed (rad/s); stiffness, damping and force gradients of each bearing.
-KEY = record(("step_size", np.float64), ("Omega", np.float64))
+STEP_KEY = record(("step_size", np.float64), ("Omega", np.float64))
 BEARING_KEY = record(("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
-N_KEY, N_BEARING_KEY = size_of(KEY), size_of(BEARING_KEY)
+N_STEP_KEY, N_BEARING_KEY = size_of(STEP_KEY), size_of(BEARING_KEY)
 
 STEPS_BEFORE_BUILD = 32  # in which P is built, row by row; altogether that costs as much as they do
 STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
@@ -30,9 +31,11 @@ ROUNDING = 1e-13  # relative, of speed and bearings: what differs by less is com
 N_GAUSS = 4
 N_SERIES = 5  # see `series`
 
-# What the equations of a contact need of its journal: the acceleration without contact at the start, then x, y, v_x,
-# v_y at each Lobatto point after that, and the acceleration without contact at the end.
-N_SEEN = 16
+# What the equations of a contact need of its journal: the acceleration without contact at the start (m/s^2), the
+# place and velocity of the journal at the Lobatto points after that, and the acceleration without contact at the end.
+JOURNAL = record(("x", np.float64), ("y", np.float64), ("v_x", np.float64), ("v_y", np.float64))
+OBSERVED = record(("a_start", np.float64, 2), ("journal", JOURNAL, N_LOBATTO - 1), ("a_end", np.float64, 2))
+N_SEEN = size_of(OBSERVED)
 # A site at a Lobatto point: normal, slip velocity (m/s), ratio T/N of sliding, and the forces (N).
 NODE = record(
     ("n_x", np.float64),
@@ -52,9 +55,12 @@ Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
 
 
 class Key(NamedTuple):
-    """What a propagator is for: a record of type `KEY`, in an array of one, and records of type `BEARING_KEY`."""
+    """What a propagator is for: all its numbers, of which a record of type `STEP_KEY`, in an array of one, and records
+    of type `BEARING_KEY` are views.
+    """
 
-    own: np.ndarray[tuple[int], np.dtype[np.record]]
+    values: Array
+    step: np.ndarray[tuple[int], np.dtype[np.record]]
     bearings: np.ndarray[tuple[int], np.dtype[np.record]]
 
 
@@ -106,13 +112,17 @@ class Propagator(NamedTuple):
 @views
 def key_size(n_bearings: int) -> int:
     """Return how many float64 a `Key` takes."""
-    return N_KEY + n_bearings * N_BEARING_KEY
+    return N_STEP_KEY + n_bearings * N_BEARING_KEY
 
 
 @views
 def key_of(array: Array, start: int, n_bearings: int) -> Key:
     """Return a `Key` in an array from `start` on."""
-    return Key(part(array, start, KEY, 1), part(array, start + N_KEY, BEARING_KEY, n_bearings))
+    return Key(
+        part(array, start, REAL, key_size(n_bearings)),
+        part(array, start, STEP_KEY, 1),
+        part(array, start + N_STEP_KEY, BEARING_KEY, n_bearings),
+    )
 
 
 @views
@@ -178,29 +188,50 @@ def propagator_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, i
     )
 
 
+@views
+def observed_at(propagator: Propagator, k: int, row: int) -> np.record:
+    """Return what site k sees of a unit of x, as a record of type `OBSERVED`."""
+    record_of_row: np.record = part(propagator.S[k, row], 0, OBSERVED, 1)[0]
+    return record_of_row
+
+
 @kernel
 def steps_unchanged(motion: Motion, step_size: float, key: Key, memory: np.record) -> float:
     """Return for how many steps P has been the same, at most STEPS_BEFORE_BUILD; it must be worth building.
 
     `key` and `memory.n_steps`, the number, are updated. Of values that differ by rounding alone the first counts.
     """
-    own = key.own[0]
-    same = motion.Omega_dot == 0.0 and is_near(motion.Omega, own.Omega, ROUNDING)
-    same = same and is_near(step_size, own.step_size, STEP_TOLERANCE)
+    same = _is_for(key, motion, step_size)
+    if not same:
+        _set_key(key, motion, step_size)
+    memory.n_steps = min(memory.n_steps + 1.0, float(STEPS_BEFORE_BUILD)) if same else 0.0
+    n_steps: float = memory.n_steps
+    return n_steps
+
+
+@kernel
+def _is_for(key: Key, motion: Motion, step_size: float) -> bool:
+    """Return whether a key is that of a step at constant speed, but for rounding."""
+    step = key.step[0]
+    same = motion.Omega_dot == 0.0 and is_near(motion.Omega, step.Omega, ROUNDING)
+    same = same and is_near(step_size, step.step_size, STEP_TOLERANCE)
     for k in range(motion.bearings.shape[0]):
         bearing, known = motion.bearings[k], key.bearings[k]
         same = same and is_near(bearing.k_b, known.k_b, ROUNDING) and is_near(bearing.c_b, known.c_b, ROUNDING)
         for axis in range(2):
             same = same and is_near(bearing.gradient[axis], known.gradient[axis], ROUNDING)
-    if not same:
-        own.Omega, own.step_size = motion.Omega, step_size
-        for k in range(motion.bearings.shape[0]):
-            bearing, known = motion.bearings[k], key.bearings[k]
-            known.k_b, known.c_b = bearing.k_b, bearing.c_b
-            known.gradient[0], known.gradient[1] = bearing.gradient[0], bearing.gradient[1]
-    memory.n_steps = min(memory.n_steps + 1.0, float(STEPS_BEFORE_BUILD)) if same else 0.0
-    n_steps: float = memory.n_steps
-    return n_steps
+    return same
+
+
+@kernel
+def _set_key(key: Key, motion: Motion, step_size: float) -> None:
+    """Write the key of a step."""
+    step = key.step[0]
+    step.Omega, step.step_size = motion.Omega, step_size
+    for k in range(motion.bearings.shape[0]):
+        bearing, known = motion.bearings[k], key.bearings[k]
+        known.k_b, known.c_b = bearing.k_b, bearing.c_b
+        known.gradient[0], known.gradient[1] = bearing.gradient[0], bearing.gradient[1]
 
 
 @kernel
@@ -213,7 +244,7 @@ def without_rounding(motion: Motion, key: Key) -> Motion:
         bearing, known = motion.bearings[k], key.bearings[k]
         bearing.k_b, bearing.c_b = known.k_b, known.c_b
         bearing.gradient[0], bearing.gradient[1] = known.gradient[0], known.gradient[1]
-    Omega: float = key.own[0].Omega
+    Omega: float = key.step[0].Omega
     return Motion(
         motion.rows, motion.bearings, motion.over_speed, motion.is_damped, motion.theta, Omega, motion.Omega_dot
     )
@@ -228,29 +259,10 @@ def is_near(value: float, known: float, tolerance: float) -> bool:
 @kernel
 def is_begun(propagator: Propagator, key: Key) -> bool:
     """Return whether what there is of P is for this key."""
-    built, own = propagator.key.own[0], key.own[0]
-    same = built.step_size == own.step_size and built.Omega == own.Omega
-    for k in range(key.bearings.shape[0]):
-        a, b = propagator.key.bearings[k], key.bearings[k]
-        same = same and a.k_b == b.k_b and a.c_b == b.c_b
-        same = same and a.gradient[0] == b.gradient[0] and a.gradient[1] == b.gradient[1]
-    return same
+    return same_bits(propagator.key.values, key.values)
 
 
 @kernel
 def is_built(propagator: Propagator, key: Key) -> bool:
     """Return whether P was built for this key."""
     return bool(propagator.built[0].n_rows == propagator.P.shape[0]) and is_begun(propagator, key)
-
-
-@kernel
-def set_key(key: Key, source: Key) -> None:
-    """Write the key `source` into `key`."""
-    key.own[0].step_size = source.own[0].step_size
-    key.own[0].Omega = source.own[0].Omega
-    for k in range(key.bearings.shape[0]):
-        a, b = key.bearings[k], source.bearings[k]
-        a.k_b = b.k_b
-        a.c_b = b.c_b
-        a.gradient[0] = b.gradient[0]
-        a.gradient[1] = b.gradient[1]

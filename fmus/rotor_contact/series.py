@@ -11,6 +11,7 @@ l_j being the cubic that is 1 at Lobatto point j and 0 at the others.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel, kernel_apart
@@ -19,7 +20,7 @@ from fmi_export.parts import part
 from rotor_contact.dynamics import Motion, coefficients, forces
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
 from rotor_contact.products import row_combination
-from rotor_contact.propagator import N_GAUSS, N_SEEN, Key, Propagator, is_begun, n_free, set_key
+from rotor_contact.propagator import N_GAUSS, Key, Propagator, is_begun, n_free, observed_at
 from rotor_contact.site import Sites
 from rotor_contact.structure import REAL
 
@@ -27,6 +28,19 @@ LONGEST_PIECE = 2.0  # times how fast anything can change
 MAX_PIECES = 16
 SMALLEST_TERM = 1e-20  # of the series, which ends there; its terms fall at least like (rate h)^k/k!
 GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)  # in [0, 1]
+
+# What a row of P is the response to: a unit of displacement, of velocity, or of a force with the course above. The
+# two of kind `UNBALANCE` are made of those of `COSINE` and `SINE` by `direct_unbalance`.
+DISPLACEMENT, VELOCITY, STEADY, UNBALANCE, COSINE, SINE, CONTACT = range(7)
+
+
+class Basis(NamedTuple):
+    """A unit of x: its kind, the degree of freedom that it acts on, and the Lobatto point of a contact force."""
+
+    kind: int
+    column: int
+    point: int
+
 
 # t^k of a term, t being the Gauss points and the Lobatto points after the first, over the length of the piece.
 Powers = tuple[float, float, float, float, float, float, float]
@@ -40,12 +54,13 @@ def build_rows(Minv: Array, motion: Motion, sites: Sites, key: Key, propagator: 
     """
     built, n = propagator.built[0], Minv.shape[0]
     if not is_begun(propagator, key):
-        set_key(propagator.key, key)
+        copy(key.values, propagator.key.values)
         _begin(motion, propagator)
     while built.n_rows < share * propagator.P.shape[0]:
         row = int(built.n_rows)
-        if not 3 * n <= row < n_free(n):
-            _integrate_unit(Minv, motion, sites, propagator, row)
+        basis = basis_of(row, n, propagator.start.shape[0], sites)
+        if basis.kind != UNBALANCE:
+            _integrate_basis_column(Minv, motion, sites, propagator, row, basis)
         built.n_rows += 1.0
 
 
@@ -62,7 +77,7 @@ def _begin(motion: Motion, propagator: Propagator) -> None:
             row_of_C += abs(C[j, i])
         elastic, viscous = max(elastic, row_of_K), max(viscous, row_of_C)
     rate = math.sqrt(elastic) + viscous + abs(motion.Omega)
-    built, step_size = propagator.built[0], propagator.key.own[0].step_size
+    built, step_size = propagator.built[0], propagator.key.step[0].step_size
     built.n_pieces = built.n_rows = built.n_terms = 0.0
     propagator.unbalance[0] = math.nan  # the two rows of the unbalance are not those of this P
     if not step_size * rate <= LONGEST_PIECE * MAX_PIECES:
@@ -124,74 +139,99 @@ def _combine(cosine: Array, sine: Array, matrix: Array, n: int) -> None:
 
 
 @kernel
-def _integrate_unit(Minv: Array, motion: Motion, sites: Sites, propagator: Propagator, unit: int) -> None:
-    """Taylor-integrate one row's unit of displacement, velocity or force over a piece, term by term in t/h.
+def basis_of(row: int, n: int, n_x: int, sites: Sites) -> Basis:
+    """Return what a row of P is the response to; `n_x` is the number of rows of x."""
+    if row >= n_x:
+        return Basis(COSINE + (row - n_x) // n, (row - n_x) % n, 0)
+    if row >= n_free(n):
+        axes, number = 2 * sites.shape[0], row - n_free(n)
+        axis = number % axes
+        return Basis(CONTACT, sites[axis // 2].row + axis % 2, number // axes)
+    return Basis(row // n, row % n, 0)
+
+
+@kernel
+def _integrate_basis_column(
+    Minv: Array, motion: Motion, sites: Sites, propagator: Propagator, row: int, basis: Basis
+) -> None:
+    """Taylor-integrate the response to one unit of x over a piece, term by term in t/h, into a row of P, V and S.
 
     The rows of `series` are the terms of q, v, of the real and imaginary part of int v exp(i Omega (h - t)) dt, and the
     acceleration.
     """
-    n, h = Minv.shape[0], propagator.built[0].length
-    K, C = coefficients(motion)
-    row, integral, series = propagator.P[unit], propagator.V[unit], propagator.series
-    row[:] = 0.0
+    n, h, Omega = Minv.shape[0], propagator.built[0].length, motion.Omega
+    response, integral, series = propagator.P[row], propagator.V[row], propagator.series
+    response[:] = 0.0
     integral[:] = 0.0
     series[:, :] = 0.0
+    propagator.S[:, row, 2:] = 0.0
     q, v, re, im, a = series[0], series[1], series[2], series[3], series[4]
-    n_x = propagator.start.shape[0]
-    kind, column = unit // n - 2, unit % n  # -2, -1: displacement, velocity; 0, 1, 2: steady, cosine, sine
-    point = -1
-    if unit >= n_x:
-        kind, column = 1 + (unit - n_x) // n, (unit - n_x) % n
-    elif unit >= n_free(n):
-        kind = 3
-        point, at = (unit - n_free(n)) // (2 * sites.shape[0]), (unit - n_free(n)) % (2 * sites.shape[0])
-        column = sites[at // 2].row + at % 2
-    if kind < 0:
-        series[kind + 2, column] = 1.0
-        row[unit] = 1.0
+    if basis.kind == DISPLACEMENT or basis.kind == VELOCITY:
+        series[basis.kind, basis.column] = 1.0
+        response[row] = 1.0
     powers: Powers = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
-    propagator.S[:, unit, 2:] = 0.0
-    _observe_term(motion, sites, propagator, unit, powers)
-    cosine, sine = 1.0, 0.0
+    _observe_term(motion, sites, propagator, row, powers)
+    cosine, sine = 1.0, 0.0  # terms of cos(Omega t) and sin(Omega t), or of 1 and 0
     q_and_v = part(series, 0, REAL, 2 * n)
     for term in range(1, int(propagator.built[0].n_terms) + 1):
-        dt, delta_theta = h / term, 0.0 if kind == 0 else motion.Omega * h / term
-        force = 0.0 if kind < 0 else sine if kind == 2 else cosine
-        if point >= 0:
-            force = LAGRANGE[point][term - 1] if term <= N_LOBATTO else 0.0
+        dt, delta_theta = h / term, 0.0 if basis.kind == STEADY else Omega * h / term
+        force = _force_term(basis, term, cosine, sine)
         cosine, sine = -delta_theta * sine, delta_theta * cosine
         row_combination(q_and_v, motion.rows[: 2 * n], a, n)
         for i in range(n):
-            a[i] = force * Minv[i, column] - a[i]
+            a[i] = force * Minv[i, basis.column] - a[i]
         if term == 1:
             for k in range(sites.shape[0]):
-                propagator.S[k, unit, 0] = a[sites[k].row]
-                propagator.S[k, unit, 1] = a[sites[k].row + 1]
+                at_site = observed_at(propagator, k, row)
+                at_site.a_start[0], at_site.a_start[1] = a[sites[k].row], a[sites[k].row + 1]
         for i in range(n):
-            real = dt * (v[i] - motion.Omega * im[i])
-            im[i] = dt * motion.Omega * re[i]
+            real = dt * (v[i] - Omega * im[i])
+            im[i] = dt * Omega * re[i]
             re[i] = real
             q[i] = dt * v[i]
             v[i] = dt * a[i]
-            row[i] += q[i]
-            row[n + i] += v[i]
+            response[i] += q[i]
+            response[n + i] += v[i]
             integral[i] += re[i]
             integral[n + i] += im[i]
         powers = _next(powers)
-        _observe_term(motion, sites, propagator, unit, powers)
-    cosine, sine = math.cos(motion.Omega * h), math.sin(motion.Omega * h)
-    force = 1.0 if kind == 0 else cosine if kind == 1 else sine if kind == 2 else 0.0
-    for k in range(sites.shape[0]):
-        for axis in range(2):
-            i = sites[k].row + axis
-            acceleration = force * Minv[i, column]
-            for j in range(n):
-                acceleration -= K[j, i] * row[j] + C[j, i] * row[n + j]
-            propagator.S[k, unit, N_SEEN - 2 + axis] = acceleration
+        _observe_term(motion, sites, propagator, row, powers)
+    _observe_end(Minv, motion, sites, propagator, row, basis)
+    cosine, sine = math.cos(Omega * h), math.sin(Omega * h)
     for i in range(n):  # from int v exp(i Omega (h - t)) dt to V_c and V_s
         real, imaginary = integral[i], integral[n + i]
         integral[i] = real * cosine + imaginary * sine
         integral[n + i] = real * sine - imaginary * cosine
+
+
+@kernel
+def _force_term(basis: Basis, term: int, cosine: float, sine: float) -> float:
+    """Return the coefficient of (t/h)^(term - 1) of the unit force, `cosine` and `sine` being those of its two."""
+    if basis.kind == CONTACT:
+        return LAGRANGE[basis.point][term - 1] if term <= N_LOBATTO else 0.0
+    if basis.kind == STEADY or basis.kind == COSINE:
+        return cosine
+    return sine if basis.kind == SINE else 0.0
+
+
+@kernel
+def _observe_end(Minv: Array, motion: Motion, sites: Sites, propagator: Propagator, row: int, basis: Basis) -> None:
+    """Write the accelerations of the sites at the end of a piece into S; a contact force counts as none there."""
+    K, C = coefficients(motion)
+    n, angle, response = Minv.shape[0], motion.Omega * propagator.built[0].length, propagator.P[row]
+    force = 1.0 if basis.kind == STEADY else 0.0
+    if basis.kind == COSINE:
+        force = math.cos(angle)
+    elif basis.kind == SINE:
+        force = math.sin(angle)
+    for k in range(sites.shape[0]):
+        at_site = observed_at(propagator, k, row)
+        for axis in range(2):
+            i = sites[k].row + axis
+            acceleration = force * Minv[i, basis.column]
+            for j in range(n):
+                acceleration -= K[j, i] * response[j] + C[j, i] * response[n + j]
+            at_site.a_end[axis] = acceleration
 
 
 @kernel
@@ -204,21 +244,21 @@ def _next(powers: Powers) -> Powers:
 
 
 @kernel
-def _observe_term(motion: Motion, sites: Sites, propagator: Propagator, unit: int, powers: Powers) -> None:
+def _observe_term(motion: Motion, sites: Sites, propagator: Propagator, row: int, powers: Powers) -> None:
     """Add a term of the series to what is observed between both ends: by the dampers, and by the sites."""
-    n = motion.rows.shape[1]
-    q, v, row = propagator.series[0], propagator.series[1], propagator.P[unit]
-    for k in range(N_GAUSS):
-        for b in range(n_observed(motion)):
-            row[2 * n + k * n_observed(motion) + b] += powers[k] * observed(motion, q, v, b)
+    n, n_dampers = motion.rows.shape[1], n_observed(motion)
+    q, v, response = propagator.series[0], propagator.series[1], propagator.P[row]
+    for point in range(N_GAUSS):
+        for b in range(n_dampers):
+            response[2 * n + point * n_dampers + b] += powers[point] * observed(motion, q, v, b)
     for k in range(sites.shape[0]):
-        seen, i = propagator.S[k, unit], sites[k].row
-        for point in range(1, N_LOBATTO):
-            power, at = powers[N_GAUSS + point - 1], 4 * point - 2
-            seen[at] += power * q[i]
-            seen[at + 1] += power * q[i + 1]
-            seen[at + 2] += power * v[i]
-            seen[at + 3] += power * v[i + 1]
+        at_site, i = observed_at(propagator, k, row), sites[k].row
+        for point in range(N_LOBATTO - 1):
+            power, journal = powers[N_GAUSS + point], at_site.journal[point]
+            journal.x += power * q[i]
+            journal.y += power * q[i + 1]
+            journal.v_x += power * v[i]
+            journal.v_y += power * v[i + 1]
 
 
 @kernel

@@ -45,7 +45,7 @@ def copy_of(x, values, h=H):
     """A plant in the state of x, with other parameters, that has seen steps of length h."""
     y = plant(values)
     y.state[:] = x.state
-    memory(y).key.own[0].step_size = h
+    memory(y).key.step[0].step_size = h
     return y
 
 
