@@ -6,19 +6,18 @@ Windows `begin` and `end` are in cycles of the initial speed; without them the w
 from __future__ import annotations
 
 import json
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.results import contact_history
-from amb_cosim.results.orbits import radius, synchronous_amplitude
+from amb_cosim.results.orbits import When, radius, settled_amplitude
 from amb_cosim.results.places import places
-from amb_cosim.results.series import change, cycles, parameters, signal, speed, turns
+from amb_cosim.results.series import cycles, parameters, signal, speed
 
 Bools = NDArray[np.bool_]
-When = Literal["before", "end"]
 HERTZ = 2.0 * np.pi  # rad/s
 BOUNCE = 0.1  # cycles; a break of the contact that is shorter is a bounce
 
@@ -159,12 +158,12 @@ def largest_radius(run: Signals, bearing: str, begin: float = 0.0, end: float = 
 
 def orbit_amplitude(run: Signals, bearing: str, when: When) -> Annotated[float | None, "m"]:
     """Return the synchronous amplitude at a bearing (m) `before` the step, or ROLAC's beginning, or at the `end`."""
-    return _amplitude(run, f"{bearing}.x", f"{bearing}.y", when)
+    return settled_amplitude(run, f"{bearing}.x", f"{bearing}.y", when)
 
 
 def sensor_amplitude(run: Signals, x: str, y: str, when: When) -> Annotated[float | None, "m"]:
     """Return the synchronous amplitude of the rotor in the plane of two sensors (m), as `orbit_amplitude`."""
-    return _amplitude(run, x, y, when)
+    return settled_amplitude(run, x, y, when)
 
 
 def bearings_that_calm(run: Signals) -> str:
@@ -233,18 +232,6 @@ def _spells(when: NDArray[np.float64], inside: Bools, bounce: float = BOUNCE) ->
 def _clearance(run: Signals, bearing: str) -> float:
     site = places(run).bearings[bearing]
     return float(parameters(run)[f"{site}.clearance"])
-
-
-def _amplitude(run: Signals, x: str, y: str, when: When) -> float | None:
-    xs, ys, turned = signal(run, x), signal(run, y), turns(run)
-    at = change(run) if when == "before" else cycles(run)[-1]
-    if xs is None or ys is None or at is None:
-        return None
-    last = float(np.interp(at, cycles(run), turned))
-    within = (turned > last - 1.0) & (turned <= last)
-    if np.count_nonzero(within) < 8:
-        return None
-    return synchronous_amplitude(xs[within], ys[within], 2.0 * np.pi * turned[within])
 
 
 def parameter(run: Signals, component: str, name: str) -> float | None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Literal, get_args
+
 import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.results.places import places
 from amb_cosim.results.series import change, cycles, signal, turns
+
+When = Literal["before", "end"]
 
 _FEWEST_SAMPLES = 8  # of a turn, for three coefficients
 
@@ -36,16 +40,30 @@ def orbit_largest(dataset: Signals) -> dict[str, float | None]:
 
 
 def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
-    """Return the synchronous amplitude (mm) at each bearing `before` the change of the run and at its `end`.
+    """Return the synchronous amplitude (mm) at each bearing `before` the change of the run and at its `end`."""
 
-    The change is the step or, without one, ROLAC's beginning; see `series.change`. Both are amplitudes of the last
+    def in_mm(bearing: str, when: When) -> float | None:
+        amplitude = settled_amplitude(dataset, f"{bearing}.x", f"{bearing}.y", when)
+        return None if amplitude is None else 1e3 * amplitude
+
+    return {when: {mb: in_mm(mb, when) for mb in places(dataset).bearings} for when in get_args(When)}
+
+
+def settled_amplitude(dataset: Signals, x: str, y: str, when: When) -> float | None:
+    """Return the synchronous amplitude (m) of two displacements `before` the change of a run or at its `end`.
+
+    The change is the step or, without one, ROLAC's beginning; see `series.change`. It is the amplitude of the last
     whole turn of the rotor up to there; None where there is none.
     """
-    turned, at = turns(dataset), change(dataset)
-    before = None if at is None or not len(turned) else float(np.interp(at, cycles(dataset), turned))
-    ends = {"before": before, "end": float(turned[-1]) if len(turned) else None}
-    bearings = places(dataset).bearings
-    return {when: {mb: _of_turn(dataset, mb, turned, end) for mb in bearings} for when, end in ends.items()}
+    xs, ys, turned = signal(dataset, x), signal(dataset, y), turns(dataset)
+    at = change(dataset) if when == "before" else np.inf
+    if xs is None or ys is None or at is None or not len(turned):
+        return None
+    end = float(np.interp(at, cycles(dataset), turned))
+    within = (turned > end - 1.0) & (turned <= end)
+    if end - 1.0 < turned[0] or np.count_nonzero(within) < _FEWEST_SAMPLES:
+        return None
+    return synchronous_amplitude(xs[within], ys[within], 2.0 * np.pi * turned[within])
 
 
 def synchronous_amplitude(x: NDArray[np.float64], y: NDArray[np.float64], theta: NDArray[np.float64]) -> float:
@@ -65,16 +83,6 @@ def synchronous_amplitude(x: NDArray[np.float64], y: NDArray[np.float64], theta:
     basis = np.exp(1j * np.outer(theta, [0.0, 1.0, -1.0]))
     (_, forward, backward), *_ = np.linalg.lstsq(basis, x + 1j * y, rcond=None)
     return float(abs(forward) + abs(backward))
-
-
-def _of_turn(dataset: Signals, bearing: str, turned: NDArray[np.float64], end: float | None) -> float | None:
-    x, y = signal(dataset, f"{bearing}.x"), signal(dataset, f"{bearing}.y")
-    if x is None or y is None or end is None or end - 1.0 < turned[0]:
-        return None
-    within = (turned > end - 1.0) & (turned <= end)
-    if np.count_nonzero(within) < _FEWEST_SAMPLES:
-        return None
-    return 1e3 * synchronous_amplitude(x[within], y[within], 2.0 * np.pi * turned[within])
 
 
 def _largest_radii(dataset: Signals, within: NDArray[np.bool_]) -> dict[str, float | None]:
