@@ -153,47 +153,47 @@ def _of_run(job: Job) -> dict[str, Any]:
     result = run_prepared(prepared)
     if result.outcome.failure is not None:
         raise ValueError(f"the run ended early: {result.outcome.failure}")
-    values, failures = _evaluate_all(job, result.signals, quantities_of_runs(job.quantities))
-    panels = panels_of_run(result.signals, job.quantities)
     changes = dict(source.set) | source.model_dump(include={"end_cycle", "unbalance_factor"}, exclude_none=True)
     changes |= {f"rotor {table}.{key}": v for table, values in source.rotor.items() for key, v in values.items()}
     return {
-        "values": values,
-        "failures": failures,
         "title": source.title or prepared.scenario.description,
         "text": scenario_text(source.scenario),
-        "parameters": [*scenario_parameters(source.scenario), *((k, str(v)) for k, v in changes.items())],
-        "panels": [panel.as_data() for panel in panels],
-        "picture": _in_base64(picture_of(panels)),
+        "parameters": [*scenario_parameters(source.scenario), *_texts(changes)],
+        **_evaluate_all(job, result.signals, quantities_of_runs(job.quantities)),
+        **_drawn(panels_of_run(result.signals, job.quantities)),
     }
 
 
 def _of_study(job: Job) -> dict[str, Any]:
-    result = compute(job.source.study, dict(job.source.arguments))
-    values, failures = _evaluate_all(job, result, quantities_of_studies(job.quantities))
-    panels = panels_of_study(result, job.quantities)
-    picture = picture_of(panels)
+    source = job.source
+    result = compute(source.study, dict(source.arguments))
     return {
-        "values": values,
-        "failures": failures,
-        "title": job.source.title or study_title(job.source.study),
+        "title": source.title or study_title(source.study),
         "text": "",
-        "parameters": [("study", job.source.study), *((k, str(v)) for k, v in job.source.arguments.items())],
-        "panels": [panel.as_data() for panel in panels],
-        "picture": _in_base64(picture),
+        "parameters": [("study", source.study), *_texts(source.arguments)],
+        **_evaluate_all(job, result, quantities_of_studies(job.quantities)),
+        **_drawn(panels_of_study(result, job.quantities)),
     }
 
 
-def _evaluate_all(job: Job, subject: Any, quantities: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
+def _texts(values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    return [(name, str(value)) for name, value in values.items()]
+
+
+def _drawn(panels: Sequence[Panel]) -> dict[str, Any]:
+    picture = base64.b64encode(picture_of(panels)).decode("ascii")
+    return {"panels": [panel.as_data() for panel in panels], "picture": picture}
+
+
+def _evaluate_all(job: Job, subject: Any, quantities: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     values, failures = {}, {}
     for one in job.requests:
         try:
             values[one.key] = evaluate(subject, one, quantities)
         except (ValueError, LookupError, TypeError, AttributeError, AssertionError) as error:
             failures[one.key] = f"{one.quantity}: {error or type(error).__name__}"
-    return {key: value for key, value in values.items() if value is not None}, failures | {
-        key: "the run has no such value" for key, value in values.items() if value is None
-    }
+    missing = {key: "the run has no such value" for key, value in values.items() if value is None}
+    return {"values": {k: v for k, v in values.items() if v is not None}, "failures": failures | missing}
 
 
 def scenario_text(name: str) -> str:
@@ -254,7 +254,3 @@ def _answer(data: dict[str, Any]) -> Answer:
         picture=base64.b64decode(data["picture"]),
         wall=data["wall"],
     )
-
-
-def _in_base64(data: bytes) -> str:
-    return base64.b64encode(data).decode("ascii")
