@@ -187,7 +187,7 @@ def argument_of(parameter: click.Parameter, chance: random.Random) -> str:
     """A value of a parameter: mostly of its type, often absurd."""
     if isinstance(parameter.type, click.Choice) and chance.random() < 0.9:
         return str(chance.choice(parameter.type.choices))
-    if "settings" in (parameter.name or ""):
+    if parameter.name in ("set", "settings"):
         name = chance.choice(("rotor_contact.rb1.clearance", "Omega", "rolac_controller.rolac.alpha", "x", ""))
         return f"{name}={chance.choice(NUMBERS + TEXTS)}"
     return chance.choice((*NUMBERS, *TEXTS, "fig4_9", "compressor", "out", "table.toml", "1,2", "0.001", "bath_rig"))
