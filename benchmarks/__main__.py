@@ -8,10 +8,9 @@ import click
 from rich.console import Console
 
 from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.options import JSON
 from amb_cosim.commands.printing import show
 from amb_files.atomic import check_writable
-
-JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 
 
 @click.group(invoke_without_command=True)

@@ -13,19 +13,17 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from rich.table import Table
 
 from amb_cosim.design.plant_data import plant
-from amb_files.atomic import write_atomically
+from amb_cosim.presentation.style import BLUE, ORANGE, StyledFigure, write_png
+from amb_cosim.presentation.text_tables import labelled_table
 from fmi_export.model import Instance
 from rotor_contact.enumerations import LAWS
 from rotor_contact.structure import structure_of
@@ -215,10 +213,8 @@ def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
 
 
 def _table(title: str, rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table(title=title, title_justify="left", box=None, padding=(0, 2, 0, 0))
-    table.add_column("contact", no_wrap=True)
-    for column in ("longest substep (us)", "orbit error / c", "force error / peak", "penetration / c", "cost ratio"):
-        table.add_column(column, justify="right")
+    numbers = ("longest substep (us)", "orbit error / c", "force error / peak", "penetration / c", "cost ratio")
+    table = labelled_table(title, "contact", *numbers)
     for row in rows:
         if "cost_ratio" not in row:
             table.add_row(row["formulation"], *["-"] * 5)
@@ -230,11 +226,10 @@ def _table(title: str, rows: Sequence[Mapping[str, Any]]) -> Table:
 
 def draw(data: Mapping[str, Any], path: Path) -> None:
     """Draw deviation from a rigid retainer over cost, for the constraint and for contacts of rising stiffness."""
-    figure = Figure(figsize=(6.0, 3.8), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = StyledFigure(figsize=(6.0, 3.8), layout="constrained")
     axis = figure.subplots()
-    kinds = (("constraint", "constraint, shorter substeps", "o", "#0072B2"),)
-    for key, label, marker, colour in (*kinds, ("rigid_retainer", "Kelvin-Voigt, rising stiffness", "s", "#D55E00")):
+    kinds = (("constraint", "constraint, shorter substeps", "o", BLUE),)
+    for key, label, marker, colour in (*kinds, ("rigid_retainer", "Kelvin-Voigt, rising stiffness", "s", ORANGE)):
         rows = data[key]
         axis.loglog(
             [r["cost_ratio"] for r in rows], [r["orbit_error"] for r in rows], marker, color=colour, label=label
@@ -248,4 +243,4 @@ def draw(data: Mapping[str, Any], path: Path) -> None:
     axis.margins(x=0.2, y=0.15)
     figure.legend(frameon=False, loc="outside upper center", ncols=2, fontsize=8)
     axis.grid(alpha=0.3, which="both", lw=0.4)
-    write_atomically(path, partial(figure.savefig, dpi=200))
+    write_png(figure, path)

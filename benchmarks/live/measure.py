@@ -25,6 +25,7 @@ from urllib.parse import unquote
 from rich.table import Table
 
 from amb_cosim.live.rig import rig
+from amb_cosim.presentation.text_tables import labelled_table
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 from benchmarks.timing import environment
@@ -59,11 +60,8 @@ def measure(scenarios: Ends = SCENARIOS, rounds: int = 3) -> dict[str, Any]:
 def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
     """Return what `measure` returns as a table."""
     title = "Simulated seconds in a second, everything recorded (in brackets the first run, while code is compiled)"
-    table = Table(title=title, title_justify="left", box=None, padding=(0, 2, 0, 0))
-    table.add_column("scenario")
     places = ("native", "node", "chromium")
-    for place in places:
-        table.add_column(place, justify="right")
+    table = labelled_table(title, "scenario", *places)
     for name, factors in data["factors"].items():
         table.add_row(name, *(_shown(factors[place]) for place in places))
     return [table]

@@ -29,6 +29,7 @@ from rich.console import Console
 from rich.table import Table
 from scipy.optimize import least_squares
 
+from amb_cosim.presentation.text_tables import text_table
 from bath_thesis.printed import printed
 from bath_thesis.studies.frequency_tables import MASSES
 from fmi_export.model import Array
@@ -230,11 +231,9 @@ def _rms(values: Array) -> float:
 
 
 def _table(found: FitResult, rig: Array, free: FitResult) -> Table:
-    table = Table(title="The rig, fitted to 32 frequencies of Table 3.1", title_justify="left", box=None)
-    table.add_column("parameter", no_wrap=True)
-    for column in ("bounds", "prior", "fitted", "std. deviation", "bath_rig_thesis.toml", "without priors"):
-        table.add_column(column, justify="right", no_wrap=True)
-    table.add_column("reason")
+    headers = ("bounds", "prior", "fitted", "std. deviation", "bath_rig_thesis.toml", "without priors")
+    title = "The rig, fitted to 32 frequencies of Table 3.1"
+    table = text_table(title, ("parameter", *headers, "reason"), left=("parameter", "reason"))
     for k, p in enumerate(PARAMETERS):
         prior = f"{p.prior[0]:.4g} ± {p.prior[1]:.2g}" if p.prior else "-"
         numbers = (found.values[k], found.standard_deviation[k], rig[k], free.values[k])
