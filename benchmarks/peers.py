@@ -53,10 +53,8 @@ def with_libcosim(
     from pathlib import Path
     from xml.etree.ElementTree import Element, ElementTree, SubElement
 
-    from libcosimpy.CosimEnums import CosimVariableType
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
-    from libcosimpy.CosimObserver import CosimObserver
 
     schema = "http://opensimulationplatform.com/MSMI/OSPSystemStructure"
     root = Element("OspSystemStructure", xmlns=schema, version="0.1")
@@ -82,21 +80,30 @@ def with_libcosim(
     execution = CosimExecution.from_osp_config_file(str(Path("OspSystemStructure.xml").absolute()))
     if not recorded:
         return {"series": {}, "seconds": step_time(execution.step, steps)}
+    return {"series": outputs_by_libcosim(execution, recorded, steps)}
+
+
+def outputs_by_libcosim(execution: Any, recorded: list[str], steps: int) -> dict[str, list[Any]]:
+    """Return the outputs after each of so many steps; those of a type that libcosim does not have are left out."""
+    from libcosimpy.CosimEnums import CosimVariableType
+    from libcosimpy.CosimObserver import CosimObserver
+
     variables = {
         f"{name}.{v.name.decode()}": (index, v.reference, CosimVariableType(v.type).name.lower())
-        for name in fmus
+        for name in sorted({name.partition(".")[0] for name in recorded})
         for index in [execution.slave_index_from_instance_name(name)]
         for v in execution.slave_variables(index)
     }
     observer = CosimObserver.create_last_value()
     assert execution.add_observer(observer)
-    series: dict[str, list[Any]] = {name: [] for name in recorded}
+    series: dict[str, list[Any]] = {name: [] for name in recorded if name in variables}
     for _ in range(steps):
         assert execution.step()
-        for name in recorded:
+        for name, values in series.items():
             index, reference, kind = variables[name]
-            series[name] += getattr(observer, f"last_{kind}_values")(index, [reference])
-    return {"series": series}
+            if hasattr(observer, f"last_{kind}_values"):
+                values += getattr(observer, f"last_{kind}_values")(index, [reference])
+    return series
 
 
 def with_ecos(
@@ -112,24 +119,12 @@ def with_ecos(
 
     ecos also has longer steps for single components, but their outputs then appear before that step has passed.
     """
-    import ctypes
-    import sys
-    from contextlib import suppress
-
-    import fmpy
-
-    with suppress(OSError):  # ecos needs oneTBB: the wheel's, which no loader finds, or else the system's
-        ctypes.CDLL(f"{sys.prefix}/lib/libtbb.so.12", ctypes.RTLD_GLOBAL)
+    load_tbb()
     from ecospy import EcosSimulation, EcosSimulationStructure
 
     assert set(every.values()) == {1}
     fmus = described_as_integers(fmus)
-    kinds = {
-        f"{name}.{v.name}": {"Real": "real", "Integer": "integer", "Boolean": "bool"}[v.type]
-        for name, path in fmus.items()
-        for v in fmpy.read_model_description(path).modelVariables
-    }
-    series: dict[str, list[Any]] = {name: [] for name in recorded}
+    kinds = kinds_in_ecos(fmus)
     with EcosSimulationStructure() as structure:
         for name, path in fmus.items():
             structure.add_model(name, path)
@@ -142,10 +137,35 @@ def with_ecos(
             assert simulation.init(parameter_set="start")
             if not recorded:
                 return {"series": {}, "seconds": step_time(simulation.step, steps)}
-            for n in range(steps + 1):
-                if n:
-                    simulation.step()
-                for name in recorded:
-                    series[name].append(getattr(simulation, f"get_{kinds[name]}")(name.replace(".", "::", 1)))
-            simulation.terminate()
-    return {"series": series}
+            return {"series": outputs_by_ecos(simulation, kinds, recorded, steps)}
+
+
+def load_tbb() -> None:
+    """Load oneTBB, which ecos needs: the wheel's, which no loader finds, or else the system's."""
+    import ctypes
+    import sys
+    from contextlib import suppress
+
+    with suppress(OSError):
+        ctypes.CDLL(f"{sys.prefix}/lib/libtbb.so.12", ctypes.RTLD_GLOBAL)
+
+
+def kinds_in_ecos(fmus: dict[str, str]) -> dict[str, str]:
+    """Return the type of each variable, `component.variable`, as ecos calls it."""
+    import fmpy
+
+    kinds = {"Real": "real", "Integer": "integer", "Enumeration": "integer", "Boolean": "bool"}
+    described = {name: fmpy.read_model_description(path).modelVariables for name, path in fmus.items()}
+    return {f"{name}.{v.name}": kinds[v.type] for name, variables in described.items() for v in variables}
+
+
+def outputs_by_ecos(simulation: Any, kinds: dict[str, str], recorded: list[str], steps: int) -> dict[str, list[Any]]:
+    """Return the outputs at the beginning and after each of so many steps, and end the simulation."""
+    series: dict[str, list[Any]] = {name: [] for name in recorded}
+    for n in range(steps + 1):
+        if n:
+            simulation.step()
+        for name in recorded:
+            series[name].append(getattr(simulation, f"get_{kinds[name]}")(name.replace(".", "::", 1)))
+    simulation.terminate()
+    return series

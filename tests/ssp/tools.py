@@ -23,19 +23,13 @@ def exported(
 def with_this_project(
     scenario: str, flavour: str = "native", set: dict[str, Any] | None = None, nanoseconds: bool = False
 ) -> dict[str, list[Any]]:
-    """Return what a run of the scenario records. With `nanoseconds` steps are those of libcosim (`system/peers.py`)."""
+    """Return what a run of the scenario records. With `nanoseconds` steps are those of libcosim."""
     import amb_cosim
-    from amb_cosim.cosim.component import FmuComponent
     from amb_cosim.scenario.scenario import parse_scenario
+    from tests.support.nanoseconds import step_between_nanoseconds
 
     if nanoseconds:
-        step = FmuComponent.step
-
-        def step_between_points(component: Any, time: float, step_size: float) -> None:
-            begin, end = (round(t * 1e9) / 1e9 for t in (time, time + step_size))
-            step(component, begin, end - begin)
-
-        FmuComponent.step = step_between_points
+        step_between_nanoseconds()
 
     result = amb_cosim.run(parse_scenario(scenario, "rig"), flavour=flavour, set=set, loop="plain", progress=False)
     assert result.outcome.failure is None, result.outcome.failure
@@ -53,30 +47,13 @@ def read_back(archive: str, set: dict[str, Any] | None = None) -> dict[str, list
 
 def with_libcosim(archive: str, recorded: list[str], steps: int) -> dict[str, list[Any]]:
     """Return the recorded outputs from point 1 on, by libcosim, which reads step and parameters from the archive."""
-    from libcosimpy.CosimEnums import CosimVariableType
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
-    from libcosimpy.CosimObserver import CosimObserver
+
+    from benchmarks.peers import outputs_by_libcosim
 
     log_output_level(CosimLogLevel.WARNING)
-    execution = CosimExecution.from_ssp_file(archive)
-    components = sorted({name.partition(".")[0] for name in recorded})
-    variables = {
-        f"{name}.{v.name.decode()}": (index, v.reference, CosimVariableType(v.type).name.lower())
-        for name in components
-        for index in [execution.slave_index_from_instance_name(name)]
-        for v in execution.slave_variables(index)
-    }
-    observer = CosimObserver.create_last_value()
-    assert execution.add_observer(observer)
-    series: dict[str, list[Any]] = {name: [] for name in recorded if name in variables}
-    for _ in range(steps):
-        assert execution.step()
-        for name, values in series.items():
-            index, reference, kind = variables[name]
-            if hasattr(observer, f"last_{kind}_values"):
-                values += getattr(observer, f"last_{kind}_values")(index, [reference])
-    return series
+    return outputs_by_libcosim(CosimExecution.from_ssp_file(archive), recorded, steps)
 
 
 def with_fmpy(archive: str, stop_time: float, step_size: float) -> dict[str, list[Any]]:
@@ -89,33 +66,16 @@ def with_fmpy(archive: str, stop_time: float, step_size: float) -> dict[str, lis
 
 def with_ecos(archive: str, recorded: list[str], steps: int, step_size: float) -> dict[str, list[Any]]:
     """Return the recorded outputs by ecos, which takes wiring and FMUs from the archive."""
-    import ctypes
-    import sys
     import zipfile
-    from contextlib import suppress
     from pathlib import Path
 
-    import fmpy
+    from benchmarks.peers import kinds_in_ecos, load_tbb, outputs_by_ecos
 
-    with suppress(OSError):  # ecos needs oneTBB: the wheel's, which no loader finds, or else the system's
-        ctypes.CDLL(f"{sys.prefix}/lib/libtbb.so.12", ctypes.RTLD_GLOBAL)
+    load_tbb()
     from ecospy import EcosSimulation
 
     zipfile.ZipFile(archive).extractall("unpacked")
-    kinds = {
-        f"{file.stem}.{v.name}": {"Real": "real", "Integer": "integer", "Enumeration": "integer", "Boolean": "bool"}[
-            v.type
-        ]
-        for file in Path("unpacked/resources").glob("*.fmu")
-        for v in fmpy.read_model_description(str(file)).modelVariables
-    }
-    series: dict[str, list[Any]] = {name: [] for name in recorded}
+    kinds = kinds_in_ecos({file.stem: str(file) for file in Path("unpacked/resources").glob("*.fmu")})
     with EcosSimulation(step_size, ssp_path=archive) as simulation:
         simulation.init()
-        for n in range(steps + 1):
-            if n:
-                simulation.step()
-            for name in recorded:
-                series[name].append(getattr(simulation, f"get_{kinds[name]}")(name.replace(".", "::", 1)))
-        simulation.terminate()
-    return series
+        return outputs_by_ecos(simulation, kinds, recorded, steps)

@@ -11,22 +11,15 @@ from typing import Any
 def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, Any]:
     """Return results of a scenario, and its system as the functions of `benchmarks.peers` take it.
 
-    With `nanoseconds`, the FMUs get the times that libcosim passes: a point is a whole number of nanoseconds, and a
-    step the difference of two points, which deviates from a constant in the last bits.
+    With `nanoseconds`, the FMUs get the times that libcosim passes.
     """
-    from amb_cosim.cosim.component import FmuComponent
     from amb_cosim.scenario.scenario import parse_scenario
     from amb_cosim.scenario.simulation import prepare, run_prepared
     from benchmarks.system import plain_system
+    from tests.support.nanoseconds import step_between_nanoseconds
 
     if nanoseconds:
-        step = FmuComponent.step
-
-        def step_between_points(component: Any, time: float, step_size: float) -> None:
-            begin, end = (round(t * 1e9) / 1e9 for t in (time, time + step_size))
-            step(component, begin, end - begin)
-
-        FmuComponent.step = step_between_points
+        step_between_nanoseconds()
 
     prepared = prepare(parse_scenario(scenario, "peers"))
     result = run_prepared(prepared, loop="plain")  # it alone calls the Python method replaced above
