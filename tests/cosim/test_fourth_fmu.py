@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import run_command
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "lag_sensor"
 UNTIL = "0.15"
@@ -37,10 +36,8 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 def dataset_of(environment: dict[str, str], folder: Path, scenario: str, *options: str) -> dict[str, np.ndarray]:
     import xarray as xr
 
-    command = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main()", "run", scenario, "--no-plots"]
-    command += ["--until", UNTIL, "-o", str(folder), *options]
-    process = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600, check=False)
-    assert process.returncode == 0, process.stderr
+    given = ("--no-plots", "--until", UNTIL, "-o", folder, *options)
+    run_command("run", scenario, *given, cwd=folder.parent, env=environment)
     with xr.open_dataset(folder / "result.nc", engine="h5netcdf") as dataset:
         return {name: variable.values for name, variable in dataset.items()}
 
@@ -69,9 +66,5 @@ def test_the_lag_is_that_of_a_held_input(installed, tmp_path):
 
 
 def test_a_model_that_is_not_installed_is_refused(tmp_path):
-    command = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main()", "run"]
-    process = subprocess.run(
-        [*command, str(EXAMPLE / "fig4_9_with_sensors.toml")], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert process.returncode == 2
-    assert json.dumps(process.stderr).count("no FMU") == 1
+    refused = run_command("run", EXAMPLE / "fig4_9_with_sensors.toml", cwd=tmp_path, code=2)
+    assert json.dumps(refused.stderr).count("no FMU") == 1

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from command_line import COMMAND
 
 import amb_cosim
 from amb_cosim.commands.cli import main
@@ -21,7 +22,6 @@ from amb_cosim.cosim import isolation, simulation
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 
 GOOD, CRASH, HANG, LEAVE, EAT, PRINT = range(6)
-COMMAND = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main(prog_name='amb-cosim')"]
 
 SYSTEM = """
 [[component]]

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from code_blocks import LANGUAGES, blocks_of, run_blocks
+from command_line import run_command
 
 ROOT = Path(__file__).parents[2]
 PAGES = [
@@ -40,9 +41,8 @@ def name_of(page: Path) -> str:
     return str(page.relative_to(ROOT).with_suffix(""))
 
 
-def command(folder: Path, *arguments: str) -> None:
-    start = ["-c", "from amb_cosim.commands.cli import main; main()"] if arguments[0] != "-m" else []
-    subprocess.run([sys.executable, *start, *arguments], cwd=folder, check=True, timeout=600)
+def build_slave(folder: Path, script: str) -> None:
+    subprocess.run([sys.executable, "-m", "pythonfmu", "build", "-f", script], cwd=folder, check=True, timeout=600)
 
 
 def put_lag_sensor(folder: Path) -> None:
@@ -59,21 +59,21 @@ def put_lag_sensor(folder: Path) -> None:
 def put_masses(folder: Path) -> None:
     for script in ("mass.py", "spring.py"):
         shutil.copy(ROOT / "tests" / "cosim" / "support" / script, folder)
-        command(folder, "-m", "pythonfmu", "build", "-f", script)
+        build_slave(folder, script)
 
 
 def put_controller(folder: Path) -> None:
     tutorial = ROOT / "docs" / "tutorials" / "own_controller.md"
     run_blocks([block for block in blocks_of(tutorial) if block.file_name == "pd_controller.py"], tutorial, folder)
-    command(folder, "-m", "pythonfmu", "build", "-f", "pd_controller.py")
+    build_slave(folder, "pd_controller.py")
 
 
 def put_rig(folder: Path) -> None:
     """The archive of a levitated rig for parallel masters, and the assembled FMU."""
     text = 'base = "fig4_9"\ncoupling = "jacobi"\nsettle_cycles = 0\nend_cycle = 3\nevent = []\n'
     (folder / "parallel.toml").write_text(text, encoding="utf-8")
-    command(folder, "export-ssp", "parallel.toml", "-o", "rig.ssp", "--integers")
-    command(folder, "build", "--assembled", "fig4_9", "-o", ".")
+    run_command("export-ssp", "parallel.toml", "-o", "rig.ssp", "--integers", cwd=folder)
+    run_command("build", "--assembled", "fig4_9", "-o", ".", cwd=folder)
 
 
 PUT = {

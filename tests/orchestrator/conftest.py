@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner, Result
+from command_line import run_command
 from matplotlib.image import imread
 
 from amb_cosim.commands.cli import main
@@ -26,13 +26,7 @@ CLEARANCE, JOURNAL = 0.75e-3, 0.025
 def cosim(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
     """Run `amb-cosim` in a process of its own, in an empty folder, so that Python FMUs of two runs do not meet."""
 
-    def call(*arguments: str) -> subprocess.CompletedProcess[str]:
-        code = "from amb_cosim.commands.cli import main; main(prog_name='amb-cosim')"
-        return subprocess.run(
-            [sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=600
-        )
-
-    return call
+    return lambda *arguments: run_command(*arguments, cwd=tmp_path, code=None)
 
 
 def make_run(end: float = 20, **attributes) -> xr.Dataset:

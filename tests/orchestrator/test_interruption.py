@@ -12,6 +12,7 @@ from pathlib import Path
 
 import click
 import pytest
+from command_line import COMMAND
 from slow import slow_but_first
 
 from amb_cosim.commands import cli
@@ -20,7 +21,6 @@ from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.master import Master
 
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
-COMMAND = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main(prog_name='amb-cosim')"]
 
 
 @pytest.fixture

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 from code_blocks import blocks_of, run_blocks
+from command_line import run_command
 
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "own_pack.md"
 BLOCKS = blocks_of(PAGE)
@@ -41,12 +40,8 @@ def amb_cosim(project):
 
     def run(line: str, code: int = 0) -> str:
         path = os.pathsep.join([str(project), os.environ.get("PYTHONPATH", "")])
-        command = [sys.executable, "-c", "from amb_cosim.commands.cli import main; main()", *line.split()]
         environment = {**os.environ, "PYTHONPATH": path, "COLUMNS": "200"}
-        done = subprocess.run(
-            command, cwd=project, env=environment, capture_output=True, text=True, timeout=600, check=False
-        )
-        assert done.returncode == code, done.stdout + done.stderr
+        done = run_command(*line.split(), cwd=project, code=code, env=environment)
         return done.stdout + done.stderr
 
     return run

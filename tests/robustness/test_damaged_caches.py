@@ -13,11 +13,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from command_line import run_command
 from damage import damaged
 
 pytestmark = pytest.mark.slow
 
-COMMAND = [sys.executable, "-c", "from amb_cosim.start import main; main()", "simulate", "one.toml", "-o", "out"]
 ONE = """
 [[component]]
 name = "amb_actuator"
@@ -44,10 +44,10 @@ def run_with(tmp_path):
     (tmp_path / "one.toml").write_text(ONE)
 
     def run(cache, flavour):
-        command = [*COMMAND, "--flavour", flavour]
         environment = os.environ | {"XDG_CACHE_HOME": str(cache)}
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
-        assert done.returncode == 0, done.stderr
+        done = run_command(
+            "simulate", "one.toml", "-o", "out", "--flavour", flavour, cwd=tmp_path, env=environment, timeout=300
+        )
         assert "Traceback" not in done.stderr
         with h5py.File(tmp_path / "out" / "result.nc") as data:
             return {name: np.array(data[name]) for name in data}

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import h5py
 import pytest
+from command_line import COMMAND
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
 
-COMMAND = [sys.executable, "-c", "from amb_cosim.start import main; main()"]
 RUN = ["run", "fig4_9", "--until", "0.05", "--no-plots", "-o", "out"]
 MADE_OF_CODE = ("engines", "kernels-*", "loops")  # what takes long to compile
 

@@ -10,13 +10,14 @@ import time
 from pathlib import Path
 
 import pytest
+from command_line import COMMAND
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
 
-COMMAND = [sys.executable, "-c", "from amb_cosim.start import main; main()", "simulate", "stiff.toml", "-o", "out"]
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
 LONGEST = 1.0  # s of the processor's time from a signal to the end of the process
 
+RUN = ("simulate", "stiff.toml", "-o", "out")
 # Thirty seconds without contact take a moment, and the loop asks Python seldom. Then a step takes some 10 ms.
 STIFF = """
 base = "passive"
@@ -58,7 +59,7 @@ def compute(process, seconds):
 def test_signal_ends_a_run_within_a_second_of_slow_steps(tmp_path, number, options):
     (tmp_path / "stiff.toml").write_text(STIFF)
     with subprocess.Popen(
-        [*COMMAND, *options], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
+        [*COMMAND, *RUN, *options], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
     ) as process:  # fmt: skip
         try:
             while not has_loaded(process):

@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from command_line import run_command
 
 PAGES = Path(__file__).parents[2] / "docs" / "how-to" / "tools"
 SCENARIO = """
@@ -38,9 +39,7 @@ def folder(create_once):
 
     def fill(folder):
         (folder / "parallel.toml").write_text(SCENARIO, encoding="utf-8")
-        start = "from amb_cosim.commands.cli import main; main()"
-        command = ["-c", start, "export-ssp", "parallel.toml", "-o", "rig.ssp"]
-        subprocess.run([sys.executable, *command, "--integers"], cwd=folder, check=True, timeout=600)
+        run_command("export-ssp", "parallel.toml", "-o", "rig.ssp", "--integers", cwd=folder)
 
     return create_once("pages", fill)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from code_blocks import blocks_of
+from command_line import run_command
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = [DOCS / "tutorials" / "own_controller.md", DOCS / "how-to" / "swap_a_component.md"]
@@ -31,24 +32,18 @@ def folder(create_once):
 
 def execute(line, folder, code=0):
     name, *arguments = shlex.split(line)
-    program = {
-        "pythonfmu": ["-m", "pythonfmu"],
-        "amb-cosim": ["-c", "from amb_cosim.commands.cli import main; main()"],
-    }[name]
-    done = subprocess.run(
-        [sys.executable, *program, *arguments], cwd=folder, capture_output=True, text=True, timeout=300, check=False
-    )
-    assert done.returncode == code, done.stderr
-    return done
+    if name == "amb-cosim":
+        return run_command(*arguments, cwd=folder, code=code)
+    return subprocess.run([sys.executable, "-m", name, *arguments], cwd=folder, timeout=300, check=True)
 
 
-def run_command(of):
+def command_for(of):
     return next(line for line in COMMANDS if f"run {of}" in line)
 
 
 @pytest.mark.slow
 def test_removed_settings_are_gone_and_a_new_parameter_holds(folder):
-    execute(run_command("stiffer.toml"), folder)
+    execute(command_for("stiffer.toml"), folder)
     from amb_cosim.cosim.dataset import load
 
     data = load(folder / "results" / "stiffer" / "result.nc")
@@ -63,7 +58,7 @@ def test_what_is_missing_is_told_as_the_page_says(folder, tmp_path):
     (tmp_path / "pd_controller.py").write_text(script.replace(', "mb2.{}x", "mb2.{}y"', ""), encoding="utf-8")
     (tmp_path / "my_rig.toml").write_text((folder / "my_rig.toml").read_text(encoding="utf-8"), encoding="utf-8")
     execute("pythonfmu build -f pd_controller.py", tmp_path)
-    done = execute(run_command("my_rig.toml"), tmp_path, code=2)
+    done = execute(command_for("my_rig.toml"), tmp_path, code=2)
     said = [line for line in done.stderr.strip().splitlines() if "runs here for the first time" not in line]
     assert said == [MESSAGES[1]]
 

@@ -15,6 +15,7 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
+from command_line import COMMAND
 
 import amb_cosim
 from amb_cosim.sweeps.engine import ClusterFailed
@@ -134,10 +135,12 @@ class Killer:
 
 def client(folder: Path, scenario: str, *where: str) -> subprocess.Popen[str]:
     """Start the command in a process of its own."""
-    command = [sys.executable, "-c", "from amb_cosim.start import main; main()", "sweep", scenario]
-    options = ["--vary", f"Omega={VARY['Omega']}", "--until", str(UNTIL), "--no-plots", *where]
+    options = ["--vary", f"Omega={VARY['Omega']}", "--until", str(UNTIL), "--no-plots", *where, "-o", str(folder)]
     return subprocess.Popen(
-        [*command, *options, "-o", str(folder)], stderr=subprocess.PIPE, text=True, start_new_session=True
+        [*COMMAND, "sweep", scenario, *options],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
 
 
