@@ -12,6 +12,7 @@ import subprocess
 import sys
 import textwrap
 import time
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -106,6 +107,12 @@ def create_once(shared_folder: Path) -> Callable[..., Path]:
         return folder
 
     return create
+
+
+@pytest.fixture(scope="session")
+def unpack(create_once: Callable[..., Path]) -> Callable[[Path], Path]:
+    """`unpack(fmu)`: the folder of an extracted FMU that lies in a folder of its own, once per test run."""
+    return lambda fmu: create_once(f"{fmu.parent.name}-extracted", zipfile.ZipFile(fmu).extractall)
 
 
 @pytest.fixture(scope="session", autouse=True)

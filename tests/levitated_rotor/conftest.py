@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -26,19 +25,9 @@ def assembled(create_once: Callable[..., Path]) -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="session")
-def extracted(assembled: Callable[..., Path], create_once: Callable[..., Path]) -> Callable[..., Path]:
+def extracted(assembled: Callable[..., Path], unpack: Callable[[Path], Path]) -> Callable[..., Path]:
     """The same argument; folder of the extracted FMU."""
-
-    def extract(scenario: str | Path | None = None) -> Path:
-        fmu = assembled(scenario)
-
-        def fill(folder: Path) -> None:
-            with zipfile.ZipFile(fmu) as archive:
-                archive.extractall(folder)
-
-        return create_once(f"{fmu.parent.name}-extracted", fill)
-
-    return extract
+    return lambda *scenario: unpack(assembled(*scenario))
 
 
 @pytest.fixture(scope="session")

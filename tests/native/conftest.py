@@ -7,7 +7,6 @@ import importlib
 import shutil
 import subprocess
 import sys
-import zipfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -66,24 +65,14 @@ def native(compiler: None, create_once: Callable[..., Path]) -> Callable[..., Pa
 
 
 @pytest.fixture(scope="session")
-def unpacked(native: Callable[..., Path], create_once: Callable[..., Path]) -> Callable[..., Path]:
+def unpacked(native: Callable[..., Path], unpack: Callable[[Path], Path]) -> Callable[..., Path]:
     """The same arguments as `native`; folder of the extracted FMU."""
-
-    def extract(*arguments: Any) -> Path:
-        fmu = native(*arguments)
-
-        def fill(folder: Path) -> None:
-            with zipfile.ZipFile(fmu) as archive:
-                archive.extractall(folder)
-
-        return create_once(f"{fmu.parent.name}-extracted", fill)
-
-    return extract
+    return lambda *arguments: unpack(native(*arguments))
 
 
 @pytest.fixture(scope="session")
 def library_of(
-    unpacked: Callable[..., Path], build_fmu: Callable[..., Path], create_once: Callable[..., Path], lag: Model
+    unpacked: Callable[..., Path], build_fmu: Callable[..., Path], unpack: Callable[[Path], Path], lag: Model
 ) -> Callable[[str], Any]:
     """`library_of(flavour)`: the library of the lag in one of `FLAVOURS`, as `raw` calls it."""
     from raw import Library, Library3
@@ -91,8 +80,7 @@ def library_of(
     def load(flavour: str) -> Any:
         if flavour != "python":
             return Library3(unpacked(lag, None, None, 3)) if flavour == "native 3" else Library(unpacked(lag))
-        fmu = build_fmu(lag)
-        return Library(create_once(f"{fmu.parent.name}-extracted", zipfile.ZipFile(fmu).extractall))
+        return Library(unpack(build_fmu(lag)))
 
     return load
 
