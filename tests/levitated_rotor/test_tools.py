@@ -1,11 +1,9 @@
-"""The assembled FMU in tools: validators, the command line, system files, the README's code."""
+"""The assembled FMU in tools: the command line, system files, the README's code."""
 
 from __future__ import annotations
 
 import re
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable
 from importlib import util
 from pathlib import Path
@@ -36,28 +34,6 @@ inputs = {{ "Omega" = "260 rad/s", "rig.rotor_contact.d1.u" = "0.5 g.m" }}
 time = "0.12 s"
 set = {{ "rig.rotor_contact.d1.u" = "25.5 g.m" }}
 """
-
-
-@pytest.mark.slow
-def test_fmpy_finds_it_valid(assembled: Callable[..., Path]) -> None:
-    assert validate_fmu(str(assembled("fig4_9"))) == []
-
-
-def test_fmutool_finds_no_fault_in_it(assembled: Callable[..., Path], tmp_path: Path) -> None:
-    pytest.importorskip("fmu_manipulation_toolbox", reason="extra: peers")
-    check = subprocess.run(
-        [sys.executable, "-m", "fmu_manipulation_toolbox.cli.fmutool", "-input", assembled("fig4_9"), "-check"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    said = check.stdout + check.stderr
-    assert check.returncode == 0, said
-    assert "No semantic error" in said
-    assert "WARNING" not in said
-    assert "ERROR" not in said
 
 
 def test_a_system_file_has_it_as_its_only_component(assembled: Callable[..., Path], tmp_path: Path) -> None:

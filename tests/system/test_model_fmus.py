@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from drive import Fmu
-from fmpy.validation import validate_fmu
 from model_cases import CASES, Case, core_outputs
 from slow import slow_but_first
 
@@ -38,11 +37,6 @@ def run(fmu: Fmu, case: Case, first: int, last: int) -> list[list[float]]:
         assert fmu.step(n, case.h) == 0, fmu.log
         rows.append(fmu.outputs())
     return rows
-
-
-@models
-def test_validation_finds_no_problems(name: str, fmu_of: Callable[[Case], Path]) -> None:
-    assert validate_fmu(str(fmu_of(CASES[name]))) == []
 
 
 @models

@@ -146,7 +146,7 @@ def test_the_three_in_one_container_give_the_same(
 
 
 @pytest.mark.parametrize("flavour", slow_but_first(["native", "python"]))
-@pytest.mark.parametrize("name", ["rotor_contact", "amb_actuator", "rolac_controller"])
+@pytest.mark.parametrize("name", ["rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"])
 def test_fmutool_and_fmpy_find_no_fault_in_the_fmu(name: str, flavour: Any, tmp_path: Path) -> None:
     """Schema, names, causality against variability, initial and start, model structure."""
     fmu = ensure_built(name, flavour).path
