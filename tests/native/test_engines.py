@@ -44,19 +44,6 @@ def test_an_engine_is_compiled_once(lag, empty):
     assert empty == [([lag], "win64")]
 
 
-@pytest.mark.parametrize("name", [engines.LIBRARY, engines.MADE_BY])
-def test_a_damaged_engine_is_compiled_anew(lag, empty, tmp_path, name):
-    whole = engine([lag], "win64")
-    file = tmp_path / "cache" / "engines" / engine_place([lag], "win64") / name
-    file.write_bytes(b"d" * len(file.read_bytes()))
-    assert engine([lag], "win64") == whole
-    file.unlink()
-    assert engine([lag], "win64") == whole
-    assert len(empty) == 3
-    assert engine([lag], "win64") == whole
-    assert len(empty) == 3
-
-
 def test_damaged_lowered_kernels_are_lowered_anew(lag, monkeypatch, tmp_path):
     lowered = []
     monkeypatch.setattr(engines, "_cache", lambda: tmp_path)
