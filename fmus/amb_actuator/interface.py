@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from amb_actuator.flux import saturation_flux
 from fmi_export.interface import Interface, interface, repeated
-from fmi_export.variables import Enumeration, Variable, input_, one_of, output, parameter
+from fmi_export.variables import Enumeration, Variable, at_place, one_of, output, parameter
+
+Declare = Callable[..., Variable]
+"""Declares a variable of an axis; see `at_place`."""
 
 FORCE_LAW = Enumeration(
     "ForceLaw",
@@ -33,62 +36,59 @@ CONSTANTS_FROM_GEOMETRY = (2376955.7160887653, 563.1506658084571)
 POLE_FACE, HALF_POLE_ANGLE, MAX_FORCE = 1399e-6, math.radians(22.5), 1700.0
 
 
-def _magnet(b: str, a: str, at: str) -> list[Variable]:
-    k_s, k_i = MEASURED_CONSTANTS.get(b, CONSTANTS_FROM_GEOMETRY)
+def _axis(bearing: str, axis: str) -> list[Variable]:
+    """Declare the variables of one axis."""
+    parameter_of, input_of, output_of = at_place(f"{bearing}.{{}}_{axis}", f"{bearing.upper()}, {axis} axis")
     return [
-        parameter(f"{b}.turns_{a}", "1", f"Turns per pole, {at} (Table 2.2)", 158.0, minimum=1.0, maximum=1e6),
-        parameter(
-            f"{b}.pole_area_{a}", "m2", f"Pole face area, {at} (Table 2.2)", POLE_FACE, minimum=1e-9, maximum=10.0
-        ),
-        parameter(f"{b}.gap_{a}", "m", f"Air gap, {at} (Table 2.2)", 1.2e-3, minimum=1e-6, maximum=1.0),
-        parameter(
-            f"{b}.half_angle_{a}",
+        *_magnet(parameter_of, *MEASURED_CONSTANTS.get(bearing, CONSTANTS_FROM_GEOMETRY)),
+        *_amplifier(parameter_of),
+        *_inputs(input_of, f"{bearing}.{axis}"),
+        *_outputs(output_of, bearing, axis),
+    ]
+
+
+def _magnet(declare: Declare, k_s: float, k_i: float) -> list[Variable]:
+    b_sat = saturation_flux(MAX_FORCE, POLE_FACE, HALF_POLE_ANGLE)
+    return [
+        declare("turns", "1", "Turns per pole, {} (Table 2.2)", 158.0, minimum=1.0, maximum=1e6),
+        declare("pole_area", "m2", "Pole face area, {} (Table 2.2)", POLE_FACE, minimum=1e-9, maximum=10.0),
+        declare("gap", "m", "Air gap, {} (Table 2.2)", 1.2e-3, minimum=1e-6, maximum=1.0),
+        declare(
+            "half_angle",
             "rad",
-            f"Half angle between the double pole faces, {at} (2.2)",
+            "Half angle between the double pole faces, {} (2.2)",
             HALF_POLE_ANGLE,
             minimum=0.0,
             maximum=1.5,
         ),
-        parameter(f"{b}.bias_current_{a}", "A", f"Bias current, {at} (Table 2.2)", 4.43, minimum=0.0, maximum=1e4),
-        parameter(
-            f"{b}.static_current_{a}",
+        declare("bias_current", "A", "Bias current, {} (Table 2.2)", 4.43, minimum=0.0, maximum=1e4),
+        declare(
+            "static_current",
             "A",
-            f"Static current; negative for a static load towards positive displacements, {at} (Table 2.2)",
+            "Static current; negative for a static load towards positive displacements, {} (Table 2.2)",
             1.14,
             minimum=-1e4,
             maximum=1e4,
         ),
-        parameter(
-            f"{b}.current_limit_{a}", "A", f"Largest coil current, {at} (Table 2.4)", 10.0, minimum=0.0, maximum=1e4
+        declare("current_limit", "A", "Largest coil current, {} (Table 2.4)", 10.0, minimum=0.0, maximum=1e4),
+        declare(
+            "k_s_measured", "N/m", "Negative stiffness for force_law 1, {} (Fig. 2.5)", k_s, minimum=-1e12, maximum=1e12
         ),
-        parameter(
-            f"{b}.k_s_measured_{a}",
-            "N/m",
-            f"Negative stiffness for force_law 1, {at} (Fig. 2.5)",
-            k_s,
-            minimum=-1e12,
-            maximum=1e12,
+        declare(
+            "k_i_measured", "N/A", "Current stiffness for force_law 1, {} (Fig. 2.5)", k_i, minimum=-1e9, maximum=1e9
         ),
-        parameter(
-            f"{b}.k_i_measured_{a}",
-            "N/A",
-            f"Current stiffness for force_law 1, {at} (Fig. 2.5)",
-            k_i,
-            minimum=-1e9,
-            maximum=1e9,
-        ),
-        parameter(
-            f"{b}.b_sat_{a}",
+        declare(
+            "b_sat",
             "T",
-            f"Saturation flux density for force_law 2, {at}; by default a coil pair pulls at most 1700 N (Table 2.2)",
-            saturation_flux(MAX_FORCE, POLE_FACE, HALF_POLE_ANGLE),
+            "Saturation flux density for force_law 2, {}; by default a coil pair pulls at most 1700 N (Table 2.2)",
+            b_sat,
             minimum=1e-3,
             maximum=1e3,
         ),
-        parameter(
-            f"{b}.knee_width_{a}",
+        declare(
+            "knee_width",
             "1",
-            f"Half-width of the knee of saturation, relative to b_sat, {at}",
+            "Half-width of the knee of saturation, relative to b_sat, {}",
             0.2,
             minimum=0.0,
             maximum=1.0,
@@ -96,52 +96,33 @@ def _magnet(b: str, a: str, at: str) -> list[Variable]:
     ]
 
 
-def _amplifier(b: str, a: str, at: str) -> list[Variable]:
+def _amplifier(declare: Declare) -> list[Variable]:
     return [
-        parameter(
-            f"{b}.resistance_{a}",
-            "Ohm",
-            f"Resistance of a coil pair, {at} (Table 2.2)",
-            0.365,
-            minimum=1e-3,
-            maximum=1e6,
-        ),
-        parameter(
-            f"{b}.inductance_{a}",
-            "H",
-            f"Inductance of a coil pair, {at} (Table 2.2)",
-            0.0732,
-            minimum=1e-9,
-            maximum=1e3,
-        ),
-        parameter(
-            f"{b}.amplifier_gain_{a}",
+        declare("resistance", "Ohm", "Resistance of a coil pair, {} (Table 2.2)", 0.365, minimum=1e-3, maximum=1e6),
+        declare("inductance", "H", "Inductance of a coil pair, {} (Table 2.2)", 0.0732, minimum=1e-9, maximum=1e3),
+        declare(
+            "amplifier_gain",
             "A/V",
-            f"Control current demanded by a volt of command, {at} (Table 2.4)",
+            "Control current demanded by a volt of command, {} (Table 2.4)",
             0.5,
             minimum=-1e6,
             maximum=1e6,
         ),
-        parameter(
-            f"{b}.bandwidth_{a}",
-            "Hz",
-            f"Bandwidth of the dynamic amplifier, {at} (Table 2.4)",
-            1400.0,
-            minimum=1e-3,
-            maximum=1e9,
+        declare(
+            "bandwidth", "Hz", "Bandwidth of the dynamic amplifier, {} (Table 2.4)", 1400.0, minimum=1e-3, maximum=1e9
         ),
-        parameter(
-            f"{b}.voltage_limit_{a}",
+        declare(
+            "voltage_limit",
             "V",
-            f"Largest voltage of the dynamic amplifier, either way, {at} (assumed)",
+            "Largest voltage of the dynamic amplifier, either way, {} (assumed)",
             150.0,
             minimum=1e-3,
             maximum=1e9,
         ),
-        parameter(
-            f"{b}.discharge_voltage_{a}",
+        declare(
+            "discharge_voltage",
             "V",
-            f"Voltage that brings the currents down while the amplifiers are off; 0: the coils' resistance alone, {at}",
+            "Voltage that brings the currents down while the amplifiers are off; 0: the coils' resistance alone, {}",
             0.0,
             minimum=0.0,
             maximum=1e9,
@@ -149,156 +130,94 @@ def _amplifier(b: str, a: str, at: str) -> list[Variable]:
     ]
 
 
-def _inputs(b: str, a: str, at: str) -> list[Variable]:
+def _inputs(declare: Declare, displacement: str) -> list[Variable]:
+    at_centre = declare("", "m", "Rotor displacement from the centre, {}", field="displacement", display_unit="um")
+    command = "Command as a voltage; amplifier_gain times it adds to the demanded control current, {}"
+    lost = "Fault: share of the {} coil pair's turns that is lost, {{}}"
+    off = "Fault: amplifiers off, currents decay through the coils, {}"
     return [
-        input_(f"{b}.i_{a}", "A", f"Demanded control current, {at}", field="demanded_current"),
-        input_(f"{b}.{a}", "m", f"Rotor displacement from the centre, {at}", field="displacement", display_unit="um"),
-        input_(
-            f"{b}.command_voltage_{a}",
-            "V",
-            f"Command as a voltage; amplifier_gain times it adds to the demanded control current, {at}",
-        ),
-        input_(
-            f"{b}.coil_loss_upper_{a}",
-            "1",
-            f"Fault: share of the upper coil pair's turns that is lost, {at}",
-            minimum=0.0,
-            maximum=1.0,
-        ),
-        input_(
-            f"{b}.coil_loss_lower_{a}",
-            "1",
-            f"Fault: share of the lower coil pair's turns that is lost, {at}",
-            minimum=0.0,
-            maximum=1.0,
-        ),
-        input_(
-            f"{b}.amplifier_off_{a}",
-            "1",
-            f"Fault: amplifiers off, currents decay through the coils, {at}",
-            type="Boolean",
-        ),
-        input_(f"{b}.stuck_{a}", "1", f"Fault: currents stay as they are, {at}", type="Boolean"),
+        declare("i", "A", "Demanded control current, {}", field="demanded_current"),
+        replace(at_centre, name=displacement),
+        declare("command_voltage", "V", command),
+        *(declare(f"coil_loss_{c}", "1", lost.format(c), minimum=0.0, maximum=1.0) for c in ("upper", "lower")),
+        declare("amplifier_off", "1", off, type="Boolean"),
+        declare("stuck", "1", "Fault: currents stay as they are, {}", type="Boolean"),
     ]
 
 
-def _outputs(b: str, a: str, at: str) -> list[Variable]:
+def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
     def of_axis(*names: str) -> tuple[str, ...]:
         return tuple(f"{b}.{name}_{a}" for name in names)
 
     demand = of_axis("i", "command_voltage")
     off, switches = of_axis("amplifier_off"), of_axis("amplifier_off", "stuck")
     losses = of_axis("coil_loss_upper", "coil_loss_lower")
-    current = (*demand, *switches)
-    force = (*demand, f"{b}.{a}", *losses, *switches)
     # At the start the currents are those of a steady command; nothing is stuck, and no voltage at its limit.
     limits = of_axis("bias_current", "static_current", "current_limit", "resistance", "voltage_limit")
     command = (*demand, *of_axis("amplifier_gain"), *limits, "amplifier")
     currents = (*command, *off)
     iron = (*currents, *of_axis("turns", "gap", "b_sat", "knee_width"), f"{b}.{a}", *losses)
     gradient = (*iron, *of_axis("pole_area", "half_angle", "k_s_measured"), "force_law")
-    flag: dict[str, object] = {"type": "Boolean"}
+    by_force: dict[str, object] = {"depends_on": (*demand, f"{b}.{a}", *losses, *switches)}
+    by_current: dict[str, object] = {"depends_on": (*demand, *switches), "starts_from": currents}
+
+    def named(name: str, unit: str, description: str, **options: object) -> Variable:
+        return replace(declare("", unit, description, **options), name=f"{b}.{name}")
+
+    def of_coils(letter: str, unit: str, description: str, field: str) -> list[Variable]:
+        return [
+            declare(f"{letter}_{coil}", unit, description.format(coil), field=f"{coil}_{field}", **by_current)
+            for coil in ("upper", "lower")
+        ]
+
+    def flag(name: str, description: str, warning: str, **options: object) -> Variable:
+        return declare(name, "1", description, type="Boolean", warning=warning, **options)
+
+    force = "Force on the rotor, in excess of the static load unless total_force, {}"
+    reference = "Displacement where the force was evaluated, {}"
+    clipped = f"the demanded current is cut to what the coils allow, 0 to {{{b}.current_limit_{a}}} A each"
+    saturated = "The flux density of a coil pair is beyond the knee, where force_law 2 limits it, {}"
+    beyond = f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which force_law 2 alone knows of"
+    at_limit = f"an amplifier is at its voltage limit, {{{b}.voltage_limit_{a}}} V"
     return [
-        output(
-            f"{b}.f_{a}",
-            "N",
-            f"Force on the rotor, in excess of the static load unless total_force, {at}",
-            depends_on=force,
-            starts_from=(*gradient, *of_axis("k_i_measured"), "total_force"),
-            field="force",
+        declare(
+            "f", "N", force, starts_from=(*gradient, *of_axis("k_i_measured"), "total_force"), field="force", **by_force
         ),
-        output(
-            f"{b}.k_{a}{a}",
+        named(
+            f"k_{a}{a}",
             "N/m",
-            f"Gradient of the force over displacement, {at}",
-            depends_on=force,
+            "Gradient of the force over displacement, {}",
             starts_from=gradient,
             field="gradient",
+            **by_force,
         ),
-        output(
-            f"{b}.{a}_ref",
+        named(
+            f"{a}_ref",
             "m",
-            f"Displacement where the force was evaluated, {at}",
+            reference,
             depends_on=(f"{b}.{a}",),
             starts_as=f"{b}.{a}",
             display_unit="um",
             field="reference",
         ),
-        output(
-            f"{b}.i_upper_{a}",
-            "A",
-            f"Current of the upper coil pair, {at}",
-            depends_on=current,
-            starts_from=currents,
-            field="upper_current",
-        ),
-        output(
-            f"{b}.i_lower_{a}",
-            "A",
-            f"Current of the lower coil pair, {at}",
-            depends_on=current,
-            starts_from=currents,
-            field="lower_current",
-        ),
-        output(
-            f"{b}.clipped_{a}",
-            "1",
-            f"The demanded current was cut to the coil limits, {at}",
+        *of_coils("i", "A", "Current of the {} coil pair, {{}}", "current"),
+        flag(
+            "clipped",
+            "The demanded current was cut to the coil limits, {}",
+            clipped,
             depends_on=demand,
             starts_from=command,
-            warning=f"the demanded current is cut to what the coils allow, 0 to {{{b}.current_limit_{a}}} A each",
-            **flag,
         ),
-        output(
-            f"{b}.saturated_{a}",
-            "1",
-            f"The flux density of a coil pair is beyond the knee, where force_law 2 limits it, {at}",
-            depends_on=force,
-            starts_from=iron,
-            warning=f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which force_law 2 alone knows of",
-            **flag,
+        flag("saturated", saturated, beyond, starts_from=iron, **by_force),
+        flag(
+            "voltage_limited",
+            "An amplifier was at its voltage limit during the step, {}",
+            at_limit,
+            **(by_current | {"starts_from": ()}),
         ),
-        output(
-            f"{b}.voltage_limited_{a}",
-            "1",
-            f"An amplifier was at its voltage limit during the step, {at}",
-            depends_on=current,
-            starts_from=(),
-            warning=f"an amplifier is at its voltage limit, {{{b}.voltage_limit_{a}}} V",
-            **flag,
-        ),
-        output(
-            f"{b}.v_upper_{a}",
-            "V",
-            f"Voltage at the upper coil pair, {at}",
-            depends_on=current,
-            starts_from=currents,
-            field="upper_voltage",
-        ),
-        output(
-            f"{b}.v_lower_{a}",
-            "V",
-            f"Voltage at the lower coil pair, {at}",
-            depends_on=current,
-            starts_from=currents,
-            field="lower_voltage",
-        ),
-        output(
-            f"{b}.copper_loss_{a}",
-            "W",
-            f"Heat in both coil pairs, {at}",
-            minimum=0.0,
-            depends_on=current,
-            starts_from=currents,
-        ),
+        *of_coils("v", "V", "Voltage at the {} coil pair, {{}}", "voltage"),
+        declare("copper_loss", "W", "Heat in both coil pairs, {}", minimum=0.0, **by_current),
     ]
-
-
-def _axis(bearing: str, axis: str) -> list[Variable]:
-    """Declare the variables of one axis."""
-    at = f"{bearing.upper()}, {axis} axis"
-    declared = [v for table in (_magnet, _amplifier, _inputs, _outputs) for v in table(bearing, axis, at)]
-    return [replace(v, field=v.field or v.name.removeprefix(f"{bearing}.").removesuffix(f"_{axis}")) for v in declared]
 
 
 def axes_of(bearings: Sequence[str]) -> list[tuple[str, str]]:

@@ -159,3 +159,20 @@ def input_(name: str, unit: str, description: str, **options: object) -> Variabl
 def output(name: str, unit: str, description: str, **options: object) -> Variable:
     """Declare an output; see `Variable` for the options."""
     return Variable(name, "output", unit, description, **options)  # type: ignore[arg-type]
+
+
+def at_place(pattern: str, place: str) -> tuple[Callable[..., Variable], ...]:
+    """Return `parameter`, `input_` and `output` for the variables of one place, such as an axis of a bearing.
+
+    Their names are those that are declared, within a `pattern` such as `mb1.{}_x`; `field` is the name as it is
+    declared, unless it is given. `{}` in a description stands for the place.
+    """
+
+    def of_place(declare: Callable[..., Variable]) -> Callable[..., Variable]:
+        def declared(name: str, unit: str, description: str, *start: float, **options: object) -> Variable:
+            given = {"field": name} | options
+            return declare(pattern.format(name), unit, description.format(place), *start, **given)
+
+        return declared
+
+    return of_place(parameter), of_place(input_), of_place(output)
