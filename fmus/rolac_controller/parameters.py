@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from fmi_export.interface import repeated
-from fmi_export.variables import Array, Variable, one_of, parameter
+from fmi_export.variables import Array, Variable, at_place, one_of, parameter
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop, SensorPlane
 from rolac_controller.enumerations import MODES, NO_SOURCE, ROLAC, SOURCES
 from signal_chain.variables import CHAIN, sensor_scale
@@ -22,6 +23,10 @@ def _switch(name: str, description: str, start: bool = False, **options: object)
 
 def _choice(name: str, description: str, start: int, minimum: int, maximum: int, **options: object) -> Variable:
     return parameter(name, "1", description, start, minimum=minimum, maximum=maximum, type="Integer", **options)
+
+
+def _tunable(name: str, unit: str, description: str, start: float, **options: object) -> Variable:
+    return parameter(name, unit, description, start, tunable=True, **({"minimum": 0.0} | options))
 
 
 GENERAL = (
@@ -42,36 +47,29 @@ GENERAL = (
         minimum=0.0,
         maximum=0.1,
     ),
-    parameter(
+    _tunable(
         "derivative_time",
         "s",
         "Time constant of the derivative's filter; 0: plain backward difference",
         0.0,
-        minimum=0.0,
-        tunable=True,
     ),
     _switch("pid.direct", "PID with the gains k_p and k_d in place of K_b + K_s and C_b"),
 )
 
 
 def _axis(b: str, a: str) -> list[Variable]:
-    at = f"{b.upper()}, {a} axis"
-
-    def gain(field: str, unit: str, description: str, start: float, **options: object) -> Variable:
-        return parameter(
-            f"{b}.{field}_{a}", unit, description.format(at=at), start, tunable=True, field=field, **options
-        )
-
+    declare, *_ = at_place(f"{b}.{{}}_{a}", f"{b.upper()}, {a} axis")
+    gain = partial(declare, tunable=True)
     return [
-        gain("k_b", "N/m", "Net stiffness K_b of the closed bearing, {at} (5.1)", 1e6),
-        gain("c_b", "N.s/m", "Damping C_b of the closed bearing, {at} (5.2)", 5e3, minimum=0.0),
-        gain("k_integral", "N/(m.s)", "Gain K_I of the integral, {at} (5.3)", 0.0, minimum=0.0),
-        gain("k_s", "N/m", "Negative stiffness K_s of the bearing, compensated, {at} (2.8)", BEARING_K_S),
-        gain("k_i", "N/A", "Current stiffness K_i of the bearing, {at} (2.9)", BEARING_K_I, minimum=1.0),
-        gain("i_min", "A", "Least control current, -(I_s + I_b), {at}", -5.57, maximum=0.0),
-        gain("i_max", "A", "Largest control current, I_b, {at}", 4.43, minimum=0.0),
-        gain("k_p", "N/m", "Proportional gain with pid.direct, {at}", 2.7e6),
-        gain("k_d", "N.s/m", "Derivative gain with pid.direct, {at}", 5e3, minimum=0.0),
+        gain("k_b", "N/m", "Net stiffness K_b of the closed bearing, {} (5.1)", 1e6),
+        gain("c_b", "N.s/m", "Damping C_b of the closed bearing, {} (5.2)", 5e3, minimum=0.0),
+        gain("k_integral", "N/(m.s)", "Gain K_I of the integral, {} (5.3)", 0.0, minimum=0.0),
+        gain("k_s", "N/m", "Negative stiffness K_s of the bearing, compensated, {} (2.8)", BEARING_K_S),
+        gain("k_i", "N/A", "Current stiffness K_i of the bearing, {} (2.9)", BEARING_K_I, minimum=1.0),
+        gain("i_min", "A", "Least control current, -(I_s + I_b), {}", -5.57, maximum=0.0),
+        gain("i_max", "A", "Largest control current, I_b, {}", 4.43, minimum=0.0),
+        gain("k_p", "N/m", "Proportional gain with pid.direct, {}", 2.7e6),
+        gain("k_d", "N.s/m", "Derivative gain with pid.direct, {}", 5e3, minimum=0.0),
     ]
 
 
@@ -104,37 +102,29 @@ def _weight(sensor: str, where: str) -> list[Variable]:
 
 ADAPTATION = (
     parameter("rolac.mode", "1", "Law of the synchronous control", ROLAC, **one_of(MODES)),
-    parameter(
+    _tunable(
         "rolac.alpha",
         "1/s",
         "Adaptation rate of ROLAC, notch and force_free; 0 holds the force (5.22)",
         7.0,
-        minimum=0.0,
-        tunable=True,
     ),
-    parameter(
+    _tunable(
         "rolac.fade",
         "1/s",
         "Rate at which the force fades while ROLAC is off or leaves the PID alone; from 1/sample_time on at once",
         20.0,
-        minimum=0.0,
-        tunable=True,
     ),
-    parameter(
+    _tunable(
         "rolac.min_speed",
         "rad/s",
         "Speed below which there is no synchronous signal and no ROLAC",
         2.0 * math.pi * 5.0,
-        minimum=0.0,
-        tunable=True,
     ),
-    parameter(
+    _tunable(
         "rolac.force_limit",
         "N",
         "Largest synchronous force of an axis, amplitudes of all harmonics added (Table 2.2)",
         1700.0,
-        minimum=0.0,
-        tunable=True,
     ),
     _switch(
         "rolac.extrapolate",
@@ -143,25 +133,21 @@ ADAPTATION = (
         tunable=True,
     ),
     _switch("rolac.check_sensors", "No ROLAC while a sensor stands still for a revolution in which others move", True),
-    parameter(
+    _tunable(
         "olac.steadiness",
         "1",
         "Change of the vibration from one revolution to the next, relative to it, that counts as steady for OLAC",
         0.02,
-        minimum=0.0,
-        tunable=True,
     ),
     _choice("olac.updates", "Updates after OLAC is switched on; 0: no end", 0, 0, 10**6),
     parameter("contact.source", "1", "How contact is known", NO_SOURCE, **one_of(SOURCES)),
     _switch("contact.aware", "In contact the adaptation counts with the contact, which contact.source tells", False),
-    parameter(
+    _tunable(
         "contact.lead",
         "rad",
         "Lead against the displacement that contact-aware adaptation gives the force on a journal in contact",
         math.pi / 6.0,
-        minimum=0.0,
         maximum=math.pi / 2.0,
-        tunable=True,
     ),
     parameter(
         "contact.clearance",
@@ -171,27 +157,23 @@ ADAPTATION = (
         minimum=1e-6,
         maximum=0.1,
     ),
-    parameter(
+    _tunable(
         "contact.threshold",
         "1",
         "Displacement over clearance from which contact.source sensors takes a journal to be in contact",
         0.98,
-        minimum=0.0,
         maximum=1.0,
-        tunable=True,
     ),
 )
 
 IDENTIFICATION = (
     _switch("identification.multi", "All harmonics at once, Schroeder-phased; otherwise harmonic number 1 alone"),
-    parameter(
+    _tunable(
         "identification.force_scale",
         "1",
         "Test force over A(f)",
         1.0,
-        minimum=0.0,
         maximum=1e3,
-        tunable=True,
     ),
     _choice(
         "identification.average",
@@ -200,13 +182,11 @@ IDENTIFICATION = (
         1,
         40,
     ),
-    parameter(
+    _tunable(
         "identification.max_drift",
         "1",
         "Largest change of the vibration without force, over the largest response, that is accepted",
         0.05,
-        minimum=0.0,
-        tunable=True,
     ),
     parameter(
         "identification.max_condition",

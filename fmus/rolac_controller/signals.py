@@ -106,8 +106,13 @@ def _current_at_start(loop: ControlLoop, b: str, a: str, sensor: str) -> tuple[s
     return (*measured, "chain.adc_bits", "pid.direct", *gains, f"{b}.set_{a}", *DAC)
 
 
+def _later(name: str, unit: str, what: str, depends_on: tuple[str, ...], **options: object) -> Variable:
+    """Declare an output that shows something from the first sample on: it always starts with the same value."""
+    return output(name, unit, what, depends_on=depends_on, starts_from=(), **options)
+
+
 def _axis(b: str, a: str, adaptation: tuple[str, ...], start: tuple[str, ...]) -> list[Variable]:
-    at = f"{b.upper()}, {a} axis"
+    at, shown = f"{b.upper()}, {a} axis", (*adaptation, *SELECTION_INPUTS)
     return [
         output(
             f"{b}.i_{a}",
@@ -117,80 +122,37 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...], start: tuple[str, ...]) -
             starts_from=start,
             field="current",
         ),
-        output(
-            f"{b}.u_{a}",
-            "N",
-            f"Amplitude of the synchronous force, {at}",
-            depends_on=(*adaptation, *SELECTION_INPUTS),
-            starts_from=(),
-            field="force_amplitude",
-        ),
-        output(
-            f"{b}.u_phase_{a}",
-            "rad",
-            f"Phase of the synchronous force, {at}",
-            depends_on=(*adaptation, *SELECTION_INPUTS),
-            starts_from=(),
-            field="force_phase",
-        ),
+        _later(f"{b}.u_{a}", "N", f"Amplitude of the synchronous force, {at}", shown, field="force_amplitude"),
+        _later(f"{b}.u_phase_{a}", "rad", f"Phase of the synchronous force, {at}", shown, field="force_phase"),
     ]
 
 
 def _sensor(name: str, where: str, own_inputs: tuple[str, ...]) -> list[Variable]:
     reached = (*own_inputs, *ROTATION_INPUTS, *SELECTION_INPUTS)
+    amplitude, phase = f"Synchronous amplitude, {where}", f"Phase of the synchronous part, {where}"
     return [
-        output(
-            f"amplitude.{name}",
-            "m",
-            f"Synchronous amplitude, {where}",
-            depends_on=reached,
-            starts_from=(),
-            field="amplitude",
-            display_unit="um",
-        ),
-        output(
-            f"phase.{name}",
-            "rad",
-            f"Phase of the synchronous part, {where}",
-            depends_on=reached,
-            starts_from=(),
-            field="phase",
-        ),
+        _later(f"amplitude.{name}", "m", amplitude, reached, field="amplitude", display_unit="um"),
+        _later(f"phase.{name}", "rad", phase, reached, field="phase"),
     ]
 
 
 def _harmonic(number: int, sensors: tuple[str, ...], adaptation: tuple[str, ...]) -> list[Variable]:
+    moved, pushed = (
+        f"Root of the sum of squares of the {of}, harmonic number {number}"
+        for of in ("amplitudes of all sensors", "forces of all axes")
+    )
+    rotating = (*sensors, *ROTATION_INPUTS)
     return [
-        output(
-            f"harmonic{number}.displacement",
-            "m",
-            f"Root of the sum of squares of the amplitudes of all sensors, harmonic number {number}",
-            depends_on=(*sensors, *ROTATION_INPUTS),
-            display_unit="um",
-            starts_from=(),
-        ),
-        output(
-            f"harmonic{number}.force",
-            "N",
-            f"Root of the sum of squares of the forces of all axes, harmonic number {number}",
-            depends_on=adaptation,
-            starts_from=(),
-        ),
+        _later(f"harmonic{number}.displacement", "m", moved, rotating, display_unit="um"),
+        _later(f"harmonic{number}.force", "N", pushed, adaptation),
     ]
 
 
 def _receptance(sensor: str, b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
     what = f"part of the identified receptance, {sensor} by a force at {b}.{a} (6.7)"
-    return [
-        output(
-            f"r.{sensor}.{b}_{a}.{part}",
-            "m/N",
-            f"{word} {what}",
-            depends_on=(*adaptation, *SELECTION_INPUTS),
-            starts_from=(),
-        )
-        for part, word in (("re", "Real"), ("im", "Imaginary"))
-    ]
+    shown = (*adaptation, *SELECTION_INPUTS)
+    parts = (("re", "Real"), ("im", "Imaginary"))
+    return [_later(f"r.{sensor}.{b}_{a}.{part}", "m/N", f"{word} {what}", shown) for part, word in parts]
 
 
 def _receptance_array(loop: ControlLoop) -> Array:
@@ -200,18 +162,9 @@ def _receptance_array(loop: ControlLoop) -> Array:
 
 
 def _contact_share(b: str, sensors: tuple[str, ...]) -> list[Variable]:
-    return [
-        output(
-            f"{b}.contact_share",
-            "1",
-            f"Share of the last revolutions in contact at {b.upper()}, as contact.source tells",
-            minimum=0.0,
-            maximum=1.0,
-            depends_on=(*sensors, "theta", "contact_state"),
-            starts_from=(),
-            field=".",
-        )
-    ]
+    what = f"Share of the last revolutions in contact at {b.upper()}, as contact.source tells"
+    reached = (*sensors, "theta", "contact_state")
+    return [_later(f"{b}.contact_share", "1", what, reached, minimum=0.0, maximum=1.0, field=".")]
 
 
 def _flag(
@@ -220,11 +173,8 @@ def _flag(
     return output(name, "1", what, type="Boolean", depends_on=depends_on, starts_from=starts_from, warning=warning)
 
 
-def _number(
-    name: str, what: str, maximum: float, depends_on: tuple[str, ...], starts_from: tuple[str, ...] = ()
-) -> Variable:
-    options: dict[str, object] = {"depends_on": depends_on, "starts_from": starts_from}
-    return output(name, "1", what, type="Integer", minimum=0, maximum=maximum, **options)
+def _number(name: str, what: str, maximum: float, depends_on: tuple[str, ...]) -> Variable:
+    return _later(name, "1", what, depends_on, type="Integer", minimum=0, maximum=maximum)
 
 
 def _choice(
@@ -286,30 +236,22 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
         _number("table_rows", "Speeds in the table of H, times harmonics", 1e6, adaptation),
         _choice("identification_state", "Stage of the identification", stages(loop.axis_names), adaptation),
         _choice("identification_error", "Why the identification failed", ERRORS, adaptation),
-        output(
+        _later(
             "identification_progress",
             "1",
             "Share of the identification that is done",
+            adaptation,
             minimum=0.0,
             maximum=1.0,
-            depends_on=adaptation,
-            starts_from=(),
         ),
-        output(
-            "identification_speed",
-            "rad/s",
-            "Speed of the last identification that was completed",
-            depends_on=adaptation,
-            starts_from=(),
-        ),
-        output(
+        _later("identification_speed", "rad/s", "Speed of the last identification that was completed", adaptation),
+        _later(
             "condition_number",
             "1",
             "Condition number of the last receptance identified, sensors weighted",
+            (*adaptation, *SELECTION_INPUTS),
             minimum=0.0,
             maximum=LARGEST_CONDITION,
-            depends_on=(*adaptation, *SELECTION_INPUTS),
-            starts_from=(),
         ),
         *repeated("axes", [(b, a, adaptation, currents[b, a]) for b, a in axes], _axis),
         *repeated("sensors", [(*s, _inputs_of_sensor(loop, k)) for k, s in enumerate(loop.sensors)], _sensor),
