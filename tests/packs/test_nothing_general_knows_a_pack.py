@@ -9,13 +9,14 @@ from amb_files.packs import packs
 
 ROOT = Path(__file__).parents[2]
 ROOMS = ("libraries", "orchestrator")  # models cite the thesis as the source of their equations
-KINDS = (".py", ".js", ".c", ".h", ".toml", ".j2")
+KINDS = (".py", ".js", ".c", ".h", ".toml", ".j2", ".md")
 NAMES = re.compile(
     r"(?<!/)\b(MB[12]|RB[12]|s[1-8]|fig\d\w*|bath\w*|nelson_\w+|[tT]hes[ie]s|D[1-4]|(Figs?\.?|Tables?) \d\.\d+)\b"
 )
 
 # What remains, by file and with the reason.
 REASONS = {
+    "orchestrator/amb_cosim/design/README.md": "cites the thesis as the source of equations",
     "libraries/rotor_analysis/reduction.py": "cites the thesis as the source of equations 3.8 to 3.13",
     "orchestrator/amb_cosim/design/controller_data.py": "cites the thesis as the source of equation 5.10",
 }
