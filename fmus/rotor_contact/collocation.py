@@ -30,11 +30,11 @@ from rotor_contact.contact import find_multipliers, number_unknowns, put_on_circ
 from rotor_contact.enumerations import ROLLING, SLIDING
 from rotor_contact.friction import STICK_SPEED, friction_ratio, has_friction, static_coefficient
 from rotor_contact.linear_solver import solve
-from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, least_of_cubic
+from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic, least_of_cubic
 from rotor_contact.products import row_combination
 from rotor_contact.propagator import N_SEEN, Propagator, n_free
 from rotor_contact.site import Site, is_constrained
-from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
+from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
 MAX_SWEEPS = 8
 SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, of which the next one's is a fiftieth
@@ -255,19 +255,22 @@ def find_end_forces(w: Workspace, propagator: Propagator, end: Array) -> bool:
 
 
 @kernel_apart
-def add_friction(w: Workspace, propagator: Propagator, z: Array, h: float) -> None:
-    """Add heat and work of friction in a piece of length h (s) to z.
+def add_contact(w: Workspace, propagator: Propagator, z: Array, h: float) -> None:
+    """Add heat and work of friction and the integral of the normal force in a piece of length h (s) to z; note peaks.
 
     Heat is -int T v_slip dt, the drive's work -int T R_s Omega dt.
     """
-    integrals, heat_of_sites = energy_integrals(z, w.n), z[2 * w.n + N_INTEGRALS :]
+    integrals = energy_integrals(z, w.n)
     for k in range(w.sites.shape[0]):
-        site = w.sites[k]
+        site, of_site = w.sites[k], site_integrals(z, w.n, k)
         if not is_constrained(site):
             continue
+        a, b, c, d = propagator.nodes[k, 0], propagator.nodes[k, 1], propagator.nodes[k, 2], propagator.nodes[k, 3]
+        site.f_n_peak = max(site.f_n_peak, greatest_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n))
         for point in range(N_LOBATTO):
             node, share = propagator.nodes[k, point], h * LOBATTO_WEIGHTS[point]
             heat = -share * node.f_t * node.slip if site.mode == SLIDING else 0.0
             integrals.friction_heat += heat
             integrals.work -= share * node.f_t * site.journal_radius * w.motion.Omega
-            heat_of_sites[k] += heat
+            of_site.heat += heat
+            of_site.f_n += share * node.f_n

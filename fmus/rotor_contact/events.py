@@ -24,7 +24,14 @@ from fmi_export.model import Array
 from rotor_contact.enumerations import FREE, NODAL, ROLLING
 from rotor_contact.friction import friction_excess, has_friction, reversed_slip
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
-from rotor_contact.integration import derivative, spin_speed, substep, substep_limit, velocity_error
+from rotor_contact.integration import (
+    derivative,
+    note_peak_forces,
+    spin_speed,
+    substep,
+    substep_limit,
+    velocity_error,
+)
 from rotor_contact.modes import FAULT_SINGULAR, resolve_modes
 from rotor_contact.path import leaves_or_stays_within, point_of, stays_within, touch_time
 from rotor_contact.site import (
@@ -215,6 +222,8 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
     shortest = SHORTEST_FLIGHT * longest
     tau = 0.0
     taken = events = 0
+    for site in w.sites:
+        site.f_n_peak = 0.0  # without what `exact_motion` may have begun
     fault = resolve_modes(w, tau, shortest)
     if fault != 0:
         return fault
@@ -246,6 +255,7 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
                     return FAULT_TOO_MANY_EVENTS
         elif error > solver.tolerance:
             memory.tolerance_missed = 1.0
+        note_peak_forces(w)
         tau += dt
         copy(stages.z_new, stages.z)
         copy(stages.k_new, stages.k_1)

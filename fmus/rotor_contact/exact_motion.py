@@ -24,7 +24,7 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
-from rotor_contact.collocation import add_friction, find_end_forces, find_forces
+from rotor_contact.collocation import add_contact, find_end_forces, find_forces
 from rotor_contact.compliant import is_compliant
 from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
@@ -110,7 +110,7 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     integrals.work += _work(motion, propagator, unbalance, start, end) + h * from_spin
     integrals.damping_heat += h * heat
     if in_contact:
-        add_friction(w, propagator, z, h)
+        add_contact(w, propagator, z, h)
     return True
 
 

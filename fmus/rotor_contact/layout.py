@@ -20,7 +20,14 @@ from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagat
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.site import SITE, Sites
 from rotor_contact.structure import REAL, Structure, structure_of
-from rotor_contact.workspace import N_INTEGRALS, N_STAGES, Workspace, energy_integrals
+from rotor_contact.workspace import (
+    N_INTEGRALS,
+    N_SITE_INTEGRALS,
+    N_STAGES,
+    Workspace,
+    energy_integrals,
+    site_integrals,
+)
 
 # The state begins with this record, all float64, and goes on with the arrays of `State`.
 HEAD = record(
@@ -93,8 +100,8 @@ def most_degrees_of_freedom(structure: Structure) -> int:
 
 @views
 def stage_size(n: int, n_sites: int) -> int:
-    """Return the size of a row of `Workspace.stages`; an even one, since records are in it."""
-    return 2 * n + N_INTEGRALS + n_sites + n_sites % 2
+    """Return the size of a row of `Workspace.stages`."""
+    return 2 * n + N_INTEGRALS + N_SITE_INTEGRALS * n_sites
 
 
 def n_state(constants: Array) -> int:
@@ -202,21 +209,22 @@ def load_sites(states: Records, sites: Sites) -> None:
         site = sites[k]
         site.mode = int(states[k].mode)
         site.slip_sign = states[k].slip_sign
-        site.f_n = site.f_t = site.impulse = site.impact_heat = site.drive_work = 0.0
+        site.f_n = site.f_t = site.f_n_peak = site.f_n_mean = 0.0
+        site.impulse = site.impact_heat = site.drive_work = 0.0
 
 
 @kernel
 def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
     """Store what a step must leave: modes and heat in the states, energies of impacts in the energy integrals of z.
 
-    z is a row of `Workspace.stages`; the heat of friction in it is that of the step.
+    z is a row of `Workspace.stages`; the integrals of the sites in it are those of the step.
     """
-    integrals, heat = energy_integrals(z, n), z[2 * n + N_INTEGRALS :]
+    integrals = energy_integrals(z, n)
     for k in range(sites.shape[0]):
-        site = sites[k]
+        site, of_site = sites[k], site_integrals(z, n, k)
         states[k].mode = site.mode
         states[k].slip_sign = site.slip_sign
-        heat[k] += site.impact_heat
-        states[k].heat += heat[k]
+        of_site.heat += site.impact_heat
+        states[k].heat += of_site.heat
         integrals.impact_heat += site.impact_heat
         integrals.work += site.drive_work

@@ -29,3 +29,34 @@ def least_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
     b_1 = (f_3 - 3.0 * f_0 + _FAR * f_1 - _NEAR * f_2) / 3.0
     b_2 = (f_0 - 3.0 * f_3 + _FAR * f_2 - _NEAR * f_1) / 3.0
     return min(min(f_0, f_3), min(b_1, b_2))
+
+
+@kernel
+def greatest_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
+    """Return the greatest value of the cubic through four values."""
+    rise = f_3 - 6.0 * f_0 + _FAR * f_1 - _NEAR * f_2
+    bend = 10.0 * f_0 - (_FAR + _CUBIC) * f_1 + (_NEAR + _CUBIC) * f_2 - 5.0 * f_3
+    return greatest_value(f_0, rise, bend, 5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2))
+
+
+@kernel
+def greatest_of_parabola(f_0: float, f_mid: float, f_1: float) -> float:
+    """Return the greatest value of the parabola through values at both ends and in the middle."""
+    return greatest_value(f_0, 4.0 * f_mid - 3.0 * f_0 - f_1, 2.0 * (f_0 + f_1) - 4.0 * f_mid, 0.0)
+
+
+@kernel
+def greatest_value(c_0: float, c_1: float, c_2: float, c_3: float) -> float:
+    """Return the greatest value of c_0 + c_1 s + c_2 s^2 + c_3 s^3 over 0 <= s <= 1.
+
+    Where the slope falls through zero, c_1 + 2 c_2 s + 3 c_3 s^2 = 0, s = c_1/(sqrt(c_2^2 - 3 c_1 c_3) - c_2).
+    """
+    greatest = max(c_0, c_0 + c_1 + c_2 + c_3)
+    square = c_2 * c_2 - 3.0 * c_1 * c_3
+    if square > 0.0:
+        divisor = math.sqrt(square) - c_2
+        if divisor != 0.0:
+            s = c_1 / divisor
+            if 0.0 < s < 1.0:
+                greatest = max(greatest, c_0 + s * (c_1 + s * (c_2 + s * c_3)))
+    return greatest

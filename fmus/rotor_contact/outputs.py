@@ -74,6 +74,7 @@ def _write_site(site: Site, v: Array, Omega: float, y: np.record) -> None:
     """Write the outputs of the contact at a site (its radius and normal must be up to date) into `y`."""
     closed = site.mode != FREE
     slip = slip_velocity(site, v, Omega)
+    y.x, y.y = site.radius * site.n_x, site.radius * site.n_y
     y.gap = site.clearance - site.radius
     y.mode = site.mode
     if is_compliant(site):
@@ -83,6 +84,8 @@ def _write_site(site: Site, v: Array, Omega: float, y: np.record) -> None:
         y.gap = 0.0
     y.f_n = site.f_n if closed else 0.0
     y.f_t = site.f_t if closed else 0.0
+    y.f_n_peak = max(site.f_n_peak, y.f_n)
+    y.f_n_mean = site.f_n_mean
     y.impulse = site.impulse
     y.slip_velocity = slip
     y.friction_power = -site.f_t * slip if site.mode == SLIDING else 0.0

@@ -40,7 +40,7 @@ from rotor_contact.series import build_rows
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.structure import Structure, structure_of
-from rotor_contact.workspace import N_INTEGRALS, energy_integrals, stages_of
+from rotor_contact.workspace import N_INTEGRALS, energy_integrals, site_integrals, stages_of
 
 FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL, FAULT_FAST = 3, 4, 5, 6, 7
 FAULT_ENERGY = 9
@@ -168,7 +168,9 @@ def step(
         head.coupling = coupling_energy(motion, spin, theta, x.z[n : 2 * n])
     head.theta = theta if 0.0 <= theta < TURN else theta % TURN
     for k in range(scratch.sites.shape[0]):
-        warm(scratch.sites[k], x.sites[k], z[2 * n + N_INTEGRALS + k], p.own[0].ambient_temperature, step_size)
+        site, of_site = scratch.sites[k], site_integrals(z, n, k)
+        site.f_n_mean = (of_site.f_n + site.impulse) / step_size
+        warm(site, x.sites[k], of_site.heat, p.own[0].ambient_temperature, step_size)
     write_outputs(structure, p, w, x, Omega, y)
     error = energy_error(y.own[0].energy, head)
     y.own[0].solver.energy_missed = 1.0 if error > 0.1 * p.own[0].solver.energy_limit else 0.0

@@ -43,6 +43,8 @@ SITE = record(
     ("n_y", np.float64),
     ("f_n", np.float64),  # normal and friction force (N) of the last solution
     ("f_t", np.float64),
+    ("f_n_peak", np.float64),  # largest normal force (N) in this step
+    ("f_n_mean", np.float64),  # mean normal force (N) over this step, the impulses of impacts in it included
     ("impulse", np.float64),  # normal impulse (N s) of the impacts in this step
     ("impact_heat", np.float64),  # heat (J) of these impacts
     ("drive_work", np.float64),  # work (J) of the drive against their friction

@@ -115,6 +115,16 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
     journal = start_values.journal(planes, site)
     forces = start_values.forces(planes)
     return [
+        *(
+            output(
+                f"{site}.{axis}",
+                "m",
+                f"Displacement of the journal from the centre of the retainer {at} in {axis}",
+                starts_from=journal,
+                display_unit="um",
+            )
+            for axis in "xy"
+        ),
         output(
             f"{site}.gap",
             "m",
@@ -130,6 +140,18 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             **one_of(CONTACT_MODE),
         ),
         output(f"{site}.f_n", "N", f"Normal contact force {at}, inward on the rotor", starts_from=forces),
+        output(
+            f"{site}.f_n_peak",
+            "N",
+            f"Largest normal contact force {at} during the last step, the impulses of impacts aside",
+            starts_from=forces,
+        ),
+        output(
+            f"{site}.f_n_mean",
+            "N",
+            f"Mean of the normal contact force {at} over the last step, the impulses of impacts included",
+            starts_from=(),
+        ),
         output(
             f"{site}.f_t",
             "N",

@@ -15,18 +15,20 @@ from rotor_contact.linear_solver import Equations
 from rotor_contact.site import Sites
 
 # Integrals over time at the end of every state z: heat of all dampers, of friction, of impacts and compliant contacts,
-# and work of all inputs (J); after them, the heat of friction at each site (J).
+# and work of all inputs (J).
 ENERGY_INTEGRALS = record(
     ("damping_heat", np.float64), ("friction_heat", np.float64), ("impact_heat", np.float64), ("work", np.float64)
 )
-N_INTEGRALS = size_of(ENERGY_INTEGRALS)
+# After them, for each site: heat of friction (J) and normal force (N s, without the impulses of impacts) over the step.
+SITE_INTEGRALS = record(("heat", np.float64), ("f_n", np.float64))
+N_INTEGRALS, N_SITE_INTEGRALS = size_of(ENERGY_INTEGRALS), size_of(SITE_INTEGRALS)
 N_STAGES = 9
 
 
 class Stages(NamedTuple):
-    """States z = (q, v, energy integrals) and derivatives of one substep.
+    """States z = (q, v, energy integrals, integrals of the sites) and derivatives of one substep.
 
-    Each has the shape (2 n + N_INTEGRALS + n_sites,), n being the number of all degrees of freedom.
+    Each has the shape (2 n + N_INTEGRALS + N_SITE_INTEGRALS n_sites,), n being the number of all degrees of freedom.
 
     They are the rows of `Workspace.stages`.
 
@@ -69,7 +71,7 @@ class Workspace(NamedTuple):
     equations
         Room for the contact equations, two for each site.
     stages
-        States and derivatives of the integration, for `stages_of`, shape (N_STAGES, 2 n + N_INTEGRALS + n_sites).
+        States and derivatives of the integration, for `stages_of`.
     n_translations
         Number of degrees of freedom that are x and y of planes; they come first.
     """
@@ -95,4 +97,11 @@ def stages_of(r: Array) -> Stages:
 def energy_integrals(z: Array, n: int) -> np.record:
     """Return the energy integrals of a state or of its derivative with n degrees of freedom."""
     integrals: np.record = part(z, 2 * n, ENERGY_INTEGRALS, 1)[0]
+    return integrals
+
+
+@views
+def site_integrals(z: Array, n: int, k: int) -> np.record:
+    """Return the integrals of site k, of the same."""
+    integrals: np.record = part(z, 2 * n + N_INTEGRALS + k * N_SITE_INTEGRALS, SITE_INTEGRALS, 1)[0]
     return integrals
