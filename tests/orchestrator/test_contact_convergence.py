@@ -57,6 +57,10 @@ def test_substeps_are_halved_twice(cases):
     assert [case.substep for case in cases("bath_rig_thesis") if case.varied == "substep"] == [0.5, 0.25]
 
 
+def test_communication_steps_are_a_half_and_a_fifth(cases):
+    assert [case.step for case in cases("bath_rig_thesis") if case.varied == "step"] == [0.5, 0.2]
+
+
 def signals_of(force, impulse, h=250e-6):
     time = h * np.arange(len(force))
     values = {"rotor_contact.rb1.f_n": force, "rotor_contact.rb1.impulse": impulse}
@@ -103,6 +107,13 @@ def test_force_has_converged_if_twice_as_many_modes_change_it_little(study, with
     assert "not chaotic" in str(result)
 
 
+def test_force_that_depends_on_the_communication_step_has_not_converged(study):
+    result = study(lambda case: 1900.0 if case.label == "step / 5" else 1000.0)
+    assert (result.change, result.step_change) == pytest.approx((0.0, 90.0))
+    assert result.averaged_step_change == 0.0
+    assert "not converged: with a communication step of 1/5" in str(result).replace("\n", " ")
+
+
 def test_scattering_starts_are_called_chaotic_and_their_medians_compared(study):
     """Single runs differ by half; the medians over the starts agree within 1 %."""
     peaks = {0: 500.0, 1: 1000.0, 2: 1010.0, 3: 990.0, 4: 1500.0}
@@ -145,7 +156,7 @@ def test_study_writes_table_data_and_figure(study, tmp_path):
         lines = list(csv.DictReader(file))
     assert len(lines) == len(result.rows)
     assert float(lines[0]["peak_force_N"]) == 1001.0
-    assert {line["varied"] for line in lines} == {"scenario", "modes", "mesh", "substep"}
+    assert {line["varied"] for line in lines} == {"scenario", "modes", "mesh", "substep", "step"}
     data = json.loads((folder / "convergence.json").read_text(), parse_constant=pytest.fail)
     assert data["rotor"] == "bath_rig"
     assert data["scatter_percent"] == 0.0

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
-from amb_cosim.results.orbits import radius
+from amb_cosim.results.orbits import path, radius, support
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes
 
@@ -94,17 +95,17 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
         "r / C_r",
         tuple(curve(mb.upper(), axis, r[shown]) for mb, r in relative.items()),
     )
-    sites = [site for site in touchable(run) if (signal(run, f"{site}.f_n") is not None)]
-    forces = {site: np.asarray(signal(run, f"{site}.f_n"))[shown] for site in sites}
+    found = {site: peaks(run, site) for site in touchable(run)}
+    forces = {site: force[shown] for site, force in found.items() if force is not None}
     if any(force.any() for force in forces.values()):
         curves = tuple(curve(site.upper(), axis, 1e-3 * force) for site, force in forces.items())
         yield Panel("Normal contact force", label, "N (kN)", curves)
         state = np.asarray(signal(run, "contact_state"))[shown]
         meaning = ", ".join(f"{k} {name}" for k, name in enumerate(places(run).contact_states))
         yield Panel(f"Contact state: {meaning}", label, "state", (curve("state", axis, state),))
-    modes = [signal(run, f"{site}.mode") for site in sites]
+    modes = [signal(run, f"{site}.mode") for site in forces]
     if any(mode is not None and (mode == ROLLING).any() for mode in modes):
-        whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[shown] for site in sites}
+        whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[shown] for site in forces}
         curves = tuple(curve(site.upper(), axis, whirl) for site, whirl in whirls.items())
         yield Panel("Whirl speed", label, "phi-dot (rad/s)", curves)
     for draw in others:
@@ -124,13 +125,14 @@ def _orbits(run: Signals, shown: NDArray[np.bool_]) -> Iterator[Curve]:
         shown = shown & (cycles(run) >= begin) & (cycles(run) < rolling + 0.02)
     every = max(1, np.count_nonzero(shown) // (2 * MOST_POINTS))
     for mb, site in places(run).bearings.items():
-        x, y, limit = signal(run, f"{mb}.x"), signal(run, f"{mb}.y"), _clearance(run, site)
-        if x is not None and y is not None:
-            yield Curve(mb.upper(), x[shown][::every] / limit, y[shown][::every] / limit)
+        of_place = path(run, support(run, mb))
+        if of_place is not None:
+            x, y = of_place[:, shown][:, ::every] / _clearance(run, site)
+            yield Curve(mb.upper(), x, y)
 
 
 def _relative_radius(run: Signals, bearing: str) -> NDArray[np.float64]:
-    r = radius(run, bearing)
+    r = radius(run, support(run, bearing))
     assert r is not None  # every run records the bearings
     return np.asarray(r / _clearance(run, places(run).bearings[bearing]))
 

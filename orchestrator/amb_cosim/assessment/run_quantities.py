@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.results import contact_history
-from amb_cosim.results.orbits import When, radius, settled_amplitude
+from amb_cosim.results import contact_forces, contact_history
+from amb_cosim.results.orbits import When, displacements, radius, settled_amplitude, support
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, parameters, signal, speed
 
@@ -23,10 +23,13 @@ BOUNCE = 0.1  # cycles; a break of the contact that is shorter is a bounce
 
 
 def peak_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "N"]:
-    """Return the largest normal contact force at a site (N)."""
-    force = signal(run, f"{site}.f_n")
-    within = _window(run, begin, end)
-    return None if force is None or not within.any() else float(force[within].max())
+    """Return the largest normal contact force at a site (N), within steps too, without the impulses of impacts."""
+    return contact_forces.peak_force(run, site, begin, end)
+
+
+def averaged_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "N"]:
+    """Return the largest normal contact force at a site averaged over 1 ms, impacts included (N)."""
+    return contact_forces.largest_averaged_force(run, site, begin, end)
 
 
 def contact_share(
@@ -150,20 +153,20 @@ def rolls_at_end(run: Signals) -> bool:
 
 
 def largest_radius(run: Signals, bearing: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
-    """Return the largest radial displacement at a bearing over the clearance of its retainer (1)."""
-    values = radius(run, bearing)
+    """Return the largest radial displacement in a bearing's retainer over its clearance (1)."""
+    values = radius(run, support(run, bearing))
     within = _window(run, begin, end)
     return None if values is None or not within.any() else float(values[within].max()) / _clearance(run, bearing)
 
 
 def orbit_amplitude(run: Signals, bearing: str, when: When) -> Annotated[float | None, "m"]:
     """Return the synchronous amplitude at a bearing (m) `before` the step, or ROLAC's beginning, or at the `end`."""
-    return settled_amplitude(run, f"{bearing}.x", f"{bearing}.y", when)
+    return settled_amplitude(run, displacements(run, f"{bearing}.x", f"{bearing}.y"), when)
 
 
 def sensor_amplitude(run: Signals, x: str, y: str, when: When) -> Annotated[float | None, "m"]:
     """Return the synchronous amplitude of the rotor in the plane of two sensors (m), as `orbit_amplitude`."""
-    return settled_amplitude(run, x, y, when)
+    return settled_amplitude(run, displacements(run, x, y), when)
 
 
 def bearings_that_calm(run: Signals) -> str:

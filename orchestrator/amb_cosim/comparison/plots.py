@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.presentation.style import DASHED, STYLE, StyledFigure
+from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import touchable
-from amb_cosim.results.orbits import radius
+from amb_cosim.results.orbits import path, radius, support
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import COLOURS, clearance
-from amb_cosim.results.series import cycles, signal, speed_changes
+from amb_cosim.results.series import cycles, speed_changes
 
 Runs = Mapping[str, Signals]
 """What each run recorded, by its label."""
@@ -35,7 +36,7 @@ def overlays(runs: Runs) -> dict[str, Figure]:
             drawn["orbits"] = orbits(runs, moving)
             drawn["displacement"] = displacement(runs, moving)
         sites = _union(touchable(run) for run in runs.values() if run.sizes["time"])
-        touched = [name for name in sites if any(signal(run, f"{name}.f_n") is not None for run in runs.values())]
+        touched = [name for name in sites if any(peaks(run, name) is not None for run in runs.values())]
         if touched:
             drawn["contact"] = contact(runs, touched)
     return drawn
@@ -48,9 +49,9 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     for panel, bearing in zip(panels, bearings, strict=True):
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
-            x, y, c = signal(run, f"{bearing}.x"), signal(run, f"{bearing}.y"), _clearance(run, bearing)
-            if x is not None and y is not None:
-                panel.plot(1e3 * x, 1e3 * y, color=colour, lw=0.6, alpha=OPACITY)
+            found, c = path(run, support(run, bearing)), _clearance(run, bearing)
+            if found is not None:
+                panel.plot(*(1e3 * found), color=colour, lw=0.6, alpha=OPACITY)
             if c is not None:
                 panel.plot(1e3 * c * np.cos(angle), 1e3 * c * np.sin(angle), color="black", ls=DASHED, lw=0.9)
         panel.set(title=bearing.upper(), xlabel="$x$ (mm)", aspect="equal")
@@ -69,7 +70,7 @@ def displacement(runs: Runs, bearings: list[str]) -> Figure:
     for panel, bearing in zip(panels, bearings, strict=True):
         known = any(_clearance(run, bearing) is not None for run in runs.values())
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
-            r, c = radius(run, bearing), _clearance(run, bearing)
+            r, c = radius(run, support(run, bearing)), _clearance(run, bearing)
             if r is not None and (c is not None or not known):
                 panel.plot(axis(run), r / c if c is not None else 1e3 * r, color=colour, alpha=OPACITY)
         if known:
@@ -87,7 +88,7 @@ def contact(runs: Runs, sites: list[str]) -> Figure:
     panels = figure.subplots(len(sites), 1, sharex=True, squeeze=False)[:, 0]
     for panel, site in zip(panels, sites, strict=True):
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
-            force = signal(run, f"{site}.f_n")
+            force = peaks(run, site)
             if force is not None:
                 panel.plot(axis(run), 1e-3 * force, color=colour, alpha=OPACITY)
         panel.set_title(site.upper(), loc="left")

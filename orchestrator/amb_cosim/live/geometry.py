@@ -60,8 +60,8 @@ def geometry(rotor_file: str | None, layout: Mapping[str, Any], gravity_angle: f
                 "z": z[site.node - 1],
                 "radius": sites[site.name]["journal_radius"],
                 "clearance": site.clearance,
-                "x": signals.get(site.node, ("", ""))[0],
-                "y": signals.get(site.node, ("", ""))[1],
+                "x": f"{PLANT}.{site.name}.x",
+                "y": f"{PLANT}.{site.name}.y",
             }
             for site in rotor.sites
         ],

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.series import cycles, speed
 from amb_files.atomic import write_atomically
@@ -141,7 +142,7 @@ class Scene:
 
         from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure
         from amb_cosim.results.places import places
-        from amb_cosim.results.plots.axes import clearance, plant_signal, stations
+        from amb_cosim.results.plots.axes import clearance, stations
 
         if not all(radius(recorded, bearing) is not None for bearing in places(recorded).bearings):
             raise ValueError("the run did not record the displacement at all bearings")
@@ -158,8 +159,8 @@ class Scene:
         self.drawn: list[tuple[Any, ...]] = []
         angle = np.linspace(0.0, 2.0 * np.pi, 181)
         for panel, station in zip(panels, shown, strict=True):
-            x, y = 1e3 * plant_signal(recorded, station.x), 1e3 * plant_signal(recorded, station.y)
-            force = plant_signal(recorded, f"{station.site}.f_n") if station.site else np.zeros(len(x))
+            x, y = 1e3 * station.path(recorded)
+            force = peaks(recorded, station.site) if station.site else None
             limit = float(np.nanmax(np.hypot(x, y)))
             if station.site:
                 c = 1e3 * clearance(recorded, station.site)
@@ -172,7 +173,7 @@ class Scene:
             panel.set(xlim=(-1.1 * limit, 1.1 * limit), ylim=(-1.1 * limit, 1.1 * limit))
             panel.xaxis.set_major_locator(MaxNLocator(5, symmetric=True))
             panel.yaxis.set_major_locator(MaxNLocator(5, symmetric=True))
-            self.drawn.append((x, y, np.nan_to_num(force), line, dot, text, (BLUE, ORANGE)))
+            self.drawn.append((x, y, np.zeros(len(x)) if force is None else force, line, dot, text, (BLUE, ORANGE)))
         panels[0].set_ylabel("$y$ (mm)")
 
     def show(self, cycle: float) -> None:

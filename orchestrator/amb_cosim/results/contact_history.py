@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.contact_forces import peak_force
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, signal
 
@@ -31,7 +32,7 @@ def peak(dataset: Signals, name: str) -> float | None:
 def touchable(dataset: Signals) -> list[str]:
     """Return the retainer bearings, and the other sites that the rotor has touched; all of them without retainers."""
     others, retainers = places(dataset).others, places(dataset).retainers
-    touched = [site for site in others if peak(dataset, f"{site}.f_n") or peak(dataset, f"{site}.impulse")]
+    touched = [site for site in others if peak_force(dataset, site) or peak(dataset, f"{site}.impulse")]
     return [*retainers, *touched] if retainers else list(others)
 
 
@@ -63,13 +64,13 @@ def site_share(dataset: Signals) -> dict[str, float | None]:
 
 
 def in_contact(dataset: Signals) -> NDArray[np.bool_] | None:
-    """Return which samples are in contact, or follow a step with an impact."""
+    """Return which samples are in contact, or follow a step with contact or an impact."""
     state = signal(dataset, "contact_state")
     if state is None:
         return None
     touching = state != 0
     for site in places(dataset).sites:
-        for name in ("mode", "impulse"):
+        for name in ("mode", "impulse", "f_n_peak"):
             values = signal(dataset, f"{site}.{name}")
             if values is not None:
                 touching |= values > 0

@@ -1,4 +1,4 @@
-"""Orbits at the bearings: largest radius, and synchronous amplitude."""
+"""Orbits at the bearings and in their retainers: largest radius, and synchronous amplitude."""
 
 from __future__ import annotations
 
@@ -9,61 +9,110 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.results.places import places
-from amb_cosim.results.series import change, cycles, signal, turns
+from amb_cosim.results.series import change, cycles, parameters, signal, turns
+
+Path = NDArray[np.float64]
 
 When = Literal["before", "end"]
 
 _FEWEST_SAMPLES = 8  # of a turn, for three coefficients
 
 
-def radius(dataset: Signals, bearing: str) -> NDArray[np.float64] | None:
-    """Return the radial displacement at a magnetic bearing, in m."""
-    x, y = signal(dataset, f"{bearing}.x"), signal(dataset, f"{bearing}.y")
-    return None if x is None or y is None else np.hypot(x, y)
+def path(dataset: Signals, place: str) -> Path | None:
+    """Return the displacement x and y (m) at a bearing, or at a site from the centre of its retainer, shape (2, n).
+
+    Where an FMU does not tell that of a site, that of the retainer's bearing or of the sensor plane there counts.
+    """
+    found = places(dataset)
+    bearing = found.retainers.get(place, "")
+    own = displacements(dataset, f"{place}.x", f"{place}.y")
+    if own is not None:
+        return own
+    other = displacements(dataset, f"{bearing}.x", f"{bearing}.y") if bearing else None
+    if other is None and place in found.measured:
+        other = displacements(dataset, *found.measured[place])
+    return None if other is None else other - centre(dataset, place)
+
+
+def centre(dataset: Signals, site: str) -> Path:
+    """Return where the centre of a retainer is, by its offset and the motion of its housing, shape (2, n) (m)."""
+    given, size = parameters(dataset), dataset.sizes["time"]
+    moved = displacements(dataset, f"{site}.housing_x", f"{site}.housing_y")
+    offset = np.array([[float(given.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
+    return offset + (np.zeros((2, size)) if moved is None else moved)
+
+
+def path_at_rest(dataset: Signals, place: str) -> Path | None:
+    """Return the displacement (m) at a bearing or a site as one sees it who stands by, shape (2, n)."""
+    found = path(dataset, place)
+    return None if found is None else found + centre(dataset, place)
+
+
+def displacements(dataset: Signals, x: str, y: str) -> Path | None:
+    """Return two variables as x and y, shape (2, n), of what unit they are; None where one was not recorded."""
+    of_x, of_y = signal(dataset, x), signal(dataset, y)
+    return None if of_x is None or of_y is None else np.array([of_x, of_y], np.float64)
+
+
+def radius(dataset: Signals, place: str) -> NDArray[np.float64] | None:
+    """Return the radial displacement (m) at a bearing, or at a site from the centre of its retainer; see `path`."""
+    found = path(dataset, place)
+    return None if found is None else np.hypot(*found)
+
+
+def moving_places(dataset: Signals) -> tuple[str, ...]:
+    """Return the bearings, and the retainers that are not in the plane of theirs."""
+    found = places(dataset)
+    return (*found.bearings, *found.apart)
+
+
+def support(dataset: Signals, bearing: str) -> str:
+    """Return where the motion in a bearing is judged: its retainer or, where it has none, the bearing itself."""
+    return places(dataset).bearings.get(bearing) or bearing
 
 
 def orbit_before(dataset: Signals) -> dict[str, float | None]:
-    """Return the largest radius (mm) at each bearing in the last cycle before the step; None without a step."""
+    """Return the largest radius (mm) at each of `moving_places` in the cycle before the step; None without a step."""
     step, cycle = float(dataset.attrs.get("step_cycle", -np.inf)), cycles(dataset)
     return _largest_radii(dataset, (cycle >= max(step - 1.0, 0.0)) & (cycle < step))
 
 
 def orbit_after(dataset: Signals) -> dict[str, float | None]:
-    """Return the largest radius (mm) at each bearing in the last cycle of the run."""
+    """Return the largest radius (mm) at each of `moving_places` in the last cycle of the run."""
     cycle = cycles(dataset)
     return _largest_radii(dataset, (cycle >= max(cycle.max(initial=0.0) - 1.0, 0.0)))
 
 
 def orbit_largest(dataset: Signals) -> dict[str, float | None]:
-    """Return the largest radius (mm) at each bearing from cycle 0 on."""
+    """Return the largest radius (mm) at each of `moving_places` from cycle 0 on."""
     return _largest_radii(dataset, cycles(dataset) >= 0.0)
 
 
 def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
-    """Return the synchronous amplitude (mm) at each bearing `before` the change of the run and at its `end`."""
+    """Return the synchronous amplitude (mm) at each of `moving_places` `before` the change of the run and at its `end`."""
 
-    def in_mm(bearing: str, when: When) -> float | None:
-        amplitude = settled_amplitude(dataset, f"{bearing}.x", f"{bearing}.y", when)
+    def in_mm(place: str, when: When) -> float | None:
+        amplitude = settled_amplitude(dataset, path(dataset, place), when)
         return None if amplitude is None else 1e3 * amplitude
 
-    return {when: {mb: in_mm(mb, when) for mb in places(dataset).bearings} for when in get_args(When)}
+    return {when: {place: in_mm(place, when) for place in moving_places(dataset)} for when in get_args(When)}
 
 
-def settled_amplitude(dataset: Signals, x: str, y: str, when: When) -> float | None:
-    """Return the synchronous amplitude (m) of two displacements `before` the change of a run or at its `end`.
+def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> float | None:
+    """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change of a run or at its `end`.
 
     The change is the step or, without one, ROLAC's beginning; see `series.change`. It is the amplitude of the last
     whole turn of the rotor up to there; None where there is none.
     """
-    xs, ys, turned = signal(dataset, x), signal(dataset, y), turns(dataset)
+    turned = turns(dataset)
     at = change(dataset) if when == "before" else np.inf
-    if xs is None or ys is None or at is None or not len(turned):
+    if motion is None or at is None or not len(turned):
         return None
     end = float(np.interp(at, cycles(dataset), turned))
     within = (turned > end - 1.0) & (turned <= end)
     if end - 1.0 < turned[0] or np.count_nonzero(within) < _FEWEST_SAMPLES:
         return None
-    return synchronous_amplitude(xs[within], ys[within], 2.0 * np.pi * turned[within])
+    return synchronous_amplitude(*motion[:, within], 2.0 * np.pi * turned[within])
 
 
 def synchronous_amplitude(x: NDArray[np.float64], y: NDArray[np.float64], theta: NDArray[np.float64]) -> float:
@@ -86,5 +135,5 @@ def synchronous_amplitude(x: NDArray[np.float64], y: NDArray[np.float64], theta:
 
 
 def _largest_radii(dataset: Signals, within: NDArray[np.bool_]) -> dict[str, float | None]:
-    radii = {mb: radius(dataset, mb) for mb in places(dataset).bearings}
-    return {mb: None if r is None or not within.any() else float(1e3 * r[within].max()) for mb, r in radii.items()}
+    radii = {place: radius(dataset, place) for place in moving_places(dataset)}
+    return {at: None if r is None or not within.any() else float(1e3 * r[within].max()) for at, r in radii.items()}

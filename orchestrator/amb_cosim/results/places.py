@@ -27,6 +27,8 @@ class Places:
         All contact sites.
     measured
         The displacements x and y of each site that is no retainer but lies in a sensor plane, by their names.
+    apart
+        The retainers that do not lie in the plane of their bearing, whose motion there is another.
     valid_to
         Frequency up to which the reduced rotor is accurate (rad/s); None where it does not say.
     """
@@ -34,6 +36,7 @@ class Places:
     bearings: Mapping[str, str]
     sites: tuple[str, ...]
     measured: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    apart: tuple[str, ...] = ()
     valid_to: float | None = None
 
     @property
@@ -68,7 +71,13 @@ def places(dataset: Signals) -> Places:
 def _read(text: str) -> Places:
     stored: dict[str, Any] = json.loads(text)
     measured = {site: (x, y) for site, (x, y) in stored.get("measured", {}).items()}
-    return Places(stored["bearings"], tuple(stored["sites"]), measured, stored.get("valid_to"))
+    return Places(
+        stored["bearings"],
+        tuple(stored["sites"]),
+        measured,
+        tuple(stored.get("apart", ())),
+        stored.get("valid_to"),
+    )
 
 
 def places_of(assembly: Assembly) -> Places:
@@ -86,10 +95,13 @@ def places_of(assembly: Assembly) -> Places:
         signals = {sensor["name"]: (sensor["x"], sensor["y"]) for sensor in layout["sensors"]}
         others = [site for site in layout["sites"] if site["name"] not in bearings.values()]
         measured = {site["name"]: signals[site["sensor"]] for site in others if site["sensor"]}
-        return Places(bearings, tuple(site["name"] for site in layout["sites"]), measured, layout.get("valid_to"))
-    sites, forces = _parts(plant, "output", "f_n"), _parts(plant, "input", "f_x")
+        moved_by = layout.get("moved_by", {})
+        apart = tuple(site for bearing, site in bearings.items() if site and site not in moved_by.get(bearing, (site,)))
+        sites = tuple(site["name"] for site in layout["sites"])
+        return Places(bearings, sites, measured, apart, layout.get("valid_to"))
+    touching, forces = _parts(plant, "output", "f_n"), _parts(plant, "input", "f_x")
     names = [name for name in _parts(plant, "output", "x") if name in forces]
-    return Places(dict(zip_longest(names, sites[: len(names)], fillvalue="")), tuple(sites))
+    return Places(dict(zip_longest(names, touching[: len(names)], fillvalue="")), tuple(touching))
 
 
 def _parts(plant: FmuInterface, causality: str, variable: str) -> list[str]:

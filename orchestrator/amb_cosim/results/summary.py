@@ -12,7 +12,7 @@ from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.warnings import sentences, warnings_of
 from amb_cosim.presentation.json_data import json_data
 from amb_cosim.presentation.text_tables import number
-from amb_cosim.results import contact_history, energies
+from amb_cosim.results import contact_forces, contact_history, energies
 from amb_cosim.results.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
 from amb_cosim.results.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
 from amb_cosim.results.places import places
@@ -39,7 +39,11 @@ class Summary:
     real_time_factor
         Simulated over wall-clock time.
     peak_contact_force
-        Largest normal contact force at each site (N).
+        Largest normal contact force at each site (N), without the impulses of impacts.
+    peak_is_sampled
+        Whether this is the largest sample alone at a site, see `contact_forces.is_sampled`.
+    averaged_contact_force
+        Largest normal contact force averaged over 1 ms at each site, impacts included (N): the figure that converges.
     peak_impulse
         Largest normal impulse of the impacts within a step at each site (N s).
     contact_share
@@ -59,9 +63,10 @@ class Summary:
     whirl_speed
         Whirl speed at each site at the end (rad/s); None where the rotor does not touch it then.
     orbit_before, orbit_after, orbit_largest
-        Largest radius at each bearing in the cycle before the step, in the last cycle, and at any time (mm).
+        Largest radius at each bearing, and at each retainer that is not in the plane of its bearing, in the cycle
+        before the step, in the last cycle, and at any time (mm).
     settled_amplitude
-        Synchronous amplitude at each bearing `before` the change and at the `end` (mm).
+        Synchronous amplitude at the same places `before` the change and at the `end` (mm).
     energy
         Heat of damping, friction and impacts, work of all inputs, and the largest error of the balance (J). The heat of
         impacts is negative where the nodal impact rule, `contact.impact_law` 0, creates energy.
@@ -87,6 +92,8 @@ class Summary:
     wall: float = field(metadata={KEY: "wall_s"})
     real_time_factor: float | None
     peak_contact_force: AtPlaces = field(metadata={KEY: "peak_contact_force_N"})
+    peak_is_sampled: dict[str, bool]
+    averaged_contact_force: AtPlaces = field(metadata={KEY: "averaged_contact_force_N"})
     peak_impulse: AtPlaces = field(metadata={KEY: "peak_impulse_Ns"})
     contact_share: AtPlaces
     contact_states: list[str]
@@ -119,8 +126,10 @@ class Summary:
     def table(self) -> Table:
         """Return a table of the main values, to print."""
         table = Table(title=self.scenario, show_header=False, title_justify="left")
+        sampled = ", of the samples" if any(self.peak_is_sampled.values()) else ""
         for label, values, unit in (
-            ("peak contact force", self.peak_contact_force, "N"),
+            (f"peak contact force{sampled}", self.peak_contact_force, "N"),
+            ("averaged over 1 ms", self.averaged_contact_force, "N"),
             ("peak impulse", self.peak_impulse, "N s"),
             ("orbit before the step", self.orbit_before, "mm"),
             ("orbit at the end", self.orbit_after, "mm"),
@@ -165,7 +174,9 @@ def summarise(dataset: Signals) -> Summary:
         simulated=simulated,
         wall=wall,
         real_time_factor=simulated / wall if wall > 0.0 else None,
-        peak_contact_force={site: contact_history.peak(dataset, f"{site}.f_n") for site in sites},
+        peak_contact_force={site: contact_forces.peak_force(dataset, site) for site in sites},
+        peak_is_sampled={site: contact_forces.is_sampled(dataset, site) for site in sites},
+        averaged_contact_force={site: contact_forces.largest_averaged_force(dataset, site) for site in sites},
         peak_impulse={site: contact_history.peak(dataset, f"{site}.impulse") for site in sites},
         contact_share=contact_history.contact_share(dataset),
         contact_states=list(places(dataset).contact_states),

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.contact_forces import received_impulse
 from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchable
-from amb_cosim.results.orbits import radius
+from amb_cosim.results.orbits import moving_places, path, path_at_rest, radius
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, parameters, signal
 
@@ -84,9 +85,10 @@ class Touchdown:
     release
         When the first amplifier goes off, or contact begins (s from cycle 0).
     drop
-        Largest fall at each bearing, along gravity and from where the rotor was at the release (mm).
+        Largest fall at each bearing and at each retainer that is not in the plane of its bearing, along gravity and
+        from where the rotor was at the release (mm).
     orbit
-        Largest radius at each bearing from the release on (mm).
+        Largest radius at the same places from the release on (mm).
     first_impacts
         The first five steps with impacts.
     retainers
@@ -115,8 +117,8 @@ def touchdown(dataset: Signals) -> Touchdown | None:
     touched = [site for site in touchable(dataset) if _is_touched(dataset, site, start)]
     return Touchdown(
         release=float(dataset["time"].values[start]),
-        drop={bearing: _drop(dataset, bearing, start) for bearing in places(dataset).bearings},
-        orbit={bearing: _orbit(dataset, bearing, start) for bearing in places(dataset).bearings},
+        drop={place: _drop(dataset, place, start) for place in moving_places(dataset)},
+        orbit={place: _orbit(dataset, place, start) for place in moving_places(dataset)},
         first_impacts=_first_impacts(dataset, start),
         retainers={site: _retainer(dataset, site, start, given) for site in touched},
         rest_after=_rest(dataset, start, given),
@@ -153,26 +155,26 @@ def _steps(dataset: Signals, start: int) -> NDArray[np.float64]:
 
 
 def _is_touched(dataset: Signals, site: str, start: int) -> bool:
-    found = (_after_release(dataset, f"{site}.{name}", start) for name in ("mode", "impulse"))
+    found = (_after_release(dataset, f"{site}.{name}", start) for name in ("mode", "impulse", "f_n_peak"))
     return any(values is not None and bool((values > 0.0).any()) for values in found)
 
 
-def height(dataset: Signals, x: str, y: str) -> NDArray[np.float64] | None:
-    """Return how high (m) a point of the rotor is above the centre, against gravity, at each sample."""
-    given, of_x, of_y = parameters(dataset), signal(dataset, x), signal(dataset, y)
-    if of_x is None or of_y is None or "gravity_angle" not in given:
+def height(dataset: Signals, place: str) -> NDArray[np.float64] | None:
+    """Return how high (m) the rotor at a bearing or site is above the centre, against gravity, at each sample."""
+    given, seen = parameters(dataset), path_at_rest(dataset, place)
+    if seen is None or "gravity_angle" not in given:
         return None
     angle = given["gravity_angle"]
-    return np.asarray(-np.sign(given["gravity"]) * (np.cos(angle) * of_x + np.sin(angle) * of_y), np.float64)
+    return np.asarray(-np.sign(given["gravity"]) * (np.array([np.cos(angle), np.sin(angle)]) @ seen), np.float64)
 
 
-def _drop(dataset: Signals, bearing: str, start: int) -> float | None:
-    at = height(dataset, f"{bearing}.x", f"{bearing}.y")
+def _drop(dataset: Signals, place: str, start: int) -> float | None:
+    at = height(dataset, place)
     return None if at is None else 1e3 * float(at[start] - at[start:].min())
 
 
-def _orbit(dataset: Signals, bearing: str, start: int) -> float | None:
-    r = radius(dataset, bearing)
+def _orbit(dataset: Signals, place: str, start: int) -> float | None:
+    r = radius(dataset, place)
     return None if r is None else 1e3 * float(r[start:].max())
 
 
@@ -233,8 +235,8 @@ def _whirl(dataset: Signals, site: str, start: int) -> tuple[Direction | None, f
 
 
 def _impulse(dataset: Signals, site: str, start: int) -> float | None:
-    impacts, force = _after_release(dataset, f"{site}.impulse", start), _integral(dataset, f"{site}.f_n", start)
-    return None if impacts is None or force is None else float(impacts.sum()) + force
+    received = received_impulse(dataset, site)
+    return None if received is None else float(received[-1] - received[max(start - 1, 0)])
 
 
 def _race_spin_up(dataset: Signals, site: str, start: int) -> float | None:
@@ -246,16 +248,15 @@ def _race_spin_up(dataset: Signals, site: str, start: int) -> float | None:
 
 
 def _rest(dataset: Signals, start: int, given: Mapping[str, Any]) -> float | None:
-    """Return the time after which the rotor stays at all bearings where it is in the last part of the run."""
+    """Return the time after which the rotor stays in all retainers where it is in the last part of the run."""
     times = _times(dataset, start)
     last = times >= (1.0 - LAST_PART) * times[-1]
     moving = np.zeros(len(times), bool)
     for bearing, site in places(dataset).bearings.items():
-        clearance = given.get(f"{site}.clearance")
-        for axis in "xy":
-            position = _after_release(dataset, f"{bearing}.{axis}", start)
-            if position is None or clearance is None:
-                return None
+        clearance, positions = given.get(f"{site}.clearance"), path(dataset, site or bearing)
+        if positions is None or clearance is None:
+            return None
+        for position in positions[:, start:]:
             moving |= np.abs(position - position[last].mean()) > AT_REST * clearance
     return None if moving[last].any() else _time_after(times, moving)
 

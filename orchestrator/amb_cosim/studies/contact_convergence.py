@@ -1,7 +1,8 @@
-"""Study of how far contact forces depend on the modes kept, the mesh, the substep and the last digits of the start.
+"""Study of how far contact forces depend on modes kept, mesh, substep, communication step and last digits of the start.
 
-A contact force is trusted if twice as many modes leave it as it is. Where runs whose clearances differ by a millionth
-differ much themselves, the case is chaotic: no single run can be trusted, and medians over many starts are compared.
+A contact force is trusted if twice as many modes, and a shorter communication step, leave it as it is. Where runs whose
+clearances differ by a millionth differ much themselves, the case is chaotic: no single run can be trusted, and medians
+over many starts are compared.
 """
 
 from __future__ import annotations
@@ -20,10 +21,11 @@ from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextPart, labelled_table, number, text_table
+from amb_cosim.results.contact_forces import WINDOW
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies.convergence_runs import (
     START,
-    WINDOW,
+    STEP_PARTS,
     CaseResult,
     Contact,
     ConvergenceCase,
@@ -39,7 +41,7 @@ from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.rotor_file import load_rotor
 
-ORDER = ("scenario", "modes", "mesh", "substep")
+ORDER = ("scenario", "modes", "mesh", "substep", "step")
 CONVERGED = 0.05  # relative change of a peak force
 CHAOTIC = 0.05  # relative scatter of a peak force over starts
 
@@ -65,7 +67,7 @@ class ConvergenceRow:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactConvergence(DrawnResult):
-    """Contact of a scenario with other modes, meshes, substeps and starts.
+    """Contact of a scenario with other modes, meshes, substeps, communication steps and starts.
 
     scenario, rotor
         Their names.
@@ -76,6 +78,10 @@ class ContactConvergence(DrawnResult):
     change
         Largest change of a peak force with twice as many modes (%), of medians over the starts where the case is
         chaotic; None where modes do not vary.
+    step_change
+        Largest change of a peak force with the shortest communication step (%), judged as `change` is.
+    averaged_change, averaged_step_change
+        The same of the force averaged over 1 ms.
     chaotic
         Whether the scatter says so; None without starts.
     """
@@ -87,12 +93,15 @@ class ContactConvergence(DrawnResult):
     rows: tuple[ConvergenceRow, ...]
     scatter: Annotated[float | None, "%"]
     change: Annotated[float | None, "%"]
+    step_change: Annotated[float | None, "%"]
+    averaged_change: Annotated[float | None, "%"]
+    averaged_step_change: Annotated[float | None, "%"]
     chaotic: bool | None
 
     def text(self) -> list[TextPart]:
         """Return a table of peak forces, impulses and outcomes, and lines that say what they mean."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.sites))
-        headings = [f"{site.upper()} {what}" for site in sites for what in ("peak", "1 ms", "impact")]
+        headings = [f"{site.upper()} {what}" for site in sites for what in ("peak", "1 ms", "impact", "impulse")]
         title = f"Convergence of {self.scenario} with {self.rotor}"
         table = text_table(title, ("run", *headings, "change", "outcome"), left=("run", "outcome"))
         for row in self.rows:
@@ -100,10 +109,10 @@ class ContactConvergence(DrawnResult):
                 cells = [text for site in sites for text in _cells(row.sites.get(site))]
                 change = "-" if row.change is None else f"{row.change:.1f} %"
                 table.add_row(row.label, *cells, change, row.failure or row.recovery or "-")
-        window = f"{1e3 * WINDOW:g} ms: largest force averaged over it, impacts included (N)"
+        window = f"{1e3 * WINDOW:g} ms: largest averaged over it, impacts included (N)"
         return [
             table,
-            f"peak: largest sample of the force (N); {window}; impact: largest impulse (N s)",
+            f"peak: largest force (N); {window}; impact: largest impulse of impacts in a step; impulse: of all (N s)",
             *self._over_starts(sites),
             *self._verdict(),
         ]
@@ -129,11 +138,14 @@ class ContactConvergence(DrawnResult):
             verdict = "chaotic, medians are compared" if self.chaotic else "not chaotic"
             scatter = f"peak forces scatter by {self.scatter:.2g} %"
             lines.append(f"{verdict}: over {starts} starts, clearances {START:g} apart, {scatter}")
-        if self.change is not None:
-            verdict = "converged" if self.change <= 100.0 * CONVERGED else "not converged"
-            lines.append(
-                f"{verdict}: with twice as many coordinates, or all, peak forces change by up to {self.change:.2g} %"
-            )
+        for what, change, averaged in (
+            (f"a communication step of 1/{STEP_PARTS[-1]}", self.step_change, self.averaged_step_change),
+            ("twice as many coordinates, or all", self.change, self.averaged_change),
+        ):
+            if change is not None:
+                verdict = "converged" if change <= 100.0 * CONVERGED else "not converged"
+                forces = f"peak forces change by up to {change:.2g} %, those averaged over 1 ms by {averaged:.2g} %"
+                lines.append(f"{verdict}: with {what}, {forces}")
         return lines
 
     def data_files(self) -> dict[str, str]:
@@ -157,8 +169,8 @@ class ContactConvergence(DrawnResult):
 
 def _cells(contact: Contact | None) -> Sequence[str]:
     if contact is None:
-        return "-", "-", "-"
-    return number(contact.peak_force), number(contact.mean_force), number(contact.peak_impulse)
+        return "-", "-", "-", "-"
+    return tuple(number(value) for value in vars(contact).values())
 
 
 def convergence(
@@ -170,7 +182,7 @@ def convergence(
     flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> ContactConvergence:
-    """Return peak force, impulse and outcome of a scenario over retained modes, mesh, substep and perturbed starts.
+    """Return contact forces and outcome of a scenario over retained modes, mesh, substep, step and perturbed starts.
 
     Modes are those that Craig and Bampton's method keeps besides the planes; a rotor condensed to planes alone has
     none. Meshes are as fine as `[mesh]` `accuracy` of 1e-2 to 1e-4 (1e-3 for diagonal mass) makes them, and as given
@@ -185,7 +197,8 @@ def convergence(
     set
         Values by `component.variable` that replace the scenario's.
     starts
-        Number of runs with clearances that differ by 1e-6, of the scenario and with twice as many modes; 0 for none.
+        Number of runs with clearances that differ by 1e-6, of the scenario, with twice as many modes and with the
+        shortest communication step; 0 for none.
     flavour
         Flavour of the FMUs.
     progress
@@ -206,24 +219,40 @@ def convergence(
     prepare_case(base)  # checks the input and builds the FMUs before processes are started
     with stage() as folder, progress_bar(progress) as report:
         others = list(varied_cases(base, folder))
-        own, twice = _with_starts([base], starts), _with_starts(_most_modes(others), starts)
-        cases = [*own, *twice, *(case for case in others if case not in twice)]
+        own = _with_starts([base], starts)
+        twice, short = (_with_starts(_furthest(others, varied), starts) for varied in ("modes", "step"))
+        cases = [*own, *twice, *short, *(case for case in others if case not in (*twice, *short))]
         results = simulate_in_processes(simulate_case, cases, report)
     if results[0].failure:
         raise ValueError(f"scenario {given.name}: {results[0].failure}")
     rows = [_row(case, result, results[0]) for case, result in zip(cases, results, strict=True)]
     rows.sort(key=lambda row: (row.start, ORDER.index(row.varied), row.value))
     of_own, of_twice = results[: len(own)], results[len(own) : len(own) + len(twice)]
+    of_short = results[len(own) + len(twice) :][: len(short)]
     scatter = _scatter(of_own) if starts else None
     chaotic = None if scatter is None else scatter > 100.0 * CHAOTIC
     compared = slice(None) if chaotic else slice(1)
-    change = _change(of_twice[compared], of_own[compared]) if twice else None
-    return ContactConvergence(given.name, load_rotor(file).name, tuple(rows), scatter, change, chaotic)
+    change, step_change, averaged_change, averaged_step_change = (
+        _change(other[compared], of_own[compared], force) if other else None
+        for force in ("peak_force", "mean_force")
+        for other in (of_twice, of_short)
+    )
+    return ContactConvergence(
+        scenario=given.name,
+        rotor=load_rotor(file).name,
+        rows=tuple(rows),
+        scatter=scatter,
+        change=change,
+        step_change=step_change,
+        averaged_change=averaged_change,
+        averaged_step_change=averaged_step_change,
+        chaotic=chaotic,
+    )
 
 
-def _most_modes(cases: Sequence[ConvergenceCase]) -> list[ConvergenceCase]:
-    """The case with the most modes, if modes vary."""
-    return sorted((case for case in cases if case.varied == "modes"), key=lambda case: case.value)[-1:]
+def _furthest(cases: Sequence[ConvergenceCase], varied: str) -> list[ConvergenceCase]:
+    """The case with the most modes, or with the shortest communication step, if that varies."""
+    return sorted((case for case in cases if case.varied == varied), key=lambda case: case.value)[-1:]
 
 
 def _with_starts(cases: Sequence[ConvergenceCase], starts: int) -> list[ConvergenceCase]:
@@ -236,22 +265,23 @@ def _row(case: ConvergenceCase, result: CaseResult, base: CaseResult) -> Converg
     return ConvergenceRow(case.varied, case.label, case.value, case.start, **vars(result), change=change)
 
 
-def _peaks(results: Sequence[CaseResult]) -> dict[str, Array]:
-    """The peak force of each run at each site that one of them touched."""
+def _forces(results: Sequence[CaseResult], force: str) -> dict[str, Array]:
+    """A force of each run, `peak_force` or `mean_force`, at each site that one of them touched."""
     sites = dict.fromkeys(site for result in results for site in result.sites)
-    return {site: np.array([r.sites[site].peak_force if site in r.sites else 0.0 for r in results]) for site in sites}
+    return {s: np.array([getattr(r.sites[s], force) if s in r.sites else 0.0 for r in results]) for s in sites}
 
 
 def _scatter(results: Sequence[CaseResult]) -> float:
     """Greatest less smallest peak force over the median, the largest of all sites (%)."""
     return max(
-        (100.0 * float(np.ptp(peak) / np.median(peak)) for peak in _peaks(results).values() if peak.any()), default=0.0
+        (100.0 * float(np.ptp(f) / np.median(f)) for f in _forces(results, "peak_force").values() if f.any()),
+        default=0.0,
     )
 
 
-def _change(results: Sequence[CaseResult], base: Sequence[CaseResult]) -> float:
-    """Largest relative change of the median of a site's peak force (%)."""
-    before, after = ({site: float(np.median(peak)) for site, peak in _peaks(runs).items()} for runs in (base, results))
+def _change(results: Sequence[CaseResult], base: Sequence[CaseResult], force: str = "peak_force") -> float:
+    """Largest relative change of the median of a force at a site (%)."""
+    before, after = ({s: float(np.median(f)) for s, f in _forces(runs, force).items()} for runs in (base, results))
     return max(
-        (100.0 * abs(after.get(site, 0.0) / peak - 1.0) for site, peak in before.items() if peak > 0.0), default=0.0
+        (100.0 * abs(after.get(site, 0.0) / value - 1.0) for site, value in before.items() if value > 0.0), default=0.0
     )

@@ -13,9 +13,10 @@ import tomli_w
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.values import Raw
-from amb_cosim.results.contact_history import touchable
+from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, received_impulse
+from amb_cosim.results.contact_history import peak, touchable
 from amb_cosim.results.places import PLANT
-from amb_cosim.results.series import cycles, signal
+from amb_cosim.results.series import cycles
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_files.toml import read_toml
@@ -25,11 +26,11 @@ from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import MassModel
 
-WINDOW = 1e-3  # s, over which contact forces are averaged
 START = 1e-6  # relative change of the clearances from one start to the next
 SUBSTEP = f"{PLANT}.solver.max_substep"
 ACCURACIES = {"diagonal": (1e-2, 1e-3), "consistent": (1e-2, 1e-3, 1e-4)}  # of meshes, by mass matrix
 MOST_NODES = 200
+STEP_PARTS = (2, 5)  # of a communication step
 MESH_MODES = 12  # of a rotor that does not say how many modes its mesh is for
 
 
@@ -38,12 +39,14 @@ class ConvergenceCase:
     """One run.
 
     varied, label, value
-        What differs from the scenario: nothing for `scenario`, else `modes`, `mesh` or `substep`; how it is printed;
-        its place on an axis.
+        What differs from the scenario: nothing for `scenario`, else `modes`, `mesh`, `substep` or `step`; how it is
+        printed; its place on an axis.
     rotor
         Rotor file.
     substep
         Factor of the longest substep, which is no longer than the start value for this rotor.
+    step
+        Factor of the communication step.
     start
         Number of the perturbed start: clearances are larger by `start` times `START`.
     """
@@ -56,6 +59,7 @@ class ConvergenceCase:
     value: float
     rotor: str
     substep: float = 1.0
+    step: float = 1.0
     start: int = 0
 
 
@@ -64,9 +68,9 @@ class Contact:
     """Contact at a site over a run.
 
     peak_force
-        Largest sample of the normal force (N).
+        Largest normal force (N), within steps too, without the impulses of impacts.
     mean_force
-        Largest normal force averaged over `WINDOW`, impacts included (N).
+        Largest normal force averaged over `contact_forces.WINDOW`, impacts included (N).
     peak_impulse, impulse
         Largest normal impulse of the impacts in a step, and the impulse of impacts and forces over the run (N s).
     """
@@ -122,6 +126,8 @@ def varied_cases(base: ConvergenceCase, folder: Path) -> Iterator[ConvergenceCas
             yield replace(case, label=f"{nodes} nodes, {mass}", value=nodes)
     for parts in (2, 4):
         yield replace(base, varied="substep", label=f"substep / {parts}", value=parts, substep=1.0 / parts)
+    for parts in STEP_PARTS:
+        yield replace(base, varied="step", label=f"step / {parts}", value=parts, step=1.0 / parts)
 
 
 def _nodes(rotor: str, modes: int, planes: int) -> int | None:
@@ -142,6 +148,8 @@ def prepare_case(case: ConvergenceCase) -> Prepared:
     """Return a case that is ready to run."""
     scenario = case.scenario.model_copy(update={"rotor": case.rotor})
     prepared = prepare(scenario, case.settings, flavour=case.flavour)
+    if case.step != 1.0:
+        scenario = scenario.model_copy(update={"communication_step": case.step * prepared.plan.step_size})
     interface = prepared.interfaces[PLANT]
     values = prepared.plan.all_parameters(prepared.interfaces)[PLANT]
     given = values["solver.max_substep"] or 0.0
@@ -167,16 +175,9 @@ def simulate_case(case: ConvergenceCase) -> CaseResult:
 
 def _contact(signals: Signals, site: str) -> Contact | None:
     """Contact at a site from cycle 0 on; None where it was not recorded."""
-    force, impulse = signal(signals, f"{site}.f_n"), signal(signals, f"{site}.impulse")
-    counted = cycles(signals) >= 0.0
-    if force is None or impulse is None or np.count_nonzero(counted) < 2:
+    largest, averaged = peak_force(signals, site), largest_averaged_force(signals, site)
+    received, impact = received_impulse(signals, site), peak(signals, f"{site}.impulse")
+    if largest is None or averaged is None or received is None or impact is None:
         return None
-    time, force, impulse = signals["time"].values[counted], force[counted], impulse[counted]
-    received = np.concatenate([[0.0], np.cumsum(impulse[1:] + 0.5 * np.diff(time) * (force[1:] + force[:-1]))])
-    before = np.interp(time - WINDOW, time, received)
-    return Contact(
-        peak_force=float(force.max()),
-        mean_force=float(np.max(received - before)) / WINDOW,
-        peak_impulse=float(impulse.max()),
-        impulse=float(received[-1]),
-    )
+    before = np.interp(0.0, cycles(signals), received)
+    return Contact(largest, averaged, impact, float(received[-1] - before))

@@ -6,7 +6,7 @@ import math
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.simulation import Outcome
-from amb_cosim.results import contact_history
+from amb_cosim.results import contact_forces, contact_history
 from amb_cosim.results.contact_history import Recovery
 from amb_cosim.results.orbits import orbit_largest
 from amb_cosim.results.places import PLANT, Places, places
@@ -26,9 +26,9 @@ UNITS = {
 
 def needed(found: Places) -> tuple[str, ...]:
     """Return patterns of the variables that the key values take."""
-    of_sites = (f"{PLANT}.{site}.{name}" for site in found.sites for name in ("f_n", "impulse", "mode", "whirl_speed"))
-    of_bearings = (f"{PLANT}.{bearing}.[xy]" for bearing in found.bearings)
-    return (f"{PLANT}.contact_state", *of_sites, *of_bearings)
+    of_sites = (f"{PLANT}.{site}.{name}" for site in found.sites for name in ("f_n*", "impulse", "mode", "whirl_speed"))
+    moving = (f"{PLANT}.{place}.[xy]" for place in (*found.bearings, *found.apart))
+    return (f"{PLANT}.contact_state", *of_sites, *moving)
 
 
 def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
@@ -51,7 +51,7 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
         "last_contact": _nan(last),
     }
     at_places = {
-        "peak_contact_force": {site: contact_history.peak(signals, f"{site}.f_n") for site in sites},
+        "peak_contact_force": {site: contact_forces.peak_force(signals, site) for site in sites},
         "peak_impulse": {site: contact_history.peak(signals, f"{site}.impulse") for site in sites},
         "orbit_largest": orbit_largest(signals),
     }

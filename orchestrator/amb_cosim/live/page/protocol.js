@@ -74,7 +74,7 @@
  */
 
 /**
- * A place where the rotor can touch. `x` and `y` are signals of its displacement, empty where none shows it.
+ * A place where the rotor can touch. `x` and `y` are signals of its displacement from the centre of the clearance.
  * @typedef {object} Site
  * @property {string} name its variables are `rotor_contact.<name>.f_n` and so on
  * @property {string} bearing that it protects; empty for a bush

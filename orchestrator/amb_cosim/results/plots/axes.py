@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW
 from amb_cosim.results.contact_history import touchable
+from amb_cosim.results.orbits import path
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes, switched_on
 
@@ -48,20 +49,24 @@ def add_title(figure: Figure, dataset: Signals) -> None:
 
 @dataclass(frozen=True)
 class Station:
-    """A place on the rotor whose motion is drawn: signals x and y, and its contact site; empty where there is none."""
+    """A place on the rotor whose motion is drawn: a bearing, or a contact site, which is its `site` too."""
 
     title: str
-    x: str
-    y: str
+    place: str
     site: str
+
+    def path(self, dataset: Signals) -> NDArray[np.float64]:
+        """Return x and y (m) at each sample, see `orbits.path`, shape (2, n); NaN if they were not recorded."""
+        found = path(dataset, self.place)
+        return np.full((2, dataset.sizes["time"]), np.nan) if found is None else found
 
 
 def stations(dataset: Signals) -> list[Station]:
-    """Return the bearings, and the other contact sites of `touchable` that lie in a sensor plane."""
+    """Return the retainer of each bearing, or the bearing without one, and the other contact sites of `touchable`."""
     found = places(dataset)
-    bearings = [Station(bearing_title(dataset, b), f"{b}.x", f"{b}.y", site) for b, site in found.bearings.items()]
-    others = [site for site in touchable(dataset) if site in found.measured]
-    return [*bearings, *(Station(site_title(dataset, site), *found.measured[site], site) for site in others)]
+    bearings = [Station(bearing_title(dataset, b), site or b, site) for b, site in found.bearings.items()]
+    others = (site for site in touchable(dataset) if site not in found.retainers and path(dataset, site) is not None)
+    return [*bearings, *(Station(site_title(dataset, site), site, site) for site in others)]
 
 
 def site_title(dataset: Signals, site: str) -> str:

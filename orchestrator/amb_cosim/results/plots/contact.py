@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
+from amb_cosim.results.contact_forces import averaged_force, is_sampled, peaks
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
@@ -36,16 +39,21 @@ def contact(dataset: Signals) -> Figure:
     *panels, state_panel = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
     highest = 0.0
     for panel, site in zip(panels, sites, strict=True):
-        force = 1e-3 * plant_signal(dataset, f"{site}.f_n")
-        highest = max(highest, float(force.max()))
+        force = _kilonewtons(dataset, peaks(dataset, site))
+        averaged = _kilonewtons(dataset, averaged_force(dataset, site))
+        highest = max(highest, float(force.max()), float(np.nanmax(averaged, initial=0.0)))
         panel.plot(time_values(dataset), force, color=colour_of(dataset, site))
+        panel.plot(time_values(dataset), averaged, color="black", lw=0.8)
         panel.set_title(site_title(dataset, site), loc="left", pad=title_padding(dataset, panel is panels[0]))
         panel.set_ylabel("$N$ (kN)")
-        if not force.any():
+        if not force.any() and not averaged.any():
             _write_no_contact(panel)
         mark_events(panel, dataset, named=panel is panels[0])
     for panel in panels:
         panel.set_ylim(0.0, 1.08 * (highest or 1.0))
+    handles = [Line2D([], [], color=GREY, label=_meaning(dataset, sites))]
+    handles.append(Line2D([], [], color="black", lw=0.8, label="averaged over 1 ms, impacts included"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
     state_panel.set_title("Contact state" if bearings_alone else "In contact", loc="left")
     if bearings_alone:
         _draw_states(state_panel, dataset, "contact_state", states)
@@ -55,6 +63,17 @@ def contact(dataset: Signals) -> Figure:
     label_time_axis(state_panel, dataset)
     add_title(figure, dataset)
     return figure
+
+
+def _meaning(dataset: Signals, sites: list[str]) -> str:
+    """Return what the coloured curves show."""
+    sampled = any(is_sampled(dataset, site) for site in sites)
+    return "force at the samples" if sampled else "largest force in each step"
+
+
+def _kilonewtons(dataset: Signals, force: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    """Return a force in kN; NaN if it was not recorded."""
+    return np.full(dataset.sizes["time"], np.nan) if force is None else 1e-3 * force
 
 
 def whirl(dataset: Signals) -> Figure:

@@ -7,9 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
+from amb_cosim.results.orbits import centre
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
     Station,
@@ -76,21 +78,24 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Line2D]:
 
 def _reach(dataset: Signals, station: Station) -> float:
     """Return the largest coordinate in the picture of an orbit (mm)."""
-    coordinates = [plant_signal(dataset, station.x), plant_signal(dataset, station.y)]
-    return 1e3 * max(clearance(dataset, station.site), float(np.nanmax(np.abs(coordinates))))
+    return 1e3 * max(clearance(dataset, station.site), float(np.nanmax(np.abs(_seen(dataset, station)))))
+
+
+def _seen(dataset: Signals, station: Station) -> NDArray[np.float64]:
+    """Return x and y (m) of the journal as one sees them who stands by, shape (2, n)."""
+    return station.path(dataset) + centre(dataset, station.place)
 
 
 def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -> None:
     """Draw the path of the journal, that of the housing if it moves, and the clearance about its place at rest."""
-    x, y = 1e3 * plant_signal(dataset, station.x), 1e3 * plant_signal(dataset, station.y)
-    given, turn = parameters(dataset), np.linspace(0.0, 2.0 * np.pi, 361)
+    (x, y), turn = 1e3 * _seen(dataset, station), np.linspace(0.0, 2.0 * np.pi, 361)
+    given = parameters(dataset)
     x_0, y_0 = (1e3 * float(given.get(f"{station.site}.offset_{axis}", 0.0)) for axis in "xy")
     c = 1e3 * clearance(dataset, station.site)
     panel.plot(x_0 + c * np.cos(turn), y_0 + c * np.sin(turn), color="black", ls=DASHED, zorder=3)
     panel.plot(x, y, color=colour_of(dataset, station.site), lw=0.6)
     if _has_housing(dataset, station):
-        x_h, y_h = (1e3 * plant_signal(dataset, f"{station.site}.housing_{axis}") for axis in "xy")
-        panel.plot(x_0 + x_h, y_0 + y_h, color=GREY, lw=0.6)
+        panel.plot(*(1e3 * centre(dataset, station.site)), color=GREY, lw=0.6)
     panel.set(title=station.title, xlabel="$x$ (mm)", ylabel="$y$ (mm)", aspect="equal")
     panel.set(xlim=(-limit, limit), ylim=(-limit, limit))
     panel.xaxis.set_major_locator(MaxNLocator(5, symmetric=True))
@@ -99,7 +104,7 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
 
 def _draw_heights(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
     for station in drawn:
-        of_station = height(dataset, station.x, station.y)
+        of_station = height(dataset, station.place)
         if of_station is not None:
             panel.plot(time_values(dataset), 1e3 * of_station, color=colour_of(dataset, station.site))
             panel.axhline(-1e3 * clearance(dataset, station.site), color="black", lw=0.8, ls=DASHED)

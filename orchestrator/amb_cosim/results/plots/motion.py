@@ -17,7 +17,6 @@ from amb_cosim.results.plots.axes import (
     colour_of,
     label_time_axis,
     mark_events,
-    plant_signal,
     stations,
     time_values,
     title_padding,
@@ -36,7 +35,7 @@ def orbits(dataset: Signals) -> Figure:
     figure = StyledFigure(figsize=(max(3.5 * len(drawn), 4.5), 3.9), layout="constrained")
     panels = figure.subplots(1, len(drawn), sharex=True, sharey=True, squeeze=False)[0]
     for panel, station in zip(panels, drawn, strict=True):
-        x, y = 1e3 * plant_signal(dataset, station.x), 1e3 * plant_signal(dataset, station.y)
+        x, y = 1e3 * station.path(dataset)
         angle = np.linspace(0.0, 2.0 * np.pi, 361)
         if station.site:
             c = 1e3 * clearance(dataset, station.site)
@@ -64,7 +63,7 @@ def displacement(dataset: Signals) -> Figure:
     panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios, squeeze=False)[:, 0]
     highest = 1.0
     for panel, station in zip(panels, drawn, strict=False):
-        r = np.hypot(plant_signal(dataset, station.x), plant_signal(dataset, station.y))
+        r = np.hypot(*station.path(dataset))
         panel.set_title(station.title, loc="left", pad=title_padding(dataset, panel is panels[0]))
         mark_events(panel, dataset, named=panel is panels[0])
         if not station.site:
@@ -122,5 +121,4 @@ def run_parts(dataset: Signals) -> list[tuple[str, str, NDArray[np.bool_]]]:
 
 def _largest_coordinates(dataset: Signals, drawn: list[Station]) -> list[float]:
     """Return the largest |x| and |y| (mm) at each station."""
-    signals = (plant_signal(dataset, name) for station in drawn for name in (station.x, station.y))
-    return [1e3 * float(np.nanmax(np.abs(values))) for values in signals]
+    return [1e3 * float(np.nanmax(np.abs(station.path(dataset)))) for station in drawn]

@@ -22,7 +22,7 @@ def draw(result: ContactConvergence) -> Figure:
     own = [row for row in result.rows if row.varied == "scenario"]
     groups = {
         varied: [own[0], *(row for row in result.rows if row.varied == varied and row.start == 0)]
-        for varied in ("modes", "mesh", "substep")
+        for varied in ("modes", "mesh", "substep", "step")
     }
     groups = {"starts": own} | {varied: rows for varied, rows in groups.items() if len(rows) > 1}
     if len(own) == 1:

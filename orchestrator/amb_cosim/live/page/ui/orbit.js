@@ -9,9 +9,8 @@ import { faded } from "./palette.js";
  * @property {number} clearance
  * @property {number} span half the width of the view
  * @property {number} rotation angle of the x axis on the screen, from the right, counter-clockwise (rad)
- * @property {Float32Array} x displacement, oldest first
+ * @property {Float32Array} x displacement from the centre of the clearance, oldest first
  * @property {Float32Array} y
- * @property {readonly [number, number]} centre of the clearance
  * @property {Float32Array} arcs largest normal force of late in each of equal sectors, from x towards y
  * @property {number} f_n
  * @property {number} f_t
@@ -42,12 +41,11 @@ export function spanOf(clearance, x, y) {
  * @param {Float32Array} y m
  * @param {Float32Array} force N
  * @param {number} sectors
- * @param {readonly [number, number]} centre m
  * @returns {Float32Array}
  */
-export function contactArcs(x, y, force, sectors, centre = [0, 0]) {
+export function contactArcs(x, y, force, sectors) {
   const arcs = new Float32Array(sectors);
-  const sectorAt = (/** @type {number} */ k) => Math.floor((0.5 * sectors * Math.atan2(y[k] - centre[1], x[k] - centre[0])) / Math.PI);
+  const sectorAt = (/** @type {number} */ k) => Math.floor((0.5 * sectors * Math.atan2(y[k], x[k])) / Math.PI);
   for (let k = 0; k < force.length; k++) {
     if (force[k] > 0) {
       const last = sectorAt(k), first = k > 0 && force[k - 1] > 0 ? sectorAt(k - 1) : last;
@@ -137,7 +135,7 @@ function drawAxes(context, scene, at, palette) {
  * @param {import("./palette.js").Palette} palette
  */
 function drawClearance(context, scene, at, scale, palette) {
-  const [px, py] = at(...scene.centre), radius = scale * scene.clearance;
+  const [px, py] = at(0, 0), radius = scale * scene.clearance;
   context.lineWidth = 1.75;
   context.strokeStyle = palette.ink;
   context.beginPath();
@@ -185,12 +183,12 @@ function drawRotor(context, scene, at, palette) {
   const last = scene.x.length - 1;
   if (last < 0) { return; }
   const [x, y] = [scene.x[last], scene.y[last]], [px, py] = at(x, y);
-  const [rx, ry] = [x - scene.centre[0], y - scene.centre[1]], r = Math.hypot(rx, ry);
+  const r = Math.hypot(x, y);
   if (scene.touching && r > 0) { // inward N, forward T
     const size = (0.6 * scene.clearance * Math.min(Math.sqrt(scene.f_n / FULL_FORCE), 1)) / r;
-    arrow(context, px, py, ...at(x - size * rx, y - size * ry), palette.touch);
+    arrow(context, px, py, ...at(x - size * x, y - size * y), palette.touch);
     const share = scene.f_n > 0 ? (size * scene.f_t) / scene.f_n : 0;
-    arrow(context, px, py, ...at(x - share * ry, y + share * rx), palette.touch, 1.6);
+    arrow(context, px, py, ...at(x - share * y, y + share * x), palette.touch, 1.6);
   }
   const force = Math.hypot(...scene.push);
   if (force > 0) {

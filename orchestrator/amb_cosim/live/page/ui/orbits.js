@@ -47,12 +47,12 @@ export function rotationOf(geometry) {
 }
 
 /**
- * Return the sites that have a view: those whose displacement is known and where the rotor can touch.
+ * Return the sites that have a view: those where the rotor can touch.
  * @param {Session} session
  * @returns {Site[]}
  */
 export function shownSites(session) {
-  return session.rig.geometry.sites.filter((site) => site.x !== "" && settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0);
+  return session.rig.geometry.sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0);
 }
 
 /**
@@ -156,15 +156,13 @@ function drawView(view, session, rotation, palette) {
     const path = between(session.traces, signal, from, session.time), now = valueOf(session, signal);
     return path.length === 0 && Number.isFinite(now) ? Float32Array.of(now) : path; // no samples before the first step
   });
-  const force = between(session.traces, `${name}.f_n`, from, session.time);
+  const force = between(session.traces, `${name}.f_n_peak`, from, session.time);
   const clearance = settingOf(session, `${name}.clearance`), f_n = valueOf(session, `${name}.f_n`);
   const wanted = spanOf(clearance, x, y);
   view.span = wanted > view.span || view.span > 1.6 * wanted ? wanted : view.span + 0.05 * (wanted - view.span);
   const touching = valueOf(session, `${name}.mode`) > 0;
-  /** @type {[number, number]} */
-  const centre = [centreOf(session, name, "x"), centreOf(session, name, "y")];
   drawOrbit(surfaceOf(view.canvas), {
-    clearance, span: view.span, rotation, x, y, centre, arcs: contactArcs(x, y, force, SECTORS, centre),
+    clearance, span: view.span, rotation, x, y, arcs: contactArcs(x, y, force, SECTORS),
     f_n, f_t: valueOf(session, `${name}.f_t`), touching, push: view.push, colour,
   }, palette);
   const pushing = Math.hypot(...view.push);
@@ -172,15 +170,4 @@ function drawView(view, session, rotation, palette) {
   setText(view.force, pushing > 0 ? `push ${quantityText(pushing, "N")} on ${view.disc.toUpperCase()}`
     : touching ? `N = ${quantityText(f_n, "N")}` : `gap ${quantityText(valueOf(session, `${name}.gap`), "m")}`);
   setText(view.scale, `circle ${quantityText(clearance, "m")}`);
-}
-
-/**
- * Where the centre of a clearance is, with its housing's motion.
- * @param {Session} session
- * @param {string} site full name
- * @param {"x" | "y"} axis
- * @returns {number} m
- */
-function centreOf(session, site, axis) {
-  return (settingOf(session, `${site}.offset_${axis}`) || 0) + (valueOf(session, `${site}.housing_${axis}`) || 0);
 }

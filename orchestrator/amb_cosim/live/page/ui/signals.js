@@ -28,9 +28,9 @@ export function chartSpecs(current) {
   /** @type {ChartSpec[]} */
   const specs = [
     { key: "displacement", title: "Displacement (mm)", unit: "mm", scale: 1e3, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`), levels: clearances, least: 0.01, positive: false },
-    { key: "contact", title: "Contact force N (kN)", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
+    { key: "contact", title: "Contact force N, largest in a step (kN)", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
       curves: sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0).map((site, k) => ({
-        signal: `rotor_contact.${site.name}.f_n`, label: site.name.toUpperCase(), series: seriesOfSite(site.bearing, k), dashed: false })) },
+        signal: `rotor_contact.${site.name}.f_n_peak`, label: site.name.toUpperCase(), series: seriesOfSite(site.bearing, k), dashed: false })) },
     { key: "current", title: "Control current (A)", unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: () => [], least: 0.1, positive: false },
     { key: "force", title: "Magnet force (kN)", unit: "kN", scale: 1e-3, curves: axes((name, axis) => `amb_actuator.${name}.f_${axis}`), levels: () => [], least: 0.05, positive: false },
   ];
@@ -47,7 +47,7 @@ export function watchedSignals(rig) {
   const outputs = new Set(rig.components.flatMap((one) => one.variables.filter((variable) => variable.causality === "output").map((variable) => `${one.name}.${variable.name}`)));
   const wanted = [
     ...shape.places.flatMap((place) => [place.x, place.y]),
-    ...sites.flatMap((site) => ["f_n", "f_t", "mode"].map((name) => `rotor_contact.${site.name}.${name}`)),
+    ...sites.flatMap((site) => ["x", "y", "f_n", "f_n_peak", "f_t", "mode"].map((name) => `rotor_contact.${site.name}.${name}`)),
     ...bearings.flatMap(({ name }) => ["x", "y"].flatMap((axis) => [`rolac_controller.${name}.i_${axis}`, `amb_actuator.${name}.f_${axis}`])),
     "rotor_contact.theta", "rotor_contact.speed", "rolac_controller.harmonic1.displacement", "rolac_controller.harmonic1.force",
     ...["kinetic", "strain", "friction", "impact", "damping", "balance"].map((name) => `rotor_contact.energy.${name}`),

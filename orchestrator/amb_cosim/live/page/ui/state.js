@@ -94,7 +94,7 @@ function largestForce(session) {
   const { traces } = session;
   let largest = 0;
   for (const site of session.rig.geometry.sites) {
-    const ring = traces.values.get(`rotor_contact.${site.name}.f_n`);
+    const ring = traces.values.get(`rotor_contact.${site.name}.f_n_peak`);
     for (let k = Math.max(traces.count - 4000, 0); ring !== undefined && k < traces.count; k++) {
       largest = Math.max(largest, ring[(traces.next - traces.count + k + 2 * traces.capacity) % traces.capacity]);
     }

@@ -1,0 +1,68 @@
+"""Normal contact forces at a site over a run: the largest, the largest averaged over a millisecond, the impulse.
+
+The plant knows the force between samples: `f_n_peak` is the largest of a step, without the impulses of impacts, and
+`f_n_mean` its mean over the step, with them. Of an FMU that lacks them the samples `f_n` and the impulses must do, and
+of a run that records every so many steps, these steps alone: `is_sampled` tells so.
+
+A peak says how hard the contact of the model is: it grows with the modes and the nodes that a rotor keeps, and an
+impulse has none. The force averaged over `WINDOW` is the figure that converges.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.series import cycles, signal
+
+WINDOW = 1e-3  # s, over which contact forces are averaged
+
+
+def is_sampled(dataset: Signals, site: str) -> bool:
+    """Return whether only samples of the force at a site are known, not what lies between them."""
+    step, steps = dataset.attrs.get("communication_step_s", np.inf), np.diff(dataset["time"].values)
+    return signal(dataset, f"{site}.f_n_peak") is None or bool(steps.max(initial=0.0) > 1.5 * float(step))
+
+
+def peaks(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+    """Return the largest normal force (N) of each step, or its samples; None where neither was recorded."""
+    found = signal(dataset, f"{site}.f_n_peak")
+    found = signal(dataset, f"{site}.f_n") if found is None else found
+    return None if found is None else np.asarray(found, np.float64)
+
+
+def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
+    """Return the largest normal force (N) at a site between two cycles; None without samples there."""
+    return _largest(dataset, peaks(dataset, site), begin, end)
+
+
+def averaged_force(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+    """Return the normal force (N) averaged over the `WINDOW` before each sample, impacts included."""
+    impulse, time = received_impulse(dataset, site), dataset["time"].values
+    if impulse is None or len(time) < 2:
+        return None
+    return np.asarray((impulse - np.interp(time - WINDOW, time, impulse)) / WINDOW, np.float64)
+
+
+def largest_averaged_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
+    """Return the largest normal force (N) at a site averaged over `WINDOW`, impacts included, between two cycles."""
+    return _largest(dataset, averaged_force(dataset, site), begin, end)
+
+
+def received_impulse(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+    """Return the normal impulse (N s) of forces and impacts at a site from the first sample to each."""
+    mean, force, impacts = (signal(dataset, f"{site}.{name}") for name in ("f_n_mean", "f_n", "impulse"))
+    steps = np.diff(dataset["time"].values)
+    if mean is not None:
+        received = mean[1:] * steps
+    elif force is not None and impacts is not None:
+        received = impacts[1:] + 0.5 * steps * (force[1:] + force[:-1])
+    else:
+        return None
+    return np.asarray(np.cumsum([0.0, *received])[: dataset.sizes["time"]], np.float64)
+
+
+def _largest(dataset: Signals, values: NDArray[np.float64] | None, begin: float, end: float) -> float | None:
+    within = (cycles(dataset) >= max(begin, 0.0)) & (cycles(dataset) < end)
+    return None if values is None or not within.any() else float(values[within].max())

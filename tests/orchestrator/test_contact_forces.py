@@ -1,0 +1,145 @@
+"""What is read of a machine whose retainers are not in its bearings, and of forces between samples."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from amb_cosim.assessment import run_quantities
+from amb_cosim.cosim.signals import Samples, SignalTable
+from amb_cosim.results import contact_forces, contact_history, orbits
+from amb_cosim.results.places import PLANT, Places, places_of
+from amb_cosim.results.plots.axes import stations
+from amb_cosim.results.plots.contact import contact
+from amb_cosim.results.plots.motion import displacement
+from amb_cosim.sweeps.metrics import needed
+from rotor_analysis.parts import Bearing, Sensor, Site
+
+H, N = 50e-6, 401
+CLEARANCE = 0.2e-3
+PLACES = Places({"drive_end": "catcher", "thrust": ""}, ("catcher", "seal"), apart=("catcher",))
+SILENT = {f"{site}.{name}": np.zeros(N) for site in PLACES.sites for name in ("f_n", "impulse", "mode")}
+
+
+def table(values, found=PLACES, every=1, **parameters):
+    """A run of 20 ms at 20 kHz, 2 cycles, of which every so many samples were recorded."""
+    time = H * np.arange(N)[::every]
+    given = {"catcher.clearance": CLEARANCE, "seal.clearance": CLEARANCE} | parameters
+    return SignalTable(
+        {f"{PLANT}.{name}": Samples(np.asarray(value, float)[::every], {}) for name, value in values.items()},
+        {"time": Samples(time, {}), "cycle": Samples(time / 0.01, {})},
+        {
+            "places": found.to_json(),
+            "scenario": "compressor",
+            "parameters": json.dumps({PLANT: given}),
+            "communication_step_s": H,
+            "speed_rad_s": 628.0,
+            "period_s": 0.01,
+        },
+    )
+
+
+def whirl(radius):
+    angle = 2.0 * np.pi * np.arange(N) * H / 0.01
+    return radius * np.cos(angle), radius * np.sin(angle)
+
+
+def moving(bearing, site):
+    """The rotor whirls with one radius at the bearing and with another one in its retainer."""
+    (x, y), (x_s, y_s), (x_t, y_t) = whirl(bearing), whirl(site), whirl(5e-5)
+    return SILENT | {
+        "drive_end.x": x,
+        "drive_end.y": y,
+        "catcher.x": x_s,
+        "catcher.y": y_s,
+        "thrust.x": x_t,
+        "thrust.y": y_t,
+        "contact_state": np.zeros(N),
+    }
+
+
+def test_peak_is_the_largest_force_within_a_step():
+    steps = np.where(np.arange(N) == 200, 900.0, 0.0)
+    run = table(SILENT | {"seal.f_n_peak": steps, "seal.f_n_mean": 0.4 * steps})
+    assert contact_forces.peak_force(run, "seal") == 900.0
+    assert not contact_forces.is_sampled(run, "seal")
+    assert contact_forces.peak_force(run, "seal", begin=1.5) == 0.0
+    assert contact_history.touchable(run) == ["catcher", "seal"]
+
+
+def test_samples_are_told_where_nothing_else_is_known():
+    force = np.where(np.arange(N) == 200, 500.0, 0.0)
+    run = table(SILENT | {"seal.f_n": force})
+    assert contact_forces.peak_force(run, "seal") == 500.0
+    assert contact_forces.is_sampled(run, "seal")
+    assert contact_forces.is_sampled(table(SILENT | {"seal.f_n_peak": force}, every=3), "seal")
+
+
+@pytest.mark.parametrize("known", [True, False], ids=["means of steps", "samples and impacts"])
+def test_impulse_is_that_of_forces_and_impacts(known):
+    """100 N throughout, and an impact of 0.3 N s: 300 N over a millisecond."""
+    impact = np.where(np.arange(N) == 100, 0.3, 0.0)
+    values = {"seal.f_n": np.full(N, 100.0), "seal.impulse": impact}
+    run = table(SILENT | values | ({"seal.f_n_mean": 100.0 + impact / H} if known else {}))
+    assert contact_forces.received_impulse(run, "seal")[-1] == pytest.approx(100.0 * 0.02 + 0.3)
+    assert contact_forces.largest_averaged_force(run, "seal") == pytest.approx(400.0)
+
+
+def test_an_empty_run_has_no_impulse():
+    empty = table({name: [] for name in SILENT})
+    none = SignalTable(empty.variables, {name: Samples(np.zeros(0), {}) for name in ("time", "cycle")}, empty.attrs)
+    assert len(contact_forces.received_impulse(none, "seal")) == 0
+    assert contact_forces.peak_force(none, "seal") is None
+
+
+def test_contact_between_two_samples_is_contact():
+    run = table(moving(1e-4, 1e-4) | {"seal.f_n_peak": np.where(np.arange(N) == 200, 900.0, 0.0)})
+    assert contact_history.contact_cycles(run) == pytest.approx((1.0, 1.0))
+
+
+def test_orbit_in_a_retainer_is_told_beside_that_in_its_bearing():
+    run = table(moving(1.0e-4, 1.7e-4))
+    assert orbits.orbit_largest(run) == pytest.approx({"drive_end": 0.1, "thrust": 0.05, "catcher": 0.17})
+    assert run_quantities.largest_radius(run, "drive_end") == pytest.approx(0.85)
+    assert [(s.place, s.site) for s in stations(run)] == [("catcher", "catcher"), ("thrust", "")]
+
+
+def test_figures_show_the_motion_in_the_retainer():
+    run = table(moving(1.0e-4, 1.7e-4))
+    panel = displacement(run).axes[0]
+    assert np.max(panel.lines[-1].get_ydata()) == pytest.approx(0.85)
+    assert contact(run).axes[0].get_title(loc="left").startswith("Retainer bearing CATCHER")
+
+
+def test_without_its_own_path_a_retainer_has_that_of_its_bearing():
+    """Which counts from the rest; the retainer's centre is 30 um aside and its housing moves."""
+    values = moving(1.0e-4, 0.0) | {"catcher.housing_x": np.linspace(0.0, 2e-5, N), "catcher.housing_y": np.zeros(N)}
+    of_bearing = {name: value for name, value in values.items() if name not in ("catcher.x", "catcher.y")}
+    run = table(of_bearing, **{"catcher.offset_x": 3e-5})
+    x, y = orbits.path(run, "catcher")
+    np.testing.assert_allclose(x, values["drive_end.x"] - 3e-5 - values["catcher.housing_x"], atol=1e-18)
+    np.testing.assert_allclose(y, values["drive_end.y"], atol=1e-18)
+    np.testing.assert_allclose(orbits.path_at_rest(run, "catcher")[0], values["drive_end.x"], atol=1e-18)
+
+
+def test_sweeps_keep_what_orbits_and_peaks_are_read_from():
+    patterns = needed(PLACES)
+    assert {f"{PLANT}.catcher.[xy]", f"{PLANT}.seal.f_n*"} <= set(patterns)
+
+
+@pytest.mark.parametrize(("node", "apart"), [(2, ()), (3, ("catcher",))])
+def test_a_retainer_is_apart_where_another_plane_carries_it(node, apart):
+    from machines import machine
+
+    from amb_cosim.design.plant_data import plant
+
+    bearings = (Bearing("drive_end", 2), Bearing("thrust", 24))
+    sites = (Site("catcher", node, CLEARANCE, bearing="drive_end"),)
+    model, _ = plant(machine(bearings=bearings, sites=sites, sensors=(Sensor("probe", 5),)))
+    fmu = SimpleNamespace(layout=json.loads(json.dumps(model.layout)))
+    assembly = SimpleNamespace(interfaces={PLANT: None}, fmus={PLANT: fmu})
+    assert places_of(assembly).apart == apart
+    assert places_of(assembly).bearings == {"drive_end": "catcher", "thrust": ""}
