@@ -39,6 +39,26 @@ def test_the_first_five_impacts_are_told_in_their_order(found):
     assert found.first_impacts[0].after == pytest.approx(LANDED - RELEASE, abs=1.5 * H)
 
 
+def test_rounding_of_a_lasting_contact_is_no_impact(found):
+    rounding = fall()["rotor_contact.rb1.impulse"].values.copy()
+    rounding[(rounding == 0.0) & (fall()["rotor_contact.rb1.mode"].values > 0)] = 7e-15
+    assert touchdown(fall(**{"rb1.impulse": rounding})).first_impacts == found.first_impacts
+
+
+def test_a_rotor_without_contact_at_the_end_does_not_lie_still():
+    lifted = fall()["time"].values > 2.0
+    up = {
+        f"{mb}.{axis}": np.where(lifted, 0.0, fall()[f"rotor_contact.{mb}.{axis}"])
+        for mb in ("mb1", "mb2")
+        for axis in "xy"
+    }
+    modes = {f"{site}.mode": np.where(lifted, 0, fall()[f"rotor_contact.{site}.mode"]) for site in ("rb1", "rb2")}
+    state = np.where(lifted, 0, fall()["rotor_contact.contact_state"])
+    found = touchdown(fall(**up, **modes, contact_state=state))
+    assert found.rest_after is None
+    assert found.free_after == pytest.approx(2.0 - RELEASE, abs=2 * H)
+
+
 def test_backward_whirl_is_negative_and_rest_does_not_count(found):
     assert found.retainers["rb1"].whirl == "backward"
     assert found.retainers["rb1"].whirl_speed == pytest.approx(WHIRL)

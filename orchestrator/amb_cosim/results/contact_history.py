@@ -14,11 +14,12 @@ from amb_cosim.cosim.signals import Signals
 from amb_cosim.results.contact_forces import peak_force
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, signal
+from amb_cosim.results.stability import is_unstable
 
 RECOVERY_CYCLES = 5.0
 FREE, ROLLING = 0, 2  # values of a site's mode
 
-Recovery = Literal["prevented", "recovered", "trapped"]
+Recovery = Literal["prevented", "recovered", "trapped", "unstable"]
 
 
 def peak(dataset: Signals, name: str) -> float | None:
@@ -87,7 +88,7 @@ def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
 
 
 def recovered(dataset: Signals) -> bool | None:
-    """Return whether the rotor is free of contact for good: five cycles follow the last contact.
+    """Return whether the rotor is free of contact for good: five cycles follow the last contact, and it is stable.
 
     A rotor that never touched has nothing to recover from, and counts as recovered.
     """
@@ -95,16 +96,19 @@ def recovered(dataset: Signals) -> bool | None:
 
 
 def free_after(dataset: Signals, last: float | None) -> bool | None:
-    """Return whether five cycles follow the last contact, in cycle `last`, None without any; see `recovered`."""
-    if signal(dataset, "contact_state") is None:
+    """Return whether the rotor is free after the last contact, in cycle `last`, None without any; see `recovered`."""
+    if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
         return None
-    return last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
+    if last is not None and cycles(dataset)[-1] - last < RECOVERY_CYCLES:
+        return False
+    return not is_unstable(dataset, last)
 
 
 def recovery(dataset: Signals) -> Recovery | None:
     """Find what the step led to; None without a step, or where contact was not recorded.
 
-    `trapped` is a rotor that has not `recovered`. Of the others, `prevented` is one that never touches after the step.
+    `unstable` is a rotor that diverges without contact, see `stability`, whether there is a step or not; `trapped`
+    is any other that has not `recovered`. Of the rest, `prevented` is one that never touches after the step.
     """
     return recovery_after(dataset, contact_cycles(dataset)[1])
 
@@ -112,6 +116,8 @@ def recovery(dataset: Signals) -> Recovery | None:
 def recovery_after(dataset: Signals, last: float | None) -> Recovery | None:
     """Find what the step led to from the last contact, in cycle `last`, None without any; see `recovery`."""
     free, step = free_after(dataset, last), dataset.attrs.get("step_cycle")
+    if free is False and is_unstable(dataset, last):
+        return "unstable"
     if free is None or step is None:
         return None
     if not free:

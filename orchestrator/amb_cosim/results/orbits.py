@@ -89,7 +89,7 @@ def orbit_largest(dataset: Signals) -> dict[str, float | None]:
 
 
 def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
-    """Return the synchronous amplitude (mm) at each of `moving_places` `before` the change of the run and at its `end`."""
+    """Return the synchronous amplitude (mm) at each of `moving_places`, `before` the change and at the `end`."""
 
     def in_mm(place: str, when: When) -> float | None:
         amplitude = settled_amplitude(dataset, path(dataset, place), when)
@@ -99,7 +99,7 @@ def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
 
 
 def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> float | None:
-    """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change of a run or at its `end`.
+    """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end` of a run.
 
     The change is the step or, without one, ROLAC's beginning; see `series.change`. It is the amplitude of the last
     whole turn of the rotor up to there; None where there is none.

@@ -55,9 +55,12 @@ class Summary:
     first_contact, last_contact
         Cycles of the first and last sample in contact.
     recovered
-        Whether the rotor is free of contact for good.
+        Whether the rotor is stable and free of contact for good; None of a run that broke off, and where there was no
+        step and no contact to recover from.
     recovery
-        What the step led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it.
+        What the step led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it; `unstable` where its
+        orbit grows or its amplifiers stay at their limits, see `stability`, with a step or without. None of any other
+        run without a step, or that broke off.
     rolling_from
         Cycle from which the rotor rolls on a site through a turn of its whirl or more.
     whirl_speed
@@ -137,18 +140,20 @@ class Summary:
             ("synchronous part before the change", self.settled_amplitude["before"], "mm"),
             ("synchronous part at the end", self.settled_amplitude["end"], "mm"),
         ):
-            table.add_row(label, _at_places(values, unit))
+            if any(value is not None for value in values.values()):
+                table.add_row(label, _at_places(values, unit))
         states = dict(zip(self.contact_states, self.contact_share.values(), strict=True))
         sites = {site.upper(): share for site, share in self.site_share.items()}
         shares = states if set(sites) <= set(states) else sites  # the states are those of the bearings alone
-        texts = [f"{name} {100 * share:.1f} %" for name, share in shares.items() if share is not None]
-        table.add_row("contact between step and removal", ", ".join(texts) or "-")
+        texts = [f"{name} {100 * share:.1f} %" for name, share in shares.items() if share]
+        if texts:
+            table.add_row("contact between step and removal", ", ".join(texts))
         first, last = self.first_contact, self.last_contact
         table.add_row("contact", "none" if first is None else f"from cycle {first:.4g} to {last:.4g}")
         if self.recovery is not None:
             table.add_row("outcome", self.recovery)
-        else:
-            table.add_row("recovered", {True: "yes", False: "no", None: "-"}[self.recovered])
+        elif self.recovered is not None:
+            table.add_row("recovered", "yes" if self.recovered else "no")
         if self.rolling_from is not None:
             whirls = ", ".join(f"{at.upper()} {number(w)} rad/s" for at, w in self.whirl_speed.items())
             table.add_row("rolling", f"from cycle {self.rolling_from:.4g}; whirl at the end {whirls}")
@@ -165,6 +170,7 @@ def summarise(dataset: Signals) -> Summary:
     simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
     first, last = contact_history.contact_cycles(dataset)
     sites = contact_history.touchable(dataset)
+    recovered, recovery = _recovery(dataset, first is not None)
     return Summary(
         scenario=dataset.attrs["scenario"],
         flavour=dataset.attrs["flavour"],
@@ -183,8 +189,8 @@ def summarise(dataset: Signals) -> Summary:
         site_share=contact_history.site_share(dataset),
         first_contact=first,
         last_contact=last,
-        recovered=contact_history.recovered(dataset),
-        recovery=contact_history.recovery(dataset),
+        recovered=recovered,
+        recovery=recovery,
         rolling_from=contact_history.rolling_from(dataset),
         whirl_speed={site: contact_history.whirl_at_the_end(dataset, site) for site in sites},
         orbit_before=orbit_before(dataset),
@@ -200,6 +206,16 @@ def summarise(dataset: Signals) -> Summary:
     )
 
 
+def _recovery(dataset: Signals, touched: bool) -> tuple[bool | None, contact_history.Recovery | None]:
+    """Return `recovered` and `recovery` of a summary."""
+    recovered, recovery = contact_history.recovered(dataset), contact_history.recovery(dataset)
+    if recovery == "unstable":
+        return False, recovery
+    if not dataset.attrs["completed"]:
+        return None, None
+    return (recovered if touched or recovery is not None else None), recovery
+
+
 def _at_places(values: AtPlaces, unit: str) -> str:
     return ", ".join(f"{at.upper()} {number(value)} {unit}" for at, value in values.items())
 
@@ -207,7 +223,11 @@ def _at_places(values: AtPlaces, unit: str) -> str:
 def _touchdown_rows(found: Touchdown) -> list[tuple[str, str]]:
     """Return labels and texts of a touchdown, for a table."""
     hits = (f"{hit.site.upper()} {number(hit.impulse)} N s after {number(hit.after)} s" for hit in found.first_impacts)
-    ends = (("the rotor lies still", found.rest_after), ("stands still", found.standstill_after))
+    ends = (
+        ("the rotor lies still", found.rest_after),
+        ("it is free of contact", found.free_after),
+        ("it stands still", found.standstill_after),
+    )
     return [
         ("release", f"{number(found.release)} s from cycle 0"),
         ("drop", ", ".join(f"{bearing.upper()} {number(mm)} mm" for bearing, mm in found.drop.items())),

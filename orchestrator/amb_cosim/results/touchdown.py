@@ -25,6 +25,7 @@ SPUN_UP = 0.95  # of a race's largest speed
 AT_REST = 0.05  # of the clearance: motion that is none
 STANDSTILL = 0.01  # of the speed at release
 LAST_PART = 0.1  # of the time from release on, in which the rotor must be at rest
+LEAST_IMPACT = 1e-6  # of all impulse on the sites: what is less is rounding of a contact that lasts
 
 Direction = Literal["forward", "backward", "none"]
 
@@ -90,11 +91,13 @@ class Touchdown:
     orbit
         Largest radius at the same places from the release on (mm).
     first_impacts
-        The first five steps with impacts.
+        The first five steps with impacts, of a millionth of all impulse on the sites or more.
     retainers
         Each site that was touched.
     rest_after
-        Time after which the rotor stays where it is at the end, within 5 % of the clearance (s).
+        Time after which the rotor lies in contact where it is at the end, within 5 % of the clearance (s).
+    free_after
+        Time of the last contact of a rotor that is free for the last tenth of the time (s).
     standstill_after
         Time after which it turns at less than 1 % of its speed at the release (s).
     """
@@ -105,6 +108,7 @@ class Touchdown:
     first_impacts: tuple[Impact, ...]
     retainers: dict[str, Retainer]
     rest_after: Annotated[float | None, "s"]
+    free_after: Annotated[float | None, "s"]
     standstill_after: Annotated[float | None, "s"]
 
 
@@ -121,7 +125,8 @@ def touchdown(dataset: Signals) -> Touchdown | None:
         orbit={place: _orbit(dataset, place, start) for place in moving_places(dataset)},
         first_impacts=_first_impacts(dataset, start),
         retainers={site: _retainer(dataset, site, start, given) for site in touched},
-        rest_after=_rest(dataset, start, given),
+        rest_after=_rest(dataset, start, given, contact[start:]),
+        free_after=_free(dataset, start, contact[start:]),
         standstill_after=_standstill(dataset, start),
     )
 
@@ -179,13 +184,14 @@ def _orbit(dataset: Signals, place: str, start: int) -> float | None:
 
 
 def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
-    times, found = _times(dataset, start), []
+    times, found, total = _times(dataset, start), [], 0.0
     for site in places(dataset).sites:
         impulse = _after_release(dataset, f"{site}.impulse", start)
         if impulse is not None:
-            hits = np.flatnonzero(impulse > 0.0)[:N_IMPACTS]
-            found += [Impact(site, float(times[k]), float(impulse[k])) for k in hits]
-    return tuple(sorted(found, key=lambda impact: impact.after)[:N_IMPACTS])
+            total += float(impulse.sum()) + (_integral(dataset, f"{site}.f_n", start) or 0.0)
+            found += [Impact(site, float(times[k]), float(impulse[k])) for k in np.flatnonzero(impulse > 0.0)]
+    counted = (impact for impact in found if impact.impulse >= LEAST_IMPACT * total)
+    return tuple(sorted(counted, key=lambda impact: impact.after)[:N_IMPACTS])
 
 
 def _retainer(dataset: Signals, site: str, start: int, given: Mapping[str, Any]) -> Retainer:
@@ -247,18 +253,33 @@ def _race_spin_up(dataset: Signals, site: str, start: int) -> float | None:
     return float(times[np.argmax(speed >= SPUN_UP * speed.max())] - times[np.argmax(mode != FREE)])
 
 
-def _rest(dataset: Signals, start: int, given: Mapping[str, Any]) -> float | None:
-    """Return the time after which the rotor stays in all retainers where it is in the last part of the run."""
-    times = _times(dataset, start)
-    last = times >= (1.0 - LAST_PART) * times[-1]
-    moving = np.zeros(len(times), bool)
-    for bearing, site in places(dataset).bearings.items():
-        clearance, positions = given.get(f"{site}.clearance"), path(dataset, site or bearing)
+def _rest(dataset: Signals, start: int, given: Mapping[str, Any], contact: NDArray[np.bool_]) -> float | None:
+    """Return the time after which the rotor stays in all its retainers where it lies in the last part of the run.
+
+    `contact` is that of each sample from the release on; a rotor without contact levitates.
+    """
+    last, retainers = _last_part(dataset, start), places(dataset).retainers
+    if not contact[last].any() or not retainers:
+        return None
+    moving = np.zeros(len(last), bool)
+    for site in retainers:
+        clearance, positions = given.get(f"{site}.clearance"), path(dataset, site)
         if positions is None or clearance is None:
             return None
         for position in positions[:, start:]:
             moving |= np.abs(position - position[last].mean()) > AT_REST * clearance
-    return None if moving[last].any() else _time_after(times, moving)
+    return None if moving[last].any() else _time_after(_times(dataset, start), moving)
+
+
+def _free(dataset: Signals, start: int, contact: NDArray[np.bool_]) -> float | None:
+    """Return the time of the last contact of a rotor that has none in the last part of the run."""
+    return None if contact[_last_part(dataset, start)].any() else _time_after(_times(dataset, start), contact)
+
+
+def _last_part(dataset: Signals, start: int) -> NDArray[np.bool_]:
+    """Return which samples from the release on are in the last part of the run."""
+    times = _times(dataset, start)
+    return np.asarray(times >= (1.0 - LAST_PART) * times[-1])
 
 
 def _standstill(dataset: Signals, start: int) -> float | None:

@@ -28,6 +28,7 @@ from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.results.places import ATTRIBUTE as PLACES
 from amb_cosim.results.places import CONTROLLER, places_of
 from amb_cosim.results.result import Result
+from amb_cosim.results.stability import LAST_CHANGE
 from amb_cosim.scenario.coupling import PREDICTION, coupling_warning
 from amb_cosim.scenario.plan import ScenarioPlan, plan_scenario
 from amb_cosim.scenario.scenario import Scenario, load_scenario
@@ -284,8 +285,9 @@ def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Samples]:
 
 
 def _landmarks(prepared: Prepared, recorder: Recorder) -> dict[str, Any]:
-    """Return the places of the rotor and the cycles of the labelled events that were reached, as attributes."""
-    plan = prepared.plan
-    reached = {label: n for label, n in plan.marks.items() if n <= recorder.reached}
-    cycles = {f"{label}_cycle": n * plan.step_size / plan.period for label, n in reached.items()}
-    return {PLACES: places_of(prepared.assembly).to_json(), **cycles}
+    """Return the places of the rotor, and the cycles of the labelled events and of the last change, as attributes."""
+    plan, cycle = prepared.plan, prepared.plan.step_size / prepared.plan.period
+    cycles = {f"{label}_cycle": n * cycle for label, n in plan.marks.items() if n <= recorder.reached}
+    changes = (*(n for n, _, _ in plan.events), *(n for n, _ in plan.profile))
+    last = max((n for n in changes if n <= recorder.reached), default=0)
+    return {PLACES: places_of(prepared.assembly).to_json(), **cycles, LAST_CHANGE: last * cycle}

@@ -6,7 +6,7 @@ import math
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.simulation import Outcome
-from amb_cosim.results import contact_forces, contact_history
+from amb_cosim.results import contact_forces, contact_history, stability
 from amb_cosim.results.contact_history import Recovery
 from amb_cosim.results.orbits import orbit_largest
 from amb_cosim.results.places import PLANT, Places, places
@@ -28,7 +28,7 @@ def needed(found: Places) -> tuple[str, ...]:
     """Return patterns of the variables that the key values take."""
     of_sites = (f"{PLANT}.{site}.{name}" for site in found.sites for name in ("f_n*", "impulse", "mode", "whirl_speed"))
     moving = (f"{PLANT}.{place}.[xy]" for place in (*found.bearings, *found.apart))
-    return (f"{PLANT}.contact_state", *of_sites, *moving)
+    return (f"{PLANT}.contact_state", *of_sites, *moving, *stability.needed())
 
 
 def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
@@ -65,8 +65,8 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
 def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
     """Return what a run led to, and why it ended before its time.
 
-    `prevented`, `recovered` or `trapped` where the scenario has a step; otherwise how it ended: `completed`, `stopped`,
-    `failed`.
+    `prevented`, `recovered` or `trapped` where the scenario has a step, `unstable` with or without; otherwise how it
+    ended: `completed`, `stopped`, `failed`.
     """
     if outcome.failure is not None:
         return "failed", outcome.failure

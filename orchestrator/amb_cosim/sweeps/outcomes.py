@@ -9,6 +9,7 @@ COLOURS = {  # of all outcomes, the worst first; empty: not run yet
     "crashed": "#000000",
     "failed": PURPLE,
     "invalid": PURPLE,
+    "unstable": "#882255",
     "trapped": ORANGE,
     "stopped": YELLOW,
     "completed": SKY_BLUE,

@@ -30,11 +30,11 @@ STORE, RUNS = "sweep.zarr", "runs"
 CHUNK = 16384  # points at most that are written together
 LONGEST = 400  # characters of a reason
 DESCRIPTIONS = {
-    "outcome": "prevented, recovered, trapped; completed, stopped; failed, invalid, crashed; empty: not run yet",
+    "outcome": "unstable, trapped, recovered, prevented; completed, stopped; failed, invalid, crashed; empty: not run",
     "reason": "Why a run failed or stopped",
     "seconds": "Wall-clock time of the run",
     "contact": "1 where the rotor touched from cycle 0 on",
-    "recovered": "1 where the rotor is free of contact for good at the end",
+    "recovered": "1 where the rotor is stable and free of contact for good at the end",
     "rolling": "1 where the rotor rolled on a site through a turn of its whirl or more",
     "contact_share": "Share of the time between step and removal in contact",
 }

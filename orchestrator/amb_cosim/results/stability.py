@@ -1,0 +1,89 @@
+"""Whether a levitated rotor diverges: its orbit grows, or its amplifiers are at their limits for good.
+
+Judged is the end of a run, from the last change, the last contact and cycle 0 on; `MIN_CYCLES` at least.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT, places
+from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes
+
+LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event or point of the speed
+MIN_CYCLES = 5.0
+GROWTH = 1.5  # of the mean square from the first to the last third
+NOTICEABLE = 1e-4  # of the least clearance: motion below is none
+STEADY_SPEED = 0.01  # relative change that is none
+LIMITED_SHARE = 0.5  # of the last cycles, beyond which an axis is at its limits for good
+_TESTING = f"{CONTROLLER}.identification_progress"
+
+
+def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
+    """Return whether the rotor diverges at the end of a run whose last contact is in that cycle, None without any."""
+    cycle, end = cycles(dataset), float(cycles(dataset).max(initial=0.0))
+    events = (float(dataset.attrs.get(name, 0.0)) for name in (LAST_CHANGE, "step_cycle", "removal_cycle"))
+    begin = max(0.0, last_contact or 0.0, *(event for event in events if event <= end))
+    if end - begin < MIN_CYCLES:
+        return False
+    return orbit_grows(dataset, cycle > begin) or is_limited(dataset, cycle > end - MIN_CYCLES)
+
+
+def orbit_grows(dataset: Signals, within: NDArray[np.bool_]) -> bool:
+    """Return whether the motion at the bearings grows, and ever faster, as the modes of an unstable loop do.
+
+        s_k = mean(|z(t) - z_1|^2) over third k of the time, z_1 = mean(z) over the first,    summed over the bearings
+        s_3 - s_2 > s_2 - s_1 > 0    and    s_3 > 1.5 s_1
+
+    An orbit on its way to a larger steady one grows ever slower instead. At a speed that changes nothing is said.
+
+    Parameters
+    ----------
+    within
+        Samples that are judged, shape (samples,); without events, contact and test forces.
+    """
+    thirds = [part for part in np.array_split(np.flatnonzero(within), 3) if len(part)]
+    if len(thirds) < 3:
+        return False
+    Omega = speed(dataset) if speed_changes(dataset) else signal(dataset, "speed")
+    if Omega is not None and np.ptp(Omega[within]) > STEADY_SPEED * np.abs(Omega[within]).max():
+        return False
+    if _TESTING in dataset and np.ptp(np.asarray(dataset[_TESTING].values)[within]) > 0.0:
+        return False
+    squares = np.zeros(3)
+    for bearing in places(dataset).bearings:
+        x, y = signal(dataset, f"{bearing}.x"), signal(dataset, f"{bearing}.y")
+        if x is not None and y is not None:
+            z = x + 1j * y
+            squares += [np.mean(np.abs(z[part] - z[thirds[0]].mean()) ** 2) for part in thirds]
+    first, second, third = squares
+    grows = third - second > second - first > 0.0 and third > GROWTH * first
+    return bool(grows and third > (NOTICEABLE * _least_clearance(dataset)) ** 2)
+
+
+def is_limited(dataset: Signals, within: NDArray[np.bool_]) -> bool:
+    """Return whether an axis is cut to its limits in more than half of the samples, all amplifiers being on."""
+
+    def share(label: str) -> float:
+        return float(np.mean(np.asarray(dataset[label].values)[within] != 0)) if label in dataset else 0.0
+
+    axes = [f"{ACTUATOR}.{bearing}.{{}}_{axis}" for bearing in places(dataset).bearings for axis in "xy"]
+    if any(share(axis.format(fault)) > 0.0 for axis in axes for fault in ("amplifier_off", "stuck")):
+        return False
+    limits = [axis.format(name) for axis in axes for name in ("clipped", "voltage_limited")]
+    return any(share(label) > LIMITED_SHARE for label in (*limits, f"{CONTROLLER}.current_limited"))
+
+
+def needed() -> tuple[str, ...]:
+    """Return patterns of the variables that are judged beside the displacements at the bearings."""
+    names = ("clipped", "voltage_limited", "amplifier_off", "stuck")
+    return (*(f"{ACTUATOR}.*.{name}_?" for name in names), f"{CONTROLLER}.current_limited", _TESTING, f"{PLANT}.speed")
+
+
+def _least_clearance(dataset: Signals) -> float:
+    """Return the smallest clearance of the sites (m); 0 where there is none."""
+    given = parameters(dataset)
+    found = (given.get(f"{site}.clearance") for site in places(dataset).sites)
+    return min((float(clearance) for clearance in found if clearance is not None), default=0.0)

@@ -1,0 +1,130 @@
+"""What is said of a loop that diverges, of a run without an event, and of a rotor that is caught again."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from strange_machine import LEVITATION, TOUCHDOWN
+
+import amb_cosim
+from amb_cosim.results.contact_history import recovered, recovery
+from amb_cosim.results.places import Places
+from amb_cosim.results.summary import Summary
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.sweeps.worker import Runner, Task
+
+QUIET = Scenario.load(LEVITATION).changed(event=[], end_cycle=20)
+UNDAMPED = {"rolac_controller.*.c_b_?": 0.0, "rotor_contact.guide.c_b": 0.0}
+TOO_FAST = {"rolac_controller.*.c_b_?": 8000.0}
+NOTHING_TO_TOUCH = {f"rotor_contact.{site}.enabled": False for site in ("catch_n", "catch_s", "labyrinth", "shroud")}
+
+
+def rows(summary: Summary) -> dict[str, str]:
+    labels, texts = (list(column.cells) for column in summary.table().columns)
+    return dict(zip(labels, texts, strict=True))
+
+
+def test_an_undamped_loop_is_unstable_before_it_touches():
+    summary = amb_cosim.run(QUIET.changed(end_cycle=40), set=UNDAMPED).summary
+    assert (summary.first_contact, summary.recovery, summary.recovered) == (None, "unstable", False)
+    assert rows(summary)["outcome"] == "unstable"
+    assert "recovered" not in rows(summary)
+
+
+def test_a_limit_cycle_between_the_current_limits_is_unstable():
+    """Its amplitude is steady; the currents are at their limits most of the time."""
+    result = amb_cosim.run(QUIET.changed(settle_cycles=120), set=TOO_FAST)
+    limited = result.dataset["rolac_controller.current_limited"].values.astype(bool)
+    assert limited.mean() > 0.5
+    assert result.summary.recovery == "unstable"
+
+
+def test_a_run_that_broke_off_has_not_recovered():
+    loose = {"rolac_controller.*.k_b_?": "-0.1 N/um", **NOTHING_TO_TOUCH}
+    result = amb_cosim.run(QUIET.changed(settle_cycles=0), set=loose)
+    assert result.outcome.status == "failed"
+    assert (result.summary.recovered, result.summary.recovery) == (False, "unstable")
+    at_once = amb_cosim.run(QUIET, set={"rolac_controller.*.c_b_?": 3e4, **NOTHING_TO_TOUCH}).summary
+    assert (at_once.recovered, at_once.recovery) == (None, None)
+    assert not {"recovered", "outcome"} & set(rows(at_once))
+
+
+def test_without_event_and_contact_there_is_nothing_to_recover_from():
+    summary = amb_cosim.run(QUIET).summary
+    assert (summary.recovered, summary.recovery) == (None, None)
+    assert "recovered" not in rows(summary)
+    assert [label for label, text in rows(summary).items() if text.rstrip(" -mN,").endswith("-") or "- " in text] == []
+    assert "orbit before the step" not in rows(summary)
+
+
+def test_a_sweep_counts_an_unstable_point_as_such():
+    runner = Runner(Task(QUIET.changed(end_cycle=40)))
+    found = [runner.run(0, settings) for settings in (UNDAMPED, {})]
+    runner.close()
+    assert [(point.outcome, point.metrics["recovered"]) for point in found] == [("unstable", 0.0), ("completed", 1.0)]
+
+
+@pytest.fixture(scope="module")
+def caught() -> Summary:
+    """The fall onto the retainers, with power again after 18 turns."""
+    scenario = Scenario.load(TOUCHDOWN)
+    (off,) = (event.model_dump(exclude_none=True) for event in scenario.event)
+    on = {"label": "removal", "cycle": 20, "set": {"amb_actuator": {"*.amplifier_off_?": False}}}
+    return amb_cosim.run(scenario.changed(event=[off, on], end_cycle=80)).summary
+
+
+def test_a_rotor_that_levitates_again_does_not_lie_still(caught):
+    assert caught.recovery == "recovered"
+    assert caught.touchdown.rest_after is None
+    assert caught.touchdown.free_after == pytest.approx((caught.last_contact - 2.0) / 250.0, abs=1e-4)
+    assert rows(caught)["at last"].startswith("it is free of contact after")
+
+
+def orbit(radius: np.ndarray, **attributes: float) -> xr.Dataset:
+    """Return 20 turns of a free rotor on an orbit of this radius (m)."""
+    cycle = np.linspace(0.0, 20.0, len(radius))
+    z = radius * np.exp(2j * np.pi * cycle)
+    signals = {"north.x": z.real, "north.y": z.imag, "contact_state": np.zeros(len(radius))}
+    return xr.Dataset(
+        {f"rotor_contact.{name}": ("time", values) for name, values in signals.items()},
+        {"time": ("time", cycle * 4e-3), "cycle": ("time", cycle)},
+        {
+            "places": Places({"north": "catch"}, ("catch",)).to_json(),
+            "speed_rad_s": 500.0 * np.pi,
+            "parameters": json.dumps({"rotor_contact": {"catch.clearance": 1e-4}}),
+            **attributes,
+        },
+    )
+
+
+T = np.linspace(0.0, 1.0, 2001)
+
+
+@pytest.mark.parametrize(
+    ("radius", "expected"),
+    [
+        (1e-6 * np.exp(T), "unstable"),
+        (1e-5 + 1e-7 * np.exp(5.0 * T), "unstable"),
+        (1e-9 * np.exp(2.0 * T), None),  # a ten-thousandth of the clearance
+        (1e-5 * (2.0 - np.exp(-3.0 * T)), None),  # on its way to a larger orbit
+        (1e-5 * np.exp(-T), None),
+        (np.full(2001, 1e-5), None),
+    ],
+)
+def test_an_orbit_that_grows_ever_faster_is_unstable(radius, expected):
+    assert recovery(orbit(radius)) == expected
+    assert recovered(orbit(radius)) is (expected is None)
+
+
+def test_growth_counts_from_the_last_change_on():
+    grown = np.where(T < 0.5, 1e-6 * np.exp(8.0 * T), 1e-6 * np.exp(4.0))
+    assert recovery(orbit(grown, last_change_cycle=10.0)) is None
+    assert recovery(orbit(1e-6 * np.exp(T), last_change_cycle=16.0)) is None, "four turns are too few to tell"
+
+
+def test_an_orbit_that_grows_with_the_speed_is_not_unstable():
+    profile = json.dumps([(0.0, 1000.0), (0.08, 1500.0)])
+    assert recovery(orbit(1e-6 * np.exp(T), speed_profile=profile)) is None
