@@ -77,14 +77,16 @@ def write_outputs(p: np.record, axis: np.record, u: np.record, response: AxisRes
         coils = Coils(upper.mean, lower.mean, coils.upper_turns, coils.lower_turns)
     y.force, y.gradient = force(p.force_law, axis, x, coils, p.total_force != 0.0)
     y.reference = x
-    upper_current = axis.static_current + axis.bias_current + upper.current
-    lower_current = axis.bias_current - lower.current
+    # A coil pair that has lost all its turns carries no current, whatever its amplifier is commanded.
+    has_upper, has_lower = 1.0 if u.coil_loss_upper < 1.0 else 0.0, 1.0 if u.coil_loss_lower < 1.0 else 0.0
+    upper_current = has_upper * (axis.static_current + axis.bias_current + upper.current)
+    lower_current = has_lower * (axis.bias_current - lower.current)
     y.upper_current, y.lower_current = upper_current, lower_current
-    y.clipped = 1.0 if response.i_c != demanded_current(axis, u) else 0.0
+    y.clipped = 1.0 if u.amplifier_off == 0.0 and response.i_c != demanded_current(axis, u) else 0.0
     y.saturated = 1.0 if is_beyond_knee(axis, x, coils) else 0.0
-    y.voltage_limited = max(upper.limited, lower.limited)
-    y.upper_voltage = upper.voltage
-    y.lower_voltage = lower.voltage
+    y.voltage_limited = max(has_upper * upper.limited, has_lower * lower.limited)
+    y.upper_voltage = has_upper * upper.voltage
+    y.lower_voltage = has_lower * lower.voltage
     y.copper_loss = axis.resistance * (upper_current * upper_current + lower_current * lower_current)
 
 

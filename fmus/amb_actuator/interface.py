@@ -152,14 +152,15 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
     demand = of_axis("i", "command_voltage")
     off, switches = of_axis("amplifier_off"), of_axis("amplifier_off", "stuck")
     losses = of_axis("coil_loss_upper", "coil_loss_lower")
+    current = (*demand, *losses, *switches)
     # At the start the currents are those of a steady command; nothing is stuck, and no voltage at its limit.
     limits = of_axis("bias_current", "static_current", "current_limit", "resistance", "voltage_limit")
     command = (*demand, *of_axis("amplifier_gain"), *limits, "amplifier")
-    currents = (*command, *off)
-    iron = (*currents, *of_axis("turns", "gap", "b_sat", "knee_width"), f"{b}.{a}", *losses)
+    currents = (*command, *off, *losses)
+    iron = (*currents, *of_axis("turns", "gap", "b_sat", "knee_width"), f"{b}.{a}")
     gradient = (*iron, *of_axis("pole_area", "half_angle", "k_s_measured"), "force_law")
-    by_force: dict[str, object] = {"depends_on": (*demand, f"{b}.{a}", *losses, *switches)}
-    by_current: dict[str, object] = {"depends_on": (*demand, *switches), "starts_from": currents}
+    by_force: dict[str, object] = {"depends_on": (*current, f"{b}.{a}")}
+    by_current: dict[str, object] = {"depends_on": current, "starts_from": currents}
 
     def named(name: str, unit: str, description: str, **options: object) -> Variable:
         return replace(declare("", unit, description, **options), name=f"{b}.{name}")
@@ -205,8 +206,8 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
             "clipped",
             "The demanded current was cut to the coil limits, {}",
             clipped,
-            depends_on=demand,
-            starts_from=command,
+            depends_on=(*demand, *off),
+            starts_from=(*command, *off),
         ),
         flag("saturated", saturated, beyond, starts_from=iron, **by_force),
         flag(

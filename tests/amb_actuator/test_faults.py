@@ -127,10 +127,33 @@ def test_control_current_of_a_half_lost_coil_works_with_what_is_left(bearing, la
     assert (forces[1] - forces[0]) / 2e-3 == pytest.approx(2 * K * (0.25 * 5.57 + 4.43), rel=1e-9)
 
 
-def test_lost_turns_leave_current_and_copper_loss_alone(bearing):
-    faulty, sound = bearing(mb1__coil_loss_upper_x=1.0), bearing()
+def test_turns_lost_in_part_leave_current_and_copper_loss_alone(bearing):
+    faulty, sound = bearing(mb1__coil_loss_upper_x=0.7), bearing()
     for name in ("i_upper", "i_lower", "copper_loss", "v_upper"):
         assert faulty[f"mb1.{name}_x"] == sound[f"mb1.{name}_x"]
+
+
+@amplifiers
+@pytest.mark.parametrize(("lost", "left", "left_current"), [("upper", "lower", 4.43), ("lower", "upper", 5.57)])
+def test_a_coil_pair_without_turns_has_no_current(bearing, amplifier, lost, left, left_current):
+    """Neither at the start nor under a demand of 10 A, with which the controller tries to get its force back."""
+    fault = {f"coil_loss_{lost}_x": 1.0}
+    actuator = bearing({f"mb1.{name}": value for name, value in fault.items()}, amplifier=amplifier)
+    for demand in (0.0, 10.0, -10.0):
+        if demand:
+            step_until_settled(actuator, mb1__i_x=demand)
+        assert [actuator[f"mb1.{name}_{lost}_x"] for name in ("i", "v")] == [0.0, 0.0]
+        current = actuator[f"mb1.i_{left}_x"]
+        assert actuator["mb1.copper_loss_x"] == pytest.approx(R * current**2, rel=1e-12)
+        assert demand or current == pytest.approx(left_current, rel=1e-12)
+
+
+def test_no_demand_is_cut_while_the_amplifiers_are_off(bearing):
+    actuator = step_until_settled(bearing(), 1, mb1__i_x=50.0)
+    assert actuator["mb1.clipped_x"] == 1.0
+    step_until_settled(actuator, 1, mb1__amplifier_off_x=1.0)
+    assert actuator["mb1.clipped_x"] == 0.0
+    assert bearing(mb1__i_x=50.0, mb1__amplifier_off_x=1.0)["mb1.clipped_x"] == 0.0
 
 
 @laws

@@ -99,7 +99,7 @@ def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
 
 
 def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> float | None:
-    """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end` of a run.
+    """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end`.
 
     The change is the step or, without one, ROLAC's beginning; see `series.change`. It is the amplitude of the last
     whole turn of the rotor up to there; None where there is none.
