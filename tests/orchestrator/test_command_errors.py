@@ -71,7 +71,7 @@ RUN = {
     "run fig4_9 --until 0": "until = 0 s is not allowed; it must be > 0 s",
     "run fig4_9 --until -1": "until = -1 s is not allowed",
     "run fig4_9 --until nan": "until = nan s is not allowed",
-    "run fig4_9 --until 0.0001": "whole multiple of the communication step 0.00025 s",
+    "run fig4_9 --until 0.0001": "it must be at least the communication step 0.00025 s",
     "run fig4_9 --until 1e308": "until = 1e+308 s is not allowed; it must be within 2.5e+08 s",
     "run fig4_9 --until 1e15": "until = 1e+15 s is not allowed",
     "run fig4_9 --until 1e-308": "until = 1e-308 s is not allowed",

@@ -203,9 +203,14 @@ def test_a_pattern_sets_all_that_match():
 
 
 def test_end_is_a_whole_number_of_steps():
-    assert plan(until=0.1).last == 400
-    with pytest.raises(ValueError, match=r"until = 0\.1001 s is not allowed; it must be a whole multiple"):
-        plan(until=0.1001)
+    assert (plan(until=0.1).last, plan(until=0.1).notices) == (400, ())
+    rounded = plan(until=0.1001)
+    assert rounded.last == 400
+    assert rounded.notices == (
+        "until = 0.1001 s is no whole number of communication steps of 0.00025 s; the run ends at 0.1 s",
+    )
+    with pytest.raises(ValueError, match=r"until = 0\.0001 s is not allowed; it must be at least"):
+        plan(until=0.0001)
 
 
 def test_parameters_and_inputs_are_told_apart():

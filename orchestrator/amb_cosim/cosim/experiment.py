@@ -215,12 +215,25 @@ def port_of(signal: str, system: System, interfaces: Mapping[str, FmuInterface])
     return component, interfaces[component].ports[variable]
 
 
-def whole_steps(name: str, time: float, h: float) -> int:
-    """Return how many communication steps h (s) a time (s) takes; raises ValueError if it is no whole number."""
+def nearest_steps(name: str, time: float, h: float) -> int:
+    """Return the number of communication steps h (s) nearest to a time (s); raises ValueError if that is none."""
     if not 0.0 < time < math.inf:
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be > 0 s")
     n = nearest_point(name, time, h)
-    if n < 1 or not math.isclose(n * h, time, rel_tol=ROUNDING):
+    if n < 1:
+        raise ValueError(f"{name} = {time:.12g} s is not allowed; it must be at least the communication step {h:g} s")
+    return n
+
+
+def is_on_grid(n: int, time: float, h: float) -> bool:
+    """Return whether n communication steps h (s) take a time (s), but for rounding."""
+    return math.isclose(n * h, time, rel_tol=ROUNDING)
+
+
+def whole_steps(name: str, time: float, h: float) -> int:
+    """Return how many communication steps h (s) a time (s) takes; raises ValueError if it is no whole number."""
+    n = nearest_steps(name, time, h)
+    if not is_on_grid(n, time, h):
         raise ValueError(
             f"{name} = {time:.12g} s is not allowed; it must be a whole multiple of the communication step {h:g} s"
         )

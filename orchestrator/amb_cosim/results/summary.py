@@ -83,7 +83,7 @@ class Summary:
         A sentence for each kind of warning that a component gave: what, where, from when until when. And one if much of
         the contact force's power is beyond the reduction.
     notices
-        What components that replace others do without.
+        What components that replace others do without, and an end of the run that was rounded to whole steps.
     """
 
     scenario: str

@@ -8,7 +8,15 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from amb_cosim.cosim.assignments import Assignments
-from amb_cosim.cosim.experiment import Experiment, InputChange, Plan, Profile, plan_experiment, whole_steps
+from amb_cosim.cosim.experiment import (
+    Experiment,
+    InputChange,
+    Plan,
+    Profile,
+    is_on_grid,
+    nearest_steps,
+    plan_experiment,
+)
 from amb_cosim.cosim.schedules import nearest_point
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.values import Raw, convert
@@ -16,6 +24,7 @@ from amb_cosim.results.places import Places, places_of
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
 from amb_cosim.scenario.scenario import Scenario, positive_speed
+from amb_cosim.scenario.signal_chain import idle_switches
 
 SPEED = "Omega"  # the shared signal whose first value counts the cycles
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
@@ -26,11 +35,13 @@ UNBALANCE = "kg.m"
 class ScenarioPlan(Plan):
     """A scenario on the time grid: cycle 0 begins at time 0, settling comes before it.
 
-    `period` is that of the initial speed (s), `marks` holds the communication points of labelled events.
+    `period` is that of the initial speed (s), `marks` holds the communication points of labelled events, `idle` says
+    which parameters that were set change nothing.
     """
 
     period: float = math.nan
     marks: Mapping[str, int] = field(default_factory=dict)
+    idle: tuple[str, ...] = ()
 
     @property
     def speed(self) -> float:
@@ -70,7 +81,8 @@ def plan_scenario(
     settings
         Values by `component.variable`, or by a signal's name, that replace the scenario's first values.
     until
-        End of the run in s from the beginning of cycle 0, in place of the scenario's.
+        End of the run in s from the beginning of cycle 0, in place of the scenario's. It is rounded to whole steps,
+        which a notice tells.
     recorded
         Patterns of all that is recorded, in place of what the scenario, summary and figures ask for.
 
@@ -108,7 +120,7 @@ def plan_scenario(
         events += [InputChange(moment, name, value, told) for name, value in _scaled(event.set, scenario, values)]
     experiment = Experiment(
         step_size=h,
-        stop_time=scenario.end(period) if until is None else whole_steps("until", until, h) * h,
+        stop_time=scenario.end(period) if until is None else nearest_steps("until", until, h) * h,
         start_time=-scenario.settle_cycles * period,
         events=tuple(events),
         profiles=_speed_profile(scenario, values, period, h),
@@ -119,7 +131,19 @@ def plan_scenario(
         record_settling=scenario.record.settling,
     )
     plan = plan_experiment(experiment, values)
-    return ScenarioPlan(**{f.name: getattr(plan, f.name) for f in fields(Plan)}, period=period, marks=marks)
+    planned = {f.name: getattr(plan, f.name) for f in fields(Plan)}
+    planned["notices"] = (*plan.notices, *_rounded(until, plan))
+    return ScenarioPlan(**planned, period=period, marks=marks, idle=tuple(idle_switches(values, given)))
+
+
+def _rounded(until: float | None, plan: Plan) -> list[str]:
+    """Return a sentence on the end of a run that is no whole number of steps."""
+    h, n = plan.step_size, plan.last
+    if until is None or is_on_grid(n, until, h):
+        return []
+    return [
+        f"until = {until:.12g} s is no whole number of communication steps of {h:g} s; the run ends at {n * h:.9g} s"
+    ]
 
 
 def _essential(places: Places) -> tuple[str, ...]:

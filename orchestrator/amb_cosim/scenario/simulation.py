@@ -31,6 +31,7 @@ from amb_cosim.results.result import Result
 from amb_cosim.results.stability import LAST_CHANGE
 from amb_cosim.scenario.coupling import PREDICTION, coupling_warning
 from amb_cosim.scenario.plan import ScenarioPlan, plan_scenario
+from amb_cosim.scenario.power import with_power
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 
 
@@ -254,14 +255,14 @@ def labelled(prepared: Prepared, recording: Recording) -> Result:
     scenario, plan = prepared.scenario, prepared.plan
     signals = to_signals(recording)
     sentence = _coupling_warning(prepared)
-    warned = [*warnings_of(signals), *([WarningRecord("coupling", "", sentence, sentence)] if sentence else [])]
+    idle = [WarningRecord("parameters", "", told, told) for told in plan.idle]
+    warned = [*idle, *warnings_of(signals), *([WarningRecord("coupling", "", sentence, sentence)] if sentence else [])]
     attributes: dict[str, Any] = {
         "scenario": scenario.name,
         "description": scenario.description,
         "source": scenario.source,
         "speed_rad_s": plan.speed,
         "period_s": plan.period,
-        WARNINGS: to_json(warned),
         **_landmarks(prepared, recording.recorder),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }
@@ -273,7 +274,8 @@ def labelled(prepared: Prepared, recording: Recording) -> Result:
         attributes["plot_figures"] = json.dumps(scenario.plot.figures)
     coordinates = _coordinates(plan, signals["time"].values)
     table = SignalTable(signals.variables, coordinates, {**signals.attrs, **attributes})
-    return Result(table, recording.outcome)
+    told = {**table.attrs, WARNINGS: to_json(with_power(warned, table))}
+    return Result(SignalTable(table.variables, table.coordinates, told), recording.outcome)
 
 
 def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Samples]:

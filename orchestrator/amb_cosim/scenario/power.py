@@ -1,0 +1,41 @@
+"""Warnings on currents that no amplifier is there to carry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.warnings import WarningRecord
+from amb_cosim.results.places import ACTUATOR, CONTROLLER, places
+
+DEMAND = (CONTROLLER, "current_limited")
+
+
+def with_power(warned: Iterable[WarningRecord], dataset: Signals) -> list[WarningRecord]:
+    """Return warnings of a run, that of a controller's demand at its limit for the time in which it has a hearer alone.
+
+    With the amplifiers of all axes off the demand says nothing; it is left out where there is no other time.
+    """
+    return [
+        left
+        for record in warned
+        for left in ([record] if (record.component, record.variable) != DEMAND else _heard(record, dataset))
+    ]
+
+
+def _heard(warned: WarningRecord, dataset: Signals) -> list[WarningRecord]:
+    axes = [f"{ACTUATOR}.{bearing}.amplifier_off_{axis}" for bearing in places(dataset).bearings for axis in "xy"]
+    label = ".".join(DEMAND)
+    if label not in dataset or not any(axis in dataset for axis in axes):
+        return [warned]
+    off = [np.asarray(dataset[axis].values, bool) for axis in axes if axis in dataset]
+    times = np.asarray(dataset["time"].values, np.float64)
+    true = (np.asarray(dataset[label].values) != 0) & ~(np.all(off, axis=0) & (len(off) == len(axes)))
+    if warned.first is not None and len(times) and warned.first < times[0]:
+        return [warned]
+    if not true.any():
+        return []
+    return [replace(warned, first=float(times[true][0]), last=float(times[true][-1]), share=float(np.mean(true)))]

@@ -1,0 +1,60 @@
+"""What is asked for and cannot be done as asked is told, and nothing is that does not count."""
+
+from __future__ import annotations
+
+import pytest
+from strange_machine import LEVITATION, TOUCHDOWN
+
+import amb_cosim
+from amb_cosim.scenario.scenario import Scenario
+
+LOW = {"rolac_controller.*.i_max_?": "0.6 A", "rolac_controller.*.i_min_?": "-0.6 A"}
+SHORT = Scenario.load(LEVITATION).changed(event=[], end_cycle=2, settle_cycles=1)
+
+
+def test_an_end_off_the_grid_is_rounded_and_told():
+    result = amb_cosim.run(SHORT, until=0.00501)
+    assert result.outcome.time == pytest.approx(0.005)
+    (notice,) = result.summary.notices
+    assert notice == "until = 0.00501 s is no whole number of communication steps of 5e-05 s; the run ends at 0.005 s"
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        (
+            {"chain.delay": True},
+            "rolac_controller.chain.delay = true changes nothing while rolac_controller.chain.preset = ideal",
+        ),
+        ({"chain.preset": "rig", "chain.adc": False}, "rolac_controller.chain.adc = false changes nothing"),
+        ({"chain.preset": "custom", "chain.delay": True}, None),
+        ({"chain.preset": "rig", "chain.delay": True}, None),
+        ({"chain.delay": False}, None),
+        ({}, None),
+    ],
+)
+def test_a_switch_of_the_chain_that_changes_nothing_is_told_first(settings, told):
+    chosen = {f"rolac_controller.{name}": value for name, value in settings.items()}
+    warnings = amb_cosim.run(SHORT, set=chosen).summary.warnings
+    idle = [warning for warning in warnings if "changes nothing" in warning]
+    assert idle == ([] if told is None else warnings[:1])
+    assert told is None or warnings[0].startswith(told)
+
+
+def limited(warnings: list[str]) -> list[str]:
+    return [warning for warning in warnings if "current_limited" in warning]
+
+
+def test_a_demand_that_no_amplifier_hears_is_no_warning():
+    """All amplifiers go off at cycle 2; the rotor falls out of the reach of 0.6 A after that."""
+    fall = Scenario.load(TOUCHDOWN).changed(end_cycle=6)
+    result = amb_cosim.run(fall, set=LOW)
+    assert result.dataset["rolac_controller.current_limited"].values.any()
+    assert limited(result.summary.warnings) == []
+
+
+def test_a_demand_that_one_amplifier_hears_is_a_warning():
+    event = {"cycle": 2, "set": {"amb_actuator": {"north.amplifier_off_?": True}}}
+    fall = Scenario.load(TOUCHDOWN).changed(end_cycle=6, event=[event])
+    result = amb_cosim.run(fall, set=LOW)
+    assert len(limited(result.summary.warnings)) == 1
