@@ -31,6 +31,7 @@ add_study(
     click.option("--up-to", default="500 rad/s", show_default=True, help="Highest spin speed; also in Hz."),
     click.option("--unbalance", default="0.5 g.m", show_default=True, help="Unbalance on D1."),
 )
+add_study("coupling_error", FLAVOUR)
 add_study(
     "contact_laws",
     click.option("--speed", default="0.1 m/s", show_default=True, help="Speed of approach."),

@@ -94,7 +94,7 @@ def test_response_data_grow_with_the_unbalance(runner, tmp_path):
         assert runner("study", "unbalance_response", *arguments).exit_code == 0
         data = json.loads((tmp_path / "out" / "unbalance_response.json").read_text())
         assert data["node"] == 10
-        assert set(data["places"]) == {"mb1", "mb2", "end at z = 0 m", "end at z = 1.948 m"}
+        assert set(data["places"]) == {"mb1", "mb2", "eb1", "eb2"}
         peaks.append(max(data["places"]["mb2"]["amplitude_m"]))
     assert peaks[1] == pytest.approx(2.0 * peaks[0])
 

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rig import ACTUATOR, AXES, CONTROLLER
+from rig import AXES
 
 from amb_cosim.design.plant_data import plant
-from amb_cosim.studies.injection import PEAK, multi_sines, schroeder_phases, settling_samples
+from amb_cosim.design.rotor_models import actuator, controller
+from amb_cosim.studies.injection import multi_sines, schroeder_phases, settling_samples
 from amb_cosim.studies.linear_loop import (
     LinearLoop,
     amplifier_system,
@@ -22,25 +23,33 @@ from amb_cosim.studies.linear_loop import (
 )
 from amb_cosim.studies.stability_margin import zone
 from rotor_analysis.assembly import assemble
+from rotor_analysis.parts import Bearing, Disc, Sensor
 from rotor_analysis.reduction import msdc
+from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
 
 FREQUENCIES = np.array([0.5, 3.0, 11.9, 20.0, 47.0, 150.0, 348.0, 700.0])
 
 
-def loop(Omega: float = 90.0, sample_time: float = 250e-6, delay: int = 0, **changes: float) -> LinearLoop:
+def loop(
+    Omega: float = 90.0,
+    sample_time: float = 250e-6,
+    delay: int = 0,
+    rotor: Rotor | None = None,
+    **changes: float,
+) -> LinearLoop:
     """The loop with the FMUs' start values; `c_b=3e3` changes it in every axis of whichever FMU has it."""
-    tables = {
-        "rotor_contact": plant()[0].interface,
-        "amb_actuator": ACTUATOR.interface,
-        "rolac_controller": CONTROLLER.interface,
-    }
+    rotor = rotor or load_rotor()
+    models = {"rotor_contact": plant(rotor), "amb_actuator": actuator(rotor), "rolac_controller": controller(rotor)}
+    tables = {name: model.interface for name, (model, _) in models.items()}
     parameters: dict[str, Any] = {
         name: {p.name: changes.get(p.name.split(".")[-1].removesuffix("_x").removesuffix("_y"), p.start) for p in of}
         for name, of in ((name, table.of("parameter")) for name, table in tables.items())
     }
-    parameters["rotor_contact"] |= {f"{bearing}.{name}": 0.0 for bearing in ("mb1", "mb2") for name in ("k_b", "c_b")}
-    return LinearLoop(parameters, Omega, sample_time, delay)
+    bearings = [bearing.name for bearing in rotor.bearings]
+    parameters["rotor_contact"] |= {f"{bearing}.{name}": 0.0 for bearing in bearings for name in ("k_b", "c_b")}
+    return LinearLoop(parameters, Omega, sample_time, delay, rotor)
 
 
 def continuous(Omega: float, frequencies: np.ndarray, lag: float, bandwidth: float = math.inf) -> np.ndarray:
@@ -126,6 +135,57 @@ def test_static_sensitivity_is_that_of_the_stiffnesses() -> None:
     np.testing.assert_allclose(np.abs(S), k_s / 1e6, rtol=2e-3)
 
 
+# A shaft that does not bend, held in planes that its sensors are not in.
+HELD, SEEN = (0.3, 0.9), (0.1, 1.1)  # m
+
+
+def stiff_machine() -> Rotor:
+    shaft = Shaft(nodes=(0.0, *HELD, 1.2), diameter=(0.05,), youngs_modulus=1e15, density=7800.0, poissons_ratio=0.3)
+    return Rotor(
+        "stiff",
+        shaft,
+        bodies=(Disc(name="drum", mass=40.0, radius=0.1, width=0.3, z=0.55),),
+        bearings=tuple(Bearing(name=name, z=z) for name, z in zip(("drive", "free"), HELD, strict=True)),
+        sensors=tuple(Sensor(name=name, z=z) for name, z in zip(("left", "right"), SEEN, strict=True)),
+        reduction=ReductionOptions(method="craig_bampton", masters=(2, 3), modes=0),
+    )
+
+
+def test_sensors_beside_the_bearings_close_the_loop() -> None:
+    """A stiff shaft on two negative springs tilts as its bearings do: x_s = T x_b, x_b = -F/K_s, F = -(K_b + K_s) x_s.
+
+    Near standstill S = [1 - (1 + K_b/K_s) T]^-1, and T is not 1 where sensors are not in the planes of the bearings.
+    """
+    k_b = 3e6
+    case = loop(0.0, rotor=stiff_machine(), k_b=k_b)
+    k_s, _ = bearing_constants(case, 0)
+    (a, b), seen = HELD, np.array(SEEN)
+    T = np.array([(b - seen) / (b - a), (seen - a) / (b - a)]).T
+    expected = np.diag(np.linalg.inv(np.eye(2) - (1.0 + k_b / case.of_axis("rolac_controller", 0, "k_s")) * T))
+    assert np.abs(T - np.eye(2)).max() > 0.3
+    found = diagonal_response(sensitivity_system(case), np.array([1e-2]))[::2, 0]
+    np.testing.assert_allclose(found, expected, rtol=2e-3)
+    assert k_s == pytest.approx(case.of_axis("rolac_controller", 0, "k_s"), rel=1e-4)
+
+
+def test_axis_without_static_current_has_the_stiffness_of_its_bias_alone() -> None:
+    """K_s of (2.8) with I_s = 0 is less than that of an axis that carries weight; each axis has its own."""
+    carrying, bare = bearing_constants(loop(), 0), bearing_constants(loop(static_current=0.0), 0)
+    bias, static = 4.43, 1.14
+    assert bare[0] / carrying[0] == pytest.approx(2.0 * bias**2 / ((bias + static) ** 2 + bias**2), rel=1e-4)
+    assert bare[1] / carrying[1] == pytest.approx(2.0 * bias / (2.0 * bias + static), rel=1e-4)
+
+
+def test_direct_gains_close_the_loop_where_they_are_chosen() -> None:
+    """With `pid.direct` the law has k_p and k_d in place of K_b + K_s and C_b."""
+    k_s = loop().of_axis("rolac_controller", 0, "k_s")
+    assumed, direct = (
+        diagonal_response(controller_system(loop(**change)), FREQUENCIES)
+        for change in ({"k_b": 0.5e6, "c_b": 3e3}, {"direct": 1.0, "k_p": 0.5e6 + k_s, "k_d": 3e3})
+    )
+    np.testing.assert_allclose(direct, assumed, rtol=1e-12)
+
+
 def test_integral_action_takes_static_loads_over() -> None:
     S = diagonal_response(sensitivity_system(loop(k_integral=1e6)), np.array([1e-4, 1e-3]))
     np.testing.assert_allclose(np.abs(S[:, 1] / S[:, 0]), 10.0, rtol=0.01)
@@ -175,7 +235,7 @@ def test_injected_lines_interleave_and_fill_the_range() -> None:
     for own, spectrum in zip(lines, spectra, strict=True):
         assert np.ptp(spectrum[own]) < 1e-9 * spectrum[own].max()
         assert np.delete(spectrum, own).max() < 1e-9 * spectrum[own].max()
-    np.testing.assert_allclose(np.abs(signals).max(axis=1), PEAK)
+    np.testing.assert_allclose(np.abs(signals).max(axis=1), 1.0)
 
 
 def test_schroeder_phases_keep_the_peak_low() -> None:

@@ -48,8 +48,9 @@ STUDIES = [
 SLOW = [
     *((name, "", OF_THE_RIG) for name in OF_A_ROTOR),
     ("linearisation", "2376.96 N/mm, 563.15 N/A", has_data),
-    ("sensitivity", "zone D (ISO 14839-3: A below 3, B below 4, C below 5)", has_data),
-    ("coupling", "nonlinear law", has_data),
+    ("sensitivity --speed '90 rad/s'", "zone D (ISO 14839-3: A below 3, B below 4, C below 5)", has_data),
+    ("coupling", "Jacobi, predicting", has_data),
+    ("coupling_error", "nonlinear law", has_data),
     ("reduction --up-to '20 rad/s'", "not those of a coarser mesh of the same rotor", stands_beside_the_print),
     ("recovery --steps '20 g.m' --instants 1", "", frees_by_contact_aware_control),
 ]
@@ -72,6 +73,6 @@ def test_study_writes_its_figure_and_its_data(runner, check_picture, tmp_path, c
 
 
 def test_studies_of_the_rig_take_no_rotor_file(runner):
-    result = runner("study", "linearisation", "--rotor", "pump.toml")
+    result = runner("study", "test_force", "--rotor", "pump.toml")
     assert result.exit_code == 2
     assert "No such option" in result.stderr

@@ -1,6 +1,6 @@
 """The levitated rotor with contact, integrated as a whole: the reference for the co-simulation.
 
-Between samples the system is that of `amb_cosim.studies.monolithic`, and
+Between samples the system is that of `bath_thesis.studies.monolithic`, and
 
     M r'' + .. = .. - B n N
     closed site k: Re(conj(n_k) r_k'') = -|r_k'|^2 / c with n_k = r_k / |r_k|, or N_k = 0 if it is open
@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from amb_cosim.studies.monolithic import BEARINGS, Levitation, MonolithicSystem
+from bath_thesis.studies.monolithic import BEARINGS, Levitation, MonolithicSystem
 
 CLEARANCE = 0.75e-3
 

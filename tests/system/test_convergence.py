@@ -21,7 +21,7 @@ def studied() -> list[dict[str, Any]]:
     from dataclasses import replace
 
     from amb_cosim.presentation.json_data import json_data
-    from amb_cosim.studies.coupling_convergence import compare, comparisons
+    from bath_thesis.studies.coupling_convergence import compare, comparisons
 
     return [json_data(compare(replace(c, steps=(125e-6, 62.5e-6, 31.25e-6)), duration=0.05)) for c in comparisons()]
 

@@ -14,7 +14,7 @@ import pytest
 from monolithic import CLEARANCE, orbit_with_contact
 from slow import slow_but_first
 
-from amb_cosim.studies.monolithic import Levitation, free_orbit
+from bath_thesis.studies.monolithic import Levitation, free_orbit
 
 SCENARIO = """
 description = "An unbalanced rotor from rest"
@@ -85,9 +85,9 @@ def orders() -> list[dict[str, Any]]:
 
     At 50 and 250 us the controller does not predict, at last it does.
     """
+    from amb_cosim.cosim.system_tables import Record
     from amb_cosim.scenario.scenario import load_scenario
     from amb_cosim.scenario.simulation import prepare, run_prepared
-    from amb_cosim.studies.coupling_orders import RECORDED
 
     found = []
     plain = {"rolac_controller.prediction_time": 0.0}
@@ -98,7 +98,7 @@ def orders() -> list[dict[str, Any]]:
         ({"coupling": "jacobi", "communication_step": "250 us"}, plain),
         ({"coupling": "jacobi", "communication_step": "250 us"}, {}),
     ]:
-        scenario = load_scenario("fig4_9").changed(**change).model_copy(update={"record": RECORDED})
+        scenario = load_scenario("fig4_9").changed(**change).model_copy(update={"record": Record()})
         result = run_prepared(prepare(scenario, settings))
         summary = result.summary
         warnings = [text for text in summary.warnings if "Jacobi" in text]

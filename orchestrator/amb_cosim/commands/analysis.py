@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 MASS = click.option(
     "--mass", type=click.Choice(["diagonal", "consistent"]), help="Mass matrix; by default as the rotor file says."
 )
+SCENARIO = click.argument("scenario", required=False)
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
 UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
 UP_TO_50_HZ = click.option("--up-to", default="50 Hz", show_default=True, help="Highest speed; also in rad/s.")
@@ -102,12 +103,12 @@ add_study(
     UP_TO,
     click.option("--unbalance", default="10 g.m", show_default=True, help="Unbalance."),
     click.option("--node", type=int, help="Its node; the first disc by default."),
-    click.option("--clearance", default="0.75 mm", show_default=True, help="Radial clearance, drawn as a line."),
+    click.option("--clearance", help="Radial clearance everywhere; that of the rotor's sites by default."),
 )
-add_study("coupling", FLAVOUR)
+add_study("coupling", SCENARIO, ROTOR, SETTINGS, FLAVOUR)
 add_study(
     "convergence",
-    click.argument("scenario", required=False),
+    SCENARIO,
     ROTOR,
     SETTINGS,
     click.option(
@@ -118,17 +119,23 @@ add_study(
 )
 add_study(
     "sensitivity",
-    click.option("--speed", default="90 rad/s", show_default=True, help="Spin speed; also in Hz."),
+    SCENARIO,
+    ROTOR,
+    click.option("--speed", help="Spin speed; that of the scenario by default."),
     click.option("--amplifier", is_flag=True, help="Amplifiers with bandwidth and voltage limit."),
     click.option("--delay", is_flag=True, help="Delay currents by one sample."),
-    click.option("--sample-time", default="250 us", show_default=True, help="Sample time of the controller."),
+    click.option("--sample-time", help="Sample time of the controller; that of the scenario by default."),
     SETTINGS,
     FLAVOUR,
 )
 add_study(
     "linearisation",
-    click.option("--bias-current", default="4.43 A", show_default=True, help="Bias current of the coils."),
-    click.option("--static-current", default="1.14 A", show_default=True, help="Current that carries the static load."),
+    SCENARIO,
+    ROTOR,
+    click.option("--axis", metavar="BEARING.x|y", help="Axis; the first one by default."),
+    click.option("--bias-current", help="Bias current of the coils; that of the axis by default."),
+    click.option("--static-current", help="Current that carries the static load; that of the axis by default."),
+    SETTINGS,
 )
 add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
 add_study(

@@ -79,15 +79,27 @@ def filter_response(cutoff: float, omega: float, sample_time: float) -> complex:
     return complex((1.0 - decay - new + new * z) / (z - decay))
 
 
+def sensor_matrix(parameters: Parameters) -> Array:
+    """Return what the sensors show over the displacements in their planes, shape (n_sensors, n_sensors) (1).
+
+    A sensor has its scale, and one beside its plane sees the others too (`sensors.plane_weight`).
+    """
+    planes = range(len(parameters.plane_positions))
+    weights = np.array([[plane_weight(parameters, p, q) for q in planes] for p in planes])
+    return np.asarray(parameters.sensor_scales[:, np.newaxis] * np.kron(weights, np.eye(2)), dtype=np.float64)
+
+
+def axis_matrix(parameters: Parameters) -> Array:
+    """Return what the sensor of each axis shows over the displacements in all planes, shape (n_axes, n_sensors) (1)."""
+    return sensor_matrix(parameters)[np.asarray(parameters.sensor_of_axis, dtype=np.intp)]
+
+
 def sensor_response(parameters: Parameters, omega: float) -> Complex:
     """Return F, the measured over the true vibration at omega (rad/s), shape (n_sensors, n_sensors)."""
-    own, planes = parameters.own[0], range(len(parameters.plane_positions))
-    weights = np.array([[plane_weight(parameters, p, q) for q in planes] for p in planes])
-    mixed = parameters.sensor_scales[:, np.newaxis] * np.kron(weights, np.eye(2))
-    passed = 1.0 + 0j
+    own, passed = parameters.own[0], 1.0 + 0j
     if is_on(own.chain.preset, own.chain.filter):
         passed = filter_response(own.chain.cutoff, omega, own.sample_time)
-    return np.asarray(mixed * passed, dtype=np.complex128)
+    return np.asarray(sensor_matrix(parameters) * passed, dtype=np.complex128)
 
 
 def controller_response(parameters: Parameters, omega: float) -> Complex:

@@ -20,6 +20,10 @@ from amb_files.atomic import write_atomically
 from amb_files.pack_file import default
 from amb_files.toml import parse_toml, validate
 
+_MACHINE = (  # fields that say what runs, and how it is set
+    *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "communication_step"),
+)
+
 FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy", "touchdown"]
 
 
@@ -153,6 +157,14 @@ class Scenario(Table):
             If a field does not exist or a value is not allowed.
         """
         return make_scenario(overlaid(self._data(), fields), self.name)
+
+    def machine(self, **fields: Any) -> Scenario:
+        """Return a scenario of the same machine and parameters, with `fields` in place of what happens in this one.
+
+        It is a second without settling unless they say otherwise.
+        """
+        kept = {key: value for key, value in self._data().items() if key in _MACHINE}
+        return make_scenario(overlaid(kept, {"settle_cycles": 0, "end_time": 1.0} | fields), self.name)
 
     def save(self, path: str | Path) -> Path:
         """Write the scenario as a TOML file that `load` reads, paths in it relative to the file; return its path."""

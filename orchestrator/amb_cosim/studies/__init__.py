@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from amb_cosim.studies.bearing_axis import linearisation as linearisation
     from amb_cosim.studies.campbell_diagram import campbell as campbell
     from amb_cosim.studies.contact_convergence import convergence as convergence
-    from amb_cosim.studies.coupling_convergence import coupling as coupling
+    from amb_cosim.studies.coupling_order import coupling as coupling
     from amb_cosim.studies.natural_modes import modes as modes
     from amb_cosim.studies.natural_modes import natural_frequencies as natural_frequencies
     from amb_cosim.studies.receptance_identification import identify as identify
@@ -56,8 +56,8 @@ _OWN = {
     "modes": Study(".natural_modes", "Mode shapes with their orbits."),
     "unbalance_response": Study(".unbalance_over_speed", "Amplitude and phase over speed under unbalance at a node."),
     "coupling": Study(
-        ".coupling_convergence",
-        "Convergence of the co-simulation over the communication step, and what the order of the master does to a run.",
+        ".coupling_order",
+        "What the order of the master and its communication step do to orbit, outcome and cost of a scenario.",
     ),
     "convergence": Study(
         ".contact_convergence",

@@ -1,22 +1,30 @@
-"""Study of one axis of the magnetic bearing: constants off the centre, linear range, load capacity, speed."""
+"""Study of one axis of a magnetic bearing: constants off the centre, linear range, load capacity, speed."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, ClassVar
 
 import numpy as np
 
 from amb_actuator.force import pull
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.values import Raw, quantity
 from amb_cosim.design import magnetic_bearing
 from amb_cosim.presentation.text_tables import TextPart, text_table
-from amb_cosim.studies.inputs import Number, positive
+from amb_cosim.results.places import PLANT
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare
+from amb_cosim.studies.inputs import Number, positive, rotor_of
+from amb_cosim.studies.linear_loop import linear_loop
 from amb_cosim.studies.result import DrawnResult
+from amb_files.suggestions import suggest
 from fmi_export.model import Array
-from rotor_analysis.rotor_file import load_rotor
+from rolac_controller.control_loop import LoopAxis
 
 TOLERANCE = 0.05  # of the linear law
+EDGE = 1e-3  # of the air gap, that is left where no retainer ends the motion
 POINTS = 61  # in each direction of a map
 LOADS = np.linspace(0.0, 1.0 - 1e-6, 61)  # of the largest that the axis can carry; there, more current adds nothing
 FREQUENCIES = np.geomspace(1.0, 1e4, 121)  # Hz
@@ -83,7 +91,7 @@ class OperatingMap:
     """Properties over the operating point.
 
     x, i_c
-        Displacements up to the retainer bearing (m), shape (m,), and control currents (A), shape (n,).
+        Displacements up to the retainer (m), shape (m,), and control currents (A), shape (n,).
     k_s, k_i
         Negative stiffness (N/m) and current stiffness (N/A), shape (n, m).
     linear_error
@@ -99,8 +107,10 @@ class OperatingMap:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BearingAxis(DrawnResult):
-    """What one axis of the magnetic bearing can do.
+    """What one axis of a magnetic bearing can do.
 
+    axis
+        Name of the axis, bearing and direction.
     bias_current, static_current
         Currents of the coils (A).
     k_s, k_i
@@ -125,6 +135,7 @@ class BearingAxis(DrawnResult):
 
     name: ClassVar[str] = "linearisation"
 
+    axis: str
     bias_current: Annotated[float, "A"]
     static_current: Annotated[float, "A"]
     k_s: Annotated[float, "N/m"]
@@ -154,31 +165,51 @@ class BearingAxis(DrawnResult):
                 f"{own.up:.0f} N up, {own.down:.0f} N down, above a static load of {own.static_load:.0f} N"
             ),
         }
-        title = f"One axis, {self.bias_current:g} A bias and {self.static_current:g} A static current"
+        title = f"{self.axis}, {self.bias_current:g} A bias and {self.static_current:g} A static current"
         table = text_table(title, ("property", "value"), rows.items(), left=("property", "value"))
         table.show_header = False
         return [table]
 
 
-def linearisation(bias_current: Number = "4.43 A", static_current: Number = "1.14 A") -> BearingAxis:
+def linearisation(
+    scenario: str | Path | None = None,
+    *,
+    rotor: str | Path | None = None,
+    axis: str | None = None,
+    bias_current: Number | None = None,
+    static_current: Number | None = None,
+    set: Mapping[str, Raw] | None = None,
+) -> BearingAxis:
     """Return K_s and K_i of a bearing axis over (x, I_c), its linear range, load capacity, slew rate and bandwidth.
 
     Parameters
     ----------
+    scenario
+        Name of a scenario of a pack, or a TOML file, whose machine and parameters are taken; the start values of the
+        actuator without.
+    rotor
+        Name of a rotor of a pack, or rotor file, in place of the scenario's.
+    axis
+        Bearing and direction, `left.x`; the first axis by default.
     bias_current
-        Bias current of the coils (A), or a text with its unit.
+        Bias current of the coils (A), or a text with its unit, in place of the axis's own.
     static_current
-        Current that carries the static load (A), or a text with its unit.
+        Current that carries the static load (A), or a text with its unit, in place of the axis's own.
+    set
+        Values of parameters by `component.variable`, numbers or texts with units; they need a scenario.
 
     Raises
     ------
     ValueError
-        If the currents leave no control current of both signs.
+        If there is no such axis, or the currents leave no control current of both signs.
     """
-    p = magnetic_bearing.axis_parameters(
-        bias_current=positive(bias_current, "A", "bias-current"),
-        static_current=quantity(static_current, "A", "static-current"),
-    )
+    chosen, own, clearance = _axis_of(scenario, rotor, axis, set or {})
+    currents: dict[str, float] = {}
+    if bias_current is not None:
+        currents["bias_current"] = positive(bias_current, "A", "bias-current")
+    if static_current is not None:
+        currents["static_current"] = quantity(static_current, "A", "static-current")
+    p = magnetic_bearing.axis_parameters(chosen.bearing, chosen.direction, **(own | currents))
     largest = float(magnetic_bearing.current_amplitude(p, 0.0))
     if not largest > 0.0:
         raise ValueError(
@@ -192,6 +223,7 @@ def linearisation(bias_current: Number = "4.43 A", static_current: Number = "1.1
         for i in (share * largest for share in AMPLITUDES)
     )
     return BearingAxis(
+        axis=chosen.name,
         bias_current=float(p.bias_current),
         static_current=float(p.static_current),
         k_s=k_s,
@@ -203,8 +235,39 @@ def linearisation(bias_current: Number = "4.43 A", static_current: Number = "1.1
         full_swing=full_swing,
         bandwidth=ForceBandwidth(FREQUENCIES, _force_amplitude(p, magnetic_bearing.current_amplitude(p, FREQUENCIES))),
         load=_load_capacity(p),
-        map=_operating_map(p),
+        map=_operating_map(p, clearance),
     )
+
+
+def _axis_of(
+    scenario: str | Path | None, rotor: str | Path | None, axis: str | None, settings: Mapping[str, Raw]
+) -> tuple[LoopAxis, dict[str, float], float]:
+    """Return an axis, its parameters as far as a scenario gives them, and how far the rotor can move there (m).
+
+    That is the clearance of its retainer, or without one the air gap, in which the force law holds.
+    """
+    if scenario is None and settings:
+        raise ValueError(f"{next(iter(settings))} is set, but of no scenario; name one")
+    loop = None
+    description = rotor_of(rotor)
+    values: Mapping[str, float] = {}
+    if scenario is not None:
+        given = load_scenario(str(scenario)).machine()
+        if rotor is not None:
+            given = given.model_copy(update={"rotor": str(rotor)})
+        loop = linear_loop(prepare(given, settings))
+        description, values = loop.rotor, loop.parameters[PLANT]
+    axes = [LoopAxis(b.name, direction, "") for b in description.bearings for direction in "xy"]
+    names = [one.name for one in axes]
+    if axis is not None and axis not in names:
+        raise ValueError(f"axis = {axis} is not allowed; {suggest(axis, names)}")
+    k = 0 if axis is None else names.index(axis)
+    record = None if loop is None else loop.bearing_axis(k)
+    own = {} if record is None else {name: float(record[name]) for name in record.dtype.names or ()}
+    retainers = [site for site in description.sites if site.bearing == axes[k].bearing]
+    gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **own).gap)
+    clearances = [values.get(f"{site.name}.clearance", site.clearance) for site in retainers]
+    return axes[k], own, min([*clearances, (1.0 - EDGE) * gap])
 
 
 def _force_amplitude(p: np.record, i_c: Array | float) -> Array:
@@ -232,9 +295,8 @@ def _load_capacity(p: np.record) -> LoadCurves:
     )
 
 
-def _operating_map(p: np.record) -> OperatingMap:
-    """Return K_s, K_i and the error of the linear law over displacement and control current."""
-    clearance = load_rotor().sites[0].clearance
+def _operating_map(p: np.record, clearance: float) -> OperatingMap:
+    """Return K_s, K_i and the error of the linear law over displacement, up to a clearance (m), and control current."""
     x, i_c = np.linspace(-clearance, clearance, POINTS), np.linspace(*magnetic_bearing.current_range(p), POINTS)
     slopes = magnetic_bearing.linearisation(p, x[None, :], i_c[:, None])
     error = magnetic_bearing.linear_error(p, x[None, :], i_c[:, None])

@@ -1,7 +1,7 @@
-"""Measurement of the sensitivities of the four axes in a co-simulation with injected multi-sines.
+"""Measurement of the sensitivities of all axes in a co-simulation with injected multi-sines.
 
 Current is added to the demand of each controller, through `command_voltage` of the actuator. The spectral lines of the
-four axes interleave, so that one run measures all of them: at a line of one axis the others have no injected current.
+axes interleave, so that one run measures all of them: at a line of one axis the others have no injected current.
 """
 
 from __future__ import annotations
@@ -13,21 +13,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from amb_actuator.interface import DYNAMIC
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.values import Raw
+from amb_cosim.results.contact_history import in_contact
+from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import SPEED
-from amb_cosim.scenario.scenario import make_scenario
+from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from fmi_export.model import Array
-from signal_chain.presets import CUSTOM
+from signal_chain.presets import CUSTOM, is_on
 
 PERIOD = 4.0  # s: lines every 0.25 Hz, every 1 Hz for each axis
 LOWEST, HIGHEST = 1.0, 2000.0  # Hz
-PEAK = 0.05  # A, of the injected current: 100 kg by some 20 um, amplifiers below their voltage limit
+INJECTED = 0.01  # of the bias current: small enough for the linear law and the voltage limit of the amplifiers
 STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers: the error of the coupling is then below 1 % near the sharpest peaks
 SUBSTEP = 31.25e-6  # s, of the plant's own integration
+LIMITS = ("clipped", "voltage_limited")  # outputs of an axis of the actuator
 REMAINDER = 1e-6  # share of the transient that is left when the measurement begins
 LONGEST = 60.0  # s, of waiting for that
 
@@ -41,63 +45,63 @@ class MeasuredSensitivity:
 
 
 def prepare_measurement(
-    speed: float,
-    sample_time: float,
-    amplifier: bool,
-    delay: bool,
+    scenario: Scenario,
     settings: Mapping[str, Raw],
+    amplifier: bool = False,
+    delay: bool = False,
     flavour: Flavour = "native",
 ) -> Prepared:
-    """Return a run of the levitated rotor without unbalance, ready to start.
+    """Return a run of a scenario's machine, levitated without unbalance and sampled as there, ready to start.
+
+    The signal chain of the controller keeps delay and filter; noise and converters, which are not linear, are off.
 
     Parameters
     ----------
-    speed
-        Spin speed (rad/s).
-    sample_time
-        Sample time of the controller (s).
+    scenario, settings
+        The machine; values by `component.variable` that replace the scenario's.
     amplifier
-        Whether the amplifiers are dynamic; they are coupled at steps shorter than a sample.
+        Whether the amplifiers are dynamic, whatever the scenario says; they are coupled at steps shorter than a sample.
     delay
-        Whether currents are delayed by one sample.
-    settings
-        Values of parameters by `component.variable`.
+        Whether currents are delayed by one sample, whatever the scenario says.
     flavour
         Flavour of the FMUs.
 
     Raises
     ------
     ValueError
-        If a value is not allowed, or an input is set.
+        If a value is not allowed, an input is set, or the scenario has no magnetic bearings.
     """
-    steps = STEPS_OF_A_SAMPLE if amplifier else 1
-    scenario = make_scenario(
-        {
-            "description": "Levitated rotor with injected currents",
-            "Omega": speed,
-            "settle_cycles": 0,
-            "end_time": sample_time,
-            "communication_step": sample_time / steps,
-            "inputs": {"amb_actuator": {"*.command_voltage_?": 0.0}},
-            "parameters": {
-                "amb_actuator": {"amplifier": int(amplifier), "mean_current": True},
-                "rolac_controller": {"sample_time": sample_time, "chain.preset": CUSTOM, "chain.delay": delay},
-                "rotor_contact": {"solver.max_substep": SUBSTEP},
-            },
-            "record": {
-                "variables": ["rolac_controller.mb?.i_?", "amb_actuator.*clipped*", "amb_actuator.*limited*"],
-            },
+    given: dict[str, dict[str, Raw]] = {ACTUATOR: {"mean_current": True}, PLANT: {"solver.max_substep": SUBSTEP}}
+    given[CONTROLLER] = {} if "chain.preset" in scenario.parameters.get(CONTROLLER, {}) else {"chain.preset": CUSTOM}
+    base = scenario.machine(parameters=given)
+    loop = linear_loop(prepare(base, settings, flavour=flavour))
+    chain, dynamic = loop.controller.own[0].chain, amplifier or loop.parameters[ACTUATOR]["amplifier"] == DYNAMIC
+    linear: dict[str, Raw] = {
+        "chain.preset": CUSTOM,
+        "chain.delay": delay or bool(loop.delay),
+        "chain.filter": bool(is_on(chain.preset, chain.filter)),
+        **dict.fromkeys(("chain.noise", "chain.adc", "chain.dac"), False),
+    }
+    measuring = base.changed(
+        description="Levitated rotor with injected currents",
+        end_time=loop.sample_time,
+        communication_step=loop.sample_time / (STEPS_OF_A_SAMPLE if dynamic else 1),
+        coupling="gauss_seidel",
+        inputs={ACTUATOR: {"*.command_voltage_?": 0.0}},
+        record={
+            "variables": [
+                *(f"{CONTROLLER}.{bearing}.i_{axis}" for bearing, axis, _ in loop.axes),
+                *(f"{ACTUATOR}.{bearing}.{name}_{axis}" for bearing, axis, _ in loop.axes for name in LIMITS),
+            ],
         },
-        "sensitivity",
     )
-    prepared = prepare(scenario, settings, flavour=flavour)
-    changed = [name for name, value in prepared.plan.inputs.items() if name != SPEED and value != 0.0]
-    if changed:
+    changed = {f"{CONTROLLER}.{name}": value for name, value in linear.items()}
+    prepared = prepare(measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, flavour=flavour)
+    moved = [name for name, value in prepared.plan.inputs.items() if name != SPEED and value != 0.0]
+    if moved:
         raise ValueError(
-            f"{changed[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
+            f"{moved[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
         )
-    if prepared.plan.all_parameters(prepared.interfaces)["rolac_controller"]["sample_time"] != sample_time:
-        raise ValueError("rolac_controller.sample_time cannot be set here; sample-time sets it for the whole loop")
     return prepared
 
 
@@ -115,9 +119,9 @@ def schroeder_phases(powers: Array) -> Array:
 
 
 def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, NDArray[np.intp]]:
-    """Return one period of the injected currents (A), shape (axes, samples), and the harmonics that each consists of.
+    """Return one period of the injected currents, shape (axes, samples), and the harmonics that each consists of.
 
-    All harmonics of an axis have the same power, and the peak of a current is `PEAK`.
+    All harmonics of an axis have the same power, and the peak of a current is 1.
     """
     highest = min(HIGHEST, 0.5 / sample_time)
     first, count = round(LOWEST * samples * sample_time), math.ceil(highest * samples * sample_time)
@@ -126,7 +130,7 @@ def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, N
     spectrum = np.zeros((n_axes, samples // 2 + 1), dtype=complex)
     np.put_along_axis(spectrum, lines, np.exp(1j * phases)[None, :], axis=1)
     signals = np.fft.irfft(spectrum, samples, axis=1)
-    return PEAK * signals / np.abs(signals).max(axis=1, keepdims=True), lines
+    return signals / np.abs(signals).max(axis=1, keepdims=True), lines
 
 
 def settling_samples(decay: float, sample_time: float) -> int:
@@ -159,21 +163,24 @@ def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
     Raises
     ------
     ValueError
-        If the run fails, the rotor touches a retainer bearing, or an amplifier reaches a limit.
+        If the run fails, the rotor touches anything, or an amplifier reaches a limit.
     """
     plan, loop = prepared.plan, linear_loop(prepared)
     steps = round(loop.sample_time / plan.step_size)
     samples = 2 * round(0.5 * PERIOD / loop.sample_time)
     settling = settling_samples(decay, loop.sample_time)
-    injected, lines = multi_sines(len(loop.axes), samples, loop.sample_time)
-    gains = [loop.of_axis("amb_actuator", axis, "amplifier_gain") for axis in range(len(loop.axes))]
-    if not all(gains):
-        raise ValueError(
-            "amplifier_gain = 0 A/V is not allowed; it must not be 0, since currents are injected as command voltages"
-        )
+    sines, lines = multi_sines(len(loop.axes), samples, loop.sample_time)
+    gains, biases = (
+        np.array([loop.of_axis(ACTUATOR, axis, name) for axis in range(len(loop.axes))])
+        for name in ("amplifier_gain", "bias_current")
+    )
+    if not gains.all() or not biases.all():
+        what = "bias_current = 0 A" if gains.all() else "amplifier_gain = 0 A/V"
+        raise ValueError(f"{what} is not allowed; it must not be 0, since a share of the bias is injected as a voltage")
+    injected = INJECTED * biases[:, None] * sines
     last = settling + samples
-    volts = injected / np.array(gains)[:, None]
-    inputs = [f"amb_actuator.{b}.command_voltage_{a}" for b, a, _ in loop.axes]
+    volts = injected / gains[:, None]
+    inputs = [f"{ACTUATOR}.{b}.command_voltage_{a}" for b, a, _ in loop.axes]
     events = tuple(
         (n * steps, name, float(volts[k, n % samples])) for n in range(last) for k, name in enumerate(inputs)
     )
@@ -182,7 +189,7 @@ def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
         raise ValueError(result.outcome.failure)
     _check_linear(result.signals, loop)
     first = settling + 1  # a current that the controller demands at a sample is recorded one sample later
-    demanded = [result.signals[f"rolac_controller.{b}.i_{a}"].values[::steps] for b, a, _ in loop.axes]
+    demanded = [result.signals[f"{CONTROLLER}.{b}.i_{a}"].values[::steps] for b, a, _ in loop.axes]
     currents = np.array(demanded)[:, first : first + samples]
     recorded = np.arange(settling, settling + samples) % samples
     ratio = _spectrum(currents, lines) / _spectrum(injected[:, recorded], lines)
@@ -195,15 +202,13 @@ def _spectrum(signals: Array, lines: NDArray[np.intp]) -> NDArray[np.complex128]
 
 
 def _check_linear(dataset: Signals, loop: LinearLoop) -> None:
-    """Raise a ValueError if the rotor touched a retainer bearing or an amplifier reached a limit."""
-    violations: Mapping[str, str] = {
-        "rotor_contact.contact_state": "the rotor touched its retainer",
-        **{f"amb_actuator.{b}.clipped_{a}": f"the current of {b}.{a} was clipped" for b, a, _ in loop.axes},
-        **{
-            f"amb_actuator.{b}.voltage_limited_{a}": f"the amplifier of {b}.{a} was at its voltage limit"
-            for b, a, _ in loop.axes
-        },
-    }
-    for name, violation in violations.items():
-        if dataset[name].values.any():
+    """Raise a ValueError if the rotor touched anything or an amplifier reached a limit."""
+    touching = in_contact(dataset)
+    violations = [("the rotor touched a retainer or another site", touching is not None and touching.any())]
+    for b, a, _ in loop.axes:
+        clipped, limited = (dataset[f"{ACTUATOR}.{b}.{name}_{a}"].values.any() for name in LIMITS)
+        violations += [(f"the current of {b}.{a} was clipped", clipped)]
+        violations += [(f"the amplifier of {b}.{a} was at its voltage limit", limited)]
+    for violation, happened in violations:
+        if happened:
             raise ValueError(f"{violation} during the measurement, which must be that of a linear system")

@@ -1,12 +1,13 @@
 """Linear model of the levitated rotor with its sampled controllers, from the parameters of a co-simulation.
 
-    e_k --->(+)--- I_k ---> z^-d ---> hold ---> amplifiers ---> K_i ---> rotor with K_s ---> x_k
-             ^                                                                                |
-             +---------------------------------- PID of each axis <---------------------------+
+    e_k --->(+)--- I_k ---> z^-d ---> hold ---> amplifiers ---> K_i ---> rotor with K_s ---> sensors ---> x_k
+             ^                                                                                             |
+             +---------------------------------- PID of each axis <----------------------------------------+
 
-The current I of an axis is that of its controller plus the injected current e. With all loops closed I = S e, and the
-diagonal of S holds the sensitivities of the axes as ISO 14839-3 defines them: 1/(1 + L) with the other loops closed.
-The control is decentralised: breaking a loop at its sensor or at its current gives the same sensitivity.
+The current I of an axis is that of its controller plus the injected current e; x is what its sensor shows, which need
+not be in the plane of its bearing. With all loops closed I = S e, and the diagonal of S holds the sensitivities of the
+axes as ISO 14839-3 defines them: 1/(1 + L) with the other loops closed. The control is decentralised: breaking a loop
+at its sensor or at its current gives the same sensitivity.
 """
 
 from __future__ import annotations
@@ -19,14 +20,17 @@ from functools import cached_property
 import control
 import numpy as np
 
-from amb_actuator.interface import DYNAMIC, MEASURED
+from amb_actuator.interface import DYNAMIC
 from amb_actuator.records import AXIS
-from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.design.magnetic_bearing import axis_parameters, operating_constants
 from amb_cosim.design.rotor_models import control_loop
-from amb_cosim.design.sampled_loop import given_parameters
+from amb_cosim.design.sampled_loop import axis_matrix, given_parameters
+from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.simulation import Prepared
 from fmi_export.model import Array
 from rolac_controller.control_loop import ControlLoop, LoopAxis
+from rolac_controller.pid import damping, stiffness
+from rolac_controller.records import Parameters
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import Rotor
@@ -69,19 +73,38 @@ class LinearLoop:
         """Axes of the bearings."""
         return self.controlled.axes
 
+    @property
+    def controller(self) -> Parameters:
+        """Parameters of the controller, as kernels see them."""
+        return given_parameters(self.controlled, self.parameters[CONTROLLER])
+
     def of_axis(self, component: str, axis: int, name: str) -> float:
-        """Return a parameter of one axis: `k_s` of axis 3 is `mb2.k_s_y`."""
+        """Return a parameter of one axis: `k_s` of axis 3 is that of axis y of the second bearing."""
         bearing, direction, _ = self.axes[axis]
         return self.parameters[component][f"{bearing}.{name}_{direction}"]
 
+    def bearing_axis(self, axis: int) -> np.record:
+        """Return the parameters of the actuator of one axis, its own static current among them."""
+        bearing, direction, _ = self.axes[axis]
+        return axis_parameters(bearing, direction, **{n: self.of_axis(ACTUATOR, axis, n) for n in AXIS.names or ()})
+
 
 def linear_loop(prepared: Prepared) -> LinearLoop:
-    """Return the loop with the rotor and the parameters that a prepared run starts with."""
+    """Return the loop with the rotor and the parameters that a prepared run starts with.
+
+    Raises
+    ------
+    ValueError
+        If the run has no magnetic bearings or no controller of the models here.
+    """
     parameters = {
         component: {name: value or 0.0 for name, value in values.items()}
         for component, values in prepared.plan.all_parameters(prepared.interfaces).items()
     }
-    controller = parameters["rolac_controller"]
+    missing = [component for component in (PLANT, ACTUATOR, CONTROLLER) if component not in parameters]
+    if missing:
+        raise ValueError(f"scenario {prepared.name} has no component {missing[0]}; a linear loop needs one")
+    controller = parameters[CONTROLLER]
     description = load_rotor(prepared.scenario.rotor)
     chain = given_parameters(control_loop(description), controller).own[0].chain
     delay = int(is_on(chain.preset, chain.delay))
@@ -89,25 +112,20 @@ def linear_loop(prepared: Prepared) -> LinearLoop:
 
 
 def bearing_constants(loop: LinearLoop, axis: int) -> tuple[float, float]:
-    """Return K_s (N/m) and K_i (N/A) of an axis at its centre, by the force law of the actuator."""
-    if loop.parameters["amb_actuator"]["force_law"] == MEASURED:
-        return loop.of_axis("amb_actuator", axis, "k_s_measured"), loop.of_axis("amb_actuator", axis, "k_i_measured")
-    bearing, direction, _ = loop.axes[axis]
-    values = {name: loop.of_axis("amb_actuator", axis, name) for name in AXIS.names or ()}
-    return linear_constants(axis_parameters(bearing, direction, **values))
+    """Return K_s (N/m) and K_i (N/A) of an axis at its operating point, by the force law of the actuator."""
+    return operating_constants(loop.bearing_axis(axis), int(loop.parameters[ACTUATOR]["force_law"]))
 
 
-def rotor_system(loop: LinearLoop, nodes: tuple[int, ...] = ()) -> control.StateSpace:
+def rotor_system(loop: LinearLoop) -> control.StateSpace:
     """Return displacements (m) over coil currents (A): M q'' + (C + Omega G) q' + (K - B K_s B^T) q = B K_i I.
 
-    Inputs in the order of the axes; outputs x and y of each of the nodes, by default those of the bearings.
-    The rotor is reduced as in its FMU.
+    Inputs in the order of the axes; outputs x and y of each sensor plane. The rotor is reduced as in its FMU.
     """
     description = loop.rotor
     full, reduction = assemble(description), reduced_rotor(description)
-    model, outputs = reduction.model, reduction.right[full.rows(nodes or description.bearing_nodes)]
+    model, outputs = reduction.model, reduction.right[full.rows(description.sensor_nodes)]
     for bearing in description.bearings:
-        plant, name = loop.parameters["rotor_contact"], bearing.name
+        plant, name = loop.parameters[PLANT], bearing.name
         model = model.with_bearing(bearing.node, plant[f"{name}.k_b"] * np.eye(2), plant[f"{name}.c_b"] * np.eye(2))
     model = model.at(loop.Omega)
     n, n_axes, B = model.size, len(loop.axes), np.eye(model.size)[:, model.rows(description.bearing_nodes)]
@@ -126,34 +144,32 @@ def rotor_system(loop: LinearLoop, nodes: tuple[int, ...] = ()) -> control.State
 def amplifier_system(loop: LinearLoop) -> control.StateSpace:
     """Return coil currents over commanded currents: 1, or omega_b/(s + omega_b) for each axis."""
     n_axes = len(loop.axes)
-    if loop.parameters["amb_actuator"]["amplifier"] != DYNAMIC:
+    if loop.parameters[ACTUATOR]["amplifier"] != DYNAMIC:
         return control.ss([], [], [], np.eye(n_axes))
-    omega = 2.0 * math.pi * np.diag([loop.of_axis("amb_actuator", k, "bandwidth") for k in range(n_axes)])
+    omega = 2.0 * math.pi * np.diag([loop.of_axis(ACTUATOR, k, "bandwidth") for k in range(n_axes)])
     return control.ss(-omega, omega, np.eye(n_axes), np.zeros((n_axes, n_axes)))
 
 
 def controller_system(loop: LinearLoop) -> control.StateSpace:
-    """Return minus the demanded currents (A) over sampled displacements (m), for each axis (5.1 to 5.4).
+    """Return minus the demanded current of each axis (A) over what its sensor shows (m) (5.1 to 5.4).
 
     C(z) = z^-d F(z) PID(z)
     PID(z) = 1/K_i [ K_b + K_s + C_b (z - 1)/((tau + T) z - tau) + K_I T/(z - 1) ], F the filter before it, if any
     """
-    time = loop.sample_time
-    parameters = given_parameters(loop.controlled, loop.parameters["rolac_controller"]).own[0]
-    tau, chain = parameters.derivative_time, parameters.chain
+    time, controller = loop.sample_time, loop.controller
+    own = controller.own[0]
+    tau, chain, direct = own.derivative_time, own.chain, own.pid.direct
     delay_and_filter = control.tf([1.0], [1.0] + [0.0] * loop.delay, time)
     if is_on(chain.preset, chain.filter):
         decay, new = coefficients(chain.cutoff, time)
         delay_and_filter *= control.tf([new, 1.0 - decay - new], [1.0, -decay], time)
     laws = []
-    for axis in range(len(loop.axes)):
-        k_b, k_s, c_b, k_integral, k_i = (
-            loop.of_axis("rolac_controller", axis, name) for name in ("k_b", "k_s", "c_b", "k_integral", "k_i")
-        )
-        law = (k_b + k_s) + control.tf([c_b, -c_b], [tau + time, -tau], time)
-        if k_integral != 0.0:
-            law += control.tf([k_integral * time], [1.0, -1.0], time)
-        laws.append(control.ss(law * delay_and_filter / k_i))
+    for gains in controller.axes:
+        c = float(damping(gains, direct))
+        law = float(stiffness(gains, direct)) + control.tf([c, -c], [tau + time, -tau], time)
+        if gains.k_integral != 0.0:
+            law += control.tf([gains.k_integral * time], [1.0, -1.0], time)
+        laws.append(control.ss(law * delay_and_filter / float(gains.k_i)))
     return control.append(*laws)
 
 
@@ -166,8 +182,9 @@ def sensitivity_system(loop: LinearLoop) -> control.StateSpace:
         If the closed loop is not stable; the sensitivity of an unstable loop cannot be measured.
     """
     sampled_plant = control.sample_system(rotor_system(loop) * amplifier_system(loop), loop.sample_time, "zoh")
+    shown = control.ss([], [], [], axis_matrix(loop.controller), loop.sample_time) * sampled_plant
     closed = control.feedback(
-        control.ss([], [], [], np.eye(len(loop.axes)), loop.sample_time), controller_system(loop) * sampled_plant
+        control.ss([], [], [], np.eye(len(loop.axes)), loop.sample_time), controller_system(loop) * shown
     )
     worst = max(closed.poles(), key=abs)
     if abs(worst) >= 1.0:

@@ -19,7 +19,7 @@ def sampled_receptance(loop: LinearLoop, order: int = 1) -> NDArray[np.complex12
     ValueError
         If a bearing of the rotor has no sensor plane.
     """
-    plant = rotor_system(loop, loop.rotor.sensor_nodes) * amplifier_system(loop)
+    plant = rotor_system(loop) * amplifier_system(loop)
     k_i = np.array([loop.of_axis("rolac_controller", axis, "k_i") for axis in range(len(loop.axes))])
     omega = order * loop.Omega
     plant_response = zoh_response(plant.A, plant.B, plant.C, omega, loop.sample_time)

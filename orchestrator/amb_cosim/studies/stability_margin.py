@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -11,6 +12,8 @@ import numpy as np
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.results.places import ACTUATOR, CONTROLLER
+from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.linear_loop import (
@@ -54,8 +57,10 @@ class AxisSensitivity:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StabilityMargin(DrawnResult):
-    """Sensitivities of the four axes.
+    """Sensitivities of all axes.
 
+    scenario, rotor
+        Names of the scenario that the parameters are those of, and of its rotor.
     speed
         Spin speed (rad/s).
     sample_time
@@ -76,6 +81,8 @@ class StabilityMargin(DrawnResult):
 
     name: ClassVar[str] = "sensitivity"
 
+    scenario: str
+    rotor: str
     speed: Annotated[float, "rad/s"]
     sample_time: Annotated[float, "s"]
     delay: Annotated[int, "samples"]
@@ -88,7 +95,7 @@ class StabilityMargin(DrawnResult):
     def text(self) -> list[TextPart]:
         """Return a table of the peaks, and a line with the zone of the largest one."""
         headings = ("peak of |S|", "at (Hz)", "zone", "measured differs below 500 Hz (%)", "anywhere (%)")
-        table = labelled_table(f"Sensitivity at {self.speed:g} rad/s", "axis", *headings)
+        table = labelled_table(f"{self.rotor}: sensitivity at {self.speed:g} rad/s", "axis", *headings)
         for name, axis in self.axes.items():
             differences = (100.0 * axis.largest_difference_below_500_hz, 100.0 * axis.largest_difference)
             table.add_row(
@@ -108,11 +115,13 @@ def zone(peak: float) -> str:
 
 
 def sensitivity(
-    speed: Number = "90 rad/s",
+    scenario: str | Path | None = None,
     *,
+    rotor: str | Path | None = None,
+    speed: Number | None = None,
     amplifier: bool = False,
     delay: bool = False,
-    sample_time: Number = "250 us",
+    sample_time: Number | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> StabilityMargin:
@@ -122,14 +131,19 @@ def sensitivity(
 
     Parameters
     ----------
+    scenario
+        Name of a scenario of a pack, or a TOML file, whose machine and parameters are taken, without its inputs and
+        events; the packs' default without.
+    rotor
+        Name of a rotor of a pack, or rotor file, in place of the scenario's.
     speed
-        Spin speed (rad/s), or a text with its unit.
+        Spin speed (rad/s), or a text with its unit; that of the scenario by default.
     amplifier
-        Whether the amplifiers have bandwidth and voltage limit.
+        Whether the amplifiers have bandwidth and voltage limit, whatever the scenario says.
     delay
-        Whether currents are delayed by one sample.
+        Whether currents are delayed by one sample, whatever the scenario says.
     sample_time
-        Sample time of the controller (s), or a text with its unit.
+        Sample time of the controller (s), or a text with its unit; that of the scenario by default.
     set
         Values of parameters by `component.variable`, numbers or texts with units.
     flavour
@@ -140,15 +154,23 @@ def sensitivity(
     ValueError
         If a value is not allowed, the loop is not stable, or the co-simulation is not that of a linear system.
     """
-    time = quantity(sample_time, "s", "sample-time")
-    require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
-    settings = set or {}
-    prepared = prepare_measurement(spin_speed(speed), time, amplifier, delay, settings, flavour)
+    given = load_scenario(None if scenario is None else str(scenario))
+    if rotor is not None:
+        given = given.model_copy(update={"rotor": str(rotor)})
+    if speed is not None:
+        given = given.model_copy(update={"Omega": spin_speed(speed)})
+    settings = dict(set or {})
+    if sample_time is not None:
+        time = quantity(sample_time, "s", "sample-time")
+        require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
+        settings[f"{CONTROLLER}.sample_time"] = time
+        given = given.model_copy(update={"communication_step": time})
+    prepared = prepare_measurement(given, settings, amplifier, delay, flavour)
     loop = linear_loop(prepared)
     system = sensitivity_system(loop)
     poles = system.poles()
     measured = measure(prepared, float(np.abs(poles).max()))
-    frequencies = curve_frequencies(poles, time)
+    frequencies = curve_frequencies(poles, loop.sample_time)
     curves = np.abs(diagonal_response(system, frequencies))
     expected = np.array([diagonal_response(system, row)[k] for k, row in enumerate(measured.frequencies)])
     difference = np.abs(measured.sensitivity / expected - 1.0)
@@ -166,11 +188,13 @@ def sensitivity(
         for k, (name, curve) in enumerate(zip(loop.controlled.axis_names, curves, strict=True))
     }
     return StabilityMargin(
+        scenario=given.name,
+        rotor=loop.rotor.name,
         speed=loop.Omega,
         sample_time=loop.sample_time,
         delay=loop.delay,
-        amplifier="dynamic" if loop.parameters["amb_actuator"]["amplifier"] else "ideal",
-        settings=tuple(f"{name}={value}" for name, value in settings.items()),
+        amplifier="dynamic" if loop.parameters[ACTUATOR]["amplifier"] else "ideal",
+        settings=tuple(f"{name}={value}" for name, value in (set or {}).items()),
         zone_limits={name: limit for name, limit in ZONES.items() if np.isfinite(limit)},
         frequencies=frequencies,
         axes=axes,

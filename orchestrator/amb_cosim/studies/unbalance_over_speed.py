@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from types import SimpleNamespace
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
@@ -31,9 +31,12 @@ class PlaceResponse:
         Major semi-axis of the orbit (m), shape (n,).
     phase
         Angle by which the forward part of the motion leads the unbalance (rad), continuous, shape (n,).
+    clearance
+        Radial clearance there (m), the least of the sites at this node; None where nothing can be touched.
     """
 
     node: int
+    clearance: Annotated[float | None, "m"]
     amplitude: Annotated[Array, "m"]
     phase: Annotated[Array, "rad"]
 
@@ -51,9 +54,7 @@ class UnbalanceResponse(DrawnResult):
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     places
-        Response at the bearings and the ends of the shaft, by name.
-    clearance
-        Radial clearance (m) that the amplitudes are compared with.
+        Response at the bearings, the other sites where the rotor can touch, and the ends of the shaft, by name.
     """
 
     name: ClassVar[str] = "unbalance_response"
@@ -64,7 +65,6 @@ class UnbalanceResponse(DrawnResult):
     node: int
     speeds: Annotated[Array, "rad/s"]
     places: dict[str, PlaceResponse]
-    clearance: Annotated[float, Layout.OMITTED]
 
     def text(self) -> list[TextPart]:
         """Return a table of the largest amplitudes."""
@@ -72,7 +72,8 @@ class UnbalanceResponse(DrawnResult):
         for name, place in self.places.items():
             top = int(np.argmax(place.amplitude))
             peak = place.amplitude[top]
-            table.add_row(name, f"{1e3 * peak:.4f}", f"{peak / self.clearance:.3f}", f"{self.speeds[top]:.1f}")
+            share = "-" if place.clearance is None else f"{peak / place.clearance:.3f}"
+            table.add_row(name, f"{1e3 * peak:.4f}", share, f"{self.speeds[top]:.1f}")
         return [table]
 
 
@@ -83,9 +84,9 @@ def unbalance_response(
     up_to: Number = "628 rad/s",
     unbalance: Number = "10 g.m",
     node: int | None = None,
-    clearance: Number = "0.75 mm",
+    clearance: Number | None = None,
 ) -> UnbalanceResponse:
-    """Return amplitude and phase at the bearings and the shaft ends over the spin speed, with unbalance at one node.
+    """Return amplitude and phase at bearings, contact sites and shaft ends over the spin speed, unbalance at one node.
 
     [-Omega^2 M + i Omega (C + Omega G) + K] Q = Omega^2 (u, -i u)
 
@@ -102,7 +103,8 @@ def unbalance_response(
     node
         Number of its node; that of the first disc by default.
     clearance
-        Radial clearance (m), or a text with its unit, that the amplitudes are compared with.
+        Radial clearance (m), or a text with its unit, that all amplitudes are compared with; by default each is with
+        that of the site there.
 
     Raises
     ------
@@ -111,7 +113,8 @@ def unbalance_response(
     """
     description = rotor_of(rotor)
     mass = mass or description.shaft.mass_matrix
-    u, radial_clearance = positive(unbalance, "kg.m", "unbalance"), positive(clearance, "m", "clearance")
+    u = positive(unbalance, "kg.m", "unbalance")
+    everywhere = None if clearance is None else positive(clearance, "m", "clearance")
     loaded = _first_disc(description) if node is None else node
     places = _places(description)
     speeds = speed_range(up_to, POINTS)[1:]
@@ -119,9 +122,10 @@ def unbalance_response(
     amplitude, _, phase = orbit(response)
     continuous = np.unwrap(phase, axis=0)
     found = {
-        name: PlaceResponse(place, amplitude[:, k], continuous[:, k]) for k, (name, place) in enumerate(places.items())
+        name: PlaceResponse(place, everywhere or _clearance(description, place), amplitude[:, k], continuous[:, k])
+        for k, (name, place) in enumerate(places.items())
     }
-    return UnbalanceResponse(description.name, mass, u, loaded, speeds, found, radial_clearance)
+    return UnbalanceResponse(description.name, mass, u, loaded, speeds, found)
 
 
 def _first_disc(rotor: Rotor) -> int:
@@ -133,7 +137,14 @@ def _first_disc(rotor: Rotor) -> int:
 
 
 def _places(rotor: Rotor) -> dict[str, int]:
-    """Return the nodes of the bearings and the shaft ends, by name."""
-    z, bearings = rotor.shaft.nodes, {bearing.name: bearing.node for bearing in rotor.bearings}
-    ends = {f"end at z = {z[node - 1]:.4g} m": node for node in (1, len(z)) if node not in bearings.values()}
-    return bearings | ends
+    """Return the nodes of the bearings, of the sites and of the shaft ends, by name; each node once."""
+    z = rotor.shaft.nodes
+    ends = (SimpleNamespace(name=f"end at z = {z[node - 1]:.4g} m", node=node) for node in (1, len(z)))
+    parts: tuple[Any, ...] = (*rotor.bearings, *rotor.sites, *ends)
+    first = {part.node: part.name for part in reversed(parts)}
+    return {name: node for node, name in sorted(first.items())}
+
+
+def _clearance(rotor: Rotor, node: int) -> float | None:
+    """Return the least clearance (m) of the sites at a node; None without one."""
+    return min((site.clearance for site in rotor.sites if site.node == node), default=None)

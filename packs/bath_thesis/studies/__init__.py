@@ -9,6 +9,10 @@ STUDIES = {
         ".reduced_models",
         "Full, condensed and coarse model of the rig: frequencies, response, errors (Figs 3.4 to 3.7, Table 3.4).",
     ),
+    "coupling_error": Study(
+        ".coupling_convergence",
+        "Error of the co-simulation of the rig against its monolithic model, over order and communication step.",
+    ),
     "contact_laws": Study(
         ".contact_hysteresis", "Force over penetration of the classical contact laws in one blow (Figs 4.1, 4.2)."
     ),

@@ -1,48 +1,38 @@
-"""Convergence of the co-simulation over the communication step."""
+"""Deviation of the orbit over the communication step, by order of the master."""
 
 from __future__ import annotations
 
-import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import FuncFormatter, NullLocator
 
-from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, StyledFigure
-from amb_cosim.studies.coupling_convergence import ComparisonErrors, CouplingConvergence
+from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, StyledFigure
+from amb_cosim.studies.coupling_order import CouplingOrders
 
-SCHEME_STYLES = ((ORANGE, "o"), (BLUE, "s"), (PURPLE, "^"), (GREEN, "D"), (SKY_BLUE, "v"), (YELLOW, "x"))
+STYLES = ((BLUE, "s"), (ORANGE, "o"), (GREEN, "D"), (PURPLE, "^"), (SKY_BLUE, "v"))
+LEAST = 1e-4  # %, that is drawn of a run as good as the first
 
 
-def draw(result: CouplingConvergence) -> Figure:
-    """Draw the error over the communication step for each comparison and scheme, with slopes of whole orders."""
-    figure = StyledFigure(figsize=(8.4, 9.4), layout="constrained")
-    for axes, comparison in zip(figure.subplots(2, 2, sharey=True).flat, result.comparisons, strict=True):
-        _draw_errors(axes, comparison)
-    figure.supxlabel("communication step (us)", fontsize=9)
-    figure.supylabel("largest error of the orbits / largest displacement", fontsize=9)
+def draw(result: CouplingOrders) -> Figure:
+    """Draw how far the orbit is from that of the first run, over the communication step; hollow: another outcome."""
+    figure = StyledFigure(figsize=(6.4, 4.2), layout="constrained")
+    axes, first = figure.subplots(), result.rows[0]
+    orders = dict.fromkeys(row.order for row in result.rows)
+    for order, (colour, marker) in zip(orders, STYLES, strict=False):
+        rows = [row for row in result.rows if row.order == order and row is not first]
+        steps, errors = [1e6 * row.step for row in rows], [max(100.0 * row.deviation, LEAST) for row in rows]
+        axes.plot(steps, errors, color=colour, lw=0.9, label=order)
+        for step, error, row in zip(steps, errors, rows, strict=True):
+            face = colour if row.outcome == first.outcome else "white"
+            axes.plot(step, error, marker, color=colour, mfc=face, ms=5)
+    steps = sorted({1e6 * row.step for row in result.rows})
+    axes.set(xscale="log", yscale="log", xlabel="communication step (us)", ylabel="deviation of the orbit (%)")
+    axes.set_xticks(steps, [f"{step:.3g}" for step in steps])
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.grid(color="0.9", lw=0.5)
+    figure.legend(loc="outside lower center", ncols=3)
     figure.suptitle(
-        f"Co-simulation against the monolithic system, {1e3 * result.duration:g} ms from rest (observed order)",
+        f"{result.scenario}: order of the master and its step; filled: {first.outcome}, hollow: another outcome",
         fontsize=TITLE_SIZE,
     )
     return figure
-
-
-def _draw_errors(axes: Axes, comparison: ComparisonErrors) -> None:
-    """Draw the errors of one comparison."""
-    steps, schemes = 1e6 * np.array(comparison.steps), comparison.schemes
-    for (name, scheme), (colour, marker) in zip(schemes.items(), SCHEME_STYLES, strict=False):
-        shown = "exact" if scheme.order is None else f"{scheme.order:.2f}"
-        axes.loglog(steps, scheme.errors, color=colour, marker=marker, ms=4, label=f"{name} ({shown})")
-    rounded = {name: round(scheme.order) for name, scheme in schemes.items() if scheme.order is not None}
-    for order in set(rounded.values()):
-        largest = max(schemes[name].errors[-1] for name in rounded if rounded[name] == order)
-        slope = 2.5 * largest * (steps / steps[-1]) ** order
-        axes.loglog(steps, slope, color="black", lw=0.8, ls=":")
-        axes.annotate(f"{order}", (steps[0], slope[0]), (4, 0), textcoords="offset points", va="center")
-    axes.set_title(comparison.title)
-    axes.set_xticks(steps, [f"{step:.3g}" for step in steps])
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.minorticks_off()
-    axes.set_ylim(1e-10, 10.0)
-    axes.grid(color="0.9", lw=0.5)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1))

@@ -19,7 +19,7 @@ def draw(result: BearingAxis) -> Figure:
     _draw_load_capacity(panels[1, 0], result.load)
     _draw_bandwidth(panels[1, 1], result)
     figure.suptitle(
-        f"One axis at {result.bias_current:g} A bias and {result.static_current:g} A static current: "
+        f"{result.axis} at {result.bias_current:g} A bias and {result.static_current:g} A static current: "
         rf"$K_s$ = {1e-3 * result.k_s:.1f} N/mm, $K_i$ = {result.k_i:.1f} N/A",
         fontsize=TITLE_SIZE,
     )

@@ -16,14 +16,16 @@ ZONE_SHADES = {"A": "1.0", "B": "0.95", "C": "0.89", "D": "0.82"}
 
 def draw(result: StabilityMargin) -> Figure:
     """Draw |S| of each axis, computed and measured, over the zones of ISO 14839-3."""
-    figure = StyledFigure(figsize=(8.0, 6.2), layout="constrained")
-    panels = figure.subplots(2, 2, sharex=True, sharey=True)
+    rows = len(result.axes) // 2
+    figure = StyledFigure(figsize=(8.0, 1.2 + 2.5 * rows), layout="constrained")
+    panels = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
     for axes, name in zip(panels.flat, result.axes, strict=True):
         _draw_zones(axes, result.zone_limits)
         _draw_sensitivity(axes, result, name)
-    for k in (0, 1):
-        panels[k, 0].set_ylabel("sensitivity |S|")
-        panels[1, k].set_xlabel("frequency (Hz)")
+    for first in panels[:, 0]:
+        first.set_ylabel("sensitivity |S|")
+    for last in panels[-1]:
+        last.set_xlabel("frequency (Hz)")
     delay = ", one sample of delay" if result.delay else ""
     handles = [
         Line2D([], [], color=BLUE, label="computed from the sampled linear loop"),
@@ -31,7 +33,7 @@ def draw(result: StabilityMargin) -> Figure:
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     figure.suptitle(
-        f"Sensitivity at {result.speed:g} rad/s, sampled every {1e6 * result.sample_time:g} us, "
+        f"{result.rotor}: sensitivity at {result.speed:g} rad/s, sampled every {1e6 * result.sample_time:g} us, "
         f"{result.amplifier} amplifiers{delay}",
         fontsize=TITLE_SIZE,
     )
@@ -57,7 +59,8 @@ def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
     top = max(6.0, 1.15 * max(other.peak for other in result.axes.values()))
     axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(0.0, top))
     peak = f"{axis.peak:.2f} at {axis.peak_frequency:.1f} Hz, zone {axis.zone}"
-    axes.set_title(f"{name[:3].upper()}, {name[-1]} axis: {peak}")
+    bearing, _, direction = name.rpartition(".")
+    axes.set_title(f"{bearing.upper()}, {direction} axis: {peak}")
     for letter, level in {"A": 2.7, "B": 3.5, "C": 4.5, "D": 5.5}.items():
         axes.text(0.99, level, letter, transform=axes.get_yaxis_transform(), ha="right", va="center", color="0.3")
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from itertools import cycle
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from amb_cosim.presentation.style import BLUE, DASHED, GREEN, ORANGE, PURPLE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, StyledFigure
 from amb_cosim.studies.unbalance_over_speed import UnbalanceResponse
+
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 
 
 def draw(result: UnbalanceResponse) -> Figure:
-    """Draw amplitude, with the clearance, and phase over the spin speed."""
+    """Draw amplitude, with the clearances, and phase over the spin speed."""
     figure = StyledFigure(figsize=(7.0, 5.2), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    speeds, clearance = result.speeds, 1e3 * result.clearance
-    for (label, place), colour in zip(result.places.items(), (BLUE, ORANGE, GREEN, PURPLE), strict=False):
+    speeds = result.speeds
+    for (label, place), colour in zip(result.places.items(), cycle(COLOURS), strict=False):
         top.plot(speeds, 1e3 * place.amplitude, color=colour, label=label)
         bottom.plot(speeds, np.degrees(place.phase), color=colour)
-    top.axhline(clearance, color="black", lw=0.9, ls=DASHED, label=f"clearance {clearance:.3g} mm")
+    for clearance, places in _clearances(result).items():
+        top.axhline(1e3 * clearance, color="black", lw=0.9, ls=DASHED)
+        text = f"clearance {1e3 * clearance:.3g} mm: {', '.join(places)}"
+        top.annotate(text, (speeds[0], 1e3 * clearance), (3, 2), textcoords="offset points", fontsize=7.5)
     top.set(ylabel="amplitude (mm)", ylim=(0.0, None), xlim=(0.0, speeds[-1]))
     bottom.set(ylabel="phase (deg)", xlabel=r"spin speed $\Omega$ (rad/s)")
     bottom.yaxis.set_major_locator(MultipleLocator(90.0))
@@ -27,3 +34,12 @@ def draw(result: UnbalanceResponse) -> Figure:
     title = f"{result.rotor}: steady response to {1e3 * result.unbalance:.4g} g m at node {result.node}"
     figure.suptitle(title, fontsize=TITLE_SIZE)
     return figure
+
+
+def _clearances(result: UnbalanceResponse) -> dict[float, list[str]]:
+    """Return the places of each clearance (m)."""
+    found: dict[float, list[str]] = {}
+    for name, place in result.places.items():
+        if place.clearance is not None:
+            found.setdefault(place.clearance, []).append(name)
+    return found

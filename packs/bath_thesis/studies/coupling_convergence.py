@@ -1,4 +1,4 @@
-"""Study of the convergence of the co-simulation to the monolithic levitated rotor, over the communication step.
+"""Study of the convergence of the co-simulation to the monolithic levitated rig, over the communication step.
 
 The rotor starts from rest under an unbalance. The controller samples at its own instants, so that only the coupling
 depends on the communication step.
@@ -16,11 +16,9 @@ import numpy as np
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
-from amb_cosim.studies.coupled_orbit import SUBSTEP, Scheme, cosimulated
-from amb_cosim.studies.coupling_orders import OrderRow, compared
-from amb_cosim.studies.monolithic import Levitation, free_orbit
 from amb_cosim.studies.result import DrawnResult
-from amb_files.pack_file import default
+from bath_thesis.studies.coupled_orbit import SUBSTEP, Scheme, cosimulated
+from bath_thesis.studies.monolithic import Levitation, free_orbit
 from fmi_export.model import Array
 
 DURATION = 0.1  # s from rest, two turns
@@ -82,16 +80,13 @@ class CouplingConvergence(DrawnResult):
         Longest step of the plant's own integration (s).
     comparisons
         Errors of each comparison.
-    orders
-        Runs of the packs' default scenario in each order of the master.
     """
 
-    name: ClassVar[str] = "coupling"
+    name: ClassVar[str] = "coupling_error"
 
     duration: Annotated[float, "s"]
     substep: Annotated[float, "s"]
     comparisons: tuple[ComparisonErrors, ...]
-    orders: tuple[OrderRow, ...]
 
     def text(self) -> list[TextPart]:
         """Return a table of errors and orders for each comparison."""
@@ -104,21 +99,7 @@ class CouplingConvergence(DrawnResult):
                 order = "exact" if scheme.order is None else f"{scheme.order:.2f}"
                 table.add_row(name, *(f"{error:.1e}" for error in scheme.errors), order)
             parts.append(table)
-        return [*parts, _orders_table(self.orders)]
-
-
-def _orders_table(rows: Sequence[OrderRow]) -> TextPart:
-    """Return a table of the runs by order and step."""
-    places = [f"{at.upper()} (mm)" for at in rows[0].orbit]
-    columns = ("step (us)", *places, "deviation (%)", "outcome", "last contact (cycle)", "cost")
-    title = f"{default('scenario')}: orbit before the step of unbalance, outcome and cost"
-    table = labelled_table(title, "order", *columns)
-    for row in rows:
-        orbits = (f"{radius:.5f}" for radius in row.orbit.values())
-        last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
-        shown = (f"{100.0 * row.deviation:.1f}", row.outcome, last, f"{row.cost:.1f}")
-        table.add_row(row.order, f"{1e6 * row.step:g}", *orbits, *shown)
-    return table
+        return parts
 
 
 HALVED = tuple(SUBSTEP * 2**k for k in range(5, -1, -1))  # 500 us to 15.6 us
@@ -159,10 +140,8 @@ def comparisons() -> list[LoopVariant]:
     ]
 
 
-def coupling(flavour: Flavour = "native") -> CouplingConvergence:
-    """Return what order and communication step of the master do to the co-simulation.
-
-    Errors against the monolithic system with their orders, and runs of a scenario with contact.
+def coupling_error(flavour: Flavour = "native") -> CouplingConvergence:
+    """Return the errors of the co-simulation against the monolithic system, with their orders.
 
     Parameters
     ----------
@@ -175,7 +154,7 @@ def coupling(flavour: Flavour = "native") -> CouplingConvergence:
         If a co-simulation does not reach its end.
     """
     errors = tuple(compare(comparison, flavour=flavour) for comparison in comparisons())
-    return CouplingConvergence(DURATION, SUBSTEP, errors, compared(flavour=flavour))
+    return CouplingConvergence(DURATION, SUBSTEP, errors)
 
 
 def compare(comparison: LoopVariant, duration: float = DURATION, flavour: Flavour = "native") -> ComparisonErrors:

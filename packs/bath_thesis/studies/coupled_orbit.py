@@ -11,7 +11,7 @@ from amb_cosim.cosim.choices import Coupling, Flavour
 from amb_cosim.scenario.coupling import delay
 from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
-from amb_cosim.studies.monolithic import Complex, Levitation
+from bath_thesis.studies.monolithic import Complex, Levitation
 
 SUBSTEP = 15.625e-6  # s, of the plant's own integration; the shortest communication step
 

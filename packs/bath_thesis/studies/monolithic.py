@@ -1,4 +1,4 @@
-"""Monolithic model of the levitated rotor: the reference for a co-simulation of its parts.
+"""Monolithic model of the levitated rig: the reference for a co-simulation of its parts.
 
 It shares no code with the plant's kernels or the master. The reduced rotor is described by complex coordinates
 r = x + i y,

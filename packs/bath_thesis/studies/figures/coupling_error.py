@@ -1,0 +1,48 @@
+"""Convergence of the co-simulation over the communication step."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, StyledFigure
+from bath_thesis.studies.coupling_convergence import ComparisonErrors, CouplingConvergence
+
+SCHEME_STYLES = ((ORANGE, "o"), (BLUE, "s"), (PURPLE, "^"), (GREEN, "D"), (SKY_BLUE, "v"), (YELLOW, "x"))
+
+
+def draw(result: CouplingConvergence) -> Figure:
+    """Draw the error over the communication step for each comparison and scheme, with slopes of whole orders."""
+    figure = StyledFigure(figsize=(8.4, 9.4), layout="constrained")
+    for axes, comparison in zip(figure.subplots(2, 2, sharey=True).flat, result.comparisons, strict=True):
+        _draw_errors(axes, comparison)
+    figure.supxlabel("communication step (us)", fontsize=9)
+    figure.supylabel("largest error of the orbits / largest displacement", fontsize=9)
+    figure.suptitle(
+        f"Co-simulation against the monolithic system, {1e3 * result.duration:g} ms from rest (observed order)",
+        fontsize=TITLE_SIZE,
+    )
+    return figure
+
+
+def _draw_errors(axes: Axes, comparison: ComparisonErrors) -> None:
+    """Draw the errors of one comparison."""
+    steps, schemes = 1e6 * np.array(comparison.steps), comparison.schemes
+    for (name, scheme), (colour, marker) in zip(schemes.items(), SCHEME_STYLES, strict=False):
+        shown = "exact" if scheme.order is None else f"{scheme.order:.2f}"
+        axes.loglog(steps, scheme.errors, color=colour, marker=marker, ms=4, label=f"{name} ({shown})")
+    rounded = {name: round(scheme.order) for name, scheme in schemes.items() if scheme.order is not None}
+    for order in set(rounded.values()):
+        largest = max(schemes[name].errors[-1] for name in rounded if rounded[name] == order)
+        slope = 2.5 * largest * (steps / steps[-1]) ** order
+        axes.loglog(steps, slope, color="black", lw=0.8, ls=":")
+        axes.annotate(f"{order}", (steps[0], slope[0]), (4, 0), textcoords="offset points", va="center")
+    axes.set_title(comparison.title)
+    axes.set_xticks(steps, [f"{step:.3g}" for step in steps])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.minorticks_off()
+    axes.set_ylim(1e-10, 10.0)
+    axes.grid(color="0.9", lw=0.5)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1))

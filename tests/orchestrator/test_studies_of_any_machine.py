@@ -1,0 +1,61 @@
+"""Studies answer for the machine that they are given, not for the rig: its names, clearances, currents and sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from machines import machine
+
+from amb_cosim import studies
+from rotor_analysis.parts import Site
+
+COMPRESSOR = "compressor_levitated"
+
+
+def test_unbalance_is_compared_with_the_clearance_of_each_place():
+    """Three bearings with retainers, a seal of another clearance, and shaft ends where nothing can be touched."""
+    names, nodes, gaps = ("rb1", "seal1", "rb2", "rb3"), (2, 6, 12, 24), (0.2e-3, 0.35e-3, 0.2e-3, 0.25e-3)
+    sites = tuple(Site(n, node, gap) for n, node, gap in zip(names, nodes, gaps, strict=True))
+    found = studies.unbalance_response(machine(sites=sites).on_equal_bearings(2e7, 2e4), unbalance="1 g.m")
+    clearances = {name: place.clearance for name, place in found.places.items()}
+    assert clearances == {
+        "end at z = 0 m": None, "mb1": 0.2e-3, "seal1": 0.35e-3, "mb2": 0.2e-3, "mb3": 0.25e-3, "end at z = 2.4 m": None
+    }  # fmt: skip
+    top = np.max(found.places["seal1"].amplitude)
+    (row,) = (line for line in str(found).splitlines() if line.startswith("seal1"))
+    assert float(row.split()[2]) == pytest.approx(top / 0.35e-3, abs=1e-3)
+    assert studies.unbalance_response(machine(), clearance="1 mm").places["mb2"].clearance == 1e-3
+
+
+def test_axis_has_the_currents_and_the_clearance_of_its_machine():
+    """Each axis has its own static current, and moves as far as the retainer of its own bearing."""
+    changes = {"amb_actuator.mb2.static_current_y": "2 A", "rotor_contact.td2.clearance": "0.1 mm"}
+    first = studies.linearisation(COMPRESSOR, set=changes)
+    other = studies.linearisation(COMPRESSOR, axis="mb2.y", set=changes)
+    assert (first.axis, first.bias_current, first.static_current) == ("mb1.x", 5.0, 1.5)
+    assert (other.axis, other.bias_current, other.static_current) == ("mb2.y", 5.0, 2.0)
+    assert [axis.map.x[-1] for axis in (first, other)] == pytest.approx([0.25e-3, 0.1e-3])
+    assert first.k_i / other.k_i == pytest.approx((2.0 * 5.0 + 1.5) / (2.0 * 5.0 + 2.0))  # (2.9)
+
+
+def test_axis_that_does_not_exist_is_refused_with_those_that_do():
+    with pytest.raises(ValueError, match=r"axis = mb3\.x is not allowed; .*mb2\.x"):
+        studies.linearisation(COMPRESSOR, axis="mb3.x")
+    with pytest.raises(ValueError, match="is set, but of no scenario"):
+        studies.linearisation(set={"amb_actuator.force_law": 0})
+
+
+def test_loop_without_magnetic_bearings_has_no_sensitivity():
+    with pytest.raises(ValueError, match="no component 'amb_actuator'"):
+        studies.sensitivity("compressor_touchdown")
+    with pytest.raises(ValueError, match="has no component amb_actuator; a linear loop needs one"):
+        studies.linearisation("compressor_touchdown")
+
+
+@pytest.mark.slow
+def test_orders_of_the_master_are_compared_on_any_scenario():
+    """A compressor's loop is faster than the rig's: in Jacobi order it needs shorter steps than 50 us."""
+    found = {(row.order, round(1e6 * row.step)): row for row in studies.coupling(COMPRESSOR).rows}
+    assert found["Gauss-Seidel", 20].deviation < 1e-4
+    assert found["Jacobi", 50].outcome == "trapped"
+    assert found["Jacobi", 10].deviation == pytest.approx(2.5 * found["Jacobi", 4].deviation, rel=0.3)
