@@ -11,7 +11,7 @@ import tomli_w
 
 from amb_cosim.assessment.statements import Source
 from amb_cosim.cosim.choices import Flavour
-from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare
 from amb_files.atomic import write_atomically
 from amb_files.toml import read_toml
@@ -26,6 +26,11 @@ def prepare_source(source: Source, rotor_file: Path, flavour: Flavour = "native"
     ValueError
         If the scenario, a value or a table of the rotor is wrong.
     """
+    return prepare(scenario_of(source, rotor_file), dict(source.set), flavour=flavour)
+
+
+def scenario_of(source: Source, rotor_file: Path) -> Scenario:
+    """Return the scenario of a source without the values that it sets; arguments and errors as for `prepare_source`."""
     scenario = load_scenario(source.scenario)
     changes: dict[str, Any] = {"end_cycle": source.end_cycle, "unbalance_factor": source.unbalance_factor}
     if source.rotor:
@@ -33,8 +38,10 @@ def prepare_source(source: Source, rotor_file: Path, flavour: Flavour = "native"
         content |= {table: {**content.get(table, {}), **values} for table, values in source.rotor.items()}
         write_atomically(rotor_file, lambda file: file.write_text(tomli_w.dumps(content), encoding="utf-8"))
         changes["rotor"] = str(rotor_file)
-    scenario = scenario.changed(**{key: value for key, value in changes.items() if value is not None})
-    return prepare(scenario, dict(source.set), flavour=flavour)
+    given = {key: value for key, value in changes.items() if value is not None}
+    if "end_cycle" in given:
+        given["end_time"] = None
+    return scenario.changed(**given)
 
 
 def build_fmus(sources: Iterable[Source], folder: Path, flavour: Flavour = "native") -> None:

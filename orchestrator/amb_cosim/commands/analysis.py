@@ -137,6 +137,15 @@ add_study(
     click.option("--static-current", help="Current that carries the static load; that of the axis by default."),
     SETTINGS,
 )
+add_study(
+    "robustness",
+    SCENARIO,
+    ROTOR,
+    SETTINGS,
+    click.option("--change", type=float, default=0.01, show_default=True, help="Share more and less of each quantity."),
+    FLAVOUR,
+    shows_progress=True,
+)
 add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
 add_study(
     "waterfall",

@@ -6,7 +6,20 @@ from typing import Any
 
 import click
 
-from amb_cosim.commands import analysis, animate, build, compare, export, identify, live, report, rotor, run, sweep
+from amb_cosim.commands import (
+    analysis,
+    animate,
+    build,
+    compare,
+    export,
+    identify,
+    live,
+    report,
+    robustness,
+    rotor,
+    run,
+    sweep,
+)
 from amb_cosim.commands.cli_errors import interrupted
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.interruption import interruptible, was_interrupted
@@ -43,6 +56,7 @@ for command in (
     *analysis.COMMANDS,
     *rotor.COMMANDS,
     *report.COMMANDS,
+    *robustness.COMMANDS,
     *live.COMMANDS,
     *sweep.COMMANDS,
 ):

@@ -20,6 +20,7 @@ from amb_files.atomic import check_writable
     help="Spin speeds with commas, each in rad/s or with its unit (5 Hz,10 Hz); twelve from 5 to 35 Hz by default.",
 )
 @output("Table of receptances; what it holds of other speeds stays.", "receptances.toml")
+@click.option("--scenario", metavar="NAME|FILE", help="Scenario whose machine and parameters are taken.")
 @ROTOR
 @SETTINGS
 @FLAVOUR

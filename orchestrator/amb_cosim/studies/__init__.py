@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Study(NamedTuple):
-    """Module of a study's function, relative to the package of studies, and one line about it."""
+    """Module of a study's function, whole or relative to its package of studies, and one line about it."""
 
     module: str
     description: str
@@ -66,6 +66,10 @@ _OWN = {
     "sensitivity": Study(
         ".stability_margin",
         "Stability margin of the levitated rotor (ISO 14839-3), computed and measured in a co-simulation.",
+    ),
+    "robustness": Study(
+        "amb_cosim.sweeps.robustness",  # stands on the sweeps, and so above this package
+        "Whether a scenario's outcome stays with H identified, and with 1 % more and less of its gains and the like.",
     ),
     "linearisation": Study(
         ".bearing_axis",

@@ -19,6 +19,7 @@ from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.progress import STARTING, bars
 from amb_cosim.presentation.text_tables import TextPart, text_table
+from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.studies.inputs import Number, spin_speeds
 from amb_cosim.studies.receptance_measurement import (
     IdentifiedReceptance,
@@ -89,6 +90,7 @@ def identify(
     speeds: str | Sequence[Number] | None = None,
     *,
     output: Path | str | None = None,
+    scenario: Scenario | Path | str | None = None,
     rotor: Path | str | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
@@ -105,8 +107,11 @@ def identify(
         5 to 35 Hz.
     output
         Table file (TOML), written after each speed; the receptances that it holds for other speeds are kept.
+    scenario
+        A scenario, the name of one of a pack, or a TOML file, whose machine and parameters are taken; the packs'
+        default rotor with the start values of the FMUs without.
     rotor
-        Rotor file (TOML); the packs' default without.
+        Name of a rotor of a pack, or rotor file, in place of the scenario's.
     set
         Values by `component.variable`, numbers or texts with units.
     flavour
@@ -121,10 +126,11 @@ def identify(
         If an argument is not allowed, or the table in the file belongs to another rotor or control loop.
     """
     chosen = SPEEDS if speeds is None else spin_speeds(speeds)
+    machine = scenario if isinstance(scenario, Scenario | None) else load_scenario(str(scenario))
     path = None if output is None else Path(output)
     results: list[IdentifiedReceptance] = []
     with _progress_bars(progress) as report:
-        runs = [prepare_identification(Omega, rotor, set, flavour) for Omega in chosen]
+        runs = [prepare_identification(Omega, rotor, set, flavour, machine) for Omega in chosen]
         table = table_for(runs[0], path)
         for prepared in runs:
 

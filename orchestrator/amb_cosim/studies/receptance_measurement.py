@@ -20,7 +20,8 @@ from amb_cosim.cosim.values import Raw
 from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
 from amb_cosim.design.sampled_loop import given_parameters
-from amb_cosim.scenario.scenario import make_scenario
+from amb_cosim.results.places import CONTROLLER
+from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from amb_cosim.studies.sampled_receptance import sampled_receptance
@@ -81,6 +82,7 @@ def prepare_identification(
     rotor_file: Path | str | None = None,
     settings: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
+    machine: Scenario | None = None,
 ) -> Prepared:
     """Return an identification of the levitated rotor, ready to run.
 
@@ -89,33 +91,36 @@ def prepare_identification(
     Omega
         Spin speed (rad/s).
     rotor_file
-        Rotor file (TOML); the packs' default without.
+        Rotor file (TOML); the machine's rotor without, or the packs' default.
     settings
         Values by `component.variable`, numbers or texts with units.
     flavour
         Flavour of the FMUs.
+    machine
+        Scenario whose machine and parameters are taken; the start values of the FMUs without.
 
     Raises
     ------
     ValueError
         If the speed is not positive or below `rolac.min_speed`, or anything else does not fit.
     """
-    n_axes = 2 * len(load_rotor(rotor_file).bearings)
+    bare = make_scenario({"Omega": 1.0, "communication_step": STEP, "end_time": STEP}, NAME)
+    base = (machine or bare).machine()
+    rotor = str(rotor_file) if rotor_file is not None else base.rotor
+    step = base.step_size("gauss_seidel")
+    n_axes = 2 * len(load_rotor(rotor).bearings)
     revolutions = (n_axes + 2) * periods(Omega / (2.0 * math.pi)) + MARGIN
-    steps = math.ceil(revolutions * 2.0 * math.pi / Omega / STEP) if Omega > 0.0 else 1
-    scenario = make_scenario(
-        {
-            "description": "Identification of the receptance",
-            "Omega": Omega,
-            "settle_cycles": 0,
-            "end_time": steps * STEP,
-            "communication_step": STEP,
-            "rotor": None if rotor_file is None else str(rotor_file),
-            "inputs": {"rolac_controller": {"identify": True}},
-            "parameters": {"rolac_controller": {"contact.source": GIVEN}},
-            "record": {"variables": RECORDED, "every": steps},
-        },
-        NAME,
+    steps = math.ceil(revolutions * 2.0 * math.pi / Omega / step) if Omega > 0.0 else 1
+    scenario = base.changed(
+        description="Identification of the receptance",
+        Omega=Omega,
+        settle_cycles=0,
+        end_time=steps * step,
+        coupling="gauss_seidel",
+        inputs={CONTROLLER: {"identify": True}},
+        parameters={CONTROLLER: {"contact.source": GIVEN}},
+        record={"variables": RECORDED, "every": steps},
+        **({} if rotor is None else {"rotor": rotor}),
     )
     prepared = prepare(scenario, settings, flavour=flavour)
     if prepared.plan.speed != Omega:

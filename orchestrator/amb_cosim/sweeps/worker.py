@@ -30,7 +30,10 @@ from amb_files.suggestions import suggest
 
 Metric = Callable[[Result], Mapping[str, float]]
 LABELS = ("step", "removal")  # of events, which names of what is varied may begin with
-FIELDS = ("unbalance_factor", "settle_cycles", "end_cycle", "end_time", "gravity", "gravity_angle", "rotor", "coupling")
+FIELDS = (
+    *("unbalance_factor", "settle_cycles", "end_cycle", "end_time", "gravity", "gravity_angle", "coupling"),
+    *("rotor", "receptances"),
+)
 _ASSEMBLED_FROM = ("system", "rotor", "receptances", "gradient", "fmu")  # fields of a scenario
 
 

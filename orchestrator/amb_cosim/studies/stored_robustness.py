@@ -1,0 +1,67 @@
+"""Which outcomes of a pack are robust: what `amb-cosim robustness` found, kept in its file `robustness.toml`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+import tomli_w
+from pydantic import Field
+
+from amb_cosim.cosim.tables import Table
+from amb_files.atomic import write_atomically
+from amb_files.packs import packs
+from amb_files.toml import read_toml, validate
+
+FILE = "robustness.toml"
+HEAD = """\
+# Outcomes, and what flips them: H identified in the sampled loop, 1 % more and less of K_b, C_b, alpha, clearances and
+# unbalances, one at a time. Written by `amb-cosim robustness {pack}`.
+
+"""
+
+
+class StoredOutcome(Table):
+    """What a run led to, and the outcomes of its variations that differ, by what was changed."""
+
+    outcome: str
+    flips: dict[str, str] = Field(default={})
+
+    @property
+    def verdict(self) -> str:
+        """`robust`, or `fragile` where a variation flips the outcome."""
+        return "fragile" if self.flips else "robust"
+
+    @property
+    def text(self) -> str:
+        """The verdict, and what flips the outcome."""
+        flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
+        return f"fragile ({flips})" if flips else "robust"
+
+
+@cache
+def load_robustness(pack: str) -> Mapping[str, StoredOutcome]:
+    """Return what is known of the runs of a pack, by the name of the scenario or of the statements' source.
+
+    Raises
+    ------
+    ValueError
+        If the file does not have the form.
+    """
+    file = packs()[pack] / FILE
+    if not file.is_file():
+        return {}
+    what = f"{FILE} of pack {pack}"
+    return {name: validate(of, StoredOutcome, f"{what}, {name}") for name, of in read_toml(file, what).items()}
+
+
+def write_robustness(pack: str, found: Mapping[str, StoredOutcome]) -> Path:
+    """Add outcomes to the file of a pack, in the order of their names; return its path."""
+    file = packs()[pack] / FILE
+    known = {**load_robustness(pack), **found}
+    data = {name: known[name].model_dump(exclude_defaults=True) for name in sorted(known)}
+    text = HEAD.format(pack=pack) + tomli_w.dumps(data)
+    write_atomically(file, lambda path: path.write_text(text, encoding="utf-8"))
+    load_robustness.cache_clear()
+    return file

@@ -1,0 +1,200 @@
+"""Study of whether the outcome of a scenario is robust: the same with H identified, and with small changes of values.
+
+An outcome that one of them flips is *fragile*: it says as much about the digits of its input as about the machine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.simulation import Progress
+from amb_cosim.cosim.values import Raw
+from amb_cosim.presentation.progress import progress_bar
+from amb_cosim.presentation.text_tables import TextPart, number, text_table
+from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.studies.receptance_identification import identify
+from amb_cosim.studies.result import DrawnResult
+from amb_cosim.sweeps.variations import Variation, identification_speeds, variations
+from amb_cosim.sweeps.worker import PointResult, Runner, Task
+from amb_files.stages import stage
+from rotor_analysis.checks import require
+
+AS_IT_IS = "as it is"
+PEAK, IMPULSE, ORBIT = "peak_contact_force.", "peak_impulse.", "orbit_largest."  # metrics of a place
+
+
+@dataclass(frozen=True)
+class RobustnessRow:
+    """A run.
+
+    changed
+        What differs from the scenario.
+    outcome
+        What the run led to: its outcome, whether the rotor rolls, and the sites that it touches.
+    reason
+        Why it ended before its time; empty if it did not.
+    last_contact
+        Cycle of the last contact; None without one.
+    peak_force
+        Largest normal contact force at each site that was touched.
+    orbit
+        Largest orbit at each bearing.
+    """
+
+    changed: str
+    outcome: str
+    reason: str
+    last_contact: float | None
+    peak_force: Annotated[dict[str, float], "N"]
+    orbit: Annotated[dict[str, float], "mm"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Robustness(DrawnResult):
+    """Outcomes of a scenario and of its variations.
+
+    scenario
+        Name of the scenario.
+    change
+        Share by which quantities were changed, one at a time.
+    rows
+        The run of the scenario first, then its variations.
+    not_varied
+        Why a quantity was not varied, by its name.
+    """
+
+    name: ClassVar[str] = "robustness"
+
+    scenario: str
+    change: float
+    rows: tuple[RobustnessRow, ...]
+    not_varied: dict[str, str]
+
+    @property
+    def outcome(self) -> str:
+        """Outcome of the scenario as it is."""
+        return self.rows[0].outcome
+
+    @property
+    def flips(self) -> dict[str, str]:
+        """The outcomes that differ from that of the scenario, by what was changed."""
+        return {row.changed: row.outcome for row in self.rows if row.outcome != self.outcome}
+
+    @property
+    def verdict(self) -> str:
+        """`robust`, or `fragile` where a variation flips the outcome."""
+        return "fragile" if self.flips else "robust"
+
+    def text(self) -> list[TextPart]:
+        """Return a table of the runs, what was not varied, and the verdict."""
+        sites = list(dict.fromkeys(site for row in self.rows for site in row.peak_force))
+        places = list(dict.fromkeys(bearing for row in self.rows for bearing in row.orbit))
+        headings = [*(f"{site.upper()} (N)" for site in sites), *(f"{at.upper()} (mm)" for at in places)]
+        columns = ("changed", "outcome", "last contact (cycle)", *headings)
+        table = text_table(f"Robustness of {self.scenario}", columns, left=("changed", "outcome"))
+        for row in self.rows:
+            last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
+            figures = [*(row.peak_force.get(site) for site in sites), *(row.orbit.get(at) for at in places)]
+            table.add_row(row.changed, row.reason or row.outcome, last, *(number(value) for value in figures))
+        left_out = [f"not varied: {name}, {reason}" for name, reason in self.not_varied.items()]
+        flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
+        told = f"fragile: {flips}" if flips else f"robust: every run is {self.outcome}"
+        return [table, "peak force (N) of each site, largest orbit (mm) of each bearing", *left_out, told]
+
+
+def robustness(
+    scenario: Scenario | str | Path | None = None,
+    *,
+    rotor: str | Path | None = None,
+    set: Mapping[str, Raw] | None = None,
+    change: float = 0.01,
+    flavour: Flavour = "native",
+    progress: bool | Progress | None = None,
+) -> Robustness:
+    """Return whether a scenario's outcome stays with H identified and with a little more and less of its quantities.
+
+    K_b, C_b, alpha, clearances and unbalances are changed one at a time. What the machine does not have is not varied.
+
+    Parameters
+    ----------
+    scenario
+        A scenario, the name of one of a pack, or a TOML file; the packs' default without.
+    rotor
+        Name of a rotor of a pack, or rotor file, in place of the scenario's.
+    set
+        Values by `component.variable` that replace the scenario's.
+    change
+        Share by which each quantity is changed, from 1e-6 to 0.5.
+    flavour
+        Flavour of the FMUs.
+    progress
+        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the
+        number of runs done and of all runs.
+
+    Raises
+    ------
+    ValueError
+        If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
+    """
+    require(1e-6 <= change <= 0.5, "change", change, "from 1e-6 to 0.5")
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(None if scenario is None else str(scenario))
+    if rotor is not None:
+        scenario = scenario.model_copy(update={"rotor": str(rotor)})
+    settings = dict(set or {})
+    runner = Runner(Task(scenario, settings, flavour=flavour))
+    try:
+        with stage() as folder, progress_bar(progress) as report:
+            prepared = runner.prepare({})
+
+            def identified() -> Path:
+                return _identified(scenario, settings, identification_speeds(prepared), folder / "h.toml", flavour)
+
+            found = variations(prepared, settings, change, identified)
+            cases = [Variation(AS_IT_IS, {}), *found.made]
+            rows = []
+            for k, case in enumerate(cases):
+                rows.append(_row(case, runner.run(k, case.settings)))
+                report(k + 1, len(cases))
+    finally:
+        runner.close()
+    if rows[0].reason:
+        raise ValueError(f"scenario {scenario.name}: {rows[0].reason}")
+    return Robustness(scenario.name, change, tuple(rows), dict(found.left_out))
+
+
+def _identified(
+    scenario: Scenario, settings: Mapping[str, Raw], speeds: list[float], file: Path, flavour: Flavour
+) -> Path:
+    """Identify H of a scenario's sampled loop at some speeds (rad/s), write the table to a file and return that."""
+    found = identify(speeds, output=file, scenario=scenario, set=settings, flavour=flavour, progress=False)
+    for result in found.results:
+        if result.reason:
+            raise ValueError(f"at {result.speed:g} rad/s: {result.reason}")
+    return file
+
+
+def _row(case: Variation, point: PointResult) -> RobustnessRow:
+    values = {name: float(value) for name, value in point.metrics.items() if not math.isnan(value)}
+    impulses, forces, orbit = (_at_places(values, prefix) for prefix in (IMPULSE, PEAK, ORBIT))
+    touched = [site for site, force in forces.items() if force > 0.0 or impulses.get(site, 0.0) > 0.0]
+    rolls, touches = "rolling" * bool(values.get("rolling")), f"touching {' '.join(touched)}" * bool(touched)
+    reason = point.reason if point.outcome in ("failed", "invalid") else ""
+    return RobustnessRow(
+        changed=case.name,
+        outcome=", ".join(filter(None, (point.outcome, rolls, touches))),
+        reason=reason,
+        last_contact=values.get("last_contact"),
+        peak_force={site: forces[site] for site in touched},
+        orbit=orbit,
+    )
+
+
+def _at_places(values: Mapping[str, float], prefix: str) -> dict[str, float]:
+    """Return the values whose names begin with a prefix, by the place that follows."""
+    return {name.removeprefix(prefix): value for name, value in values.items() if name.startswith(prefix)}

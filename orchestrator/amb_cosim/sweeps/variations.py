@@ -1,0 +1,135 @@
+"""What a scenario is repeated with to find out whether its outcome hangs on a hair: small changes of one thing each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+
+from amb_cosim.cosim.values import Raw
+from amb_cosim.results.places import CONTROLLER, PLANT
+from amb_cosim.scenario.plan import UNBALANCE
+from amb_cosim.scenario.simulation import Prepared
+
+STEP = 2.0 * np.pi  # rad/s, between speeds at which H is identified for a run that changes its speed
+SWITCHES = {name: f"{CONTROLLER}.{name}" for name in ("rolac_enable", "identify")}
+
+# Quantities and the parameters that they are in, of a controller with the gains K_b and C_b, or k_p and k_d.
+ASSUMED = {"K_b": "*.k_b_?", "C_b": "*.c_b_?"}
+DIRECT = {"k_p": "*.k_p_?", "k_d": "*.k_d_?"}
+OF_PLANT = {"K_b": "*.k_b", "C_b": "*.c_b", "clearance": "*.clearance"}
+
+
+@dataclass(frozen=True)
+class Variation:
+    """What is changed, and the values that a sweep sets for it."""
+
+    name: str
+    settings: Mapping[str, Raw]
+
+
+@dataclass(frozen=True)
+class Variations:
+    """Variations of a scenario, and why other quantities are not varied, by their names."""
+
+    made: tuple[Variation, ...]
+    left_out: Mapping[str, str]
+
+
+def variations(
+    prepared: Prepared, settings: Mapping[str, Raw], change: float, identified: Callable[[], Path]
+) -> Variations:
+    """Return the scenario with H identified in its sampled loop, and with a share more and less of each quantity.
+
+    K_b, C_b, alpha, clearances and unbalances are changed, those of all bearings, sites and discs together.
+
+    Parameters
+    ----------
+    prepared
+        The scenario as it is.
+    settings
+        Values that it was prepared with in place of its own.
+    change
+        Share, such as 0.01.
+    identified
+        Identifies H and returns the file with the table; called only where the controller uses one.
+    """
+    made, left_out = [], {}
+    if reason := _without_h(prepared):
+        left_out["identified H"] = reason
+    else:
+        try:
+            made.append(Variation("identified H", {"receptances": str(identified())}))
+        except ValueError as error:
+            left_out["identified H"] = f"its identification failed: {error}"
+    for name, scaled in _quantities(prepared, settings):
+        if isinstance(scaled, str):
+            left_out[name] = scaled
+            continue
+        for sign, factor in (("+", 1.0 + change), ("-", 1.0 - change)):
+            made.append(Variation(f"{name} {sign} {100.0 * change:g} %", scaled(factor)))
+    return Variations(tuple(made), left_out)
+
+
+def identification_speeds(prepared: Prepared) -> list[float]:
+    """Return the speeds (rad/s) at which H is identified: that of the run, or a row of them through all that it has."""
+    speeds = [prepared.plan.speed, *(speed for _, speed in prepared.plan.profile)]
+    lowest = prepared.plan.all_parameters(prepared.interfaces)[CONTROLLER]["rolac.min_speed"] or 0.0
+    low, high = max(min(speeds), lowest), max(speeds)
+    return [high] if high - low < STEP else [float(v) for v in np.linspace(low, high, 1 + round((high - low) / STEP))]
+
+
+Scaled = Callable[[float], dict[str, Raw]]
+
+
+def _quantities(prepared: Prepared, settings: Mapping[str, Raw]) -> Iterator[tuple[str, Scaled | str]]:
+    """Yield names of quantities with what sets them times a factor, or why there is nothing to vary."""
+    values = {k: dict(v) for k, v in prepared.plan.all_parameters(prepared.interfaces).items()}
+    controller, plant = values.get(CONTROLLER, {}), values.get(PLANT, {})
+    gains = DIRECT if controller.get("pid.direct") else ASSUMED
+    found: dict[str, dict[str, float]] = {}
+    for component, of_one, patterns in ((CONTROLLER, controller, gains), (PLANT, plant, OF_PLANT)):
+        for quantity, pattern in patterns.items():
+            matching = {f"{component}.{n}": v for n, v in of_one.items() if v and fnmatchcase(n, pattern)}
+            found[quantity] = found.get(quantity, {}) | matching
+    if _is_on(prepared, "rolac_enable"):
+        found["alpha"] = {f"{CONTROLLER}.rolac.alpha": controller["rolac.alpha"] or 0.0}
+    else:
+        yield "alpha", "the synchronous control is off"
+    for quantity, of_quantity in found.items():
+        yield quantity, _times(of_quantity) if any(of_quantity.values()) else "it is zero everywhere"
+    yield "unbalance", _unbalance(prepared, settings)
+
+
+def _times(values: Mapping[str, float]) -> Scaled:
+    return lambda factor: {name: factor * value for name, value in values.items()}
+
+
+def _unbalance(prepared: Prepared, settings: Mapping[str, Raw]) -> Scaled | str:
+    """Return what scales all unbalances, those that were set in place of the scenario's too."""
+    assignments = prepared.assembly.assignments()
+    first = {n: v for n, v in prepared.plan.inputs.items() if v and assignments.port(n).unit == UNBALANCE}
+    later = [n for _, n, value in prepared.plan.events if value and assignments.port(n).unit == UNBALANCE]
+    if not first and not later:
+        return "there is none"
+    replaced = {name for given in settings if "." in given for name in assignments.matching(given)} & first.keys()
+    own = prepared.scenario.unbalance_factor
+    return lambda factor: {"unbalance_factor": own * factor, **{name: factor * first[name] for name in replaced}}
+
+
+def _is_on(prepared: Prepared, switch: str) -> bool:
+    """Return whether an input of the controller is on at some time of the run."""
+    name, plan = SWITCHES[switch], prepared.plan
+    return bool(plan.inputs.get(name)) or any(value for _, changed, value in plan.events if changed == name)
+
+
+def _without_h(prepared: Prepared) -> str:
+    """Return why a table of H would change nothing or be another run; empty where it is what the outcome rests on."""
+    if not _is_on(prepared, "rolac_enable"):
+        return "the synchronous control is off"
+    if _is_on(prepared, "identify"):
+        return "the run identifies H itself"
+    return "the scenario has a table" if prepared.scenario.receptances is not None else ""
