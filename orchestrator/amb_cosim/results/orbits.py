@@ -112,7 +112,8 @@ def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> floa
     within = (turned > end - 1.0) & (turned <= end)
     if end - 1.0 < turned[0] or np.count_nonzero(within) < _FEWEST_SAMPLES:
         return None
-    return synchronous_amplitude(*motion[:, within], 2.0 * np.pi * turned[within])
+    x, y = motion[:, within]
+    return synchronous_amplitude(x, y, 2.0 * np.pi * turned[within])
 
 
 def synchronous_amplitude(x: NDArray[np.float64], y: NDArray[np.float64], theta: NDArray[np.float64]) -> float:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +19,8 @@ from amb_cosim.sweeps.sampling import POINT, Design
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from amb_cosim.sweeps.store import SweepStore
 
 BOUNDARIES = ("recovered", "contact", "rolling")
 
@@ -106,13 +107,9 @@ class Refinement:
     def _attributes(self) -> dict[str, Any]:
         return {"metric": self.metric, "tolerance": self.tolerance, "rounds": self.rounds, "runs": self.runs}
 
-    def save(self, path: Path) -> None:
+    def save(self, store: SweepStore) -> None:
         """Write the boundary as a group of the store."""
-        import zarr
-
-        group = boundary_group(self.metric)
-        self.boundary().to_zarr(path, group=group, mode="w", zarr_format=2, consolidated=False)
-        zarr.consolidate_metadata(path, zarr_format=2)
+        store.replace_group(boundary_group(self.metric), self.boundary())
 
     def _place(self, interval: Interval, at: float) -> dict[str, Any]:
         """Return the coordinates of a point of an interval's line."""

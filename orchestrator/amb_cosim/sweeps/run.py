@@ -6,7 +6,9 @@ import hashlib
 import importlib.metadata
 import inspect
 import json
+import os
 import platform
+import stat
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -188,7 +190,7 @@ def _refine(
         of_round = SweepStore(store.folder, points, request, _provenance(), group)
         run_missing(client, name, task, of_round, report)
         refinement.learn(of_round.dataset())
-    refinement.save(store.path)
+    refinement.save(store)
 
 
 def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, str]]:
@@ -258,7 +260,7 @@ def only_writer(folder: Path) -> Iterator[None]:
     Raises
     ------
     ValueError
-        If another process holds it.
+        If another process holds it, or what lies in its place is no file; it stays as it is.
     """
     try:
         import fcntl
@@ -266,9 +268,18 @@ def only_writer(folder: Path) -> Iterator[None]:
         yield
         return
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / ".lock").open("w") as file:
+    lock = folder / ".lock"
+    try:  # no link is followed, and no pipe waited for
+        file = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
+    except OSError as error:
+        raise ValueError(f"{lock} cannot be the lock of a sweep: {error.strerror}") from error
+    try:
+        if not stat.S_ISREG(os.fstat(file).st_mode):
+            raise ValueError(f"{lock} cannot be the lock of a sweep; it is no file")
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             raise ValueError(f"another sweep is writing to {folder}") from error
         yield
+    finally:
+        os.close(file)

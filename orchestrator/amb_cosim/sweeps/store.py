@@ -3,14 +3,17 @@
     folder/sweep.zarr      opens as xarray.open_zarr(path); rounds of refinement are groups, contact_1, contact_2, ...
     folder/runs            full records of points that are kept
 
-One process writes it. Every chunk is a file that is replaced whole; that of `outcome`, the last one written, says which
-points are there: a sweep that was killed at any moment goes on from it.
+One process writes it. Every chunk is a file that is replaced whole, with a checksum; that of `outcome`, the last one
+written, says which points are there: a sweep that was killed at any moment goes on from it. What describes the arrays
+is there twice, in a file for each and in one for all (`.zmetadata`), so that damage to either shows. Nothing is removed
+but the temporary files of a process that was killed.
 """
 
 from __future__ import annotations
 
 import json
-import shutil
+import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +24,9 @@ from numpy.typing import NDArray
 from amb_cosim.sweeps.metrics import UNITS
 from amb_cosim.sweeps.sampling import Design
 from amb_cosim.sweeps.worker import PointResult
+from amb_cosim.sweeps.zarr_groups import EVERY_CHUNK, read_group, write_group
 from amb_files.atomic import write_atomically
+from amb_files.stages import stage
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,6 +34,7 @@ if TYPE_CHECKING:
 STORE, RUNS = "sweep.zarr", "runs"
 CHUNK = 16384  # points at most that are written together
 LONGEST = 400  # characters of a reason
+PARTIAL = re.compile(r"\.[0-9a-f]{32}\.partial$")  # what Zarr writes before a chunk appears whole
 DESCRIPTIONS = {
     "outcome": "unstable, trapped, recovered, prevented; completed, stopped; failed, invalid, crashed; empty: not run",
     "reason": "Why a run failed or stopped",
@@ -59,7 +65,8 @@ class SweepStore:
     Raises
     ------
     ValueError
-        If the store was made for something else; the message says what differs.
+        If the store was made for something else, where the message says what differs; if it is damaged; or if what
+        lies in its place is none. It stays as it is.
     """
 
     def __init__(
@@ -73,9 +80,11 @@ class SweepStore:
         self._dirty: set[int] = set()
         asked = json.loads(json.dumps(dict(request)))
         self._attrs = {"request": json.dumps(asked), "provenance": json.dumps(dict(provenance))}
-        if (self.path / group / ".zattrs").is_file():
-            check_same(asked, self._request(), folder)
-            self._read()
+        if os.path.lexists(self.path / group):
+            there = open_sweep(folder, group)
+            check_same(asked, json.loads(there.attrs.get("request", "null")), folder)
+            self._values = {str(name): np.array(variable.values) for name, variable in there.data_vars.items()}
+            self._clear_up()
         else:
             self._create()
 
@@ -132,10 +141,9 @@ class SweepStore:
         self._values["reason"] = np.full(self.design.shape, "", object)  # of any length, so that most take nothing
         self._values["seconds"] = np.full(self.design.shape, np.nan)
         self.folder.mkdir(parents=True, exist_ok=True)
-        stage, target = self._staged(self._labelled(tuple(self._values))), self.path / self.group
-        if target.exists():  # a group or a store that has not come so far
-            shutil.rmtree(target)
-        stage.rename(target)
+        with stage(self.folder) as temporary:
+            whole = self._staged(self._labelled(tuple(self._values)), temporary)
+            whole.rename(self.path / self.group)
         self._consolidate()
 
     def _labelled(self, names: Sequence[str]) -> xr.Dataset:
@@ -144,21 +152,29 @@ class SweepStore:
         data = {name: (self._dims, self._values[name], self._attributes(name)) for name in names}
         return xr.Dataset(data, self._coordinates(), self._attrs)
 
-    def _staged(self, dataset: xr.Dataset) -> Path:
-        """Write a data set beside the store, and return where; what is moved into the store then is whole."""
-        stage = self.folder / f".{STORE}.new"
-        shutil.rmtree(stage, ignore_errors=True)
+    def _staged(self, dataset: xr.Dataset, folder: Path) -> Path:
+        """Write arrays of results into a folder, and return where; what is moved into the store then is whole."""
         chunks = (min(self._rows, self.design.shape[0]), *self.design.shape[1:])
-        encoding = {name: {"chunks": chunks} for name in dataset.data_vars}
-        dataset.to_zarr(stage, mode="w", zarr_format=2, consolidated=False, encoding=encoding)
-        return stage
+        return write_group(dataset, folder / STORE, dict.fromkeys(dataset.data_vars, chunks))
+
+    def replace_group(self, name: str, dataset: xr.Dataset) -> None:
+        """Write a data set as a group of the store, in place of one that a sweep has written there."""
+        target = self.path / name
+        if os.path.lexists(target):
+            open_sweep(self.folder, name)
+        with stage(self.folder) as temporary:
+            whole = write_group(dataset, temporary / "new")
+            if target.exists():
+                target.rename(temporary / "old")
+            whole.rename(target)
+        self._consolidate()
 
     def _write_new(self, names: Sequence[str]) -> None:
         """Add arrays that no result has had before, each of them whole or not at all."""
-        stage = self._staged(self._labelled(names).drop_vars(list(self._coordinates())))
-        for name in names:
-            (stage / name).rename(self.path / self.group / name)
-        shutil.rmtree(stage)
+        with stage(self.folder) as temporary:
+            whole = self._staged(self._labelled(names).drop_vars(list(self._coordinates())), temporary)
+            for name in names:
+                (whole / name).rename(self.path / self.group / name)
         self._consolidate()
 
     def _consolidate(self) -> None:
@@ -180,21 +196,16 @@ class SweepStore:
         import zarr
 
         if name not in self._arrays:
-            self._arrays[name] = zarr.open_array(self.path / self.group / name, mode="r+", zarr_format=2)
+            with zarr.config.set(EVERY_CHUNK):
+                self._arrays[name] = zarr.open_array(self.path / self.group / name, mode="r+", zarr_format=2)
         return self._arrays[name]
 
-    def _read(self) -> None:
-        for left in self.path.rglob("*.partial"):  # by a process that was killed while it wrote
-            left.unlink()
+    def _clear_up(self) -> None:
+        """Remove what a process left that was killed while it wrote, and take up what it had begun to add."""
+        for left in self.path.rglob("*.partial"):
+            if PARTIAL.search(left.name):
+                left.unlink()
         self._consolidate()
-        dataset = open_sweep(self.folder, self.group)
-        self._values = {str(name): np.array(variable.values) for name, variable in dataset.data_vars.items()}
-
-    def _request(self) -> dict[str, Any]:
-        import zarr
-
-        found: dict[str, Any] = json.loads(str(zarr.open_group(self.path / self.group, mode="r").attrs["request"]))
-        return found
 
 
 def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
@@ -203,15 +214,12 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
     Raises
     ------
     ValueError
-        If there are none.
+        If there are none, or what is there is damaged.
     """
-    import xarray as xr
-
     path = Path(folder) / STORE
-    if not (path / group).is_dir():
-        raise ValueError(f"no sweep in {folder}; it must be a folder with {STORE}")
-    with xr.open_zarr(path, group=group or None, consolidated=False, chunks=None) as dataset:
-        return dataset.load()
+    if not (path / group / ".zattrs").is_file():
+        raise ValueError(f"no sweep in {folder}; it must be a folder with {STORE}, and that one that a sweep has made")
+    return read_group(path, group)
 
 
 def check_same(asked: Mapping[str, Any], there: Mapping[str, Any], folder: Path) -> None:

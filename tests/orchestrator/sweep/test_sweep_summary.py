@@ -47,7 +47,7 @@ def test_a_summary_compares_the_boundary_with_a_grid_as_fine(tmp_path):
     while (points := refinement.next_round()) is not None:
         values = [float(points.settings(n)["a.x"] < 0.3) for n in range(points.size)]
         refinement.learn(xr.Dataset({"recovered": ("point", values)}))
-    refinement.save(swept.folder / "sweep.zarr")
+    refinement.save(SweepStore(swept.folder, swept.design, {"scenario": {"name": "made up"}}, {}))
     halvings = math.ceil(math.log2(0.25 / 0.01))
     assert swept.summary.splitlines()[-1] == (
         f"boundary of recovered: 2 places, known to 1 % of an axis by {2 * halvings} runs more, "

@@ -1,0 +1,89 @@
+"""Groups of Zarr arrays whose chunks have checksums: what a disk or a copy has damaged is an error, and no number.
+
+The checksum is of the compressed bytes, so that nothing damaged is unpacked. A chunk that holds nothing yet is written
+all the same: one that is missing was lost.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CHECKSUM = "crc32"  # a codec of numcodecs
+EVERY_CHUNK = {"array.write_empty_chunks": True}  # of Zarr's configuration, while arrays are created or opened
+LONGEST = 400  # characters of what an error says
+
+
+def write_group(dataset: xr.Dataset, folder: Path, chunks: Mapping[Any, Any] | None = None) -> Path:
+    """Write a data set as a group and return its folder; `chunks` are the shapes of the chunks of arrays."""
+    import zarr
+    from numcodecs import CRC32, VLenUTF8, Zstd
+
+    encoding: dict[Any, dict[str, Any]] = {}
+    for name, variable in dataset.variables.items():
+        texts = [VLenUTF8()] if variable.dtype == object else []
+        encoding[name] = {"filters": [*texts, Zstd(), CRC32()], "compressors": None}
+    for name, shape in (chunks or {}).items():
+        encoding[name]["chunks"] = shape
+    with zarr.config.set(EVERY_CHUNK):
+        dataset.to_zarr(folder, mode="w", encoding=encoding, zarr_format=2, consolidated=False)
+    return folder
+
+
+def read_group(path: Path, group: str = "") -> xr.Dataset:
+    """Read a group of a store into memory.
+
+    Raises
+    ------
+    ValueError
+        If something of it is damaged or missing; the message says what.
+    """
+    import xarray as xr
+
+    where = path.name
+    try:
+        _check_descriptions(path, PurePosixPath(group))
+        with xr.open_zarr(path, group=group or None, consolidated=False, chunks=None) as dataset:
+            for name, variable in dataset.variables.items():
+                where = f"{path.name}/{group and group + '/'}{name}"
+                _check_chunks(path / group / str(name))
+                variable.load()
+            return dataset.load()
+    except Exception as error:  # of Zarr, its codecs, xarray and the system; each has its own
+        raise ValueError(f"the sweep in {path.parent} is damaged, {where}: {_reason(error)}") from error
+
+
+def _check_descriptions(path: Path, group: PurePosixPath) -> None:
+    """Raise ValueError if a file that describes a group or an array of it is not what the store had for it."""
+    if not (path / ".zmetadata").is_file():  # of a process that was killed as it created the store
+        return
+    known = json.loads((path / ".zmetadata").read_bytes())["metadata"]
+    for name, content in known.items():
+        file, folder = PurePosixPath(name), PurePosixPath(name).parent
+        is_array = folder.parent == group and f"{folder}/.zgroup" not in known
+        if (
+            file.name != ".zgroup"
+            and (folder == group or is_array)
+            and json.loads((path / name).read_bytes()) != content
+        ):
+            raise ValueError(f"{name} and .zmetadata differ")
+
+
+def _check_chunks(folder: Path) -> None:
+    """Raise ValueError if an array misses a chunk; those without checksums, of 0.2.0, need not have all."""
+    import zarr
+
+    array: Any = zarr.open_array(folder, mode="r", zarr_format=2)
+    checked = any(codec.codec_id == CHECKSUM for codec in array.metadata.filters or ())
+    if checked and array.nchunks_initialized < array.nchunks:
+        raise ValueError(f"{array.nchunks - array.nchunks_initialized} of its {array.nchunks} chunks are missing")
+
+
+def _reason(error: Exception) -> str:
+    """Return the first line of what an error says."""
+    return (str(error).strip() or type(error).__name__).splitlines()[0][:LONGEST]

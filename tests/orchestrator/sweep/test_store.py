@@ -1,0 +1,151 @@
+"""Stores of sweeps: what is damaged is told and never read as numbers; what is not a sweep's is left as it is."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+
+import numpy as np
+import pytest
+
+from amb_cosim.sweeps.run import only_writer
+from amb_cosim.sweeps.sampling import make_design
+from amb_cosim.sweeps.store import SweepStore, open_sweep
+from amb_cosim.sweeps.worker import PointResult
+
+DESIGN = make_design({"Omega": np.linspace(100.0, 200.0, 24), "x.y": ["a", "b"]})
+
+
+def fill(folder, group=""):
+    """A sweep with all its points."""
+    store = SweepStore(folder, DESIGN, {"a": 1}, {}, group)
+    draw = np.random.default_rng(1)
+    store.add(
+        [PointResult(n, "recovered", "why" * (n % 3), {"peak": draw.normal()}, 1.0 + n) for n in range(DESIGN.size)]
+    )
+    return folder
+
+
+def files(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("damage", [
+    lambda content: content[: len(content) // 2],
+    lambda content: b"",
+    lambda content: content[:20] + bytes([content[20] ^ 4]) + content[21:],
+])  # fmt: skip
+@pytest.mark.parametrize("name", ["peak/0.0", "outcome/0.0", "reason/0.0", "seconds/0.0", "Omega/0", "peak/.zarray"])
+def test_a_damaged_file_is_told_when_read_and_on_resume(tmp_path, name, damage):
+    file = fill(tmp_path) / "sweep.zarr" / name
+    file.write_bytes(damage(file.read_bytes()))
+    before = files(tmp_path)
+    for use in (open_sweep, fill):
+        with pytest.raises(ValueError, match=rf"(?s)sweep in {tmp_path} is damaged, sweep.zarr"):
+            use(tmp_path)
+    assert files(tmp_path) == before
+
+
+@pytest.mark.parametrize("name", ["peak/0.0", "peak/.zarray", "outcome/0.0"])
+def test_a_lost_file_is_no_missing_value(tmp_path, name):
+    (fill(tmp_path) / "sweep.zarr" / name).unlink()
+    with pytest.raises(ValueError, match="is damaged"):
+        open_sweep(tmp_path)
+
+
+def test_a_round_of_refinement_is_checked_apart_from_the_grid(tmp_path):
+    fill(tmp_path)
+    fill(tmp_path, "contact_1")
+    file = tmp_path / "sweep.zarr" / "contact_1" / "peak" / "0.0"
+    file.write_bytes(file.read_bytes()[:-3])
+    with pytest.raises(ValueError, match=r"is damaged, sweep\.zarr/contact_1/peak: "):
+        open_sweep(tmp_path, "contact_1")
+    assert open_sweep(tmp_path).sizes == {"Omega": 24, "x.y": 2}
+
+
+def test_turned_bits_anywhere_give_the_same_numbers_or_an_error(tmp_path):
+    fill(tmp_path / "whole")
+    expected = open_sweep(tmp_path / "whole")
+    chance = random.Random(1)
+    wrong = 0
+    for _ in range(60):
+        shutil.copytree(tmp_path / "whole", tmp_path / "copy")
+        file = chance.choice(sorted(path for path in (tmp_path / "copy").rglob("*") if path.is_file()))
+        content = bytearray(file.read_bytes())
+        content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+        file.write_bytes(content)
+        try:
+            assert open_sweep(tmp_path / "copy").identical(expected), file
+        except ValueError:
+            wrong += 1
+        shutil.rmtree(tmp_path / "copy")
+    assert wrong > 40
+
+
+@pytest.mark.parametrize("of", ["a user", "a sweep that lost its attributes", "another program", "a link"])
+def test_what_is_no_sweep_stays_with_all_that_is_in_it(tmp_path, of):
+    store = tmp_path / "sweep.zarr"
+    if of == "a sweep that lost its attributes":
+        fill(tmp_path)
+        (store / ".zattrs").unlink()
+    elif of == "a link":
+        (tmp_path / "elsewhere").mkdir()
+        (tmp_path / "elsewhere" / "thesis.tex").write_text("years of work")
+        store.symlink_to(tmp_path / "elsewhere")
+    else:
+        store.mkdir()
+        (store / "thesis.tex").write_text("years of work")
+        if of == "another program":
+            (store / ".zattrs").write_text("{}")
+            (store / ".zgroup").write_text(json.dumps({"zarr_format": 2}))
+    (tmp_path / ".sweep.zarr.new").mkdir()
+    (tmp_path / ".sweep.zarr.new" / "mine").write_text("kept")
+    before = files(tmp_path)
+    with pytest.raises(ValueError, match=str(tmp_path)):
+        fill(tmp_path)
+    assert files(tmp_path) == before
+
+
+def test_a_group_that_is_none_of_a_sweep_stays(tmp_path):
+    fill(tmp_path)
+    (tmp_path / "sweep.zarr" / "contact_1").mkdir()
+    (tmp_path / "sweep.zarr" / "contact_1" / "note").write_text("kept")
+    with pytest.raises(ValueError, match="no sweep"):
+        fill(tmp_path, "contact_1")
+    store = SweepStore(tmp_path, DESIGN, {"a": 1}, {})
+    with pytest.raises(ValueError, match="no sweep"):
+        store.replace_group("contact_1", store.dataset())
+    assert (tmp_path / "sweep.zarr" / "contact_1" / "note").read_text() == "kept"
+
+
+def test_what_a_killed_sweep_left_half_written_is_taken_away(tmp_path):
+    fill(tmp_path)
+    store = tmp_path / "sweep.zarr"
+    partial = store / "peak" / f"0.{'0a' * 16}.partial"
+    partial.write_bytes(b"half")
+    (store / "mine.partial").write_text("kept")
+    (store / ".zmetadata").unlink()  # it was killed before it wrote that
+    fill(tmp_path)
+    assert not partial.exists()
+    assert (store / "mine.partial").exists()
+    assert (store / ".zmetadata").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there is no lock")
+def test_a_lock_follows_no_link_and_truncates_nothing(tmp_path):
+    (tmp_path / "diary").write_text("kept")
+    lock = tmp_path / ".lock"
+    lock.symlink_to(tmp_path / "diary")
+    with pytest.raises(ValueError, match=r"\.lock"), only_writer(tmp_path):
+        pass
+    lock.unlink()
+    os.mkfifo(lock)
+    with pytest.raises(ValueError, match=r"\.lock .* it is no file"), only_writer(tmp_path):
+        pass
+    lock.unlink()
+    lock.write_text("kept too")
+    with only_writer(tmp_path), pytest.raises(ValueError, match="another sweep"), only_writer(tmp_path):
+        pass
+    assert (lock.read_text(), (tmp_path / "diary").read_text()) == ("kept too", "kept")
