@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import re
+import secrets
 import shutil
 import sys
 import tempfile
@@ -20,8 +23,8 @@ PREFIX = ".amb-cosim-"
 def stage(parent: Path | None = None) -> Iterator[Path]:
     """Yield a new folder in `parent`, the system's folder for temporary files by default; it is gone afterwards.
 
-    It is locked while it is used, which ends with the process, however that ends. Folders without a lock are
-    removed from `parent`.
+    It is locked while it is used, which ends with the process, however that ends. Folders without a lock that this made
+    for the same user are removed from `parent`; a digest at the end of their names tells them from all others.
     """
     parent = Path(tempfile.gettempdir()) if parent is None else parent
     _remove_abandoned(parent)
@@ -36,7 +39,8 @@ def stage(parent: Path | None = None) -> Iterator[Path]:
 def _locked(parent: Path) -> tuple[Path, int | None]:
     """Create a folder and lock it; another process may have removed it before it was locked."""
     while True:
-        folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=parent))
+        folder = parent / _name(secrets.token_hex(8))
+        folder.mkdir(mode=0o700)
         try:
             lock = _lock(folder, wait=True)
         except FileNotFoundError:
@@ -48,10 +52,26 @@ def _locked(parent: Path) -> tuple[Path, int | None]:
         _unlock(lock)
 
 
+def _name(token: str) -> str:
+    """Return the name of a folder: nobody gives it to one of his own, for it ends with a digest of itself."""
+    return f"{PREFIX}{token}-{hashlib.sha256(f'{PREFIX}{token}'.encode()).hexdigest()[:16]}"
+
+
+def _is_ours(folder: Path) -> bool:
+    """Return whether a folder is one that `stage` made for this user."""
+    token = re.fullmatch(f"{re.escape(PREFIX)}([0-9a-f]{{16}})-[0-9a-f]{{16}}", folder.name)
+    try:
+        return token is not None and folder.name == _name(token[1]) and folder.lstat().st_uid == os.geteuid()
+    except OSError:
+        return False
+
+
 def _remove_abandoned(parent: Path) -> None:
     if sys.platform == "win32":
         return
     for folder in parent.glob(f"{PREFIX}*"):
+        if not _is_ours(folder):
+            continue
         with suppress(OSError):  # it is in use, or another user's
             lock = _lock(folder, wait=False)
             shutil.rmtree(folder, ignore_errors=True)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from amb_files.atomic import check_writable, create_atomically, write_atomically
+from amb_files.stages import stage
 
 
 def fail(path):
@@ -101,6 +102,28 @@ def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path, run_python)
 
     write_atomically(tmp_path / "a", beside_another)
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a": "whole", "b": "whole"}
+
+
+@pytest.mark.parametrize("name", [".amb-cosim-mine", ".amb-cosim-0123456789abcdef-0123456789abcdef"])
+def test_a_folder_that_only_resembles_a_temporary_one_stays(tmp_path, name):
+    mine = tmp_path / name
+    mine.mkdir()
+    (mine / "note").write_text("kept")
+    write_atomically(tmp_path / "a", lambda p: p.write_text("whole"))
+    assert (mine / "note").read_text() == "kept"
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="needs two users")
+def test_a_folder_of_another_user_stays(tmp_path):
+    with stage(tmp_path) as used:
+        name = used.name
+    (tmp_path / name).mkdir()
+    os.chown(tmp_path / name, 65534, 65534)
+    write_atomically(tmp_path / "a", lambda p: p.write_text("whole"))
+    assert (tmp_path / name).is_dir()
+    os.chown(tmp_path / name, 0, 0)
+    write_atomically(tmp_path / "a", lambda p: p.write_text("whole"))
+    assert not (tmp_path / name).exists()
 
 
 def test_an_error_names_what_was_to_be_written(tmp_path):
