@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from slow import slow_but_first
 from amb_cosim.cosim.dataset import load, save
 from amb_cosim.cosim.signals import Samples, SignalTable
 from amb_cosim.results import contact_history, orbits, series
+from amb_cosim.results.result import Result
 from amb_cosim.results.summary import summarise
 
 
@@ -305,6 +307,26 @@ def test_netcdf_round_trip_keeps_data_and_figures(synthetic, tmp_path):
     xr.testing.assert_identical(again, dataset)
     assert figures_of(again) == figures_of(dataset)
     assert [p.name for p in tmp_path.iterdir()] == ["result.nc"]
+
+
+@pytest.mark.parametrize("of", ["signals", "dataset"])
+def test_turned_bits_of_a_result_are_harmless_or_an_error(synthetic, tmp_path, of):
+    dataset = synthetic(outcome=json.dumps(["completed", 1.0, None, ""]))
+    groups = ({n: Samples(v.values, v.attrs) for n, v in g.items()} for g in (dataset.data_vars, dataset.coords))
+    save(SignalTable(*groups, dataset.attrs) if of == "signals" else dataset, file := tmp_path / "result.nc")
+    whole, chance, refused = file.read_bytes(), random.Random(1), 0
+    for _ in range(25):
+        content = bytearray(whole)
+        content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+        file.write_bytes(content)
+        try:
+            assert Result.load(file).dataset.equals(dataset)
+        except ValueError:
+            refused += 1
+    assert refused > 5
+    file.write_bytes(whole[: len(whole) // 4])
+    with pytest.raises(ValueError, match="is no result of a run, or damaged"):
+        Result.load(file)
 
 
 @pytest.mark.parametrize("samples", slow_but_first([None, 0]))

@@ -135,8 +135,10 @@ def save(dataset: SignalTable | xr.Dataset, path: Path) -> None:
 
 def load(path: Path) -> xr.Dataset:
     """Read a data set back into memory."""
+    import h5py
     import xarray as xr
 
+    h5py.File(path).close()  # h5netcdf prints a traceback where there is no file of HDF5
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
         return dataset.load()
 

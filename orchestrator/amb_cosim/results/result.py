@@ -37,7 +37,7 @@ class Result(Run):
         Raises
         ------
         ValueError
-            If there is none.
+            If there is none, or it is damaged.
         """
         file = Path(path) / RESULT if Path(path).is_dir() else Path(path)
         if not file.is_file():
@@ -45,8 +45,8 @@ class Result(Run):
         try:
             dataset = load(file)
             return cls(dataset, Outcome(*json.loads(dataset.attrs["outcome"])))
-        except (OSError, KeyError) as error:
-            raise ValueError(f"{file} is no result of a run: {error}") from error
+        except Exception as error:  # HDF5, its readers and JSON have each their own
+            raise ValueError(f"{file} is no result of a run, or damaged: {error or type(error).__name__}") from error
 
     @property
     def scenario(self) -> str:
