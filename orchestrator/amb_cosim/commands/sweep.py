@@ -93,14 +93,14 @@ def _function(text: str) -> Callable[..., Any]:
     file, _, name = text.rpartition(":")
     if not file or not Path(file).is_file():
         raise ValueError(f"--metric {text} is not allowed; it must be FILE:FUNCTION, and FILE must exist")
-    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
+    spec = importlib.util.spec_from_file_location(f"amb_cosim_metric_{Path(file).stem}", file)  # no package's name
     if spec is None or spec.loader is None:
         raise ValueError(f"--metric {text}: {file} is no Python file")
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
         function = getattr(module, name)
-    except Exception as error:  # whatever the user's file raises
+    except (Exception, SystemExit) as error:  # whatever the user's file raises
         raise ValueError(f"--metric {text}: {type(error).__name__}: {error}") from error
     import sys
 

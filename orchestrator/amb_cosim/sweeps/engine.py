@@ -4,10 +4,14 @@ A batch takes about `BATCH_TIME`, by the seconds that points before it took. The
 process, so that the death of a process is the fault of none but the points that it had. Dask runs such a batch once
 more; if that kills a process too, its points are tried one by one, and one that kills two processes alone is recorded
 as `crashed`.
+
+Processes of a local cluster use TLS, with certificates that are made for it and stay in memory: a scheduler runs code
+for all who can reach it, and all users of a machine can reach 127.0.0.1.
 """
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import math
 import time
@@ -22,7 +26,7 @@ from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.sweeps.worker import PointResult, Task, run_batch
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client, Future, LocalCluster
 
     from amb_cosim.sweeps.store import SweepStore
 
@@ -32,6 +36,7 @@ WRITE_TIME = 1.0  # s between two writes of the store, whatever the number of pr
 POLL = 0.1  # s, until an interruption is noticed
 START_TIME = 120  # s, until a process of the cluster is there
 ANSWER_TIME = 10  # s, until a scheduler answers
+POLITE_TIME = 2  # s, for a scheduler that is asked again, or that a client leaves
 SETTINGS = {
     "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 1.0,
@@ -55,7 +60,7 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
         If nothing answers at that address.
     """
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client
 
     if scheduler is not None and jobs is not None:
         raise ValueError("--jobs is for a local cluster; the scheduler's workers are as many as were started")
@@ -63,27 +68,49 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
         raise ValueError(f"--jobs {jobs} is not allowed; it must be 1 or more")
     with dask.config.set(SETTINGS):
         if scheduler is None:
-            cluster = LocalCluster(
-                n_workers=jobs,
-                threads_per_worker=1,
-                dashboard_address="127.0.0.1:0",
-                memory_limit=0,
-                preload=["amb_cosim.sweeps.local_worker"],
-                silence_logs=logging.CRITICAL,  # the death of a process is told as the outcome of its points
-            )
-            with cluster, Client(cluster) as client:
+            with local_cluster(jobs) as cluster, Client(cluster) as client:
                 yield client
             return
         try:
+            _check_answer(scheduler)
             client = Client(scheduler, timeout=ANSWER_TIME)
-        except (OSError, ValueError) as error:
-            raise ValueError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+        except Exception as error:  # each protocol has errors of its own
+            why = str(error) or f"it said nothing for {ANSWER_TIME} s"
+            raise ValueError(f"no Dask scheduler answers at {scheduler}: {why}") from error
         try:
             with client.as_current():  # else Dask waits in the event loop of a client that the caller has
                 yield client
         finally:
             with suppress(Exception):  # a scheduler that is gone
-                client.close(timeout=2)
+                client.close(timeout=POLITE_TIME)
+
+
+def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluster:
+    """Start processes with one thread each, which let nobody in without their certificates if `security` is true."""
+    from distributed import LocalCluster
+
+    return LocalCluster(
+        n_workers=jobs,
+        threads_per_worker=1,
+        dashboard_address="127.0.0.1:0",
+        memory_limit=0,
+        preload=["amb_cosim.sweeps.local_worker"],
+        silence_logs=logging.CRITICAL,  # the death of a process is told as the outcome of its points
+        security=security,
+    )
+
+
+def _check_answer(scheduler: str) -> None:
+    """Raise Dask's error, or TimeoutError, if no scheduler says at an address who it is; a client would wait for it."""
+    from distributed.core import rpc
+    from distributed.security import Security
+    from distributed.utils import LoopRunner
+
+    async def ask() -> None:
+        async with rpc(scheduler, connection_args=Security().get_connection_args("client")) as remote:
+            await asyncio.wait_for(remote.identity(), ANSWER_TIME)
+
+    LoopRunner().run_sync(ask)
 
 
 def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, report: Report) -> None:
@@ -124,7 +151,8 @@ class _Submission:
             self._run()
         except BaseException:
             with suppress(Exception):
-                self._client.cancel(list(self._under_way))
+                if self._threads():  # else nobody answers
+                    self._client.cancel(list(self._under_way))
             raise
         finally:
             self._write()
@@ -139,7 +167,7 @@ class _Submission:
             workers = self._threads()
             alive = time.monotonic() if workers else alive
             if time.monotonic() > alive + START_TIME:
-                raise ClusterFailed(f"the scheduler has had no worker for {START_TIME} s")
+                raise ClusterFailed(f"the scheduler has had no worker, or not answered, for {START_TIME} s")
             while len(self._under_way) < workers and (self._waiting or self._suspects):
                 self._submit()
             if time.monotonic() > self._written + WRITE_TIME:
@@ -147,10 +175,11 @@ class _Submission:
             self._collect()
 
     def _threads(self) -> int:
-        """Return how many batches can run at once; none while there is no connection."""
+        """Return how many batches can run at once; none while there is no connection or no answer."""
         if self._client.status == "running":
             with suppress(OSError, CancelledError):
-                return sum(self._client.nthreads().values())
+                ask = self._client.scheduler.ncores  # what `nthreads` calls, which waits for ever
+                return sum(self._client.sync(ask, callback_timeout=POLITE_TIME).values())
         return 0
 
     def _submit(self) -> None:
@@ -195,8 +224,8 @@ class _Submission:
         from distributed.comm.core import CommClosedError
 
         if future.status == "finished":
-            with suppress(CommClosedError, CancelledError):  # a scheduler that dies as it answers
-                found: list[PointResult] = future.result()
+            with suppress(CommClosedError, CancelledError, TimeoutError):  # a scheduler that dies as it answers
+                found: list[PointResult] = future.result(timeout=START_TIME)
                 self._seconds += sum(result.seconds for result in found)
                 self._ran += len(found)
                 return found

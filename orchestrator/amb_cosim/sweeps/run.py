@@ -140,7 +140,7 @@ def sweep(
     KeyboardInterrupt
         If it was interrupted; what had come until then is kept.
     """
-    require_extra("sweep", "a sweep", "dask", "distributed", "zarr", "SALib")
+    require_extra("sweep", "a sweep", "cryptography", "dask", "distributed", "zarr", "SALib")
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(str(scenario))
     files = {"rotor": rotor, "receptances": receptances}

@@ -117,7 +117,7 @@ class Runner:
         for metric in self.task.metrics:
             try:
                 values |= {_checked(name): float(value) for name, value in metric(result).items()}
-            except Exception as error:  # whatever a function of the user's raises
+            except (Exception, SystemExit) as error:  # whatever a function of the user's raises
                 name = getattr(metric, "__name__", type(metric).__name__)
                 wrong = f"metric {name}: {type(error).__name__}: {error}"
         return values, wrong

@@ -28,11 +28,13 @@ def small() -> Scenario:
 
 @pytest.fixture(scope="session")
 def cluster(cache: Path) -> Any:
-    """Address of a local cluster with two processes."""
-    from amb_cosim.sweeps.engine import connect
+    """Address of a local cluster with two processes, which needs no certificate."""
+    import dask
 
-    with connect(jobs=2) as client:
-        yield client.scheduler.address
+    from amb_cosim.sweeps.engine import SETTINGS, local_cluster
+
+    with dask.config.set(SETTINGS), local_cluster(2, security=None) as running:
+        yield running.scheduler_address
 
 
 def filled(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import amb_cosim
+from amb_cosim.commands.sweep import _function
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.sweeps import sensitivity as indices
 from amb_cosim.sweeps.maps import draw_map
@@ -113,3 +116,18 @@ def test_a_sensitivity_needs_its_sample_and_its_metric(tmp_path):
     swept = filled(tmp_path / "sample", {"a.x": "1:2"}, lambda _: {"m": 1.0}, "saltelli:4")
     with pytest.raises(ValueError, match="no metric 'peak_contact_force'"):
         indices.sensitivity(swept)
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("import sys\nsys.exit(0)", "SystemExit: 0"), ("1 / 0", "ZeroDivisionError"), ("", "has no attribute 'metric'"),
+])  # fmt: skip
+def test_a_metric_file_that_cannot_be_used_is_refused(tmp_path, text, message):
+    (tmp_path / "mine.py").write_text(text)
+    with pytest.raises(ValueError, match=message):
+        _function(f"{tmp_path / 'mine.py'}:metric")
+
+
+def test_a_metric_file_takes_no_packages_place(tmp_path):
+    (tmp_path / "numpy.py").write_text("import numpy\ndef metric(result): return {'pi': numpy.pi}")
+    assert _function(f"{tmp_path / 'numpy.py'}:metric")(None) == {"pi": np.pi}
+    assert sys.modules["numpy"] is np

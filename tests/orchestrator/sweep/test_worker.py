@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -95,6 +97,11 @@ def test_own_metrics_are_added_and_see_the_whole_record():
     assert Runner(task).run(0, {}).outcome == "failed"
     task = Task(SCENARIO, until=UNTIL, metrics=(lambda result: {"samples": result.dataset.sizes["time"]},))
     assert Runner(task).run(0, {}).metrics["samples"] == 241
+
+
+def test_a_metric_that_exits_ends_no_process():
+    found = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: sys.exit(0),))).run(0, {})
+    assert (found.outcome, found.reason) == ("failed", "metric <lambda>: SystemExit: 0")
 
 
 def test_what_a_metric_raises_is_the_reason_of_its_point():
