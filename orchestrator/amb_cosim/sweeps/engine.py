@@ -176,10 +176,11 @@ class _Submission:
 
     def _threads(self) -> int:
         """Return how many batches can run at once; none while there is no connection or no answer."""
-        if self._client.status == "running":
+        scheduler = self._client.scheduler
+        if self._client.status == "running" and scheduler is not None:
             with suppress(OSError, CancelledError):
-                ask = self._client.scheduler.ncores  # what `nthreads` calls, which waits for ever
-                return sum(self._client.sync(ask, callback_timeout=POLITE_TIME).values())
+                # what `nthreads` calls, which waits for ever
+                return sum(self._client.sync(scheduler.ncores, callback_timeout=POLITE_TIME).values())
         return 0
 
     def _submit(self) -> None:
