@@ -1,0 +1,42 @@
+"""Contact forces that pages quote of scenarios are those of the table that a command writes."""
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "system"))
+
+from contact_forces import read_page  # noqa: E402
+
+PAGES = [ROOT / "docs" / page for page in ("validation/scenarios.md", "theory/contact.md")]
+ROWS = re.compile(r"^\|(?P<names>[^|]*)\|.*\|(?P<here>[^|]*)\|$", re.MULTILINE)
+NAMES = re.compile(r"`(\w+)`|Fig\. (\d)\.(\d+)")
+FORCES = re.compile(r"((?:[\d.]+(?:, | and | to ))*[\d.]+) (kN|MN)\b")
+OF_ANOTHER = {"drop_mount": ("drop",)}  # what it is compared with in its row
+
+
+def quoted(page):
+    """Yield scenarios, force and its unit (kN) for each force in the last column of the tables of a page."""
+    for row in ROWS.finditer(page.read_text(encoding="utf-8")):
+        names = [name or f"fig{chapter}_{figure}" for name, chapter, figure in NAMES.findall(row["names"])]
+        for forces, unit in FORCES.findall(row["here"]):
+            yield from ((names, force, 1e3 if unit == "MN" else 1.0) for force in re.findall(r"[\d.]+", forces))
+
+
+TOLD = read_page()
+QUOTED = [entry for page in PAGES for entry in quoted(page) if set(entry[0]) & set(TOLD)]
+
+
+def test_there_are_forces_on_the_pages():
+    assert len(QUOTED) > 30
+
+
+@pytest.mark.parametrize(("names", "force", "unit"), QUOTED, ids=str)
+def test_force_is_the_rounded_peak_of_its_run(names, force, unit):
+    scenarios = [*names, *(other for name in names for other in OF_ANOTHER.get(name, ()))]
+    peaks = [1e-3 * peak / unit for name in scenarios for peak, *_ in TOLD.get(name, {}).values()]
+    rounding = 0.5 * 10.0 ** -len(force.partition(".")[2])
+    assert min(abs(peak - float(force)) for peak in peaks) <= 1.001 * rounding

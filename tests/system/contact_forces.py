@@ -1,0 +1,73 @@
+"""`python -m tests.system.contact_forces` writes the table of contact forces in docs/validation/contact_forces.md anew.
+
+Pages quote peaks from this table alone; `tests/docs/test_forces_on_pages.py` compares, slow tests run the scenarios.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+PAGE = Path(__file__).parents[2] / "docs" / "validation" / "contact_forces.md"
+SCENARIOS = (
+    "fig4_5",
+    "fig4_7",
+    "fig4_9",
+    "fig4_12",
+    "fig4_12_d2",
+    "fig4_14",
+    "fig4_18",
+    "fig4_20",
+    "drop",
+    "drop_mount",
+    "one_axis_lost",
+    "sensor_lost",
+    "blade_loss",
+    "nelson_mcvaugh_rub",
+    "compressor_touchdown",
+    "compressor_levitated_touchdown",
+)
+HEADING = "| scenario | site | peak (N) | averaged over 1 ms (N) | largest impulse (N s) |\n" + "| --- " * 5 + "|\n"
+ROW = re.compile(r"^\| `(\w+)` \| (\w+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", re.MULTILINE)
+
+Forces = dict[str, tuple[float, float, float]]
+
+
+def forces_of(name: str) -> Forces:
+    """Return peak force (N), force averaged over 1 ms (N) and largest impulse (N s) at each site that a run touches."""
+    from amb_cosim.scenario.scenario import load_scenario
+    from amb_cosim.scenario.simulation import prepare, run_prepared
+
+    summary = run_prepared(prepare(load_scenario(name))).summary
+    averaged, impulse = summary.averaged_contact_force, summary.peak_impulse
+    found = {s: (peak, averaged[s], impulse[s]) for s, peak in summary.peak_contact_force.items()}
+    return {site: values for site, values in found.items() if any(values)}
+
+
+def read_page() -> dict[str, Forces]:
+    """Return what the page tells of each scenario."""
+    told: dict[str, Forces] = {}
+    for name, site, peak, averaged, impulse in ROW.findall(PAGE.read_text(encoding="utf-8")):
+        told.setdefault(name, {})[site.lower()] = (float(peak), float(averaged), float(impulse))
+    return told
+
+
+def table(found: dict[str, Forces]) -> str:
+    """Return the table in Markdown."""
+    rows = (
+        f"| `{name}` | {site.upper()} | {peak:.0f} | {averaged:.0f} | {impulse:.2f} |\n"
+        for name, forces in found.items()
+        for site, (peak, averaged, impulse) in forces.items()
+    )
+    return HEADING + "".join(rows)
+
+
+def main() -> None:
+    """Run the scenarios and write the page."""
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(HEADING)
+    after = ROW.sub("", rest).lstrip("\n")
+    PAGE.write_text(before + table({name: forces_of(name) for name in SCENARIOS}) + "\n" + after, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
