@@ -14,16 +14,22 @@ NAMES = re.compile(
     r"(?<!/)\b(MB[12]|RB[12]|s[1-8]|fig\d\w*|bath\w*|nelson_\w+|[tT]hes[ie]s|D[1-4]|(Figs?\.?|Tables?) \d\.\d+)\b"
 )
 
+# Names of the rig's parts as they are in its rotor files and scenarios: messages, examples, patterns.
+PARTS = re.compile(r"\b([mre]b[12?*]|d[1-4?*]\.(u|phi|f_[xy?]))(?!\w)")
+
 # What remains, by file and with the reason.
 REASONS = {
     "orchestrator/amb_cosim/design/README.md": "cites the thesis as the source of equations",
     "libraries/rotor_analysis/reduction.py": "cites the thesis as the source of equations 3.8 to 3.13",
     "orchestrator/amb_cosim/design/controller_data.py": "cites the thesis as the source of equation 5.10",
+    "orchestrator/amb_cosim/design/magnetic_bearing.py": "start values of the actuator are those of the rig's bearings",
+    "orchestrator/amb_cosim/systems/levitated.toml": "leaves out the bushes of the rig, which its scenarios rely on",
+    "orchestrator/amb_cosim/systems/passive.toml": "leaves out the bushes of the rig, which its scenarios rely on",
 }
 
 
 def named(text: str) -> list[str]:
-    return sorted({found[0] for found in NAMES.finditer(text)})
+    return sorted({found[0] for pattern in (NAMES, PARTS) for found in pattern.finditer(text)})
 
 
 def files() -> list[Path]:

@@ -1,7 +1,7 @@
 """The variables of a model as FMI 3.0 has them: numbered ones together as arrays, all others alone.
 
 A variable that is named after a place keeps its name and stays alone in FMI 3.0 too: bearing axes, discs and contact
-sites are wired one by one, and each is looked for by its name (`mb1.f_x`). An array is what only has a number,
+sites are wired one by one, and each is looked for by its name (`seal.f_n`). An array is what only has a number,
 of which there are as many as the rotor has sensors, and what is a matrix by nature: the sensors of the plant and of the
 controller, which one connection joins, their weights and scales, the sensor planes, and the identified receptance. Its
 elements stand one after another in the table, row by row, so that the array is a piece of the model's flat arrays.

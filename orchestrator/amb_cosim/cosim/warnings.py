@@ -15,7 +15,7 @@ from amb_cosim.cosim.signals import Signals
 
 ATTRIBUTE = "warnings"  # of a data set
 
-# What the slaves of this project log: `at t = 0.0125 s: mb1.clipped_x: the demanded current is cut ..`.
+# What the slaves of this project log: `at t = 0.0125 s: west.clipped_x: the demanded current is cut ..`.
 _LOGGED = re.compile(r"(?:initialisation|at t = (?P<time>\S+) s): (?P<variable>\S+): (?P<sentence>.*)", re.DOTALL)
 
 
@@ -100,7 +100,7 @@ def _of_output(
 
 
 def _kind(port: Port) -> str:
-    """Return the sentence of an output without values, and without its place, `rb1` of `rb1.passed`."""
+    """Return the sentence of an output without values, and without its place, `seal` of `seal.passed`."""
     place, _, variable = port.name.partition(".")
     sentence = re.sub(r"\{[^}]*\}", "{}", port.warning)
     return re.sub(rf"\b{re.escape(place)}\b", "*", sentence, flags=re.IGNORECASE) if variable else sentence

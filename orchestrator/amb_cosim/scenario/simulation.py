@@ -54,7 +54,7 @@ def run(
     scenario
         A `Scenario`, the name of one of a pack, or the path of a TOML file.
     set
-        Values by `component.variable` that replace the scenario's: `{"rotor_contact.rb1.clearance": "0.6 mm"}`. A
+        Values by `component.variable` that replace the scenario's: `{"rotor_contact.seal.clearance": "0.6 mm"}`. A
         number is in the unit of the variable.
     until
         End of the run in s from the beginning of cycle 0.

@@ -1,9 +1,9 @@
 """What a sweep varies: axes with labelled values, each of which sets variables of a scenario.
 
     Omega=60:300:60                                   sixty speeds, in the unit of the variable
-    rotor_contact.d1.u=1 g.m:60 g.m:40                with a unit
-    step.rotor_contact.d1.u=10 g.m,20 g.m,40 g.m      a list; what the event labelled `step` sets
-    Omega=60:300:3 & rotor_contact.d1.u=3 g.m,2 g.m,1 g.m    varied together
+    rotor_contact.impeller.u=1 g.m:60 g.m:40          with a unit
+    step.rotor_contact.impeller.u=10 g.m,20 g.m       a list; what the event labelled `step` sets
+    Omega=60:300:3 & rotor_contact.impeller.u=3 g.m,2 g.m,1 g.m    varied together
     step.cycle=5:6:16                                 when the event happens
     unbalance_factor=1,1.25                           a field of the scenario
     fmu.rolac_controller=first.fmu,second.fmu         another FMU for a component
@@ -138,7 +138,7 @@ def _variation(name: str, given: Any) -> Variation:
     names = [part.strip() for part in name.split("&")]
     for one in names:
         if not _NAME.fullmatch(one):
-            raise ValueError(f"{one!r} is no name of a variable; write for example Omega or rotor_contact.d1.u")
+            raise ValueError(f"{one!r} is no name of a variable; write for example Omega or rotor_contact.impeller.u")
     if isinstance(given, str) and given.startswith("@"):
         given = _table(given[1:])
     if isinstance(given, Mapping):

@@ -187,7 +187,7 @@ def _event(event: Event, given: Mapping[str, Raw]) -> dict[str, Any]:
 def _checked(name: str) -> str:
     """Return the name of an own metric, which becomes that of a variable of the store."""
     if not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in ("outcome", "reason", "seconds"):
-        raise ValueError(f"{name!r} is no name for a metric; it must be like friction_heat or friction_heat.rb1")
+        raise ValueError(f"{name!r} is no name for a metric; it must be like friction_heat or friction_heat.seal")
     return name
 
 
