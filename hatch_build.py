@@ -85,7 +85,7 @@ class EngineBuildHook(BuildHookInterface[Any]):
             place.write_bytes(compile_loop(platform))
         with ThreadPoolExecutor() as pool:
             list(pool.map(add, models))
-        add(*models)  # their kernels have been lowered
+        add(*(model for model in models if model.name in self.config["assembled"]))  # their kernels have been lowered
         build_data["force_include"][str(engines)] = TARGET
         build_data["force_include"][str(loops)] = LOOPS
         if machines and machines != list(PLATFORMS):

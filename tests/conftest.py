@@ -42,6 +42,7 @@ sys.path[:0] = [str(HERE / "support"), str(SUPPORT), str(NATIVE_SUPPORT)]
 
 
 MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
+ALONE = ("linear_controller",)  # models that no test of the others runs
 # Folders of tests that run the compiled kernels of all models.
 RUN_ALL_KERNELS = (
     *("benchmarks", "cosim", "levitated_rotor", "live", "native", "orchestrator", "packs", "referees"),
@@ -52,7 +53,7 @@ RUN_ALL_KERNELS = (
 def models_of(path: Path) -> tuple[str, ...]:
     """Return the models whose compiled kernels the tests of a file run."""
     folder = path.relative_to(HERE).parts[0]
-    return MODELS if folder in RUN_ALL_KERNELS else tuple(name for name in MODELS if name == folder)
+    return MODELS if folder in RUN_ALL_KERNELS else tuple(name for name in (*MODELS, *ALONE) if name == folder)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

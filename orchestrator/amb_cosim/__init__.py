@@ -9,6 +9,7 @@
     check        check that a scenario fits the components that it runs
     compare      put runs or saved results side by side: table of summaries, overlaid figures
     Result       a run: dataset, summary, plot, outcome, save; Result.load reads one from its folder
+    linear_controller  make a controller from a law: python-control, scipy, arrays, a dict of speeds, a file
     build        write the FMUs of rotor, actuator and controller, for use in any tool
     build_assembled  write one FMU that holds all three, for masters that could not couple them well
     export_ssp   write a scenario with its FMUs as an SSP archive, for other tools
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from amb_cosim import cosim as cosim
     from amb_cosim import studies as studies
     from amb_cosim.comparison.compare import compare as compare
+    from amb_cosim.controllers.linear_controller import linear_controller as linear_controller
     from amb_cosim.cosim.run import simulate as simulate
     from amb_cosim.cosim.system import System as System
     from amb_cosim.cosim.system_file import load_system as load_system
@@ -59,6 +61,7 @@ _MODULES = {
     "check": "scenario.simulation",
     "Result": "results.result",
     "compare": "comparison.compare",
+    "linear_controller": "controllers.linear_controller",
     "build": "packaging.models",
     "build_assembled": "packaging.assembled",
     "export_ssp": "packaging.exchange",

@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 THEORY = sorted((ROOT / "docs" / "theory").glob("*.md"))
-MODELS = ("rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor")
+MODELS = ("rotor_contact", "amb_actuator", "rolac_controller", "linear_controller", "levitated_rotor")
 FMU_PAGES = [ROOT / "fmus" / name / "README.md" for name in MODELS]
 DECLARING = {"__init__", "interface", "records", "signals"}  # tables and records, which every model has
 MOST_WORDS = 400

@@ -5,17 +5,23 @@ from pathlib import Path
 import pytest
 from markdown_it import MarkdownIt
 
+from amb_cosim.controllers.example import two_axes
 from amb_cosim.packaging import models
 from fmi_export.building.interface_page import PageTable, interface_page, outside_code, tables
 
 REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
 
 
-@pytest.mark.parametrize("name", models.MODELS)
+SOURCES = {name: getattr(models, name) for name in models.MODELS} | {"linear_controller": two_axes}
+
+
+@pytest.mark.parametrize("name", SOURCES)
 def test_the_reference_page_is_that_of_the_interface(name):
-    model, _ = getattr(models, name)()
+    source = SOURCES[name]
+    model, _ = source()
     page = REFERENCE / f"interface_{name}.md"
-    command = f"python -m fmi_export.building.interface_page {models.__name__}:{name} docs/reference/{page.name}"
+    place = f"{source.__module__}:{source.__name__}"
+    command = f"python -m fmi_export.building.interface_page {place} docs/reference/{page.name}"
     assert page.read_text(encoding="utf-8") == interface_page(model), f"regenerate with: {command}"
 
 

@@ -42,6 +42,9 @@ log = logging.getLogger(__name__)
 
 GROUP = "amb_cosim.models"
 
+# Models that are made from a file of their own: what stands for an FMU in a system, by the end of its name.
+MADE_FROM_FILE = {".npz": "linear_controller", ".mat": "linear_controller"}
+
 # Files of a package that decide what is made from it.
 CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")
 
@@ -86,14 +89,27 @@ def models() -> Mapping[str, EntryPoint]:
     return {point.name: point for point in sorted(entry_points(group=GROUP))}
 
 
+def is_model(fmu: str) -> bool:
+    """Return whether what a system says of a component is a model, by name or as the file that one is made from."""
+    return fmu in models() or Path(fmu).suffix in MADE_FROM_FILE
+
+
+def _resolved(fmu: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return the name of a model and its options, with the file that it is made from."""
+    if fmu not in models() and Path(fmu).suffix in MADE_FROM_FILE:
+        return MADE_FROM_FILE[Path(fmu).suffix], {**options, "file": Path(fmu)}
+    return fmu, dict(options)
+
+
 def model_source(name: str, **options: Any) -> tuple[Model, Constants]:
-    """Return a model and its constants for these options.
+    """Return a model, by its name or the file that it is made from, and its constants for these options.
 
     Raises
     ------
     ValueError
         If there is no such model, or it cannot be made with these options.
     """
+    name, options = _resolved(name, options)
     made: tuple[Model, Constants] = _source(name)(**options)
     return made
 
@@ -116,8 +132,20 @@ def build_models(
         Which flavour, what it runs on, and for which version of FMI; see `build_native_fmu` and `build_python_fmu`.
     """
     made = [model_source(name, **options) for name in names]
+    return [build_model(model, constants, folder, flavour, platforms, fmi) for model, constants in made]
+
+
+def build_model(
+    model: Model,
+    constants: Constants,
+    folder: Path,
+    flavour: Flavour = "native",
+    platforms: Iterable[str] | None = None,
+    fmi: Fmi = 2,
+) -> Path:
+    """Write the FMU of a model with its constants into `folder` and return its path; options as for `build_models`."""
     build, _ = _flavoured(flavour, platforms, fmi)
-    return [build(model, constants, folder) for model, constants in made]
+    return build(model, constants, folder)
 
 
 def build_with_starts(name: str, folder: Path, flavour: Flavour, starts: Mapping[str, float], **options: Any) -> Path:
@@ -136,14 +164,14 @@ def build_with_starts(name: str, folder: Path, flavour: Flavour, starts: Mapping
 
 
 def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
-    """Return the FMU of a model, built if need be, or the FMU file at a path.
+    """Return the FMU of a model, which is named or made from a file, built if need be, or the FMU file at a path.
 
     Raises
     ------
     ValueError
         If it is neither, or the model cannot be made with these options.
     """
-    if fmu in models():
+    if is_model(fmu):
         return ensure_built(fmu, flavour, **options)
     path = Path(fmu)
     if not path.is_file():
@@ -165,6 +193,7 @@ def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     ValueError
         If there is no such model, or it cannot be made with these options.
     """
+    name, options = _resolved(name, options)
     home = cache_folder() / f"{name}-{_key(_source(name), flavour, options)}"
 
     def fill(stage: Path) -> None:

@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmus import is_model
 from amb_cosim.cosim.patterns import is_pattern
 from amb_cosim.cosim.system import Component, Connection, System
 
@@ -98,6 +99,8 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
 def notices(system: System, interfaces: Interfaces, given: Iterable[str], dropped: Iterable[str]) -> list[str]:
     """Return sentences on what replaced components do without: values that are dropped, and inputs that nothing feeds.
 
+    Inputs of models, which are made to rest at their start values, are not among them.
+
     Parameters
     ----------
     given
@@ -113,7 +116,7 @@ def notices(system: System, interfaces: Interfaces, given: Iterable[str], droppe
         if lacks:
             found.append(f"{name}: {Path(component.fmu).name} has no {', '.join(lacks)}; what is said of it is dropped")
         unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in known]
-        if unfed:
+        if unfed and not is_model(component.fmu):
             found.append(f"{name}: nothing feeds {', '.join(unfed)}; start values hold")
     return found
 

@@ -13,7 +13,7 @@ import numpy as np
 from amb_cosim.cosim.choices import Coupling, Flavour, Fmi
 from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
-from amb_cosim.cosim.fmus import build_models, model_source, models
+from amb_cosim.cosim.fmus import build_models, is_model, model_source, models
 from amb_cosim.cosim.patterns import expand
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.system import System
@@ -117,7 +117,7 @@ def made_for(system: System, **options: Any) -> dict[str, Made]:
     ValueError
         If a component is no model, or cannot be made with these options.
     """
-    files = [component.name for component in system.components if component.fmu not in models()]
+    files = [component.name for component in system.components if not is_model(component.fmu)]
     if files:
         raise ValueError(
             f"{', '.join(files)} of system {system.name} cannot be assembled: only models can, {', '.join(models())}"

@@ -40,7 +40,7 @@ def amb_actuator(rotor: str | Path | None = None, **_: Any) -> Made:
     return actuator(load_rotor(rotor))
 
 
-@made_from("rolac_controller", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)
+@made_from("rolac_controller", "signal_chain", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)
 def rolac_controller(rotor: str | Path | None = None, receptances: Path | None = None, **_: Any) -> Made:
     """Return the controller for a rotor, with H of the table in a file, or from the rotor model from 5 to 100 Hz.
 
@@ -54,6 +54,16 @@ def rolac_controller(rotor: str | Path | None = None, receptances: Path | None =
     if receptances is None:
         return controller(description)
     return controller(description, read_table(receptances, description.name, control_loop(description)))
+
+
+@made_from("linear_controller", "signal_chain", "amb_cosim.controllers")
+def linear_controller(file: Path | None = None, **_: Any) -> Made:
+    """Return the linear controller that is in a file, arrays (`.npz`, `.mat`)."""
+    from amb_cosim.controllers.linear_controller import linear_controller as made_of
+
+    if file is None:
+        raise ValueError("linear_controller is made from a file; name that in its place, such as fmu = 'lead.mat'")
+    return made_of(file).model_and_constants
 
 
 def build(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,7 @@ def run(
     until: float | None = None,
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
+    fmu: Mapping[str, str | PathLike[str]] | None = None,
     flavour: Flavour = "native",
     loop: Loop = "compiled",
     progress: bool | Progress | None = None,
@@ -61,6 +63,8 @@ def run(
     rotor, receptances
         Name of a rotor of a pack, or rotor file, and table of receptances for the controller's H, in
         place of the scenario's.
+    fmu
+        What takes the place of a component, by its name: FMU, model, controller of `amb_cosim.linear_controller`.
     flavour
         `native` FMUs, which are compiled and need no Python, or those that PythonFMU runs.
     loop
@@ -86,6 +90,8 @@ def run(
         scenario = load_scenario(str(scenario))
     files = {"rotor": rotor, "receptances": receptances}
     scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
+    if fmu:
+        scenario = scenario.changed(fmu={component: fspath(file) for component, file in fmu.items()})
     with progress_bar(progress) as report:
         return run_prepared(prepare(scenario, set, until, flavour), report, loop, isolated)
 
@@ -159,8 +165,7 @@ def assemble_scenario(scenario: Scenario, flavour: Flavour = "native") -> Assemb
     if table is not None and controller is None:
         raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
     assembly = assemble(system, flavour, rotor=scenario.rotor, receptances=table)
-    if controller is not None:
-        _check_sensors(assembly, controller)
+    _check_sensors(assembly)
     return assembly
 
 
@@ -190,11 +195,9 @@ def _controller(system: System) -> str | None:
     return next((c.name for c in system.components if c.fmu == CONTROLLER), None)
 
 
-def _check_sensors(assembly: Assembly, controller: str) -> None:
-    """Raise ValueError if a sensor of the controller is connected to nothing: it would show zero all along."""
-    layout = assembly.fmus[controller].layout
-    planes = layout["planes"] if layout is not None else ()
-    sensors = [f"{controller}.{plane[axis]}" for plane in planes for axis in ("x", "y")]
+def _check_sensors(assembly: Assembly) -> None:
+    """Raise ValueError if a sensor of a controller is connected to nothing: it would show zero all along."""
+    sensors = [f"{name}.{sensor}" for name, fmu in assembly.fmus.items() for sensor in _sensors(fmu.layout or {})]
     unfed = [sensor for sensor in sensors if assembly.system.source_of(sensor) is None]
     if unfed:
         raise ValueError(
@@ -203,6 +206,11 @@ def _check_sensors(assembly: Assembly, controller: str) -> None:
                 for sensor in unfed
             )
         )
+
+
+def _sensors(layout: Mapping[str, Any]) -> list[str]:
+    """Return the inputs that are sensors of a model of this project with such a layout."""
+    return [*(plane[axis] for plane in layout.get("planes", ()) for axis in ("x", "y")), *layout.get("signals", ())]
 
 
 def run_prepared(

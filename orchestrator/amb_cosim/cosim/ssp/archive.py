@@ -10,7 +10,7 @@ from typing import Any
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.cosim.fmus import build_with_starts, models
+from amb_cosim.cosim.fmus import build_with_starts, is_model
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT, NOTES, experiment_table, notes
 from amb_cosim.cosim.ssp.parameter_values import parameter_set
@@ -82,12 +82,12 @@ def export_ssp(
     with stage() as folder:
         for c in system.components:
             fmu = assembly.fmus[c.name].path
-            if c.fmu in models():
+            if is_model(c.fmu):
                 fmu = build_with_starts(c.fmu, folder, flavour, starts[c.name], **options)
             if integers:
                 fmu = with_integers(fmu, folder / f"{c.name} with Integers.fmu")
             content[run.sources[c.name]] = fmu.read_bytes()
-    content[NOTES] = notes(run, baked=all(c.fmu in models() for c in system.components))
+    content[NOTES] = notes(run, baked=all(is_model(c.fmu) for c in system.components))
     return write_archive(path, content)
 
 

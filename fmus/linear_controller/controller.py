@@ -1,0 +1,203 @@
+"""The controller: readings less setpoints through the law, demands within limits and late, at its own instants."""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.flat import copy
+from fmi_export.jit import inlined_kernel, kernel
+from fmi_export.model import UNCHANGED, Array, Model
+from linear_controller import PACKAGES, delay, law
+from linear_controller.interface import interface_of
+from linear_controller.matrices import Bracket, Matrices, find_bracket, matrices_of, sizes_of
+from linear_controller.ports import Ports
+from linear_controller.records import (
+    Inputs,
+    Outputs,
+    Parameters,
+    State,
+    Work,
+    inputs_of,
+    outputs_of,
+    parameters_of,
+    state_of,
+    state_size,
+    work_of,
+    work_size,
+)
+from signal_chain.presets import is_on
+from signal_chain.readings import read
+from signal_chain.sampling import is_due, is_too_long
+
+FAULT_LONG_STEP = 1
+FAULT_LIMITS = 10  # plus the number of the demand
+
+
+@kernel
+def first_crossed(parameters: Parameters) -> int:
+    """Return the number of the first demand with lower > upper, or -1."""
+    for i in range(parameters.demands.shape[0]):
+        if parameters.demands[i].lower > parameters.demands[i].upper:
+            return i
+    return -1
+
+
+@inlined_kernel
+def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work, sampling: bool) -> bool:
+    """Write the errors e, readings less setpoints, into `work.given`; return whether one is beyond the ADC range."""
+    errors = work.given[state.x.shape[0] :]
+    for s in range(errors.shape[0]):
+        errors[s] = parameters.scales[s] * inputs.signals[s].measured
+    started = state.head[0].n_samples > 0.0
+    is_beyond = read(parameters.own[0], inputs.faults, state.sensors, started, sampling, errors)
+    for s in range(errors.shape[0]):
+        errors[s] -= inputs.signals[s].setpoint
+    return is_beyond
+
+
+@inlined_kernel
+def compute(
+    parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: Matrices, sampling: bool
+) -> Bracket:
+    """Compute errors and demands, the latter into `state.last`; return the rows of the table that were used.
+
+    `sampling` is false at the initialisation, which is no sample.
+    """
+    head, own = state.head[0], inputs.own[0]
+    bracket = find_bracket(matrices.speeds, own.Omega)
+    head.speed_extrapolated = bracket.is_beyond
+    head.adc_limited = observe(parameters, inputs, state, work, sampling)
+    if head.n_samples == 0.0:
+        law.start_states(parameters, matrices, bracket, state, work)
+    else:
+        law.fade_jump(parameters.own[0], state)
+    if own.reset != 0.0 or own.enable == 0.0:
+        law.reset_slow(matrices, bracket, state, work)
+    law.evaluate(matrices, bracket, state, work)
+    starts = head.was_on == 0.0 or (own.reset != 0.0 and head.was_reset == 0.0)
+    is_transfer = own.enable != 0.0 and head.n_samples > 0.0 and starts
+    head.demand_limited = law.limit(parameters, inputs, state, work, is_transfer)
+    return bracket
+
+
+@inlined_kernel
+def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: Matrices) -> None:
+    """Compute one sample: errors, demands, states of the next one."""
+    head = state.head[0]
+    bracket = compute(parameters, inputs, state, work, matrices, True)
+    law.advance(matrices, bracket, state, work)
+    delay.keep(state.kept, int(head.n_samples), state.last)
+    head.was_on = inputs.own[0].enable
+    head.was_reset = inputs.own[0].reset
+    head.n_samples += 1.0
+
+
+@inlined_kernel
+def write_outputs(matrices: Matrices, state: State, outputs: Outputs) -> None:
+    """Write all outputs but the demands; states in the order in which they were given."""
+    head, own = state.head[0], outputs.own[0]
+    own.adc_limited = head.adc_limited
+    own.demand_limited = head.demand_limited
+    own.speed_extrapolated = head.speed_extrapolated
+    for k in range(state.x.shape[0]):
+        outputs.states[int(matrices.order[k])] = state.x[k]
+
+
+@kernel
+def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
+    """Compute state and outputs at the start; it is no sample. Arguments as of every model (`Model.initialise`)."""
+    sizes, matrices = sizes_of(constants), matrices_of(constants)
+    given, memory, y = parameters_of(parameters, sizes), state_of(state, sizes), outputs_of(outputs, sizes)
+    crossed = first_crossed(given)
+    if crossed >= 0:
+        return FAULT_LIMITS + crossed
+    compute(given, inputs_of(inputs, sizes), memory, work_of(work, sizes), matrices, False)
+    delay.fill(memory.kept, memory.last)
+    write_outputs(matrices, memory, y)
+    copy(memory.last, y.demands)
+    return 0
+
+
+@kernel
+def step(
+    constants: Array,
+    parameters: Array,
+    inputs: Array,
+    state: Array,
+    work: Array,
+    outputs: Array,
+    time: float,
+    step_size: float,
+) -> int:
+    """Take the sample that is due in the step, if one is; arguments as of every model (`Model.step`)."""
+    sizes = sizes_of(constants)
+    given, memory = parameters_of(parameters, sizes), state_of(state, sizes)
+    own, head = given.own[0], memory.head[0]
+    if is_too_long(time, step_size, own.sample_time):
+        return FAULT_LONG_STEP
+    if head.n_samples == 0.0:
+        head.begin = time
+    late = own.delay + (1.0 if is_on(own.chain.preset, own.chain.delay) else 0.0)
+    fraction = late - math.floor(late)
+    due = is_due(head.begin + head.n_samples * own.sample_time, time, step_size)
+    if not due and fraction == 0.0:
+        return UNCHANGED
+    y, matrices = outputs_of(outputs, sizes), matrices_of(constants)
+    if due:
+        crossed = first_crossed(given)
+        if crossed >= 0:
+            return FAULT_LIMITS + crossed
+        take_sample(given, inputs_of(inputs, sizes), memory, work_of(work, sizes), matrices)
+    newest = head.n_samples - 1.0
+    last = earlier = 1.0
+    if fraction > 0.0:
+        change = head.begin + (newest + fraction) * own.sample_time
+        last = delay.share_after(change, time, step_size)
+        earlier = delay.share_after(change - own.sample_time, time, step_size)
+    write_outputs(matrices, memory, y)
+    delay.show(memory.kept, int(newest), late, (last, earlier), y.demands)
+    return 0
+
+
+def n_state(constants: Array) -> int:
+    """Return the size of the state of a controller with these constants."""
+    return state_size(sizes_of(constants))
+
+
+def n_work(constants: Array) -> int:
+    """Return the size of the work array of a controller with these constants."""
+    return work_size(sizes_of(constants))
+
+
+def model_for(ports: Ports, sample_time: float) -> Model:
+    """Return the controller with these ports; its constants are laid out as in `matrices`.
+
+    Parameters
+    ----------
+    ports
+        Names of signals and demands, number of states.
+    sample_time
+        Time between samples, for which the matrices are made (s).
+    """
+    crossed = {
+        FAULT_LIMITS + i: f"{name}.lower = {{{name}.lower}} A is not allowed; it must be <= {name}.upper = "
+        f"{{{name}.upper}} A"
+        for i, name in enumerate(ports.demands)
+    }
+    long_step = (
+        "step size = {step_size} s is not allowed; it must be <= sample_time = {sample_time} s, since a step has "
+        "inputs for one sample"
+    )
+    return Model(
+        name="linear_controller",
+        description="Sampled linear controller, x(n+1) = A x + B y, u = C x + D y, with limits, delay and signal chain",
+        interface=interface_of(ports, sample_time),
+        initialise=initialise,
+        step=step,
+        n_state=n_state,
+        n_work=n_work,
+        packages=PACKAGES,
+        faults={FAULT_LONG_STEP: long_step, **crossed},
+        step_size=sample_time,
+        layout=ports.layout(),
+    )

@@ -1,0 +1,176 @@
+"""Variable table of the controller, which follows from its signals, demands and states."""
+
+from __future__ import annotations
+
+from fmi_export.interface import Interface, interface, repeated
+from fmi_export.variables import Array, Variable, input_, output, parameter
+from linear_controller.ports import Ports
+from signal_chain.variables import CHAIN, FAULT_INPUTS, sensor_faults, sensor_scale
+
+MAX_DELAY = 32.0  # samples
+NO_LIMIT = 1e9  # A
+LARGEST_SPEED = 1e4  # rad/s
+ROUNDING = 1e-9  # relative; of a sample time that was converted from another unit
+
+
+def _own_parameters(sample_time: float) -> list[Variable]:
+    return [
+        parameter(
+            "sample_time",
+            "s",
+            "Time between samples, which the matrices are made for; the longest communication step",
+            sample_time,
+            minimum=(1.0 - ROUNDING) * sample_time,
+            maximum=(1.0 + ROUNDING) * sample_time,
+        ),
+        parameter(
+            "delay",
+            "1",
+            "Delay of the demands in samples, beside that of chain.delay; within a sample they change at their instant",
+            0.0,
+            minimum=0.0,
+            maximum=MAX_DELAY,
+        ),
+        parameter(
+            "start_at_rest",
+            "1",
+            "The first sample finds filters at rest under the signals there are, and integrators at zero; otherwise "
+            "all states are zero",
+            1.0,
+            type="Boolean",
+        ),
+        parameter(
+            "transfer_time",
+            "s",
+            "Time constant with which the jump fades that switching on or a reset would have made; 0: the demand jumps",
+            0.01,
+            minimum=0.0,
+            maximum=1e3,
+        ),
+    ]
+
+
+def _signal(name: str) -> list[Variable]:
+    return [
+        input_(name, "m", f"Measured signal {name}", minimum=-0.1, maximum=0.1, field="measured", display_unit="um"),
+        input_(f"{name}.setpoint", "m", f"Setpoint of {name}", minimum=-0.1, maximum=0.1, display_unit="um"),
+    ]
+
+
+def _demand_parameters(name: str) -> list[Variable]:
+    def tunable(field: str, unit: str, description: str, start: float) -> Variable:
+        bounds = {"minimum": -1e12, "maximum": 1e12, "tunable": True}
+        return parameter(f"{name}.{field}", unit, f"{description}, {name}", start, **bounds)
+
+    return [
+        tunable("gain", "1", "Factor of what the matrices give", 1.0),
+        tunable("offset", "A", "What is added to it", 0.0),
+        tunable("lower", "A", "Least demand", -NO_LIMIT),
+        tunable("upper", "A", "Largest demand", NO_LIMIT),
+    ]
+
+
+def _feedforward(name: str) -> list[Variable]:
+    return [input_(f"{name}.feedforward", "A", f"Added to the demand {name}", minimum=-1e6, maximum=1e6, field=".")]
+
+
+# What the demands at the start depend on, beside the matrices.
+_START = (
+    *("start_at_rest", "Omega", "enable", "reset", "scales[*]", "signals[*].measured", "signals[*].setpoint"),
+    *("faults[*].dead", "faults[*].stuck", "faults[*].offset", "chain.preset", "chain.adc", "chain.sensitivity"),
+    *("chain.adc_range", "chain.adc_bits"),
+)
+_DAC = ("chain.preset", "chain.dac", "chain.dac_bits", "chain.dac_range", "chain.amplifier_gain")
+
+
+def _demand_output(name: str, reached: tuple[str, ...]) -> list[Variable]:
+    own = tuple(f"{name}.{field}" for field in ("gain", "offset", "lower", "upper", "feedforward"))
+    start = (*_START, *own, *_DAC)
+    depends_on = (*reached, f"{name}.feedforward")
+    return [output(name, "A", f"Demand {name}", depends_on=depends_on, starts_from=start, field=".")]
+
+
+def _state(number: int, reached: tuple[str, ...]) -> list[Variable]:
+    return [
+        output(
+            f"state.x{number}",
+            "1",
+            f"State number {number}, in the coordinates of the matrices that were given",
+            depends_on=reached,
+            starts_from=_START,
+            field=".",
+        )
+    ]
+
+
+def interface_of(ports: Ports, sample_time: float) -> Interface:
+    """Return the variables of a controller of these ports and sample time (s)."""
+    signals, demands = [(name,) for name in ports.signals], [(name,) for name in ports.demands]
+    faulty = [f"{name}.{fault}" for name in ports.signals for fault in FAULT_INPUTS]
+    measured = (*ports.signals, *faulty)
+    switches = ("Omega", "enable", "reset")
+    reached = (*switches, *measured, *(f"{name}.setpoint" for name in ports.signals))
+    forward = tuple(f"{name}.feedforward" for name in ports.demands)
+    return interface(
+        _own_parameters(sample_time),
+        CHAIN,
+        repeated("scales", [(name, name) for name in ports.signals], sensor_scale),
+        repeated("demands", demands, _demand_parameters),
+        input_(
+            "Omega",
+            "rad/s",
+            "Rotor speed, which selects the matrices where they depend on it",
+            minimum=-LARGEST_SPEED,
+            maximum=LARGEST_SPEED,
+        ),
+        input_(
+            "enable",
+            "1",
+            "Switches the law on; without it a demand is its offset and feedforward",
+            type="Boolean",
+            start=1.0,
+        ),
+        input_("reset", "1", "Holds the integrators, the slow states, at zero", type="Boolean"),
+        repeated("signals", signals, _signal),
+        repeated("faults", [(name, name) for name in ports.signals], sensor_faults),
+        repeated("feedforward", demands, _feedforward),
+        output(
+            "demand_limited",
+            "1",
+            "A demand is at its limit",
+            type="Boolean",
+            depends_on=(*reached, *forward),
+            starts_from=None,
+            warning="a demand is at its limit, which its lower and upper set, or the range of the DAC",
+        ),
+        output(
+            "adc_limited",
+            "1",
+            "A measured signal is beyond the range of the ADC",
+            type="Boolean",
+            depends_on=measured,
+            starts_from=None,
+            warning="a measured signal is beyond the range of the ADC, {chain.adc_range} V at {chain.sensitivity} V/m",
+        ),
+        output(
+            "speed_extrapolated",
+            "1",
+            "The speed is beyond the table of matrices, which are those of its nearest speed",
+            type="Boolean",
+            depends_on=("Omega",),
+            starts_from=("Omega",),
+            warning="Omega = {Omega} rad/s is beyond the table of matrices, which are those of its nearest speed",
+        ),
+        repeated("demand_values", [(name, reached) for name in ports.demands], _demand_output),
+        repeated(
+            "states",
+            [(k + 1, reached) for k in range(ports.n_states)],
+            _state,
+            array=Array("states", "States in the coordinates of the matrices that were given"),
+        ),
+        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
+    )
+
+
+# One of each, for the record types of the parts.
+SMALLEST = interface_of(Ports(("y",), ("u",), 1), 1e-4).with_all_parts()

@@ -1,0 +1,159 @@
+"""How kernels see the arrays of an instance: records of what stands alone, arrays of what is repeated."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import record, size_of
+from linear_controller.delay import N_KEPT
+from linear_controller.interface import SMALLEST
+from linear_controller.matrices import REAL, Records, Sizes
+from signal_chain.readings import SensorMemory, sensor_memory_of, sensor_memory_size
+
+PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.own_record(kind) for kind in ("parameter", "input", "output"))
+DEMAND = SMALLEST.element_record("parameter", "demands")
+SIGNAL = SMALLEST.element_record("input", "signals")
+SENSOR_FAULTS = SMALLEST.element_record("input", "faults")
+HEAD = record(
+    ("begin", "f8"),  # time of the first sample (s)
+    ("n_samples", "f8"),  # samples taken
+    ("was_on", "f8"),  # whether the law was on at the last sample
+    ("was_reset", "f8"),  # whether the integrators were held at zero
+    ("adc_limited", "f8"),  # flags that the outputs show of the last sample
+    ("demand_limited", "f8"),
+    ("speed_extrapolated", "f8"),
+)
+N_PARAMETERS, N_INPUTS, N_OUTPUTS, N_HEAD = (size_of(r) for r in (PARAMETERS, INPUTS, OUTPUTS, HEAD))
+N_DEMAND, N_SIGNAL, N_FAULTS = size_of(DEMAND), size_of(SIGNAL), size_of(SENSOR_FAULTS)
+
+
+class Parameters(NamedTuple):
+    """Record `PARAMETERS`, in an array of one; scales of the sensors; records `DEMAND`."""
+
+    own: Records
+    scales: Array
+    demands: Records
+
+
+class Inputs(NamedTuple):
+    """Record `INPUTS`, in an array of one; records `SIGNAL` and `SENSOR_FAULTS`; what is added to the demands (A)."""
+
+    own: Records
+    signals: Records
+    faults: Records
+    feedforward: Array
+
+
+class Outputs(NamedTuple):
+    """Record `OUTPUTS`, in an array of one; demands (A); states."""
+
+    own: Records
+    demands: Array
+    states: Array
+
+
+class State(NamedTuple):
+    """The state.
+
+    head
+        Record HEAD, in an array of one.
+    x
+        States of the law, in the order of the blocks, shape (n_states,).
+    jump
+        What is left of the jump that switching on would have made, shape (n_demands,) (A).
+    last
+        Demands computed at the last sample, shape (n_demands,) (A).
+    kept
+        Demands of the last samples, see `delay`, shape (N_KEPT, n_demands) (A).
+    sensors
+        Memory of the sensors.
+    """
+
+    head: Records
+    x: Array
+    jump: Array
+    last: Array
+    kept: Array
+    sensors: SensorMemory
+
+
+class Work(NamedTuple):
+    """The work array: states and errors [x; e], states of the next sample and the law's demands [x; u], excess (A)."""
+
+    given: Array
+    found: Array
+    excess: Array
+
+
+@views
+def parameters_of(parameters: Array, sizes: Sizes) -> Parameters:
+    """Return views into the parameters."""
+    demands = N_PARAMETERS + sizes.n_signals
+    return Parameters(
+        part(parameters, 0, PARAMETERS, 1),
+        part(parameters, N_PARAMETERS, REAL, sizes.n_signals),
+        part(parameters, demands, DEMAND, sizes.n_demands),
+    )
+
+
+@views
+def inputs_of(inputs: Array, sizes: Sizes) -> Inputs:
+    """Return views into the inputs."""
+    faults = N_INPUTS + sizes.n_signals * N_SIGNAL
+    return Inputs(
+        part(inputs, 0, INPUTS, 1),
+        part(inputs, N_INPUTS, SIGNAL, sizes.n_signals),
+        part(inputs, faults, SENSOR_FAULTS, sizes.n_signals),
+        part(inputs, faults + sizes.n_signals * N_FAULTS, REAL, sizes.n_demands),
+    )
+
+
+@views
+def outputs_of(outputs: Array, sizes: Sizes) -> Outputs:
+    """Return views into the outputs."""
+    return Outputs(
+        part(outputs, 0, OUTPUTS, 1),
+        part(outputs, N_OUTPUTS, REAL, sizes.n_demands),
+        part(outputs, N_OUTPUTS + sizes.n_demands, REAL, sizes.n_states),
+    )
+
+
+@views
+def state_size(sizes: Sizes) -> int:
+    """Return the size of the state."""
+    return N_HEAD + sizes.n_states + (2 + N_KEPT) * sizes.n_demands + sensor_memory_size(sizes.n_signals)
+
+
+@views
+def state_of(state: Array, sizes: Sizes) -> State:
+    """Return views into the state."""
+    n = sizes.n_demands
+    jump = N_HEAD + sizes.n_states
+    return State(
+        part(state, 0, HEAD, 1),
+        part(state, N_HEAD, REAL, sizes.n_states),
+        part(state, jump, REAL, n),
+        part(state, jump + n, REAL, n),
+        part(state, jump + 2 * n, REAL, (N_KEPT, n)),
+        sensor_memory_of(state, jump + (2 + N_KEPT) * n, sizes.n_signals),
+    )
+
+
+@views
+def work_size(sizes: Sizes) -> int:
+    """Return the size of the work array."""
+    return 2 * sizes.n_states + sizes.n_signals + 2 * sizes.n_demands
+
+
+@views
+def work_of(work: Array, sizes: Sizes) -> Work:
+    """Return views into the work array."""
+    given, found = sizes.n_states + sizes.n_signals, sizes.n_states + sizes.n_demands
+    return Work(
+        part(work, 0, REAL, given),
+        part(work, given, REAL, found),
+        part(work, given + found, REAL, sizes.n_demands),
+    )

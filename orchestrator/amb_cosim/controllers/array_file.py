@@ -1,0 +1,170 @@
+"""Controllers as files of plain arrays: `.npz` of numpy, `.mat` of Matlab, Octave, scipy and Julia.
+
+    A, B, C, D       matrices; with a table of speeds A(:, :, k) and so on
+    Ts               sample time (s); 0 or missing: continuous
+    inputs, outputs  names: cell arrays of text or char matrices in `.mat`, arrays of text in `.npz`
+    speeds           rad/s, with a table
+
+Files that this package wrote have `slow_time`, `allow_unstable` and start values of parameters besides.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.controllers.laws import Law
+from amb_files.atomic import write_atomically
+from amb_files.stages import stage
+
+SUFFIXES = (".npz", ".mat")
+MATRICES = ("A", "B", "C", "D")
+NAMES = ("inputs", "outputs", "start_names")
+KEYS = (*MATRICES, *NAMES, "Ts", "speeds", "slow_time", "allow_unstable", "start_values")
+
+# A damaged .mat file can crash scipy's reader, and with it the process.
+READ_MAT = """
+import sys
+import numpy as np
+from scipy.io import loadmat
+
+def text(item):
+    return item if isinstance(item, str) else text(item.item()) if np.size(item) == 1 else "?"
+
+source, target, *keys = sys.argv[1:]
+try:
+    content = loadmat(source, appendmat=False)
+    found = {key: np.asarray(content[key]) for key in keys if key in content}
+    found = {k: np.array([text(i) for i in np.ravel(v)]) if v.dtype.kind in "OU" else v for k, v in found.items()}
+    np.savez(target, **found)
+except Exception as error:
+    sys.exit(" ".join(str(error).split()) or type(error).__name__)
+"""
+
+
+def write_arrays(path: Path, laws: Mapping[float, Law], facts: Mapping[str, Any]) -> Path:
+    """Write laws by speed, and facts by the names above, into a file whose name says of which kind; return its path.
+
+    Raises
+    ------
+    ValueError
+        If the name ends in another way.
+    """
+    each = list(laws.values())
+    content: dict[str, Any] = {
+        name: np.stack([getattr(law, name) for law in each], axis=-1) if len(each) > 1 else getattr(each[0], name)
+        for name in MATRICES
+    }
+    content |= {name: np.array(value) for name, value in facts.items()}
+    if len(each) > 1:
+        content["speeds"] = np.array(list(laws))
+    if path.suffix == ".npz":
+        write_atomically(path, lambda file: _save_npz(file, content))
+    elif path.suffix == ".mat":
+        from scipy.io import savemat
+
+        cells = {name: value.astype(object) if name in NAMES else value for name, value in content.items()}
+        write_atomically(path, lambda file: savemat(str(file), cells, appendmat=False))
+    else:
+        raise ValueError(f"file {str(path)!r} is not allowed; its name must end with {' or '.join(SUFFIXES)}")
+    return path
+
+
+def read_arrays(path: Path) -> dict[str, Any]:
+    """Return what a file has as arguments of `linear_controller`, and `starts`.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, lacks a matrix, or has something else in an array's place.
+    """
+    content = _content(path)
+    lacks = [name for name in MATRICES if name not in content]
+    if lacks:
+        raise ValueError(f"it lacks {', '.join(lacks)}; it must have the arrays A, B, C, D")
+    time = _number(content, "Ts", 0.0)
+    if time < 0.0:
+        raise ValueError(f"Ts = {time:g} s is not allowed; it must be > 0, or 0 for a continuous law")
+    step = time if time > 0.0 else None
+    found: dict[str, Any] = {"sample_time": step, "allow_unstable": _number(content, "allow_unstable", 0.0) != 0.0}
+    found |= {key: _names(key, content[key]) for key in ("inputs", "outputs") if key in content}
+    if "slow_time" in content:
+        found["slow_time"] = _number(content, "slow_time", 0.0)
+    if "start_names" in content:
+        found["starts"] = _starts(content)
+    return found | {"K": _laws(content, step)}
+
+
+def _laws(content: Mapping[str, Any], step: float | None) -> Law | dict[float, Law]:
+    matrices = {name: np.asarray(content[name]) for name in MATRICES}
+    if "speeds" not in content:
+        return Law(**matrices, sample_time=step)
+    speeds = np.ravel(content["speeds"])
+    if speeds.dtype.kind not in "fiu" or not len(speeds):
+        raise ValueError("speeds is not allowed; it must be numbers in rad/s")
+    for name, matrix in matrices.items():
+        if matrix.ndim != 3 or matrix.shape[2] != len(speeds):
+            raise ValueError(
+                f"{name} of shape {matrix.shape} is not allowed; with {len(speeds)} speeds it must be "
+                f"rows x columns x {len(speeds)}"
+            )
+    table = {
+        float(speed): Law(**{name: matrix[:, :, k] for name, matrix in matrices.items()}, sample_time=step)
+        for k, speed in enumerate(speeds)
+    }
+    if len(table) < len(speeds):
+        raise ValueError(f"speeds = {speeds.tolist()} rad/s is not allowed; they must differ")
+    return table
+
+
+def _content(path: Path) -> dict[str, Any]:
+    if path.suffix == ".npz":
+        return _load_npz(path)
+    with stage() as folder:
+        target = folder / "arrays.npz"
+        command = [sys.executable, "-c", READ_MAT, str(path), str(target), *KEYS]
+        process = subprocess.run(command, capture_output=True, text=True, check=False)
+        if process.returncode:
+            lines = process.stderr.strip().splitlines() if process.returncode > 0 else []
+            raise ValueError(f"it cannot be read as a .mat file: {lines[-1] if lines else 'it is damaged'}")
+        return _load_npz(target)
+
+
+def _load_npz(path: Path) -> dict[str, Any]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return {key: file[key] for key in KEYS if key in file.files}
+    except Exception as error:  # whatever reading a damaged file leads to
+        said = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(f"it cannot be read as an .npz file: {said}") from error
+
+
+def _save_npz(path: Path, content: Mapping[str, Any]) -> None:
+    with path.open("wb") as file:
+        np.savez(file, **content)
+
+
+def _starts(content: Mapping[str, Any]) -> dict[str, float]:
+    names, values = _names("start_names", content["start_names"]), np.ravel(content.get("start_values", ()))
+    if len(names) != len(values) or values.dtype.kind not in "fiu":
+        raise ValueError(f"start_values is not allowed; it must be {len(names)} numbers")
+    return dict(zip(names, map(float, values), strict=True))
+
+
+def _number(content: Mapping[str, Any], name: str, default: float) -> float:
+    value = np.ravel(content.get(name, default))
+    if value.shape != (1,) or value.dtype.kind not in "fiub" or not np.isfinite(value[0]):
+        raise ValueError(f"{name} is not allowed; it must be a finite number")
+    return float(value[0])
+
+
+def _names(key: str, value: Any) -> list[str]:
+    names = np.ravel(value)
+    if names.dtype.kind != "U":
+        raise ValueError(f"{key} is not allowed; it must be names")
+    return [name.strip() for name in names.tolist()]

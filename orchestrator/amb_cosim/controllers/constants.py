@@ -1,0 +1,111 @@
+"""The constants of a linear controller, as `linear_controller.matrices` reads them: dense blocks for each speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.controllers.laws import Law
+from amb_cosim.controllers.slow_modes import SlowModes, groups_of
+from linear_controller.matrices import BLOCK, SIZES
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Block = tuple[int, int, int, int]  # row, rows, column, columns
+
+OVERHEAD = 24  # what a block costs beside its numbers, in products
+
+
+def constants_of(speeds: Sequence[float], laws: Sequence[Law], modes: Sequence[SlowModes]) -> Array:
+    """Return the constants of a controller.
+
+    Parameters
+    ----------
+    speeds
+        Ascending (rad/s).
+    laws, modes
+        Sampled, of the same shapes, and their slow modes, at each speed.
+    """
+    n, (p, m) = len(laws[0].A), laws[0].D.shape
+    groups = groups_of(np.any([law.A != 0.0 for law in laws], axis=0))
+    order = np.concatenate([*groups, np.zeros(0, np.intp)]).astype(np.intp)
+    states, signals, demands = _ranges([len(group) for group in groups]), [(0, m)], [(0, p)]
+    law = np.array([np.block([[x.A[np.ix_(order, order)], x.B[order]], [x.C[:, order], x.D]]) for x in laws])
+    parts = {
+        "n_law": [
+            (law, _cheapest(law[:, :n, :n], states, states)),
+            (law, _shifted(_cheapest(law[:, :n, n:], states, signals), 0, n)),
+            (law, _shifted(_cheapest(law[:, n:, :n], demands, states), n, 0)),
+            (law, _shifted(_cheapest(law[:, n:, n:], demands, signals), n, n)),
+        ],
+        "n_tracking": [_blocks_of([x.tracking[order] for x in modes], states, demands)],
+        "n_rest": [_blocks_of([x.rest[order] for x in modes], states, signals)],
+        "n_slow": [_blocks_of([x.slow[np.ix_(order, order)] for x in modes], states, states)],
+    }
+    table, values, start, counts = [], [], 0, {}
+    for name, of_part in parts.items():
+        counts[name] = sum(len(blocks) for _, blocks in of_part)
+        for matrices, blocks in of_part:
+            for row, rows, column, columns in blocks:
+                table.append((row, rows, column, columns, start))
+                block = matrices[:, row : row + rows, column : column + columns]
+                values.append(block.transpose(0, 2, 1).reshape(len(laws), -1))
+                start += rows * columns
+    head = np.zeros(1, dtype=SIZES)
+    sizes = {"n_states": n, "n_signals": m, "n_demands": p, "n_speeds": len(laws), "n_values": start, **counts}
+    for name, value in sizes.items():
+        head[name] = value
+    pieces = (
+        head,
+        np.asarray(speeds, dtype=np.float64),
+        order.astype(np.float64),
+        np.array(table, dtype=BLOCK),
+        np.hstack([*values, np.zeros((len(laws), 0))]),
+    )
+    return np.concatenate([np.ascontiguousarray(piece).ravel().view(np.float64) for piece in pieces])
+
+
+def _blocks_of(
+    matrices: Sequence[Array], rows: Sequence[tuple[int, int]], columns: Sequence[tuple[int, int]]
+) -> tuple[Array, list[Block]]:
+    stacked = np.array(matrices)
+    return stacked, _cheapest(stacked, rows, columns)
+
+
+def _cheapest(matrices: Array, rows: Sequence[tuple[int, int]], columns: Sequence[tuple[int, int]]) -> list[Block]:
+    """Return blocks that cover all that is not zero: one for all, or one for each pair of ranges."""
+    filled = np.any(matrices != 0.0, axis=0)
+    one = _filled(filled, (0, filled.shape[0]), (0, filled.shape[1]))
+    many = [block for row in rows for column in columns for block in _filled(filled, row, column)]
+    return min(one, many, key=_cost)
+
+
+def _filled(filled: NDArray[np.bool_], rows: tuple[int, int], columns: tuple[int, int]) -> list[Block]:
+    """Return the least block with all that is not zero in ranges of rows and columns, or none."""
+    at = np.argwhere(filled[slice(*rows), slice(*columns)])
+    if not len(at):
+        return []
+    (row, column), (last_row, last_column) = at.min(axis=0), at.max(axis=0)
+    return [
+        (
+            int(rows[0] + row),
+            int(last_row - row + 1),
+            int(columns[0] + column),
+            int(last_column - column + 1),
+        )
+    ]
+
+
+def _cost(blocks: Sequence[Block]) -> int:
+    return sum(rows * columns + OVERHEAD for _, rows, _, columns in blocks)
+
+
+def _shifted(blocks: Sequence[Block], by_rows: int, by_columns: int) -> list[Block]:
+    return [(row + by_rows, rows, column + by_columns, columns) for row, rows, column, columns in blocks]
+
+
+def _ranges(sizes: Sequence[int]) -> list[tuple[int, int]]:
+    ends = np.cumsum([0, *sizes])
+    return list(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True))

@@ -1,0 +1,98 @@
+"""From a continuous law to the sampled one: python-control's methods, on balanced states.
+
+    tustin           s -> 2/T (z - 1)/(z + 1); with a prewarped frequency w, w / tan(w T/2) in place of 2/T: the
+                     response there is that of the continuous law
+    zoh, foh         the response to a signal that is held, or linear, between samples
+    euler            s -> (z - 1)/T
+    backward_diff    s -> (z - 1)/(T z)
+    matched          poles and zeros by z = exp(s T); for one signal and one demand
+    impulse          the impulse response
+
+Balancing scales the states by powers of two until the rows and columns of A have like norms: rounding, of the matrix
+exponential above all, is then relative to each state. It is taken back after, without rounding.
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from amb_cosim.controllers.laws import Law, law_of, with_step
+from amb_files.suggestions import suggest
+
+METHODS = ("tustin", "zoh", "foh", "euler", "backward_diff", "matched", "impulse")
+SAMPLE_TIMES = (1e-6, 0.1)  # s
+
+
+def check_sample_time(sample_time: float) -> float:
+    """Return a sample time (s); raises ValueError if it is not allowed."""
+    low, high = SAMPLE_TIMES
+    if isinstance(sample_time, bool) or not isinstance(sample_time, int | float | np.number):
+        raise ValueError(f"sample_time = {sample_time!r} is not allowed; it must be a number of seconds")
+    if not low <= sample_time <= high:
+        raise ValueError(f"sample_time = {sample_time:g} s is not allowed; it must be >= {low:g} and <= {high:g} s")
+    return float(sample_time)
+
+
+def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float | None = None) -> Law:
+    """Return a law as it is sampled; a law that is sampled already stays as it is.
+
+    Parameters
+    ----------
+    law
+        Continuous, or sampled at `sample_time`.
+    sample_time
+        s.
+    method
+        One of `METHODS`, for a continuous law.
+    prewarp
+        Frequency at which `tustin` keeps the response (rad/s); none by default.
+
+    Raises
+    ------
+    ValueError
+        If the law is sampled at another time, or method or frequency are not allowed.
+    """
+    check_sample_time(sample_time)
+    if method not in METHODS:
+        raise ValueError(f"no discretisation {method!r}; {suggest(method, METHODS)}")
+    if law.sample_time is not None:
+        if law.sample_time != 0.0 and abs(law.sample_time / sample_time - 1.0) > 1e-9:
+            raise ValueError(
+                f"a law sampled at {law.sample_time:g} s is not allowed with sample_time = {sample_time:g} s; they "
+                "must be the same"
+            )
+        return law
+    if prewarp is not None and method != "tustin":
+        raise ValueError(f"prewarp is not allowed with {method}; tustin alone is prewarped")
+    nyquist = np.pi / sample_time
+    if prewarp is not None and not 0.0 < prewarp < nyquist:
+        raise ValueError(
+            f"prewarp = {prewarp:g} rad/s is not allowed; it must be > 0 and below half the sampling frequency, "
+            f"{nyquist:g} rad/s"
+        )
+    if method == "matched" and law.D.shape != (1, 1):
+        raise ValueError("matched is not allowed for several signals or demands; it must be one of each")
+    return _sampled(law, sample_time, method, prewarp) if len(law.A) else with_step(law, sample_time)
+
+
+def _sampled(law: Law, sample_time: float, method: str, prewarp: float | None) -> Law:
+    import control
+    from scipy.linalg import matrix_balance
+
+    _, (scale, _) = matrix_balance(law.A, permute=False, separate=True)
+    balanced = control.ss(
+        law.A * scale[None, :] / scale[:, None], law.B / scale[:, None], law.C * scale[None, :], law.D
+    )
+    system = control.ss2tf(balanced) if method == "matched" else balanced
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        try:
+            found = system.sample(sample_time, method, prewarp_frequency=prewarp)
+        except (ValueError, ArithmeticError, RuntimeWarning, np.linalg.LinAlgError) as error:
+            raise ValueError(f"the law cannot be sampled by {method}: {error}") from error
+    if method == "matched":
+        return with_step(law_of(found), sample_time)
+    A = found.A * scale[:, None] / scale[None, :]
+    return Law(A, found.B * scale[:, None], found.C / scale[None, :], found.D, sample_time)

@@ -1,0 +1,208 @@
+"""A law u = K y in any of the forms that engineers have it in, as matrices of a state space.
+
+    python-control   StateSpace, TransferFunction (zpk gives one)
+    scipy.signal     StateSpace, TransferFunction, ZerosPolesGain, dlti of these
+    tuples           (A, B, C, D); (zeros, poles, gain); (numerator, denominator); D alone
+
+None of these libraries is imported for what does not come from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+FORMS = "a StateSpace or TransferFunction of control or scipy.signal, or arrays (A, B, C, D), (z, p, k) or (num, den)"
+
+
+@dataclass(frozen=True)
+class Law:
+    """Matrices A, B, C, D; `sample_time` is None for a continuous law, and 0 for a sampled one that does not say.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, or a number is complex or not finite.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    sample_time: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in "ABCD":
+            object.__setattr__(self, name, _matrix(name, getattr(self, name)))
+        n, (p, m) = len(self.A), self.D.shape
+        for name, shape in {"A": (n, n), "B": (n, m), "C": (p, n)}.items():
+            found = getattr(self, name).shape
+            if found != shape:
+                raise ValueError(
+                    f"{name} of shape {found} is not allowed; with A of shape {self.A.shape} and D of shape "
+                    f"{self.D.shape} it must be {shape}"
+                )
+
+
+def law_of(K: Any, sampled: bool = False) -> Law:
+    """Return the matrices of a law.
+
+    Parameters
+    ----------
+    K
+        See above.
+    sampled
+        Whether arrays, which do not say it, are those of a sampled law.
+
+    Raises
+    ------
+    ValueError
+        If it is none of these forms, its numbers are not allowed, or a transfer function has more zeros than poles.
+    """
+    library = type(K).__module__.partition(".")[0]
+    kind = type(K).__name__
+    if isinstance(K, Law):
+        return K
+    if library == "control" and kind in ("StateSpace", "LinearICSystem"):
+        return Law(K.A, K.B, K.C, K.D, _step_of(K.dt, 0.0))
+    if library == "control" and kind == "TransferFunction":
+        rows = [[_of_ratio(K.num[i][j], K.den[i][j]) for j in range(K.ninputs)] for i in range(K.noutputs)]
+        return with_step(_assembled(rows), _step_of(K.dt, 0.0))
+    if library == "scipy" and kind.startswith(("StateSpace", "TransferFunction", "ZerosPolesGain")):
+        if kind.startswith("StateSpace"):
+            return Law(K.A, K.B, K.C, K.D, _step_of(K.dt, None))
+        parts = (K.num, K.den) if kind.startswith("TransferFunction") else (K.zeros, K.poles, K.gain)
+        return with_step(_of_arrays(parts), _step_of(K.dt, None))
+    if isinstance(K, tuple | list) and len(K) in (2, 3, 4) and not _is_matrix(K):
+        return with_step(_of_arrays(K), 0.0 if sampled else None)
+    if isinstance(K, int | float | np.ndarray | list | tuple):
+        D = np.atleast_2d(_numbers("D", K))
+        return Law(np.zeros((0, 0)), np.zeros((0, D.shape[1])), np.zeros((D.shape[0], 0)), D, 0.0)
+    raise ValueError(f"a controller of type {type(K).__name__} is not allowed; it must be {FORMS}")
+
+
+def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
+    """Return k prod(s - z) / prod(s - p) as sections of second order one after the other.
+
+    Each section's coefficients are those of two zeros and two poles: a polynomial of high order would lose digits.
+    """
+    from scipy.signal import zpk2sos
+
+    z, p = np.atleast_1d(np.asarray(zeros)), np.atleast_1d(np.asarray(poles))
+    for name, roots in (("zeros", z), ("poles", p)):
+        if not np.isfinite(roots).all():
+            raise ValueError(f"{name} = {roots} is not allowed; they must be finite")
+    if len(z) > len(p):
+        raise ValueError(f"{len(z)} zeros with {len(p)} poles is not allowed; there must be as many poles or more")
+    if not np.isfinite(gain):
+        raise ValueError(f"gain = {gain} is not allowed; it must be finite")
+    if not len(p):
+        return law_of(float(gain))
+    try:
+        sections = zpk2sos(z, p, gain, analog=True)
+    except ValueError as error:
+        raise ValueError(f"zeros {z} and poles {p} are not allowed: {error}") from error
+    law = _of_ratio(sections[0][:3], sections[0][3:])
+    for section in sections[1:]:
+        law = in_series(law, _of_ratio(section[:3], section[3:]))
+    return law
+
+
+def in_series(first: Law, then: Law) -> Law:
+    """Return the law `then` of what `first` gives."""
+    n, m = len(first.A), len(then.A)
+    A = np.block([[first.A, np.zeros((n, m))], [then.B @ first.C, then.A]])
+    return Law(A, np.vstack([first.B, then.B @ first.D]), np.hstack([then.D @ first.C, then.C]), then.D @ first.D)
+
+
+def side_by_side(laws: Sequence[Law]) -> Law:
+    """Return laws that know nothing of each other as one: block-diagonal matrices."""
+
+    def blocks(name: str) -> Array:
+        parts = [getattr(law, name) for law in laws]
+        whole = np.zeros((sum(len(part) for part in parts), sum(part.shape[1] for part in parts)))
+        row = column = 0
+        for part in parts:  # block_diag takes matrices without rows or columns for rows
+            whole[row : row + len(part), column : column + part.shape[1]] = part
+            row, column = row + len(part), column + part.shape[1]
+        return whole
+
+    return Law(blocks("A"), blocks("B"), blocks("C"), blocks("D"))
+
+
+def _assembled(rows: Sequence[Sequence[Law]]) -> Law:
+    """Return a matrix of laws of one signal each as one law."""
+    each = side_by_side([law for row in rows for law in row])
+    p, m = len(rows), len(rows[0])
+    from_signals, to_demands = np.tile(np.eye(m), (p, 1)), np.kron(np.eye(p), np.ones((1, m)))
+    return Law(each.A, each.B @ from_signals, to_demands @ each.C, to_demands @ each.D @ from_signals)
+
+
+def _of_arrays(parts: Sequence[Any]) -> Law:
+    if len(parts) == 4:
+        A, B, C, D = (np.atleast_2d(_numbers(name, part)) for name, part in zip("ABCD", parts, strict=True))
+        return Law(A, B, C, D)
+    if len(parts) == 3:
+        return series_of_sections(*parts)
+    return _of_ratio(*parts)
+
+
+def _of_ratio(numerator: Any, denominator: Any) -> Law:
+    """Return a ratio of polynomials, highest power first, in controllable canonical form."""
+    num = np.trim_zeros(np.atleast_1d(_numbers("numerator", numerator)), "f")
+    den = np.trim_zeros(np.atleast_1d(_numbers("denominator", denominator)), "f")
+    if not len(den):
+        raise ValueError("denominator = 0 is not allowed; it must have a coefficient other than 0")
+    if len(num) > len(den):
+        raise ValueError(
+            f"a numerator of degree {len(num) - 1} over a denominator of degree {len(den) - 1} is not allowed; a law "
+            "must be proper: add poles, such as the roll-off of a derivative"
+        )
+    n = len(den) - 1
+    a, b = den[1:] / den[0], np.concatenate([np.zeros(len(den) - len(num)), num]) / den[0]
+    A = np.eye(n, k=-1)
+    A[:1] = -a[None, :]
+    return Law(A, np.eye(n, 1), (b[1:] - a * b[0])[None, :], np.array([[b[0]]]))
+
+
+def with_step(law: Law, sample_time: float | None) -> Law:
+    """Return a law with another statement of its sample time."""
+    return Law(law.A, law.B, law.C, law.D, sample_time)
+
+
+def _step_of(dt: Any, continuous: float | None) -> float | None:
+    """Return the sample time that a library states: None where it is continuous, 0 where it is open."""
+    if dt is None or dt is False or (dt == continuous and dt is not True):
+        return None
+    return 0.0 if dt is True else float(dt)
+
+
+def _is_matrix(K: Any) -> bool:
+    """Return whether a list is a matrix of numbers, and no tuple of matrices."""
+    return isinstance(K, list) and all(isinstance(row, list) and all(np.isscalar(x) for x in row) for row in K)
+
+
+def _numbers(name: str, value: Any) -> Any:
+    try:
+        found = np.asarray(value)
+        if np.iscomplexobj(found):
+            if np.any(found.imag != 0.0):
+                raise ValueError("complex")
+            found = found.real
+        return found.astype(np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is not allowed; it must be an array of real numbers") from None
+
+
+def _matrix(name: str, value: Any) -> Array:
+    found = _numbers(name, value)
+    if found.ndim != 2:
+        raise ValueError(f"{name} of shape {found.shape} is not allowed; it must have rows and columns")
+    if not np.isfinite(found).all():
+        raise ValueError(f"{name} has numbers that are not finite")
+    return np.ascontiguousarray(found)

@@ -1,0 +1,316 @@
+"""A linear controller from Python: a law, or one for each speed, sampled, and what it reads and demands."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+from numbers import Real
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.controllers.discretisation import check_sample_time, sampled
+from amb_cosim.controllers.laws import Law, law_of
+from amb_cosim.cosim.choices import Flavour, Fmi
+from linear_controller.ports import Ports
+
+if TYPE_CHECKING:
+    from fmi_export.model import Model
+
+MODEL = "linear_controller"
+SLOW_TIME = 0.1  # s
+STABLE = 1.0 + 1e-9  # largest pole of a law that is not called unstable: integrators are at 1
+WEIGHTS = (0.25, 0.5, 0.75)  # of interpolated matrices whose poles are looked at
+
+
+@dataclass(frozen=True, eq=False)
+class LinearController:
+    """A sampled law, or one for each of a list of speeds, with all that its FMU has; `linear_controller` makes one.
+
+    Parameters
+    ----------
+    laws
+        Sampled, of one order, by speed (rad/s), ascending.
+    ports
+        Names of signals and demands.
+    sample_time
+        s.
+    slow_time
+        Time constant from which a mode counts as slow, see `slow_modes` (s).
+    starts
+        Start values of the FMU's parameters, by name.
+    allow_unstable
+        Whether it may have poles outside of the unit circle.
+    """
+
+    laws: Mapping[float, Law]
+    ports: Ports
+    sample_time: float
+    slow_time: float = SLOW_TIME
+    starts: Mapping[str, float] = field(default_factory=dict)
+    allow_unstable: bool = False
+
+    @cached_property
+    def model_and_constants(self) -> tuple[Model, NDArray[np.float64]]:
+        """The model of its FMU, and its constants."""
+        from amb_cosim.controllers.constants import constants_of
+        from amb_cosim.controllers.slow_modes import slow_modes
+        from fmi_export.model import with_starts
+        from linear_controller.controller import model_for
+
+        laws = list(self.laws.values())
+        modes = [slow_modes(law, self.sample_time, self.slow_time) for law in laws]
+        model = with_starts(model_for(self.ports, self.sample_time), self.starts)
+        return model, constants_of(list(self.laws), laws, modes)
+
+    def build(
+        self,
+        folder: str | Path,
+        flavour: Flavour = "native",
+        platforms: Iterable[str] | None = None,
+        fmi: Fmi = 2,
+    ) -> Path:
+        """Write `linear_controller.fmu` into a folder and return its path; options as of `amb_cosim.build`."""
+        from amb_cosim.cosim.fmus import build_model
+
+        return build_model(*self.model_and_constants, Path(folder), flavour, platforms, fmi)
+
+    def save(self, path: str | Path) -> Path:
+        """Write it as plain arrays (`.npz`, `.mat`), from which `linear_controller` makes it again; return the path."""
+        from amb_cosim.controllers.array_file import write_arrays
+
+        facts = {
+            "Ts": self.sample_time,
+            "inputs": self.ports.signals,
+            "outputs": self.ports.demands,
+            "slow_time": self.slow_time,
+            "allow_unstable": float(self.allow_unstable),
+            "start_names": list(self.starts),
+            "start_values": list(self.starts.values()),
+        }
+        return write_arrays(Path(path), self.laws, facts)
+
+    def __fspath__(self) -> str:
+        """Return the path of a file of it in the user's cache: in a scenario it stands for the FMU."""
+        from amb_cosim.cosim.cache import cache_folder
+
+        model, constants = self.model_and_constants
+        digest = hashlib.sha256(model.interface.canonical() + constants.tobytes()).hexdigest()[:32]
+        path = cache_folder() / f"controller-{digest}.npz"
+        return str(path if path.is_file() else self.save(path))
+
+    def state_space(self, speed: float | None = None) -> Any:
+        """Return the sampled law as control.StateSpace, the one at a speed (rad/s) of several; dots of names are _."""
+        import control
+
+        law = self.laws[speed] if speed is not None else next(iter(self.laws.values()))
+        ports = {"inputs": self.ports.signals, "outputs": self.ports.demands}
+        names = {kind: [name.replace(".", "_") for name in of_kind] for kind, of_kind in ports.items()}
+        return control.ss(law.A, law.B, law.C, law.D, self.sample_time, **names)
+
+
+def linear_controller(
+    K: Any,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    sample_time: float | None = None,
+    *,
+    method: str = "tustin",
+    prewarp: float | None = None,
+    sampled_arrays: bool = False,
+    gains: float | Sequence[float] = 1.0,
+    offsets: float | Sequence[float] = 0.0,
+    limits: tuple[float, float] | Sequence[tuple[float, float]] | None = None,
+    delay: float = 0.0,
+    slow_time: float = SLOW_TIME,
+    allow_unstable: bool = False,
+) -> LinearController:
+    """Return a sampled controller u = K y, a component for scenarios and FMUs.
+
+    For a K that was designed for negative feedback, u = -K y, write `-K`.
+
+    Parameters
+    ----------
+    K
+        control.StateSpace or TransferFunction, one of scipy.signal, arrays (A, B, C, D), (z, p, k) or (num, den), or a
+        dict of speeds (rad/s) to such of one order, whose matrices are interpolated; or the path of a file
+        with the arrays A, B, C, D (`.npz`, `.mat`).
+    inputs, outputs
+        Names of the measured signals (m) and of the demands (A), as the other components call them; by default the
+        labels that K has.
+    sample_time
+        Time between samples (s); by default that of a K that is sampled.
+    method, prewarp
+        How a continuous K is sampled: `tustin`, with the response kept at the frequency `prewarp` (rad/s) where one is
+        given, `zoh`, `foh`, `euler`, `backward_diff`, `matched`, `impulse`.
+    sampled_arrays
+        Whether arrays, which do not say it, are those of a sampled law.
+    gains, offsets, limits
+        Of each demand, or of all: factor, sum (A), least and largest value (A).
+    delay
+        Of the demands, in samples, whole or not.
+    slow_time
+        Modes with a longer time constant (s) follow what a limited demand does: the anti-windup.
+    allow_unstable
+        Whether the controller itself may have poles outside of the unit circle.
+
+    Raises
+    ------
+    ValueError
+        If anything is not what it must be; the message names it.
+    """
+    if isinstance(K, str | Path):
+        given = {"inputs": inputs, "outputs": outputs, "sample_time": sample_time}
+        return _from_file(Path(K), {name: value for name, value in given.items() if value is not None})
+    by_speed = _laws(K, sampled_arrays)
+    first = next(iter(by_speed.values()))
+    time = check_sample_time(_sample_time(first) if sample_time is None else sample_time)
+    laws = {
+        speed: _named(speed, len(by_speed), lambda law=law: sampled(law, time, method, prewarp))
+        for speed, law in by_speed.items()
+    }
+    _check_alike(laws)
+    if not 1e-6 <= slow_time <= 1e6:
+        raise ValueError(f"slow_time = {slow_time:g} s is not allowed; it must be >= 1e-06 and <= 1e+06 s")
+    if not allow_unstable:
+        _check_stable(laws)
+    p, m = first.D.shape
+    names = (
+        _labels(K, "input_labels", inputs, m, "inputs", "measured signals"),
+        _labels(K, "output_labels", outputs, p, "outputs", "demands"),
+    )
+    ports = Ports(*names, len(next(iter(laws.values())).A))
+    starts = _starts(ports, gains, offsets, limits, delay)
+    controller = LinearController(laws, ports, time, slow_time, starts, allow_unstable)
+    _ = controller.model_and_constants  # raises what is wrong with them
+    return controller
+
+
+def _from_file(path: Path, given: Mapping[str, Any]) -> LinearController:
+    """Return the controller in a file; what is `given`, arguments of `linear_controller`, replaces what it says."""
+    from amb_cosim.controllers.array_file import SUFFIXES, read_arrays
+
+    if not path.is_file():
+        raise ValueError(f"no controller file {str(path)!r}")
+    if path.suffix not in SUFFIXES:
+        raise ValueError(f"no controller file {str(path)!r}: its name must end with {' or '.join(SUFFIXES)}")
+    try:
+        arguments = read_arrays(path) | dict(given)
+        starts = arguments.pop("starts", {})
+        controller = linear_controller(**arguments)
+        if starts:
+            controller = replace(controller, starts=starts)
+            _ = controller.model_and_constants
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return controller
+
+
+def _laws(K: Any, sampled_arrays: bool) -> dict[float, Law]:
+    """Return the laws by speed, ascending; one alone has the speed 0."""
+    if not isinstance(K, Mapping):
+        return {0.0: law_of(K, sampled_arrays)}
+    if not K:
+        raise ValueError("a controller without any speed is not allowed; it must have a law for one at least")
+    for speed in K:
+        if isinstance(speed, bool) or not isinstance(speed, Real) or not abs(float(speed)) <= 1e4:
+            raise ValueError(f"a speed of {speed!r} is not allowed; it must be a number from -1e4 to 1e4 rad/s")
+    laws = {float(v): _named(v, len(K), lambda law=law: law_of(law, sampled_arrays)) for v, law in K.items()}
+    return dict(sorted(laws.items()))
+
+
+def _named(speed: float, count: int, make: Any) -> Law:
+    """Return what `make` gives; its errors name the speed where there are several."""
+    try:
+        law: Law = make()
+    except ValueError as error:
+        raise ValueError(f"at {speed:g} rad/s: {error}" if count > 1 else str(error)) from error
+    return law
+
+
+def _sample_time(law: Law) -> float:
+    if not law.sample_time:
+        raise ValueError("sample_time is missing; it must be given for a K that does not say it")
+    return law.sample_time
+
+
+def _check_alike(laws: Mapping[float, Law]) -> None:
+    (speed, first), *others = laws.items()
+    for other, law in others:
+        if law.A.shape != first.A.shape:
+            raise ValueError(
+                f"{len(first.A)} states at {speed:g} rad/s and {len(law.A)} at {other:g} rad/s is not allowed; laws "
+                "between which is interpolated must be of one order"
+            )
+        if law.D.shape != first.D.shape:
+            raise ValueError(
+                f"D of shape {first.D.shape} at {speed:g} rad/s and {law.D.shape} at {other:g} rad/s is not allowed; "
+                "laws must have the same signals and demands"
+            )
+
+
+def _check_stable(laws: Mapping[float, Law]) -> None:
+    if not len(next(iter(laws.values())).A):
+        return
+    points = [(speed, law.A) for speed, law in laws.items()]
+    between = [((1.0 - w) * a + w * b, (1.0 - w) * A + w * B) for (a, A), (b, B) in pairwise(points) for w in WEIGHTS]
+    for speed, A in (*points, *between):
+        largest = float(np.abs(np.linalg.eigvals(A)).max())
+        if largest > STABLE:
+            where = f" at {speed:g} rad/s" if len(points) > 1 else ""
+            how = " where it is interpolated" if speed not in laws else ""
+            raise ValueError(
+                f"a controller with a pole of magnitude {largest:.9g}{where}{how} is not allowed; it must be <= 1 in "
+                "the z plane, unless allow_unstable"
+            )
+
+
+def _labels(
+    K: Any, attribute: str, names: Sequence[str] | None, count: int, argument: str, kind: str
+) -> tuple[str, ...]:
+    one = next(iter(K.values())) if isinstance(K, Mapping) else K
+    if isinstance(names, str):
+        names = [names]
+    if names is None:
+        labels = getattr(one, attribute, None)
+        if not labels or any("[" in label for label in labels):
+            raise ValueError(f"{argument} is missing; it must name the {kind}, of which this law has {count}")
+        names = labels
+    if not all(isinstance(name, str) for name in names):
+        raise ValueError(f"{argument} = {names!r} is not allowed; it must be names")
+    if len(names) != count:
+        raise ValueError(f"{len(names)} {argument} is not allowed; the law has {count} {kind}")
+    return tuple(names)
+
+
+def _starts(ports: Ports, gains: Any, offsets: Any, limits: Any, delay: float) -> dict[str, float]:
+    starts: dict[str, float] = {}
+    given = {"gain": gains, "offset": offsets}
+    if limits is not None:
+        pairs = np.asarray(limits, dtype=np.float64)
+        if pairs.shape not in ((2,), (len(ports.demands), 2)):
+            raise ValueError(
+                f"limits of shape {pairs.shape} is not allowed; it must be (lower, upper) in A, of all demands or each"
+            )
+        given |= {"lower": pairs[..., 0], "upper": pairs[..., 1]}
+    for name, values in given.items():
+        each = np.asarray(values, dtype=np.float64)
+        if each.shape not in ((), (len(ports.demands),)):
+            raise ValueError(
+                f"{name} of shape {each.shape} is not allowed; it must be one number, or one for each of "
+                f"{len(ports.demands)} demands"
+            )
+        for demand, value in zip(ports.demands, np.broadcast_to(each, len(ports.demands)), strict=True):
+            starts[f"{demand}.{name}"] = float(value)
+    for demand in ports.demands:
+        low, high = starts.get(f"{demand}.lower"), starts.get(f"{demand}.upper")
+        if low is not None and high is not None and not low <= high:
+            raise ValueError(
+                f"limits of {demand}, {low:g} and {high:g} A, are not allowed; the first must be <= the second"
+            )
+    return starts | {"delay": float(delay)}

@@ -1,0 +1,121 @@
+"""The slow modes of a sampled law: those that do not forget what a limited demand has not done.
+
+A = [V V_f] diag(A_s, A_f) [W; W_f] with the modes |lambda| >= alpha = exp(-T / slow_time) in A_s: real Schur form,
+ordered, and a Sylvester equation. With C_s = C V, F = A_s / alpha, all of whose modes are outside the unit circle,
+
+    X = F^-T (X + C_s^T C_s) F^-1,    P = X^-1                                         (1)
+    L = alpha V F P C_s^T (C_s P C_s^T + 1)^-1                                         (2)
+
+is the gain of the Kalman filter for F without process noise: A_s - W L C_s has the modes alpha^2 / conj(lambda).
+B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, chapter 4, with a prescribed degree of stability as in their
+Optimal Control, 1990. Modes that no demand shows have no part in it.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.controllers.laws import Law
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SlowModes:
+    """What the model needs of them, in the coordinates of the law.
+
+    tracking
+        L, shape (n_states, n_demands).
+    rest
+        V_f (1 - A_f)^-1 W_f B: states at rest under a signal of one, slow modes at zero; shape (n_states, n_signals).
+    slow
+        V W, shape (n_states, n_states).
+    """
+
+    tracking: Array
+    rest: Array
+    slow: Array
+
+
+def groups_of(pattern: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """Return the states that do not depend on each other as groups, from which entries of A are not zero."""
+    from scipy.sparse.csgraph import connected_components
+
+    if not len(pattern):
+        return []
+    count, labels = connected_components(pattern, directed=False)
+    return sorted((np.flatnonzero(labels == k) for k in range(count)), key=lambda group: int(group[0]))
+
+
+def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
+    """Return the slow modes of a sampled law.
+
+    Parameters
+    ----------
+    law
+        Sampled at `sample_time` (s).
+    slow_time
+        Time constant from which a mode is slow (s).
+
+    Raises
+    ------
+    ValueError
+        If slow and fast modes cannot be told apart.
+    """
+    n, (p, m) = len(law.A), law.D.shape
+    alpha = math.exp(-sample_time / slow_time)
+    rest, slow, bases, maps, parts = np.zeros((n, m)), np.zeros((n, n)), [], [], []
+    for group in groups_of(law.A != 0.0):
+        at = np.ix_(group, group)
+        V, W, A_s, rest[group] = _split(law.A[at], law.B[group], alpha)
+        slow[at] = V @ W
+        basis = np.zeros((n, V.shape[1]))
+        basis[group] = V
+        bases.append(basis)
+        parts.append(A_s)
+        maps.append(law.C @ basis)
+    tracking = np.zeros((n, p))
+    n_slow = sum(len(part) for part in parts)
+    if n_slow:
+        tracking = np.hstack(bases) @ _gain(_block_diagonal(parts), np.hstack(maps), alpha)
+    found = SlowModes(tracking, rest, slow)
+    if not all(np.isfinite(value).all() for value in (tracking, rest, slow)):
+        raise ValueError("the modes of A cannot be told apart; another slow_time may do")
+    return found
+
+
+def _split(A: Array, B: Array, alpha: float) -> tuple[Array, Array, Array, Array]:
+    """Return V, W and A_s of the slow modes, and the rest of the fast ones."""
+    from scipy.linalg import matrix_balance, schur, solve_sylvester
+
+    _, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    T, Z, n_slow = schur(A * scale[None, :] / scale[:, None], sort=lambda re, im=0.0: math.hypot(re, im) >= alpha)
+    A_s, A_f = T[:n_slow, :n_slow], T[n_slow:, n_slow:]
+    X = solve_sylvester(A_s, -A_f, -T[:n_slow, n_slow:]) if 0 < n_slow < len(T) else np.zeros((n_slow, len(A_f)))
+    V, V_f = Z[:, :n_slow], Z[:, :n_slow] @ X + Z[:, n_slow:]
+    W, W_f = Z[:, :n_slow].T - X @ Z[:, n_slow:].T, Z[:, n_slow:].T
+    rest = V_f @ np.linalg.solve(np.eye(len(A_f)) - A_f, W_f @ (B / scale[:, None]))
+    return V * scale[:, None], W / scale[None, :], A_s, rest * scale[:, None]
+
+
+def _gain(A_s: Array, C_s: Array, alpha: float) -> Array:
+    """Return W L of (1) and (2)."""
+    from scipy.linalg import solve_discrete_lyapunov
+
+    F_inverse = alpha * np.linalg.inv(A_s)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a mode that is just slow X is very large, and its gain nothing
+        X = solve_discrete_lyapunov(F_inverse.T, F_inverse.T @ C_s.T @ C_s @ F_inverse)
+    to_demands = np.linalg.pinv((X + X.T) / 2.0, rcond=1e-12, hermitian=True) @ C_s.T
+    return np.asarray(A_s @ to_demands @ np.linalg.inv(C_s @ to_demands + np.eye(len(C_s))))
+
+
+def _block_diagonal(parts: list[Array]) -> Array:
+    from scipy.linalg import block_diag
+
+    return np.asarray(block_diag(*[part for part in parts if len(part)]))

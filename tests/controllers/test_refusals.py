@@ -1,0 +1,233 @@
+"""What is wrong with a law, its names or its file is told in one sentence that names it."""
+
+from __future__ import annotations
+
+import control
+import numpy as np
+import pytest
+import scipy.signal
+from scipy.io import savemat
+
+from amb_cosim import linear_controller
+
+T = 1e-4
+LAG = control.tf([1.0], [0.01, 1.0])
+MATRICES = ([[-1.0]], [[1.0]], [[1.0]], [[0.0]])
+
+
+def make(K=LAG, inputs=("y",), outputs=("u",), sample_time=T, **options):
+    return linear_controller(K, inputs, outputs, sample_time, **options)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"K": "no such file.mat"}, "no controller file 'no such file.mat'"),
+        ({"K": object()}, "a controller of type object is not allowed; it must be a StateSpace"),
+        ({"K": control.frd([1.0, 2.0], [1.0, 2.0])}, "a controller of type FrequencyResponseData is not allowed"),
+        ({"K": {}}, "a controller without any speed is not allowed"),
+        ({"K": {"fast": LAG}}, "a speed of 'fast' is not allowed; it must be a number"),
+        ({"K": {np.nan: LAG}}, "a speed of nan is not allowed"),
+        ({"K": {True: LAG}}, "a speed of True is not allowed"),
+        ({"K": {1.0: LAG, 2.0: LAG * LAG}}, "1 states at 1 rad/s and 2 at 2 rad/s is not allowed"),
+        ({"K": {1.0: LAG, 2.0: control.append(LAG, LAG)}}, "1 states at 1 rad/s and 2 at 2 rad/s is not allowed"),
+        ({"K": {1.0: 1.0, 2.0: np.eye(2)}}, r"D of shape \(1, 1\) at 1 rad/s and \(2, 2\) at 2 rad/s is not allowed"),
+        ({"K": {1.0: LAG, 2.0: ([1.0], [np.nan, 1.0])}}, "at 2 rad/s: .*not finite"),
+        ({"K": ([[1.0, 2.0]], *MATRICES[1:])}, r"A of shape \(1, 2\) is not allowed"),
+        ({"K": (*MATRICES[:1], [[1.0], [2.0]], *MATRICES[2:])}, r"B of shape \(2, 1\) is not allowed"),
+        ({"K": (*MATRICES[:2], [[1.0, 2.0]], MATRICES[3])}, r"C of shape \(1, 2\) is not allowed"),
+        ({"K": (*MATRICES[:3], [[np.inf]])}, "D has numbers that are not finite"),
+        ({"K": (*MATRICES[:3], [[1j]])}, "D is not allowed; it must be an array of real numbers"),
+        ({"K": (*MATRICES[:3], [["a"]])}, "D is not allowed; it must be an array of real numbers"),
+        ({"K": np.zeros((1, 1, 1))}, r"D of shape \(1, 1, 1\) is not allowed"),
+        ({"K": ([1.0, 0.0, 0.0], [1.0, 1.0])}, "a numerator of degree 2 over a denominator of degree 1"),
+        ({"K": ([1.0], [0.0])}, "denominator = 0 is not allowed"),
+        ({"K": ([1.0, 2.0], [1.0], 1.0)}, "2 zeros with 1 poles is not allowed"),
+        ({"K": ([], [np.inf], 1.0)}, "poles = .* is not allowed; they must be finite"),
+        ({"K": ([], [-1.0 + 2.0j], 1.0)}, "zeros .* and poles .* are not allowed"),
+        ({"K": control.tf([1.0], [1.0, -1.0])}, r"a controller with a pole of magnitude 1\.0001"),
+        (
+            {"K": control.tf([1.0], [1.0, 0.5], 2e-4)},
+            r"a law sampled at 0\.0002 s is not allowed with",
+        ),
+        ({"sample_time": None}, "sample_time is missing"),
+        ({"sample_time": 0.0}, "sample_time = 0 s is not allowed"),
+        ({"sample_time": np.nan}, "sample_time = nan s is not allowed"),
+        ({"sample_time": "fast"}, "sample_time = 'fast' is not allowed"),
+        ({"method": "bilinear"}, "no discretisation 'bilinear'"),
+        (
+            {"prewarp": 4e4},
+            "prewarp = 40000 rad/s is not allowed; it must be > 0 and below half",
+        ),
+        ({"prewarp": 100.0, "method": "zoh"}, "prewarp is not allowed with zoh"),
+        (
+            {"K": control.append(control.ss(LAG), LAG), "method": "matched"},
+            "matched is not allowed for several signals",
+        ),
+        ({"inputs": ["a", "b"]}, "2 inputs is not allowed; the law has 1 measured signals"),
+        ({"outputs": []}, "0 outputs is not allowed; the law has 1 demands"),
+        ({"inputs": None}, "inputs is missing; it must name the measured signals"),
+        ({"inputs": [1]}, r"inputs = \[1\] is not allowed; it must be names"),
+        ({"inputs": ["mb1 x"]}, "'mb1 x' is not allowed as a name of measured signals"),
+        ({"inputs": ["u"]}, "u is a measured signal and a demand"),
+        ({"inputs": ["Omega"]}, "variables declared twice: Omega"),
+        ({"K": np.eye(2), "inputs": ["y", "y"], "outputs": ["u", "v"]}, "y occurs twice among the measured signals"),
+        ({"gains": [1.0, 2.0]}, r"gain of shape \(2,\) is not allowed"),
+        ({"gains": np.nan}, r"u\.gain = nan"),
+        ({"limits": (2.0, 1.0)}, "limits of u, 2 and 1 A, are not allowed"),
+        ({"limits": (1.0, 2.0, 3.0)}, r"limits of shape \(3,\) is not allowed"),
+        ({"delay": 40.0}, "delay = 40 is not allowed; it must be >= 0 and <= 32"),
+        ({"slow_time": 0.0}, "slow_time = 0 s is not allowed"),
+    ],
+)
+def test_what_is_wrong_with_a_law_is_told_by_its_name(arguments, sentence):
+    with pytest.raises(ValueError, match=sentence) as error:
+        make(**arguments)
+    assert "\n" not in str(error.value)
+
+
+def test_interpolated_matrices_may_not_be_unstable_either():
+    """Two stable matrices whose mean is not: their poles are 0, those between them +-2.165 and more."""
+    low = ([[0.0, 5.0], [0.0, 0.0]], [[1.0], [1.0]], [[1.0, 1.0]], [[0.0]])
+    high = ([[0.0, 0.0], [5.0, 0.0]], *low[1:])
+    with pytest.raises(ValueError, match=r"magnitude 2\.16506351 at 125 rad/s where it is interpolated is not allowed"):
+        make({100.0: low, 200.0: high}, sampled_arrays=True)
+    make({100.0: low, 200.0: high}, sampled_arrays=True, allow_unstable=True)
+
+
+@pytest.mark.parametrize(
+    "K",
+    [
+        LAG,
+        control.ss(LAG),
+        control.zpk([], [-100.0], 100.0),
+        scipy.signal.TransferFunction([1.0], [0.01, 1.0]),
+        scipy.signal.StateSpace([[-100.0]], [[1.0]], [[100.0]], [[0.0]]),
+        scipy.signal.ZerosPolesGain([], [-100.0], 100.0),
+        ([[-100.0]], [[1.0]], [[100.0]], [[0.0]]),
+        ([], [-100.0], 100.0),
+        ([1.0], [0.01, 1.0]),
+        {0.0: LAG},
+        LAG.sample(T, "tustin"),
+        control.ss(LAG.sample(T, "tustin")),
+    ],
+)
+def test_one_law_in_any_form_has_one_response(K):
+    z = np.exp(1j * np.array([1.0, 100.0, 3000.0]) * T)
+    found = make(K).state_space()
+    np.testing.assert_allclose(found(z), LAG.sample(T, "tustin")(z), rtol=1e-11)
+
+
+def test_high_order_zeros_poles_and_gain_keep_their_digits():
+    """Twelve notches from 50 to 600 Hz: as one polynomial the depth of the last would be lost."""
+    omegas = 2.0 * np.pi * np.arange(50.0, 650.0, 50.0)
+    zeros = np.concatenate([1j * omegas, -1j * omegas])
+    poles = np.concatenate([omegas * (-0.1 + s * 1j * np.sqrt(0.99)) for s in (1, -1)])
+    law = make((zeros, poles, 1.0)).state_space()
+    exact = lambda s: np.prod((s - zeros) / (s - poles))  # noqa: E731
+    for omega in (10.0, 333.0, 2500.0):
+        warped = 2.0 / T * np.tan(omega * T / 2.0)
+        assert law(np.exp(1j * omega * T)) == pytest.approx(exact(1j * warped), rel=1e-9)
+
+
+def test_matrix_of_transfer_functions_needs_no_other_library():
+    law = control.tf([[[1.0], [2.0]], [[3.0], [4.0, 5.0]]], [[[1.0, 1.0], [1.0, 2.0]], [[1.0, 3.0], [1.0, 4.0]]])
+    found = make(law, ["a", "b"], ["u", "v"], method="zoh").state_space()
+    np.testing.assert_allclose(found(1.0), law(0.0), rtol=1e-9)
+
+
+def test_labels_of_a_state_space_are_the_names():
+    law = control.ss(LAG, inputs=["at_bearing"], outputs=["coil"])
+    ports = linear_controller(law, sample_time=T).ports
+    assert (ports.signals, ports.demands) == (("at_bearing",), ("coil",))
+
+
+def content():
+    return {
+        "A": np.array([[0.5]]),
+        "B": np.array([[1.0, 2.0]]),
+        "C": np.array([[3.0]]),
+        "D": np.array([[0.0, 1.0]]),
+        "Ts": T,
+        "inputs": np.array(["a", "b"]),
+        "outputs": np.array(["u"]),
+    }
+
+
+def test_arrays_in_a_mat_file_are_a_controller(tmp_path):
+    cells = {key: value.astype(object) if key in ("inputs", "outputs") else value for key, value in content().items()}
+    savemat(tmp_path / "law.mat", cells)
+    controller = linear_controller(tmp_path / "law.mat")
+    assert controller.ports.signals == ("a", "b")
+    assert controller.sample_time == T
+    np.testing.assert_array_equal(controller.laws[0.0].B, [[1.0, 2.0]])
+
+
+@pytest.mark.parametrize("suffix", ["mat", "npz"])
+def test_saved_controller_is_the_same_again(tmp_path, suffix):
+    table = {100.0: LAG, 50.0: 2.0 * LAG}
+    made = make(table, gains=3.0, limits=(-1.0, 2.0), delay=1.5, slow_time=0.02)
+    again = linear_controller(made.save(tmp_path / f"law.{suffix}"))
+    for a, b in zip(made.model_and_constants, again.model_and_constants, strict=True):
+        assert (a == b).all() if isinstance(a, np.ndarray) else a.interface == b.interface
+
+
+def message_of(path):
+    """What is said against a file; nothing if it is a controller with finite constants."""
+    try:
+        _, constants = linear_controller(path).model_and_constants
+    except ValueError as error:
+        return str(error)
+    return "" if np.isfinite(constants).all() else "not finite"
+
+
+def mutate(draw_number, data):
+    """The content of a file with one thing wrong, or nothing."""
+    rng = np.random.default_rng(draw_number)
+    key = rng.choice([*data, "speeds"])
+    wrong = [
+        None,
+        np.nan,
+        np.inf,
+        -1.0,
+        "text",
+        np.zeros((0, 0)),
+        np.zeros((3, 2)),
+        np.ones((2, 2, 2)),
+        np.array(["a", 1, None], dtype=object)[:2],
+        1j * np.ones((1, 1)),
+        np.array([[True]]),
+        {"a": 1.0},
+        1e308 * np.ones((1, 2)),
+    ]
+    choice = wrong[rng.integers(len(wrong))]
+    if choice is None:
+        data.pop(key, None)
+    else:
+        data[key] = choice
+    return data
+
+
+@pytest.mark.parametrize("number", range(100))
+def test_mutated_file_is_a_controller_or_one_sentence(tmp_path, number):
+    path = tmp_path / ("law.mat" if number % 10 == 0 else "law.npz")
+    data = mutate(number, content())
+    if path.suffix == ".mat":
+        savemat(path, data)
+    else:
+        np.savez(path, **data)
+    message = message_of(path)
+    assert not message or message.startswith(str(path))
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(("suffix", "seed"), [*(("mat", k) for k in range(5)), *(("npz", k) for k in range(30))])
+def test_damaged_file_is_refused_or_read(tmp_path, suffix, seed):
+    path = tmp_path / f"law.{suffix}"
+    linear_controller(0.5, ["a"], ["u"], T).save(path)
+    whole, rng = bytearray(path.read_bytes()), np.random.default_rng(seed)
+    for _ in range(3):
+        whole[rng.integers(len(whole))] = rng.integers(256)
+    path.write_bytes(whole[: rng.integers(1, len(whole) + 1)])
+    message = message_of(path)
+    assert not message or message.startswith(str(path))

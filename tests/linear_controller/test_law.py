@@ -1,0 +1,131 @@
+"""The law itself: samples as python-control has them, the order of states, gains and sums, sizes from 0 to many."""
+
+from __future__ import annotations
+
+import warnings
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from linear_bench import Bench, T, names, random_law, response
+
+from amb_cosim import linear_controller
+from linear_controller.matrices import SIZES
+
+
+def signals(seed, count, n):
+    return np.random.default_rng(seed).uniform(-0.1, 0.1, size=(count, n))
+
+
+def controller(law, *arguments, **options):
+    p, m = law.noutputs, law.ninputs
+    return linear_controller(law, names("y", m), names("u", p), T, *arguments, **options)
+
+
+@settings(max_examples=40)
+@given(
+    st.integers(0, 10**6),
+    st.integers(0, 9),
+    st.integers(1, 4),
+    st.integers(1, 4),
+    st.sampled_from(["tustin", "zoh", "foh", "euler", "backward_diff", "impulse"]),
+)
+def test_samples_are_those_of_python_control(seed, n_states, n_demands, n_signals, method):
+    law = random_law(seed, n_states, n_demands, n_signals)
+    if method == "impulse":  # a law with an impulse of its own has none when it is sampled
+        law = control.ss(law.A, law.B, law.C, 0.0 * law.D)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        sampled = law.sample(T, method) if n_states else control.ss([], [], [], law.D, T)
+    given = signals(seed, 60, n_signals)
+    expected = response(sampled, given)
+    found = Bench(controller(law, method=method, allow_unstable=True), start_at_rest=0).run(given)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * max(1.0, np.abs(expected).max()))
+
+
+@given(st.floats(100.0, 25_000.0), st.integers(0, 1000))
+def test_prewarped_response_is_that_of_the_continuous_law_at_its_frequency(omega, seed):
+    law = random_law(seed, 4, 1, 1)
+    kept = controller(law, method="tustin", prewarp=omega).state_space()
+    expected = law(1j * omega)
+    assert abs(kept(np.exp(1j * omega * T)) - expected) < 1e-9 * max(abs(expected), 1.0)
+
+
+def test_matched_poles_are_where_the_sample_time_puts_them():
+    law = control.tf([1.0, 500.0], [1.0, 300.0, 2e6])
+    found = linear_controller(law, ["y"], ["u"], T, method="matched").state_space()
+    np.testing.assert_allclose(sorted(found.poles(), key=abs), sorted(np.exp(law.poles() * T), key=abs), rtol=1e-9)
+    assert found(1.0).real == pytest.approx(law(0.0).real, rel=1e-9)
+
+
+def test_step_response_of_an_integrator_is_a_ramp():
+    ramp = Bench(linear_controller(([0.0, 1.0], [1.0, 0.0]), ["y"], ["u"], T, method="euler")).run(
+        np.full((50, 1), 0.1)
+    )
+    np.testing.assert_allclose(ramp[:, 0], 0.1 * T * np.arange(50), rtol=1e-12)
+
+
+@pytest.mark.parametrize("n_groups", [1, 3])
+def test_states_are_shown_in_the_order_that_was_given(n_groups):
+    """Groups of states that know nothing of each other, mixed: the blocks put them in another order."""
+    rng = np.random.default_rng(3)
+    n = 4 * n_groups
+    mix = rng.permutation(n)
+    A = np.kron(np.eye(n_groups), rng.normal(size=(4, 4)) / 8.0)[np.ix_(mix, mix)]
+    law = control.ss(A, rng.normal(size=(n, 2)), rng.normal(size=(3, n)), rng.normal(size=(3, 2)), T)
+    bench, x = Bench(controller(law), start_at_rest=0), np.zeros(n)
+    for row in signals(5, 20, 2):
+        demands = bench.step(row)
+        np.testing.assert_allclose(demands, law.C @ x + law.D @ row, atol=1e-14)
+        x = law.A @ x + law.B @ row
+        np.testing.assert_allclose(bench.states(), x, atol=1e-14)
+
+
+def test_a_bank_of_notches_costs_its_blocks():
+    """Eight axes with six notches each have 12 states an axis: a twelfth of the products of a full matrix."""
+    axis = control.ss(np.diag(np.full(11, 0.1), 1) + 0.5 * np.eye(12), np.ones((12, 1)), np.ones((1, 12)), 1.0, T)
+    full = control.ss(np.full((96, 96), 1e-3), np.ones((96, 8)), np.ones((8, 96)), np.ones((8, 8)), T)
+    costs = []
+    for law in (control.append(*[axis] * 8), full):
+        _, constants = controller(law).model_and_constants
+        costs.append(constants[: len(SIZES.names)].view(SIZES)[0].n_values)
+    assert costs[0] < costs[1] / 5.0
+
+
+def test_gain_offset_and_feedforward_of_each_demand_add_up():
+    bench = Bench(
+        linear_controller(np.diag([2.0, 3.0]), ["a", "b"], ["u", "v"], T, gains=[1.0, 0.5], offsets=[0.1, 0.0])
+    )
+    np.testing.assert_allclose(bench.step([0.1, 0.1], v__feedforward=7.0), [0.3, 7.15], rtol=1e-14)
+    np.testing.assert_allclose(bench.step([0.1, 0.1], u__gain=-1.0), [-0.1, 7.15], rtol=1e-14)
+
+
+def test_setpoint_is_what_the_law_does_not_see():
+    bench = Bench(linear_controller(2.0, ["y"], ["u"], T))
+    assert bench.step([0.03], y__setpoint=0.03)[0] == 0.0
+    assert bench.step([0.03], y__setpoint=0.01)[0] == pytest.approx(0.04, rel=1e-14)
+
+
+def test_first_sample_finds_filters_at_rest_and_integrators_at_zero():
+    low_pass, integrator = control.tf([1.0], [1e-3, 1.0]), control.tf([1.0], [1.0, 0.0])
+    law = control.append(control.ss(low_pass), control.ss(integrator))
+    bench = Bench(controller(law, method="zoh"), signals=[0.05, 0.05])
+    np.testing.assert_allclose(bench.demands(), [0.05, 0.0], atol=1e-14)
+    found = bench.run(np.full((3, 2), 0.05))
+    np.testing.assert_allclose(found[:, 0], 0.05, rtol=1e-12)
+    np.testing.assert_allclose(found[:, 1], 0.05 * T * np.arange(3), atol=1e-14)
+
+
+def test_samples_come_at_their_own_instants_whatever_the_step():
+    law = random_law(11, 4, 2, 2)
+    given = signals(1, 40, 2)
+    expected = Bench(controller(law)).run(given)
+    fine, found = Bench(controller(law)), []
+    for n in range(4 * len(given)):
+        fine.read(given[n // 4])
+        fine.instance.step(n * T / 4, T / 4)
+        found.append(fine.demands())
+    np.testing.assert_array_equal(found[::4], expected)
+    np.testing.assert_array_equal(found[3::4], expected)
