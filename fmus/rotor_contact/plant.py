@@ -47,6 +47,7 @@ FAULT_ENERGY = 9
 FAULT_OFFSET = 11  # plus the site
 MAX_SITES = 99 - FAULT_OFFSET + 1
 
+STABLE = 2.5  # times the start value of solver.max_substep: Runge-Kutta's method is stable up to 2.8 rad of a mode
 TURN = 2.0 * math.pi
 
 
@@ -213,11 +214,23 @@ def model_for(planes: Planes) -> Model:
     )
 
 
+def _stable(planes: Planes) -> str:
+    """Return what comes before other cures for a rotor with modes that are faster than most substeps."""
+    if planes.max_substep >= Planes.max_substep:
+        return ""
+    return (
+        f"its fastest mode is stable with solver.max_substep up to {STABLE * planes.max_substep:.3g} s, which is "
+        "{solver.max_substep} s: lower that, or let the rotor keep fewer modes or planes; else "
+    )
+
+
 def _faults(planes: Planes) -> dict[int, str]:
     stiffness = ", ".join(f"{bearing}.k_b = {{{bearing}.k_b}} N/m" for bearing in planes.bearings)
     return {
-        FAULT_TOO_MANY_EVENTS: "too many contact events in one step to follow them; shorten the communication step",
-        FAULT_SINGULAR: "the contact equations have no unique solution; lower the coefficients of friction",
+        FAULT_TOO_MANY_EVENTS: "too many contact events in one step to follow them; "
+        f"{_stable(planes)}shorten the communication step",
+        FAULT_SINGULAR: f"the contact equations have no unique solution; {_stable(planes)}lower the coefficients of "
+        "friction",
         FAULT_MODES: "the sites in contact can neither stick nor slip nor open in a way that is consistent with the "
         "forces; lower the coefficients of friction",
         FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; there must be passive bearings with stiffness "

@@ -1,10 +1,25 @@
 """When and where a journal in straight flight touches, by hand; which paths may touch; how far one is beyond."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from rotor_cases import BEARINGS, CLEARANCE, both, head, plant, rigid_rotor, size_of, workspace
+from rotor_cases import (
+    BEARINGS,
+    CLEARANCE,
+    UNWATCHED,
+    both,
+    head,
+    plant,
+    rigid_rotor,
+    run,
+    shaft_only,
+    size_of,
+    workspace,
+)
 
 from fmi_export.model import Fault
+from rotor_analysis.rotor import ReductionOptions
 from rotor_contact.enumerations import FREE, HERTZ, SLIDING
 from rotor_contact.events import (
     EVENT_OFFSET,
@@ -166,3 +181,24 @@ def test_more_bounces_in_a_step_than_can_be_followed_are_a_fault():
     x = plant(bouncing)
     for n in range(800):
         x.step(n * DT, DT)
+
+
+def needlessly_stiff(masters, **values):
+    """A thick shaft of half a metre that whirls in its retainers; 21 planes have a mode of 38 kHz."""
+    rotor = replace(shaft_only(np.linspace(0.0, 0.5, 21), 0.1), reduction=ReductionOptions(masters=masters))
+    rubs = both("rb.restitution", 0.5) | both("rb.mu", 0.1) | both("rb.clearance", 1e-4)
+    return plant(BEARINGS | rubs | UNWATCHED | {"Omega": 1000.0, "d1.u": 1e-3, "d2.u": 1e-3} | values, rotor)
+
+
+def test_a_rotor_with_stiff_modes_is_told_to_have_shorter_substeps_or_fewer_modes():
+    """A shorter communication step does not help: the integration of its fastest mode is unstable."""
+    long = {"solver.max_substep": 1e-4}
+    x = needlessly_stiff(tuple(range(1, 22)), **long)
+    start = x.model.interface["solver.max_substep"].start
+    told = rf"too many contact events.* up to {2.5 * start:.3g} s, which is 0.0001 s: lower that, or let the rotor keep"
+    with pytest.raises(Fault, match=told):
+        run(x, 80)
+    with pytest.raises(Fault, match=r"solver\.max_substep up to"):
+        run(needlessly_stiff(tuple(range(1, 22)), **long), 400, h=5e-5)
+    run(needlessly_stiff(tuple(range(1, 22))), 80)
+    run(needlessly_stiff((1, 21), **long), 80)
