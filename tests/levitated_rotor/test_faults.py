@@ -87,3 +87,14 @@ def test_a_force_beyond_all_bounds_is_a_fault_of_the_plant(samples: int, extract
     (code,) = host.slave.get("fault_code")
     assert 300 < code < 400 or code >= 100_000
     assert host.read() == before
+
+
+def test_a_step_that_would_seem_to_hang_is_refused(
+    assembled: Callable[..., Path], extracted: Callable[..., Path]
+) -> None:
+    host = Host(extracted("fig4_9")).begin()
+    assert host.step(0.0, 1e9) == 3
+    assert (
+        "step size = 1e+09 s is not allowed; it must be at most 1e+06 times the sample time of" in host.slave.reason()
+    )
+    assert host.slave.get("fault_code") == [999]

@@ -313,6 +313,7 @@ int64_t initialise_assembly(Run *run)
    sample time long if it is but for rounding; so does rolac_controller, whose samples these are. */
 static const double TOLERANCE = 1e-3, SAME = 1e-9, ROUNDING = 1e-15;
 static const double LONGEST_STEP = 1.0 + 1e-9, ROUNDING_OF_STEP = 4.5e-16;
+static const double MOST_SAMPLES = 1e6; /* in a step: more would take minutes, and seem to hang */
 
 /* The next instant; where there was none yet, `time`, at which the first step begins. */
 static double next_instant(const Clock *clock, double time, double sample_time)
@@ -386,6 +387,13 @@ int64_t step_assembly(Run *run, double time, double step_size)
     const double sample_time = wiring->sample_time < 0 ? wiring->step_size : run->values[wiring->sample_time];
     double at = time, left = step_size;
     int pieces = 0;
+    if (step_size > MOST_SAMPLES * sample_time) {
+        char reason[TEXT_SIZE];
+        snprintf(reason, sizeof reason,
+                 "step size = %g s is not allowed; it must be at most %g times the sample time of %g s",
+                 step_size, MOST_SAMPLES, sample_time);
+        return run_stop(run, FAULT_STEP_SIZE, reason);
+    }
     give(run);
     while (left > 0.0) {
         double size = piece(next_instant(clock, at, sample_time), at, left, sample_time);
