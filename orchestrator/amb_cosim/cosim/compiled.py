@@ -149,7 +149,7 @@ def run(
             recorder.see(reached)
             if stopped.met >= 0:
                 raise Stopped(stopped.met, reached)
-            if stopped.status > WARNING:
+            if not 0 <= stopped.status <= WARNING:
                 component = master.components[stopped.component]
                 reason = component.refusal(CALLS[stopped.call], stopped.status)
                 raise StepFailed(component.name, master.time(reached), str(reason)) from reason

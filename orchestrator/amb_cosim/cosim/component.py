@@ -22,6 +22,7 @@ from fmpy.fmi2 import (
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
     fmi2Terminated,
+    fmi2True,
 )
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
@@ -167,7 +168,7 @@ class FmuComponent:
 
     def step(self, time: float, step_size: float) -> None:
         """Advance from `time` by `step_size` (s)."""
-        self._call("fmi2DoStep", self._fmu.doStep, time, step_size)
+        self._call("fmi2DoStep", self._fmu.fmi2DoStep, self._fmu.component, time, step_size, fmi2True)
 
     def save(self) -> None:
         """Keep the state of the FMU, in place of the one that was kept before."""
@@ -193,11 +194,12 @@ class FmuComponent:
 
     def refusal(self, call: str, status: int) -> FmuError:
         """Return the error for a call that the FMU answered with a status other than OK and Warning."""
-        self._running = self._running and status < ERROR
+        self._running = self._running and 0 <= status < ERROR
         said = self._said()
         if status == DISCARD and call == "fmi2DoStep" and self._ended():
             said.append("with fmi2Terminated the FMU ends the simulation")
-        return FmuError(call, STATUS[status], said)
+        known = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not have"
+        return FmuError(call, known, said)
 
     def close(self) -> None:
         """Terminate and free the instance; calling it again does nothing, and it never raises."""
@@ -245,9 +247,15 @@ class FmuComponent:
 
     def _call(self, name: str, function: Any, *arguments: Any) -> None:
         try:
-            function(*arguments)
+            _check(name, function(*arguments))
         except FMICallException as error:
             raise self.refusal(name, error.status) from error
+
+
+def _check(function: str, status: int | None) -> None:
+    """Raise for a status below OK as FMPy does for one above Warning; most of its methods return the status."""
+    if status is not None and status < 0:
+        raise FMICallException(function=function, status=status)
 
 
 def _address(fmu: Any, function: str) -> int:
@@ -266,6 +274,9 @@ class _Group:
         self.view: NDArray[Any] = np.ctypeslib.as_array(self.buffer)
         self.where = np.array([position for position, _ in ports], dtype=np.intp)
 
+    def arguments(self, fmu: Any) -> tuple[Any, ...]:
+        return fmu.component, self.references, self.size, self.buffer
+
 
 class _Exchange:
     """Variables of an FMU that are set or read together, by one FMI call for each type."""
@@ -279,11 +290,11 @@ class _Exchange:
     def write(self, fmu: Any) -> None:
         for group in self.groups:
             group.view[:] = self.values[group.where]
-            getattr(fmu, group.setter)(fmu.component, group.references, group.size, group.buffer)
+            _check(group.setter, getattr(fmu, group.setter)(*group.arguments(fmu)))
 
     def read(self, fmu: Any) -> None:
         for group in self.groups:
-            getattr(fmu, group.getter)(fmu.component, group.references, group.size, group.buffer)
+            _check(group.getter, getattr(fmu, group.getter)(*group.arguments(fmu)))
             self.values[group.where] = group.view
 
     def transfers(self, fmu: Any, prefix: str) -> tuple[Transfer, ...]:

@@ -10,9 +10,10 @@ from amb_cosim.cosim.fmu_interface import FmuInterface
 
 
 class Instances:
-    """The instance of each component, by its name; a run that fails closes them, and the next one loads new ones."""
+    """The instance of each component, by its name; after a run that failed the next one loads new ones."""
 
     def __init__(self) -> None:
+        self._expired = False
         self._kept: dict[str, tuple[Path, FmuComponent]] = {}
 
     def take(
@@ -26,6 +27,8 @@ class Instances:
         every: int,
     ) -> FmuComponent:
         """Return the instance of a component as new; see `FmuComponent` for the arguments and errors."""
+        if self._expired:
+            self.close()
         kept_folder, component = self._kept.get(name, (None, None))
         if component is not None and kept_folder == folder:
             component.reset(inputs, outputs, start, every)
@@ -36,8 +39,13 @@ class Instances:
         self._kept[name] = (folder, component)
         return component
 
+    def expire(self) -> None:
+        """Have no run reset these instances; they are freed when the next one asks for some, or by `close`."""
+        self._expired = True
+
     def close(self) -> None:
         """Free all instances; they are loaded again when they are asked for."""
+        self._expired = False
         while self._kept:
             _, (_, component) = self._kept.popitem()
             component.close()

@@ -10,6 +10,7 @@ import threading
 from typing import Any
 
 from amb_cosim.cosim.errors import ProcessFailed
+from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.isolation import ERROR, PROGRESS, RECORDING
 from amb_cosim.cosim.simulation import run_plan
 
@@ -29,11 +30,20 @@ def main() -> None:
             pickle.dump((kind, *content), answers)
             answers.flush()
 
+        instances = Instances()
+
         try:
             recording = run_plan(
-                assembly, plan, lambda *steps: answer(PROGRESS, *steps), loop, coupling, isolated=False
+                assembly,
+                plan,
+                lambda *steps: answer(PROGRESS, *steps),
+                loop,
+                coupling,
+                isolated=False,
+                instances=instances,
             )
             answer(RECORDING, recording)
+            instances.close()  # an FMU that crashes as it is closed takes no record with it
         except MemoryError:
             answer(
                 ERROR, ProcessFailed(f"the FMUs need more memory than {memory / 2**30:.1f} GB; nothing was recorded")
@@ -61,6 +71,8 @@ def _limit_memory() -> float:
 
 def _end_with_parent() -> None:
     sys.stdin.buffer.read()
+    if sys.platform != "win32" and os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)  # with what FMUs have started
     os._exit(1)
 
 

@@ -1,10 +1,13 @@
 """Runs FMUs in a process of their own: a crash or a hang of theirs is an error here, and no end of this process.
 
-It is no sandbox: the FMUs may do there what the user may.
+That process leads a group, and what FMUs start is in it too: it ends with the run. It is no sandbox: the FMUs may do
+there what the user may.
 """
 
 from __future__ import annotations
 
+import logging
+import math
 import os
 import pickle
 import queue
@@ -15,6 +18,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -26,8 +30,12 @@ if TYPE_CHECKING:
     from amb_cosim.cosim.experiment import Plan
     from amb_cosim.cosim.simulation import Assembly, Recording
 
+log = logging.getLogger(__name__)
+
 LONGEST_SILENCE = 300.0  # s without a step, after which the process is ended
 POLL_TIME = 0.1  # s between two looks at whether a signal has come
+CLOSE_TIME = 10.0  # s in which the FMUs have to be closed after the run, and what the process had said, to come
+PATIENCE = 0.3  # s after an interruption, until it is said what it waits for
 
 PROGRESS, RECORDING, ERROR, END = range(4)  # kinds of messages
 
@@ -47,24 +55,31 @@ def run_isolated(
     """
     with deferred() as interruption, _process((assembly, plan, loop, coupling)) as process:
         messages = _messages(process)
-        told, latest = False, time.monotonic()
+        told, tell_at, latest = False, math.inf, time.monotonic()
         while True:
             if interruption.came and not told:
                 process.terminate()
-                told = True
+                told, tell_at = True, time.monotonic() + PATIENCE
+            if time.monotonic() > tell_at:
+                log.warning("waiting for a step of %s to end; a second Ctrl-C ends it at once", _who(assembly))
+                tell_at = math.inf
+            has_ended = _has_ended(process)
             try:
                 kind, *content = messages.get(timeout=POLL_TIME)
             except queue.Empty:
-                if time.monotonic() > latest + LONGEST_SILENCE:
+                if has_ended:
+                    _end_group(process)  # what it started may keep its output open
+                    kind, *content = _last(messages)
+                elif time.monotonic() > latest + LONGEST_SILENCE:
                     raise ProcessFailed(
                         f"{_who(assembly)} did not complete a step within {LONGEST_SILENCE:g} s, and the process was "
                         "ended; nothing was recorded (--no-isolated waits for ever)"
                     ) from None
-                continue
+                else:
+                    continue
             latest = time.monotonic()
             if kind == RECORDING:
-                recording: Recording = content[0]
-                return recording
+                return _with_warning(content[0], assembly, _closed(process))
             if kind == ERROR:
                 raise content[0]
             if kind == END:
@@ -72,6 +87,25 @@ def run_isolated(
                 raise ProcessFailed(f"the process of {_who(assembly)} {_how(process.wait())}; nothing was recorded")
             if progress is not None:
                 progress(*content)
+
+
+def _closed(process: subprocess.Popen[bytes]) -> str:
+    """Wait until a process that has sent its record has closed its FMUs; say what went wrong with that, if anything."""
+    try:
+        code = process.wait(CLOSE_TIME)
+    except subprocess.TimeoutExpired:
+        return f"had not closed its FMUs after {CLOSE_TIME:g} s, and was ended"
+    return _how(code) if code else ""
+
+
+def _with_warning(recording: Recording, assembly: Assembly, wrong: str) -> Recording:
+    """Return a recording with what went wrong after it, as a warning of the components that may have done it."""
+    if not wrong:
+        return recording
+    text = f"the process of {_who(assembly)} {wrong}, as they were terminated and freed; the record is whole"
+    first = next(iter(assembly.from_elsewhere or assembly.fmus))
+    said = {**recording.warnings, first: [*recording.warnings.get(first, []), text]}
+    return replace(recording, warnings=said)
 
 
 @contextmanager
@@ -92,25 +126,53 @@ def _process(given: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
             process.stdin.flush()
         yield process
     finally:
+        _end_group(process)
         process.kill()
         process.wait()
-        for stream in (process.stdin, process.stdout):
-            with suppress(OSError):
-                stream.close()  # type: ignore[union-attr]
+        with suppress(OSError):
+            process.stdin.close()  # type: ignore[union-attr]
+
+
+def _end_group(process: subprocess.Popen[bytes]) -> None:
+    """End a process, which leads a group, with all that it has started."""
+    if sys.platform != "win32":
+        with suppress(OSError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def _has_ended(process: subprocess.Popen[bytes]) -> bool:
+    """Return whether a process has ended; its number stays its own, for its group."""
+    if sys.platform == "win32":
+        return process.poll() is not None
+    try:
+        return os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+    except ChildProcessError:
+        return True
 
 
 def _messages(process: subprocess.Popen[bytes]) -> Messages:
-    """Return what the process says as it says it; the last message is `END`."""
+    """Return what the process says as it says it; the last message is `END`.
+
+    The thread that reads closes what it reads: that may be kept open by what an FMU has started, in a group of its own.
+    """
     messages: Messages = queue.SimpleQueue()
 
     def read(stream: IO[bytes]) -> None:
-        with suppress(Exception):  # at its end, and where an FMU wrote among the messages
+        with stream, suppress(Exception):  # at its end, and where an FMU wrote among the messages
             while True:
                 messages.put(pickle.load(stream))
         messages.put((END,))
 
     threading.Thread(target=read, args=(process.stdout,), daemon=True).start()
     return messages
+
+
+def _last(messages: Messages) -> tuple[Any, ...]:
+    """Return the next message of a process that has ended, `END` if none comes."""
+    try:
+        return messages.get(timeout=CLOSE_TIME)
+    except queue.Empty:
+        return (END,)
 
 
 def _who(assembly: Assembly) -> str:

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
+import numpy as np
+
 from amb_cosim.cosim import compiled
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.choices import Coupling, Flavour, Loop
@@ -246,9 +248,22 @@ def run_plan(
         except KeyboardInterrupt:
             outcome = Outcome("interrupted", recorder.reached * plan.step_size)
         warnings = {component.name: component.warnings for component in components}
-        if instances is not None and outcome.status in ("completed", "stopped"):
-            stack.pop_all()  # the next run resets them
+        _warn_of_not_finite(assembly, plan, recorder, warnings)
+        if instances is not None:
+            stack.pop_all()  # the next run resets them, or loads new ones
+            if outcome.status not in ("completed", "stopped"):
+                instances.expire()
     return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings)
+
+
+def _warn_of_not_finite(assembly: Assembly, plan: Plan, recorder: Recorder, warnings: dict[str, list[str]]) -> None:
+    """Add to the warnings of FMUs from elsewhere which outputs were recorded as NaN or infinite, and since when."""
+    for name, samples in zip(plan.recorded, recorder.table.T, strict=True):
+        component = name.partition(".")[0]
+        if component in assembly.from_elsewhere and not np.isfinite(samples).all():
+            row = int(np.argmin(np.isfinite(samples)))
+            time = recorder.points[row] * plan.step_size
+            warnings[component].append(f"{name} = {samples[row]:g} at t = {time:.9g} s, which is no finite number")
 
 
 def _check_states(assembly: Assembly) -> None:

@@ -1,6 +1,10 @@
 #include "loop.h"
 
 enum { SEND, STEP, FETCH };
+
+/* Whether a call has done its work; a status that FMI does not know has not. */
+static bool is_good(int status) { return status >= 0 && status <= LOOP_WARNING; }
+
 static int call(const Program *p, const Calls *calls, intptr_t i, intptr_t c) {
   size_t size = (size_t)(calls->first[c + 1] - calls->first[c]);
   return calls->function[c](p->instance[i], calls->references_at[c], size, calls->values_at[c]);
@@ -17,7 +21,7 @@ static int send(const Program *p, intptr_t i) {
         calls->integers[k] = (int32_t)value;
     }
     int status = call(p, calls, i, c);
-    if (status > LOOP_WARNING) return status;
+    if (!is_good(status)) return status;
   }
   return 0;
 }
@@ -34,7 +38,7 @@ static int fetch(const Program *p, const RecordBuffer *buffer, intptr_t i, intpt
   const Calls *calls = is_recorded(buffer, n, p->every[i]) ? &p->fetches : &p->needed;
   for (intptr_t c = calls->of[i]; c < calls->of[i + 1]; c++) {
     int status = call(p, calls, i, c);
-    if (status > LOOP_WARNING) return status;
+    if (!is_good(status)) return status;
     if (calls->direct[c]) continue;
     for (intptr_t k = calls->first[c]; k < calls->first[c + 1]; k++)
       p->values[calls->positions[k]] = calls->real[c] ? calls->reals[k] : (double)calls->integers[k];
@@ -50,7 +54,7 @@ static int step(const Program *p, intptr_t i, intptr_t n) {
 /* Makes one call of component i at point n; returns whether it did its work, and notes what failed. */
 static bool done(const Program *p, const RecordBuffer *buffer, intptr_t i, intptr_t n, int what, End *end) {
   int status = what == SEND ? send(p, i) : what == STEP ? step(p, i, n) : fetch(p, buffer, i, n);
-  if (status <= LOOP_WARNING) return true;
+  if (is_good(status)) return true;
   end->component = i, end->call = what, end->status = status;
   return false;
 }
