@@ -42,8 +42,8 @@ def contact(dataset: Signals) -> Figure:
         force = _kilonewtons(dataset, peaks(dataset, site))
         averaged = _kilonewtons(dataset, averaged_force(dataset, site))
         highest = max(highest, float(force.max()), float(np.nanmax(averaged, initial=0.0)))
-        panel.plot(time_values(dataset), force, color=colour_of(dataset, site))
         panel.plot(time_values(dataset), averaged, color="black", lw=0.8)
+        panel.plot(time_values(dataset), force, color=colour_of(dataset, site))
         panel.set_title(site_title(dataset, site), loc="left", pad=title_padding(dataset, panel is panels[0]))
         panel.set_ylabel("$N$ (kN)")
         if not force.any() and not averaged.any():
