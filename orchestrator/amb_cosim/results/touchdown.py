@@ -188,7 +188,7 @@ def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
     for site in places(dataset).sites:
         impulse = _after_release(dataset, f"{site}.impulse", start)
         if impulse is not None:
-            total += float(impulse.sum()) + (_integral(dataset, f"{site}.f_n", start) or 0.0)
+            total += _impulse(dataset, site, start) or float(impulse.sum())
             found += [Impact(site, float(times[k]), float(impulse[k])) for k in np.flatnonzero(impulse > 0.0)]
     counted = (impact for impact in found if impact.impulse >= LEAST_IMPACT * total)
     return tuple(sorted(counted, key=lambda impact: impact.after)[:N_IMPACTS])
