@@ -164,7 +164,7 @@ def output(name: str, unit: str, description: str, **options: object) -> Variabl
 def at_place(pattern: str, place: str) -> tuple[Callable[..., Variable], ...]:
     """Return `parameter`, `input_` and `output` for the variables of one place, such as an axis of a bearing.
 
-    Their names are those that are declared, within a `pattern` such as `mb1.{}_x`; `field` is the name as it is
+    Their names are those that are declared, within a `pattern` such as `left.{}_x`; `field` is the name as it is
     declared, unless it is given. `{}` in a description stands for the place.
     """
 

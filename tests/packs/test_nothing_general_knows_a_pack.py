@@ -20,6 +20,7 @@ PARTS = re.compile(r"\b([mre]b[12?*]|d[1-4?*]\.(u|phi|f_[xy?]))(?!\w)")
 # What remains, by file and with the reason.
 REASONS = {
     "orchestrator/amb_cosim/design/README.md": "cites the thesis as the source of equations",
+    "libraries/signal_chain/variables.py": "cites the thesis as the source of start values",
     "libraries/rotor_analysis/reduction.py": "cites the thesis as the source of equations 3.8 to 3.13",
     "orchestrator/amb_cosim/design/controller_data.py": "cites the thesis as the source of equation 5.10",
     "orchestrator/amb_cosim/design/magnetic_bearing.py": "start values of the actuator are those of the rig's bearings",

@@ -18,5 +18,5 @@ def two_axes() -> tuple[Model, NDArray[np.float64]]:
     """Return model and constants of the example."""
     lead = law_of(([-40.0, -2e4], [2e-4, 1.0]))
     return linear_controller(
-        side_by_side([lead, lead]), ["mb1.x", "mb1.y"], ["mb1.i_x", "mb1.i_y"], 100e-6
+        side_by_side([lead, lead]), ["left.x", "left.y"], ["left.i_x", "left.i_y"], 100e-6
     ).model_and_constants
