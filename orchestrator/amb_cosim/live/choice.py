@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from amb_cosim.live.rig import Rig, rig
-from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.scenario import given_scenario, load_scenario
 from amb_files.pack_file import pack_files
 
 
@@ -22,8 +22,7 @@ def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = 
     ValueError
         If the scenario, the rotor or a file is wrong, or a browser cannot run the scenario.
     """
-    first = load_scenario(name)
-    if rotor is not None:
-        return [rig(first.model_copy(update={"rotor": rotor}))]
+    first = given_scenario(name, rotor)
+    alone = alone or rotor is not None
     others = [] if alone else [other for pack in pack_files().values() for other in pack.live if other != first.name]
     return [rig(first), *(rig(load_scenario(other)) for other in others)]

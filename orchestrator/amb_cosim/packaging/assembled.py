@@ -21,7 +21,7 @@ from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
 from amb_cosim.packaging.models import Made
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import plan_scenario
-from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import system_of
 from amb_files.stages import stage
 
@@ -85,7 +85,7 @@ def levitated_rotor(
     if scenario is None or file is not None:
         scenario, system = None, load_system(file or SYSTEM)
     else:
-        scenario = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
+        scenario = given_scenario(scenario)
         system = system_of(scenario)
         rotor, receptances = rotor or scenario.rotor, receptances or scenario.receptances
     table = None if receptances is None else Path(receptances)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw
-from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import prepare
 
 
@@ -42,10 +42,7 @@ def export_ssp(
     """
     from amb_cosim.cosim import ssp
 
-    if not isinstance(scenario, Scenario):
-        scenario = load_scenario(str(scenario))
-    files = {"rotor": rotor, "receptances": receptances}
-    scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
+    scenario = given_scenario(scenario, rotor, receptances)
     prepared = prepare(scenario, set, until, flavour)
     table = None if scenario.receptances is None else Path(scenario.receptances)
     return ssp.export_ssp(

@@ -233,6 +233,21 @@ def load_scenario(name: str | None = None) -> Scenario:
     return make_scenario(read_scenario(name), name)
 
 
+def given_scenario(
+    given: str | Path | Scenario | None, rotor: str | Path | None = None, receptances: str | Path | None = None
+) -> Scenario:
+    """Return a scenario, which may be given as for `load_scenario`, with these files in place of its own.
+
+    Raises
+    ------
+    ValueError
+        As `load_scenario` does.
+    """
+    scenario = given if isinstance(given, Scenario) else load_scenario(None if given is None else str(given))
+    files = {"rotor": rotor, "receptances": receptances}
+    return scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
+
+
 def parse_scenario(text: str, name: str) -> Scenario:
     """A scenario from TOML; `name` is used in messages. Raises ValueError as `load_scenario` does."""
     return make_scenario(parse_toml(text, f"scenario {name}"), name)

@@ -33,7 +33,7 @@ from amb_cosim.results.stability import LAST_CHANGE
 from amb_cosim.scenario.coupling import PREDICTION, coupling_warning
 from amb_cosim.scenario.plan import ScenarioPlan, plan_scenario
 from amb_cosim.scenario.power import with_power
-from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, given_scenario
 
 
 def run(
@@ -86,10 +86,7 @@ def run(
     ProcessFailed
         If the FMUs' own process crashed or had to be ended.
     """
-    if not isinstance(scenario, Scenario):
-        scenario = load_scenario(str(scenario))
-    files = {"rotor": rotor, "receptances": receptances}
-    scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
+    scenario = given_scenario(scenario, rotor, receptances)
     if fmu:
         scenario = scenario.changed(fmu={component: fspath(file) for component, file in fmu.items()})
     with progress_bar(progress) as report:
@@ -101,7 +98,7 @@ def check(scenario: str | Path | Scenario) -> None:
 
     It is a `Scenario`, the name of one of a pack, or the path of a TOML file.
     """
-    prepare(scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario)))
+    prepare(given_scenario(scenario))
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from amb_cosim.cosim.values import Raw, quantity
 from amb_cosim.design import magnetic_bearing
 from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.results.places import PLANT
-from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.scenario import given_scenario, load_scenario
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.inputs import Number, positive, rotor_of
 from amb_cosim.studies.linear_loop import linear_loop
@@ -252,9 +252,7 @@ def _axis_of(
     description = rotor_of(rotor)
     values: Mapping[str, float] = {}
     if scenario is not None:
-        given = load_scenario(str(scenario)).machine()
-        if rotor is not None:
-            given = given.model_copy(update={"rotor": str(rotor)})
+        given = given_scenario(load_scenario(str(scenario)).machine(), rotor)
         loop = linear_loop(prepare(given, settings))
         description, values = loop.rotor, loop.parameters[PLANT]
     axes = [LoopAxis(b.name, direction, "") for b in description.bearings for direction in "xy"]

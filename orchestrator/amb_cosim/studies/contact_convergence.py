@@ -22,7 +22,7 @@ from amb_cosim.cosim.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextPart, labelled_table, number, text_table
 from amb_cosim.results.contact_forces import WINDOW
-from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.studies.convergence_runs import (
     START,
     STEP_PARTS,
@@ -211,9 +211,7 @@ def convergence(
         If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
     """
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
-    given = load_scenario(None if scenario is None else str(scenario))
-    if rotor is not None:
-        given = given.model_copy(update={"rotor": str(rotor)})
+    given = given_scenario(scenario, rotor)
     file = str(rotor_file(given))
     base = ConvergenceCase(given, dict(set or {}), flavour, "scenario", "scenario", 1.0, file)
     prepare_case(base)  # checks the input and builds the FMUs before processes are started

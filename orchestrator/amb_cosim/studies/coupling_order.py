@@ -14,7 +14,7 @@ from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.results.contact_history import contact_cycles, recovery
 from amb_cosim.results.orbits import orbit_after, orbit_before
 from amb_cosim.scenario.coupling import delay, predictable
-from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 from amb_cosim.studies.result import DrawnResult
 
@@ -122,9 +122,7 @@ def coupling(
     ValueError
         If the scenario, a value or a file is wrong, or its first run does not show an orbit.
     """
-    given = load_scenario(None if scenario is None else str(scenario)).model_copy(update={"record": Record()})
-    if rotor is not None:
-        given = given.model_copy(update={"rotor": str(rotor)})
+    given = given_scenario(scenario, rotor).model_copy(update={"record": Record()})
     runs = [run for run in RUNS if not run.predicts or predictable(prepare(given, set, flavour=flavour).interfaces)]
     found = [simulated(run, given, set or {}, flavour) for run in runs]
     first, shortest = found[0]

@@ -13,7 +13,7 @@ from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.results.places import ACTUATOR, CONTROLLER
-from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.linear_loop import (
@@ -154,9 +154,7 @@ def sensitivity(
     ValueError
         If a value is not allowed, the loop is not stable, or the co-simulation is not that of a linear system.
     """
-    given = load_scenario(None if scenario is None else str(scenario))
-    if rotor is not None:
-        given = given.model_copy(update={"rotor": str(rotor)})
+    given = given_scenario(scenario, rotor)
     if speed is not None:
         given = given.model_copy(update={"Omega": spin_speed(speed)})
     settings = dict(set or {})

@@ -16,7 +16,7 @@ from amb_cosim.cosim.simulation import Progress
 from amb_cosim.cosim.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextPart, number, text_table
-from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.studies.receptance_identification import identify
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.sweeps.variations import Variation, identification_speeds, variations
@@ -142,10 +142,7 @@ def robustness(
         If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
     """
     require(1e-6 <= change <= 0.5, "change", change, "from 1e-6 to 0.5")
-    if not isinstance(scenario, Scenario):
-        scenario = load_scenario(None if scenario is None else str(scenario))
-    if rotor is not None:
-        scenario = scenario.model_copy(update={"rotor": str(rotor)})
+    scenario = given_scenario(scenario, rotor)
     settings = dict(set or {})
     runner = Runner(Task(scenario, settings, flavour=flavour))
     try:

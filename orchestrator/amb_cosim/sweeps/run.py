@@ -20,7 +20,7 @@ from amb_cosim.cosim.dataset import git_revision
 from amb_cosim.cosim.values import Raw
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.presentation.progress import sweep_bar
-from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import Prepared
 from amb_cosim.sweeps import outcomes
 from amb_cosim.sweeps.axes import Vary
@@ -141,10 +141,7 @@ def sweep(
         If it was interrupted; what had come until then is kept.
     """
     require_extra("sweep", "a sweep", "cryptography", "dask", "distributed", "zarr", "SALib")
-    if not isinstance(scenario, Scenario):
-        scenario = load_scenario(str(scenario))
-    files = {"rotor": rotor, "receptances": receptances}
-    scenario = scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
+    scenario = given_scenario(scenario, rotor, receptances)
     unknown = [name for name in keep if name not in (*outcomes.RUN, "all")]
     if unknown:
         raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(outcomes.RUN)}")
