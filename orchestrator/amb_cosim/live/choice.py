@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cache
+
+from amb_cosim.cosim.fmus import model_source
 from amb_cosim.live.rig import Rig, rig
 from amb_cosim.scenario.scenario import given_scenario, load_scenario
 from amb_files.pack_file import pack_files
@@ -25,4 +28,5 @@ def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = 
     first = given_scenario(name, rotor)
     alone = alone or rotor is not None
     others = [] if alone else [other for pack in pack_files().values() for other in pack.live if other != first.name]
-    return [rig(first), *(rig(load_scenario(other)) for other in others)]
+    source = cache(model_source)  # the constants of a rotor take long, and most scenarios have the same
+    return [rig(first, source), *(rig(load_scenario(other), source) for other in others)]

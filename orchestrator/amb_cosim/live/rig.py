@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import importlib.metadata
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmus import model_source
 from amb_cosim.live.geometry import geometry
 from amb_cosim.packaging.assembled import assembled, made_for
+from amb_cosim.packaging.models import Made
 from amb_cosim.results.places import PLANT
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import Scenario
@@ -38,8 +40,13 @@ class Rig:
     parts: Mapping[str, bytes]
 
 
-def rig(scenario: Scenario) -> Rig:
+def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
     """Return a scenario with all that a browser needs to run it.
+
+    Parameters
+    ----------
+    source
+        As `model_source`, which several rigs may ask for the same.
 
     Raises
     ------
@@ -48,7 +55,7 @@ def rig(scenario: Scenario) -> Rig:
     """
     prepared = prepare(scenario)
     _check(prepared)
-    model, parts = _fmu(prepared)
+    model, parts = _fmu(prepared, source)
     plan, system = prepared.plan, prepared.plan.system
     module, guid = parts
     names = [v.name for v in model.interface.variables if v.name != FAULT_CODE]  # the last one
@@ -133,7 +140,7 @@ def _gravity_angle(prepared: Prepared) -> float:
     return prepared.plan.parameters[PLANT].get("gravity_angle", start)
 
 
-def _fmu(prepared: Prepared) -> tuple[Model, dict[str, bytes]]:
+def _fmu(prepared: Prepared, source: Callable[..., Made]) -> tuple[Model, dict[str, bytes]]:
     """Return the components in one model, and the bytes of its FMU: the module, and the constants by its guid.
 
     Start values are those of the models, so that scenarios of one system and rotor share it.
@@ -144,7 +151,7 @@ def _fmu(prepared: Prepared) -> tuple[Model, dict[str, bytes]]:
 
     scenario = prepared.scenario
     table = None if scenario.receptances is None else Path(scenario.receptances)
-    made = made_for(prepared.plan.system, rotor=scenario.rotor, receptances=table)
+    made = made_for(prepared.plan.system, source, rotor=scenario.rotor, receptances=table)
     model, constants = assembled(prepared.plan, made, scenario.coupling)
     key, guid = engine_key(model.compiled), native_guid(model, constants)
     module = engine(model.compiled, WEBASSEMBLY).library

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
@@ -109,8 +109,8 @@ def levitated_rotor(
     return with_starts(model, given | dict(plan.inputs)), constants
 
 
-def made_for(system: System, **options: Any) -> dict[str, Made]:
-    """Return model and constants of each component of a system.
+def made_for(system: System, source: Callable[..., Made] = model_source, **options: Any) -> dict[str, Made]:
+    """Return model and constants of each component of a system, from `model_source` or what keeps its answers.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def made_for(system: System, **options: Any) -> dict[str, Made]:
         raise ValueError(
             f"{', '.join(files)} of system {system.name} cannot be assembled: only models can, {', '.join(models())}"
         )
-    return {c.name: model_source(c.fmu, **options) for c in system.components}
+    return {c.name: source(c.fmu, **options) for c in system.components}
 
 
 def assembled(plan: Plan, made: Mapping[str, Made], coupling: Coupling | None = None) -> Made:
