@@ -8,11 +8,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.presentation.style import DASHED, STYLE, StyledFigure
+from amb_cosim.presentation.style import DASHED, STYLE, StyledFigure, set_orbit_axes
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.orbits import path, radius, support
@@ -54,10 +53,7 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
                 panel.plot(*(1e3 * found), color=colour, lw=0.6, alpha=OPACITY)
             if c is not None:
                 panel.plot(1e3 * c * np.cos(angle), 1e3 * c * np.sin(angle), color="black", ls=DASHED, lw=0.9)
-        panel.set(title=bearing.upper(), xlabel="$x$ (mm)", aspect="equal")
-        panel.set(xlim=_symmetric(panel), ylim=_symmetric(panel))
-        panel.xaxis.set_major_locator(MaxNLocator(5, symmetric=True))
-        panel.yaxis.set_major_locator(MaxNLocator(5, symmetric=True))
+        set_orbit_axes(panel, bearing.upper(), _reach(panel))
     panels[0].set_ylabel("$y$ (mm)")
     return _with_legend(figure, panels[0], runs)
 
@@ -115,10 +111,9 @@ def _clearance(run: Signals, bearing: str) -> float | None:
     return clearance(run, site) if site else None
 
 
-def _symmetric(panel: Axes) -> tuple[float, float]:
-    """Return limits about zero that hold all that a panel shows."""
-    largest = float(np.abs([*panel.dataLim.intervalx, *panel.dataLim.intervaly]).max())
-    return -1.08 * largest, 1.08 * largest
+def _reach(panel: Axes) -> float:
+    """Return a limit about zero, either way, that holds all that a panel shows."""
+    return 1.08 * float(np.abs([*panel.dataLim.intervalx, *panel.dataLim.intervaly]).max())
 
 
 def _with_legend(figure: Figure, panel: Axes, runs: Runs) -> Figure:

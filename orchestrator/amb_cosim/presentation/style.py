@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from amb_files.atomic import write_atomically
 
@@ -51,6 +53,13 @@ class StyledFigure(Figure):
 
     def _repr_png_(self) -> bytes:
         return png(self)
+
+
+def set_orbit_axes(panel: Axes, title: str, limit: float) -> None:
+    """Give a panel that shows an orbit its title, and axes of equal scale up to `limit` (mm) either way."""
+    panel.set(title=title, xlabel="$x$ (mm)", aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
+    for axis in (panel.xaxis, panel.yaxis):
+        axis.set_major_locator(MaxNLocator(5, symmetric=True))
 
 
 def png(figure: Figure) -> bytes:

@@ -138,9 +138,7 @@ class Scene:
     """
 
     def __init__(self, recorded: Signals, trail: float) -> None:
-        from matplotlib.ticker import MaxNLocator
-
-        from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure
+        from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure, set_orbit_axes
         from amb_cosim.results.places import places
         from amb_cosim.results.plots.axes import clearance, stations
 
@@ -169,10 +167,7 @@ class Scene:
             (line,) = panel.plot([], [], color=BLUE, lw=0.9)
             (dot,) = panel.plot([], [], "o", color=BLUE, ms=6.0)
             text = panel.text(0.5, 0.5, "", transform=panel.transAxes, ha="center", va="center", color=ORANGE)
-            panel.set(title=station.title, xlabel="$x$ (mm)", aspect="equal")
-            panel.set(xlim=(-1.1 * limit, 1.1 * limit), ylim=(-1.1 * limit, 1.1 * limit))
-            panel.xaxis.set_major_locator(MaxNLocator(5, symmetric=True))
-            panel.yaxis.set_major_locator(MaxNLocator(5, symmetric=True))
+            set_orbit_axes(panel, station.title, 1.1 * limit)
             self.drawn.append((x, y, np.zeros(len(x)) if force is None else force, line, dot, text, (BLUE, ORANGE)))
         panels[0].set_ylabel("$y$ (mm)")
 

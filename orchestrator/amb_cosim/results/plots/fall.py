@@ -6,11 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
+from amb_cosim.presentation.style import DASHED, GREY, StyledFigure, set_orbit_axes
 from amb_cosim.results.orbits import centre
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
@@ -96,10 +95,8 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
     panel.plot(x, y, color=colour_of(dataset, station.site), lw=0.6)
     if _has_housing(dataset, station):
         panel.plot(*(1e3 * centre(dataset, station.site)), color=GREY, lw=0.6)
-    panel.set(title=station.title, xlabel="$x$ (mm)", ylabel="$y$ (mm)", aspect="equal")
-    panel.set(xlim=(-limit, limit), ylim=(-limit, limit))
-    panel.xaxis.set_major_locator(MaxNLocator(5, symmetric=True))
-    panel.yaxis.set_major_locator(MaxNLocator(5, symmetric=True))
+    set_orbit_axes(panel, station.title, limit)
+    panel.set_ylabel("$y$ (mm)")
 
 
 def _draw_heights(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.presentation.style import BLUE, DASHED, GREY, ORANGE, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, GREY, ORANGE, StyledFigure, set_orbit_axes
 from amb_cosim.results.plots.axes import (
     Station,
     add_title,
@@ -43,10 +42,7 @@ def orbits(dataset: Signals) -> Figure:
             panel.plot(c * np.cos(angle), c * np.sin(angle), **circle)
         for label, colour, within in run_parts(dataset):
             panel.plot(np.where(within, x, np.nan), np.where(within, y, np.nan), color=colour, lw=0.7, label=label)
-        panel.set(title=station.title, xlabel="$x$ (mm)", aspect="equal")
-        panel.set(xlim=(-limit, limit), ylim=(-limit, limit))
-        panel.xaxis.set_major_locator(MaxNLocator(5, symmetric=True))
-        panel.yaxis.set_major_locator(MaxNLocator(5, symmetric=True))
+        set_orbit_axes(panel, station.title, limit)
     panels[0].set_ylabel("$y$ (mm)")
     with_clearance = next((k for k, station in enumerate(drawn) if station.site), 0)
     handles, labels = panels[with_clearance].get_legend_handles_labels()
