@@ -12,6 +12,7 @@ from amb_files.atomic import write_atomically
 
 NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
 MOST_UNPACKED = 256 * 2**20  # bytes
+MOST_ENTRIES = 10_000  # each of which takes a third of a millisecond to unpack
 LONGEST = 200  # characters of an error in a message
 ENCRYPTED = 1  # in the flags of an entry
 OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO)  # errors that are no archive's
@@ -48,8 +49,8 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
     Raises
     ------
     ValueError
-        If it is no zip file, damaged, encrypted, packed in an unknown way, unpacks to more than `MOST_UNPACKED` bytes,
-        or has entries that lie outside of it or occur twice.
+        If it is no zip file, damaged, encrypted, packed in an unknown way, has more than `MOST_ENTRIES` entries,
+        unpacks to more than `MOST_UNPACKED` bytes, or has entries that lie outside of it or occur twice.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
@@ -73,6 +74,8 @@ def _check(entries: Sequence[zipfile.ZipInfo]) -> None:
         raise ValueError(
             f"it unpacks to {size / 2**20:.0f} MB, which is not allowed; it must be <= {MOST_UNPACKED >> 20} MB"
         )
+    if len(entries) > MOST_ENTRIES:
+        raise ValueError(f"it has {len(entries)} entries, which is not allowed; it must have <= {MOST_ENTRIES}")
     seen: set[str] = set()
     for entry in entries:
         path = PurePosixPath(entry.filename)

@@ -9,7 +9,13 @@ import sys
 import pytest
 
 HEAVY = ("control", "llvmlite", "matplotlib", "numba", "pandas", "pint", "pythonfmu", "scipy", "xarray")
-OWN = ("amb_actuator", "linear_controller", "rolac_controller", "rotor_analysis", "rotor_contact")  # the models and what computes constants
+OWN = (
+    "amb_actuator",
+    "linear_controller",
+    "rolac_controller",
+    "rotor_analysis",
+    "rotor_contact",
+)  # the models and what computes constants
 ALL = ("fmpy", "h5py", "numpy", "pydantic", "rich", *HEAVY, *OWN)
 RUN = ("run", "fig4_9", "-o", "out", "--until")
 HELPED = (("run",), ("build",), ("identify",), ("study",), ("study", "campbell"))

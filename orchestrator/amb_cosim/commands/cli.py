@@ -10,6 +10,7 @@ from amb_cosim.commands import (
     analysis,
     animate,
     build,
+    cache,
     compare,
     export,
     identify,
@@ -58,6 +59,7 @@ for command in (
     *report.COMMANDS,
     *robustness.COMMANDS,
     *live.COMMANDS,
+    *cache.COMMANDS,
     *sweep.COMMANDS,
 ):
     main.add_command(command)

@@ -1,10 +1,17 @@
-"""The folder of what is built and unpacked once: the user's, or one of this process where that cannot be written."""
+"""The folder of what is built and unpacked once: the user's, or one of this process where that cannot be written.
+
+It has at most `LIMIT` bytes of what was not used for a day: what was used least recently goes first, as something new
+comes. Only what has the names of its own is removed.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import os
-from contextlib import ExitStack
+import re
+import time
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -16,7 +23,21 @@ from amb_files.stages import stage
 
 LONGEST_NAME = 60  # characters of a file's name that the name of its folder takes over
 
+LIMIT = 2 * 2**30  # bytes
+IN_USE = 24 * 3600.0  # s since its last use, within which a process may have something of the cache loaded
+COMPILED = ("engines", "loops")  # small, and minutes to make: they go only where everything does, with `over` = 0
+OWN = re.compile(r".+-[0-9a-f]{32}")  # names of the others
+
 _own = ExitStack()
+
+
+@dataclass(frozen=True)
+class CacheEntry:
+    """Something in the cache: its path, its size (bytes), and when it was used last (s since 1970)."""
+
+    path: Path
+    size: int
+    used: float
 
 
 def cache_folder() -> Path:
@@ -46,7 +67,48 @@ def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
     home = cache_folder() / f"{archive.stem[:LONGEST_NAME]}-{digest}"
     is_new = not home.is_dir()
     create_atomically(home, lambda folder: unpack(archive, folder, name), lambda folder: is_unpacked(archive, folder))
+    note_use(home, is_new)
     return home, is_new
+
+
+def note_use(home: Path, is_new: bool) -> None:
+    """Note that a folder of the cache is used; where it is new, others may have to go for it."""
+    with suppress(OSError):  # another user's cache, or a folder that has gone since
+        os.utime(home)
+        if is_new:
+            remove_entries(over=LIMIT, unused_for=IN_USE)
+
+
+def cache_entries() -> list[CacheEntry]:
+    """Return what is in the cache, what was used least recently first."""
+    paths = [path for path in cache_folder().iterdir() if path.is_dir()]
+    found = [_entry(path) for path in paths if OWN.fullmatch(path.name) or path.name in COMPILED]
+    return sorted(found, key=lambda entry: entry.used)
+
+
+def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:
+    """Remove what was used least recently, until the cache has at most `over` bytes, and return it.
+
+    What was used within `unused_for` seconds stays.
+    """
+    entries, removed = [entry for entry in cache_entries() if not over or entry.path.name not in COMPILED], []
+    size, now = sum(entry.size for entry in entries), time.time()
+    for entry in entries:
+        if (over and size <= over) or now - entry.used < unused_for:
+            break
+        with stage(cache_folder()) as folder, suppress(OSError):  # another process was faster
+            entry.path.rename(folder / entry.path.name)  # at once, so that nobody finds a part of it
+            removed.append(entry)
+        size -= entry.size
+    return removed
+
+
+def _entry(path: Path) -> CacheEntry:
+    size, used = 0, 0.0
+    with suppress(OSError):
+        used = path.stat().st_mtime
+        size = sum(file.lstat().st_size for file in path.rglob("*") if not file.is_dir())
+    return CacheEntry(path, size, used)
 
 
 @cache

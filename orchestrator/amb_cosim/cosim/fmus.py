@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.cache import cache_folder, unpacked
+from amb_cosim.cosim.cache import cache_folder, note_use, unpacked
 from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
@@ -203,7 +203,9 @@ def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     def is_whole(folder: Path) -> bool:
         return any(is_unpacked(archive, folder / "extracted") for archive in folder.glob("*.fmu"))
 
+    is_new = not home.is_dir()
     create_atomically(home, fill, is_whole)
+    note_use(home, is_new)
     return Fmu(next(home.glob("*.fmu")), home / "extracted", flavour)
 
 

@@ -1,0 +1,28 @@
+"""Command that shows and clears the folder of what is built and unpacked once."""
+
+from __future__ import annotations
+
+import time
+
+import click
+
+from amb_cosim.commands.cli_errors import refusing
+
+
+@click.command()
+@click.option("--clear", is_flag=True, help="Remove all of it; what is needed again is built again.")
+def cache(clear: bool) -> None:
+    """Show what was built and unpacked once, and when it was used last."""
+    from amb_cosim.cosim.cache import LIMIT, cache_entries, cache_folder, remove_entries
+
+    with refusing():
+        entries = remove_entries() if clear else cache_entries()
+        size = sum(entry.size for entry in entries)
+        for entry in () if clear else entries:
+            day = time.strftime("%Y-%m-%d", time.localtime(entry.used))
+            click.echo(f"{day} {entry.size / 2**20:8.1f} MB  {entry.path.name}")
+        told = f"{len(entries)} in {cache_folder()}, {size / 2**20:.1f} MB"
+        click.echo(f"removed {told}" if clear else f"{told}; above {LIMIT / 2**30:g} GB what was unused longest goes")
+
+
+COMMANDS = (cache,)

@@ -1,0 +1,75 @@
+"""The cache of built and unpacked FMUs has a bound, and removes nothing but its own."""
+
+from __future__ import annotations
+
+import os
+import time
+import zipfile
+
+import pytest
+
+from amb_cosim.cosim import cache
+from amb_files.archive import unpack
+
+DAY = 24 * 3600.0
+
+
+@pytest.fixture
+def filled(tmp_path, monkeypatch):
+    """A cache with four entries of 1000 bytes, unused for 4, 3, 2 and 0 days, and two things of somebody else's."""
+    monkeypatch.setattr("platformdirs.user_cache_path", lambda *_, **__: tmp_path)
+    for k, days in enumerate((4, 3, 2, 0)):
+        folder = tmp_path / f"model{k}-{k:032x}"
+        (folder / "extracted").mkdir(parents=True)
+        (folder / "extracted" / "file").write_bytes(bytes(1000))
+        os.utime(folder, (time.time() - days * DAY,) * 2)
+    (tmp_path / "engines").mkdir()
+    os.utime(tmp_path / "engines", (0.0, 0.0))
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "notes.txt").write_text("kept")
+    return tmp_path
+
+
+def names(folder):
+    return sorted(path.name.partition("-")[0] for path in folder.iterdir())
+
+
+def archive(folder, count=1):
+    path = folder.parent / "new.fmu"
+    with zipfile.ZipFile(path, "w") as content:
+        for k in range(count):
+            content.writestr(f"entry{k}", bytes(1000))
+    return path
+
+
+def test_what_was_used_least_recently_goes_for_something_new(filled, monkeypatch):
+    monkeypatch.setattr(cache, "LIMIT", 3000)
+    cache.note_use(filled / f"model0-{0:032x}", is_new=False)
+    new, is_new = cache.unpacked(archive(filled), "an FMU")
+    assert is_new
+    assert names(filled) == ["engines", "mine", "model0", "model3", "new", "notes.txt"]
+    again, is_new = cache.unpacked(archive(filled), "an FMU")
+    assert (again, is_new) == (new, False)
+
+
+def test_what_was_used_today_stays_above_the_bound(filled, monkeypatch):
+    monkeypatch.setattr(cache, "LIMIT", 1)
+    cache.unpacked(archive(filled), "an FMU")
+    assert names(filled) == ["engines", "mine", "model3", "new", "notes.txt"]
+
+
+def test_the_command_shows_and_clears(filled, runner):
+    shown = runner("cache").stdout
+    assert [line.split()[-1].partition("-")[0] for line in shown.splitlines()[:-1]] == [
+        "engines",
+        *(f"model{k}" for k in range(4)),
+    ]
+    assert f"5 in {filled}" in shown
+    assert runner("cache", "--clear").stdout.startswith("removed 5 in")
+    assert names(filled) == ["mine", "notes.txt"]
+
+
+def test_an_archive_of_very_many_entries_is_refused(tmp_path):
+    path = archive(tmp_path / "folder", 10_001)
+    with pytest.raises(ValueError, match="it has 10001 entries, which is not allowed; it must have <= 10000"):
+        unpack(path, tmp_path / "there", "the archive")
