@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 from pathlib import Path
 
@@ -131,6 +132,16 @@ def test_connections_parameters_and_signals_are_those_of_the_document(archive):
     assert system.signal("push").targets == ("left.push", "right.push")
     assert system.parameters == {"spring": {"k": 300.0}, "left": {"start": 0.01}, "right": {}}
     assert (experiment.stop_time, inputs) == (0.5, {})
+
+
+def test_a_value_of_what_no_fmu_has_is_a_notice(archive):
+    values = parameter_set(spring_dot_k=400.0, spring_dot_kk=1.0, sprng_dot_k=1.0)
+    bound = BOUND.format(attributes="", content=f"<ssd:ParameterValues>{values}</ssd:ParameterValues>")
+    found = amb_cosim.simulate(archive(structure(system_binding=bound)), step_size=1e-3).dataset
+    assert json.loads(found.attrs["notices"]) == [
+        "there is no sprng.k; what is said of it is dropped",
+        "spring: Spring.fmu has no kk; what is said of it is dropped",
+    ]
 
 
 def test_a_foreign_archive_runs(archive):

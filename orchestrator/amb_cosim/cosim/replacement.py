@@ -97,7 +97,7 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
 
 
 def notices(system: System, interfaces: Interfaces, given: Iterable[str], dropped: Iterable[str]) -> list[str]:
-    """Return sentences on what replaced components do without: values that are dropped, and inputs that nothing feeds.
+    """Return sentences on values that are dropped, and on inputs of replaced components that nothing feeds.
 
     Inputs of models, which are made to rest at their start values, are not among them.
 
@@ -108,13 +108,18 @@ def notices(system: System, interfaces: Interfaces, given: Iterable[str], droppe
     dropped
         Variables, `component.variable`, whose values are dropped.
     """
-    known = system.fed() | set(given)
-    found = []
-    for component in (c for c in system.components if c.replaces is not None):
+    known, names = system.fed() | set(given), {c.name for c in system.components}
+    dropped = (*dropped, *system.unknown)
+    found = [
+        f"there is no {end}; what is said of it is dropped" for end in dropped if end.partition(".")[0] not in names
+    ]
+    for component in system.components:
         name = component.name
         lacks = [end.partition(".")[2] for end in dropped if end.startswith(f"{name}.")]
         if lacks:
             found.append(f"{name}: {Path(component.fmu).name} has no {', '.join(lacks)}; what is said of it is dropped")
+        if component.replaces is None:
+            continue
         unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in known]
         if unfed and not is_model(component.fmu):
             found.append(f"{name}: nothing feeds {', '.join(unfed)}; start values hold")

@@ -73,8 +73,8 @@ class System:
 
     `*` and `?` in the names of connected variables, of mandatory inputs and of parameters match what the components
     have, see `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a
-    run records only if it names them. `check` compares it with the components' interfaces, `wiring` lays it out for
-    the master.
+    run records only if it names them, `unknown` names that its file gives values for and no component has. `check`
+    compares it with the components' interfaces, `wiring` lays it out for the master.
     """
 
     name: str
@@ -85,6 +85,7 @@ class System:
     coupling: Coupling = "gauss_seidel"
     parameters: Mapping[str, Mapping[str, Raw]] = field(default_factory=dict)
     unrecorded: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         names = [component.name for component in self.components]

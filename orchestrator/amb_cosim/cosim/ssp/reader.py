@@ -57,7 +57,7 @@ def load_ssp(
     folder, _ = unpacked(Path(path), what)
     root = parse(_file(folder, "SystemStructure.ssd", what).read_bytes(), STRUCTURE, f"{what}: SystemStructure.ssd")
     reader = _Reader(root, folder, what)
-    parameters, inputs = reader.values()
+    parameters, inputs, unknown = reader.values()
     system = System(
         name=Path(path).stem,
         description=reader.system.get("description") or "",
@@ -66,6 +66,7 @@ def load_ssp(
         signals=reader.signals(),
         coupling=_coupling(root, what),
         parameters=parameters,
+        unknown=unknown,
     )
     own = folder / EXPERIMENT
     if own.is_file():
@@ -137,16 +138,19 @@ class _Reader:
                 targets.setdefault(own[0], []).append(inner[0])
         return tuple(Signal(name, tuple(ends)) for name, ends in targets.items())
 
-    def values(self) -> tuple[dict[str, dict[str, Raw]], dict[str, Raw]]:
-        """Return values of parameters by component and name, and of inputs by `component.variable`."""
+    def values(self) -> tuple[dict[str, dict[str, Raw]], dict[str, Raw], tuple[str, ...]]:
+        """Return values of parameters by component and name, of inputs by `component.variable`, and unknown names."""
         parameters: dict[str, dict[str, Raw]] = {name: {} for name in self.elements}
         inputs: dict[str, Raw] = {}
+        unknown: dict[str, None] = {}
         fed = {link.target for link in self.connections()}
         given = [(f"{name}.", element) for name, element in self.elements.items()] + [("", self.system)]
         for prefix, element in given:  # what the system says of a component counts more
             for name, value in self._bound(element):
                 component, _, variable = f"{prefix}{name}".partition(".")
                 port = self.interfaces[component].ports.get(variable) if component in self.interfaces else None
+                if port is None:
+                    unknown[f"{prefix}{name}"] = None
                 if port is None or f"{component}.{variable}" in fed:
                     continue
                 number = self._number(component, variable, value)
@@ -154,7 +158,7 @@ class _Reader:
                     inputs[f"{component}.{variable}"] = number
                 else:
                     parameters[component][variable] = number
-        return parameters, inputs
+        return parameters, inputs, tuple(unknown)
 
     def experiment(self, step_size: float | None, stop_time: float | None) -> Experiment:
         """Return the default experiment."""
