@@ -156,9 +156,10 @@ def critical_speeds(run: Signals, count: int) -> Annotated[list[float], "rad/s"]
     return [crossing.Omega for crossing in found.critical_speeds if crossing.whirl == "forward"][:count]
 
 
-def largest_remaining_share(run: Signals) -> Annotated[float | None, "1"]:
-    """Return the largest amplitude at the end over that before ROLAC's beginning, of the four sensor planes (1)."""
-    pairs = [(sensor_amplitude(run, x, y, "before"), sensor_amplitude(run, x, y, "end")) for x, y in SENSOR_PLANES]
+def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annotated[float | None, "1"]:
+    """Return the largest amplitude at the end over that before ROLAC's beginning (1), of planes by their x sensors."""
+    chosen = [(x, y) for x, y in SENSOR_PLANES if x in planes.split(",")]
+    pairs = [(sensor_amplitude(run, x, y, "before"), sensor_amplitude(run, x, y, "end")) for x, y in chosen]
     return max((after / before for before, after in pairs if before and after is not None), default=None)
 
 

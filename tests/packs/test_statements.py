@@ -30,7 +30,7 @@ def test_no_figure_and_no_table_is_left_out(statements, kind, numbers):
 
 
 def test_every_source_exists_and_is_used(statements):
-    used = {s.source for s in statements.statement} | {
+    used = {name for s in statements.statement for name in (s.source, s.converged)} | {
         way.source for s in statements.statement for way in (*ways(s, statements), *alternatives(s, statements))
     }
     assert set(statements.sources) - used == set()
@@ -44,6 +44,41 @@ def test_every_quantity_exists_and_takes_its_arguments(statements):
             of = quantities_of_runs if statements.sources[way.source].scenario else quantities_of_studies
             function, _ = of(statements.quantities)[way.request.quantity]
             inspect.signature(function).bind(None, **dict(way.request.arguments))
+
+
+# Conversions, formulas of the thesis with its own numbers, and what follows from geometry in contact.
+IDENTITIES = (
+    *("synchronous_force", "coil_cutoff", "negative_stiffness", "current_stiffness"),
+    *("rolling_ratio", "whirl_at_end", "force_at_touch", "smallest_force"),
+)
+READ_INTO = re.compile(r"\bread as\b|\baxis of the figure\b|\btick\b|\bupper limits\b")
+
+
+def test_what_any_model_must_meet_counts_as_a_definition(statements):
+    told = {s.key for s in statements.statement if s.definition}
+    assert {s.key for s in statements.statement if s.quantity in IDENTITIES} | {"fig4_8.radius"} == told
+
+
+def test_what_is_read_into_words_is_told_as_inferred(statements):
+    """Numbers for words, ends of axes, and comparisons of limits are no statements of the thesis."""
+    silent = [s.key for s in statements.statement if READ_INTO.search(f"{s.what} {s.because}") and not s.inferred]
+    assert silent == []
+    for key in ("fig4_11.force_rb2", "fig4_13.force_rb2", "fig4_14.settled_larger", "fig3_8.radius", "fig6_14.mb1"):
+        assert next(s for s in statements.statement if s.key == key).inferred
+
+
+def test_a_number_that_is_half_of_what_is_stated_is_not_met(statements):
+    loose = [s.key for s in statements.statement if s.relation == "equal" and s.tolerance > 0.25 and s.quantity]
+    assert loose == []
+
+
+def test_forces_are_judged_on_the_converged_rig_too(statements):
+    """Figures 4.6 to 4.21 have a column for the rig whose modes reach beyond those of six planes."""
+    forces = [s for s in statements.statement if s.quantity == "peak_force"]
+    assert forces
+    for s in forces:
+        there, here = statements.sources[s.converged], statements.sources[s.source]
+        assert (there.scenario, there.rotor_file) == (here.scenario, "bath_rig")
 
 
 def test_a_factor_on_the_unbalances_is_a_reading(statements):

@@ -7,21 +7,22 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from amb_cosim.assessment.requests import QuantityRequest
 from amb_cosim.assessment.sources import Answer, Job, answers, code_digest, job_of
 from amb_cosim.assessment.statements import Chapter, Reading, Source, Statement, Statements, selected
-from amb_cosim.assessment.verdict import Computed, Verdict, judge, ratios
+from amb_cosim.assessment.verdict import Computed, Verdict, judge, meets, ratios
 from amb_cosim.cosim.simulation import Progress
 from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.studies.stored_robustness import StoredOutcome
 from amb_files.atomic import write_atomically
 
 DATA = "report.json"
 
 
-@dataclass(frozen=True)
-class Way:
+class Way(NamedTuple):
     """One way to compute a statement: source, request, and the factor or reading that it takes."""
 
     source: str
@@ -45,6 +46,10 @@ class Judged:
         Why it is missed or not computed.
     beside
         What other ways lead to, which are not judged, by what they are.
+    converged, is_met_there
+        The same on the model with more modes, and whether the statement is met there; None where that is not computed.
+    robustness
+        Whether the outcome that it states is robust, and what flips it; empty where that is not known.
     """
 
     statement: Statement
@@ -55,6 +60,9 @@ class Judged:
     ratios: tuple[float, ...] = ()
     reason: str = ""
     beside: tuple[tuple[str, Computed], ...] = ()
+    converged: Computed | None = None
+    is_met_there: bool | None = None
+    robustness: str = ""
 
 
 @dataclass(frozen=True)
@@ -112,6 +120,7 @@ def assess(
     only: Collection[str] = (),
     processes: int | None = None,
     progress: Progress = lambda done, total: None,
+    outcomes: Mapping[str, StoredOutcome] = MappingProxyType({}),
 ) -> Report:
     """Compute and judge statements.
 
@@ -127,6 +136,8 @@ def assess(
         Most processes at a time; as many as there are processors by default.
     progress
         Called with the number of sources done and of all.
+    outcomes
+        Whether the outcomes of runs are robust, by their names (`load_robustness`).
 
     Raises
     ------
@@ -137,7 +148,7 @@ def assess(
     """
     chosen = selected(statements, only)
     found = answers(jobs_of(statements, chosen, folder), processes, progress)
-    return Report(statements, tuple(judged(one, statements, found) for one in chosen), found)
+    return Report(statements, tuple(judged(one, statements, found, outcomes) for one in chosen), found)
 
 
 def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -> list[Job]:
@@ -146,15 +157,23 @@ def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -
     for statement in chosen:
         if statement.source:
             requests.setdefault(statement.source, [])
-        for way in (*ways(statement, statements), *alternatives(statement, statements)):
+        for way in (*ways(statement, statements), *alternatives(statement, statements), *on_converged(statement)):
             requests.setdefault(way.source, []).append(way.request)
     code, module = code_digest(), statements.quantities
     jobs = [job_of(name, statements.sources[name], module, of, folder, code) for name, of in requests.items()]
     return sorted(jobs, key=lambda job: bool(job.source.scenario))  # studies take longer than runs
 
 
-def judged(statement: Statement, statements: Statements, found: Mapping[str, Answer]) -> Judged:
-    """Return a statement with the verdict that follows from the answers of its sources."""
+def judged(
+    statement: Statement,
+    statements: Statements,
+    found: Mapping[str, Answer],
+    outcomes: Mapping[str, StoredOutcome] = MappingProxyType({}),
+) -> Judged:
+    """Return a statement with the verdict that follows from the answers of its sources.
+
+    `outcomes` says of runs, by their names, whether their outcomes are robust.
+    """
     tried = ways(statement, statements)
     values = [found[way.source].values.get(way.request.key) for way in tried]
     verdict, chosen = judge(statement, [(value, way.reading) for value, way in zip(values, tried, strict=True)])
@@ -168,7 +187,26 @@ def judged(statement: Statement, statements: Statements, found: Mapping[str, Ans
     others = alternatives(statement, statements)
     shown = [(other.reading, found[other.source].values.get(other.request.key)) for other in others]
     beside = tuple((how, value) for how, value in shown if value is not None)
-    return Judged(statement, verdict, way.source, ours, way.reading, ratios(statement, ours), reason, beside)
+    there = next((found[other.source].values.get(other.request.key) for other in on_converged(statement)), None)
+    return Judged(
+        statement,
+        verdict,
+        way.source,
+        ours,
+        way.reading,
+        ratios(statement, ours),
+        reason,
+        beside,
+        converged=there,
+        is_met_there=None if there is None else meets(statement, there),
+        robustness=_robustness(statement, way.source, outcomes),
+    )
+
+
+def _robustness(statement: Statement, source: str, outcomes: Mapping[str, StoredOutcome]) -> str:
+    """Return the verdict on an outcome, a text or a truth value, of a run that was repeated with small changes."""
+    known = outcomes.get(source)
+    return known.text if known is not None and isinstance(statement.value, str | bool) else ""
 
 
 def ways(statement: Statement, statements: Statements) -> list[Way]:
@@ -176,12 +214,19 @@ def ways(statement: Statement, statements: Statements) -> list[Way]:
     if not statement.quantity:
         return []
     first = _way(statement, statement.source, statement.quantity, dict(statement.arguments), "", statements.sources)
-    return [first, *(_other(statement, reading, statements) for reading in statement.reading)]
+    tried = [first, *(_other(statement, reading, statements) for reading in statement.reading)]
+    return [way._replace(reading="; ".join(filter(None, (way.reading, statement.inferred)))) for way in tried]
 
 
 def alternatives(statement: Statement, statements: Statements) -> list[Way]:
     """Return the ways that are shown beside a statement."""
     return [_other(statement, reading, statements) for reading in statement.beside]
+
+
+def on_converged(statement: Statement) -> list[Way]:
+    """Return the way to compute a statement on the model with more modes, if there is one."""
+    request = QuantityRequest(statement.quantity, tuple(sorted(statement.arguments.items())), statement.unit)
+    return [Way(statement.converged, request, "")] if statement.converged else []
 
 
 def _other(statement: Statement, other: Reading, statements: Statements) -> Way:
@@ -227,6 +272,9 @@ def _as_dict(one: Judged) -> dict[str, Any]:
         "verdict": one.verdict.value,
         "reading": one.reading,
         "reason": one.reason or statement.picture,
+        "converged": one.converged,
+        "met_on_converged": one.is_met_there,
+        "robustness": one.robustness,
         "beside": [{"how": how, "value": value} for how, value in one.beside],
         "source": one.source,
         "quantity": statement.quantity,

@@ -18,7 +18,7 @@ from markupsafe import Markup
 from amb_cosim.assessment.evaluation import Judged, Report
 from amb_cosim.assessment.sources import Answer
 from amb_cosim.assessment.statements import Chapter
-from amb_cosim.assessment.texts import ratio_text, remark_text, stated_text, tolerance_text, value_text
+from amb_cosim.assessment.texts import converged_text, ratio_text, remark_text, stated_text, tolerance_text, value_text
 from amb_cosim.assessment.verdict import Verdict
 from amb_files.atomic import write_atomically
 
@@ -74,6 +74,7 @@ def page(report: Report) -> str:
         stated=lambda one: stated_text(one.statement),
         ours=lambda one: value_text(one.ours, one.statement.unit),
         ratio=ratio_text,
+        converged=converged_text,
         remark=remark_text,
         tolerance=lambda one: tolerance_text(one.statement),
         badge=lambda verdict: verdict.name.lower(),

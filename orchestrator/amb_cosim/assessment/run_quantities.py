@@ -89,9 +89,15 @@ def contact_duration(run: Signals) -> Annotated[float | None, "1"]:
     return 0.0 if first is None or last is None else last - first
 
 
-def first_spell(run: Signals, bounce: float = BOUNCE) -> Annotated[float | None, "1"]:
-    """Return how long the first contact lasts; a break longer than `bounce` ends it; both in cycles."""
-    spells = _spells(cycles(run), _is_in_any(run) & _window(run, 0.0, np.inf), bounce)
+def first_spell(
+    run: Signals, bounce: float = BOUNCE, states: str = "", begin: float = 0.0
+) -> Annotated[float | None, "1"]:
+    """Return how long the first contact from a cycle on lasts, of any state or of some; both in cycles.
+
+    A break longer than `bounce` ends it.
+    """
+    inside = _is_in(run, states) if states else _is_in_any(run)
+    spells = _spells(cycles(run), inside & _window(run, begin, np.inf), bounce)
     return spells[0][1] - spells[0][0] if spells else None
 
 
@@ -146,9 +152,9 @@ def whirl_at_end(run: Signals, site: str) -> Annotated[float | None, "rad/s"]:
     return contact_history.whirl_at_the_end(run, site)
 
 
-def rolls_at_end(run: Signals) -> bool:
-    """Return whether the rotor rolls on a retainer at the end of the run."""
-    modes = [signal(run, f"{site}.mode") for site in places(run).retainers]
+def rolls_at_end(run: Signals, site: str = "") -> bool:
+    """Return whether the rotor rolls on a retainer, or on a site that is named, at the end of the run."""
+    modes = [signal(run, f"{one}.mode") for one in ([site] if site else places(run).retainers)]
     return any(mode is not None and int(mode[-1]) == contact_history.ROLLING for mode in modes)
 
 
@@ -162,6 +168,12 @@ def largest_radius(run: Signals, bearing: str, begin: float = 0.0, end: float = 
 def orbit_amplitude(run: Signals, bearing: str, when: When) -> Annotated[float | None, "m"]:
     """Return the synchronous amplitude at a bearing (m) `before` the step, or ROLAC's beginning, or at the `end`."""
     return settled_amplitude(run, displacements(run, f"{bearing}.x", f"{bearing}.y"), when)
+
+
+def amplitude_left(run: Signals, bearing: str) -> Annotated[float | None, "1"]:
+    """Return the synchronous amplitude at a bearing at the end over that before the step or ROLAC's beginning (1)."""
+    before, end = orbit_amplitude(run, bearing, "before"), orbit_amplitude(run, bearing, "end")
+    return None if not before or end is None else end / before
 
 
 def sensor_amplitude(run: Signals, x: str, y: str, when: When) -> Annotated[float | None, "m"]:

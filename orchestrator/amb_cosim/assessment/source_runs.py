@@ -32,6 +32,8 @@ def prepare_source(source: Source, rotor_file: Path, flavour: Flavour = "native"
 def scenario_of(source: Source, rotor_file: Path) -> Scenario:
     """Return the scenario of a source without the values that it sets; arguments and errors as for `prepare_source`."""
     scenario = load_scenario(source.scenario)
+    if source.rotor_file:
+        scenario = scenario.changed(rotor=source.rotor_file)
     changes: dict[str, Any] = {"end_cycle": source.end_cycle, "unbalance_factor": source.unbalance_factor}
     if source.rotor:
         content = read_toml(rotor_path(scenario.rotor), "rotor file")
@@ -52,7 +54,7 @@ def build_fmus(sources: Iterable[Source], folder: Path, flavour: Flavour = "nati
             continue
         try:
             scenario = load_scenario(source.scenario)
-            rotor = json.dumps([scenario.rotor, scenario.system, source.rotor], sort_keys=True)
+            rotor = json.dumps([source.rotor_file or scenario.rotor, scenario.system, source.rotor], sort_keys=True)
             if rotor not in seen:
                 seen.add(rotor)
                 prepare_source(source, folder / "rotor.toml", flavour)

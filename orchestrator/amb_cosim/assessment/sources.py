@@ -29,6 +29,7 @@ from amb_cosim.scenario.file import read_scenario
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import run_prepared
 from amb_cosim.studies.processes import simulate_in_processes
+from amb_cosim.studies.stored_robustness import FILE as ROBUSTNESS
 from amb_files.atomic import write_atomically
 from amb_files.packs import files_of, packs
 from amb_files.toml import parse_toml, read_text
@@ -39,7 +40,14 @@ PACKAGES = (
     *("rotor_analysis", "fmi_export", "amb_files"),
 )
 CODE = (".py", ".c", ".h", ".ll", ".toml")
-OTHER = ("scenarios/", "sweeps/", FILE, *(f"assessment/{name}.py" for name in ("page", "table", "texts")), "commands")
+OTHER = (
+    "scenarios/",
+    "sweeps/",
+    FILE,
+    ROBUSTNESS,
+    *(f"assessment/{name}.py" for name in ("page", "table", "texts")),
+    "commands",
+)
 FOLDER = "sources"  # in that of the report
 
 
@@ -154,6 +162,7 @@ def _of_run(job: Job) -> dict[str, Any]:
     if result.outcome.failure is not None:
         raise ValueError(f"the run ended early: {result.outcome.failure}")
     changes = dict(source.set) | source.model_dump(include={"end_cycle", "unbalance_factor"}, exclude_none=True)
+    changes |= {"rotor": source.rotor_file} if source.rotor_file else {}
     changes |= {f"rotor {table}.{key}": v for table, values in source.rotor.items() for key, v in values.items()}
     return {
         "title": source.title or prepared.scenario.description,

@@ -31,8 +31,9 @@ class Source(Table):
 
     scenario, set, end_cycle
         Name of a scenario, values that replace its own, and the cycle at which the run ends in place of its own.
-    unbalance_factor, rotor
-        Factor on all unbalances in place of the scenario's, and tables that replace those of its rotor file.
+    unbalance_factor, rotor, rotor_file
+        Factor on all unbalances in place of the scenario's, tables that replace those of its rotor file, and the name
+        of a rotor in place of its own.
     study, arguments
         Name of a study, of `amb_cosim.studies` or `model_inputs`, and its arguments.
     title
@@ -46,6 +47,7 @@ class Source(Table):
     end_cycle: float | None = Field(default=None, gt=0.0)
     unbalance_factor: float | None = Field(default=None, gt=0.0)
     rotor: dict[str, dict[str, Any]] = Field(default={})
+    rotor_file: str = ""
     study: str = ""
     arguments: Values = Field(default={})
     title: str = ""
@@ -85,8 +87,14 @@ class Statement(Table):
         Other ways to compute it, tried in turn where the first one misses.
     beside
         Other ways that are shown beside, and not judged.
+    converged
+        Source of the same quantity on a model with more modes, shown and judged in a column of its own.
     given
         Whether the model takes the value over as an input.
+    definition
+        Whether any model must meet it: a conversion of units, a kinematic identity, a formula of the source itself.
+    inferred
+        What is read into the words of the source where they do not say it: a number for a word, a comparison.
     why
         Why it is missed, where it is.
     picture, missing
@@ -107,7 +115,10 @@ class Statement(Table):
     arguments: Values = Field(default={})
     reading: tuple[Reading, ...] = ()
     beside: tuple[Reading, ...] = ()
+    converged: str = ""
     given: bool = False
+    definition: bool = False
+    inferred: str = ""
     why: str = ""
     picture: str = ""
     missing: str = ""
@@ -152,8 +163,8 @@ class Statements(Table):
 
     title, about, note
         What the page is called, what it compares, and what a reader must know of its verdicts.
-    label
-        What the source is called in the heads of tables.
+    label, converged
+        What the source, and the model with more modes, are called in the heads of tables.
     quantities
         Module with quantities and plots of its own, see `amb_cosim.assessment.quantities`.
     chapter
@@ -166,6 +177,7 @@ class Statements(Table):
     about: str = ""
     note: str = ""
     label: str = "stated"
+    converged: str = "converged model"
     quantities: str = ""
     chapter: tuple[Chapter, ...] = (Chapter(key="all", name="statements"),)
     sources: dict[str, Source]
@@ -180,7 +192,8 @@ class Statements(Table):
         for statement in self.statement:
             if not any(chapter.has(statement) for chapter in self.chapter):
                 raise ValueError(f"statement {statement.key}: no chapter has groups that match {statement.group}")
-            for name in (statement.source, *(reading.source for reading in (*statement.reading, *statement.beside))):
+            others = (reading.source for reading in (*statement.reading, *statement.beside))
+            for name in (statement.source, statement.converged, *others):
                 if name and name not in self.sources:
                     raise ValueError(f"statement {statement.key}: no source {name!r}; {suggest(name, self.sources)}")
         return self

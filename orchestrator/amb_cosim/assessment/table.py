@@ -7,7 +7,7 @@ from pathlib import Path
 
 from amb_cosim.assessment.evaluation import Judged, Report
 from amb_cosim.assessment.statements import Chapter
-from amb_cosim.assessment.texts import ratio_text, remark_text, stated_text, value_text
+from amb_cosim.assessment.texts import converged_text, ratio_text, remark_text, stated_text, value_text
 from amb_cosim.assessment.verdict import Verdict
 from amb_files.atomic import write_atomically
 
@@ -37,8 +37,9 @@ def _counts(report: Report) -> Iterator[str]:
 
 def _chapter(report: Report, chapter: Chapter) -> Iterator[str]:
     yield from ("", f"## {chapter.name.capitalize()}", "")
-    yield _row("where", "what", report.statements.label, "here", "ratio", "verdict", "how, or why not")
-    yield _row(*("---" for _ in range(7)))
+    columns = ("where", "what", report.statements.label, "here", "ratio", report.statements.converged, "verdict")
+    yield _row(*columns, "how, or why not")
+    yield _row(*("---" for _ in range(8)))
     yield from map(_line, report.of_chapter(chapter))
 
 
@@ -50,6 +51,7 @@ def _line(one: Judged) -> str:
         stated_text(statement),
         value_text(one.ours, statement.unit),
         ratio_text(one),
+        converged_text(one),
         one.verdict.value,
         remark_text(one),
     )

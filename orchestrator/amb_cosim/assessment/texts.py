@@ -44,13 +44,22 @@ def ratio_text(one: Judged) -> str:
     return low if low == high else f"{low} to {high}"
 
 
+def converged_text(one: Judged) -> str:
+    """Return what the model with more modes leads to, and whether the statement is met there."""
+    if one.is_met_there is None:
+        return "–"
+    return f"{value_text(one.converged, one.statement.unit)}, {'met' if one.is_met_there else 'not met'}"
+
+
 def remark_text(one: Judged, known: str = "") -> str:
     """Return the reading that a verdict takes, why it is missed, or what there is to see; and what other ways give.
 
     A reading that is `known` to the reader is left out.
     """
-    reading = one.reading if one.verdict is Verdict.WITH_READING and one.reading != known else ""
-    parts = [reading, one.reason or one.statement.picture]
+    reading = (
+        one.reading if one.verdict in (Verdict.WITH_READING, Verdict.WITHIN_LIMIT) and one.reading != known else ""
+    )
+    parts = [reading, one.reason or one.statement.picture, one.robustness]
     if one.beside:
         parts.append("; ".join(f"{how}: {value_text(value, one.statement.unit)}" for how, value in one.beside))
     return ". ".join(_capitalised(part) for part in parts if part)

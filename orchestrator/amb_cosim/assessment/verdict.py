@@ -15,6 +15,8 @@ class Verdict(StrEnum):
 
     REPRODUCED = "reproduced"
     WITH_READING = "reproduced with a stated factor or reading"
+    WITHIN_LIMIT = "within a stated limit"
+    DEFINITION = "follows from the definition"
     MISSED = "not reproduced"
     GIVEN = "taken over as an input"
     NOT_COMPUTED = "not computed"
@@ -67,10 +69,19 @@ def judge(statement: Statement, values: list[tuple[Computed | None, str]]) -> tu
     for k in computed:
         ours, reading = values[k]
         if meets(statement, ours):
-            if statement.given:
-                return Verdict.GIVEN, k
-            return (Verdict.WITH_READING if reading else Verdict.REPRODUCED), k
+            return _when_met(statement, reading), k
     return Verdict.MISSED, computed[0]
+
+
+def _when_met(statement: Statement, reading: str) -> Verdict:
+    """Return the verdict on a statement that is met: the one that claims least."""
+    if statement.given:
+        return Verdict.GIVEN
+    if statement.definition:
+        return Verdict.DEFINITION
+    if statement.relation != "equal":
+        return Verdict.WITHIN_LIMIT
+    return Verdict.WITH_READING if reading else Verdict.REPRODUCED
 
 
 def ratios(statement: Statement, ours: Computed | None) -> tuple[float, ...]:

@@ -39,12 +39,12 @@ def report(output: Path, packs: tuple[str, ...], only: tuple[str, ...], jobs: in
     failures: dict[str, str] = {}
     for pack, statements in chosen.items():
         folder = output if len(chosen) == 1 else output / pack
-        failures |= _assess(statements, folder, only, jobs).failures
+        failures |= _assess(statements, folder, only, jobs, pack).failures
     if failures:
         raise Failed("\n".join(f"{name}: {reason}" for name, reason in failures.items()))
 
 
-def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: int | None) -> Report:
+def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: int | None, pack: str) -> Report:
     """Compute and judge statements, write data, table and page into a folder, and tell how many have which verdict."""
     from rich.console import Console
 
@@ -53,6 +53,7 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
     from amb_cosim.assessment.table import TABLE, write_table
     from amb_cosim.assessment.verdict import Verdict
     from amb_cosim.presentation.progress import bars
+    from amb_cosim.studies.stored_robustness import load_robustness
 
     with refusing(), bars(Console(stderr=True)) as shown:
         require_extra("report", "a report", "plotly")
@@ -63,6 +64,7 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
             only,
             jobs,
             lambda done, total: shown.update(task, description="runs and studies", completed=done, total=total),
+            load_robustness(pack),
         )
         found.save_data(folder)
         write_table(found, folder / TABLE)

@@ -7,6 +7,7 @@ import pytest
 from amb_cosim.assessment.panels import MOST_POINTS, curve, panel_of, run_panels
 from amb_cosim.assessment.quantities import quantities_of_runs
 from amb_cosim.assessment.requests import QuantityRequest, evaluate
+from amb_cosim.cosim.signals import Samples, SignalTable
 
 SAMPLE = 0.011  # cycles; what a begin or an end can be off
 QUANTITIES = quantities_of_runs()
@@ -29,6 +30,8 @@ KNOWN = {
     "clearance": ("parameter", {"component": "rotor_contact", "name": "rb1.clearance"}, 0.75e-3),
     "duration": ("contact_duration", {}, 3.0),
     "first spell": ("first_spell", {}, 3.0),
+    "first spell in a state": ("first_spell", {"states": "both"}, 1.0),
+    "first spell after a cycle": ("first_spell", {"begin": 8.5}, 0.5),
     "rolling from": ("rolling_from", {}, 8.0),
     "contact to rolling": ("contact_to_rolling", {}, 2.0 * 0.02),
     "radius over clearance": ("largest_radius", {"bearing": "mb2"}, 0.2 / 0.75),
@@ -54,6 +57,23 @@ def test_a_quantity_is_that_of_the_known_run(known_run, name, arguments, value):
 @pytest.mark.parametrize(("name", "text"), TEXTS.items())
 def test_a_text_is_that_of_the_known_run(known_run, name, text):
     assert QUANTITIES[name][0](known_run) == text
+
+
+def test_rolling_at_the_end_is_asked_of_a_retainer(known_run):
+    """The known run ends free; in its ninth cycle it rolls at RB1 alone."""
+    rolls = QUANTITIES["rolls_at_end"][0]
+    shown = known_run["cycle"].values < 8.9
+    variables, coordinates = (
+        {name: Samples(one.values[shown], one.attrs) for name, one in of.items()}
+        for of in (known_run.variables, known_run.coordinates)
+    )
+    cut = SignalTable(variables, coordinates, known_run.attrs)
+    assert [rolls(known_run), rolls(cut), rolls(cut, site="rb1"), rolls(cut, site="rb2")] == [False, True, True, False]
+
+
+def test_amplitude_left_is_that_at_the_end_over_that_before(known_run):
+    before, end = (QUANTITIES["orbit_amplitude"][0](known_run, bearing="mb1", when=when) for when in ("before", "end"))
+    assert QUANTITIES["amplitude_left"][0](known_run, bearing="mb1") == pytest.approx(end / before)
 
 
 def test_a_number_comes_in_the_unit_that_is_asked_for(known_run):

@@ -60,3 +60,15 @@ def test_without_a_value_nothing_is_computed(statement):
 def test_ratios_are_those_of_each_number(statement):
     assert ratios(statement(value=(1.0, 0.0, 4.0)), [2.0, 1.0, 2.0]) == (2.0, 0.5)
     assert ratios(statement(value=1.0, relation="below"), 0.5) == ()
+
+
+def test_what_any_model_meets_is_not_reproduced(statement):
+    assert judge(statement(value=1.0, definition=True), [(1.0, "on D2")])[0] is Verdict.DEFINITION
+    assert judge(statement(value=1.0, definition=True), [(2.0, "")])[0] is Verdict.MISSED
+
+
+def test_limit_that_is_kept_is_told_as_a_limit(statement):
+    below = statement(value=1.0, relation="below")
+    assert judge(below, [(0.1, "")])[0] is Verdict.WITHIN_LIMIT
+    assert judge(below, [(0.1, "on D2")])[0] is Verdict.WITHIN_LIMIT
+    assert judge(below, [(2.0, "")])[0] is Verdict.MISSED
