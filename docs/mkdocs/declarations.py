@@ -2,6 +2,7 @@
 
 {{ keys of MODULE.CLASS }}       the keys of a TOML file: type, unit, default and limits, as the classes declare them
 {{ names of MODULE }}            the documentation of every public function and class of a module, by mkdocstrings
+{{ outcomes of PACK }}           a table of the pack's scenarios: outcome, robust or fragile, what flips it
 {{ statements }}                 those of the thesis, by the tables that `amb-cosim report` left in results/report
 """
 
@@ -20,6 +21,7 @@ Schema = Mapping[str, Any]
 
 KEYS = re.compile(r"^\{\{ keys of ([\w.]+)\.(\w+) \}\}$", re.MULTILINE)
 NAMES = re.compile(r"^\{\{ names of ([\w.]+) \}\}$", re.MULTILINE)
+OUTCOMES = re.compile(r"^\{\{ outcomes of (\w+) \}\}$", re.MULTILINE)
 STATEMENTS = re.compile(r"^\{\{ statements \}\}$", re.MULTILINE)
 REPORT = Path(__file__).parents[2] / "results/report/report.md"
 TYPES = {
@@ -37,7 +39,19 @@ def on_page_markdown(markdown: str, **_: object) -> str:
     """Return the page with what its lines in double braces ask for."""
     markdown = KEYS.sub(lambda found: keys_of(getattr(import_module(found[1]), found[2])), markdown)
     markdown = NAMES.sub(lambda found: "\n\n".join(names_of(found[1])), markdown)
+    markdown = OUTCOMES.sub(lambda found: outcomes_of(found[1]), markdown)
     return STATEMENTS.sub(lambda _: statements(), markdown)
+
+
+def outcomes_of(pack: str) -> str:
+    """Return a table of a pack's runs with their outcomes, and what flips those that are fragile."""
+    from amb_cosim.studies.stored_robustness import load_robustness
+
+    rows = []
+    for name, one in load_robustness(pack).items():
+        flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in one.flips.items())
+        rows.append(f"| `{name}` | {one.outcome} | {one.verdict} | {flips} |")
+    return "\n".join(["| run | outcome | | what flips it |", "| --- | --- | --- | --- |", *rows])
 
 
 def statements() -> str:

@@ -62,7 +62,7 @@ BATCH = 8  # cases between two writes of the file
 
 
 def outcome_cases(pack: str, folder: Path, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
-    """Return the runs of a pack: its scenarios, and those of its statements that differ from them.
+    """Return the runs of a pack: its scenarios, and those that its statements rest on and that differ from them.
 
     Parameters
     ----------
@@ -88,9 +88,10 @@ def outcome_cases(pack: str, folder: Path, only: tuple[str, ...] = ()) -> list[O
         raise ValueError(f"there is no pack {pack!r}; {suggest(pack, packs())}")
     names = sorted(file.stem for file in (packs()[pack] / "scenarios").glob("[!_]*.toml"))
     cases = [OutcomeCase(name, load_scenario(name), {}) for name in names]
-    sources = load_statements(pack).sources if pack in packs_with_statements() else {}
-    for name, source in sources.items():
-        if source.scenario and name not in names:
+    stated = load_statements(pack) if pack in packs_with_statements() else None
+    beside = {statement.converged for statement in stated.statement} if stated is not None else set()
+    for name, source in stated.sources.items() if stated is not None else ():
+        if source.scenario and name not in beside.union(names):
             cases.append(OutcomeCase(name, scenario_of(source, folder / f"{name}.toml"), dict(source.set)))
     unknown = [name for name in only if name not in {case.name for case in cases}]
     if unknown:

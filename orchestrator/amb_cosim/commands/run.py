@@ -125,22 +125,29 @@ def list_scenarios() -> None:
     from rich.table import Table
 
     from amb_cosim.scenario.scenario import load_scenarios
+    from amb_cosim.studies.stored_robustness import known_outcomes
     from amb_cosim.sweeps.ready import ready_sweeps
     from amb_files.pack_file import pack_files
     from amb_files.packs import files_of, packs
 
     with refusing():
-        scenarios, sweeps, said = load_scenarios(), ready_sweeps(), pack_files()
-    rows = [(files_of("scenarios")[name], one.description, one.source) for name, one in scenarios.items()]
-    rows += [(files_of("sweeps")[name], one.description, f"sweep of {one.scenario}") for name, one in sweeps.items()]
+        scenarios, sweeps, said, known = load_scenarios(), ready_sweeps(), pack_files(), known_outcomes()
+    verdicts = {name: f"{one.outcome.partition(',')[0]}, {one.verdict}" for name, one in known.items()}
+    rows = [
+        (files_of("scenarios")[name], one.description, verdicts.get(name, ""), one.source)
+        for name, one in scenarios.items()
+    ]
+    rows += [
+        (files_of("sweeps")[name], one.description, "", f"sweep of {one.scenario}") for name, one in sweeps.items()
+    ]
     for pack, folder in packs().items():
         table = Table(box=None, pad_edge=False, title_justify="left")
         table.title = f"{pack}: {said[pack].description}" if pack in said else pack
-        for column in ("name", "description", "source"):
+        for column in ("name", "description", "outcome", "source"):
             table.add_column(column, no_wrap=column == "name")
-        for file, description, source in rows:
+        for file, *texts in rows:
             if file.parents[1] == folder:
-                table.add_row(file.stem, description, source)
+                table.add_row(file.stem, *texts)
         if table.row_count:
             Console().print(table)
 

@@ -56,6 +56,11 @@ def load_robustness(pack: str) -> Mapping[str, StoredOutcome]:
     return {name: validate(of, StoredOutcome, f"{what}, {name}") for name, of in read_toml(file, what).items()}
 
 
+def known_outcomes() -> dict[str, StoredOutcome]:
+    """Return what is known of the runs of all packs, by their names."""
+    return {name: one for pack in packs() for name, one in load_robustness(pack).items()}
+
+
 def write_robustness(pack: str, found: Mapping[str, StoredOutcome]) -> Path:
     """Add outcomes to the file of a pack, in the order of their names; return its path."""
     file = packs()[pack] / FILE

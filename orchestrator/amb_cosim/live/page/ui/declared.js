@@ -67,7 +67,7 @@ export function declaredGroups(session) {
     },
     {
       title: "Controller", theory: "synchronous", open: true,
-      hint: "ROLAC from before a contact recovers from it. Switched on in a contact that lasts it does not; contact-aware ROLAC does.",
+      hint: "ROLAC from before a contact may recover from it; near its limit a per cent of a gain or of the unbalance decides. Switched on in a contact that lasts it does not; contact-aware ROLAC does.",
       controls: [controllers(session), slider("adaptation rate", ["rolac_controller.rolac.alpha"], "1/s", 1, 0, 40, 0.5)],
     },
     {

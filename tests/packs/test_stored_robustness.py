@@ -1,0 +1,72 @@
+"""What packs keep of the robustness of their outcomes: complete, right, and told wherever an outcome is."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from amb_cosim.commands.robustness import outcome_cases, outcome_of_case
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.studies.stored_robustness import StoredOutcome, known_outcomes, load_robustness, write_robustness
+from amb_files.packs import packs
+
+ROOT = Path(__file__).parents[2]
+PACKS = ("bath_thesis", "rotor_literature")
+# Touchdowns that take minutes each, ten times: `amb-cosim robustness bath_thesis --only NAME` adds them.
+TOO_LONG = {
+    *("drop", "drop_mount", "drop_no_race", "drop_race", "drop_run_down", "drop_whirl"),
+    *("amplifier_lost", "one_axis_lost", "sensor_lost", "base_shock", "blade_loss"),
+    *("relevitation", "relevitation_rolac", "run_down", "run_up_rolac"),
+}
+QUICK = ("fig4_15", "fig5_5", "nelson_mcvaugh_rub", "compressor_levitated_touchdown")
+SLOW = ("fig4_9", "fig4_14", "fig4_20", "fig4_9_newton", "fig5_6", "fig5_5_matched", "fig6_15")
+
+
+@pytest.fixture(scope="module")
+def cases(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("rotors")
+    return {case.name: case for pack in PACKS for case in outcome_cases(pack, folder)}
+
+
+def test_every_run_that_a_pack_has_or_states_something_of_is_judged(cases):
+    assert cases.keys() - known_outcomes().keys() <= TOO_LONG
+    assert known_outcomes().keys() - cases.keys() == set()
+
+
+def test_scenarios_and_pages_call_fragile_what_is_fragile(cases):
+    page = (ROOT / "docs/validation/scenarios.md").read_text(encoding="utf-8")
+    scenarios = {name for name, case in cases.items() if case.name == case.scenario.name and not case.settings}
+    for name in scenarios & known_outcomes().keys():
+        is_fragile = bool(known_outcomes()[name].flips)
+        assert ("fragile" in load_scenario(name).description) is is_fragile, name
+        if is_fragile:
+            rows = [line for line in page.splitlines() if line.startswith("|") and re.search(rf"`{name}`", line)]
+            assert rows
+            assert all("fragile" in row for row in rows)
+
+
+@pytest.mark.parametrize("name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
+def test_what_is_kept_is_what_runs_lead_to(cases, name):
+    assert outcome_of_case(cases[name]) == known_outcomes()[name]
+
+
+def test_what_is_written_is_read_and_adds_to_what_was_there(monkeypatch, tmp_path):
+    monkeypatch.setattr("amb_cosim.studies.stored_robustness.packs", lambda: {"mine": tmp_path})
+    load_robustness.cache_clear()
+    first = {"b": StoredOutcome(outcome="trapped", flips={"C_b - 1 %": "recovered, touching seal"})}
+    second = {"a": StoredOutcome(outcome="prevented")}
+    write_robustness("mine", first)
+    write_robustness("mine", second)
+    assert dict(load_robustness("mine")) == first | second
+    assert load_robustness("mine")["b"].text == "fragile (C_b - 1 %: recovered, touching seal)"
+    load_robustness.cache_clear()
+
+
+def test_pack_or_run_that_does_not_exist_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="there is no pack 'bath'; did you mean bath_thesis"):
+        outcome_cases("bath", tmp_path)
+    with pytest.raises(ValueError, match="--only fig4_99 is not allowed; did you mean"):
+        outcome_cases("bath_thesis", tmp_path, ("fig4_99",))
+    assert set(PACKS) <= packs().keys()
