@@ -1,0 +1,88 @@
+"""The FMU of a linear controller: its native flavours equal to the core to the last bit, in other tools too."""
+
+from __future__ import annotations
+
+import re
+from importlib import util
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from model_cases import CASES, core_outputs, laws_over_speed
+from raw import Library, Library3
+
+from fmi_export.model import Instance
+
+pytest.importorskip("ziglang", reason="a native FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
+
+README = Path(util.find_spec("linear_controller").origin).parent / "README.md"
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """FMU for a version of FMI, and the folder that it is extracted to."""
+
+    def build(fmi):
+        path = laws_over_speed().build(tmp_path_factory.mktemp(f"fmi{fmi}"), fmi=fmi)
+        return path, Path(fmpy.extract(str(path), str(path.parent / "extracted")))
+
+    return {fmi: build(fmi) for fmi in (2, 3)}
+
+
+def names_of(case):
+    return [v.name for v in case.model.interface.of("output")]
+
+
+def test_native_fmu_gives_bit_for_bit_what_the_core_gives(built):
+    case = CASES["linear_controller"]
+    for parameters, expected in zip(case.runs, core_outputs("linear_controller"), strict=True):
+        with Library(built[2][1]).instantiate() as fmu:
+            fmu.begin(**{name.replace(".", "__"): value for name, value in parameters.items()})
+            for n in range(case.steps):
+                assert fmu.set(**{k.replace(".", "__"): v for k, v in case.inputs(n).items()}) == 0
+                assert fmu.step(n, case.h) == 0, fmu.log
+                np.testing.assert_array_equal(fmu.get(*names_of(case)), expected[n])
+
+
+def test_fmi_3_gives_the_same_and_shows_states_as_an_array(built):
+    case, expected = CASES["linear_controller"], core_outputs("linear_controller")[0]
+    with Library3(built[3][1]).instantiate() as fmu:
+        fmu.begin()
+        for n in range(case.steps):
+            assert fmu.set(**{k.replace(".", "__"): v for k, v in case.inputs(n).items() if "scale" not in k}) == 0
+            assert fmu.step(n, case.h) == 0, fmu.log
+            np.testing.assert_array_equal(fmu.get("u.x", "u.y", "states"), [*expected[n][3:5], *expected[n][5:9]])
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_description_is_valid(built, fmi):
+    assert validate_fmu(str(built[fmi][0])) == []
+
+
+def test_fmpy_simulates_it_with_the_values_of_the_core(built):
+    case, given = CASES["linear_controller"], {"y0": 1e-3, "y1": -2e-3, "u.x.feedforward": 5e-3}
+    core = Instance(case.model, case.constants)
+    for name, value in given.items():
+        core[name] = value
+    core.initialise()
+    expected = []
+    for n in range(100):
+        core.step(n * case.h, case.h)
+        expected.append([core["u.x"], core["u.y"]])
+    found = fmpy.simulate_fmu(
+        str(built[2][1]),
+        stop_time=100 * case.h,
+        step_size=case.h,
+        output_interval=case.h,
+        output=["u.x", "u.y"],
+        start_values=given,
+    )
+    np.testing.assert_array_equal(np.column_stack([found["u.x"], found["u.y"]])[1:], expected)
+
+
+def test_the_code_of_the_readme_runs_and_prints_what_it_says(run_python, tmp_path):
+    (block,) = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+    last = run_python(f"{block}\nresult = float(steps['mb1.i_x'][-1])", cwd=tmp_path)
+    assert f"# {last:.4f} A" in block
