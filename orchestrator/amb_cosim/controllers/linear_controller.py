@@ -139,7 +139,7 @@ def linear_controller(
     K
         control.StateSpace or TransferFunction, one of scipy.signal, arrays (A, B, C, D), (z, p, k) or (num, den), or a
         dict of speeds (rad/s) to such of one order, whose matrices are interpolated; or the path of a file
-        with the arrays A, B, C, D (`.npz`, `.mat`).
+        with the arrays A, B, C, D (`.npz`, `.mat`) or with blocks (`.toml`).
     inputs, outputs
         Names of the measured signals (m) and of the demands (A), as the other components call them; by default the
         labels that K has.
@@ -194,20 +194,21 @@ def linear_controller(
 def _from_file(path: Path, given: Mapping[str, Any]) -> LinearController:
     """Return the controller in a file; what is `given`, arguments of `linear_controller`, replaces what it says."""
     from amb_cosim.controllers.array_file import SUFFIXES, read_arrays
+    from amb_cosim.controllers.block_file import read_blocks
 
     if not path.is_file():
         raise ValueError(f"no controller file {str(path)!r}")
-    if path.suffix not in SUFFIXES:
-        raise ValueError(f"no controller file {str(path)!r}: its name must end with {' or '.join(SUFFIXES)}")
+    if path.suffix not in (*SUFFIXES, ".toml"):
+        raise ValueError(f"no controller file {str(path)!r}: its name must end with .toml or {' or '.join(SUFFIXES)}")
     try:
-        arguments = read_arrays(path) | dict(given)
+        arguments = (read_blocks(path) if path.suffix == ".toml" else read_arrays(path)) | dict(given)
         starts = arguments.pop("starts", {})
         controller = linear_controller(**arguments)
         if starts:
             controller = replace(controller, starts=starts)
             _ = controller.model_and_constants
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        raise ValueError("\n".join(f"{path}: {line}" for line in str(error).splitlines())) from error
     return controller
 
 

@@ -43,7 +43,7 @@ log = logging.getLogger(__name__)
 GROUP = "amb_cosim.models"
 
 # Models that are made from a file of their own: what stands for an FMU in a system, by the end of its name.
-MADE_FROM_FILE = {".npz": "linear_controller", ".mat": "linear_controller"}
+MADE_FROM_FILE = {".toml": "linear_controller", ".npz": "linear_controller", ".mat": "linear_controller"}
 
 # Files of a package that decide what is made from it.
 CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")

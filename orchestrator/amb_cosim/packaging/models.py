@@ -58,7 +58,7 @@ def rolac_controller(rotor: str | Path | None = None, receptances: Path | None =
 
 @made_from("linear_controller", "signal_chain", "amb_cosim.controllers")
 def linear_controller(file: Path | None = None, **_: Any) -> Made:
-    """Return the linear controller that is in a file, arrays (`.npz`, `.mat`)."""
+    """Return the linear controller that is in a file: arrays (`.npz`, `.mat`) or blocks (TOML)."""
     from amb_cosim.controllers.linear_controller import linear_controller as made_of
 
     if file is None:

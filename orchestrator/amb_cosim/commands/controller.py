@@ -1,0 +1,99 @@
+"""Commands about a controller file: show what it does, build its FMU, import arrays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, output
+from amb_cosim.commands.printing import show as print_data
+from amb_cosim.cosim.choices import FMIS, Flavour, Fmi
+from amb_files.atomic import check_writable
+
+FILE = click.argument("file", type=click.Path(path_type=Path))
+SPEED = click.option("--speed", default="0 rpm", metavar="SPEED", help="Speed of the law and of the rotor's modes.")
+
+
+@click.group()
+def controller() -> None:
+    """Show a controller file of blocks (TOML) or arrays (.npz, .mat), build its FMU, or import one."""
+
+
+@controller.command("show")
+@FILE
+@output("Bode plots to write.", metavar="PNG")
+@ROTOR
+@SPEED
+@JSON
+def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json: bool) -> None:
+    """Print what connects signals and demands, as it is sampled; draw Bode plots.
+
+    With --rotor the phase at each of its modes on the bearings of its file: from -180 to 0 degrees the demand damps a
+    mode that moves sensor and bearing alike."""
+    from amb_cosim.controllers import bode
+    from amb_cosim.controllers.show import description, text
+
+    with refusing():
+        if output is not None:
+            check_writable(output, is_folder=False)
+        found = description(file, speed, _modes(rotor, speed))
+        if output is not None:
+            from amb_cosim.presentation.style import write_png
+
+            write_png(bode.draw(found.connections, found.omega, found.modes), output)
+    print_data(found.as_dict(), lambda _: text(found), as_json)
+
+
+@controller.command("build")
+@FILE
+@output("Folder for the FMU.", "build")
+@FLAVOUR
+@click.option("--platform", "platforms", metavar="NAMES", help="As of amb-cosim build.")
+@click.option(
+    "--fmi", type=click.Choice([str(v) for v in FMIS]), default="2", show_default=True, help="Version of FMI."
+)
+def build(file: Path, output: Path, flavour: Flavour, platforms: str | None, fmi: str) -> None:
+    """Build linear_controller.fmu of a controller file."""
+    import amb_cosim
+
+    version: Fmi = 3 if fmi == "3" else 2
+    chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
+    with refusing():
+        check_writable(output, is_folder=True)
+        click.echo(amb_cosim.linear_controller(file).build(output, flavour, chosen, version))
+
+
+@controller.command("import")
+@FILE
+@output("File to write, .npz or .mat; FILE_controller.npz by default.")
+@click.option("--inputs", metavar="NAMES", help="Measured signals, with commas; those of the file by default.")
+@click.option("--outputs", metavar="NAMES", help="Demands, with commas; those of the file by default.")
+@click.option("--sample-time", metavar="TIME", help="Of a law that is continuous, 100us for instance.")
+def import_arrays(
+    file: Path, output: Path | None, inputs: str | None, outputs: str | None, sample_time: str | None
+) -> None:
+    """Check the arrays A, B, C, D of FILE (.mat, .npz), sample and name them, and write a controller file."""
+    import amb_cosim
+    from amb_cosim.cosim.tables import time_of
+
+    signals, demands = (None if names is None else [n.strip() for n in names.split(",")] for names in (inputs, outputs))
+    path = output or Path(f"{file.stem}_controller.npz")
+    with refusing():
+        check_writable(path, is_folder=False)
+        time = None if sample_time is None else time_of(sample_time, "--sample-time")
+        click.echo(amb_cosim.linear_controller(file, signals, demands, time).save(path))
+
+
+def _modes(rotor: str | None, speed: str) -> tuple[float, ...]:
+    """Return the damped natural frequencies of a rotor at a speed (rad/s); none without a rotor."""
+    if rotor is None:
+        return ()
+    from amb_cosim import studies
+
+    (found,) = studies.natural_frequencies(rotor, speeds=speed).speeds.values()
+    return tuple(found.frequencies)
+
+
+COMMANDS = (controller,)

@@ -1,0 +1,181 @@
+"""Controllers of blocks in a TOML file.
+
+    inputs = ["mb1.x", "mb2.x"]            # measured signals, as the matrices' columns
+    outputs = ["mb1.i_x", "mb2.i_x"]       # demands
+    sample_time = "100 us"
+    method = "tustin"                      # as for `linear_controller`
+    prewarp = true                         # the frequencies of blocks hold for the sampled law
+    limits = ["-6.5 A", "5 A"]             # and delay = 1.5, slow_time = "0.1 s", allow_unstable = true
+
+    [signals.tilting]                      # coordinates: sums of measured signals that channels may read
+    "mb1.x" = 0.5
+    "mb2.x" = -0.5
+
+    [demands.tilting]                      # and sums of demands that they may feed
+    "mb1.i_x" = 1
+    "mb2.i_x" = -1
+
+    [[channel]]                            # blocks one after the other; what is fed twice is added
+    from = "tilting"                       # a list for equal channels: from = ["mb1.x", "mb1.y"]
+    to = "tilting"
+    gain = -1.0                            # or over speed: [["0 rpm", -1.0], ["9000 rpm", -1.2]]
+    blocks = [
+      { type = "pid", kp = "2.3e4 A/m", kd = "36 A.s/m", roll_off = "3 kHz" },
+      { type = "notch", frequency = "350 Hz", damping = 0.1 },
+    ]
+
+Cross coupling is a channel from one axis to the other. Blocks are those of `blocks`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from amb_cosim.controllers.blocks import Block, Warp
+from amb_cosim.controllers.discretisation import check_sample_time, sampled
+from amb_cosim.controllers.laws import Array, Law, in_series, law_of, side_by_side
+from amb_cosim.cosim.tables import Table, Value
+from amb_cosim.cosim.values import quantity
+from amb_files.suggestions import suggest
+from amb_files.toml import read_toml, validate
+
+Names = Annotated[tuple[str, ...], Field(min_length=1, max_length=64)]
+Gains = Annotated[tuple[tuple[Value, float], ...], Field(min_length=1, max_length=1000)]
+
+
+class Channel(Table):
+    """Blocks in series from a signal to a demand, or from each of several to one of several."""
+
+    from_: Annotated[str | Names, Field(alias="from")]
+    to: str | Names
+    gain: float | Gains = 1.0
+    blocks: Annotated[tuple[Block, ...], Field(max_length=100)] = ()
+
+
+class ControllerTable(Table):
+    """The content of a file."""
+
+    description: str = ""
+    inputs: Names
+    outputs: Names
+    sample_time: Value
+    method: str = "tustin"
+    prewarp: bool = False
+    delay: float = 0.0
+    slow_time: Value = 0.1
+    limits: tuple[Value, Value] | None = None
+    allow_unstable: bool = False
+    signals: dict[str, dict[str, float]] = Field(default={})
+    demands: dict[str, dict[str, float]] = Field(default={})
+    channel: Annotated[tuple[Channel, ...], Field(min_length=1, max_length=1000)]
+
+
+def read_blocks(path: Path, continuous: bool = False) -> dict[str, Any]:
+    """Return what a file has as arguments of `linear_controller`.
+
+    Parameters
+    ----------
+    continuous
+        Whether the law stays continuous, without prewarping.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, or something in it is not allowed; one line for each mistake of its form.
+    """
+    table = validate(read_toml(path, "controller"), ControllerTable, "controller")
+    time = check_sample_time(quantity(table.sample_time, "s", "sample_time"))
+    if table.prewarp and table.method != "tustin":
+        raise ValueError(f"prewarp is not allowed with {table.method}; tustin alone is prewarped")
+
+    def warp(omega: float) -> float:
+        if not table.prewarp or continuous:
+            return omega
+        if omega >= math.pi / time:
+            raise ValueError(
+                f"{omega / (2.0 * math.pi):g} Hz is not allowed with prewarp; it must be below half the sampling "
+                f"frequency, {0.5 / time:g} Hz"
+            )
+        return 2.0 / time * math.tan(omega * time / 2.0)
+
+    laws = _laws(table, warp)
+    if not continuous:
+        laws = {speed: sampled(law, time, table.method) for speed, law in laws.items()}
+    limits = None if table.limits is None else [quantity(raw, "A", "limits") for raw in table.limits]
+    return {
+        "K": laws if len(laws) > 1 else next(iter(laws.values())),
+        "inputs": list(table.inputs),
+        "outputs": list(table.outputs),
+        "sample_time": time,
+        "delay": table.delay,
+        "slow_time": quantity(table.slow_time, "s", "slow_time"),
+        "limits": limits,
+        "allow_unstable": table.allow_unstable,
+    }
+
+
+def _laws(table: ControllerTable, warp: Warp) -> dict[float, Law]:
+    """Return the continuous law for each speed at which a gain is given."""
+    parts, reads, feeds = [], [], []
+    for number, channel in enumerate(table.channel, 1):
+        where = f"channel {number}"
+        ends = [[end] if isinstance(end, str) else list(end) for end in (channel.from_, channel.to)]
+        if len(ends[0]) != len(ends[1]):
+            raise ValueError(f"{where}: from has {len(ends[0])} names and to {len(ends[1])}; they must be as many")
+        law, gains = _in_series(channel, warp, where), _gains(channel, where)
+        for source, target in zip(*ends, strict=True):
+            parts.append(law)
+            reads.append(_weights(source, table.inputs, table.signals, f"{where}: from", "signals"))
+            feeds.append((_weights(target, table.outputs, table.demands, f"{where}: to", "demands"), gains))
+    each, B = side_by_side(parts), np.array(reads)
+    speeds = sorted({speed for _, gains in feeds for speed, _ in gains})
+    found = {}
+    for speed in speeds:
+        factors = [np.interp(speed, *np.array(gains).T) for _, gains in feeds]
+        C = np.array([weights for weights, _ in feeds]).T * factors
+        found[speed] = Law(each.A, each.B @ B, C @ each.C, C @ each.D @ B, each.sample_time)
+    return found
+
+
+def _in_series(channel: Channel, warp: Warp, where: str) -> Law:
+    law = law_of(1.0)
+    for number, block in enumerate(channel.blocks, 1):
+        try:
+            law = in_series(law, block.law(warp))
+        except ValueError as error:
+            raise ValueError(f"{where}: block {number} ({block.type}): {error}") from error
+    return law
+
+
+def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
+    """Return gains by speed, ascending (rad/s); one alone has the speed 0."""
+    if isinstance(channel.gain, int | float):
+        gains = [(0.0, float(channel.gain))]
+    else:
+        gains = [(quantity(speed, "rad/s", f"{where}: speed of gain"), gain) for speed, gain in channel.gain]
+    speeds = [speed for speed, _ in gains]
+    if speeds != sorted(set(speeds)):
+        raise ValueError(f"{where}: the speeds of gain, {speeds} rad/s, are not allowed; they must ascend")
+    if not np.isfinite(gains).all():
+        raise ValueError(f"{where}: gain is not allowed; it must be finite")
+    return gains
+
+
+def _weights(name: str, ports: Sequence[str], sums: Mapping[str, Mapping[str, float]], where: str, kind: str) -> Array:
+    """Return the weight of each port in a name: of itself, or of a sum."""
+    if name not in sums and name not in ports:
+        raise ValueError(f"{where} = {name!r} is not allowed; {suggest(name, [*ports, *sums])}")
+    weights = np.zeros(len(ports))
+    for port, weight in sums.get(name, {name: 1.0}).items():
+        if port not in ports:
+            raise ValueError(f"{kind}.{name}: {port!r} is not allowed; {suggest(port, ports)}")
+        if not np.isfinite(weight):
+            raise ValueError(f"{kind}.{name}: {port} = {weight} is not allowed; it must be finite")
+        weights[ports.index(port)] = weight
+    return weights

@@ -1,0 +1,162 @@
+"""Blocks of controllers as magnetic bearings have them, from their tables in a file to continuous laws.
+
+    gain          gain
+    pid           kp + ki/s + kd s/(1 + s/w),  w = roll_off
+    lead, lag     (1 + sqrt(a) s/w) / (1 + s/(sqrt(a) w)),  sin(phase) = (a - 1)/(a + 1): the phase at w, 1 at s = 0
+    notch         (s^2 + 2 depth z w s + w^2) / (s^2 + 2 z w s + w^2),  z = damping: depth is the gain at w
+    band_stop     a notch of depth 0 with -3 dB at `low` and `high`: w^2 = low high, 2 z w = high - low
+    low_pass      Butterworth of an order, -3 dB at `frequency`
+    second_order  (s^2/v^2 + 2 y s/v + 1) / (s^2/w^2 + 2 z s/w + 1); without zeros the numerator is 1
+
+W. Larsonneur in G. Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009, chapter 8 for how they are used.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from amb_cosim.controllers.laws import Law, law_of, series_of_sections
+from amb_cosim.cosim.tables import Table, Value
+from amb_cosim.cosim.values import quantity
+
+Warp = Callable[[float], float]  # of a frequency in rad/s, for which the sampled law is as stated
+
+
+def angular_frequency(raw: Value, name: str) -> float:
+    """Return a frequency in rad/s; a number is in Hz. Raises ValueError if it is none above 0."""
+    given = f"{raw!r} Hz" if isinstance(raw, int | float) and not isinstance(raw, bool) else raw
+    value = quantity(given, "rad/s", name)
+    if not 0.0 < value < math.inf:
+        raise ValueError(f"{name} = {raw} is not allowed; it must be a frequency > 0")
+    return value
+
+
+def _number(raw: Value, unit: str, name: str, low: float, high: float) -> float:
+    value = quantity(raw, unit, name)
+    if not low <= value <= high:
+        shown = "" if unit == "1" else f" {unit}"
+        raise ValueError(f"{name} = {value:g}{shown} is not allowed; it must be >= {low:g} and <= {high:g}{shown}")
+    return value
+
+
+class Gain(Table):
+    """A factor."""
+
+    type: Literal["gain"]
+    gain: float
+
+    def law(self, warp: Warp) -> Law:
+        return law_of(_number(self.gain, "1", "gain", -1e12, 1e12))
+
+
+class Pid(Table):
+    """PID with roll-off."""
+
+    type: Literal["pid"]
+    kp: Value
+    ki: Value = 0.0
+    kd: Value = 0.0
+    roll_off: Value | None = None
+
+    def law(self, warp: Warp) -> Law:
+        kp, ki, kd = (
+            _number(raw, unit, name, -1e15, 1e15)
+            for raw, unit, name in ((self.kp, "A/m", "kp"), (self.ki, "A/(m.s)", "ki"), (self.kd, "A.s/m", "kd"))
+        )
+        if kd == 0.0:
+            return law_of(([kp, ki], [1.0, 0.0])) if ki else law_of(kp)
+        if self.roll_off is None:
+            raise ValueError("roll_off is missing; a derivative must have one")
+        tau = 1.0 / warp(angular_frequency(self.roll_off, "roll_off"))
+        if ki == 0.0:
+            return law_of(([kp * tau + kd, kp], [tau, 1.0]))
+        return law_of(([kp * tau + kd, kp + ki * tau, ki], [tau, 1.0, 0.0]))
+
+
+class LeadLag(Table):
+    """Phase lead or lag at a frequency."""
+
+    type: Literal["lead", "lag"]
+    frequency: Value
+    phase: Value
+
+    def law(self, warp: Warp) -> Law:
+        w = warp(angular_frequency(self.frequency, "frequency"))
+        given = self.phase if isinstance(self.phase, str) else f"{self.phase!r} deg"
+        phase = _number(given, "rad", "phase", math.radians(0.1), math.radians(85.0))
+        a = (1.0 + math.sin(phase)) / (1.0 - math.sin(phase))
+        root = math.sqrt(a if self.type == "lead" else 1.0 / a)
+        return law_of(([root / w, 1.0], [1.0 / (root * w), 1.0]))
+
+
+class Notch(Table):
+    """A notch of a damping and depth."""
+
+    type: Literal["notch"]
+    frequency: Value
+    damping: Value = 0.1
+    depth: Value = 0.0
+
+    def law(self, warp: Warp) -> Law:
+        w = warp(angular_frequency(self.frequency, "frequency"))
+        z, depth = _number(self.damping, "1", "damping", 1e-6, 10.0), _number(self.depth, "1", "depth", 0.0, 1e3)
+        return law_of(([1.0, 2.0 * depth * z * w, w * w], [1.0, 2.0 * z * w, w * w]))
+
+
+class BandStop(Table):
+    """A stop between two frequencies."""
+
+    type: Literal["band_stop"]
+    low: Value
+    high: Value
+
+    def law(self, warp: Warp) -> Law:
+        low, high = warp(angular_frequency(self.low, "low")), warp(angular_frequency(self.high, "high"))
+        if low >= high:
+            raise ValueError(f"low = {self.low} is not allowed; it must be below high = {self.high}")
+        return law_of(([1.0, 0.0, low * high], [1.0, high - low, low * high]))
+
+
+class LowPass(Table):
+    """A Butterworth low-pass."""
+
+    type: Literal["low_pass"]
+    frequency: Value
+    order: Annotated[int, Field(ge=1, le=8)] = 2
+
+    def law(self, warp: Warp) -> Law:
+        w, n = warp(angular_frequency(self.frequency, "frequency")), self.order
+        poles = [
+            w * complex(-math.sin(angle), math.cos(angle))
+            for angle in (math.pi * (2 * k + 1) / (2 * n) for k in range(n // 2))
+        ]
+        odd = [-w] if n % 2 else []
+        return series_of_sections([], [*poles, *(pole.conjugate() for pole in poles), *odd], w**n)
+
+
+class SecondOrder(Table):
+    """A section by frequencies and dampings of its poles and zeros."""
+
+    type: Literal["second_order"]
+    frequency: Value
+    damping: Value
+    zero_frequency: Value | None = None
+    zero_damping: Value = 0.0
+
+    def law(self, warp: Warp) -> Law:
+        w, z = warp(angular_frequency(self.frequency, "frequency")), _number(self.damping, "1", "damping", 1e-6, 1e3)
+        below = [1.0 / w**2, 2.0 * z / w, 1.0]
+        if self.zero_frequency is None:
+            return law_of(([1.0], below))
+        v = warp(angular_frequency(self.zero_frequency, "zero_frequency"))
+        y = _number(self.zero_damping, "1", "zero_damping", -1e3, 1e3)
+        return law_of(([1.0 / v**2, 2.0 * y / v, 1.0], below))
+
+
+Block = Annotated[
+    Gain | Pid | LeadLag | Notch | BandStop | LowPass | SecondOrder, Field(discriminator="type", union_mode="smart")
+]

@@ -1,0 +1,108 @@
+"""Frequency responses of a controller, as it is sampled and before: from each measured signal to each demand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.controllers.laws import Array, Law
+from amb_cosim.controllers.linear_controller import LinearController
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LOWEST, POINTS = 1e-4, 600  # of the frequencies: over half the sampling frequency, and how many
+
+
+@dataclass(frozen=True)
+class Connection:
+    """A signal and a demand that the law connects: responses over frequency, before sampling where that is known."""
+
+    signal: str
+    demand: str
+    sampled: NDArray[np.complex128]
+    continuous: NDArray[np.complex128] | None
+
+
+def response(law: Law, omega: Array, sample_time: float | None) -> NDArray[np.complex128]:
+    """Return C (p 1 - A)^-1 B + D with p = exp(j omega T), or j omega without T; shape (n, n_demands, n_signals)."""
+    p = 1j * omega if sample_time is None else np.exp(1j * omega * sample_time)
+    resolvent = p[:, None, None] * np.eye(len(law.A)) - law.A
+    return np.asarray(law.C @ np.linalg.solve(resolvent, np.broadcast_to(law.B, (len(p), *law.B.shape))) + law.D)
+
+
+def frequencies(controller: LinearController) -> Array:
+    """Return angular frequencies up to half the sampling frequency (rad/s)."""
+    nyquist = np.pi / controller.sample_time
+    return np.asarray(np.geomspace(LOWEST * nyquist, 0.999 * nyquist, POINTS))
+
+
+def connections(controller: LinearController, omega: Array, speed: float, continuous: Law | None) -> list[Connection]:
+    """Return the connections of a controller at a speed of its table, with that of its continuous law if there is one.
+
+    `delay` of the controller is in both: the sampled law's is exp(-j omega delay T).
+    """
+    late = np.exp(-1j * omega * controller.sample_time * controller.starts.get("delay", 0.0))[:, None, None]
+    found = late * response(controller.laws[speed], omega, controller.sample_time)
+    before = None if continuous is None else late * response(continuous, omega, None)
+    return [
+        Connection(signal, demand, found[:, i, j], None if before is None else before[:, i, j])
+        for i, demand in enumerate(controller.ports.demands)
+        for j, signal in enumerate(controller.ports.signals)
+        if np.any(np.abs(found[:, i, j]) > 1e-12 * np.abs(found).max())
+    ]
+
+
+def draw(found: Sequence[Connection], omega: Array, modes: Sequence[float]) -> Figure:
+    """Return Bode plots: sampled solid, continuous dashed, modes (rad/s) as lines.
+
+    Connections of equal responses share a line.
+    """
+    from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
+
+    figure = StyledFigure(figsize=(8.0, 6.0), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    hertz = omega / (2.0 * np.pi)
+    for number, (names, path) in enumerate(_grouped(found)):
+        colour, label = f"C{number}", ", ".join(names[:4]) + (" ..." if len(names) > 4 else "")
+        above.loglog(hertz, np.abs(path.sampled), color=colour, label=label)
+        below.semilogx(hertz, _degrees(path.sampled), color=colour)
+        if path.continuous is not None:
+            above.loglog(hertz, np.abs(path.continuous), color=colour, linestyle=DASHED)
+            below.semilogx(hertz, _degrees(path.continuous), color=colour, linestyle=DASHED)
+    for axes in (above, below):
+        for mode in modes:
+            axes.axvline(mode / (2.0 * np.pi), color=GREY, linewidth=0.6)
+        axes.grid(alpha=0.3)
+    above.set(ylabel="gain (A/m)")
+    below.set(xlabel="frequency (Hz)", ylabel="phase (deg)")
+    above.legend(loc="best")
+    known = any(path.continuous is not None for path in found)
+    figure.suptitle("As it is sampled" + (", and dashed before" if known else "") + ("; grey: modes" if modes else ""))
+    return figure
+
+
+def phase_at(path: Connection, omega: Array, frequency: float) -> float:
+    """Return the phase of the sampled law at a frequency (rad/s), from -180 to 180 degrees."""
+    return float((np.interp(frequency, omega, _degrees(path.sampled)) + 180.0) % 360.0 - 180.0)
+
+
+def _degrees(values: NDArray[np.complex128]) -> Array:
+    return np.asarray(np.degrees(np.unwrap(np.angle(values))))
+
+
+def _grouped(found: Sequence[Connection]) -> list[tuple[list[str], Connection]]:
+    groups: list[tuple[list[str], Connection]] = []
+    for path in found:
+        name = f"{path.signal} to {path.demand}"
+        for names, first in groups:
+            if np.allclose(first.sampled, path.sampled, rtol=1e-9, atol=0.0):
+                names.append(name)
+                break
+        else:
+            groups.append(([name], path))
+    return groups

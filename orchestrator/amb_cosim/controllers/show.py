@@ -1,0 +1,95 @@
+"""What a controller file holds, for people: connections, phases at modes, poles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.controllers.block_file import read_blocks
+from amb_cosim.controllers.bode import Connection, connections, frequencies, phase_at
+from amb_cosim.controllers.laws import Array, Law
+from amb_cosim.controllers.linear_controller import LinearController, linear_controller
+from amb_cosim.cosim.values import quantity
+from amb_cosim.presentation.text_tables import TextPart, number, text_table
+
+
+@dataclass(frozen=True)
+class Description:
+    """A controller at a speed of its table (rad/s), its responses at `omega` (rad/s), and the modes of a rotor."""
+
+    controller: LinearController
+    speed: float
+    omega: Array
+    connections: list[Connection]
+    modes: tuple[float, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it in types of JSON."""
+        law = self.controller.laws[self.speed]
+        return {
+            "sample_time_s": self.controller.sample_time,
+            "speeds_rad_s": list(self.controller.laws),
+            "speed_rad_s": self.speed,
+            "states": len(law.A),
+            "largest_pole": float(np.abs(np.linalg.eigvals(law.A)).max()) if len(law.A) else 0.0,
+            "connections": [
+                {
+                    "signal": path.signal,
+                    "demand": path.demand,
+                    "gain_at_rest": float(abs(path.sampled[0])),
+                    "largest_gain": float(np.abs(path.sampled).max()),
+                    "phase_at_modes_deg": [phase_at(path, self.omega, mode) for mode in self.modes],
+                }
+                for path in self.connections
+            ],
+            "modes_hz": [mode / (2.0 * np.pi) for mode in self.modes],
+        }
+
+
+def description(file: Path, speed: str, modes: Sequence[float]) -> Description:
+    """Return what a file holds at the speed of its table that is nearest; modes of a rotor (rad/s) below half sampling.
+
+    Raises
+    ------
+    ValueError
+        If file or speed are not allowed.
+    """
+    controller = linear_controller(file)
+    asked = quantity(speed, "rad/s", "--speed")
+    nearest = min(controller.laws, key=lambda point: abs(point - asked))
+    omega = frequencies(controller)
+    below = tuple(mode for mode in modes if mode < omega[-1])
+    found = connections(controller, omega, nearest, _continuous(file, nearest))
+    return Description(controller, nearest, omega, found, below)
+
+
+def text(found: Description) -> list[TextPart]:
+    """Return tables of a description."""
+    data = found.as_dict()
+    headings = ("signal", "demand", "gain at rest (A/m)", "largest (A/m)", *(f"{hz:.4g} Hz" for hz in data["modes_hz"]))
+    table = text_table(
+        "Connections" + ("; phase at the modes (deg)" if found.modes else ""), headings, left=("signal", "demand")
+    )
+    for path in data["connections"]:
+        phases = (f"{phase:.1f}" for phase in path["phase_at_modes_deg"])
+        table.add_row(
+            path["signal"], path["demand"], number(path["gain_at_rest"]), number(path["largest_gain"]), *phases
+        )
+    return [
+        f"{data['states']} states, sampled every {data['sample_time_s']:g} s; "
+        f"largest pole {data['largest_pole']:.6g} in the z plane",
+        table,
+    ]
+
+
+def _continuous(file: Path, speed: float) -> Law | None:
+    """Return the continuous law of a file of blocks at a speed; None of arrays."""
+    if file.suffix != ".toml":
+        return None
+    law = read_blocks(file, continuous=True)["K"]
+    found: Law = law[speed] if isinstance(law, dict) else law
+    return found

@@ -1,0 +1,226 @@
+"""Controllers of blocks in a file: each block against its formula, coordinates, speeds, and what is refused."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+import tomli_w
+
+from amb_cosim import linear_controller
+from amb_cosim.controllers.block_file import read_blocks
+from amb_cosim.controllers.bode import response
+
+T, W = 1e-4, 2.0 * math.pi * 300.0
+S = 1j * W
+
+
+def content(*blocks, **options):
+    channel = {"from": "y", "to": "u", "blocks": list(blocks)}
+    return {"inputs": ["y"], "outputs": ["u"], "sample_time": "100 us", "channel": [channel], **options}
+
+
+def written(tmp_path, data):
+    path = tmp_path / "controller.toml"
+    path.write_text(tomli_w.dumps(data), encoding="utf-8")
+    return path
+
+
+def continuous(tmp_path, *blocks, omega=W):
+    """The response of blocks at a frequency (rad/s), before sampling."""
+    law = read_blocks(written(tmp_path, content(*blocks)), continuous=True)["K"]
+    return response(law, np.array([omega]), None)[0, 0, 0]
+
+
+W_OFF, LOW, HIGH = 2.0 * math.pi * 2000.0, 2.0 * math.pi * 250.0, 2.0 * math.pi * 400.0
+V = 2.0 * math.pi * 200.0
+FORMULAS = {
+    "gain": ({"type": "gain", "gain": -3.0}, -3.0),
+    "p": ({"type": "pid", "kp": "2 A/mm"}, 2e3),
+    "pi": ({"type": "pid", "kp": 2e3, "ki": 1e5}, 2e3 + 1e5 / S),
+    "pd": ({"type": "pid", "kp": 2e3, "kd": 5.0, "roll_off": "2 kHz"}, 2e3 + 5.0 * S / (1 + S / W_OFF)),
+    "pid": (
+        {"type": "pid", "kp": 2e3, "ki": 1e5, "kd": 5.0, "roll_off": 2000},
+        2e3 + 1e5 / S + 5.0 * S / (1 + S / W_OFF),
+    ),
+    "notch": ({"type": "notch", "frequency": "200 Hz", "damping": 0.2, "depth": 0.1},
+              (S**2 + 0.04 * V * S + V**2) / (S**2 + 0.4 * V * S + V**2)),
+    "band_stop": ({"type": "band_stop", "low": "250 Hz", "high": "400 Hz"},
+                  (S**2 + LOW * HIGH) / (S**2 + (HIGH - LOW) * S + LOW * HIGH)),
+    "second_order": (
+        {"type": "second_order", "frequency": "200 Hz", "damping": 0.7, "zero_frequency": "2 kHz", "zero_damping": 0.1},
+        (S**2 / W_OFF**2 + 0.2 * S / W_OFF + 1) / (S**2 / V**2 + 1.4 * S / V + 1),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_block_has_the_response_of_its_formula(tmp_path, name):
+    block, expected = FORMULAS[name]
+    assert continuous(tmp_path, block) == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize(("kind", "sign"), [("lead", 1.0), ("lag", -1.0)])
+@pytest.mark.parametrize("phase", [10.0, 45.0, 80.0])
+def test_lead_and_lag_have_their_phase_at_their_frequency(tmp_path, kind, sign, phase):
+    block = {"type": kind, "frequency": "300 Hz", "phase": f"{phase} deg"}
+    assert math.degrees(np.angle(continuous(tmp_path, block))) == pytest.approx(sign * phase)
+    assert continuous(tmp_path, block, omega=1e-6) == pytest.approx(1.0)
+    assert abs(continuous(tmp_path, block, omega=0.99 * W)) < abs(continuous(tmp_path, block)) or sign < 0.0
+
+
+@pytest.mark.parametrize("order", range(1, 9))
+def test_low_pass_is_that_of_butterworth(tmp_path, order):
+    block = {"type": "low_pass", "frequency": "200 Hz", "order": order}
+    for omega in (0.1 * V, V, 3.0 * V):
+        expected = 1.0 / math.sqrt(1.0 + (omega / V) ** (2 * order))
+        assert abs(continuous(tmp_path, block, omega=omega)) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("hertz", [50.0, 800.0, 3000.0])
+def test_prewarped_notch_is_at_its_frequency_when_it_is_sampled(tmp_path, hertz):
+    block = {"type": "notch", "frequency": f"{hertz} Hz"}
+    depths = []
+    for prewarp in (True, False):
+        law = linear_controller(written(tmp_path, content(block, prewarp=prewarp))).laws[0.0]
+        depths.append(abs(response(law, np.array([2.0 * math.pi * hertz]), T)[0, 0, 0]))
+    assert depths[0] < 1e-9
+    assert depths[1] > depths[0]
+
+
+def test_blocks_of_a_channel_are_in_series_and_channels_add(tmp_path):
+    two = [{"type": "gain", "gain": 2.0}, {"type": "pid", "kp": 3.0, "ki": 5.0}]
+    assert continuous(tmp_path, *two) == pytest.approx(6.0 + 10.0 / S)
+    data = content(*two)
+    data["channel"].append({"from": "y", "to": "u", "gain": -6.0})
+    law = read_blocks(written(tmp_path, data), continuous=True)["K"]
+    assert response(law, np.array([W]), None)[0, 0, 0] == pytest.approx(10.0 / S)
+
+
+def test_modal_coordinates_and_cross_coupling(tmp_path):
+    data = {
+        "inputs": ["a.x", "b.x", "a.y"],
+        "outputs": ["a.i_x", "b.i_x", "a.i_y"],
+        "sample_time": "100 us",
+        "signals": {"parallel": {"a.x": 0.5, "b.x": 0.5}, "tilting": {"a.x": 0.5, "b.x": -0.5}},
+        "demands": {"parallel": {"a.i_x": 1.0, "b.i_x": 1.0}, "tilting": {"a.i_x": 1.0, "b.i_x": -1.0}},
+        "channel": [
+            {"from": ["parallel", "tilting"], "to": ["parallel", "tilting"], "gain": 2.0},
+            {"from": "tilting", "to": "tilting", "gain": 1.0},
+            {"from": "a.y", "to": "a.i_x", "gain": 7.0},
+        ],
+    }
+    D = linear_controller(written(tmp_path, data)).laws[0.0].D
+    np.testing.assert_allclose(D @ [1.0, 1.0, 0.0], [2.0, 2.0, 0.0])
+    np.testing.assert_allclose(D @ [1.0, -1.0, 0.0], [3.0, -3.0, 0.0])
+    np.testing.assert_allclose(D @ [0.0, 0.0, 1.0], [7.0, 0.0, 0.0])
+
+
+def test_gains_over_speed_are_a_table_at_all_their_speeds(tmp_path):
+    data = content({"type": "pid", "kp": 1.0, "ki": 1.0})
+    data["channel"][0]["gain"] = [["100 rad/s", 1.0], ["300 rad/s", 3.0]]
+    data["channel"].append({"from": "y", "to": "u", "gain": [["200 rad/s", 0.0], ["300 rad/s", 10.0]]})
+    laws = linear_controller(written(tmp_path, data)).laws
+    assert list(laws) == pytest.approx([100.0, 200.0, 300.0])
+    gains = [law.D[0, 0] / (1.0 + T / 2.0) for law in laws.values()]
+    assert gains == pytest.approx([1.0, 2.0, 3.0 + 10.0 / (1.0 + T / 2.0)])
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"sample_time": "1 m"}, "sample_time"),
+        ({"method": "bilinear"}, "no discretisation 'bilinear'"),
+        ({"method": "zoh", "prewarp": True}, "prewarp is not allowed with zoh"),
+        ({"inputs": []}, "inputs"),
+        ({"inputs": ["y", "z z"]}, "'z z' is not allowed as a name"),
+        ({"colour": "red"}, "colour"),
+        ({"channel": []}, "channel"),
+        ({"channel": [{"from": "z", "to": "u"}]}, "channel 1: from = 'z' is not allowed"),
+        ({"channel": [{"from": "y", "to": ["u", "u"]}]}, "channel 1: from has 1 names and to 2"),
+        ({"channel": [{"from": "y", "to": "u", "gain": [[2.0, 1.0], [1.0, 1.0]]}]}, "they must ascend"),
+        ({"signals": {"s": {"z": 1.0}}, "channel": [{"from": "s", "to": "u"}]}, "signals.s: 'z' is not allowed"),
+        ({"limits": ["5 A", "1 A"]}, "limits of u, 5 and 1 A, are not allowed"),
+        ({"delay": -1.0}, "delay = -1 is not allowed"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_told_by_its_name(tmp_path, change, sentence):
+    path = written(tmp_path, content({"type": "gain", "gain": 1.0}) | change)
+    with pytest.raises(ValueError, match=sentence) as error:
+        linear_controller(path)
+    assert str(error.value).startswith(str(path))
+
+
+@pytest.mark.parametrize(
+    ("block", "sentence"),
+    [
+        ({"type": "pid", "kp": 1.0, "kd": 1.0}, r"block 1 \(pid\): roll_off is missing"),
+        ({"type": "pid", "kp": "1 A"}, "kp"),
+        ({"type": "notch", "frequency": 0.0}, "frequency = 0.0 is not allowed; it must be a frequency > 0"),
+        ({"type": "notch", "frequency": "3 m"}, "frequency"),
+        ({"type": "notch", "frequency": 50.0, "damping": 0.0}, "damping = 0 is not allowed"),
+        ({"type": "lead", "frequency": 50.0, "phase": "90 deg"}, "phase = 1.5708 rad is not allowed"),
+        ({"type": "band_stop", "low": 50.0, "high": 40.0}, "low = 50.0 is not allowed; it must be below high"),
+        ({"type": "low_pass", "frequency": 50.0, "order": 9}, "order"),
+        ({"type": "filter", "frequency": 50.0}, "type"),
+        ({"type": "second_order", "frequency": 50.0}, "damping"),
+        ({"type": "second_order", "frequency": 50.0, "damping": -0.1}, "damping = -0.1 is not allowed"),
+    ],
+)
+def test_what_is_wrong_with_a_block_is_told_by_its_name(tmp_path, block, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        linear_controller(written(tmp_path, content(block)))
+
+
+def test_frequency_beyond_half_the_sampling_is_refused_where_it_is_prewarped(tmp_path):
+    data = content({"type": "notch", "frequency": "6 kHz"}, prewarp=True)
+    with pytest.raises(ValueError, match="6000 Hz is not allowed with prewarp; it must be below half the sampling"):
+        linear_controller(written(tmp_path, data))
+
+
+FULL = """
+inputs = ["y", "z"]
+outputs = ["u"]
+sample_time = "100 us"
+limits = ["-1 A", "1 A"]
+[signals.s]
+"y" = 1.0
+"z" = 1.0
+[[channel]]
+from = "s"
+to = "u"
+gain = [["0 rpm", 1.0], ["100 rpm", 2.0]]
+blocks = [
+  { type = "pid", kp = 1.0, ki = "2 A/(m.s)", kd = 0.1, roll_off = "1 kHz" },
+  { type = "low_pass", frequency = 900 },
+]
+"""
+
+
+def places(data, at=()):
+    """Paths of all values in nested tables and lists."""
+    items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for key, value in items:
+        yield (*at, key)
+        yield from places(value, (*at, key))
+
+
+@pytest.mark.parametrize("number", range(100))
+def test_mutated_file_is_a_controller_or_sentences_that_name_it(tmp_path, number):
+    rng, data = np.random.default_rng(number), tomllib.loads(FULL)
+    where = list(places(data))
+    *way, last = where[rng.integers(len(where))]
+    table = data
+    for key in way:
+        table = table[key]
+    wrong = [-1.0, 0.0, 1e300, float("nan"), float("inf"), "3 parsec", "", True, [], {}, "low_pass", 10**20]
+    table[last] = wrong[rng.integers(len(wrong))]
+    path = written(tmp_path, data)
+    try:
+        _, constants = linear_controller(path).model_and_constants
+        message = "" if np.isfinite(constants).all() else "not finite"
+    except ValueError as error:
+        message = str(error)
+    assert all(line.startswith(str(path)) for line in message.splitlines())

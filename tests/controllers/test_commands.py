@@ -1,0 +1,86 @@
+"""The commands about controller files."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from matplotlib.image import imread
+from scipy.io import savemat
+
+from amb_cosim import linear_controller
+from amb_cosim.commands.cli import main
+
+FILE = """
+inputs = ["mb1.x", "mb2.x"]
+outputs = ["mb1.i_x", "mb2.i_x"]
+sample_time = "100 us"
+[[channel]]
+from = ["mb1.x", "mb2.x"]
+to = ["mb1.i_x", "mb2.i_x"]
+gain = -1
+blocks = [{ type = "pid", kp = 2.34e4, kd = 36.0, roll_off = "3 kHz" }]
+"""
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch):
+    """Output of `amb-cosim controller ...` in a folder with the file `lead.toml`, or its message."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lead.toml").write_text(FILE, encoding="utf-8")
+
+    def run(*arguments, code=0):
+        done = CliRunner().invoke(main, ["controller", *arguments])
+        assert done.exit_code == code, done.output
+        return done.output
+
+    return run
+
+
+def test_show_tells_gains_and_the_phase_at_the_modes_of_a_rotor(command):
+    found = json.loads(command("show", "lead.toml", "--rotor", "compressor", "--speed", "9000 rpm", "--json"))
+    assert [(path["signal"], path["demand"]) for path in found["connections"]] == [
+        ("mb1.x", "mb1.i_x"),
+        ("mb2.x", "mb2.i_x"),
+    ]
+    path = found["connections"][0]
+    assert path["gain_at_rest"] == pytest.approx(2.34e4, rel=1e-3)
+    for hertz, phase in zip(found["modes_hz"], path["phase_at_modes_deg"], strict=True):
+        s = 2j * np.pi * hertz
+        exact = -(2.34e4 + 36.0 * s / (1.0 + s / (2.0 * np.pi * 3000.0)))
+        assert phase == pytest.approx(np.degrees(np.angle(exact)), abs=3.0)
+        assert -180.0 < phase < 0.0, "the demand damps"
+
+
+def test_show_draws_what_it_prints(command, tmp_path):
+    text = command("show", "lead.toml", "-o", "bode.png")
+    assert "2 states, sampled every 0.0001 s" in text
+    picture = imread(tmp_path / "bode.png")
+    assert np.count_nonzero(picture[..., :3].min(axis=-1) < 0.9) > 5000
+
+
+def test_import_samples_names_and_writes_arrays(command, tmp_path):
+    savemat(tmp_path / "law.mat", {"A": [[-100.0]], "B": [[1.0]], "C": [[100.0]], "D": [[0.0]]})
+    options = ("--inputs", "mb1.x", "--outputs", "mb1.i_x", "--sample-time", "100 us")
+    assert command("import", "law.mat", *options).strip() == "law_controller.npz"
+    found = linear_controller(tmp_path / "law_controller.npz")
+    assert found.ports.signals == ("mb1.x",)
+    assert found.state_space()(1.0).real == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("show", "none.toml"), "no controller file 'none.toml'"),
+        (("show", "lead.toml", "--speed", "3 m"), "--speed"),
+        (("build", "none.mat"), "no controller file 'none.mat'"),
+        (("import", "lead.csv"), "no controller file 'lead.csv'"),
+        (("import", "lead.toml", "--inputs", "a"), "1 inputs is not allowed"),
+        (("import", "lead.toml", "-o", "law.json"), "its name must end with .npz or .mat"),
+        (("import", "lead.toml", "--sample-time", "0"), "--sample-time"),
+    ],
+)
+def test_bad_input_is_one_message(command, arguments, sentence):
+    assert sentence in command(*arguments, code=2)
