@@ -160,15 +160,20 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
     iron = (*currents, *of_axis("turns", "gap", "b_sat", "knee_width"), f"{b}.{a}")
     gradient = (*iron, *of_axis("pole_area", "half_angle", "k_s_measured"), "force_law")
     by_force: dict[str, object] = {"depends_on": (*current, f"{b}.{a}")}
-    by_current: dict[str, object] = {"depends_on": current, "starts_from": currents}
+    by_current: dict[str, tuple[str, ...]] = {"depends_on": current, "starts_from": currents}
 
     def named(name: str, unit: str, description: str, **options: object) -> Variable:
         return replace(declare("", unit, description, **options), name=f"{b}.{name}")
 
     def of_coils(letter: str, unit: str, description: str, field: str) -> list[Variable]:
+        others = {"upper": losses[1], "lower": losses[0]}
+        own = {
+            coil: {key: tuple(name for name in names if name != other) for key, names in by_current.items()}
+            for coil, other in others.items()
+        }
         return [
-            declare(f"{letter}_{coil}", unit, description.format(coil), field=f"{coil}_{field}", **by_current)
-            for coil in ("upper", "lower")
+            declare(f"{letter}_{coil}", unit, description.format(coil), field=f"{coil}_{field}", **own[coil])
+            for coil in others
         ]
 
     def flag(name: str, description: str, warning: str, **options: object) -> Variable:

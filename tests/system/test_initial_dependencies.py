@@ -65,6 +65,7 @@ def scenes_of_actuator(model, rng, count):
     for _ in range(count):
         scene = {"force_law": float(rng.integers(3)), "amplifier": float(rng.integers(2))}
         scene |= some(["total_force"], table, rng) | some(faults, table, rng, 0.1)
+        scene |= {name: 1.0 for name in faults if "coil_loss" in name and rng.random() < 0.05}
         scene |= {name: rng.uniform(2.1, 4.0) for name in limits} | {name: rng.uniform(-6, 6) for name in demands}
         yield scene | {name: rng.uniform(-1e-3, 1e-3) for name in named(table, ".x", ".y")}
 
