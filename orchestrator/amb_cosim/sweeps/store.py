@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from amb_cosim.sweeps.metrics import UNITS
 from amb_cosim.sweeps.sampling import Design
 from amb_cosim.sweeps.worker import PointResult
-from amb_cosim.sweeps.zarr_groups import EVERY_CHUNK, read_group, write_group
+from amb_cosim.sweeps.zarr_groups import EVERY_CHUNK, consolidate, forget_group, read_group, write_group
 from amb_files.atomic import write_atomically
 from amb_files.stages import stage
 
@@ -143,8 +143,10 @@ class SweepStore:
         self.folder.mkdir(parents=True, exist_ok=True)
         with stage(self.folder) as temporary:
             whole = self._staged(self._labelled(tuple(self._values)), temporary)
+            if not self.group:
+                consolidate(whole)
             whole.rename(self.path / self.group)
-        self._consolidate()
+        consolidate(self.path)
 
     def _labelled(self, names: Sequence[str]) -> xr.Dataset:
         import xarray as xr
@@ -164,10 +166,11 @@ class SweepStore:
             open_sweep(self.folder, name)
         with stage(self.folder) as temporary:
             whole = write_group(dataset, temporary / "new")
+            forget_group(self.path, name)
             if target.exists():
                 target.rename(temporary / "old")
             whole.rename(target)
-        self._consolidate()
+        consolidate(self.path)
 
     def _write_new(self, names: Sequence[str]) -> None:
         """Add arrays that no result has had before, each of them whole or not at all."""
@@ -175,13 +178,7 @@ class SweepStore:
             whole = self._staged(self._labelled(names).drop_vars(list(self._coordinates())), temporary)
             for name in names:
                 (whole / name).rename(self.path / self.group / name)
-        self._consolidate()
-
-    def _consolidate(self) -> None:
-        """Write what arrays there are into one file, which xarray opens a store by."""
-        import zarr
-
-        zarr.consolidate_metadata(self.path, zarr_format=2)
+        consolidate(self.path)
 
     def _write(self) -> None:
         """Write the chunks that have changed, outcomes last."""
@@ -205,7 +202,7 @@ class SweepStore:
         for left in self.path.rglob("*.partial"):
             if PARTIAL.search(left.name):
                 left.unlink()
-        self._consolidate()
+        consolidate(self.path)
 
 
 def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:

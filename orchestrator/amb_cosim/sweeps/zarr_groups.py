@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from amb_files.atomic import write_atomically
 
 if TYPE_CHECKING:
     import xarray as xr
 
+INDEX = ".zmetadata"  # the file with all descriptions
 CHECKSUM = "crc32"  # a codec of numcodecs
 EVERY_CHUNK = {"array.write_empty_chunks": True}  # of Zarr's configuration, while arrays are created or opened
 LONGEST = 400  # characters of what an error says
@@ -47,7 +50,7 @@ def read_group(path: Path, group: str = "") -> xr.Dataset:
 
     where = path.name
     try:
-        _check_descriptions(path, PurePosixPath(group))
+        _check_descriptions(path)
         with xr.open_zarr(path, group=group or None, consolidated=False, chunks=None) as dataset:
             for name, variable in dataset.variables.items():
                 where = f"{path.name}/{group and group + '/'}{name}"
@@ -58,20 +61,34 @@ def read_group(path: Path, group: str = "") -> xr.Dataset:
         raise ValueError(f"the sweep in {path.parent} is damaged, {where}: {_reason(error)}") from error
 
 
-def _check_descriptions(path: Path, group: PurePosixPath) -> None:
-    """Raise ValueError if a file that describes a group or an array of it is not what the store had for it."""
-    if not (path / ".zmetadata").is_file():  # of a process that was killed as it created the store
-        return
-    known = json.loads((path / ".zmetadata").read_bytes())["metadata"]
-    for name, content in known.items():
-        file, folder = PurePosixPath(name), PurePosixPath(name).parent
-        is_array = folder.parent == group and f"{folder}/.zgroup" not in known
-        if (
-            file.name != ".zgroup"
-            and (folder == group or is_array)
-            and json.loads((path / name).read_bytes()) != content
-        ):
-            raise ValueError(f"{name} and .zmetadata differ")
+def consolidate(path: Path) -> None:
+    """Write what describes all groups and arrays of a store into one file, which xarray opens it by.
+
+    Raises
+    ------
+    ValueError
+        If a description is damaged.
+    """
+    import zarr
+
+    try:
+        zarr.consolidate_metadata(path, zarr_format=2)
+    except Exception as error:  # of Zarr, which has many
+        raise ValueError(f"the sweep in {path.parent} is damaged, {path.name}: {_reason(error)}") from error
+
+
+def forget_group(path: Path, group: str) -> None:
+    """Take the descriptions of a group, which is about to be replaced, out of that file."""
+    known = json.loads((path / INDEX).read_bytes())
+    known["metadata"] = {name: one for name, one in known["metadata"].items() if not name.startswith(f"{group}/")}
+    write_atomically(path / INDEX, lambda file: file.write_text(json.dumps(known), encoding="utf-8"))
+
+
+def _check_descriptions(path: Path) -> None:
+    """Raise ValueError if a file that describes a group or an array is not what the store had for it."""
+    for name, content in json.loads((path / INDEX).read_bytes())["metadata"].items():
+        if not name.endswith(".zgroup") and json.loads((path / name).read_bytes()) != content:
+            raise ValueError(f"{name} and {INDEX} differ")
 
 
 def _check_chunks(folder: Path) -> None:
