@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -166,6 +167,14 @@ def test_sensors_beside_the_bearings_close_the_loop() -> None:
     found = diagonal_response(sensitivity_system(case), np.array([1e-2]))[::2, 0]
     np.testing.assert_allclose(found, expected, rtol=2e-3)
     assert k_s == pytest.approx(case.of_axis("rolac_controller", 0, "k_s"), rel=1e-4)
+
+
+def test_passive_bearing_has_no_magnet_in_the_loop() -> None:
+    """Where no force of the actuator is connected, neither K_s nor K_i acts: its axes have a sensitivity of 1."""
+    case = replace(loop(0.0, rotor=stiff_machine(), k_b=3e6), passive=frozenset({"free"}))
+    assert bearing_constants(case, 2) == bearing_constants(case, 3) == (0.0, 0.0)
+    assert np.abs(rotor_system(case).B[:, 2:]).max() == 0.0
+    assert np.abs(rotor_system(case).B[:, :2]).max() > 0.0
 
 
 def test_axis_without_static_current_has_the_stiffness_of_its_bias_alone() -> None:

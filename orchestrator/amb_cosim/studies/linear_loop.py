@@ -55,6 +55,8 @@ class LinearLoop:
         Samples between a displacement and the current that responds to it.
     rotor
         The packs' default without.
+    passive
+        Bearings that get no force of a magnet: nothing of the actuator is connected there.
     """
 
     parameters: Mapping[str, Mapping[str, float]]
@@ -62,6 +64,7 @@ class LinearLoop:
     sample_time: float
     delay: int = 0
     rotor: Rotor = field(default_factory=load_rotor)
+    passive: frozenset[str] = frozenset()
 
     @cached_property
     def controlled(self) -> ControlLoop:
@@ -108,11 +111,15 @@ def linear_loop(prepared: Prepared) -> LinearLoop:
     description = load_rotor(prepared.scenario.rotor)
     chain = given_parameters(control_loop(description), controller).own[0].chain
     delay = int(is_on(chain.preset, chain.delay))
-    return LinearLoop(parameters, prepared.plan.speed, controller["sample_time"], delay, description)
+    source_of = prepared.assembly.system.source_of
+    passive = frozenset(b.name for b in description.bearings if source_of(f"{PLANT}.{b.name}.f_x") is None)
+    return LinearLoop(parameters, prepared.plan.speed, controller["sample_time"], delay, description, passive)
 
 
 def bearing_constants(loop: LinearLoop, axis: int) -> tuple[float, float]:
-    """Return K_s (N/m) and K_i (N/A) of an axis at its operating point, by the force law of the actuator."""
+    """Return K_s (N/m) and K_i (N/A) of an axis at its operating point by the actuator's force law; 0 if passive."""
+    if loop.axes[axis].bearing in loop.passive:
+        return 0.0, 0.0
     return operating_constants(loop.bearing_axis(axis), int(loop.parameters[ACTUATOR]["force_law"]))
 
 
