@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Block = tuple[int, int, int, int]  # row, rows, column, columns
 
-OVERHEAD = 24  # what a block costs beside its numbers, in products
+OVERHEAD = 150  # what a block costs beside its numbers, in products
 
 
 def constants_of(speeds: Sequence[float], laws: Sequence[Law], modes: Sequence[SlowModes]) -> Array:
@@ -31,7 +31,7 @@ def constants_of(speeds: Sequence[float], laws: Sequence[Law], modes: Sequence[S
     n, (p, m) = len(laws[0].A), laws[0].D.shape
     groups = groups_of(np.any([law.A != 0.0 for law in laws], axis=0))
     order = np.concatenate([*groups, np.zeros(0, np.intp)]).astype(np.intp)
-    states, signals, demands = _ranges([len(group) for group in groups]), [(0, m)], [(0, p)]
+    states, signals, demands = _ranges(_joined([len(group) for group in groups])), [(0, m)], [(0, p)]
     law = np.array([np.block([[x.A[np.ix_(order, order)], x.B[order]], [x.C[:, order], x.D]]) for x in laws])
     parts = {
         "n_law": [
@@ -100,6 +100,17 @@ def _filled(filled: NDArray[np.bool_], rows: tuple[int, int], columns: tuple[int
 
 def _cost(blocks: Sequence[Block]) -> int:
     return sum(rows * columns + OVERHEAD for _, rows, _, columns in blocks)
+
+
+def _joined(sizes: Sequence[int]) -> list[int]:
+    """Return sizes of small groups, joined to n with n^2 <= OVERHEAD: the least cost of a state."""
+    joined: list[int] = []
+    for size in sizes:
+        if joined and (joined[-1] + size) ** 2 <= OVERHEAD:
+            joined[-1] += size
+        else:
+            joined.append(size)
+    return joined
 
 
 def _shifted(blocks: Sequence[Block], by_rows: int, by_columns: int) -> list[Block]:
