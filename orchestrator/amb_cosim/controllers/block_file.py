@@ -1,22 +1,22 @@
 """Controllers of blocks in a TOML file.
 
-    inputs = ["mb1.x", "mb2.x"]            # measured signals, as the matrices' columns
-    outputs = ["mb1.i_x", "mb2.i_x"]       # demands
+    inputs = ["left.x", "right.x"]            # measured signals, as the matrices' columns
+    outputs = ["left.i_x", "right.i_x"]       # demands
     sample_time = "100 us"
     method = "tustin"                      # as for `linear_controller`
     prewarp = true                         # the frequencies of blocks hold for the sampled law
     limits = ["-6.5 A", "5 A"]             # and delay = 1.5, slow_time = "0.1 s", allow_unstable = true
 
     [signals.tilting]                      # coordinates: sums of measured signals that channels may read
-    "mb1.x" = 0.5
-    "mb2.x" = -0.5
+    "left.x" = 0.5
+    "right.x" = -0.5
 
     [demands.tilting]                      # and sums of demands that they may feed
-    "mb1.i_x" = 1
-    "mb2.i_x" = -1
+    "left.i_x" = 1
+    "right.i_x" = -1
 
     [[channel]]                            # blocks one after the other; what is fed twice is added
-    from = "tilting"                       # a list for equal channels: from = ["mb1.x", "mb1.y"]
+    from = "tilting"                       # a list for equal channels: from = ["left.x", "left.y"]
     to = "tilting"
     gain = -1.0                            # or over speed: [["0 rpm", -1.0], ["9000 rpm", -1.2]]
     blocks = [
