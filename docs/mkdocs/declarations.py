@@ -67,7 +67,7 @@ def names_of(module: str) -> Iterator[str]:
     for name in dir(offered):
         one = getattr(offered, name)
         if isfunction(one) or isclass(one):
-            package = module if one.__module__.startswith(module.partition(".")[0]) else one.__module__  # of a pack
+            package = module if one.__module__.startswith(f"{module}.") else one.__module__  # of a pack, or of sweeps
             yield f"::: {package}.{name}"
 
 
