@@ -186,19 +186,17 @@ def test_more_bounces_in_a_step_than_can_be_followed_are_a_fault():
 def needlessly_stiff(masters, **values):
     """A thick shaft of half a metre that whirls in its retainers; 21 planes have a mode of 38 kHz."""
     rotor = replace(shaft_only(np.linspace(0.0, 0.5, 21), 0.1), reduction=ReductionOptions(masters=masters))
-    rubs = both("rb.restitution", 0.5) | both("rb.mu", 0.1) | both("rb.clearance", 1e-4)
+    rubs = both("rb.restitution", 0.5) | both("rb.mu", 0.1) | both("rb.clearance", 1e-4) | both("mb.c_b", 500.0)
     return plant(BEARINGS | rubs | UNWATCHED | {"Omega": 1000.0, "d1.u": 1e-3, "d2.u": 1e-3} | values, rotor)
 
 
 def test_a_rotor_with_stiff_modes_is_told_to_have_shorter_substeps_or_fewer_modes():
-    """A shorter communication step does not help: the integration of its fastest mode is unstable."""
+    """The integration of its fastest mode is unstable; either cure lets the rotor run."""
     long = {"solver.max_substep": 1e-4}
     x = needlessly_stiff(tuple(range(1, 22)), **long)
     start = x.model.interface["solver.max_substep"].start
     told = rf"too many contact events.* up to {2.5 * start:.3g} s, which is 0.0001 s: lower that, or let the rotor keep"
     with pytest.raises(Fault, match=told):
         run(x, 80)
-    with pytest.raises(Fault, match=r"solver\.max_substep up to"):
-        run(needlessly_stiff(tuple(range(1, 22)), **long), 400, h=5e-5)
     run(needlessly_stiff(tuple(range(1, 22))), 80)
     run(needlessly_stiff((1, 21), **long), 80)
