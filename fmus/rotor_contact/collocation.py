@@ -32,7 +32,7 @@ from rotor_contact.friction import STICK_SPEED, friction_ratio, has_friction, st
 from rotor_contact.linear_solver import solve
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic, least_of_cubic
 from rotor_contact.products import row_combination
-from rotor_contact.propagator import N_SEEN, Propagator, n_free
+from rotor_contact.propagator import N_OBSERVED, Propagator, n_free, observed
 from rotor_contact.site import Site, is_constrained
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
@@ -72,9 +72,9 @@ def _find_first_forces(w: Workspace, propagator: Propagator) -> bool:
     for k in range(n_sites):
         site = w.sites[k]
         if is_constrained(site):
-            row_combination(start[:free], propagator.S[k], propagator.seen[k], N_SEEN)
-            a[site.row] = propagator.seen[k, 0]
-            a[site.row + 1] = propagator.seen[k, 1]
+            row_combination(start[:free], propagator.S[k], propagator.free_response[k], N_OBSERVED)
+            acceleration = observed(propagator.free_response[k]).a_start
+            a[site.row], a[site.row + 1] = acceleration[0], acceleration[1]
     if not find_multipliers(w, start[:n], start[n : 2 * n], w.motion.Omega, a):
         return False
     for k in range(n_sites):
@@ -88,10 +88,10 @@ def _find_first_forces(w: Workspace, propagator: Propagator) -> bool:
                 _set_force(propagator, n, n_sites, k, point, site.f_n, site.f_t)
     for k in range(n_sites):
         if is_constrained(w.sites[k]):
-            seen, moved = propagator.seen[k], propagator.moved[k]
-            row_combination(start[free:later], propagator.S[k, free:later], moved, N_SEEN)
-            for i in range(N_SEEN):
-                seen[i] += moved[i]
+            response, of_first = propagator.free_response[k], propagator.contact_response[k]
+            row_combination(start[free:later], propagator.S[k, free:later], of_first, N_OBSERVED)
+            for i in range(N_OBSERVED):
+                response[i] += of_first[i]
     return True
 
 
@@ -112,14 +112,15 @@ def _locate_nodes(w: Workspace, propagator: Propagator) -> None:
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if is_constrained(site):
-            seen, moved = propagator.seen[k], propagator.moved[k]
-            row_combination(propagator.start[later:], propagator.S[k, later:], moved, N_SEEN)
+            free, contact = propagator.free_response[k], propagator.contact_response[k]
+            row_combination(propagator.start[later:], propagator.S[k, later:], contact, N_OBSERVED)
             for point in range(1, N_LOBATTO):
-                node, at = propagator.nodes[k, point], 4 * point - 2
-                x = seen[at] + moved[at] - site.offset_x
-                y = seen[at + 1] + moved[at + 1] - site.offset_y
-                v_x = seen[at + 2] + moved[at + 2]
-                v_y = seen[at + 3] + moved[at + 3]
+                node = propagator.nodes[k, point]
+                of_free, of_contact = observed(free).journal[point - 1], observed(contact).journal[point - 1]
+                x = of_free.x + of_contact.x - site.offset_x
+                y = of_free.y + of_contact.y - site.offset_y
+                v_x = of_free.v_x + of_contact.v_x
+                v_y = of_free.v_y + of_contact.v_y
                 r = math.sqrt(x * x + y * y)
                 node.n_x, node.n_y = x / r, y / r
                 node.slip = w.motion.Omega * site.journal_radius + node.n_x * v_y - node.n_y * v_x
@@ -163,27 +164,29 @@ def _write_equations(w: Workspace, propagator: Propagator, k: int, point: int, s
     n, n_sites = w.Minv.shape[0], w.sites.shape[0]
     A, b = propagator.equations
     site, node = w.sites[k], propagator.nodes[k, point]
-    seen, moved = propagator.seen[k], propagator.moved[k]
-    row, at, rolling = (point - 1) * size + site.unknown, 4 * point - 2, site.mode == ROLLING
+    of_free = observed(propagator.free_response[k]).journal[point - 1]
+    of_contact = observed(propagator.contact_response[k]).journal[point - 1]
+    row, rolling = (point - 1) * size + site.unknown, site.mode == ROLLING
     n_x, n_y = node.n_x, node.n_y
     turn = (node.slip - w.motion.Omega * site.journal_radius) / site.clearance  # the speed of whirl
     t_x, t_y = -turn * n_y, turn * n_x
-    b[row] = t_x * moved[at] + t_y * moved[at + 1] - n_x * seen[at + 2] - n_y * seen[at + 3]
+    b[row] = t_x * of_contact.x + t_y * of_contact.y - n_x * of_free.v_x - n_y * of_free.v_y
     if rolling:
-        b[row + 1] = n_y * seen[at + 2] - n_x * seen[at + 3] - w.motion.Omega * site.journal_radius
+        b[row + 1] = n_y * of_free.v_x - n_x * of_free.v_y - w.motion.Omega * site.journal_radius
     for other in range(n_sites):
         if not is_constrained(w.sites[other]):
             continue
         for source in range(1, N_LOBATTO):
             cause, column = propagator.nodes[other, source], (source - 1) * size + w.sites[other].unknown
             unit = n_free(n) + 2 * (n_sites * source + other)
-            of_x, of_y = propagator.S[k, unit, at : at + 4], propagator.S[k, unit + 1, at : at + 4]
+            of_x = observed(propagator.S[k, unit]).journal[point - 1]
+            of_y = observed(propagator.S[k, unit + 1]).journal[point - 1]
             f_x, f_y = -cause.n_x - cause.ratio * cause.n_y, -cause.n_y + cause.ratio * cause.n_x
             for i in range(2 if w.sites[other].mode == ROLLING else 1):
                 if i == 1:
                     f_x, f_y = -cause.n_y, cause.n_x
-                q_x, q_y = of_x[0] * f_x + of_y[0] * f_y, of_x[1] * f_x + of_y[1] * f_y
-                v_x, v_y = of_x[2] * f_x + of_y[2] * f_y, of_x[3] * f_x + of_y[3] * f_y
+                q_x, q_y = of_x.x * f_x + of_y.x * f_y, of_x.y * f_x + of_y.y * f_y
+                v_x, v_y = of_x.v_x * f_x + of_y.v_x * f_y, of_x.v_y * f_x + of_y.v_y * f_y
                 A[row, column + i] = n_x * v_x + n_y * v_y + t_x * q_x + t_y * q_y
                 if rolling:
                     A[row + 1, column + i] = n_x * v_y - n_y * v_x
@@ -213,19 +216,20 @@ def _is_smooth(w: Workspace, propagator: Propagator) -> bool:
             s = site.slip_sign
             if not least_of_cubic(s * a.slip, s * b.slip, s * c.slip, s * d.slip) > STICK_SPEED:
                 return False
-        if not _deviation(site, propagator.seen[k], propagator.moved[k]) <= MAX_DEVIATION * site.clearance:
+        if not _deviation(site, propagator, k) <= MAX_DEVIATION * site.clearance:
             return False
     return True
 
 
 @kernel
-def _deviation(site: Site, seen: Array, moved: Array) -> float:
-    """Return how far (m) the journal leaves the circle at the inner points."""
+def _deviation(site: Site, propagator: Propagator, k: int) -> float:
+    """Return how far (m) the journal of site k leaves the circle at the inner points."""
     largest = 0.0
+    free, contact = observed(propagator.free_response[k]), observed(propagator.contact_response[k])
     for point in range(1, N_LOBATTO - 1):
-        at = 4 * point - 2
-        x = seen[at] + moved[at] - site.offset_x
-        y = seen[at + 1] + moved[at + 1] - site.offset_y
+        of_free, of_contact = free.journal[point - 1], contact.journal[point - 1]
+        x = of_free.x + of_contact.x - site.offset_x
+        y = of_free.y + of_contact.y - site.offset_y
         largest = max(largest, abs(math.sqrt(x * x + y * y) - site.clearance))
     return largest
 
@@ -241,9 +245,9 @@ def find_end_forces(w: Workspace, propagator: Propagator, end: Array) -> bool:
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if is_constrained(site):
+            of_free, of_contact = propagator.free_response[k], propagator.contact_response[k]
             for axis in range(2):
-                i = N_SEEN - 2 + axis
-                a[site.row + axis] = propagator.seen[k, i] + propagator.moved[k, i]
+                a[site.row + axis] = observed(of_free).a_end[axis] + observed(of_contact).a_end[axis]
     if not put_on_circles(w, end):
         return False
     if not find_multipliers(w, end[:n], end[n : 2 * n], w.motion.Omega, a):

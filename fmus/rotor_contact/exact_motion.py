@@ -21,6 +21,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
@@ -31,7 +33,7 @@ from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.lobatto import LOBATTO_POINTS, N_LOBATTO
 from rotor_contact.path import Point, leaves_or_stays_within, point_of, stays_within
 from rotor_contact.products import dot, row_combination
-from rotor_contact.propagator import N_GAUSS, N_SEEN, Propagator, n_free
+from rotor_contact.propagator import N_GAUSS, N_OBSERVED, Propagator, n_free, observed
 from rotor_contact.series import direct_unbalance, n_axes, n_observed, row_of_axis
 from rotor_contact.site import Site, can_touch
 from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
@@ -96,8 +98,8 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if can_touch(site) and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
-            row_combination(start, propagator.S[k], propagator.seen[k], N_SEEN)
-            if not _stays_clear(site, point_of(site, start, n), propagator.seen[k], h):
+            row_combination(start, propagator.S[k], propagator.free_response[k], N_OBSERVED)
+            if not _stays_clear(site, point_of(site, start, n), observed(propagator.free_response[k]), h):
                 return False
     if in_contact and not find_end_forces(w, propagator, end):
         return False
@@ -115,11 +117,11 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
 
 
 @kernel_apart
-def _stays_clear(site: Site, begin: Point, seen: Array, h: float) -> bool:
+def _stays_clear(site: Site, begin: Point, response: np.record, h: float) -> bool:
     """Return whether the journal of a site stays clear of its retainer, by its path between the Lobatto points."""
     for point in range(1, N_LOBATTO):
-        at = 4 * point - 2
-        end = Point(seen[at] - site.offset_x, seen[at + 1] - site.offset_y, seen[at + 2], seen[at + 3])
+        journal = response.journal[point - 1]
+        end = Point(journal.x - site.offset_x, journal.y - site.offset_y, journal.v_x, journal.v_y)
         dt = h * (LOBATTO_POINTS[point] - LOBATTO_POINTS[point - 1])
         if not leaves_or_stays_within(site, begin, end, dt, CLOSE_MARGIN):
             return False

@@ -14,11 +14,11 @@ from fmi_export.records import record, size_of
 from rotor_contact.bodies import SPIN, place_bodies
 from rotor_contact.contact import MAX_UNKNOWNS
 from rotor_contact.dynamics import BEARING, N_ROWS, Bearings, Motion
-from rotor_contact.held import Held, held_of, held_size
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagator_of, propagator_size
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.site import SITE, Sites
+from rotor_contact.step_cache import StepCache, step_cache_of, step_cache_size
 from rotor_contact.structure import REAL, Structure, structure_of
 from rotor_contact.workspace import (
     N_INTEGRALS,
@@ -76,7 +76,7 @@ class Scratch(NamedTuple):
         The sites' records as numbers, shape (n_sites, N_SITE).
     orbit
         Equations of the steady orbit, shape (2 n, 2 n + 1).
-    held
+    step_cache
         What the records of sites and spin, and the forces that no magnet makes, follow from.
     """
 
@@ -89,7 +89,7 @@ class Scratch(NamedTuple):
     bearings: Bearings
     site_rows: Array
     orbit: Equations
-    held: Held
+    step_cache: StepCache
 
 
 @views
@@ -125,7 +125,7 @@ def n_work(constants: Array) -> int:
         + n_unknowns * (n_unknowns + 1)
         + 2 * n * (2 * n + 1)
         + n_bearings * N_BEARING
-        + held_size(s)
+        + step_cache_size(s)
     )
 
 
@@ -157,7 +157,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     equations = sites + n_sites * N_SITE
     orbit = equations + n_unknowns * (n_unknowns + 1)
     bearings = orbit + 2 * n * (2 * n + 1)
-    held = bearings + n_bearings * N_BEARING
+    step_cache = bearings + n_bearings * N_BEARING
     return Scratch(
         part(work, 0, SPIN, 1),
         propagator_of(work, N_SPIN, n, n_bearings, n_sites, structure.is_damped),
@@ -168,7 +168,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
         part(work, bearings, BEARING, n_bearings),
         part(work, sites, REAL, (n_sites, N_SITE)),
         equations_of(work, orbit, 2 * n),
-        held_of(work, held, structure),
+        step_cache_of(work, step_cache, structure),
     )
 
 

@@ -19,7 +19,6 @@ from rotor_contact.enumerations import NODAL
 from rotor_contact.events import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
 from rotor_contact.exact_motion import propagate
 from rotor_contact.heating import warm
-from rotor_contact.held import hold, is_held
 from rotor_contact.interface import interface_of
 from rotor_contact.layout import (
     Scratch,
@@ -39,6 +38,7 @@ from rotor_contact.propagator import STEPS_BEFORE_BUILD, is_built, steps_unchang
 from rotor_contact.series import build_rows
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
+from rotor_contact.step_cache import is_valid, store
 from rotor_contact.structure import Structure, structure_of
 from rotor_contact.workspace import N_INTEGRALS, energy_integrals, site_integrals, stages_of
 
@@ -181,13 +181,13 @@ def step(
 @kernel
 def _prepare(structure: Structure, parameters: Array, inputs: Array, scratch: Scratch) -> int:
     """Find what does not depend on the state nor on the magnets; return the number of all degrees of freedom."""
-    held = scratch.held
-    if not is_held(held, structure, parameters, inputs):
+    cache = scratch.step_cache
+    if not is_valid(cache, structure, parameters, inputs):
         p, u = parameters_of(parameters, structure), inputs_of(inputs, structure)
         motion = motion_of(structure, scratch.motion, scratch.bearings, 0.0, 0.0, 0.0)
         collect_forces(structure, p, u, motion)
-        hold(held, parameters, inputs, place_sites(structure, p, u, scratch))
-    return int(held.n[0])
+        store(cache, parameters, inputs, place_sites(structure, p, u, scratch))
+    return int(cache.n[0])
 
 
 def model_for(planes: Planes) -> Model:

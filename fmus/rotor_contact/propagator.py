@@ -35,7 +35,7 @@ N_SERIES = 5  # see `series`
 # place and velocity of the journal at the Lobatto points after that, and the acceleration without contact at the end.
 JOURNAL = record(("x", np.float64), ("y", np.float64), ("v_x", np.float64), ("v_y", np.float64))
 OBSERVED = record(("a_start", np.float64, 2), ("journal", JOURNAL, N_LOBATTO - 1), ("a_end", np.float64, 2))
-N_SEEN = size_of(OBSERVED)
+N_OBSERVED = size_of(OBSERVED)
 # A site at a Lobatto point: normal, slip velocity (m/s), ratio T/N of sliding, and the forces (N).
 NODE = record(
     ("n_x", np.float64),
@@ -73,7 +73,7 @@ class Propagator(NamedTuple):
         at the first point, then all at the next. After these n_x rows come those of which `direct_unbalance` makes the
         two of the unbalance: unit forces that go with the cosine, and with the sine.
     S
-        What each site sees of these, shape (n_sites, n_rows, N_SEEN).
+        What each site sees of these, shape (n_sites, n_rows, N_OBSERVED).
     key
         What P, V and S were built for.
     unbalance, work
@@ -81,8 +81,8 @@ class Propagator(NamedTuple):
         shape (2, n_x): V in their direction.
     start, end
         What P maps from and to: x, shape (n_x,), and what P says of the end.
-    seen, moved
-        What each site sees without contact and by contact, shape (n_sites, N_SEEN) each.
+    free_response, contact_response
+        What each site sees without contact and by contact, shape (n_sites, N_OBSERVED) each.
     nodes
         Records of type `NODE`, shape (n_sites, N_LOBATTO).
     equations
@@ -101,8 +101,8 @@ class Propagator(NamedTuple):
     work: Array
     start: Array
     end: Array
-    seen: Array
-    moved: Array
+    free_response: Array
+    contact_response: Array
     nodes: Nodes
     equations: Equations
     series: Array
@@ -148,7 +148,7 @@ def propagator_size(n: int, n_bearings: int, n_sites: int, is_damped: bool) -> i
     """Return how many float64 a `Propagator` of a rotor with n degrees of freedom takes."""
     n_x, columns, n_equations = n_start(n, n_sites), n_end(n, n_bearings, is_damped), 2 * (N_LOBATTO - 1) * n_sites
     rows = n_x + 2 * n
-    at_sites = n_sites * ((rows + 2) * N_SEEN + N_LOBATTO * N_NODE)
+    at_sites = n_sites * ((rows + 2) * N_OBSERVED + N_LOBATTO * N_NODE)
     matrices = rows * (columns + 2 * n) + n_equations * (n_equations + 1)
     return matrices + at_sites + key_size(n_bearings) + 3 * n_x + columns + (N_SERIES + 2) * n + N_BUILT
 
@@ -160,27 +160,27 @@ def propagator_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, i
     rows = n_x + 2 * n
     V = at + rows * columns
     S = V + rows * 2 * n
-    key = S + n_sites * rows * N_SEEN
+    key = S + n_sites * rows * N_OBSERVED
     unbalance = key + key_size(n_bearings)
     directions = unbalance + 2 * n
     start = directions + 2 * n_x
     end = start + n_x
-    seen = end + columns
-    moved = seen + n_sites * N_SEEN
-    nodes = moved + n_sites * N_SEEN
+    free_response = end + columns
+    contact_response = free_response + n_sites * N_OBSERVED
+    nodes = contact_response + n_sites * N_OBSERVED
     equations = nodes + n_sites * N_LOBATTO * N_NODE
     series = equations + n_equations * (n_equations + 1)
     return Propagator(
         part(work, at, REAL, (rows, columns)),
         part(work, V, REAL, (rows, 2 * n)),
-        part(work, S, REAL, (n_sites, rows, N_SEEN)),
+        part(work, S, REAL, (n_sites, rows, N_OBSERVED)),
         key_of(work, key, n_bearings),
         part(work, unbalance, REAL, 2 * n),
         part(work, directions, REAL, (2, n_x)),
         part(work, start, REAL, n_x),
         part(work, end, REAL, columns),
-        part(work, seen, REAL, (n_sites, N_SEEN)),
-        part(work, moved, REAL, (n_sites, N_SEEN)),
+        part(work, free_response, REAL, (n_sites, N_OBSERVED)),
+        part(work, contact_response, REAL, (n_sites, N_OBSERVED)),
         part(work, nodes, NODE, (n_sites, N_LOBATTO)),
         equations_of(work, equations, n_equations),
         part(work, series, REAL, (N_SERIES, n)),
@@ -189,10 +189,10 @@ def propagator_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, i
 
 
 @views
-def observed_at(propagator: Propagator, k: int, row: int) -> np.record:
-    """Return what site k sees of a unit of x, as a record of type `OBSERVED`."""
-    record_of_row: np.record = part(propagator.S[k, row], 0, OBSERVED, 1)[0]
-    return record_of_row
+def observed(response: Array) -> np.record:
+    """Return a row of S, or a response made of such rows, as a record of type `OBSERVED`."""
+    of_site: np.record = part(response, 0, OBSERVED, 1)[0]
+    return of_site
 
 
 @kernel

@@ -20,7 +20,7 @@ from fmi_export.parts import part
 from rotor_contact.dynamics import Motion, coefficients, forces
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
 from rotor_contact.products import row_combination
-from rotor_contact.propagator import N_GAUSS, Key, Propagator, is_begun, n_free, observed_at
+from rotor_contact.propagator import N_GAUSS, Key, Propagator, is_begun, n_free, observed
 from rotor_contact.site import Sites
 from rotor_contact.structure import REAL
 
@@ -182,7 +182,7 @@ def _integrate_basis_column(
             a[i] = force * Minv[i, basis.column] - a[i]
         if term == 1:
             for k in range(sites.shape[0]):
-                at_site = observed_at(propagator, k, row)
+                at_site = observed(propagator.S[k, row])
                 at_site.a_start[0], at_site.a_start[1] = a[sites[k].row], a[sites[k].row + 1]
         for i in range(n):
             real = dt * (v[i] - Omega * im[i])
@@ -225,7 +225,7 @@ def _observe_end(Minv: Array, motion: Motion, sites: Sites, propagator: Propagat
     elif basis.kind == SINE:
         force = math.sin(angle)
     for k in range(sites.shape[0]):
-        at_site = observed_at(propagator, k, row)
+        at_site = observed(propagator.S[k, row])
         for axis in range(2):
             i = sites[k].row + axis
             acceleration = force * Minv[i, basis.column]
@@ -250,9 +250,9 @@ def _observe_term(motion: Motion, sites: Sites, propagator: Propagator, row: int
     q, v, response = propagator.series[0], propagator.series[1], propagator.P[row]
     for point in range(N_GAUSS):
         for b in range(n_dampers):
-            response[2 * n + point * n_dampers + b] += powers[point] * observed(motion, q, v, b)
+            response[2 * n + point * n_dampers + b] += powers[point] * damper_motion(motion, q, v, b)
     for k in range(sites.shape[0]):
-        at_site, i = observed_at(propagator, k, row), sites[k].row
+        at_site, i = observed(propagator.S[k, row]), sites[k].row
         for point in range(N_LOBATTO - 1):
             power, journal = powers[N_GAUSS + point], at_site.journal[point]
             journal.x += power * q[i]
@@ -268,7 +268,7 @@ def n_observed(motion: Motion) -> int:
 
 
 @kernel
-def observed(motion: Motion, q: Array, v: Array, b: int) -> float:
+def damper_motion(motion: Motion, q: Array, v: Array, b: int) -> float:
     """Return number b of those of `n_observed`."""
     n = motion.rows.shape[1]
     if motion.is_damped:

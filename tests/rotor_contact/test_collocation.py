@@ -130,8 +130,8 @@ def test_a_piece_at_whose_end_a_force_pulls_is_not_kept():
     assert find_forces(w, propagator)
     assert find_end_forces(w, propagator, propagator.end)
     assert not find_end_forces(w._replace(Minv=np.zeros_like(w.Minv)), propagator, propagator.end)
-    for k, site in enumerate(w.sites[:2]):
-        propagator.seen[k, -2:] -= 1e5 * site.n_x, 1e5 * site.n_y  # m/s^2, inwards, of the journal without contact
+    for k, site in enumerate(w.sites[:2]):  # accelerations inwards, of the journal without contact
+        propagator.free_response[k, -2:] -= 1e5 * site.n_x, 1e5 * site.n_y
     assert not find_end_forces(w, propagator, propagator.end)
 
 

@@ -23,7 +23,7 @@ def against_wall(values):
 
 def momentum(x):
     """Momentum of the rotor in x (kg m/s): the base's unit acceleration is a force of minus the mass."""
-    of_all, of_shaft = int(scratch(x).held.n[0]), size_of(x)
+    of_all, of_shaft = int(scratch(x).step_cache.n[0]), size_of(x)
     return -float(structure_of(x.constants).B_base[0] @ memory(x).z[of_all : of_all + of_shaft])
 
 

@@ -24,7 +24,7 @@ class Piece:
         site.mode, site.slip_sign, site.mu, site.mu_static = mode, sign, mu, mu
         for node, s in zip(self.propagator.nodes[0], LOBATTO_POINTS, strict=True):
             node.f_n, node.f_t, node.slip = np.array(ends) @ (1.0 - s, s)
-        self.propagator.moved[0] = 1e-4 * rng.normal(size=16)
+        self.propagator.contact_response[0] = 1e-4 * rng.normal(size=16)
         angles = rng.uniform(0.0, 2.0 * np.pi, 4)
         self.directions = np.column_stack([np.cos(angles), np.sin(angles)])
         for point in (1, 2, 3):
@@ -34,7 +34,7 @@ class Piece:
         """Put the journal at a distance (m) from its centre at a Lobatto point."""
         at = 4 * point - 2
         place = CENTRE + radius * self.directions[point]
-        self.propagator.seen[0, at : at + 2] = place - self.propagator.moved[0, at : at + 2]
+        self.propagator.free_response[0, at : at + 2] = place - self.propagator.contact_response[0, at : at + 2]
 
     def is_smooth(self):
         return _is_smooth(self.w, self.propagator)
