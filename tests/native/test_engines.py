@@ -122,7 +122,7 @@ def hook(empty, monkeypatch):
         else:
             monkeypatch.setenv("AMB_COSIM_PLATFORMS", platforms)
         build = importlib.import_module("hatch_build").EngineBuildHook(
-            str(ROOT), {"kernels": {"probe_lag": "probe_lag.lag"}}, None, None, "", "wheel"
+            str(ROOT), {"kernels": {"probe_lag": "probe_lag.lag"}, "assembled": ["probe_lag"]}, None, None, "", "wheel"
         )
         data: dict = {"force_include": {}, "pure_python": True}
         build.initialize(version, data)

@@ -131,9 +131,6 @@ CONTROL = {
     "study sensitivity --sample-time '1 ms'": "the loop is not stable: a vibration of",
     "study sensitivity --amplifier --delay": "the loop is not stable: a vibration of",
     "study sensitivity --set rolac_controller.*.c_d_?=1": "rolac_controller has no parameter or input '*.c_d_?'",
-    "study sensitivity --set 'rolac_controller.sample_time=500 us'": (
-        "rolac_controller.sample_time cannot be set here; sample-time sets it"
-    ),
     "study sensitivity --set 'rotor_contact.d1.u=1 g.m'": "d1.u cannot be set here; only parameters can",
     "study sensitivity --set amb_actuator.mb1.amplifier_gain_x=0": (
         "amplifier_gain = 0 A/V is not allowed; it must not be 0"
