@@ -17,7 +17,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -104,13 +104,15 @@ def _check_answer(scheduler: str) -> None:
     """Raise Dask's error, or TimeoutError, if no scheduler says at an address who it is; a client would wait for it."""
     from distributed.core import rpc
     from distributed.security import Security
-    from distributed.utils import LoopRunner
 
     async def ask() -> None:
         async with rpc(scheduler, connection_args=Security().get_connection_args("client")) as remote:
             await asyncio.wait_for(remote.identity(), ANSWER_TIME)
 
-    LoopRunner().run_sync(ask)
+    # In a thread, since the caller's may have an event loop. Dask's own waits for ever where a client that could not
+    # connect is collected as garbage while it starts.
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, ask()).result()
 
 
 def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, report: Report) -> None:
