@@ -114,7 +114,7 @@ def integrated(c, mu, begin, seconds):
 
 @pytest.mark.slow
 def test_rub_with_friction_keeps_bouncing_inside_the_steady_radius():
-    c, mu, seconds = 100.0, 0.2, 0.6
+    c, mu, seconds = 500.0, 0.12, 0.6  # with 100 N s/m and 0.2 the bounces end in backward whirl
     R, begin = beside(c, mu, 0.3)
     here, there = rubbing(c, mu, begin, seconds), integrated(c, mu, begin, seconds)
     np.testing.assert_allclose(here[:400], there[:400], atol=1e-3 * (R - C_R))
