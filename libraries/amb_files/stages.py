@@ -28,27 +28,27 @@ def stage(parent: Path | None = None) -> Iterator[Path]:
     """
     parent = Path(tempfile.gettempdir()) if parent is None else parent
     _remove_abandoned(parent)
-    folder, lock = _locked(parent)
+    folder, lock = parent / _name(secrets.token_hex(8)), None
     try:
+        lock = _create_locked(folder)
         yield folder
-    finally:
+    finally:  # also of a signal that came while the folder was made
         shutil.rmtree(folder, ignore_errors=True)
         _unlock(lock)
 
 
-def _locked(parent: Path) -> tuple[Path, int | None]:
-    """Create a folder and lock it; another process may have removed it before it was locked."""
+def _create_locked(folder: Path) -> int | None:
+    """Create a folder and lock it, again where another process has removed it before it was locked."""
     while True:
-        folder = parent / _name(secrets.token_hex(8))
         folder.mkdir(mode=0o700)
         try:
             lock = _lock(folder, wait=True)
         except FileNotFoundError:
             continue
         except OSError:  # a file system without locks, from which nothing is removed either
-            return folder, None
+            return None
         if folder.is_dir():
-            return folder, lock
+            return lock
         _unlock(lock)
 
 

@@ -172,7 +172,7 @@ def test_the_command_refuses_what_is_not_there(tmp_path):
 def test_the_command_writes_page_and_data(tmp_path):
     result = CliRunner().invoke(main, ["report", "--only", "eq4_30", "-o", str(tmp_path)])
     assert result.exit_code == 0, result.output
-    assert "   1 reproduced\n" in result.output
+    assert "   1 follows from the definition\n" in result.output
     (row,) = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["statements"]
     assert row["ours"] == pytest.approx(100.0 / 3.0)
     assert "<h1>" in (tmp_path / "report.html").read_text(encoding="utf-8")
