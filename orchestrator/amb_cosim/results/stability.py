@@ -23,7 +23,8 @@ _TESTING = f"{CONTROLLER}.identification_progress"
 
 def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
     """Return whether the rotor diverges at the end of a run whose last contact is in that cycle, None without any."""
-    cycle, end = cycles(dataset), float(cycles(dataset).max(initial=0.0))
+    cycle = cycles(dataset)
+    end = float(cycle.max(initial=0.0))
     events = (float(dataset.attrs.get(name, 0.0)) for name in (LAST_CHANGE, "step_cycle", "removal_cycle"))
     begin = max(0.0, last_contact or 0.0, *(event for event in events if event <= end))
     if end - begin < MIN_CYCLES:
