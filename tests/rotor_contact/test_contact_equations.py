@@ -1,5 +1,6 @@
 """Multipliers of sites in all modes, on a shaft whose mass couples every direction with every other."""
 
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
@@ -16,15 +17,15 @@ NAMES = ("rb1", "rb2", "eb1", "eb2")
 VALUES = {f"{name}.{what}": value for name in NAMES for what, value in (("mu", MU), ("clearance", CLEARANCE))}
 VALUES |= {"eb1.enabled": 1.0, "eb2.enabled": 1.0, "rb1.offset_x": 1e-4, "eb2.offset_y": -2e-4}
 BODIES = both("rb.housing_mass", 3.0) | both("rb.race_inertia", 2e-3)
-RIGS = {"fixed": plant(VALUES), "housings and races": plant(VALUES | BODIES)}
+RIGS = {"fixed": cache(partial(plant, VALUES)), "housings and races": cache(partial(plant, VALUES | BODIES))}
 MODES = list(product((FREE, SLIDING, ROLLING), repeat=4))[1::3]
 
 
 def contact(rig, modes, seed):
     """Sites in these modes, with random positions and velocities of all degrees of freedom, and a random mass."""
     rng = np.random.default_rng(seed)
-    w = workspace(RIGS[rig], OMEGA)
-    m = size_of(RIGS[rig])
+    w = workspace(RIGS[rig](), OMEGA)
+    m = size_of(RIGS[rig]())
     root = rng.normal(size=(m, m))
     w = w._replace(Minv=root @ root.T + 0.1 * np.eye(m), motion=w.motion._replace(Omega_dot=OMEGA_DOT))
     for site, mode in zip(w.sites, modes, strict=True):

@@ -1,6 +1,7 @@
 """When and where a journal in straight flight touches, by hand; which paths may touch; how far one is beyond."""
 
 from dataclasses import replace
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -37,15 +38,15 @@ DT = 250e-6
 CENTRES = np.array([1e-4 - 5e-5j, -7e-5 + 0j])
 OFFSETS = {f"rb{k}.offset_x": c.real for k, c in enumerate(CENTRES, 1)}
 OFFSETS |= {f"rb{k}.offset_y": c.imag for k, c in enumerate(CENTRES, 1)}
-RIG = plant(OFFSETS, rigid_rotor(20.0))
-PRESSED = plant(OFFSETS | both("rb.mu", 0.1) | {"mb1.f_x": 1e-2}, rigid_rotor(20.0))
-MOVING = plant(OFFSETS | both("rb.housing_mass", 2.0), rigid_rotor(20.0))
+rig = cache(partial(plant, OFFSETS, rigid_rotor(20.0)))
+pressed = cache(partial(plant, OFFSETS | both("rb.mu", 0.1) | {"mb1.f_x": 1e-2}, rigid_rotor(20.0)))
+moving = cache(partial(plant, OFFSETS | both("rb.housing_mass", 2.0), rigid_rotor(20.0)))
 
 
-def flying(r, v, rig=RIG, modes=(FREE, FREE)):
+def flying(r, v, instance=rig, modes=(FREE, FREE)):
     """The kernels' workspace with both journals at r (m from the centres of their retainers) and velocities v."""
-    w = workspace(rig)
-    stages, n = stages_of(w.stages), size_of(rig)
+    w = workspace(instance())
+    stages, n = stages_of(w.stages), size_of(instance())
     stages.z[:] = 0.0
     for i, values in ((0, np.asarray(r) + CENTRES), (w.n, np.asarray(v, complex))):
         stages.z[i : i + n] = np.ravel(np.column_stack([np.real(values), np.imag(values)]))
@@ -135,14 +136,14 @@ def test_a_path_may_touch_unless_it_stays_inside_or_leaves(begin, end, may):
 
 def test_a_path_that_leaves_a_housing_that_moves_may_touch_it():
     begin, end, may = PATHS["it leaves the circle inwards"]
-    w = path(flying([0j, 0j], [0j, 0j], MOVING), begin, end)
+    w = path(flying([0j, 0j], [0j, 0j], moving), begin, end)
     assert not may
     assert may_touch_between(w, DT)
 
 
 def test_slip_that_a_falling_speed_reverses_vanishes_when_the_speed_does():
     """A journal that is hardly pressed on, 1e-2 N on 10 kg, is not moved by its friction."""
-    w = flying([C, 0j], [0j, 0j], PRESSED, modes=(SLIDING, FREE))
+    w = flying([C, 0j], [0j, 0j], pressed, modes=(SLIDING, FREE))
     w = w._replace(motion=w.motion._replace(Omega=0.02, Omega_dot=-160.0))
     w.sites["slip_sign"][0] = 1.0
     stages = stages_of(w.stages)

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from rotor_contact.site import locate_journal, slip_velocity
 from rotor_contact.structure import structure_of
 
 RING, G = 0.05, 9.81
-RIG = plant()
+rig = cache(plant)
 N_SITES = 4
 
 
@@ -81,11 +82,11 @@ angles = st.floats(0.0, 2 * math.pi)
 def touching(seed, angle_1, angle_2, mu=0.0, e=0.0, Omega=0.0, sites=(0, 1), static=0.0):
     """The rig with the given journals on their rings, and random velocities that bring these outward."""
     rng = np.random.default_rng(seed)
-    n = size_of(RIG)
-    rows = structure_of(RIG.constants).sites
-    RIG.initialise()
+    n = size_of(rig())
+    rows = structure_of(rig().constants).sites
+    rig().initialise()
     for k in (1, 2):
-        RIG[f"rb{k}.mu"], RIG[f"rb{k}.mu_static"], RIG[f"rb{k}.restitution"] = mu, static, e
+        rig()[f"rb{k}.mu"], rig()[f"rb{k}.mu_static"], rig()[f"rb{k}.restitution"] = mu, static, e
     q, v = 1e-4 * rng.normal(size=n), rng.normal(size=n)
     for k, angle in enumerate((angle_1, angle_2)):
         if k in sites:
@@ -93,7 +94,7 @@ def touching(seed, angle_1, angle_2, mu=0.0, e=0.0, Omega=0.0, sites=(0, 1), sta
             normal = np.array([math.cos(angle), math.sin(angle)])
             q[i : i + 2] = CLEARANCE * normal * (1 + 1e-11)
             v[i : i + 2] += (abs(normal @ v[i : i + 2]) + 0.01 - normal @ v[i : i + 2]) * normal
-    w = workspace(RIG)
+    w = workspace(rig())
     assert mark_touching(w.sites, q, v)
     assert [bool(site.touching) for site in w.sites] == [k in sites for k in range(N_SITES)]
     return w, w.sites, q, v
@@ -106,7 +107,7 @@ def mass(w):
 
 def directions(contact):
     """Rows n_k and t_k that take a velocity to its radial and forward components."""
-    N, T = np.zeros((2, N_SITES, size_of(RIG)))
+    N, T = np.zeros((2, N_SITES, size_of(rig())))
     for k, site in enumerate(contact[:2]):
         rows = slice(site.row, site.row + 2)
         N[k, rows], T[k, rows] = (site.n_x, site.n_y), (-site.n_y, site.n_x)

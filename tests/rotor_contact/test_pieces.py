@@ -1,5 +1,7 @@
 """Which pieces of a step collocation may keep: those in which no site opens, slips or sticks, or leaves its circle."""
 
+from functools import cache, partial
+
 import numpy as np
 import pytest
 from rotor_cases import both, plant, scratch, workspace
@@ -10,7 +12,8 @@ from rotor_contact.friction import STICK_SPEED
 from rotor_contact.lobatto import LOBATTO_POINTS
 
 CLEARANCE, CENTRE, MU = 4e-4, np.array([5e-5, -7e-5]), 0.3
-RIG = plant(both("rb.clearance", CLEARANCE) | both("rb.offset_x", CENTRE[0]) | both("rb.offset_y", CENTRE[1]))
+OFFSETS = both("rb.offset_x", CENTRE[0]) | both("rb.offset_y", CENTRE[1])
+rig = cache(partial(plant, both("rb.clearance", CLEARANCE) | OFFSETS))
 
 
 class Piece:
@@ -18,7 +21,7 @@ class Piece:
 
     def __init__(self, mode, ends, mu=MU, sign=1.0, seed=0):
         rng = np.random.default_rng(seed)
-        self.w, self.propagator = workspace(RIG), scratch(RIG).propagator
+        self.w, self.propagator = workspace(rig()), scratch(rig()).propagator
         self.w.sites["mode"] = 0
         site = self.w.sites[0]
         site.mode, site.slip_sign, site.mu, site.mu_static = mode, sign, mu, mu
