@@ -19,7 +19,7 @@ struct Kernels {
     fmi2Component slave;             /* PythonFMU's instance */
     fmi2CallbackFunctions callbacks; /* what it calls, and does not copy */
     int is_lost;                     /* whether it must not be called any more */
-    char heard[TEXT_SIZE];           /* the first error that Python reported in the present call */
+    char first_error[TEXT_SIZE];           /* the first error that Python reported in the present call */
 };
 
 static const char EXCEPTION[] = "Fatal py exception encountered: ";
@@ -32,17 +32,17 @@ static void hear(fmi2ComponentEnvironment environment, fmi2String name, fmi2Stat
     struct Kernels *kernels = environment;
     const char *cause = strncmp(text, EXCEPTION, strlen(EXCEPTION)) == 0 ? strchr(text, '\n') : NULL;
     (void)name, (void)category;
-    if (status > fmi2Warning && !*kernels->heard)
-        snprintf(kernels->heard, TEXT_SIZE, "%s", cause ? cause + 1 : text);
+    if (status > fmi2Warning && !*kernels->first_error)
+        snprintf(kernels->first_error, TEXT_SIZE, "%s", cause ? cause + 1 : text);
 }
 
 /* Why a call of PythonFMU failed, or NULL. After an exception that left a method it has released what it still uses. */
 static const char *failure(struct Kernels *kernels, fmi2Status status)
 {
     kernels->is_lost = status > fmi2Discard;
-    if (status != fmi2OK && !*kernels->heard)
-        snprintf(kernels->heard, TEXT_SIZE, "Python failed without a reason");
-    return *kernels->heard ? kernels->heard : NULL;
+    if (status != fmi2OK && !*kernels->first_error)
+        snprintf(kernels->first_error, TEXT_SIZE, "Python failed without a reason");
+    return *kernels->first_error ? kernels->first_error : NULL;
 }
 
 /* Whether there is the script whose name is in slavemodule.txt; PythonFMU does not survive one that is missing. */
@@ -130,8 +130,8 @@ const char *call_initialise(Run *run, int64_t *fault)
 {
     struct Kernels *kernels = run->kernels;
     if (kernels->is_lost)
-        return kernels->heard;
-    *kernels->heard = '\0';
+        return kernels->first_error;
+    *kernels->first_error = '\0';
     return answer(run, kernels->python.EnterInitializationMode(kernels->slave), fault);
 }
 
@@ -139,7 +139,7 @@ const char *call_step(Run *run, double time, double step_size, int64_t *fault)
 {
     struct Kernels *kernels = run->kernels;
     if (kernels->is_lost)
-        return kernels->heard;
-    *kernels->heard = '\0';
+        return kernels->first_error;
+    *kernels->first_error = '\0';
     return answer(run, kernels->python.DoStep(kernels->slave, time, step_size, fmi2True), fault);
 }

@@ -82,7 +82,7 @@ static int load_newest_python(void)
     return 0;
 }
 
-static void say_why(char *why)
+static void write_error(char *why)
 {
     const char *said = dlerror();
     snprintf(why, SHOWN, "%s", said ? said : "without a reason");
@@ -92,7 +92,7 @@ int provide_python(const BuiltWith *python, char *why)
 {
     if (python_is_here() || show_loaded_python() || load_built_with(python) || load_newest_python())
         return 1;
-    say_why(why);
+    write_error(why);
     return 0;
 }
 
@@ -103,7 +103,7 @@ void *load_library(const char *path, char *why)
 {
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (!library)
-        say_why(why);
+        write_error(why);
     return library;
 }
 

@@ -1,4 +1,4 @@
-/* The face of an instance in FMI 2.0 for co-simulation. */
+/* Binds an instance to FMI 2.0 for co-simulation. */
 
 #include "fmi2Functions.h"
 #include "slave.h"
@@ -6,7 +6,7 @@
 #define REFERENCES const fmi2ValueReference references[], size_t count
 
 /* Hand a text to the host's logger, which takes it for a printf format. */
-static void tell(const Host *host, const char *name, Status status, const char *category, const char *text)
+static void log_text(const Host *host, const char *name, Status status, const char *category, const char *text)
 {
     char format[2 * TEXT_SIZE];
     size_t used = 0;
@@ -19,9 +19,9 @@ static void tell(const Host *host, const char *name, Status status, const char *
     ((fmi2CallbackLogger)host->logger)(host->environment, name, (fmi2Status)status, category, format);
 }
 
-static const Face FACE = {
+static const FmiBinding BINDING = {
     .states = {"instantiated", "initialization mode", "step complete", "terminated", "error"},
-    .tell = tell,
+    .log = log_text,
 };
 
 enum {
@@ -48,9 +48,9 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     (void)visible;
     if (!functions)
         return NULL;
-    Host host = {&FACE, functions->componentEnvironment, (void (*)(void))functions->logger};
+    Host host = {&BINDING, functions->componentEnvironment, (void (*)(void))functions->logger};
     if (type != fmi2CoSimulation) {
-        slave_refuse_new(&host, name, "this is an FMU for co-simulation, not for model exchange");
+        slave_log_no_instance(&host, name, "this is an FMU for co-simulation, not for model exchange");
         return NULL;
     }
     return slave_new(name, guid, resources, &host, logging != fmi2False);
@@ -67,7 +67,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t c
     unsigned int chosen;
     Status status = slave_categories(instance, __func__, categories, count, &chosen);
     if (status == STATUS_OK)
-        instance->heard = on != fmi2False ? chosen : 0;
+        instance->enabled_categories = on != fmi2False ? chosen : 0;
     return (fmi2Status)status;
 }
 
@@ -112,7 +112,7 @@ static Status before_get(Instance *instance, const char *call, Type type, REFERE
     if (!may(instance, READABLE, call))
         return STATUS_ERROR;
     if (count && (!references || !values))
-        return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+        return fail(instance, "%s: %s is NULL", call, references ? "values" : "references");
     if (type == TYPE_REAL && is_known(&instance->read, references, count))
         return refresh(instance);
     for (size_t i = 0; i < count; i++)
@@ -129,7 +129,7 @@ static Status before_set(Instance *instance, const char *call, Type type, REFERE
     if (!may(instance, SETTABLE, call))
         return STATUS_ERROR;
     if (count && (!references || !values))
-        return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+        return fail(instance, "%s: %s is NULL", call, references ? "values" : "references");
     instance->now->stale = 1;
     if (type == TYPE_REAL && is_known(&instance->written, references, count))
         return STATUS_OK;
@@ -152,7 +152,7 @@ fmi2Status fmi2GetReal(fmi2Component component, REFERENCES, fmi2Real values[])
     Status status = before_get(instance, __func__, TYPE_REAL, references, count, values);
     if (status > STATUS_WARNING || !count)
         return (fmi2Status)status;
-    if (instance->read.in_a_row)
+    if (instance->read.contiguous)
         memcpy(values, instance->run.values + references[0], count * sizeof *values);
     else
         for (size_t i = 0; i < count; i++)

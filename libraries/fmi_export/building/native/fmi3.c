@@ -1,4 +1,4 @@
-/* The face of an instance in FMI 3.0 for co-simulation, without event mode and early return.
+/* Binds an instance to FMI 3.0 for co-simulation, without event mode and early return.
 
    The value reference of a variable is its position, as in FMI 2.0. Variables of one kind that stand one after another may
    be the elements of an array: it has the reference of the first of them, and the others have none. `time`, the
@@ -14,7 +14,7 @@
 #define REFERENCES const fmi3ValueReference references[], size_t count
 
 /* Hand a text to the host's logger, in which #123# is a variable and ## a number sign. */
-static void tell(const Host *host, const char *name, Status status, const char *category, const char *text)
+static void log_text(const Host *host, const char *name, Status status, const char *category, const char *text)
 {
     char message[2 * TEXT_SIZE];
     size_t used = 0;
@@ -28,9 +28,9 @@ static void tell(const Host *host, const char *name, Status status, const char *
     ((fmi3LogMessageCallback)host->logger)(host->environment, (fmi3Status)status, category, message);
 }
 
-static const Face FACE = {
+static const FmiBinding BINDING = {
     .states = {"Instantiated", "Initialization Mode", "Step Mode", "Terminated", "Terminated by an error"},
-    .tell = tell,
+    .log = log_text,
 };
 
 enum { SETTABLE = INSTANTIATED | INITIALIZATION | STEP_COMPLETE };
@@ -44,7 +44,7 @@ const char *fmi3GetVersion(void)
 
 static Host host_of(fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger)
 {
-    return (Host){&FACE, environment, (void (*)(void))logger};
+    return (Host){&BINDING, environment, (void (*)(void))logger};
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
@@ -60,7 +60,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     (void)visible, (void)early_return, (void)intermediate, (void)update;
     if (!reason)
         return slave_new(name, token, resources, &host, logging);
-    slave_refuse_new(&host, name, reason);
+    slave_log_no_instance(&host, name, reason);
     return NULL;
 }
 
@@ -70,7 +70,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
 {
     Host host = host_of(environment, logger);
     (void)token, (void)resources, (void)visible, (void)logging;
-    slave_refuse_new(&host, name, "this is an FMU for co-simulation, not for model exchange");
+    slave_log_no_instance(&host, name, "this is an FMU for co-simulation, not for model exchange");
     return NULL;
 }
 
@@ -82,7 +82,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
 {
     Host host = host_of(environment, logger);
     (void)token, (void)resources, (void)visible, (void)logging, (void)update, (void)lock, (void)unlock;
-    slave_refuse_new(&host, name, "this is an FMU for co-simulation, not for scheduled execution");
+    slave_log_no_instance(&host, name, "this is an FMU for co-simulation, not for scheduled execution");
     return NULL;
 }
 
@@ -98,7 +98,8 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance component, fmi3Boolean on, size_t co
     unsigned int chosen;
     Status status = slave_categories(instance, __func__, categories, count, &chosen);
     if (status == STATUS_OK)
-        instance->heard = on ? instance->heard | chosen : instance->heard & ~chosen;
+        instance->enabled_categories =
+            on ? instance->enabled_categories | chosen : instance->enabled_categories & ~chosen;
     return (fmi3Status)status;
 }
 
@@ -163,18 +164,18 @@ static Status before(Instance *instance, int states, const char *call, Type type
     if (!may(instance, states, call))
         return STATUS_ERROR;
     if ((count && !references) || (n_values && !values))
-        return refuse(instance, "%s: %s is NULL", call, references ? "values" : "references");
+        return fail(instance, "%s: %s is NULL", call, references ? "values" : "references");
     for (size_t i = 0; i < count; i++) {
         fmi3ValueReference r = references[i];
         if (!is_variable(instance, r, type) && !(type == TYPE_REAL && is_time(instance, r)))
             return wrong_reference(instance, call, r);
         if (!length_of(instance, r))
-            return refuse(instance, "%s: %s is an element of an array, whose value reference is that of the first one",
+            return fail(instance, "%s: %s is an element of an array, whose value reference is that of the first one",
                           call, name_of(&instance->run.data, r));
         total += length_of(instance, r);
     }
     if (total != n_values)
-        return refuse(instance, "%s: these variables have %zu values, not %zu", call, total, n_values);
+        return fail(instance, "%s: these variables have %zu values, not %zu", call, total, n_values);
     return STATUS_OK;
 }
 
@@ -192,7 +193,7 @@ static Status before_set(Instance *instance, const char *call, Type type, REFERE
         return STATUS_ERROR;
     for (size_t i = 0; i < count; i++)
         if (is_time(instance, references[i]))
-            return refuse(instance, "%s: time cannot be set", call);
+            return fail(instance, "%s: time cannot be set", call);
         else if (!is_settable(instance, references[i]))
             return cannot_be_set(instance, call, references[i]);
     instance->now->stale = 1;

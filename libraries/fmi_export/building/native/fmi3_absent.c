@@ -15,7 +15,7 @@ static fmi3Status none_of_type(Instance *instance, const char *call, const fmi3V
     if (!count)
         return fmi3OK;
     return (fmi3Status)(references ? wrong_reference(instance, call, references[0])
-                                   : refuse(instance, "%s: references is NULL", call));
+                                   : fail(instance, "%s: references is NULL", call));
 }
 
 static fmi3Status absent(const Instance *instance, const char *call, const char *why)

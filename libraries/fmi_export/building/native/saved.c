@@ -21,10 +21,10 @@ Status slave_save(Instance *instance, const char *call, void **state)
     if (!may(instance, ANY, call))
         return STATUS_ERROR;
     if (!state)
-        return refuse(instance, "%s: state is NULL", call);
+        return fail(instance, "%s: state is NULL", call);
     void *saved = *state ? *state : malloc(instance->saved_size);
     if (!saved)
-        return refuse(instance, "%s: there is no memory for a state", call);
+        return fail(instance, "%s: there is no memory for a state", call);
     memcpy(saved, instance->now, instance->saved_size);
     *state = saved;
     return STATUS_OK;
@@ -35,9 +35,9 @@ Status slave_restore(Instance *instance, const char *call, const void *state)
     if (!may(instance, ANY, call))
         return STATUS_ERROR;
     if (!state)
-        return refuse(instance, "%s: state is NULL", call);
+        return fail(instance, "%s: state is NULL", call);
     if (!is_ours(instance, state))
-        return refuse(instance, "%s: the state belongs to another FMU", call);
+        return fail(instance, "%s: the state belongs to another FMU", call);
     memcpy(instance->now, state, instance->saved_size);
     return STATUS_OK;
 }
@@ -58,7 +58,7 @@ Status slave_serialised_size(Instance *instance, const char *call, const void *s
     if (!may(instance, ANY, call))
         return STATUS_ERROR;
     if (!state || !size)
-        return refuse(instance, "%s: %s is NULL", call, state ? "size" : "state");
+        return fail(instance, "%s: %s is NULL", call, state ? "size" : "state");
     *size = serialised_size(instance);
     return STATUS_OK;
 }
@@ -68,9 +68,9 @@ Status slave_serialise(Instance *instance, const char *call, const void *state, 
     if (!may(instance, ANY, call))
         return STATUS_ERROR;
     if (!state || !bytes)
-        return refuse(instance, "%s: %s is NULL", call, state ? "bytes" : "state");
+        return fail(instance, "%s: %s is NULL", call, state ? "bytes" : "state");
     if (size < serialised_size(instance))
-        return refuse(instance, "%s: a state takes %zu bytes, not %zu", call, serialised_size(instance), size);
+        return fail(instance, "%s: a state takes %zu bytes, not %zu", call, serialised_size(instance), size);
     uint32_t sum = checksum(state, instance->saved_size);
     memcpy(bytes, state, instance->saved_size);
     memcpy((char *)bytes + instance->saved_size, &sum, sizeof sum);
@@ -83,16 +83,16 @@ Status slave_deserialise(Instance *instance, const char *call, const void *bytes
     if (!may(instance, ANY, call))
         return STATUS_ERROR;
     if (!bytes || !state)
-        return refuse(instance, "%s: %s is NULL", call, bytes ? "state" : "bytes");
+        return fail(instance, "%s: %s is NULL", call, bytes ? "state" : "bytes");
     if (size < GUID_SIZE || !is_ours(instance, bytes))
-        return refuse(instance, "%s: the state belongs to another FMU", call);
+        return fail(instance, "%s: the state belongs to another FMU", call);
     if (size == serialised_size(instance))
         memcpy(&sum, (const char *)bytes + instance->saved_size, sizeof sum);
     if (size != serialised_size(instance) || sum != checksum(bytes, instance->saved_size))
-        return refuse(instance, "%s: the bytes are not whole", call);
+        return fail(instance, "%s: the bytes are not whole", call);
     void *saved = malloc(instance->saved_size);
     if (!saved)
-        return refuse(instance, "%s: there is no memory for a state", call);
+        return fail(instance, "%s: there is no memory for a state", call);
     memcpy(saved, bytes, instance->saved_size);
     *state = saved; /* what was there before may be anything, and is the host's to free */
     return STATUS_OK;

@@ -19,22 +19,22 @@ static const char *const CATEGORIES[] = {"logStatusWarning", "logStatusDiscard",
                                          "logAll"};
 enum { N_CATEGORIES = sizeof CATEGORIES / sizeof *CATEGORIES, EVERY_CATEGORY = (1 << N_CATEGORIES) - 1 };
 
-static void tell(const Host *host, const char *name, Status status, const char *text)
+static void log_text(const Host *host, const char *name, Status status, const char *text)
 {
     if (host->logger)
-        host->face->tell(host, name, status, CATEGORIES[status - STATUS_WARNING], text);
+        host->binding->log(host, name, status, CATEGORIES[status - STATUS_WARNING], text);
 }
 
-static void say(const Instance *instance, Status status, const char *format, ...)
+static void log_status(const Instance *instance, Status status, const char *format, ...)
 {
     char text[TEXT_SIZE];
     va_list arguments;
-    if (!(instance->heard >> (status - STATUS_WARNING) & 1))
+    if (!(instance->enabled_categories >> (status - STATUS_WARNING) & 1))
         return;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    tell(&instance->host, instance->name, status, text);
+    log_text(&instance->host, instance->name, status, text);
 }
 
 /* Log each warning when it is true for the first time, after initialisation or at the end of a step. */
@@ -43,9 +43,9 @@ static void warn(Instance *instance, int stepped)
     char text[TEXT_SIZE];
     while (run_next_warning(&instance->run, text))
         if (stepped)
-            say(instance, STATUS_WARNING, "at t = %.9g s: %s", instance->now->time, text);
+            log_status(instance, STATUS_WARNING, "at t = %.9g s: %s", instance->now->time, text);
         else
-            say(instance, STATUS_WARNING, "initialisation: %s", text);
+            log_status(instance, STATUS_WARNING, "initialisation: %s", text);
 }
 
 Status slave_categories(Instance *instance, const char *call, const char *const names[], size_t count,
@@ -55,13 +55,13 @@ Status slave_categories(Instance *instance, const char *call, const char *const 
     if (!may(instance, ANY, call))
         return STATUS_ERROR;
     if (count && !names)
-        return decline(instance, "%s: categories is NULL", call);
+        return reject(instance, "%s: categories is NULL", call);
     for (size_t i = 0; i < count; i++) {
         unsigned int k = 0;
         while (k < N_CATEGORIES && !(names[i] && strcmp(names[i], CATEGORIES[k]) == 0))
             k++;
         if (k == N_CATEGORIES)
-            return decline(instance, "%s: there is no category %s; there are %s, %s, %s, %s and %s", call,
+            return reject(instance, "%s: there is no category %s; there are %s, %s, %s, %s and %s", call,
                            names[i] ? names[i] : "NULL", CATEGORIES[0], CATEGORIES[1], CATEGORIES[2], CATEGORIES[3],
                            CATEGORIES[4]);
         *chosen |= k == N_CATEGORIES - 1 ? EVERY_CATEGORY : 1u << k;
@@ -71,7 +71,7 @@ Status slave_categories(Instance *instance, const char *call, const char *const 
 
 /* Refusals ------------------------------------------------------------------------------------------------------- */
 
-Status decline(Instance *instance, const char *format, ...)
+Status reject(Instance *instance, const char *format, ...)
 {
     char text[TEXT_SIZE];
     va_list arguments;
@@ -80,11 +80,11 @@ Status decline(Instance *instance, const char *format, ...)
     va_end(arguments);
     if (!instance->now->outcome.fault)
         snprintf(instance->now->outcome.reason, TEXT_SIZE, "%s", text);
-    say(instance, STATUS_ERROR, "%s", text);
+    log_status(instance, STATUS_ERROR, "%s", text);
     return STATUS_ERROR;
 }
 
-Status refuse(Instance *instance, const char *format, ...)
+Status fail(Instance *instance, const char *format, ...)
 {
     char text[TEXT_SIZE];
     va_list arguments;
@@ -94,14 +94,14 @@ Status refuse(Instance *instance, const char *format, ...)
     if (!instance->now->outcome.fault)
         run_stop(&instance->run, FAULT_INTERNAL, text);
     instance->now->state = ERROR;
-    say(instance, STATUS_ERROR, "%s", text);
+    log_status(instance, STATUS_ERROR, "%s", text);
     return STATUS_ERROR;
 }
 
-void refuse_now(Instance *instance, int states, const char *call)
+void fail_in_state(Instance *instance, int states, const char *call)
 {
     char text[TEXT_SIZE];
-    const char *const *names = instance->host.face->states, *now = "an unknown state", *separator = "";
+    const char *const *names = instance->host.binding->states, *now = "an unknown state", *separator = "";
     for (int i = 0; i < N_STATES; i++)
         if (instance->now->state == 1 << i)
             now = names[i];
@@ -112,7 +112,7 @@ void refuse_now(Instance *instance, int states, const char *call)
             separator = ", ";
         }
     int stopped = instance->now->state == ERROR;
-    refuse(instance, "%s%s%s", text, stopped ? "; stopped by an earlier fault: " : "",
+    fail(instance, "%s%s%s", text, stopped ? "; stopped by an earlier fault: " : "",
            stopped ? instance->now->outcome.reason : "");
 }
 
@@ -120,7 +120,7 @@ Status unsupported(const Instance *instance, Status status, const char *call, co
 {
     if (!instance)
         return STATUS_ERROR;
-    say(instance, status, "%s: %s", call, why);
+    log_status(instance, status, "%s: %s", call, why);
     return status;
 }
 
@@ -202,9 +202,9 @@ static Instance *load(const char *name, const char *guid, const char *location, 
     return NULL;
 }
 
-void slave_refuse_new(const Host *host, const char *name, const char *reason)
+void slave_log_no_instance(const Host *host, const char *name, const char *reason)
 {
-    tell(host, name ? name : "", STATUS_ERROR, reason);
+    log_text(host, name ? name : "", STATUS_ERROR, reason);
 }
 
 Instance *slave_new(const char *name, const char *guid, const char *location, const Host *host, int logging)
@@ -212,11 +212,11 @@ Instance *slave_new(const char *name, const char *guid, const char *location, co
     char reason[TEXT_SIZE] = "an instance needs a name";
     Instance *instance = name && *name ? load(name, guid, location, reason) : NULL;
     if (!instance) {
-        slave_refuse_new(host, name, reason);
+        slave_log_no_instance(host, name, reason);
         return NULL;
     }
     instance->host = *host;
-    instance->heard = logging ? EVERY_CATEGORY : 0;
+    instance->enabled_categories = logging ? EVERY_CATEGORY : 0;
     start_over(instance);
     return instance;
 }
@@ -235,9 +235,9 @@ Status slave_set_times(Instance *instance, const char *call, double start, int h
     if (!may(instance, INSTANTIATED, call))
         return STATUS_ERROR;
     if (!isfinite(start))
-        return refuse(instance, "start time = %g s is not allowed; it must be a finite number", start);
+        return fail(instance, "start time = %g s is not allowed; it must be a finite number", start);
     if (has_stop && !(stop >= start))
-        return refuse(instance, "stop time = %g s is not allowed; it must be >= %g s, the start", stop, start);
+        return fail(instance, "stop time = %g s is not allowed; it must be >= %g s, the start", stop, start);
     instance->now->time = start;
     instance->stop = has_stop ? stop : INFINITY;
     return STATUS_OK;
@@ -257,7 +257,7 @@ Status slave_initialise_again(Instance *instance)
     instance->now->stale = 0;
     if (!run_initialise(&instance->run))
         return STATUS_OK;
-    say(instance, STATUS_WARNING, "initialisation: %s", instance->now->outcome.reason);
+    log_status(instance, STATUS_WARNING, "initialisation: %s", instance->now->outcome.reason);
     return STATUS_WARNING;
 }
 
@@ -270,7 +270,7 @@ Status slave_exit_initialization(Instance *instance, const char *call)
         run_initialise(&instance->run);
     now->stale = 0;
     if (now->outcome.fault)
-        return refuse(instance, "initialisation: %s", now->outcome.reason);
+        return fail(instance, "initialisation: %s", now->outcome.reason);
     now->state = STEP_COMPLETE;
     warn(instance, 0);
     return STATUS_OK;
@@ -289,12 +289,12 @@ Status slave_step(Instance *instance, const char *call, double time, double step
     if (!may(instance, STEP_COMPLETE, call))
         return STATUS_ERROR;
     if (!isfinite(time))
-        return refuse(instance, "%s: time = %g s is not allowed; it must be a finite number", call, time);
+        return fail(instance, "%s: time = %g s is not allowed; it must be a finite number", call, time);
     if (is_too_late(instance, time, step_size))
-        return decline(instance, "at t = %.9g s: a step of %g s would end after the stop time of the experiment, %.9g s",
+        return reject(instance, "at t = %.9g s: a step of %g s would end after the stop time of the experiment, %.9g s",
                        time, step_size, instance->stop);
     if (run_step(&instance->run, time, step_size))
-        return refuse(instance, "at t = %.9g s: %s", time, instance->now->outcome.reason);
+        return fail(instance, "at t = %.9g s: %s", time, instance->now->outcome.reason);
     instance->now->time = time + step_size;
     warn(instance, 1);
     return STATUS_OK;

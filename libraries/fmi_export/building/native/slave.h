@@ -1,9 +1,9 @@
 /* An instance of a model as a host of FMI runs it: states, checks, log, saved states. Nothing here knows a version of FMI;
-   `fmi2.c` and `fmi3.c` are the faces it has for them.
+   `fmi2.c` and `fmi3.c` bind it to them.
 
    Functions get the name of the FMI call for their messages. Every call that is refused answers STATUS_ERROR and logs the
    reason. A fault of a step and a wrong call put the instance into the error state, from which a reset and a state from
-   before lead; `decline` and `unsupported` leave it as it was. No step is answered with STATUS_DISCARD, and no fault is an
+   before lead; `reject` and `unsupported` leave it as it was. No step is answered with STATUS_DISCARD, and no fault is an
    end that the model wants: FMI 3.0 promises with the former the state from before the step, and hosts take the latter for
    success. */
 
@@ -28,13 +28,13 @@ typedef struct Host Host;
 /* What the versions of FMI differ in beyond their functions. */
 typedef struct {
     const char *states[N_STATES]; /* their names */
-    void (*tell)(const Host *host, const char *instance, Status status, const char *category, const char *text);
-} Face;
+    void (*log)(const Host *host, const char *instance, Status status, const char *category, const char *text);
+} FmiBinding;
 
 struct Host {
-    const Face *face;
+    const FmiBinding *binding;
     void *environment;
-    void (*logger)(void); /* of the type that the face knows; may be NULL */
+    void (*logger)(void); /* of the type that the binding knows; may be NULL */
 };
 
 /* A saved state; the values and the state of the run follow. */
@@ -50,7 +50,7 @@ typedef struct {
 typedef struct {
     uint32_t *references; /* room for as many as there are variables */
     size_t count;
-    int in_a_row; /* each is the one before plus 1 */
+    int contiguous; /* each is the one before plus 1 */
 } Known;
 
 typedef struct {
@@ -59,7 +59,7 @@ typedef struct {
     Run run;     /* of which `now` holds what there is to save */
     double stop; /* end of the experiment (s), infinite where the host set none */
     Host host;
-    unsigned int heard; /* one bit for each category of messages that are logged */
+    unsigned int enabled_categories; /* one bit for each category of messages that are logged */
     const char *name;
     Known read, written; /* the latest lists that were read, and set; of the latter only those of inputs */
 } Instance;
@@ -69,13 +69,13 @@ typedef struct {
 /* Refusals ------------------------------------------------------------------------------------------------------- */
 
 /* Refuse a call that the present state does not allow, with what state the instance is in and which would do. */
-void refuse_now(Instance *instance, int states, const char *call);
+void fail_in_state(Instance *instance, int states, const char *call);
 
 /* Refuse a call for good: the first reason stays as the fault. */
-Status refuse(Instance *instance, const char *format, ...);
+Status fail(Instance *instance, const char *format, ...);
 
 /* Refuse a call that changed nothing, and live on. */
-Status decline(Instance *instance, const char *format, ...);
+Status reject(Instance *instance, const char *format, ...);
 
 /* A question that the standards leave optional: refused, and the instance lives on. */
 Status unsupported(const Instance *instance, Status status, const char *call, const char *why);
@@ -85,9 +85,9 @@ Status unsupported(const Instance *instance, Status status, const char *call, co
 /* A new instance with the data at a resource location; NULL if there can be none, and the logger has the reason. */
 Instance *slave_new(const char *name, const char *guid, const char *location, const Host *host, int logging);
 void slave_free(Instance *instance);
-void slave_refuse_new(const Host *host, const char *name, const char *reason);
+void slave_log_no_instance(const Host *host, const char *name, const char *reason);
 
-/* The categories with these names, as bits of `heard`; all if there are no names. */
+/* The categories with these names, as bits of `enabled_categories`; all if there are no names. */
 Status slave_categories(Instance *instance, const char *call, const char *const names[], size_t count,
                         unsigned int *chosen);
 Status slave_set_times(Instance *instance, const char *call, double start, int has_stop, double stop);
@@ -132,7 +132,7 @@ static inline int may(Instance *instance, int states, const char *call)
         return 0;
     if (instance->now->state & states)
         return 1;
-    refuse_now(instance, states, call);
+    fail_in_state(instance, states, call);
     return 0;
 }
 
@@ -160,14 +160,14 @@ static inline int is_known(const Known *known, const uint32_t *references, size_
 static inline void remember(const Instance *instance, Known *known, const uint32_t *references, size_t count)
 {
     known->count = 0;
-    known->in_a_row = 0;
+    known->contiguous = 0;
     if (!count || count > (size_t)instance->run.data.n_values)
         return;
     memcpy(known->references, references, count * sizeof *references);
     known->count = count;
-    known->in_a_row = 1;
+    known->contiguous = 1;
     for (size_t i = 1; i < count; i++)
-        known->in_a_row &= references[i] == references[0] + i;
+        known->contiguous &= references[i] == references[0] + i;
 }
 
 /* Before values are read: outputs up to date, if something was set in initialization mode since. */
