@@ -1,11 +1,13 @@
 """`python -m tests.system.contact_forces` writes the table of contact forces in docs/validation/contact_forces.md anew.
 
-Pages quote peaks from this table alone; `tests/docs/test_forces_on_pages.py` compares, slow tests run the scenarios.
+With names of scenarios after it, it writes the rows of these. Pages quote peaks from this table alone;
+`tests/docs/test_forces_on_pages.py` compares, slow tests run the scenarios.
 """
 
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 
 PAGE = Path(__file__).parents[2] / "docs" / "validation" / "contact_forces.md"
@@ -18,6 +20,16 @@ SCENARIOS = (
     "fig4_14",
     "fig4_18",
     "fig4_20",
+    "fig5_5_pid",
+    "fig5_5_matched",
+    "fig5_6_pid",
+    "fig5_6",
+    "fig6_13_pid",
+    "fig6_13",
+    "fig6_15_pid",
+    "fig6_15",
+    "fig6_18_pid",
+    "fig6_18",
     "drop",
     "drop_mount",
     "one_axis_lost",
@@ -62,12 +74,15 @@ def table(found: dict[str, Forces]) -> str:
     return HEADING + "".join(rows)
 
 
-def main() -> None:
-    """Run the scenarios and write the page."""
+def main(*names: str) -> None:
+    """Run the scenarios, or those that are named, and write the page; raise ValueError for one that it lacks."""
+    if unknown := sorted(set(names) - set(SCENARIOS)):
+        raise ValueError(f"scenario {unknown[0]!r} is none of {', '.join(SCENARIOS)}")
+    told = read_page() if names else {}
+    found = {name: forces_of(name) if name in names or not names else told.get(name, {}) for name in SCENARIOS}
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(HEADING)
-    after = ROW.sub("", rest).lstrip("\n")
-    PAGE.write_text(before + table({name: forces_of(name) for name in SCENARIOS}) + "\n" + after, encoding="utf-8")
+    PAGE.write_text(before + table(found) + "\n" + ROW.sub("", rest).lstrip("\n"), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

@@ -30,7 +30,7 @@ def test_peak_forces_at_250_us_are_those_at_20_us(name):
     assert samples[0]["rb2"] < 0.6 * peaks[0]["rb2"]
 
 
-@pytest.mark.parametrize("name", [name for name in SCENARIOS if name.startswith(("fig4", "drop", "nelson"))])
+@pytest.mark.parametrize("name", [name for name in SCENARIOS if name.startswith(("fig", "drop", "nelson"))])
 def test_forces_on_the_page_are_those_of_runs(name):
     told = read_page()[name]
     found = forces_of(name)
