@@ -8,7 +8,7 @@ from pathlib import Path
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.system import System
-from amb_cosim.cosim.values import Raw, convert
+from amb_cosim.cosim.values import Raw, convert, is_zero
 from amb_files.suggestions import suggest
 
 
@@ -67,6 +67,23 @@ class Assignments:
     def set_or_drop(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
         """Give a value as `set` does, but drop it if the component replaces one that has such a variable."""
         return [] if self.drops(name, only) else self.set(name, raw, only)
+
+    def set_first(self, name: str, raw: Raw) -> None:
+        """Give an input, or all that `name` matches, a first value; drop 0 and false if the component lacks it.
+
+        Raises
+        ------
+        ValueError
+            As `set`; and if a component that replaces another lacks what is not 0: a load or a fault that nothing feels
+            would pass as one that does no harm.
+        """
+        if self.lacks(name, "input") and not is_zero(raw):
+            value = str(raw).lower() if isinstance(raw, bool) else raw
+            raise ValueError(
+                f"the first value {value} of {name} would do nothing: {self.missing(name)}; "
+                f'a scenario or system based on this one may say remove = ["{name}"]'
+            )
+        self.set_or_drop(name, raw, only="input")
 
     def drops(self, name: str, only: str | None = None) -> bool:
         """Return whether the FMU `lacks` what a name matches; the name then stands in `dropped`."""

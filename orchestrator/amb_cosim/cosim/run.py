@@ -89,7 +89,7 @@ def simulate(
     assembly = assemble(system, flavour, **options)
     values = assembly.assignments()
     for name, raw in inputs.items():
-        values.set_or_drop(name, raw, only="input")
+        values.set_first(name, raw)
     for name, raw in (set or {}).items():
         values.set(name, raw)
     recording = run_plan(assembly, plan_experiment(experiment, values), progress, loop, isolated=isolated)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 from amb_cosim.cosim.fmu_interface import Port
 from fmi_export.building.units import to_unit
@@ -50,6 +51,14 @@ def convert(raw: Raw, port: Port, name: str) -> float:
         given = f" ({raw})" if isinstance(raw, str) and not _is_number(raw) else ""
         raise ValueError(f"{name} = {value:.9g}{port.shown_unit}{given} is not allowed; it must be {port.allowed()}")
     return value
+
+
+def is_zero(raw: Raw) -> bool:
+    """Return whether a value is `false` or 0, in whatever unit."""
+    if isinstance(raw, str):
+        text = raw.strip().lower()
+        return text == "false" or re.fullmatch(r"[+-]?(0+\.?0*|\.0+)(e[+-]?\d+)?(\s*[^\W\d].*)?", text) is not None
+    return raw == 0
 
 
 def _bounds(port: Port) -> str:

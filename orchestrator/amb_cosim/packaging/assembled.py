@@ -179,5 +179,5 @@ def _plan(assembly: Assembly, file: str | Path | None) -> Plan:
     if file is not None:
         experiment, inputs = load_experiment(file, experiment)
         for name, raw in inputs.items():
-            values.set_or_drop(name, raw, only="input")
+            values.set_first(name, raw)
     return plan_experiment(experiment, values)

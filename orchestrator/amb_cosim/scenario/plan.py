@@ -101,7 +101,7 @@ def plan_scenario(
         for variable, raw in variables.items():
             given.update(values.set_or_drop(f"{component}.{variable}", raw, only="parameter"))
     for name, value in _scaled(scenario.inputs, scenario, values, "input"):
-        values.set_or_drop(name, value, only="input")
+        values.set_first(name, value)
     for name, raw in (settings or {}).items():
         given.update(values.set(name, raw))
     if scenario.gravity is not None:

@@ -1,4 +1,4 @@
-"""Events whose variables another FMU in the place of a component lacks: an error, or the first warning."""
+"""Events and first values of inputs that another FMU in the place of a component lacks: an error, or told first."""
 
 from __future__ import annotations
 
@@ -64,6 +64,22 @@ def test_what_an_event_does_without_is_the_first_warning(actuator):
     assert len(warnings) > 1
     assert warnings[0].startswith("event step at 0.008 s is done in part only: amb_actuator (own_actuator.fmu) has no ")
     assert "north.amplifier_off_x" in warnings[0]
+
+
+@pytest.mark.parametrize("value", [True, 1, "2 A", "1e-3"])
+def test_a_first_value_that_nothing_feels_is_refused(actuator, value):
+    first = {"amb_actuator": {"north.amplifier_off_x": value}}
+    scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
+    with pytest.raises(ValueError, match=r"first value .* of amb_actuator\.north\.amplifier_off_x would do nothing"):
+        prepare(scenario)
+
+
+@pytest.mark.parametrize("value", [False, 0, "0 A", "-0.0", "false"])
+def test_a_first_value_of_zero_is_dropped_with_a_notice(actuator, value):
+    first = {"amb_actuator": {"north.amplifier_off_x": value}}
+    scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
+    dropped = "amb_actuator: own_actuator.fmu has no north.amplifier_off_x; what is said of it is dropped"
+    assert dropped in prepare(scenario).plan.notices
 
 
 def test_an_event_of_a_system_file_is_refused_alike(actuator, tmp_path):
