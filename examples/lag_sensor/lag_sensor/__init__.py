@@ -1,1 +1,1 @@
-"""Eight displacement sensors with a lag."""
+"""Four displacement sensors with a lag."""

@@ -1,4 +1,4 @@
-"""Eight displacement sensors, each a first-order lag: tau m' + m = s, m = s at the start.
+"""Four displacement sensors, each a first-order lag: tau m' + m = s, m = s at the start.
 
 The displacement s is constant during a step h, so that m(t + h) = s + (m(t) - s) exp(-h/tau) is exact.
 """
@@ -15,12 +15,12 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
 from fmi_export.variables import Variable, input_, output, parameter
 
-N_SENSORS = 8
+N_SENSORS = 4
 
 
 def _sensor(number: int) -> list[Variable]:
     return [
-        input_(f"s{number}", "m", f"Displacement at sensor {number}", field="s"),
+        input_(f"true{number}", "m", f"Displacement at sensor {number}", field="s"),
         output(f"m{number}", "m", f"Signal of sensor {number}", field="m"),
     ]
 
@@ -64,7 +64,7 @@ def step(
 
 MODEL = Model(
     name="lag_sensor",
-    description="Eight displacement sensors with a lag",
+    description="Four displacement sensors with a lag",
     interface=INTERFACE,
     initialise=initialise,
     step=step,
