@@ -141,7 +141,7 @@ def test_jacobi_order_at_steps_of_a_sample_is_warned_of(in_orders: Any) -> None:
     assert "communication_step = 250 us in Jacobi order each force comes 500 us after the displacements that it" in late
     assert "that it answers; that changes the damping" in late
     assert "that it answers, of which the controller predicts 500 us;" in foreseen
-    assert late.endswith("Keep to steps of at most 50 us (coupling)")
+    assert late.endswith("Keep to steps of at most 50 us, a fifth of the controller's sample time (coupling)")
 
 
 FREE = Levitation(Omega=120.0, disc="d3", unbalance=0.02)

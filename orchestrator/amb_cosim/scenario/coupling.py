@@ -15,8 +15,10 @@ from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.fmu_interface import FmuInterface
 
 DEFAULT_STEPS: Mapping[Coupling, float] = {"gauss_seidel": 250e-6, "jacobi": 25e-6, "iterative": 250e-6}  # s
-LONGEST_JACOBI_STEP = 50e-6  # s; without prediction the orbit of a rub is then within 5 % of Gauss-Seidel order's
+LARGEST_SHARE = 0.2  # of the controller's sample time, for a step in Jacobi order; see `longest_jacobi_step`
+USUAL_SAMPLE_TIME = 250e-6  # s; of a controller that does not say its own
 PREDICTION = "prediction_time"  # parameter of a component that can look ahead
+SAMPLE_TIME = "sample_time"  # parameter of a component that samples
 
 
 def delay(coupling: Coupling, step_size: float) -> float:
@@ -30,7 +32,19 @@ def predictable(interfaces: Mapping[str, FmuInterface]) -> list[str]:
     return [f"{component}.{PREDICTION}" for component, port in found.items() if port and port.causality == "parameter"]
 
 
-def coupling_warning(coupling: Coupling, step_size: float, prediction_time: float = 0.0) -> str | None:
+def longest_jacobi_step(sample_time: float) -> float:
+    """Return the longest communication step (s) in Jacobi order for a controller of a sample time (s): a fifth of it.
+
+    How fast a controller samples tells how fast its loop is, so that this bounds the phase that the delay takes. A loop
+    sampled at 4 kHz is then within 5 % of Gauss-Seidel order in the orbit of a rub, without prediction; one of little
+    margin at 10 kHz needs prediction with it. `docs/coupling.md` has both.
+    """
+    return LARGEST_SHARE * sample_time
+
+
+def coupling_warning(
+    coupling: Coupling, step_size: float, prediction_time: float = 0.0, sample_time: float | None = None
+) -> str | None:
     """Return a sentence that says why the results of a levitated rotor are in doubt, or None.
 
     Parameters
@@ -39,15 +53,17 @@ def coupling_warning(coupling: Coupling, step_size: float, prediction_time: floa
         Of the master; communication step (s).
     prediction_time
         How far the controller looks ahead (s).
+    sample_time
+        Of the controller (s); None where it does not say.
     """
-    if coupling != "jacobi" or step_size <= LONGEST_JACOBI_STEP * (1.0 + 1e-9):
+    longest = longest_jacobi_step(sample_time or USUAL_SAMPLE_TIME)
+    if coupling != "jacobi" or step_size <= longest * (1.0 + 1e-9):
         return None
-    step, late, ahead, longest = (
-        1e6 * time for time in (step_size, delay(coupling, step_size), prediction_time, LONGEST_JACOBI_STEP)
-    )
+    step, late, ahead, most = (1e6 * time for time in (step_size, delay(coupling, step_size), prediction_time, longest))
     foreseen = f", of which the controller predicts {ahead:g} us" if prediction_time > 0.0 else ""
+    whose = "of the controller's sample time" if sample_time else f"of {1e6 * USUAL_SAMPLE_TIME:g} us between samples"
     return (
         f"with communication_step = {step:g} us in Jacobi order each force comes {late:g} us after the displacements "
         f"that it answers{foreseen}; that changes the damping of a levitated rotor, or makes it unstable. "
-        f"Keep to steps of at most {longest:g} us"
+        f"Keep to steps of at most {most:g} us, a fifth {whose}"
     )

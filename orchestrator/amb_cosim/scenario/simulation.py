@@ -30,7 +30,7 @@ from amb_cosim.results.places import ATTRIBUTE as PLACES
 from amb_cosim.results.places import CONTROLLER, places_of
 from amb_cosim.results.result import Result
 from amb_cosim.results.stability import LAST_CHANGE
-from amb_cosim.scenario.coupling import PREDICTION, coupling_warning
+from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
 from amb_cosim.scenario.plan import ScenarioPlan, plan_scenario
 from amb_cosim.scenario.power import with_power
 from amb_cosim.scenario.scenario import Scenario, given_scenario
@@ -252,7 +252,9 @@ def _coupling_warning(prepared: Prepared) -> str | None:
         return None
     parameters = prepared.plan.all_parameters(prepared.interfaces)
     predicted = max(of_one.get(PREDICTION) or 0.0 for of_one in parameters.values())
-    return coupling_warning(prepared.scenario.coupling or system.coupling, prepared.plan.step_size, predicted)
+    sampled = min(filter(None, (of_one.get(SAMPLE_TIME) for of_one in parameters.values())), default=None)
+    coupling = prepared.scenario.coupling or system.coupling
+    return coupling_warning(coupling, prepared.plan.step_size, predicted, sampled)
 
 
 def labelled(prepared: Prepared, recording: Recording) -> Result:
