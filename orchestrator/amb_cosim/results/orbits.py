@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.results.places import places
-from amb_cosim.results.series import change, cycles, parameters, signal, turns
-
-Path = NDArray[np.float64]
+from amb_cosim.results.series import Path, change, cycles, displacements, parameters, turns
 
 When = Literal["before", "end"]
 
@@ -46,12 +44,6 @@ def path_at_rest(dataset: Signals, place: str) -> Path | None:
     """Return the displacement (m) at a bearing or a site as one sees it who stands by, shape (2, n)."""
     found = path(dataset, place)
     return None if found is None else found + centre(dataset, place)
-
-
-def displacements(dataset: Signals, x: str, y: str) -> Path | None:
-    """Return two variables as x and y, shape (2, n), of what unit they are; None where one was not recorded."""
-    of_x, of_y = signal(dataset, x), signal(dataset, y)
-    return None if of_x is None or of_y is None else np.array([of_x, of_y], np.float64)
 
 
 def radius(dataset: Signals, place: str) -> NDArray[np.float64] | None:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 
+Path = NDArray[np.float64]  # x and y of a motion over time, shape (2, n)
+
 _PLANT = "rotor_contact"
 _CONTROL_ACTS = "rolac_controller.rolac_active"
 
@@ -18,6 +20,12 @@ def signal(dataset: Signals, name: str) -> NDArray[Any] | None:
     """Return the samples of a variable of the plant, or None if it was not recorded."""
     label = f"{_PLANT}.{name}"
     return np.asarray(dataset[label].values) if label in dataset else None
+
+
+def displacements(dataset: Signals, x: str, y: str) -> Path | None:
+    """Return two variables as x and y, shape (2, n), of what unit they are; None where one was not recorded."""
+    of_x, of_y = signal(dataset, x), signal(dataset, y)
+    return None if of_x is None or of_y is None else np.array([of_x, of_y], np.float64)
 
 
 def cycles(dataset: Signals) -> NDArray[np.float64]:

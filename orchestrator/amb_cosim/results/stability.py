@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT, places
-from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes
+from amb_cosim.results.series import cycles, displacements, parameters, signal, speed, speed_changes
 
 LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event or point of the speed
 MIN_CYCLES = 5.0
@@ -55,9 +55,9 @@ def orbit_grows(dataset: Signals, within: NDArray[np.bool_]) -> bool:
         return False
     squares = np.zeros(3)
     for bearing in places(dataset).bearings:
-        x, y = signal(dataset, f"{bearing}.x"), signal(dataset, f"{bearing}.y")
-        if x is not None and y is not None:
-            z = x + 1j * y
+        motion = displacements(dataset, f"{bearing}.x", f"{bearing}.y")
+        if motion is not None:
+            z = motion[0] + 1j * motion[1]
             squares += [np.mean(np.abs(z[part] - z[thirds[0]].mean()) ** 2) for part in thirds]
     first, second, third = squares
     grows = third - second > second - first > 0.0 and third > GROWTH * first
