@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.results import contact_forces, contact_history
-from amb_cosim.results.orbits import When, displacements, radius, settled_amplitude, support
+from amb_cosim.results.orbits import When, radius, settled_amplitude, support
 from amb_cosim.results.places import places
-from amb_cosim.results.series import cycles, parameters, signal, speed
+from amb_cosim.results.series import cycles, displacements, parameters, signal, speed
 
 Bools = NDArray[np.bool_]
 HERTZ = 2.0 * np.pi  # rad/s
@@ -117,8 +117,8 @@ def sites_touched(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
 
 
 def site_of_largest_force(run: Signals, begin: float = 0.0, end: float = np.inf) -> str | None:
-    """Return the retainer with the largest normal contact force, None without contact."""
-    forces = {site.upper(): peak_force(run, site, begin, end) or 0.0 for site in places(run).retainers}
+    """Return the site, retainer or other, with the largest normal contact force, None without contact."""
+    forces = {site.upper(): peak_force(run, site, begin, end) or 0.0 for site in places(run).sites}
     return max(forces, key=lambda site: forces[site]) if any(forces.values()) else None
 
 
@@ -153,8 +153,8 @@ def whirl_at_end(run: Signals, site: str) -> Annotated[float | None, "rad/s"]:
 
 
 def rolls_at_end(run: Signals, site: str = "") -> bool:
-    """Return whether the rotor rolls on a retainer, or on a site that is named, at the end of the run."""
-    modes = [signal(run, f"{one}.mode") for one in ([site] if site else places(run).retainers)]
+    """Return whether the rotor rolls on any site, or on one that is named, at the end of the run."""
+    modes = [signal(run, f"{one}.mode") for one in ([site] if site else places(run).sites)]
     return any(mode is not None and int(mode[-1]) == contact_history.ROLLING for mode in modes)
 
 

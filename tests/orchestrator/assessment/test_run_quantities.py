@@ -8,6 +8,7 @@ from amb_cosim.assessment.panels import MOST_POINTS, curve, panel_of, run_panels
 from amb_cosim.assessment.quantities import quantities_of_runs
 from amb_cosim.assessment.requests import QuantityRequest, evaluate
 from amb_cosim.cosim.signals import Samples, SignalTable
+from amb_cosim.results.places import Places
 
 SAMPLE = 0.011  # cycles; what a begin or an end can be off
 QUANTITIES = quantities_of_runs()
@@ -59,16 +60,27 @@ def test_a_text_is_that_of_the_known_run(known_run, name, text):
     assert QUANTITIES[name][0](known_run) == text
 
 
-def test_rolling_at_the_end_is_asked_of_a_retainer(known_run):
-    """The known run ends free; in its ninth cycle it rolls at RB1 alone."""
-    rolls = QUANTITIES["rolls_at_end"][0]
-    shown = known_run["cycle"].values < 8.9
+def up_to(run, cycle, **attributes):
+    """Return a run as if it had ended in a cycle, with other attributes."""
+    shown = run["cycle"].values < cycle
     variables, coordinates = (
         {name: Samples(one.values[shown], one.attrs) for name, one in of.items()}
-        for of in (known_run.variables, known_run.coordinates)
+        for of in (run.variables, run.coordinates)
     )
-    cut = SignalTable(variables, coordinates, known_run.attrs)
+    return SignalTable(variables, coordinates, run.attrs | attributes)
+
+
+def test_rolling_at_the_end_is_asked_of_a_retainer(known_run):
+    """The known run ends free; in its ninth cycle it rolls at RB1 alone."""
+    rolls, cut = QUANTITIES["rolls_at_end"][0], up_to(known_run, 8.9)
     assert [rolls(known_run), rolls(cut), rolls(cut, site="rb1"), rolls(cut, site="rb2")] == [False, True, True, False]
+
+
+@pytest.mark.parametrize("name", ["site_of_largest_force", "rolls_at_end"])
+def test_a_site_that_protects_no_bearing_counts_as_a_retainer_does(known_run, name):
+    bushes = Places({"mb1": "", "mb2": "rb2"}, ("rb1", "rb2"))
+    run = up_to(known_run, 8.9, places=bushes.to_json())
+    assert QUANTITIES[name][0](run) == {"site_of_largest_force": "RB1", "rolls_at_end": True}[name]
 
 
 def test_amplitude_left_is_that_at_the_end_over_that_before(known_run):
