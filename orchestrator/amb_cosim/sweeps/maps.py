@@ -28,7 +28,7 @@ DRAWN = ("contact_share", "peak_contact_force", "orbit_largest", "rolling")
 LABELS = {
     "contact_share": "share of contact between step and removal",
     "peak_contact_force": "peak contact force (N)",
-    "orbit_largest": "largest radius at a bearing (mm)",
+    "orbit_largest": "largest radius in bearings and retainers (mm)",
     "rolling": "rolling (1) or not (0)",
     "outcome": "outcome",
 }
