@@ -67,3 +67,10 @@ def test_the_index_names_every_page_and_every_page_what_was_tried():
     for page in pages:
         text = (PAGES / f"{page}.md").read_text(encoding="utf-8")
         assert re.search(r"^(Tried: .*\d|Tried: fmusim|Not tried)", text, re.MULTILINE), page
+
+
+def test_every_page_says_how_parameters_are_set_and_what_becomes_of_faults():
+    for file in PAGES.glob("*.md"):
+        if file.stem != "README":
+            headings = re.findall(r"^## (.*)$", file.read_text(encoding="utf-8"), re.MULTILINE)
+            assert {"Parameters", "Faults"} <= set(headings), file.stem
