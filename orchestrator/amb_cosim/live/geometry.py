@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,9 @@ from rotor_analysis.rotor_file import load_rotor
 DENSITY = 7850.0  # kg/m3, steel: of bodies that are given by their inertia
 
 
-def geometry(rotor_file: str | None, layout: Mapping[str, Any], gravity_angle: float) -> dict[str, Any]:
+def geometry(
+    rotor_file: str | None, layout: Mapping[str, Any], gravity_angle: float, magnetic: Collection[str]
+) -> dict[str, Any]:
     """Return what `protocol.js` calls a Geometry.
 
     Parameters
@@ -30,6 +32,8 @@ def geometry(rotor_file: str | None, layout: Mapping[str, Any], gravity_angle: f
         What the plant's interface was made from.
     gravity_angle
         Direction of gravity (rad), from x towards y.
+    magnetic
+        Names of the bearings whose magnets pull the rotor.
     """
     rotor = load_rotor(rotor_file)
     z = rotor.shaft.nodes
@@ -50,6 +54,7 @@ def geometry(rotor_file: str | None, layout: Mapping[str, Any], gravity_angle: f
                 "x": f"{PLANT}.{bearing.name}.x",
                 "y": f"{PLANT}.{bearing.name}.y",
                 "retainer": retainers.get(bearing.name, ""),
+                "magnetic": bearing.name in magnetic,
             }
             for bearing in rotor.bearings
         ],

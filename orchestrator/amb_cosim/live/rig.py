@@ -14,7 +14,7 @@ from amb_cosim.cosim.fmus import model_source
 from amb_cosim.live.geometry import geometry
 from amb_cosim.packaging.assembled import assembled, made_for
 from amb_cosim.packaging.models import Made
-from amb_cosim.results.places import PLANT
+from amb_cosim.results.places import PLANT, places_of
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import Prepared, prepare
@@ -95,7 +95,9 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
         "ramps": [{"variable": r.variable, "points": list(map(list, r.points)), "slope": r.slope} for r in plan.ramps],
         "stops": [condition._asdict() for condition in plan.stops],
         "recorded": [name for name in plan.recorded if name in names],
-        "geometry": geometry(scenario.rotor, prepared.fmus[PLANT].layout or {}, _gravity_angle(prepared)),
+        "geometry": geometry(
+            scenario.rotor, prepared.fmus[PLANT].layout or {}, _gravity_angle(prepared), magnetic_bearings(prepared)
+        ),
     }
     return Rig(data, parts)
 
@@ -131,6 +133,12 @@ def _events(plan: ScenarioPlan) -> list[dict[str, Any]]:
         {"point": point, "variable": variable, "value": value, "label": labels.get(point, "")}
         for point, variable, value in plan.events
     ]
+
+
+def magnetic_bearings(prepared: Prepared) -> tuple[str, ...]:
+    """Return the bearings that get a force: what controller and actuator have for others pulls nothing."""
+    fed = prepared.plan.system.fed()
+    return tuple(bearing for bearing in places_of(prepared.assembly).bearings if f"{PLANT}.{bearing}.f_x" in fed)
 
 
 def _gravity_angle(prepared: Prepared) -> float:

@@ -66,7 +66,8 @@
  * @typedef {object} Geometry
  * @property {{ z: number, radius: number }[]} nodes of the shaft, from its left end; `radius` of the element that begins there
  * @property {{ name: string, z: number, radius: number, width: number, unbalance: boolean }[]} discs
- * @property {{ name: string, z: number, x: string, y: string, retainer: string }[]} bearings signals of displacement
+ * @property {{ name: string, z: number, x: string, y: string, retainer: string, magnetic: boolean }[]} bearings signals of
+ * displacement; whether magnets pull the rotor there
  * @property {Site[]} sites retainers and bushes
  * @property {{ name: string, z: number, x: string, y: string }[]} planes of sensors, with their signals
  * @property {{ places: { z: number, x: string, y: string }[], rows: number[][] }} shape

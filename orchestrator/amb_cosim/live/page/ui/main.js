@@ -17,7 +17,7 @@ import { startTheme } from "./theme.js";
 import { listenToTheory, showTheory } from "./theory.js";
 import { columnsOf } from "./traces.js";
 import { makeTransport } from "./transport.js";
-import { makeView } from "./view.js";
+import { chooseWindow, makeView } from "./view.js";
 
 /** @typedef {import("../protocol.js").Deed} Deed */
 /** @typedef {import("../protocol.js").Answer} Answer */
@@ -64,6 +64,7 @@ function open(data) {
     seeker.drop();
     const loaded = session = newSession(rigOf(data, scenario)), { rig } = session;
     chooser.value = rig.scenario;
+    chooseWindow(rig);
     document.title = `Live rig: ${rig.scenario}`;
     setText(byId("description", HTMLElement), rig.description);
     setText(byId("origin", HTMLElement), originOf(rig));

@@ -4,6 +4,7 @@ import { surfaceOf } from "./canvas.js";
 import { make, setText } from "./dom.js";
 import { quantityText } from "./format.js";
 import { contactArcs, drawOrbit, fromCanvas, spanOf } from "./orbit.js";
+import { seriesOfSite } from "./palette.js";
 import { settingOf, valueOf } from "./session.js";
 import { between } from "./traces.js";
 
@@ -147,9 +148,7 @@ function listen(view, session, rotation, apply) {
  * @param {import("./palette.js").Palette} palette
  */
 function drawView(view, session, rotation, palette) {
-  const name = `rotor_contact.${view.site.name}`, bearings = session.rig.geometry.bearings;
-  const index = bearings.findIndex((one) => one.name === view.site.bearing);
-  const colour = palette.series[index >= 0 ? index : palette.series.length - 1];
+  const name = `rotor_contact.${view.site.name}`, colour = palette.series[seriesOfSite(session.rig.geometry, view.site)];
   const omega = Math.abs(valueOf(session, "rotor_contact.speed")) || 100;
   const from = session.time - Math.min((REVOLUTIONS * 2 * Math.PI) / omega, LONGEST);
   const [x, y] = [view.site.x, view.site.y].map((signal) => {

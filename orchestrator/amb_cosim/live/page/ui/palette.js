@@ -30,6 +30,19 @@ export function readPalette(element = document.documentElement) {
 }
 
 /**
+ * Return which colour a contact site has: that of the bearing that it protects, or one of its own after those.
+ * @param {Pick<import("../protocol.js").Geometry, "bearings" | "sites">} geometry
+ * @param {import("../protocol.js").Site} site
+ * @returns {number} index into `series`
+ */
+export function seriesOfSite(geometry, site) {
+  const protects = (/** @type {import("../protocol.js").Site} */ other) => geometry.bearings.findIndex((one) => one.name === other.bearing);
+  const others = geometry.sites.filter((one) => protects(one) < 0);
+  const index = protects(site);
+  return index >= 0 ? index : (geometry.bearings.length + others.findIndex((one) => one.name === site.name)) % SERIES.length;
+}
+
+/**
  * Return a colour with less than full opacity.
  * @param {string} colour as #rrggbb
  * @param {number} opacity from 0 to 1

@@ -162,6 +162,17 @@ function retainer(site, scene, project, palette) {
 }
 
 /**
+ * Return the enlarged gap of a bearing (m): the clearance of its retainer or, without one, the least of all.
+ * @param {Geometry["bearings"][number]} bearing
+ * @param {ShaftScene} scene
+ */
+function gapOf(bearing, scene) {
+  const { sites } = scene.geometry, own = sites.filter((one) => one.name === bearing.retainer);
+  const clearances = (own.length > 0 ? own : sites).map((one) => scene.clearance(one.name));
+  return scene.enlargement * (clearances.length > 0 ? Math.min(...clearances) : 1e-3);
+}
+
+/**
  * The four magnets of a bearing: the more current, the more colour.
  * @param {Geometry["bearings"][number]} bearing
  * @param {ShaftScene} scene
@@ -172,8 +183,8 @@ function retainer(site, scene, project, palette) {
  * @returns {Face[]}
  */
 function magnets(bearing, scene, radius, project, colour, palette) {
-  const site = scene.geometry.sites.find((one) => one.name === bearing.retainer);
-  const distance = radius + scene.enlargement * (site === undefined ? 1e-3 : scene.clearance(site.name)) + 0.028;
+  if (!bearing.magnetic) { return []; }
+  const distance = radius + gapOf(bearing, scene) + 0.028;
   return ["upper_x", "upper_y", "lower_x", "lower_y"].flatMap((coil, k) => {
     const current = scene.value(`amb_actuator.${bearing.name}.i_${coil}`);
     if (!Number.isFinite(current)) { return []; }
@@ -286,9 +297,7 @@ function drawLabels(context, scene, place, project, palette) {
     free = x + half + 4;
   }
   geometry.bearings.forEach((bearing, k) => {
-    const site = geometry.sites.find((one) => one.name === bearing.retainer);
-    const radius = journalRadius(geometry, bearing.z) + scene.enlargement * (site === undefined ? 1e-3 : scene.clearance(site.name));
-    const [x, y] = project(bearing.z, 0, -radius - 0.045);
+    const [x, y] = project(bearing.z, 0, -journalRadius(geometry, bearing.z) - gapOf(bearing, scene) - 0.045);
     context.fillStyle = palette.series[k % palette.series.length];
     context.fillText(bearing.name.toUpperCase(), x, y + 16);
   });

@@ -2,6 +2,7 @@
 
 import { makeChart } from "./charts.js";
 import { make } from "./dom.js";
+import { seriesOfSite } from "./palette.js";
 import { whetherSeen } from "./seen.js";
 import { settingOf } from "./session.js";
 
@@ -15,22 +16,20 @@ import { settingOf } from "./session.js";
  */
 export function chartSpecs(current) {
   const session = current(), { bearings, sites } = session.rig.geometry;
-  const axes = (/** @type {(name: string, axis: string) => string} */ signal) => bearings.flatMap((bearing, k) => ["x", "y"].map((axis) => ({
+  const axes = (/** @type {(name: string, axis: string) => string} */ signal, whole = false) => bearings.flatMap((bearing, k) => (
+    whole || bearing.magnetic ? ["x", "y"] : []).map((axis) => ({
     signal: signal(bearing.name, axis), label: `${bearing.name.toUpperCase()} ${axis}`, series: k, dashed: axis === "y" })));
-  const seriesOfSite = (/** @type {string} */ bearing, /** @type {number} */ k) => {
-    const index = bearings.findIndex((one) => one.name === bearing);
-    return index >= 0 ? index : (bearings.length + k) % 6;
-  };
-  const clearances = () => sites.filter((site) => site.bearing !== "").flatMap((site) => {
+  const inPlane = sites.filter((site) => bearings.some((one) => one.name === site.bearing && Math.abs(one.z - site.z) < 1e-6));
+  const clearances = () => inPlane.flatMap((site) => {
     const c = 1e3 * settingOf(current(), `rotor_contact.${site.name}.clearance`);
     return [c, -c];
   });
   /** @type {ChartSpec[]} */
   const specs = [
-    { key: "displacement", title: "Displacement (mm)", unit: "mm", scale: 1e3, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`), levels: clearances, least: 0.01, positive: false },
+    { key: "displacement", title: "Displacement (mm)", unit: "mm", scale: 1e3, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`, true), levels: clearances, least: 0.01, positive: false },
     { key: "contact", title: "Contact force N, largest in a step (kN)", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
-      curves: sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0).map((site, k) => ({
-        signal: `rotor_contact.${site.name}.f_n_peak`, label: site.name.toUpperCase(), series: seriesOfSite(site.bearing, k), dashed: false })) },
+      curves: sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0).map((site) => ({
+        signal: `rotor_contact.${site.name}.f_n_peak`, label: site.name.toUpperCase(), series: seriesOfSite(session.rig.geometry, site), dashed: false })) },
     { key: "current", title: "Control current (A)", unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: () => [], least: 0.1, positive: false },
     { key: "force", title: "Magnet force (kN)", unit: "kN", scale: 1e-3, curves: axes((name, axis) => `amb_actuator.${name}.f_${axis}`), levels: () => [], least: 0.05, positive: false },
   ];
@@ -48,7 +47,7 @@ export function watchedSignals(rig) {
   const wanted = [
     ...shape.places.flatMap((place) => [place.x, place.y]),
     ...sites.flatMap((site) => ["x", "y", "f_n", "f_n_peak", "f_t", "mode"].map((name) => `rotor_contact.${site.name}.${name}`)),
-    ...bearings.flatMap(({ name }) => ["x", "y"].flatMap((axis) => [`rolac_controller.${name}.i_${axis}`, `amb_actuator.${name}.f_${axis}`])),
+    ...bearings.filter((bearing) => bearing.magnetic).flatMap(({ name }) => ["x", "y"].flatMap((axis) => [`rolac_controller.${name}.i_${axis}`, `amb_actuator.${name}.f_${axis}`])),
     "rotor_contact.theta", "rotor_contact.speed", "rolac_controller.harmonic1.displacement", "rolac_controller.harmonic1.force",
     ...["kinetic", "strain", "friction", "impact", "damping", "balance"].map((name) => `rotor_contact.energy.${name}`),
   ];

@@ -49,9 +49,9 @@ export function makeFacts(panel, session) {
     ["control", (now) => controlText(now, names), (now) => isOff(now)],
     ["synchronous force", (now) => quantityText(valueOf(now, "rolac_controller.harmonic1.force"), "N"), (now) => valueOf(now, "rolac_controller.rolac_limited") === 1],
     ["limits", (now) => limitsText(now), (now) => limitsText(now) !== "none reached"],
-    ["largest contact force", (now) => quantityText(largestForce(now), "N"), () => false],
+    ["largest contact force of late", (now) => quantityText(largestForce(now), "N"), () => false],
   ];
-  const shown = facts.filter(([name]) => session.rig.components.some((one) => one.name === "rolac_controller") || name === "speed" || name === "largest contact force");
+  const shown = facts.filter(([name]) => session.rig.components.some((one) => one.name === "rolac_controller") || name === "speed" || name === "largest contact force of late");
   const rows = shown.map(([name, text, isAlarm]) => ({ term: make("dt", { text: name }), value: make("dd"), text, isAlarm }));
   panel.replaceChildren(...rows.flatMap((row) => [row.term, row.value]));
   return (now) => {

@@ -17,6 +17,7 @@ import { between } from "./traces.js";
 /** @typedef {import("./palette.js").Palette} Palette */
 
 const TEXTS = 100; // ms between updates of what is read
+const USUAL_WINDOW = 0.5; // s, of the curves
 const YAW = { home: -1.15, step: 0.08 };
 
 /**
@@ -58,6 +59,15 @@ export function makeView(current, changes, palette) {
     },
     end: () => { signals.end(); shaft.end(); },
   };
+}
+
+/**
+ * Choose the window of the curves for a scenario: half a second, or less where that holds all of it.
+ * @param {import("../protocol.js").Rig} rig
+ */
+export function chooseWindow(rig) {
+  const window_ = byId("window", HTMLSelectElement), spans = [...window_.options].map((option) => Number(option.value));
+  window_.value = String(Math.min(USUAL_WINDOW, spans.find((span) => span >= rig.last * rig.stepSize) ?? USUAL_WINDOW));
 }
 
 /**

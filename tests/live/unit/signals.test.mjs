@@ -1,0 +1,36 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { seriesOfSite } from "../../../orchestrator/amb_cosim/live/page/ui/palette.js";
+import { chartSpecs, watchedSignals } from "../../../orchestrator/amb_cosim/live/page/ui/signals.js";
+
+// Two magnetic bearings and a passive one between them; a retainer in the plane of its bearing, one beside it, two seals.
+const bearings = ["left", "ring", "right"].map((name, k) => ({ name, z: k, magnetic: name !== "ring" }));
+const sites = [["catch", "left", 0], ["stop", "right", 1.8], ["seal", "", 0.5], ["casing", "", 0.7]].map(([name, bearing, z]) => ({ name, bearing, z }));
+const geometry = { bearings, sites, shape: { places: [] } };
+const outputs = bearings.flatMap(({ name }) => ["x", "y"].flatMap((axis) => [
+  ["rotor_contact", `${name}.${axis}`], ["rolac_controller", `${name}.i_${axis}`], ["amb_actuator", `${name}.f_${axis}`]]));
+outputs.push(...sites.map(({ name }) => ["rotor_contact", `${name}.f_n_peak`]));
+const components = ["rotor_contact", "rolac_controller", "amb_actuator"].map((component) => ({
+  name: component, parameters: Object.fromEntries(sites.map(({ name }, k) => [`${name}.clearance`, (k + 1) * 1e-4])),
+  variables: outputs.filter(([one]) => one === component).map(([, name]) => ({ name, causality: "output" })) }));
+const session = { rig: { geometry, components, inputs: {}, stepSize: 1e-4 }, columns: new Map(outputs.map((name, k) => [name.join("."), k])),
+  values: [], variables: new Map(), deed: { changes: [], settings: {} }, time: 0 };
+const specs = Object.fromEntries(chartSpecs(() => session).map((spec) => [spec.key, spec]));
+
+test("a bearing without magnets has displacements, and no current or force", () => {
+  const of = (key) => [...new Set(specs[key].curves.map((curve) => curve.label.slice(0, -2)))];
+  assert.deepEqual(of("displacement"), ["LEFT", "RING", "RIGHT"]);
+  assert.deepEqual([of("current"), of("force")], [["LEFT", "RIGHT"], ["LEFT", "RIGHT"]]);
+  assert.ok(!watchedSignals(session.rig).some((name) => name.includes("ring.i_") || name.includes("ring.f_")));
+});
+
+test("each site has a colour of its own, a retainer that of its bearing", () => {
+  assert.deepEqual(sites.map((site) => seriesOfSite(geometry, site)), [0, 2, 3, 4]);
+  assert.deepEqual(specs.contact.curves.map((curve) => curve.series), [0, 2, 3, 4]);
+});
+
+test("clearances are drawn over displacements of their own plane alone", () => {
+  const levels = specs.displacement.levels();
+  assert.equal(levels.length, 2);
+  assert.ok(Math.abs(levels[0] - 0.1) < 1e-12 && levels[0] === -levels[1]);
+});
