@@ -104,7 +104,7 @@ class Robustness(DrawnResult):
         left_out = [f"not varied: {name}, {reason}" for name, reason in self.not_varied.items()]
         flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
         told = f"fragile: {flips}" if flips else f"robust: every run is {self.outcome}"
-        return [table, "peak force (N) of each site, largest orbit (mm) of each bearing", *left_out, told]
+        return [table, "peak force (N) of each site, largest orbit (mm) at each bearing and retainer", *left_out, told]
 
 
 def robustness(

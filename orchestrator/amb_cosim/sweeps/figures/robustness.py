@@ -22,11 +22,11 @@ def draw(result: Robustness) -> Figure:
                 axes.plot(value, k, "o", color=BLUE if row.outcome == result.outcome else ORANGE, ms=5)
         if values[-1] is not None:
             axes.axvline(values[-1], color="0.6", lw=0.8, ls=DASHED)
+        axes.set_xlim(0.0, 1.05 * max((value for value in values if value), default=1.0))
         axes.grid(axis="y", color="0.93", lw=0.6)
     names = [row.changed + (f" ({row.outcome})" if row.outcome != result.outcome else "") for row in rows]
     left.set_yticks(range(len(rows)), names)
     left.set(xlabel="last contact (cycle)", ylim=(-0.6, len(rows) - 0.4))
     right.set(xlabel="largest contact force (N)")
-    right.set_xlim(left=0.0)
     figure.suptitle(f"{result.scenario}: {result.outcome}, {result.verdict}", fontsize=TITLE_SIZE)
     return figure
