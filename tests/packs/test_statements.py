@@ -9,6 +9,7 @@ import pytest
 
 from amb_cosim.assessment.evaluation import alternatives, reading_of, ways
 from amb_cosim.assessment.quantities import quantities_of_runs, quantities_of_studies
+from amb_cosim.assessment.sources import scenario_parameters
 from amb_cosim.assessment.statements import load_statements, selected
 from amb_cosim.scenario.scenario import packaged_scenarios
 from amb_cosim.studies import STUDIES
@@ -36,6 +37,13 @@ def test_every_source_exists_and_is_used(statements):
     assert set(statements.sources) - used == set()
     for source in statements.sources.values():
         assert source.scenario in packaged_scenarios() or source.study in {*STUDIES, "model_inputs"}
+
+
+def test_what_a_source_sets_stands_in_place_of_what_its_scenario_says(statements):
+    source = statements.sources["fig5_5_matched_pid"]
+    told = scenario_parameters(source.scenario)
+    assert told["rolac_controller.rolac_enable"] is True
+    assert (told | source.set)["rolac_controller.rolac_enable"] is False
 
 
 def test_every_quantity_exists_and_takes_its_arguments(statements):

@@ -167,7 +167,7 @@ def _of_run(job: Job) -> dict[str, Any]:
     return {
         "title": source.title or prepared.scenario.description,
         "text": scenario_text(source.scenario),
-        "parameters": [*scenario_parameters(source.scenario), *_texts(changes)],
+        "parameters": _texts(scenario_parameters(source.scenario) | changes),
         **_evaluate_all(job, result.signals, quantities_of_runs(job.quantities)),
         **_drawn(panels_of_run(result.signals, job.quantities)),
     }
@@ -213,20 +213,22 @@ def scenario_text(name: str) -> str:
     return own if base is None else f"{scenario_text(str(base))}\n{own}"
 
 
-def scenario_parameters(name: str) -> list[tuple[str, str]]:
-    """Return what a scenario runs with: speed, factor, inputs, parameters and events, in the words of its file."""
+def scenario_parameters(name: str) -> dict[str, Any]:
+    """Return what a scenario runs with, in the words of its file: speed, factor, inputs, parameters and events."""
     scenario = load_scenario(name)
-    rows = [("scenario", name), ("Omega", str(scenario.Omega))]
+    found: dict[str, Any] = {"scenario": name, "Omega": scenario.Omega}
     if scenario.unbalance_factor != 1.0:
-        rows.append(("unbalance_factor", f"{scenario.unbalance_factor:g}"))
+        found["unbalance_factor"] = scenario.unbalance_factor
     for table in (scenario.inputs, scenario.parameters):
-        rows += [(variable, str(value)) for values in table.values() for variable, value in values.items()]
+        found |= {f"{component}.{variable}": raw for component, of in table.items() for variable, raw in of.items()}
     for event in scenario.event:
         when = f"cycle {event.cycle:g}" if event.cycle is not None else str(event.time)
-        rows += [
-            (f"{variable}, {when}", str(value)) for values in event.set.values() for variable, value in values.items()
-        ]
-    return rows
+        found |= {
+            f"{component}.{variable}, {when}": raw
+            for component, of in event.set.items()
+            for variable, raw in of.items()
+        }
+    return found
 
 
 def study_title(study: str) -> str:
