@@ -445,22 +445,25 @@ def test_a_wrong_log_category_is_refused_and_nothing_else_changes(library, categ
         ([(False, ())], (False, False)),
         ([(False, (b"logAll",))], (False, False)),
         ([(False, ()), (True, (b"logAll",))], (True, True)),
-        ([(False, ()), (True, (b"logStatusError", b"logStatusFatal"))], (True, True)),
-        ([(False, ()), (True, (b"logStatusDiscard", b"logStatusWarning"))], (False, False)),
-        ([(False, ()), (True, (b"logStatusFatal",)), (True, (b"logStatusError",))], (True, True)),
-        ([(False, (b"logStatusError",))], (False, False)),
+        ([(False, ()), (True, (b"logStatusWarning", b"logStatusFatal"))], (True, True)),
+        ([(False, ()), (True, (b"logStatusDiscard", b"logStatusError"))], (False, False)),
+        ([(False, ()), (True, (b"logStatusFatal",)), (True, (b"logStatusWarning",))], (True, True)),
+        ([(False, (b"logStatusWarning",))], (False, False)),
         # of FMI 3.0 each call switches the categories that it names, of FMI 2.0 all
-        ([(False, (b"logStatusWarning", b"logStatusFatal"))], (False, True)),
-        ([(True, (b"logStatusError",)), (True, (b"logStatusFatal",))], (False, True)),
+        ([(False, (b"logStatusError", b"logStatusFatal"))], (False, True)),
+        ([(True, (b"logStatusWarning",)), (True, (b"logStatusFatal",))], (False, True)),
     ],
 )
-def test_messages_go_by_category(library, switched, heard):
+def test_warnings_go_by_category_and_errors_always(library, switched, heard):
     with library.instantiate() as fmu:
         fmu.begin()
         assert [fmu.debug(on, *names) for on, names in switched] == [OK] * len(switched)
-        fmu.set(u=5.0)
+        fmu.set(u=4.0)
         fmu.step(0)
-        assert [category for _, category, _ in fmu.log] == ["logStatusError"] * heard[library.version - 2]
+        fmu.set(u=5.0)
+        fmu.step(1)
+        warned = ["logStatusWarning"] * heard[library.version - 2]
+        assert [category for _, category, _ in fmu.log] == [*warned, "logStatusError"]
 
 
 def test_every_declared_category_can_be_chosen(library):
@@ -468,13 +471,37 @@ def test_every_declared_category_can_be_chosen(library):
         assert fmu.debug(True, *(name.encode() for name in LOG_CATEGORIES)) == OK
 
 
-def test_nothing_is_logged_unless_asked_for(library2):
+def test_without_logging_a_fault_alone_is_in_the_log(library2):
     with library2.instantiate(logging=0) as fmu:
         fmu.begin()
+        fmu.set(u=4.0)
+        assert (fmu.step(0), fmu.log) == (OK, [])
         fmu.set(u=5.0)
-        assert (fmu.step(0), fmu.log) == (ERROR, [])
-        assert fmu.reason() == "u = 5 V is 100 % too much (%s %n)", "a host that asks is told all the same"
+        assert fmu.step(1) == ERROR
+        assert [(status, category) for status, category, _ in fmu.log] == [(ERROR, "logStatusError")]
+        assert fmu.reason() == "u = 5 V is 100 % too much (%s %n)", "a host that asks is told too"
         assert fmu.get("fault_code") == [1]
+
+
+@pytest.mark.parametrize("flavour", ["native", "python"])
+def test_fmpy_that_is_not_asked_to_log_tells_why_a_run_ended(native, build_fmu, lag, flavour):
+    from fmpy import simulate_fmu
+    from fmpy.fmi1 import FMICallException
+
+    heard = []
+    fmu = native(lag) if flavour == "native" else build_fmu(lag)
+    with pytest.raises(FMICallException):
+        simulate_fmu(
+            str(fmu),
+            stop_time=1e-3,
+            output_interval=250e-6,
+            start_values={"u": 5.0},
+            logger=lambda *told: heard.append(told[2:]),
+            debug_logging=False,
+        )
+    (_, category, reason), *_ = heard
+    assert category == b"logStatusError"
+    assert b"u = 5 V is 100 %" in reason
 
 
 def test_an_instance_logs_warnings_that_it_is_asked_for(library):

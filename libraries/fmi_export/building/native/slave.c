@@ -25,11 +25,12 @@ static void log_text(const Host *host, const char *name, Status status, const ch
         host->binding->log(host, name, status, CATEGORIES[status - STATUS_WARNING], text);
 }
 
+/* Errors are always logged: hosts do not log unless asked to, and would stop, or go on, without a word. */
 static void log_status(const Instance *instance, Status status, const char *format, ...)
 {
     char text[TEXT_SIZE];
     va_list arguments;
-    if (!(instance->enabled_categories >> (status - STATUS_WARNING) & 1))
+    if (status < STATUS_ERROR && !(instance->enabled_categories >> (status - STATUS_WARNING) & 1))
         return;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);

@@ -59,7 +59,7 @@ typedef struct {
     Run run;     /* of which `now` holds what there is to save */
     double stop; /* end of the experiment (s), infinite where the host set none */
     Host host;
-    unsigned int enabled_categories; /* one bit for each category of messages that are logged */
+    unsigned int enabled_categories; /* one bit for each category that is logged; errors always are */
     const char *name;
     Known read, written; /* the latest lists that were read, and set; of the latter only those of inputs */
 } Instance;
