@@ -67,6 +67,15 @@ def test_ranges_are_declared(build_fmu, lag):
     assert (described["gain"].min, described["gain"].max) == (None, None)
 
 
+def test_displacements_currents_and_forces_have_nominal_sizes(build_fmu):
+    sizes = {"m": 1e-4, "A": 1.0, "N": 1e3}
+    described = fmpy.read_model_description(str(build_fmu(ACTUATOR))).modelVariables
+    changing = [v for v in described if v.type == "Real" and v.causality != "parameter"]
+    assert {v.unit for v in changing} >= set(sizes)
+    assert {v.name: v.nominal and float(v.nominal) for v in changing} == {v.name: sizes.get(v.unit) for v in changing}
+    assert {v.nominal for v in described if v.causality == "parameter"} == {None}
+
+
 def test_every_unit_is_defined_with_its_base_exponents(model, fmu):
     definitions = {u.name: u.baseUnit for u in fmpy.read_model_description(str(fmu)).unitDefinitions}
     assert set(definitions) == {v.unit for v in model.interface.variables if v.type == "Real"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from fmi_export.building.units import DISPLAYED, base_unit, display_unit
+from fmi_export.building.units import DISPLAYED, NOMINAL, base_unit, display_unit
 from fmi_export.log_categories import LOG_CATEGORIES
 from fmi_export.model import Model
 from fmi_export.variables import LARGEST, TOOL, Variable
@@ -118,6 +118,8 @@ def range_of(v: Variable) -> dict[str, str]:
         values["unit"] = v.unit
         if shown_in(v):
             values["displayUnit"] = shown_in(v)
+        if v.unit in NOMINAL and v.causality != "parameter":
+            values["nominal"] = repr(NOMINAL[v.unit])
     if v.type != "Boolean":
         if v.minimum > -LARGEST:
             values["min"] = v.literal(v.minimum)

@@ -31,6 +31,10 @@ SI_UNITS = {
     "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
     "T": {"kg": 1, "s": -2, "A": -1},
 }
+# Sizes of what changes in a run, by unit: displacements of a rotor in its clearances, currents, forces. Importers scale
+# tolerances by them; without one they take 1, as if a rotor moved by metres.
+NOMINAL = {"m": 1e-4, "A": 1.0, "N": 1e3}
+
 FACTOR = re.compile(r"([A-Za-z]+)(-?\d+)?")
 # A unit as text, parentheses left out: names with small exponents. Pint calculates whatever else it is given.
 _NAME = r"(?:1|%|°?[^\W\d]+(?:(?:\*\*|\^)?-?\d{1,2})?)"
