@@ -45,7 +45,7 @@ MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
 ALONE = ("linear_controller",)  # models that no test of the others runs
 # Folders of tests that run the compiled kernels of all models.
 RUN_ALL_KERNELS = (
-    *("benchmarks", "cosim", "levitated_rotor", "live", "native", "orchestrator", "packs", "referees"),
+    *("benchmarks", "cosim", "levitated_rotor", "linear", "live", "native", "orchestrator", "packs", "referees"),
     *("strange_machine", "system"),
 )
 

@@ -9,6 +9,7 @@
     check        check that a scenario fits the components that it runs
     compare      put runs or saved results side by side: table of summaries, overlaid figures
     Result       a run: dataset, summary, plot, outcome, save; Result.load reads one from its folder
+    linearise    the linear model of a machine, of a part of it, or of its sampled loop, as control.StateSpace
     linear_controller  make a controller from a law: python-control, scipy, arrays, a dict of speeds, a file
     build        write the FMUs of rotor, actuator and controller, for use in any tool
     build_assembled  write one FMU that holds all three, for masters that could not couple them well
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from amb_cosim.cosim.run import simulate as simulate
     from amb_cosim.cosim.system import System as System
     from amb_cosim.cosim.system_file import load_system as load_system
+    from amb_cosim.linear.linearise import linearise as linearise
     from amb_cosim.packaging.assembled import build_assembled as build_assembled
     from amb_cosim.packaging.exchange import export_ssp as export_ssp
     from amb_cosim.packaging.models import build as build
@@ -61,6 +63,7 @@ _MODULES = {
     "check": "scenario.simulation",
     "Result": "results.result",
     "compare": "comparison.compare",
+    "linearise": "linear.linearise",
     "linear_controller": "controllers.linear_controller",
     "build": "packaging.models",
     "build_assembled": "packaging.assembled",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,17 +12,13 @@ import pytest
 from rig import AXES
 
 from amb_cosim.design.plant_data import plant
-from amb_cosim.design.rotor_models import actuator, controller
+from amb_cosim.design.rotor_models import actuator, control_loop, controller
+from amb_cosim.linear.control import pid_part
+from amb_cosim.linear.loop import check_stable, diagonal_response
+from amb_cosim.linear.machine import actuator_part, bearing_slopes, rotor_part
+from amb_cosim.linear.model import LinearModel, linear_model
+from amb_cosim.linear.parts import Part, loop_of
 from amb_cosim.studies.injection import multi_sines, schroeder_phases, settling_samples
-from amb_cosim.studies.linear_loop import (
-    LinearLoop,
-    amplifier_system,
-    bearing_constants,
-    controller_system,
-    diagonal_response,
-    rotor_system,
-    sensitivity_system,
-)
 from amb_cosim.studies.stability_margin import zone
 from rotor_analysis.assembly import assemble
 from rotor_analysis.parts import Bearing, Disc, Sensor
@@ -33,24 +30,88 @@ from rotor_analysis.shaft import Shaft
 FREQUENCIES = np.array([0.5, 3.0, 11.9, 20.0, 47.0, 150.0, 348.0, 700.0])
 
 
+def models(rotor: Rotor) -> dict[str, Any]:
+    return {"rotor": plant(rotor), "actuator": actuator(rotor), "controller": controller(rotor)}
+
+
+@cache
+def of_packs() -> dict[str, Any]:
+    return models(load_rotor())
+
+
+@dataclass
+class Loop:
+    """Parts of a loop, the output that feeds each input, and parameters by component."""
+
+    parts: dict[str, Part]
+    feeds: dict[str, str]
+    parameters: dict[str, dict[str, float]]
+    axes: list[tuple[str, str]]
+
+    def slopes(self, axis: int) -> tuple[float, float]:
+        return bearing_slopes(*self.axes[axis], self.parameters["actuator"])
+
+    def of_axis(self, component: str, axis: int, name: str) -> float:
+        bearing, direction = self.axes[axis]
+        return self.parameters[component][f"{bearing}.{name}_{direction}"]
+
+    def model(self, names: tuple[str, ...], inputs: list[str], outputs: list[str]) -> LinearModel:
+        parts = [self.parts[name] for name in names]
+        feeds = {t: s for t, s in self.feeds.items() if {t.split(".")[0], s.split(".")[0]} <= {*names}}
+        return linear_model(loop_of(parts, feeds).selected(inputs, outputs), {}, {})
+
+
 def loop(
     Omega: float = 90.0,
     sample_time: float = 250e-6,
     delay: int = 0,
     rotor: Rotor | None = None,
     **changes: float,
-) -> LinearLoop:
+) -> Loop:
     """The loop with the FMUs' start values; `c_b=3e3` changes it in every axis of whichever FMU has it."""
-    rotor = rotor or load_rotor()
-    models = {"rotor_contact": plant(rotor), "amb_actuator": actuator(rotor), "rolac_controller": controller(rotor)}
-    tables = {name: model.interface for name, (model, _) in models.items()}
-    parameters: dict[str, Any] = {
-        name: {p.name: changes.get(p.name.split(".")[-1].removesuffix("_x").removesuffix("_y"), p.start) for p in of}
-        for name, of in ((name, table.of("parameter")) for name, table in tables.items())
+    made = of_packs() if rotor is None else models(rotor)
+    if delay:
+        changes = {"preset": 2.0, "delay": float(delay)} | changes
+    changes["sample_time"] = sample_time
+    parameters = {
+        name: {
+            p.name: changes.get(p.name.split(".")[-1].removesuffix("_x").removesuffix("_y"), p.start)
+            for p in model.interface.of("parameter")
+        }
+        for name, (model, _) in made.items()
     }
-    bearings = [bearing.name for bearing in rotor.bearings]
-    parameters["rotor_contact"] |= {f"{bearing}.{name}": 0.0 for bearing in bearings for name in ("k_b", "c_b")}
-    return LinearLoop(parameters, Omega, sample_time, delay, rotor)
+    (r, constants), (a, _), (c, _) = (made[name] for name in ("rotor", "actuator", "controller"))
+    bearings = a.layout["bearings"]
+    parameters["rotor"] |= {f"{bearing}.{name}": 0.0 for bearing in bearings for name in ("k_b", "c_b")}
+    parts = {
+        "rotor": rotor_part("rotor", r.layout, constants, parameters["rotor"], Omega),
+        "actuator": actuator_part("actuator", a.layout, parameters["actuator"]),
+        "controller": pid_part("controller", c.layout, parameters["controller"]),
+    }
+    axes = [(b, d) for b in bearings for d in "xy"]
+    feeds = {f"rotor.{b}.f_{d}": f"actuator.{b}.f_{d}" for b, d in axes}
+    feeds |= {f"actuator.{b}.{d}": f"rotor.{b}.{d}" for b, d in axes}
+    feeds |= {f"actuator.{b}.i_{d}": f"controller.{b}.i_{d}" for b, d in axes}
+    sensors = [plane[d] for plane in c.layout["planes"] for d in "xy"]
+    feeds |= {f"controller.{sensor}": f"rotor.{sensor}" for sensor in sensors}
+    return Loop(parts, feeds, parameters, axes)
+
+
+def sensitivity_system(case: Loop) -> LinearModel:
+    demands = [f"actuator.{b}.i_{d}" for b, d in case.axes]
+    model = case.model(("rotor", "actuator", "controller"), demands, demands)
+    check_stable(model)
+    return model
+
+
+def plant_system(case: Loop) -> LinearModel:
+    demands = [f"actuator.{b}.i_{d}" for b, d in case.axes]
+    return case.model(("rotor", "actuator"), demands, [f"rotor.{b}.{d}" for b, d in case.axes])
+
+
+def controller_system(case: Loop) -> LinearModel:
+    signals, demands = [f"controller.{axis.sensor}" for axis in control_loop().axes], case.parts["controller"].outputs
+    return -case.model(("controller",), signals, list(demands))
 
 
 def continuous(Omega: float, frequencies: np.ndarray, lag: float, bandwidth: float = math.inf) -> np.ndarray:
@@ -58,7 +119,7 @@ def continuous(Omega: float, frequencies: np.ndarray, lag: float, bandwidth: flo
     found = load_rotor()
     model = msdc(assemble(found), found.masters).model
     B = np.eye(model.size)[:, model.rows(found.bearing_nodes)]
-    k_s, _ = bearing_constants(loop(), 0)
+    k_s, _ = loop().slopes(0)
     rows = []
     for omega in 2.0 * np.pi * frequencies:
         s = 1j * omega
@@ -81,13 +142,18 @@ def test_short_sampling_tends_to_the_continuous_loop(Omega: float) -> None:
 
 def test_delay_and_amplifier_are_dead_time_and_lag() -> None:
     """Hold and backward difference lag by half a sample each, the second only in the derivative."""
-    time = 5e-6
-    plain, late, slow = (
-        diagonal_response(sensitivity_system(loop(90.0, time, **change)), FREQUENCIES)
-        for change in ({}, {"delay": 10}, {"amplifier": 1.0})
-    )
-    np.testing.assert_allclose(late / plain, continuous(90.0, FREQUENCIES, 10 * time) / undelayed(), rtol=2e-3)
-    np.testing.assert_allclose(slow / plain, continuous(90.0, FREQUENCIES, 0.0, 1400.0) / undelayed(), rtol=2e-3)
+
+    def found(time: float, **change: float) -> np.ndarray:
+        both = ({}, change)
+        plain, other = (diagonal_response(sensitivity_system(loop(90.0, time, **c)), FREQUENCIES) for c in both)
+        return other / plain
+
+    time = 10e-6
+    late = found(time, delay=1)
+    np.testing.assert_allclose(late, continuous(90.0, FREQUENCIES, time) / undelayed(), rtol=1e-3)
+    assert np.abs(late - 1.0).max() > 1e-2
+    slow = found(5e-6, amplifier=1.0)
+    np.testing.assert_allclose(slow, continuous(90.0, FREQUENCIES, 0.0, 1400.0) / undelayed(), rtol=2e-3)
 
 
 def undelayed() -> np.ndarray:
@@ -107,7 +173,7 @@ def test_sensitivity_integral_is_that_of_the_unstable_poles(delay: int) -> None:
     angles = math.pi * (np.arange(count) + 0.5) / count
     values = S(np.exp(1j * angles))
     determinants = np.linalg.det(np.moveaxis(values, -1, 0))
-    unstable = [pole for pole in (rotor_system(case) * amplifier_system(case)).poles() if pole.real > 1.0]
+    unstable = [pole for pole in plant_system(case).poles() if pole.real > 1.0]
     assert len(unstable) == 4
     expected = sum(pole.real * 250e-6 for pole in unstable)
     assert np.mean(np.log(np.abs(determinants))) == pytest.approx(expected, rel=3e-3)
@@ -130,7 +196,7 @@ def test_both_directions_of_a_bearing_are_alike() -> None:
 
 def test_static_sensitivity_is_that_of_the_stiffnesses() -> None:
     """A rotor of such mass stands still at low frequency only if it is held: for a rigid one S(0) = -K_s/K_b."""
-    k_s, _ = bearing_constants(loop(), 0)
+    k_s, _ = loop().slopes(0)
     S = diagonal_response(sensitivity_system(loop()), np.array([1e-3]))[:, 0]
     assert np.all(S.real < 0.0)
     np.testing.assert_allclose(np.abs(S), k_s / 1e6, rtol=2e-3)
@@ -159,27 +225,32 @@ def test_sensors_beside_the_bearings_close_the_loop() -> None:
     """
     k_b = 3e6
     case = loop(0.0, rotor=stiff_machine(), k_b=k_b)
-    k_s, _ = bearing_constants(case, 0)
+    k_s, _ = case.slopes(0)
     (a, b), seen = HELD, np.array(SEEN)
     T = np.array([(b - seen) / (b - a), (seen - a) / (b - a)]).T
-    expected = np.diag(np.linalg.inv(np.eye(2) - (1.0 + k_b / case.of_axis("rolac_controller", 0, "k_s")) * T))
+    expected = np.diag(np.linalg.inv(np.eye(2) - (1.0 + k_b / case.of_axis("controller", 0, "k_s")) * T))
     assert np.abs(T - np.eye(2)).max() > 0.3
     found = diagonal_response(sensitivity_system(case), np.array([1e-2]))[::2, 0]
     np.testing.assert_allclose(found, expected, rtol=2e-3)
-    assert k_s == pytest.approx(case.of_axis("rolac_controller", 0, "k_s"), rel=1e-4)
+    assert k_s == pytest.approx(case.of_axis("controller", 0, "k_s"), rel=1e-4)
 
 
 def test_passive_bearing_has_no_magnet_in_the_loop() -> None:
-    """Where no force of the actuator is connected, neither K_s nor K_i acts: its axes have a sensitivity of 1."""
-    case = replace(loop(0.0, rotor=stiff_machine(), k_b=3e6), passive=frozenset({"free"}))
-    assert bearing_constants(case, 2) == bearing_constants(case, 3) == (0.0, 0.0)
-    assert np.abs(rotor_system(case).B[:, 2:]).max() == 0.0
-    assert np.abs(rotor_system(case).B[:, :2]).max() > 0.0
+    """Where no force of the actuator is connected, neither K_s nor K_i acts: a free rotor drifts in that plane."""
+    case = loop(0.0, rotor=stiff_machine(), k_b=3e6)
+    unstable = [pole for pole in plant_system(case).poles() if pole.real > 1.0]
+    case.feeds = {target: source for target, source in case.feeds.items() if not source.startswith("actuator.free.")}
+    plant = plant_system(case)
+    assert len(unstable) == 4
+    assert len([pole for pole in plant.poles() if pole.real > 1.0]) == 2
+    response = plant(100j)
+    assert np.abs(response[:, 2:]).max() == 0.0
+    assert np.abs(response[:, :2]).max() > 0.0
 
 
 def test_axis_without_static_current_has_the_stiffness_of_its_bias_alone() -> None:
     """K_s of (2.8) with I_s = 0 is less than that of an axis that carries weight; each axis has its own."""
-    carrying, bare = bearing_constants(loop(), 0), bearing_constants(loop(static_current=0.0), 0)
+    carrying, bare = loop().slopes(0), loop(static_current=0.0).slopes(0)
     bias, static = 4.43, 1.14
     assert bare[0] / carrying[0] == pytest.approx(2.0 * bias**2 / ((bias + static) ** 2 + bias**2), rel=1e-4)
     assert bare[1] / carrying[1] == pytest.approx(2.0 * bias / (2.0 * bias + static), rel=1e-4)
@@ -187,7 +258,7 @@ def test_axis_without_static_current_has_the_stiffness_of_its_bias_alone() -> No
 
 def test_direct_gains_close_the_loop_where_they_are_chosen() -> None:
     """With `pid.direct` the law has k_p and k_d in place of K_b + K_s and C_b."""
-    k_s = loop().of_axis("rolac_controller", 0, "k_s")
+    k_s = loop().of_axis("controller", 0, "k_s")
     assumed, direct = (
         diagonal_response(controller_system(loop(**change)), FREQUENCIES)
         for change in ({"k_b": 0.5e6, "c_b": 3e3}, {"direct": 1.0, "k_p": 0.5e6 + k_s, "k_d": 3e3})
@@ -228,8 +299,8 @@ def test_unstable_loop_is_refused_with_its_growing_vibration() -> None:
 
 
 def test_measured_law_takes_the_measured_constants() -> None:
-    assert bearing_constants(loop(force_law=1.0), 2) == (2.156e6, 539.0)
-    k_s, k_i = bearing_constants(loop(force_law=2.0), 0)
+    assert loop(force_law=1.0).slopes(2) == (2.156e6, 539.0)
+    k_s, k_i = loop(force_law=2.0).slopes(0)
     assert (k_s / 1e3, k_i) == pytest.approx((2376.96, 563.15), rel=1e-5)
 
 

@@ -26,6 +26,9 @@ SCENARIO = click.argument("scenario", required=False)
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
 UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
 UP_TO_50_HZ = click.option("--up-to", default="50 Hz", show_default=True, help="Highest speed; also in rad/s.")
+CONTROLLER = click.option(
+    "--controller", metavar="FILE", help="Controller file (TOML, .npz, .mat) or FMU in place of the scenario's."
+)
 CLOSED_BEARINGS = (
     click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
     click.option("--c-b", default="5000 N.s/m", show_default=True, help="Damping of the closed bearings."),
@@ -121,6 +124,7 @@ add_study(
     "sensitivity",
     SCENARIO,
     ROTOR,
+    CONTROLLER,
     click.option("--speed", help="Spin speed; that of the scenario by default."),
     click.option("--amplifier", is_flag=True, help="Amplifiers with bandwidth and voltage limit."),
     click.option("--delay", is_flag=True, help="Delay currents by one sample."),
@@ -157,4 +161,35 @@ add_study(
     FLAVOUR,
     shows_progress=True,
 )
-COMMANDS = (modes, study)
+
+
+@click.command()
+@SCENARIO
+@ROTOR
+@CONTROLLER
+@click.option("--at", metavar="SPEED", help="Spin speed; that of the scenario by default.")
+@click.option("--input", "inputs", multiple=True, metavar="PATTERN", help="component.variable; free ones by default.")
+@click.option("--shown", "outputs", multiple=True, metavar="PATTERN", help="component.variable; all by default.")
+@click.option("--component", "components", multiple=True, metavar="NAME", help="Of the model; all by default.")
+@click.option("--open", "opened", multiple=True, metavar="PATTERN", help="Inputs whose connection is cut.")
+@SETTINGS
+@FLAVOUR
+@output("File to write, .mat or .npz.", "linear_model.mat")
+def linearise(scenario: str | None, controller: str | None, output: Path, **options: Any) -> None:
+    """Write the linear model of a machine, of a part of it, or of its sampled loop: A, B, C, D with names and units."""
+    import amb_cosim
+    from amb_cosim.results.places import CONTROLLER as COMPONENT
+
+    given: dict[str, Any] = {name: value or None for name, value in options.items() if name != "opened"}
+    fmu = None if controller is None else {COMPONENT: controller}
+    with refusing():
+        check_writable(output, is_folder=False)
+        model = amb_cosim.linearise(scenario, opened=options["opened"], fmu=fmu, **given)
+        path = model.save(output)
+    sampled = f"sampled every {model.dt:g} s" if model.dt else "continuous"
+    click.echo(f"{model.nstates} states, {model.ninputs} inputs, {model.noutputs} outputs, {sampled}; in {path}")
+    for note in model.notes:
+        click.echo(f"notice: {note}", err=True)
+
+
+COMMANDS = (modes, study, linearise)

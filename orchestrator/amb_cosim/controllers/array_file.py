@@ -24,7 +24,7 @@ from amb_files.stages import stage
 
 SUFFIXES = (".npz", ".mat")
 MATRICES = ("A", "B", "C", "D")
-NAMES = ("inputs", "outputs", "start_names")
+NAMES = ("inputs", "outputs", "start_names", "input_units", "output_units")
 KEYS = (*MATRICES, *NAMES, "Ts", "speeds", "slow_time", "allow_unstable", "start_values")
 
 # A damaged .mat file can crash scipy's reader, and with it the process.

@@ -17,7 +17,7 @@ from amb_cosim.results.places import PLANT
 from amb_cosim.scenario.scenario import given_scenario, load_scenario
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.inputs import Number, positive, rotor_of
-from amb_cosim.studies.linear_loop import linear_loop
+from amb_cosim.studies.machine import machine_of
 from amb_cosim.studies.result import DrawnResult
 from amb_files.suggestions import suggest
 from fmi_export.model import Array
@@ -248,19 +248,19 @@ def _axis_of(
     """
     if scenario is None and settings:
         raise ValueError(f"{next(iter(settings))} is set, but of no scenario; name one")
-    loop = None
+    machine = None
     description = rotor_of(rotor)
     values: Mapping[str, float] = {}
     if scenario is not None:
         given = given_scenario(load_scenario(str(scenario)).machine(), rotor)
-        loop = linear_loop(prepare(given, settings))
-        description, values = loop.rotor, loop.parameters[PLANT]
+        machine = machine_of(prepare(given, settings))
+        description, values = machine.rotor, machine.parameters[PLANT]
     axes = [LoopAxis(b.name, direction, "") for b in description.bearings for direction in "xy"]
     names = [one.name for one in axes]
     if axis is not None and axis not in names:
         raise ValueError(f"axis = {axis} is not allowed; {suggest(axis, names)}")
     k = 0 if axis is None else names.index(axis)
-    record = None if loop is None else loop.bearing_axis(k)
+    record = None if machine is None else machine.bearing_axis(axes[k].bearing, axes[k].direction)
     own = {} if record is None else {name: float(record[name]) for name in record.dtype.names or ()}
     retainers = [site for site in description.sites if site.bearing == axes[k].bearing]
     gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **own).gap)

@@ -17,12 +17,13 @@ from amb_actuator.interface import DYNAMIC
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.values import Raw
+from amb_cosim.linear.linearise import of_prepared
+from amb_cosim.linear.loop import Loop
 from amb_cosim.results.contact_history import in_contact
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
-from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
 from fmi_export.model import Array
 from signal_chain.presets import CUSTOM, is_on
 
@@ -74,24 +75,21 @@ def prepare_measurement(
     given: dict[str, dict[str, Raw]] = {ACTUATOR: {"mean_current": True}, PLANT: {"solver.max_substep": SUBSTEP}}
     given[CONTROLLER] = {} if "chain.preset" in scenario.parameters.get(CONTROLLER, {}) else {"chain.preset": CUSTOM}
     base = scenario.machine(parameters=given)
-    loop = linear_loop(prepare(base, settings, flavour=flavour))
-    chain, dynamic = loop.controller.own[0].chain, amplifier or loop.parameters[ACTUATOR]["amplifier"] == DYNAMIC
-    linear: dict[str, Raw] = {
-        "chain.preset": CUSTOM,
-        "chain.delay": delay or bool(loop.delay),
-        "chain.filter": bool(is_on(chain.preset, chain.filter)),
-        **dict.fromkeys(("chain.noise", "chain.adc", "chain.dac"), False),
-    }
+    first = prepare(base, settings, flavour=flavour)
+    loop, parameters = Loop(of_prepared(first)), first.plan.all_parameters(first.interfaces)
+    dynamic = amplifier or parameters[ACTUATOR]["amplifier"] == DYNAMIC
+    linear = _linear_chain({name: value or 0.0 for name, value in parameters[CONTROLLER].items()}, delay)
+    sample_time = loop.sample_time
     measuring = base.changed(
         description="Levitated rotor with injected currents",
-        end_time=loop.sample_time,
-        communication_step=loop.sample_time / (STEPS_OF_A_SAMPLE if dynamic else 1),
+        end_time=sample_time,
+        communication_step=sample_time / (STEPS_OF_A_SAMPLE if dynamic else 1),
         coupling="gauss_seidel",
         inputs={ACTUATOR: {"*.command_voltage_?": 0.0}},
         record={
             "variables": [
-                *(f"{CONTROLLER}.{bearing}.i_{axis}" for bearing, axis, _ in loop.axes),
-                *(f"{ACTUATOR}.{bearing}.{name}_{axis}" for bearing, axis, _ in loop.axes for name in LIMITS),
+                *loop.sources,
+                *(f"{ACTUATOR}.{bearing}.{name}_{axis}" for bearing, axis in loop.axes for name in LIMITS),
             ],
         },
     )
@@ -103,6 +101,21 @@ def prepare_measurement(
             f"{moved[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
         )
     return prepared
+
+
+def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
+    """Return the signal chain of a controller, if it has one, with what is linear of it alone."""
+    if "chain.preset" not in parameters:
+        if delay:
+            raise ValueError(f"delay is not allowed; {CONTROLLER} has no signal chain")
+        return {}
+    preset = parameters["chain.preset"]
+    return {
+        "chain.preset": CUSTOM,
+        "chain.delay": delay or bool(is_on(preset, parameters["chain.delay"])),
+        "chain.filter": bool(is_on(preset, parameters["chain.filter"])),
+        **dict.fromkeys(("chain.noise", "chain.adc", "chain.dac"), False),
+    }
 
 
 def schroeder_phases(powers: Array) -> Array:
@@ -165,14 +178,14 @@ def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
     ValueError
         If the run fails, the rotor touches anything, or an amplifier reaches a limit.
     """
-    plan, loop = prepared.plan, linear_loop(prepared)
+    plan, loop = prepared.plan, Loop(of_prepared(prepared))
     steps = round(loop.sample_time / plan.step_size)
     samples = 2 * round(0.5 * PERIOD / loop.sample_time)
     settling = settling_samples(decay, loop.sample_time)
     sines, lines = multi_sines(len(loop.axes), samples, loop.sample_time)
+    parameters = plan.all_parameters(prepared.interfaces)[ACTUATOR]
     gains, biases = (
-        np.array([loop.of_axis(ACTUATOR, axis, name) for axis in range(len(loop.axes))])
-        for name in ("amplifier_gain", "bias_current")
+        np.array([parameters[f"{b}.{name}_{a}"] for b, a in loop.axes]) for name in ("amplifier_gain", "bias_current")
     )
     if not gains.all() or not biases.all():
         what = "bias_current = 0 A" if gains.all() else "amplifier_gain = 0 A/V"
@@ -180,7 +193,7 @@ def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
     injected = INJECTED * biases[:, None] * sines
     last = settling + samples
     volts = injected / gains[:, None]
-    inputs = [f"{ACTUATOR}.{b}.command_voltage_{a}" for b, a, _ in loop.axes]
+    inputs = [f"{ACTUATOR}.{b}.command_voltage_{a}" for b, a in loop.axes]
     events = tuple(
         (n * steps, name, float(volts[k, n % samples])) for n in range(last) for k, name in enumerate(inputs)
     )
@@ -189,7 +202,7 @@ def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
         raise ValueError(result.outcome.failure)
     _check_linear(result.signals, loop)
     first = settling + 1  # a current that the controller demands at a sample is recorded one sample later
-    demanded = [result.signals[f"{CONTROLLER}.{b}.i_{a}"].values[::steps] for b, a, _ in loop.axes]
+    demanded = [result.signals[source].values[::steps] for source in loop.sources]
     currents = np.array(demanded)[:, first : first + samples]
     recorded = np.arange(settling, settling + samples) % samples
     ratio = _spectrum(currents, lines) / _spectrum(injected[:, recorded], lines)
@@ -201,11 +214,11 @@ def _spectrum(signals: Array, lines: NDArray[np.intp]) -> NDArray[np.complex128]
     return np.take_along_axis(np.fft.rfft(signals, axis=1), lines, axis=1)
 
 
-def _check_linear(dataset: Signals, loop: LinearLoop) -> None:
+def _check_linear(dataset: Signals, loop: Loop) -> None:
     """Raise a ValueError if the rotor touched anything or an amplifier reached a limit."""
     touching = in_contact(dataset)
     violations = [("the rotor touched a retainer or another site", touching is not None and touching.any())]
-    for b, a, _ in loop.axes:
+    for b, a in loop.axes:
         clipped, limited = (dataset[f"{ACTUATOR}.{b}.{name}_{a}"].values.any() for name in LIMITS)
         violations += [(f"the current of {b}.{a} was clipped", clipped)]
         violations += [(f"the amplifier of {b}.{a} was at its voltage limit", limited)]

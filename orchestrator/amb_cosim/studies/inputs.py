@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from os import PathLike, fspath
 from pathlib import Path
 
 import numpy as np
 
 from amb_cosim.cosim.values import quantity
+from amb_cosim.results.places import CONTROLLER
+from amb_cosim.scenario.scenario import Scenario
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.rotor import Rotor
@@ -35,6 +38,11 @@ def rotor_of(source: RotorSource) -> Rotor:
         If there is no such rotor, or a file cannot be read or holds none.
     """
     return source if isinstance(source, Rotor) else load_rotor(source)
+
+
+def with_controller(scenario: Scenario, controller: str | PathLike[str] | None) -> Scenario:
+    """Return a scenario with a controller file, object or FMU in place of its controller, if one is given."""
+    return scenario if controller is None else scenario.changed(fmu={CONTROLLER: fspath(controller)})
 
 
 def spin_speed(raw: Number, name: str = "speed") -> float:

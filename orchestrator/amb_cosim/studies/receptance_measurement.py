@@ -23,7 +23,7 @@ from amb_cosim.design.sampled_loop import given_parameters
 from amb_cosim.results.places import CONTROLLER
 from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
-from amb_cosim.studies.linear_loop import LinearLoop, linear_loop
+from amb_cosim.studies.machine import Machine, machine_of
 from amb_cosim.studies.sampled_receptance import sampled_receptance
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.enumerations import ERRORS, GIVEN, ILL_CONDITIONED, last_stages, stages
@@ -125,7 +125,7 @@ def prepare_identification(
     prepared = prepare(scenario, settings, flavour=flavour)
     if prepared.plan.speed != Omega:
         raise ValueError("Omega cannot be set here; speeds sets it")
-    lowest = linear_loop(prepared).parameters["rolac_controller"]["rolac.min_speed"]
+    lowest = machine_of(prepared, CONTROLLER).parameters[CONTROLLER]["rolac.min_speed"]
     if Omega < lowest and not math.isclose(Omega, lowest):
         raise ValueError(f"speeds = {Omega:g} rad/s is not allowed; it must be >= {lowest:g} rad/s, rolac.min_speed")
     return prepared
@@ -139,11 +139,11 @@ def table_for(prepared: Prepared, path: Path | None) -> ReceptanceTable:
     ValueError
         If the file is not a complete table, or is that of another rotor or loop.
     """
-    loop = linear_loop(prepared)
-    parameters = loop.parameters["rolac_controller"]
+    machine = machine_of(prepared, CONTROLLER)
+    parameters, controlled, name = machine.parameters[CONTROLLER], machine.controlled, machine.rotor.name
     if path is not None and path.exists():
-        return read_table(path, loop.rotor.name, loop.controlled, loop_parameters(loop.controlled, parameters))
-    return empty_table(loop.rotor.name, loop.controlled, parameters)
+        return read_table(path, name, controlled, loop_parameters(controlled, parameters))
+    return empty_table(name, controlled, parameters)
 
 
 def run_identification(prepared: Prepared, progress: Progress | None = None) -> IdentifiedReceptance:
@@ -151,30 +151,30 @@ def run_identification(prepared: Prepared, progress: Progress | None = None) -> 
 
     `progress` is called with the number of steps done, and of all steps.
     """
-    loop = linear_loop(prepared)
-    order = int(loop.parameters["rolac_controller"]["harmonic1.order"])
+    machine = machine_of(prepared, CONTROLLER)
+    order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
     result = run_prepared(prepared, progress)
     receptance, reason = None, result.outcome.failure or ""
     if result.outcome.failure is None:
-        receptance, reason = _result(result.dataset.isel(time=-1), loop.controlled)
+        receptance, reason = _result(result.dataset.isel(time=-1), machine.controlled)
     return IdentifiedReceptance(
-        speed=loop.Omega,
+        speed=machine.Omega,
         order=order,
-        periods=int(periods(loop.Omega / (2.0 * math.pi))),
-        force=force_amplitude(loop),
+        periods=int(periods(machine.Omega / (2.0 * math.pi))),
+        force=force_amplitude(machine),
         receptance=receptance,
-        model=sampled_receptance(loop, order),
+        model=sampled_receptance(prepared, order),
         reason=reason,
         interrupted=result.outcome.status == "interrupted",
     )
 
 
-def force_amplitude(loop: LinearLoop) -> float:
+def force_amplitude(machine: Machine) -> float:
     """Return the amplitude of the test force in the first harmonic (N)."""
-    parameters = given_parameters(loop.controlled, loop.parameters["rolac_controller"])
+    parameters = given_parameters(machine.controlled, machine.parameters[CONTROLLER])
     identification = parameters.own[0].identification
     multi, scale = identification.multi != 0.0, identification.force_scale
-    return abs(force_component(parameters.harmonics, 0, multi, scale, loop.Omega / (2.0 * math.pi)))
+    return abs(force_component(parameters.harmonics, 0, multi, scale, machine.Omega / (2.0 * math.pi)))
 
 
 def _result(outputs: xr.Dataset, loop: ControlLoop) -> tuple[Complex | None, str]:

@@ -11,20 +11,26 @@ import numpy as np
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw, quantity
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.linear.linearise import of_prepared
+from amb_cosim.linear.loop import (
+    Complex,
+    Loop,
+    diagonal_response,
+    disk_gain_and_phase,
+    disk_margin,
+    pole_frequency,
+    response,
+)
+from amb_cosim.presentation.text_tables import TextPart, labelled_table, text_table
 from amb_cosim.results.places import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
-from amb_cosim.studies.inputs import Number, spin_speed
-from amb_cosim.studies.linear_loop import (
-    diagonal_response,
-    linear_loop,
-    pole_frequency,
-    sensitivity_system,
-)
+from amb_cosim.studies.inputs import Number, spin_speed, with_controller
 from amb_cosim.studies.result import DrawnResult
 from fmi_export.model import Array
 from rotor_analysis.checks import require
+from rotor_analysis.rotor_file import load_rotor
+from signal_chain.presets import is_on
 
 ZONES = {"A": 3.0, "B": 4.0, "C": 5.0, "D": np.inf}  # upper limit of |S| in each
 POINTS = 2000  # of the computed curve
@@ -55,9 +61,46 @@ class AxisSensitivity:
     largest_difference: float
 
 
+@dataclass(frozen=True, eq=False)
+class GangOfFour:
+    """Largest singular values over the frequencies of the study, shape (n,) each.
+
+    S, T
+        Of S = (1 + L)^-1 and T = L (1 + L)^-1 (1), broken at the demanded currents.
+    PS
+        Displacements that the sensors show, over disturbing currents (m/A).
+    CS
+        Demanded currents over disturbances of the sensors (A/m).
+    """
+
+    S: Array
+    T: Array
+    PS: Annotated[Array, "m/A"]
+    CS: Annotated[Array, "A/m"]
+
+
+@dataclass(frozen=True, eq=False)
+class DiskMargin:
+    """How much gain and phase of all loops may change at once, and independently, without loss of stability.
+
+    alpha
+        Lower bound of the disk margin over the frequencies of the study (1), shape (n,).
+    least, frequency
+        The least (1), and its frequency (Hz).
+    gain, phase
+        Factor by which each gain may be multiplied or divided (1), phase by which each loop may turn (deg).
+    """
+
+    alpha: Array
+    least: float
+    frequency: Annotated[float, "Hz"]
+    gain: float
+    phase: Annotated[float, "deg"]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class StabilityMargin(DrawnResult):
-    """Sensitivities of all axes.
+    """Sensitivities of all axes, and what all loops together allow.
 
     scenario, rotor
         Names of the scenario that the parameters are those of, and of its rotor.
@@ -77,6 +120,10 @@ class StabilityMargin(DrawnResult):
         Frequencies of the computed curves (Hz), shape (n,).
     axes
         Sensitivity of each axis, by name.
+    gang_of_four
+        Largest singular values.
+    disk_margins
+        Of all loops at once, broken at the demanded `currents` and at the `sensors`.
     """
 
     name: ClassVar[str] = "sensitivity"
@@ -85,15 +132,17 @@ class StabilityMargin(DrawnResult):
     rotor: str
     speed: Annotated[float, "rad/s"]
     sample_time: Annotated[float, "s"]
-    delay: Annotated[int, "samples"]
+    delay: Annotated[float, "samples"]
     amplifier: Literal["dynamic", "ideal"]
     settings: tuple[str, ...]
     zone_limits: dict[str, float]
     frequencies: Annotated[Array, "Hz"]
     axes: dict[str, AxisSensitivity]
+    gang_of_four: GangOfFour
+    disk_margins: dict[str, DiskMargin]
 
     def text(self) -> list[TextPart]:
-        """Return a table of the peaks, and a line with the zone of the largest one."""
+        """Return tables of the peaks and of what all loops together allow, and the zone of the largest peak."""
         headings = ("peak of |S|", "at (Hz)", "zone", "measured differs below 500 Hz (%)", "anywhere (%)")
         table = labelled_table(f"{self.rotor}: sensitivity at {self.speed:g} rad/s", "axis", *headings)
         for name, axis in self.axes.items():
@@ -106,7 +155,11 @@ class StabilityMargin(DrawnResult):
                 *(f"{difference:.3f}" for difference in differences),
             )
         worst = max(axis.peak for axis in self.axes.values())
-        return [table, f"zone {zone(worst)} (ISO 14839-3: A below 3, B below 4, C below 5)"]
+        all_loops = text_table("All loops at once", ("broken at", "disk margin", "at (Hz)", "gain", "phase (deg)"))
+        for place, margin in self.disk_margins.items():
+            numbers = (f"{margin.least:.3f}", f"{margin.frequency:.1f}", f"{margin.gain:.3f}", f"{margin.phase:.1f}")
+            all_loops.add_row(place, *numbers)
+        return [table, all_loops, f"zone {zone(worst)} (ISO 14839-3: A below 3, B below 4, C below 5)"]
 
 
 def zone(peak: float) -> str:
@@ -118,6 +171,7 @@ def sensitivity(
     scenario: str | Path | None = None,
     *,
     rotor: str | Path | None = None,
+    controller: str | Path | None = None,
     speed: Number | None = None,
     amplifier: bool = False,
     delay: bool = False,
@@ -127,7 +181,8 @@ def sensitivity(
 ) -> StabilityMargin:
     """Return |S| of each axis over frequency, its peak and zone, computed and measured in a co-simulation.
 
-    S = 1/(1 + L) of an axis, with the loops of the other axes closed (ISO 14839-3)
+    S = 1/(1 + L) of an axis, with the loops of the other axes closed (ISO 14839-3); besides, the largest singular
+    values of S, T, PS and CS, and the disk margins of all loops at once (`linear.loop.disk_margin`), computed.
 
     Parameters
     ----------
@@ -136,6 +191,8 @@ def sensitivity(
         events; the packs' default without.
     rotor
         Name of a rotor of a pack, or rotor file, in place of the scenario's.
+    controller
+        Controller file, object or FMU in place of the scenario's controller.
     speed
         Spin speed (rad/s), or a text with its unit; that of the scenario by default.
     amplifier
@@ -154,7 +211,7 @@ def sensitivity(
     ValueError
         If a value is not allowed, the loop is not stable, or the co-simulation is not that of a linear system.
     """
-    given = given_scenario(scenario, rotor)
+    given = with_controller(given_scenario(scenario, rotor), controller)
     if speed is not None:
         given = given.model_copy(update={"Omega": spin_speed(speed)})
     settings = dict(set or {})
@@ -164,8 +221,8 @@ def sensitivity(
         settings[f"{CONTROLLER}.sample_time"] = time
         given = given.model_copy(update={"communication_step": time})
     prepared = prepare_measurement(given, settings, amplifier, delay, flavour)
-    loop = linear_loop(prepared)
-    system = sensitivity_system(loop)
+    loop = Loop(of_prepared(prepared))
+    system = loop.sensitivity()
     poles = system.poles()
     measured = measure(prepared, float(np.abs(poles).max()))
     frequencies = curve_frequencies(poles, loop.sample_time)
@@ -183,20 +240,50 @@ def sensitivity(
             largest_difference_below_500_hz=float(difference[k][measured.frequencies[k] < COMPARED].max()),
             largest_difference=float(difference[k].max()),
         )
-        for k, (name, curve) in enumerate(zip(loop.controlled.axis_names, curves, strict=True))
+        for k, (name, curve) in enumerate(zip(loop.axis_names, curves, strict=True))
     }
+    parameters = prepared.plan.all_parameters(prepared.interfaces)
+    gang, disks = _all_loops(loop, frequencies)
     return StabilityMargin(
         scenario=given.name,
-        rotor=loop.rotor.name,
-        speed=loop.Omega,
+        rotor=load_rotor(given.rotor).name,
+        speed=prepared.plan.speed,
         sample_time=loop.sample_time,
-        delay=loop.delay,
-        amplifier="dynamic" if loop.parameters[ACTUATOR]["amplifier"] else "ideal",
+        delay=_delay(parameters[CONTROLLER]),
+        amplifier="dynamic" if parameters[ACTUATOR]["amplifier"] else "ideal",
         settings=tuple(f"{name}={value}" for name, value in (set or {}).items()),
         zone_limits={name: limit for name, limit in ZONES.items() if np.isfinite(limit)},
         frequencies=frequencies,
         axes=axes,
+        gang_of_four=gang,
+        disk_margins=disks,
     )
+
+
+def _all_loops(loop: Loop, frequencies: Array) -> tuple[GangOfFour, dict[str, DiskMargin]]:
+    closed, n = response(loop.closed, frequencies), len(loop.demands)
+    S, CS, PS, S_sensors = closed[:n, :n], closed[:n, n:], closed[n:, :n], closed[n:, n:]
+    T = np.eye(n)[:, :, None] - S
+    disks = {"currents": disk_margin(S), "sensors": disk_margin(S_sensors)}
+    return GangOfFour(*map(_largest, (S, T, PS, CS))), {
+        place: DiskMargin(
+            alpha,
+            float(alpha.min()),
+            float(frequencies[alpha.argmin()]),
+            *disk_gain_and_phase(float(alpha.min())),
+        )
+        for place, alpha in disks.items()
+    }
+
+
+def _largest(matrices: Complex) -> Array:
+    return np.asarray(np.linalg.norm(np.moveaxis(matrices, -1, 0), 2, axis=(1, 2)))
+
+
+def _delay(parameters: Mapping[str, float | None]) -> float:
+    """Return the samples by which a controller's demands are late, by its parameters."""
+    chain = is_on(parameters.get("chain.preset") or 0.0, parameters.get("chain.delay") or 0.0)
+    return float(chain) + (parameters.get("delay") or 0.0)
 
 
 def curve_frequencies(poles: Array, sample_time: float) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,17 +18,18 @@ ZONE_SHADES = {"A": "1.0", "B": "0.95", "C": "0.89", "D": "0.82"}
 
 def draw(result: StabilityMargin) -> Figure:
     """Draw |S| of each axis, computed and measured, over the zones of ISO 14839-3."""
-    rows = len(result.axes) // 2
-    figure = StyledFigure(figsize=(8.0, 1.2 + 2.5 * rows), layout="constrained")
-    panels = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
-    for axes, name in zip(panels.flat, result.axes, strict=True):
+    rows = (len(result.axes) + 1) // 2
+    figure = StyledFigure(figsize=(8.0, 1.2 + 2.5 * (rows + 1)), layout="constrained")
+    panels = figure.subplots(rows + 1, 2, sharex=True, squeeze=False)
+    for axes, name in zip(panels.flat, result.axes, strict=False):
         _draw_zones(axes, result.zone_limits)
         _draw_sensitivity(axes, result, name)
-    for first in panels[:, 0]:
+    for first in panels[:-1, 0]:
         first.set_ylabel("sensitivity |S|")
     for last in panels[-1]:
         last.set_xlabel("frequency (Hz)")
-    delay = ", one sample of delay" if result.delay else ""
+    _draw_all_loops(panels[-1], result)
+    delay = f", {result.delay:g} samples of delay" if result.delay else ""
     handles = [
         Line2D([], [], color=BLUE, label="computed from the sampled linear loop"),
         Line2D([], [], color=ORANGE, ls="", marker="o", ms=3, label="measured in the co-simulation"),
@@ -38,6 +41,20 @@ def draw(result: StabilityMargin) -> Figure:
         fontsize=TITLE_SIZE,
     )
     return figure
+
+
+def _draw_all_loops(panels: Sequence[Axes], result: StabilityMargin) -> None:
+    """Draw the largest singular values of S and T, and the disk margins of all loops at once."""
+    of_four, frequencies = result.gang_of_four, result.frequencies
+    for label, curve, colour in (("S", of_four.S, BLUE), ("T", of_four.T, ORANGE)):
+        panels[0].loglog(frequencies, curve, color=colour, lw=0.8, label=label)
+    for (place, margin), colour in zip(result.disk_margins.items(), (BLUE, ORANGE), strict=True):
+        shown = f"at the {place}: {margin.least:.2f}, {margin.phase:.0f} deg"
+        panels[1].semilogx(frequencies, np.minimum(margin.alpha, 2.5), color=colour, lw=0.8, label=shown)
+    panels[0].set(ylabel="largest singular value", title="all loops")
+    panels[1].set(ylabel="disk margin", ylim=(0.0, 2.5), title="all loops at once")
+    for axes in panels:
+        axes.legend(loc="best")
 
 
 def _draw_zones(axes: Axes, zone_limits: dict[str, float]) -> None:

@@ -1,0 +1,146 @@
+"""The linear model of an FMU whose equations are not known, from its answers to pulses.
+
+An instance runs from the same start once undisturbed, and once for each input with that input raised by delta during
+one communication step. The differences of its outputs, over delta, are the samples of its impulse response,
+
+    H_0 = D,  H_k = C A^(k-1) B,                                                                     (1)
+
+of which the eigensystem realisation algorithm makes A, B, C: J.-N. Juang and R. S. Pappa, An eigensystem realization
+algorithm, J. Guidance 8 (1985) 620-627. An FMU that is not linear, or that depends on time, shows itself in pulses of
+the other sign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from amb_cosim.controllers.laws import Array, Law
+from amb_cosim.cosim.component import FmuComponent
+from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.linear.parts import Part, names_of
+
+STEPS = 240  # communication steps of a response
+RANK = 1e-9  # singular value of the responses' matrix, over the largest, that is no state
+STATED = 1e-6  # error, over the largest response, from which a model is said to be in doubt
+DELTAS = {"m": 1e-6, "N": 1.0, "A": 1e-3, "V": 1e-3}  # of an input, by its unit
+DELTA = 1e-3
+
+
+def part_by_differences(
+    name: str,
+    folder: Path,
+    interface: FmuInterface,
+    start: Mapping[str, float],
+    ends: tuple[Sequence[str], Sequence[str]],
+    sample_time: float,
+) -> Part:
+    """Return the model of an FMU about its start values, at the end of each communication step.
+
+    Parameters
+    ----------
+    name, folder, interface
+        Of the component.
+    start
+        Values of parameters and inputs, by name.
+    ends
+        Names of its real inputs and outputs.
+    sample_time
+        Its step (s).
+
+    Raises
+    ------
+    FmuError
+        If it refuses to start or to step.
+    ValueError
+        If what it answers is not finite.
+    """
+    inputs, outputs = ends
+    deltas = [DELTAS.get(interface.ports[i].unit or "", DELTA) for i in inputs]
+    component = FmuComponent(name, folder, interface, inputs, outputs, start)
+    try:
+        rest = np.array([start.get(i, interface.ports[i].start or 0.0) for i in inputs])
+        answer = _Answers(component, inputs, outputs, start, rest, sample_time)
+        still = answer.to(np.zeros(len(inputs)))
+        pulses = [[answer.to(s * d * e) for s in (1.0, -1.0)] for d, e in zip(deltas, np.eye(len(inputs)), strict=True)]
+    finally:
+        component.close()
+    each = np.array([(up - down) / (2.0 * d) for (up, down), d in zip(pulses, deltas, strict=True)])
+    bent = np.array([(up + down - 2.0 * still) / (2.0 * d) for (up, down), d in zip(pulses, deltas, strict=True)])
+    if not np.isfinite(each).all():
+        raise ValueError(f"{name}: its outputs are not finite; no linear model is there")
+    markov = np.moveaxis(each, 0, 2)  # (step, output, input)
+    law = realised(markov, sample_time)
+    error, curvature = (_relative(found, markov) for found in (responses(law, len(markov)) - markov, bent))
+    stated = f"{name}: by differences, of {len(law.A)} states, with an error of {error:.1g} of its largest response"
+    if curvature > STATED:
+        stated += f"; it is not linear, pulses of both signs differ by {curvature:.1g}"
+    return Part(law, names_of(name, inputs), names_of(name, outputs), notes=(stated,), at_end=True)
+
+
+class _Answers:
+    """Runs of an instance from its start."""
+
+    def __init__(
+        self,
+        component: FmuComponent,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        start: Mapping[str, float],
+        rest: Array,
+        sample_time: float,
+    ) -> None:
+        self.component, self.rest, self.sample_time = component, rest, sample_time
+        self.arguments = inputs, outputs, start
+
+    def to(self, pulse: Array) -> Array:
+        """Return the outputs after each step but the first, shape (STEPS, n_outputs), with a pulse during the second.
+
+        The first step has none, for an FMU may start at rest under what it is first shown.
+        """
+        component, found = self.component, []
+        component.reset(*self.arguments)
+        component.inputs[:] = self.rest
+        component.enter(0.0)
+        component.write()
+        component.leave()
+        for n in range(STEPS + 1):
+            component.inputs[:] = self.rest + (pulse if n == 1 else 0.0)
+            component.write()
+            component.step(n * self.sample_time, self.sample_time)
+            component.read()
+            found.append(component.outputs.copy())
+        return np.array(found[1:])
+
+
+def realised(markov: Array, sample_time: float) -> Law:
+    """Return the law of least order whose impulse response is `markov`, shape (steps, n_outputs, n_inputs) (1)."""
+    steps, p, m = markov.shape
+    half = (steps - 1) // 2
+    sizes = [np.abs(markov).max(axis=axes) for axes in ((0, 2), (0, 1))]
+    rows, columns = (np.where(size > 0.0, size, 1.0) for size in sizes)
+    H = markov / rows[None, :, None]
+    columns = np.where(np.abs(H).max(axis=(0, 1)) > 0.0, np.abs(H).max(axis=(0, 1)), columns)
+    H = H / columns
+    first, second = (np.block([[H[i + j + shift] for j in range(half)] for i in range(half)]) for shift in (1, 2))
+    U, s, Vt = np.linalg.svd(first, full_matrices=False)
+    n = int(np.sum(s > RANK * max(s[0], 1e-300))) if s[0] > RANK else 0
+    root = np.sqrt(s[:n])
+    A = (U[:, :n].T @ second @ Vt[:n].T) / np.outer(root, root)
+    B, C = (root[:, None] * Vt[:n])[:, :m] * columns, rows[:, None] * (U[:, :n] * root)[:p]
+    return Law(A, B, C, markov[0], sample_time)
+
+
+def responses(law: Law, steps: int) -> Array:
+    """Return the impulse response (1) of a law, shape (steps, n_outputs, n_inputs)."""
+    found, state = [law.D], law.B
+    for _ in range(steps - 1):
+        found.append(law.C @ state)
+        state = law.A @ state
+    return np.array(found)
+
+
+def _relative(error: Array, markov: Array) -> float:
+    return float(np.abs(error).max() / max(np.abs(markov).max(), 1e-300))

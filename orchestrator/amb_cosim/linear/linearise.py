@@ -1,0 +1,295 @@
+"""The linear model of a scenario or of any system: from the constants of our models, by differences of other FMUs."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from os import PathLike, fspath
+from pathlib import Path
+
+from amb_cosim.controllers.laws import Array
+from amb_cosim.cosim.assignments import Assignments
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
+from amb_cosim.cosim.fmus import MADE_FROM_FILE, model_source
+from amb_cosim.cosim.simulation import Assembly, assemble
+from amb_cosim.cosim.system import System
+from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
+from amb_cosim.cosim.values import Raw, convert, quantity
+from amb_cosim.linear.control import law_part, pid_part
+from amb_cosim.linear.differences import part_by_differences
+from amb_cosim.linear.machine import actuator_part, rotor_part
+from amb_cosim.linear.model import LinearModel, linear_model
+from amb_cosim.linear.parts import Part, loop_of, shown_a_step_later
+from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.scenario.plan import SPEED
+from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.simulation import Prepared, prepare
+from amb_files.suggestions import suggest
+
+LINEAR = "linear_controller"
+
+
+@dataclass(frozen=True)
+class Linearisable:
+    """What a linear model is made from: the components of a run with all that they start with.
+
+    assembly, plan
+        Of the run.
+    point
+        Values about which the model is linear, by signal or `component.variable`; `Omega` in rad/s.
+    rotor
+        What the plant is made for, as models are.
+    """
+
+    assembly: Assembly
+    plan: Plan
+    point: Mapping[str, float]
+    rotor: str | None = None
+    _constants: dict[str, Array] = field(default_factory=dict)
+
+    def at(self, Omega: float) -> Linearisable:
+        """Return the same at another spin speed (rad/s)."""
+        return replace(self, point={**self.point, SPEED: Omega})
+
+    def parts(self, names: Sequence[str]) -> list[Part]:
+        """Return the linear parts of components."""
+        return [self._part(name) for name in names]
+
+    def units(self) -> dict[str, str]:
+        """Return the units of all variables, by name."""
+        ports = ((c, p) for c, interface in self.assembly.interfaces.items() for p in interface.ports.values())
+        return {f"{c}.{p.name}": p.unit or "1" for c, p in ports}
+
+    def feeds(self, names: Sequence[str]) -> dict[str, str]:
+        """Return the output that feeds each input, with both ends among components."""
+        system = self.assembly.system
+        links = {link.target: link.source for link in system.connections}
+        return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
+
+    def _part(self, name: str) -> Part:
+        component, fmu = self.assembly.system.component(name), self.assembly.fmus[name]
+        kind = MADE_FROM_FILE.get(Path(component.fmu).suffix, component.fmu)
+        layout = fmu.layout or {}
+        given = self.plan.all_parameters(self.assembly.interfaces)[name]
+        parameters = {variable: value or 0.0 for variable, value in given.items()}
+        if kind == PLANT:
+            return rotor_part(name, layout, self._constants_of(PLANT), parameters, self._speed(name))
+        if kind == ACTUATOR:
+            prefix = f"{name}."
+            own = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
+            return actuator_part(name, layout, parameters, own)
+        if kind == CONTROLLER:
+            return pid_part(name, layout, parameters)
+        if kind == LINEAR:
+            return law_part(name, layout, self._constants_of(component.fmu), parameters, self._speed(name))
+        return self._foreign(name, next(c for c in self.plan.system.components if c.name == name).every)
+
+    def _foreign(self, name: str, every: int) -> Part:
+        system, interface = self.assembly.system, self.assembly.interfaces[name]
+        start = dict(self.plan.parameters[name])
+        for port in interface.of("input"):
+            end = f"{name}.{port.name}"
+            signal = system.signal_of(end)
+            value = self._value(signal.name if signal else end)
+            if value is not None:
+                start[port.name] = value
+        fed = {link.target for link in system.connections}
+        inputs = [p.name for p in interface.of("input") if p.type == "Real" and f"{name}.{p.name}" in fed]
+        used = {link.source for link in system.connections}
+        outputs = [p.name for p in interface.of("output") if p.type == "Real" and f"{name}.{p.name}" in used]
+        folder, time = self.assembly.fmus[name].folder, every * self.plan.step_size
+        return part_by_differences(name, folder, interface, start, (inputs, outputs), time)
+
+    def _constants_of(self, fmu: str) -> Array:
+        if fmu not in self._constants:
+            self._constants[fmu] = model_source(fmu, rotor=self.rotor)[1]
+        return self._constants[fmu]
+
+    def _value(self, name: str) -> float | None:
+        return self.point.get(name, self.plan.inputs.get(name))
+
+    def _speed(self, name: str) -> float:
+        signal = self.assembly.system.signal_of(f"{name}.{SPEED}")
+        value = self._value(signal.name if signal else f"{name}.{SPEED}")
+        return self._value(SPEED) or 0.0 if value is None else value
+
+
+def linearise(
+    source: str | Path | Scenario | System | None = None,
+    at: Raw | Mapping[str, Raw] | None = None,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    *,
+    components: Sequence[str] | None = None,
+    opened: Sequence[str] = (),
+    rotor: str | Path | None = None,
+    fmu: Mapping[str, str | PathLike[str]] | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> LinearModel:
+    """Return the linear model of a machine, of a part of it, or of its sampled loop, as control.StateSpace.
+
+    The rotor without contact and the magnetic bearings are continuous. With a controller among the components the model
+    is sampled as that is: exactly, the currents held over each sample. What is injected at an input adds to what feeds
+    it there.
+
+        rotor = linearise("drop", components=["rotor_contact"])
+        plant = linearise("drop", components=["rotor_contact", "amb_actuator"])
+        S = linearise("drop", inputs=["amb_actuator.*.i_?"], outputs=["amb_actuator.*.i_?"])
+
+    Parameters
+    ----------
+    source
+        A `Scenario`, the name of one of a pack, or a TOML file of one; a `System`, or the name or file of one; the
+        packs' default scenario without.
+    at
+        Spin speed (rad/s, or a text with its unit), or values by name: `Omega`, and `component.variable` of inputs,
+        such as displacements and currents of magnetic bearings. Those of the scenario at its start, and 0 elsewhere.
+    inputs, outputs
+        Names or patterns `component.variable`; an input as an output is the sum that arrives there. By default inputs
+        that nothing feeds, and all outputs.
+    components
+        Those of the model; all by default.
+    opened
+        Names or patterns of inputs whose connection is cut.
+    rotor, fmu, set, flavour
+        As of `amb_cosim.run`.
+
+    Raises
+    ------
+    ValueError
+        If a name or value is not allowed, components sample at different times, or an FMU has no linear model.
+    FmuError
+        If an FMU that is linearised by differences refuses to run.
+    """
+    made = linearisable(source, at, rotor=rotor, fmu=fmu, set=set, flavour=flavour)
+    return model_of(made, inputs, outputs, components, opened)
+
+
+def model_of(
+    made: Linearisable,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    components: Sequence[str] | None = None,
+    opened: Sequence[str] = (),
+) -> LinearModel:
+    """Return the linear model of components that are there already; arguments and errors as of `linearise`."""
+    there = [component.name for component in made.assembly.system.components]
+    for name in components or ():
+        if name not in there:
+            raise ValueError(f"no component {name!r}; {suggest(name, there)}")
+    chosen = [name for name in there if components is None or name in components]
+    parts, feeds = made.parts(chosen), made.feeds(chosen)
+    parts, feeds = _in_order(parts, feeds, chosen)
+    for name in _matching("opened", opened, [end for part in parts for end in part.inputs]):
+        feeds.pop(name, None)
+    whole = loop_of(parts, feeds)
+    known = {end for part in parts for end in part.inputs}
+    free = [name for name in whole.inputs if name in known and (inputs is not None or name not in feeds)]
+    shown = [name for name in whole.outputs if name in made.units()]
+    own = [name for name in shown if name not in known]
+    chosen_inputs = free if inputs is None else _matching("inputs", inputs, free)
+    chosen_outputs = own if outputs is None else _matching("outputs", outputs, shown)
+    point = {SPEED: made.plan.inputs[SPEED]} if SPEED in made.plan.inputs else {}
+    return linear_model(whole.selected(chosen_inputs, chosen_outputs), made.units(), {**point, **made.point})
+
+
+def linearisable(
+    source: str | Path | Scenario | System | None = None,
+    at: Raw | Mapping[str, Raw] | None = None,
+    *,
+    rotor: str | Path | None = None,
+    fmu: Mapping[str, str | PathLike[str]] | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> Linearisable:
+    """Return the components of a scenario or a system with all that they start with; arguments as of `linearise`."""
+    given = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
+    replaced = {component: fspath(file) for component, file in (fmu or {}).items()}
+    if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
+        assembly, plan = _of_system(source, replaced, rotor, set or {}, flavour)
+        return Linearisable(assembly, plan, _point(assembly, given), None if rotor is None else str(rotor))
+    scenario = given_scenario(source, rotor)
+    prepared = prepare(scenario.changed(fmu=replaced) if replaced else scenario, set, flavour=flavour)
+    return of_prepared(prepared, given)
+
+
+def of_prepared(prepared: Prepared, at: Mapping[str, Raw] | None = None) -> Linearisable:
+    """Return what the linear model of a prepared run is made from, at other values than it starts with if given."""
+    return Linearisable(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}), prepared.scenario.rotor)
+
+
+def _of_system(
+    source: str | Path | System,
+    fmu: Mapping[str, str],
+    rotor: str | Path | None,
+    set: Mapping[str, Raw],
+    flavour: Flavour,
+) -> tuple[Assembly, Plan]:
+    system = source if isinstance(source, System) else load_system(source)
+    for component, file in fmu.items():
+        system = system.with_fmu(component, file)
+    assembly = assemble(system, flavour, **({} if rotor is None else {"rotor": str(rotor)}))
+    values = assembly.assignments()
+    bare = Experiment(_sample_time(values), 1.0)
+    experiment, first = (bare, {}) if isinstance(source, System) else load_experiment(source, bare)
+    for name, raw in {**first, **set}.items():
+        values.set(name, raw)
+    return assembly, plan_experiment(experiment, values)
+
+
+def _sample_time(values: Assignments) -> float:
+    """Return the least `sample_time` (s) of the components, and 1 ms without any."""
+    times = [
+        values.parameter(f"{c}.sample_time")
+        for c, interface in values.interfaces.items()
+        if "sample_time" in interface.ports
+    ]
+    return min(times, default=1e-3)
+
+
+def _point(assembly: Assembly, given: Mapping[str, Raw]) -> dict[str, float]:
+    """Return values in the units of the variables; of inputs, whether fed or not, or of shared signals."""
+    found, system = {}, assembly.system
+    for name, raw in given.items():
+        end = system.first_end(name)
+        if "." not in end:
+            if name != SPEED:
+                raise ValueError(f"at: {name!r} is no component.variable and no signal")
+            found[name] = quantity(raw, "rad/s", name)
+            continue
+        port = system.port(end, assembly.interfaces)
+        if port.causality != "input":
+            raise ValueError(f"at: {name} is {port.kind}; it must be an input")
+        signal = system.signal_of(end)
+        found[signal.name if signal else name] = convert(raw, port, name)
+    return found
+
+
+def _in_order(
+    parts: Sequence[Part], feeds: Mapping[str, str], names: Sequence[str]
+) -> tuple[list[Part], dict[str, str]]:
+    """Return parts and feeds where what an FMU shows at the end of its step reaches those before it a step later."""
+    place = {name: k for k, name in enumerate(names)}
+    found, changed = list(parts), dict(feeds)
+    for k, part in enumerate(parts):
+        if not part.at_end:
+            continue
+        back = [(t, s) for t, s in feeds.items() if s in part.outputs and place[t.partition(".")[0]] <= k]
+        if back:
+            found[k], later = shown_a_step_later(part, [s for _, s in back])
+            changed |= {target: later[source] for target, source in back}
+    return found, changed
+
+
+def _matching(what: str, patterns: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Return the names that are given, or match a pattern, in order and once."""
+    found: dict[str, None] = {}
+    for pattern in [patterns] if isinstance(patterns, str) else patterns:
+        matching = [pattern] if pattern in names else fnmatch.filter(names, pattern)
+        if not matching:
+            raise ValueError(f"{what}: nothing in the linear model matches {pattern!r}; {suggest(pattern, names)}")
+        found |= dict.fromkeys(matching)
+    return list(found)

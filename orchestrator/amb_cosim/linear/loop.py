@@ -1,0 +1,186 @@
+"""The sampled loop of a levitated rotor under any controller: its sensitivities and its margins.
+
+    e_k --->(+)--- i_k ---> hold, amplifiers ---> K_i ---> rotor with K_s ---> sensors ---(+)<--- n_j
+             ^                                                                           | y_j
+             +------------------------------- controller <-------------------------------+
+
+With all loops closed i = S e, and the diagonal of S holds the sensitivities of the axes as ISO 14839-3 defines them:
+1/(1 + L) with the other loops closed. Of a decentralised control those at the sensors are the same.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import control
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.controllers.laws import Array
+from amb_cosim.linear.linearise import Linearisable, model_of
+from amb_cosim.linear.model import LinearModel
+from amb_cosim.results.places import ACTUATOR, PLANT
+
+Complex = NDArray[np.complex128]
+
+NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
+BALANCING = 60  # steps of Osborne's iteration
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The loop of a run.
+
+    Raises
+    ------
+    ValueError
+        If the run has no rotor, no magnetic bearings, or no controller that is connected to them.
+    """
+
+    made: Linearisable
+
+    def __post_init__(self) -> None:
+        there = [component.name for component in self.made.assembly.system.components]
+        missing = [component for component in (PLANT, ACTUATOR) if component not in there]
+        if missing:
+            raise ValueError(f"scenario {self.name} has no component {missing[0]}; a linear loop needs one")
+        if not self.demands:
+            raise ValueError(f"{ACTUATOR} has no demand that a controller is connected to; a linear loop needs one")
+
+    @property
+    def name(self) -> str:
+        """Name of the system."""
+        return self.made.assembly.system.name
+
+    @cached_property
+    def axes(self) -> tuple[tuple[str, str], ...]:
+        """Bearing and direction of each axis that has a magnet and a controller."""
+        source = self.made.assembly.system.source_of
+        bearings = (self.made.assembly.fmus[ACTUATOR].layout or {}).get("bearings", ())
+        axes = [(b, a) for b in bearings for a in "xy"]
+        return tuple((b, a) for b, a in axes if source(f"{ACTUATOR}.{b}.i_{a}") and source(f"{PLANT}.{b}.f_{a}"))
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """The axes as `bearing.x`."""
+        return tuple(f"{b}.{a}" for b, a in self.axes)
+
+    @property
+    def demands(self) -> tuple[str, ...]:
+        """Inputs where the demanded currents arrive (A)."""
+        return tuple(f"{ACTUATOR}.{b}.i_{a}" for b, a in self.axes)
+
+    @cached_property
+    def sources(self) -> tuple[str, ...]:
+        """Outputs of the controller that they come from."""
+        return tuple(self.made.assembly.system.source_of(demand) or "" for demand in self.demands)
+
+    @cached_property
+    def readings(self) -> tuple[str, ...]:
+        """Inputs of the controller where displacements arrive (m)."""
+        controllers = {source.partition(".")[0] for source in self.sources}
+        links = self.made.assembly.system.connections
+        units = self.made.units()
+        return tuple(
+            link.target
+            for link in links
+            if link.target.partition(".")[0] in controllers
+            and link.source.startswith(f"{PLANT}.")
+            and units[link.target] == "m"
+        )
+
+    @cached_property
+    def sample_time(self) -> float:
+        """Time between samples of the controller (s)."""
+        controller = self.sources[0].partition(".")[0]
+        given = self.made.plan.all_parameters(self.made.assembly.interfaces)[controller].get("sample_time")
+        if given:
+            return given
+        every = next(c.every for c in self.made.plan.system.components if c.name == controller)
+        return every * self.made.plan.step_size
+
+    @cached_property
+    def closed(self) -> LinearModel:
+        """The closed loop: demands and readings over what is injected at both."""
+        ends = (*self.demands, *self.readings)
+        return model_of(self.made, ends, ends)
+
+    def sensitivity(self) -> LinearModel:
+        """Return demands that arrive over currents injected there, S = (1 + L)^-1, axes by axes.
+
+        Raises
+        ------
+        ValueError
+            If the closed loop is not stable; the sensitivity of an unstable loop cannot be measured.
+        """
+        model = model_of(self.made, self.demands, self.demands)
+        check_stable(model)
+        return model
+
+
+def check_stable(model: LinearModel) -> None:
+    """Raise a ValueError if a sampled model is not stable."""
+    worst = max(model.poles(), key=abs)
+    if abs(worst) >= 1.0:
+        raise ValueError(
+            f"the loop is not stable: a vibration of {pole_frequency(worst, model.dt):.1f} Hz grows by "
+            f"{abs(worst) - 1.0:.2g} of itself with every sample; only a stable loop has a sensitivity"
+        )
+
+
+def pole_frequency(pole: complex | Array, sample_time: float) -> float | Array:
+    """Return the frequency (Hz) of the vibration of a discrete-time pole."""
+    return np.abs(np.angle(pole)) / (2.0 * math.pi * sample_time)
+
+
+def response(system: control.StateSpace, frequencies: Array) -> Complex:
+    """Return a frequency response, shape (outputs, inputs, n), at frequencies (Hz), shape (n,).
+
+    Frequencies above half the sample rate count as half the sample rate.
+    """
+    omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
+    full = control.frequency_response(system, omega, squeeze=False)
+    return np.asarray(full.magnitude * np.exp(1j * full.phase), dtype=np.complex128)
+
+
+def diagonal_response(system: control.StateSpace, frequencies: Array) -> Complex:
+    """Return the diagonal of a frequency response, shape (axes, n), at frequencies (Hz), shape (n,)."""
+    return np.einsum("kkn->kn", response(system, frequencies))
+
+
+def disk_margin(S: Complex) -> Array:
+    """Return a lower bound of the disk margin alpha at each frequency, of all loops at once.
+
+    Each loop may be multiplied by any complex f in the disk with diameter from (2 - alpha)/(2 + alpha) to its inverse:
+
+        1/alpha = mu(S - 1/2) <= min_D sigma_max(D (S - 1/2) D^-1),  D diagonal
+
+    J. D. Blight, R. L. Dailey, D. Gangsaas, Practical control law design for aircraft using multivariable techniques,
+    Int. J. Control 59 (1994) 93-137; P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78-95. D is that
+    of E. E. Osborne, J. ACM 7 (1960) 338-345, which balances rows and columns. For one loop the bound is alpha itself;
+    python-control's `disk_margins` needs slycot for more.
+
+    Parameters
+    ----------
+    S
+        Sensitivity, shape (loops, loops, n).
+    """
+    M = np.moveaxis(S, -1, 0) - 0.5 * np.eye(len(S))
+    power = np.abs(M) ** 2
+    scale = np.ones((len(M), len(S)))
+    off = power * (1.0 - np.eye(len(S)))
+    for _ in range(BALANCING if len(S) > 1 else 0):
+        weighted = off * scale[:, :, None] / scale[:, None, :]  # scale is d^2
+        rows, columns = weighted.sum(axis=2), weighted.sum(axis=1)
+        scale *= np.sqrt(np.where(rows > 0.0, columns, 1.0) / np.where(columns * rows > 0.0, rows, 1.0))
+        scale = np.clip(scale / scale.max(axis=1, keepdims=True), 1e-12, 1.0)
+    d = np.sqrt(scale)
+    return np.asarray(1.0 / np.linalg.norm(M * d[:, :, None] / d[:, None, :], 2, axis=(1, 2)))
+
+
+def disk_gain_and_phase(alpha: float) -> tuple[float, float]:
+    """Return the gain margin (1) and the phase margin (deg) that a disk margin guarantees, alone and in all loops."""
+    gain = (2.0 + alpha) / (2.0 - alpha) if alpha < 2.0 else math.inf
+    return gain, math.degrees(2.0 * math.atan(alpha / 2.0))

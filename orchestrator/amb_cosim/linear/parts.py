@@ -1,0 +1,203 @@
+"""Linear parts with named signals, and what becomes of them when they are connected or sampled.
+
+    x' = A x + B w     or     x(n+1) = A x(n) + B w(n),     y = C x + D w
+
+Signals are called `component.variable`. An input w is the sum of the output that feeds it and of what is injected
+there from outside, u:
+
+    w = E y + u     =>     w = (1 - E D)^-1 (E C x + u)                                             (1)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm, matrix_balance
+
+from amb_cosim.controllers.laws import Array, Law, side_by_side
+
+WELL_POSED = 1e-12  # least singular value of 1 - E D, balanced, over the largest
+LATE = " (late)"  # ends the name of an input whose samples arrive late
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A linear component.
+
+    law
+        Its matrices, with the sample time (s) of a sampled one, and None of a continuous one.
+    inputs, outputs
+        Names in the order of columns and rows.
+    late
+        Share of a sample by which the outputs of a sampled part appear late, from 0 to 1.
+    notes
+        What the model leaves out, or how good it is, in sentences.
+    at_end
+        Whether a sampled part shows its outputs at the end of a step.
+    """
+
+    law: Law
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    late: float = 0.0
+    notes: tuple[str, ...] = ()
+    at_end: bool = False
+
+    def selected(self, inputs: Sequence[str], outputs: Sequence[str]) -> Part:
+        """Return the part with these inputs and outputs alone, in this order."""
+        columns = [self.inputs.index(name) for name in inputs]
+        rows = [self.outputs.index(name) for name in outputs]
+        law = self.law
+        chosen = Law(law.A, law.B[:, columns], law.C[rows], law.D[np.ix_(rows, columns)], law.sample_time)
+        return Part(chosen, tuple(inputs), tuple(outputs), self.late, self.notes)
+
+
+def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
+    """Return the names `component.variable` of variables."""
+    return tuple(f"{component}.{variable}" for variable in variables)
+
+
+def connected(parts: Sequence[Part], feeds: Mapping[str, str]) -> Part:
+    """Return parts as one, by (1); its outputs are theirs, and then the sums w at those inputs that are no outputs.
+
+    Parameters
+    ----------
+    parts
+        All continuous, or all sampled at the same time.
+    feeds
+        The output that feeds an input, by the input.
+
+    Raises
+    ------
+    ValueError
+        If the connections close a loop without any delay that has no solution.
+    """
+    whole = side_by_side([part.law for part in parts])
+    inputs = tuple(name for part in parts for name in part.inputs)
+    outputs = tuple(name for part in parts for name in part.outputs)
+    row, column = ({name: k for k, name in enumerate(names)} for names in (outputs, inputs))
+    E = np.zeros((len(inputs), len(outputs)))
+    for target, source in feeds.items():
+        E[column[target], row[source]] = 1.0
+    direct = np.eye(len(inputs)) - E @ whole.D
+    if not _is_solvable(direct):
+        raise ValueError("the connections close a loop without delay that has no solution; no linear model is there")
+    W = np.linalg.inv(direct)
+    summed = W @ E @ whole.C
+    own = [k for k, name in enumerate(inputs) if name not in row]
+    law = Law(
+        whole.A + whole.B @ summed,
+        whole.B @ W,
+        np.vstack([whole.C + whole.D @ summed, summed[own]]),
+        np.vstack([whole.D @ W, W[own]]),
+        parts[0].law.sample_time,
+    )
+    notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
+    return Part(law, inputs, (*outputs, *(inputs[k] for k in own)), notes=notes)
+
+
+def _is_solvable(matrix: Array) -> bool:
+    """Return whether a matrix is regular in whatever units its signals have."""
+    if not matrix.size:
+        return True
+    sizes = np.linalg.svd(matrix_balance(matrix, permute=False)[0], compute_uv=False)
+    return bool(sizes.min() > WELL_POSED * sizes.max())
+
+
+def sampled(part: Part, sample_time: float, late: Mapping[str, float] | None = None) -> Part:
+    """Return a continuous part as its samples see it, with inputs that are held over each sample (zero-order hold).
+
+    x(n+1) = Phi x(n) + Gamma_1 u(n-1) + Gamma_0 u(n),  Gamma_1 = Phi((1 - f) T) Gamma(f T),  Gamma_0 = Gamma((1 - f) T)
+
+    Parameters
+    ----------
+    part
+        Continuous.
+    sample_time
+        T (s).
+    late
+        Share f of a sample by which an input changes after the sample, by its name; 0 of all others.
+    """
+    law, fractions = part.law, {name: f for name, f in (late or {}).items() if f > 0.0}
+    n, m = law.B.shape
+    Phi, new = _held(law, sample_time)
+    kept = [part.inputs.index(name) for name in fractions]
+    old = np.zeros((n, len(kept)))
+    new, D = new.copy(), law.D.copy()
+    for k, (j, f) in enumerate(zip(kept, fractions.values(), strict=True)):
+        before, after = _held(law, f * sample_time), _held(law, (1.0 - f) * sample_time)
+        old[:, k] = after[0] @ before[1][:, j]
+        new[:, j] = after[1][:, j]
+    shown = D[:, kept].copy()
+    D[:, kept] = 0.0
+    A = np.block([[Phi, old], [np.zeros((len(kept), n + len(kept)))]])
+    B = np.vstack([new, np.eye(m)[kept]])
+    return Part(Law(A, B, np.hstack([law.C, shown]), D, sample_time), part.inputs, part.outputs, notes=part.notes)
+
+
+def _held(law: Law, time: float) -> tuple[Array, Array]:
+    """Return Phi and Gamma of a time (s): the states after it, from those before it and from held inputs."""
+    n, m = law.B.shape
+    block = np.zeros((n + m, n + m))
+    block[:n, :n], block[:n, n:] = law.A, law.B
+    whole = expm(block * time)
+    return np.asarray(whole[:n, :n]), np.asarray(whole[:n, n:])
+
+
+def shown_a_step_later(part: Part, names: Sequence[str]) -> tuple[Part, dict[str, str]]:
+    """Return a sampled part that shows some of its outputs once more, a step later, and the names of these."""
+    later = {name: f"{name} (before)" for name in names}
+    rows = [part.outputs.index(name) for name in later]
+    law, n, p = part.law, len(part.law.A), len(rows)
+    A = np.block([[law.A, np.zeros((n, p))], [law.C[rows], np.zeros((p, p))]])
+    C = np.block([[law.C, np.zeros((len(law.C), p))], [np.zeros((p, n)), np.eye(p)]])
+    B, D = np.vstack([law.B, law.D[rows]]), np.vstack([law.D, np.zeros((p, law.D.shape[1]))])
+    outputs = (*part.outputs, *later.values())
+    return Part(Law(A, B, C, D, law.sample_time), part.inputs, outputs, part.late, part.notes), later
+
+
+def loop_of(parts: Sequence[Part], feeds: Mapping[str, str]) -> Part:
+    """Return all parts connected; the continuous ones are sampled if there is a sampled one among them.
+
+    Raises
+    ------
+    ValueError
+        As `connected`; if parts are sampled at different times.
+    """
+    discrete = [part for part in parts if part.law.sample_time is not None]
+    continuous = [part for part in parts if part.law.sample_time is None]
+    if not discrete:
+        return connected(continuous, _within(continuous, feeds))
+    times = sorted({part.law.sample_time or 0.0 for part in discrete})
+    if times[-1] > times[0] * (1.0 + 1e-9):
+        raise ValueError(
+            f"components that sample every {', '.join(f'{time:g} s' for time in times)} are not allowed; a linear "
+            "model has one sample time"
+        )
+    if not continuous:
+        return connected(discrete, _within(discrete, feeds))
+    shares = {name: part.late for part in discrete if part.late > 0.0 for name in part.outputs}
+    inside = {name for part in continuous for name in part.inputs}
+    delayed = {target: shares[source] for target, source in feeds.items() if target in inside and source in shares}
+    gates = [Part(Law(*_no_states(), np.eye(1)), (target + LATE,), (f"{target}{LATE}:",)) for target in delayed]
+    through = {target: f"{target}{LATE}:" for target in delayed}
+    machine = connected([*continuous, *gates], _within([*continuous, *gates], {**feeds, **through}))
+    machine = sampled(machine, times[0], {target + LATE: share for target, share in delayed.items()})
+    outside = {target: source for target, source in feeds.items() if target not in delayed}
+    outside |= {target + LATE: feeds[target] for target in delayed}
+    together = [machine, *discrete]
+    solved = _within([*continuous, *gates], feeds)
+    return connected(together, _within(together, {k: v for k, v in outside.items() if k not in solved}))
+
+
+def _within(parts: Sequence[Part], feeds: Mapping[str, str]) -> dict[str, str]:
+    """Return the feeds with both ends among parts."""
+    inputs = {name for part in parts for name in part.inputs}
+    outputs = {name for part in parts for name in part.outputs}
+    return {target: source for target, source in feeds.items() if target in inputs and source in outputs}
+
+
+def _no_states() -> tuple[Array, Array, Array]:
+    return np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))

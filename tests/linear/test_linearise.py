@@ -1,0 +1,183 @@
+"""The linear model of a compressor's loop against its co-simulation, and what a linear model is asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+import amb_cosim
+from amb_cosim.linear.differences import part_by_differences
+from amb_cosim.linear.linearise import linearisable, model_of
+
+COMPRESSOR = "compressor_levitated"
+H = 1e-4
+AXES = [f"{bearing}.{axis}" for bearing in ("mb1", "mb2") for axis in "xy"]
+DEMANDS = [f"{bearing}.i_{axis}" for bearing in ("mb1", "mb2") for axis in "xy"]
+SHOWN = [f"rotor_contact.{axis}" for axis in AXES]
+FORCES = ["rotor_contact.impeller3.f_x", "rotor_contact.impeller3.f_y"]
+BLOW = {"impeller3.f_x": 5e4, "impeller3.f_y": -2.5e4}  # N, for one sample
+
+
+@pytest.fixture(scope="module")
+def compressor():
+    return linearisable(COMPRESSOR)
+
+
+def free_decay(**changes):
+    """Displacements after a blow, from where the plant's exact solution holds on, shape (n, 4)."""
+    blow, none = ({"rotor_contact": {name: factor * f for name, f in BLOW.items()}} for factor in (1.0, 0.0))
+    scenario = amb_cosim.Scenario.load(COMPRESSOR).machine(
+        end_time=860 * H,
+        communication_step=H,
+        inputs=none,
+        event=[{"time": 0.0, "set": blow}, {"time": H, "set": none}],
+        record={"variables": SHOWN},
+    )
+    result = amb_cosim.run(scenario, progress=False, **changes)
+    assert result.outcome.failure is None
+    return np.array([result.signals[name].values for name in SHOWN]).T[60:]
+
+
+def fitted_poles(motion, order, rows=60):
+    """Poles of a motion, x(n+1) = z x(n), by a matrix pencil of that order."""
+    windows = np.array([motion[k : k + rows].ravel() for k in range(len(motion) - rows)])
+    V = np.linalg.svd(windows, full_matrices=False)[2][:order].T
+    return np.linalg.eigvals(np.linalg.lstsq(windows[:-1] @ V, windows[1:] @ V, rcond=None)[0])
+
+
+def test_poles_of_the_model_are_those_of_the_free_decay(compressor):
+    """All that are slow enough to be seen, to 1e-9 of their s = ln(z)/T, where 1e-6 was asked for."""
+    model = model_of(compressor, FORCES, SHOWN)
+    seen = np.array([pole for pole in model.poles() if abs(pole) > 0.9])
+    assert len(seen) == 28
+    found = fitted_poles(free_decay(), len(seen))
+    for pole in seen:
+        nearest = found[np.argmin(np.abs(found - pole))]
+        assert abs(np.log(nearest) / np.log(pole) - 1.0) < 1e-9
+
+
+def test_positive_force_and_current_move_the_rotor_towards_positive(compressor):
+    """Signs: what is injected in x of a bearing pushes its journal to +x, before the loop answers."""
+    for name in ("rotor_contact.mb1.f_x", "amb_actuator.mb1.i_x"):
+        model = model_of(compressor, [name], ["rotor_contact.mb1.x"])
+        assert (model.C @ model.B)[0, 0] > 0.0
+
+
+def test_opened_loop_and_sensitivity_agree(compressor):
+    """S = (1 - L)^-1 with L from the demands that arrive to those that the controller answers with."""
+    demands = [f"amb_actuator.{name}" for name in DEMANDS]
+    answers = [f"rolac_controller.{name}" for name in DEMANDS]
+    S, L = model_of(compressor, demands, demands), model_of(compressor, demands, answers, opened=demands)
+    for z in np.exp(1j * np.array([0.01, 0.3, 1.0])):
+        np.testing.assert_allclose(S(z), np.linalg.inv(np.eye(4) - L(z)), rtol=1e-8, atol=1e-10)
+
+
+def test_plant_alone_and_with_magnets_are_continuous(compressor):
+    rotor = model_of(compressor, components=["rotor_contact"])
+    plant = model_of(compressor, ["amb_actuator.*.i_?"], SHOWN, components=["rotor_contact", "amb_actuator"])
+    assert rotor.dt == plant.dt == 0.0
+    assert max(rotor.poles().real) < 1.0
+    assert sum(plant.poles().real > 100.0) == 4  # two bearings of negative stiffness, in x and y
+    assert "base.a_x" in " ".join(rotor.input_names)
+
+
+def test_names_units_and_speed_go_with_the_model(compressor, tmp_path):
+    model = model_of(compressor.at(500.0), FORCES[:1], [*SHOWN[:1], "rolac_controller.mb1.i_x"])
+    assert (model.input_names, model.input_units) == (("rotor_contact.impeller3.f_x",), ("N",))
+    assert model.output_units == ("m", "A")
+    assert model.input_labels == ["rotor_contact_impeller3_f_x"]
+    assert model.operating_point["Omega"] == 500.0
+    content = loadmat(model.save(tmp_path / "model.mat"))
+    np.testing.assert_array_equal(content["A"], model.A)
+    assert content["Ts"][0, 0] == pytest.approx(H)
+    assert content["output_units"].ravel()[1].item() == "A"
+
+
+def test_gyroscopic_splitting_grows_with_speed(compressor):
+    def split(Omega):
+        poles = model_of(compressor.at(Omega), components=["rotor_contact"]).poles()
+        elastic = np.sort(poles.imag[poles.imag > 100.0])
+        return elastic[1] - elastic[0]
+
+    assert split(900.0) == pytest.approx(3.0 * split(300.0), rel=0.05)
+
+
+def test_displaced_rotor_has_another_negative_stiffness(compressor):
+    """Of the nonlinear law; nearer to one magnet both slopes grow."""
+    settings = {"amb_actuator.force_law": "nonlinear"}
+    centred, moved = (
+        model_of(
+            linearisable(COMPRESSOR, at, set=settings),
+            ["amb_actuator.mb1.x"],
+            ["amb_actuator.mb1.f_x"],
+            components=["amb_actuator"],
+        ).D[0, 0]
+        for at in ({}, {"amb_actuator.mb1.x": "0.15 mm"})
+    )
+    assert moved > 1.2 * centred > 0.0
+
+
+@pytest.mark.slow
+def test_fmu_from_elsewhere_is_known_by_differences():
+    """A controller as an FMU file has the poles that it has from its constants."""
+    lead = amb_cosim.linear_controller(
+        (np.diag([0.5] * 4), np.eye(4), 1e3 * np.eye(4), -3e4 * np.eye(4)), AXES, DEMANDS, H, sampled_arrays=True
+    )
+    own = linearisable(COMPRESSOR, fmu={"rolac_controller": lead})
+    interface, folder = own.assembly.interfaces["rolac_controller"], own.assembly.fmus["rolac_controller"].folder
+    part = part_by_differences("rolac_controller", folder, interface, {"Omega": 900.0}, (AXES, DEMANDS), H)
+    (exact,) = own.parts(["rolac_controller"])
+    exact = exact.selected(part.inputs, part.outputs)
+    for z in np.exp(1j * np.array([0.0, 0.1, 2.0])):
+        answers = [p.law.C @ np.linalg.solve(z * np.eye(4) - p.law.A, p.law.B) + p.law.D for p in (part, exact)]
+        np.testing.assert_allclose(*answers, rtol=1e-9, atol=1e-6)
+    assert "by differences, of 4 states" in part.notes[0]
+
+
+@pytest.mark.slow
+def test_controller_given_as_fmu_file_closes_the_same_loop(tmp_path):
+    lead = amb_cosim.linear_controller(
+        (np.diag([0.0] * 4), np.eye(4), 3.6e5 * np.eye(4), -3.85e5 * np.eye(4)), AXES, DEMANDS, H, sampled_arrays=True
+    )
+    poles = []
+    for fmu in (lead, lead.build(tmp_path)):
+        model = amb_cosim.linearise(COMPRESSOR, inputs=FORCES, outputs=SHOWN, fmu={"rolac_controller": fmu})
+        poles.append(np.sort_complex(model.poles()))
+    np.testing.assert_allclose(*poles, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_share_of_a_sample_of_delay_is_exact_where_steps_meet_it():
+    """Demands 0.3 samples late, in a co-simulation at a tenth of a sample."""
+    law = (np.zeros((4, 4)), np.eye(4), 3.6e5 * np.eye(4), -3.85e5 * np.eye(4))
+    controller = amb_cosim.linear_controller(law, AXES, DEMANDS, H, sampled_arrays=True, delay=0.3)
+    model = amb_cosim.linearise(COMPRESSOR, inputs=FORCES, outputs=SHOWN, fmu={"rolac_controller": controller})
+    blow, none = ({"rotor_contact": {name: factor * f for name, f in BLOW.items()}} for factor in (1.0, 0.0))
+    scenario = amb_cosim.Scenario.load(COMPRESSOR).machine(
+        end_time=600 * H,
+        communication_step=H / 10,
+        inputs=none,
+        event=[{"time": 0.0, "set": blow}, {"time": H, "set": none}],
+        record={"variables": SHOWN},
+        fmu={"rolac_controller": controller.__fspath__()},
+    )
+    result = amb_cosim.run(scenario, progress=False)
+    motion = np.array([result.signals[name].values for name in SHOWN]).T[::10][60:]
+    seen = np.array([pole for pole in model.poles() if abs(pole) > 0.95])
+    found = fitted_poles(motion, 28)
+    for pole in seen:
+        assert np.abs(np.log(found[np.argmin(np.abs(found - pole))]) / np.log(pole) - 1.0) < 1e-6
+
+
+def test_what_a_model_cannot_have_is_named(compressor):
+    with pytest.raises(ValueError, match=r"no component 'rotor'; did you mean rotor_contact"):
+        model_of(compressor, components=["rotor"])
+    with pytest.raises(ValueError, match=r"inputs: nothing in the linear model matches 'rotor_contact\.mb1\.k_xx'"):
+        model_of(compressor, ["rotor_contact.mb1.k_xx"])
+    with pytest.raises(ValueError, match=r"at: 'speed' is no component\.variable and no signal"):
+        linearisable(COMPRESSOR, {"speed": 3.0})
+    with pytest.raises(ValueError, match=r"at: amb_actuator\.mb1\.gap_x is a parameter; it must be an input"):
+        linearisable(COMPRESSOR, {"amb_actuator.mb1.gap_x": 3.0})
+    with pytest.raises(ValueError, match=r"x = 0\.00051 m is not allowed"):
+        model_of(linearisable(COMPRESSOR, {"amb_actuator.mb1.x": 5.1e-4}, set={"amb_actuator.force_law": 2}))
