@@ -133,6 +133,16 @@ add_study(
     FLAVOUR,
 )
 add_study(
+    "poles",
+    SCENARIO,
+    ROTOR,
+    CONTROLLER,
+    click.option("--up-to", help="Highest spin speed; 1.5 times that of the scenario by default."),
+    COUNT,
+    SETTINGS,
+    FLAVOUR,
+)
+add_study(
     "linearisation",
     SCENARIO,
     ROTOR,

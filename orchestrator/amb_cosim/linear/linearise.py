@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike, fspath
 from pathlib import Path
+from typing import Any
 
 from amb_cosim.controllers.laws import Array
 from amb_cosim.cosim.assignments import Assignments
@@ -47,15 +48,25 @@ class Linearisable:
     plan: Plan
     point: Mapping[str, float]
     rotor: str | None = None
-    _constants: dict[str, Array] = field(default_factory=dict)
+    _kept: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
 
     def at(self, Omega: float) -> Linearisable:
-        """Return the same at another spin speed (rad/s)."""
+        """Return the same at another spin speed (rad/s); an FMU that is known by differences stays as it is."""
         return replace(self, point={**self.point, SPEED: Omega})
 
     def parts(self, names: Sequence[str]) -> list[Part]:
         """Return the linear parts of components."""
         return [self._part(name) for name in names]
+
+    def _part(self, name: str) -> Part:
+        kind = self._kind(name)
+        if kind in (PLANT, LINEAR):
+            constants = self._constants_of(self.assembly.system.component(name).fmu)
+            make = rotor_part if kind == PLANT else law_part
+            return make(name, self._layout(name), constants, self._parameters(name), self._speed(name))
+        makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid}
+        part: Part = self._keep(name, lambda: makers.get(kind, self._foreign)(name))
+        return part
 
     def units(self) -> dict[str, str]:
         """Return the units of all variables, by name."""
@@ -68,26 +79,29 @@ class Linearisable:
         links = {link.target: link.source for link in system.connections}
         return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
 
-    def _part(self, name: str) -> Part:
-        component, fmu = self.assembly.system.component(name), self.assembly.fmus[name]
-        kind = MADE_FROM_FILE.get(Path(component.fmu).suffix, component.fmu)
-        layout = fmu.layout or {}
-        given = self.plan.all_parameters(self.assembly.interfaces)[name]
-        parameters = {variable: value or 0.0 for variable, value in given.items()}
-        if kind == PLANT:
-            return rotor_part(name, layout, self._constants_of(PLANT), parameters, self._speed(name))
-        if kind == ACTUATOR:
-            prefix = f"{name}."
-            own = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
-            return actuator_part(name, layout, parameters, own)
-        if kind == CONTROLLER:
-            return pid_part(name, layout, parameters)
-        if kind == LINEAR:
-            return law_part(name, layout, self._constants_of(component.fmu), parameters, self._speed(name))
-        return self._foreign(name, next(c for c in self.plan.system.components if c.name == name).every)
+    def _kind(self, name: str) -> str:
+        """Return the model that a component is, or the path of its FMU."""
+        fmu = self.assembly.system.component(name).fmu
+        return MADE_FROM_FILE.get(Path(fmu).suffix, fmu)
 
-    def _foreign(self, name: str, every: int) -> Part:
+    def _layout(self, name: str) -> dict[str, Any]:
+        return self.assembly.fmus[name].layout or {}
+
+    def _parameters(self, name: str) -> dict[str, float]:
+        given = self._keep("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
+        return {variable: value or 0.0 for variable, value in given.items()}
+
+    def _actuator(self, name: str) -> Part:
+        prefix = f"{name}."
+        own = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
+        return actuator_part(name, self._layout(name), self._parameters(name), own)
+
+    def _pid(self, name: str) -> Part:
+        return pid_part(name, self._layout(name), self._parameters(name))
+
+    def _foreign(self, name: str) -> Part:
         system, interface = self.assembly.system, self.assembly.interfaces[name]
+        every = next(c.every for c in self.plan.system.components if c.name == name)
         start = dict(self.plan.parameters[name])
         for port in interface.of("input"):
             end = f"{name}.{port.name}"
@@ -103,9 +117,13 @@ class Linearisable:
         return part_by_differences(name, folder, interface, start, (inputs, outputs), time)
 
     def _constants_of(self, fmu: str) -> Array:
-        if fmu not in self._constants:
-            self._constants[fmu] = model_source(fmu, rotor=self.rotor)[1]
-        return self._constants[fmu]
+        constants: Array = self._keep(f"constants {fmu}", lambda: model_source(fmu, rotor=self.rotor)[1])
+        return constants
+
+    def _keep(self, name: str, make: Callable[[], Any]) -> Any:
+        if name not in self._kept:
+            self._kept[name] = make()
+        return self._kept[name]
 
     def _value(self, name: str) -> float | None:
         return self.point.get(name, self.plan.inputs.get(name))
@@ -180,7 +198,7 @@ def model_of(
     for name in components or ():
         if name not in there:
             raise ValueError(f"no component {name!r}; {suggest(name, there)}")
-    chosen = [name for name in there if components is None or name in components]
+    chosen, units = [name for name in there if components is None or name in components], made.units()
     parts, feeds = made.parts(chosen), made.feeds(chosen)
     parts, feeds = _in_order(parts, feeds, chosen)
     for name in _matching("opened", opened, [end for part in parts for end in part.inputs]):
@@ -188,12 +206,12 @@ def model_of(
     whole = loop_of(parts, feeds)
     known = {end for part in parts for end in part.inputs}
     free = [name for name in whole.inputs if name in known and (inputs is not None or name not in feeds)]
-    shown = [name for name in whole.outputs if name in made.units()]
+    shown = [name for name in whole.outputs if name in units]
     own = [name for name in shown if name not in known]
     chosen_inputs = free if inputs is None else _matching("inputs", inputs, free)
     chosen_outputs = own if outputs is None else _matching("outputs", outputs, shown)
     point = {SPEED: made.plan.inputs[SPEED]} if SPEED in made.plan.inputs else {}
-    return linear_model(whole.selected(chosen_inputs, chosen_outputs), made.units(), {**point, **made.point})
+    return linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **made.point})
 
 
 def linearisable(

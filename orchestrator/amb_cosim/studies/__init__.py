@@ -21,6 +21,7 @@ from amb_cosim.studies.figures import save as save
 if TYPE_CHECKING:
     from amb_cosim.studies.bearing_axis import linearisation as linearisation
     from amb_cosim.studies.campbell_diagram import campbell as campbell
+    from amb_cosim.studies.closed_loop_poles import poles as poles
     from amb_cosim.studies.contact_convergence import convergence as convergence
     from amb_cosim.studies.coupling_order import coupling as coupling
     from amb_cosim.studies.natural_modes import modes as modes
@@ -66,6 +67,10 @@ _OWN = {
     "sensitivity": Study(
         ".stability_margin",
         "Stability margin of the levitated rotor (ISO 14839-3), computed and measured in a co-simulation.",
+    ),
+    "poles": Study(
+        ".closed_loop_poles",
+        "Frequencies and damping of the levitated rotor under its controller over speed: its Campbell diagram.",
     ),
     "robustness": Study(
         "amb_cosim.sweeps.robustness",  # stands on the sweeps, and so above this package

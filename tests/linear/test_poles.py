@@ -1,0 +1,69 @@
+"""Poles of a levitated machine over its speed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from amb_cosim import studies
+from amb_cosim.studies.closed_loop_poles import Vibrations, followed
+
+COMPRESSOR = "compressor_levitated"
+
+
+@pytest.fixture(scope="module")
+def diagram():
+    return studies.poles(COMPRESSOR)
+
+
+def test_forward_whirl_stiffens_with_speed_and_backward_whirl_softens(diagram):
+    seen = set()
+    for pole in diagram.poles:
+        if pole.whirl[0] in ("forward", "backward") and pole.frequencies[0] > 2.0 * np.pi * 100.0:
+            assert set(pole.whirl) == {pole.whirl[0]}
+            assert (pole.frequencies[-1] > pole.frequencies[0]) == (pole.whirl[0] == "forward")
+            seen.add(pole.whirl[0])
+    assert seen == {"forward", "backward"}
+
+
+def test_logarithmic_decrement_and_damping_ratio_agree(diagram):
+    assert len(diagram.poles) == 8
+    assert diagram.unstable == ()
+    for pole in diagram.poles:
+        assert np.isfinite(pole.frequencies).all()
+        zeta = pole.damping_ratios
+        np.testing.assert_allclose(pole.decrements, 2.0 * np.pi * zeta / np.sqrt(1.0 - zeta**2), rtol=1e-12)
+
+
+def test_less_damping_of_the_control_is_less_damping_of_the_rotor(diagram):
+    softer = studies.poles(COMPRESSOR, set={"rolac_controller.*.c_b_?": 2e4}, up_to=300.0, count=2)
+    assert max(pole.decrements[0] for pole in softer.poles) < 0.7 * diagram.poles[0].decrements[0]
+
+
+def test_late_currents_make_an_elastic_mode_unstable():
+    """A sample more of delay, and the mode at 1.2 or at 1.7 kHz has no phase left."""
+    late = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": True}
+    found = studies.poles(COMPRESSOR, set=late, up_to=300.0, count=30)
+    assert len(found.unstable) == len(found.speeds)
+    assert "not stable from 0.3 to 300 rad/s" in str(found)
+    growing = [pole for pole in found.poles if pole.decrements[0] < 0.0]
+    assert growing
+    assert all(pole.frequencies[0] > 2.0 * np.pi * 1000.0 for pole in growing)
+
+
+def test_crossing_poles_are_told_apart_by_where_they_lead_and_how_they_whirl():
+    """Two poles cross at the fifth speed, the forward one from below; lists are ordered by frequency."""
+    speeds = np.linspace(0.0, 1.0, 9)
+    found = []
+    for speed in speeds:
+        s, senses = np.array([9.0 + 2.0 * speed, 11.0 - 2.0 * speed]) * 1j - 0.1, np.array([1.0, -1.0])
+        order = np.argsort(s.imag, kind="stable")
+        found.append(Vibrations(s[order], senses[order]))
+    for track, sense in zip(followed(found, 2), (1.0, -1.0), strict=True):
+        assert all(at.senses[k] == sense for at, k in zip(found, track, strict=True))
+
+
+def test_vibration_that_disappears_is_lost():
+    both = Vibrations(np.array([10j - 0.1, 30j - 0.1]), np.array([1.0, 1.0]))
+    one = Vibrations(both.poles[:1], both.senses[:1])
+    assert followed([both, both, one, both], 2) == [[0, 0, 0, 0], [1, 1, None, None]]
