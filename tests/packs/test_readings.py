@@ -19,6 +19,7 @@ from bath_thesis.studies import reading_cases, thesis_readings, unbalance_fit
 from bath_thesis.studies.reading_cases import Case, Finding, Reading, cases_of, load_readings, statements_of, under
 from bath_thesis.studies.thesis_readings import CHAPTERS
 from rotor_analysis.rotor_file import load_rotor
+from tests.packs import readings_tables
 
 READINGS = load_readings()
 
@@ -121,3 +122,11 @@ def test_the_rig_is_run_with_the_unbalances_that_fit_best() -> None:
     for disc, unbalance in zip(found.discs, found.unbalance, strict=True):
         assert quantity(given[f"{disc}.u"], "kg.m", disc) == pytest.approx(unbalance, abs=0.1e-3)
     assert quantity(given["d3.phi"], "deg", "phi") == pytest.approx(math.degrees(found.angle[1]), abs=1.0)
+
+
+def test_tables_on_the_page_have_all_readings_and_all_statements() -> None:
+    told = readings_tables.read_page()
+    for chapter in CHAPTERS:
+        first, *others = [reading.name for reading in READINGS if reading.chapter == chapter]
+        expected = {f"**{readings_tables.FIRST}**", *others}
+        assert told[int(chapter)] == (len(statements_of(chapter)), expected), f"not of {first} as it is now"
