@@ -48,4 +48,4 @@ def odd_fmu(create_once: Callable[..., Path]) -> Path:
             archive.writestr("modelDescription.xml", ODD)
             archive.write(folder / "odd.so", "binaries/linux64/odd.so")
 
-    return create_once("odd-fmu-1", fill) / "Odd.fmu"
+    return create_once("odd-fmu-2", fill) / "Odd.fmu"

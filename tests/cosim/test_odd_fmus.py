@@ -17,7 +17,9 @@ import amb_cosim
 from amb_cosim.cosim import isolation
 from amb_cosim.cosim.warnings import warnings_of
 
-GOOD, MINUS_ONE, NINETY_NINE, LATIN, NAN_OUT, FORK, FORK_AWAY, CRASH_AT_TERMINATE, CRASH_AT_FREE = range(9)
+GOOD, MINUS_ONE, NINETY_NINE, LATIN, NAN_OUT, FORK, FORK_AWAY, CRASH_AT_TERMINATE, CRASH_AT_FREE, FORK_DAEMON = range(
+    10
+)
 COMMAND = [sys.executable, "-c", "from amb_cosim.start import main; main()"]
 SYSTEM = """
 [[component]]
@@ -90,9 +92,10 @@ def test_a_process_that_an_fmu_starts_does_not_hold_the_run(run, what, monkeypat
     assert time.monotonic() < begin + 60.0, "it waited for the process that the FMU has started"
 
 
-def test_a_process_of_a_process_ends_with_the_run(run, tmp_path, monkeypatch):
+@pytest.mark.parametrize("what", [FORK, FORK_AWAY, FORK_DAEMON])
+def test_a_process_of_a_process_ends_with_the_run(run, tmp_path, monkeypatch, what):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    run(FORK)
+    run(what)
     end = time.monotonic() + 10.0
     while processes_of(tmp_path / "cache"):
         assert time.monotonic() < end

@@ -9,6 +9,7 @@ import sys
 import threading
 from typing import Any
 
+from amb_cosim.cosim.descendants import adopt_orphans, end_descendants
 from amb_cosim.cosim.errors import ProcessFailed
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.isolation import ERROR, PROGRESS, RECORDING
@@ -23,6 +24,7 @@ def main() -> None:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run puts it off to a safe moment
         assembly, plan, loop, coupling = pickle.load(sys.stdin.buffer)
+        adopt_orphans()
         threading.Thread(target=_end_with_parent, daemon=True).start()
         memory = _limit_memory()
 
@@ -52,6 +54,7 @@ def main() -> None:
             answer(ERROR, error)
         except KeyboardInterrupt:
             pass  # before there was anything to record
+    end_descendants(os.getpid())
     os._exit(0)  # FMUs may have threads, and code that runs when a process ends
 
 
@@ -71,6 +74,7 @@ def _limit_memory() -> float:
 
 def _end_with_parent() -> None:
     sys.stdin.buffer.read()
+    end_descendants(os.getpid())
     if sys.platform != "win32" and os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGKILL)  # with what FMUs have started
     os._exit(1)

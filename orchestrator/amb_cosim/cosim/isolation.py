@@ -1,7 +1,7 @@
 """Runs FMUs in a process of their own: a crash or a hang of theirs is an error here, and no end of this process.
 
-That process leads a group, and what FMUs start is in it too: it ends with the run. It is no sandbox: the FMUs may do
-there what the user may.
+What FMUs start there ends with the run: on Linux all of it, unless the process itself crashes, and then, as on other
+systems, what has stayed in its group. It is no sandbox: the FMUs may do there what the user may.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from amb_cosim.cosim.choices import Coupling, Loop
+from amb_cosim.cosim.descendants import end_descendants
 from amb_cosim.cosim.errors import ProcessFailed
 from amb_cosim.cosim.interruption import deferred
 
@@ -135,6 +136,7 @@ def _process(given: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
 
 def _end_group(process: subprocess.Popen[bytes]) -> None:
     """End a process, which leads a group, with all that it has started."""
+    end_descendants(process.pid)
     if sys.platform != "win32":
         with suppress(OSError):
             os.killpg(process.pid, signal.SIGKILL)

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { GOOD, MINUS_ONE, NINETY_NINE, LATIN, NAN_OUT, FORK, FORK_AWAY, CRASH_AT_TERMINATE, CRASH_AT_FREE };
+enum { GOOD, MINUS_ONE, NINETY_NINE, LATIN, NAN_OUT, FORK, FORK_AWAY, CRASH_AT_TERMINATE, CRASH_AT_FREE, FORK_DAEMON };
 typedef void (*Logger)(void *, const char *, int, const char *, const char *, ...);
 typedef struct { Logger logger; void *allocate, *release, *finished, *environment; } Callbacks;
 typedef struct { Callbacks calls; char name[256]; double what, y; } Odd;
@@ -52,7 +52,13 @@ int fmi2DoStep(void *component, double time, double step, int no_way_back) {
     for (int i = 0; i < 600; i++) sleep(1);
     _exit(0);
   }
-  if (what == FORK || what == FORK_AWAY) odd->what = GOOD;
+  if (what == FORK_DAEMON && fork() == 0) {
+    setsid();
+    if (fork()) _exit(0);
+    for (int i = 0; i < 600; i++) sleep(1);
+    _exit(0);
+  }
+  if (what == FORK || what == FORK_AWAY || what == FORK_DAEMON) odd->what = GOOD;
   return what == MINUS_ONE ? -1 : what == NINETY_NINE ? 99 : 0;
 }
 
