@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import io
 import json
+import subprocess
 import zipfile
 
 import numpy as np
 import pytest
+from command_line import COMMAND
 
 from amb_cosim.cosim.dataset import load
 from amb_cosim.cosim.fmus import model_source
@@ -32,6 +34,21 @@ def test_list_names_every_scenario(runner):
     result = runner("list")
     assert result.exit_code == 0
     assert all(name in result.stdout for name in packaged_scenarios())
+
+
+@pytest.mark.parametrize("arguments", [("list",), ("run", "fig4_9", "--until", "0.01", "--no-plots", "-o", "out")])
+def test_a_reader_that_leaves_ends_a_command_without_a_word(tmp_path, arguments):
+    """As `head -1` does; what a run has recorded is written before."""
+    with subprocess.Popen(
+        [*COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        process.stdout.close()
+        errors = process.stderr.read().decode()
+    assert (process.returncode, errors) in [(0, ""), (1, "")]
+    assert arguments[0] == "list" or {file.name for file in (tmp_path / "out").iterdir()} == {
+        "result.nc",
+        "summary.json",
+    }
 
 
 def test_tables_are_printed_as_json_and_as_text(runner):
