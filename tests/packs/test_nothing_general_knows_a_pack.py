@@ -8,7 +8,12 @@ from pathlib import Path
 from amb_files.packs import packs
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("libraries", "orchestrator")  # models cite the thesis as the source of their equations
+ROOMS = (
+    "libraries",
+    "orchestrator",
+    "examples",
+    "docs/how-to",
+)  # models cite the thesis as the source of their equations
 KINDS = (".py", ".js", ".c", ".h", ".toml", ".j2", ".md")
 NAMES = re.compile(
     r"(?<!/)\b(MB[12]|RB[12]|s[1-8]|fig\d\w*|bath\w*|nelson_\w+|[tT]hes[ie]s|D[1-4]|(Figs?\.?|Tables?) \d\.\d+)\b"
@@ -16,6 +21,13 @@ NAMES = re.compile(
 
 # Names of the rig's parts as they are in its rotor files and scenarios: messages, examples, patterns.
 PARTS = re.compile(r"\b([mre]b[12?*]|d[1-4?*]\.(u|phi|f_[xy?]))(?!\w)")
+
+# Pages that run scenarios of a pack as examples, and name their parts in commands and results. All others are general.
+EXAMPLES = {
+    *("change_the_friction_law", "cluster", "compare", "live", "own_pack", "report", "robustness", "run_many_cases"),
+    *("swap_a_component", "sweep", "wasm"),
+    *(f"tools/{tool}" for tool in ("README", "dymola", "ecos", "fmpy", "fmusim", "libcosim", "omsimulator", "pyfmi")),
+}
 
 # What remains, by file and with the reason.
 REASONS = {
@@ -35,6 +47,7 @@ def named(text: str) -> list[str]:
 
 def files() -> list[Path]:
     found = [file for room in ROOMS for file in (ROOT / room).rglob("*") if file.suffix in KINDS]
+    found = [file for file in found if file not in {ROOT / f"docs/how-to/{page}.md" for page in EXAMPLES}]
     return [file for file in found if not {"node_modules", "vendor", "fmi_headers", "__pycache__"} & {*file.parts}]
 
 
@@ -46,11 +59,17 @@ def test_no_file_names_a_thing_of_a_pack():
 
 
 def test_no_file_names_a_scenario_or_a_rotor_that_only_a_pack_has():
-    """Examples in texts may: `drop` and `compressor` say what they are."""
+    """Examples in texts may: `drop`, `compressor` and `compressor_levitated` say what they are."""
     names = {file.stem for folder in packs().values() for file in folder.glob("[rs]*/*.toml") if "_" in file.stem}
+    names -= {"compressor_levitated"}
     words = re.compile(rf"\b({'|'.join(sorted(names))})\b")
     found = {str(file.relative_to(ROOT)): words.findall(file.read_text(encoding="utf-8")) for file in files()}
     assert {name: of for name, of in found.items() if of} == {}
+
+
+def test_pages_of_examples_are_those_that_name_things_of_a_pack():
+    pages = {page: (ROOT / "docs" / "how-to" / f"{page}.md").read_text(encoding="utf-8") for page in EXAMPLES}
+    assert [page for page, text in pages.items() if not named(text)] == []
 
 
 def helps() -> dict[str, str]:
