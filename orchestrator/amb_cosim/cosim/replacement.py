@@ -7,16 +7,47 @@ is given those it has. Connections of an `option` may be left out, all of them t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmus import is_model
-from amb_cosim.cosim.patterns import is_pattern
+from amb_cosim.cosim.patterns import expand, is_pattern
 from amb_cosim.cosim.system import Component, Connection, System
 
 Interfaces = Mapping[str, FmuInterface]
+
+
+def fitted(
+    system: System, interfaces: Interfaces, interface_of: Callable[[Component], FmuInterface]
+) -> tuple[System, Interfaces]:
+    """Return a system without patterns, and its interfaces; FMUs that replace others take over what they have.
+
+    Parameters
+    ----------
+    system, interfaces
+        As they were read: the interface of each component.
+    interface_of
+        Returns the interface of a component that was replaced.
+
+    Raises
+    ------
+    ValueError
+        If a replacing FMU lacks what others need, or anything does not fit (`System.check`).
+    """
+    if system.replaced:
+        before = original(system)
+        first = {c.name: interface_of(c) for c in before.components}
+        interfaces = {name: with_units(interface, first[name]) for name, interface in interfaces.items()}
+        system = expand(without_lacking(system, interfaces), interfaces)
+        missing = missing_ports(system, interfaces, expand(before, first))
+        if missing:
+            raise ValueError("\n".join(missing))
+    else:
+        system = expand(system, interfaces)
+    system.check(interfaces)
+    return system, interfaces
 
 
 def original(system: System) -> System:

@@ -25,9 +25,8 @@ from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.isolation import run_isolated
 from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer
-from amb_cosim.cosim.patterns import expand
 from amb_cosim.cosim.recorder import Recorder
-from amb_cosim.cosim.replacement import missing_ports, original, with_units, without_lacking
+from amb_cosim.cosim.replacement import fitted
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.stopping import StopObserver, Stopped
 from amb_cosim.cosim.system import MasterLayout, System
@@ -149,18 +148,8 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
     """
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
     interfaces = {c: _interface(fmu, c) for c, fmu in fmus.items()}
-    if system.replaced:
-        before = original(system)
-        first = {c.name: _interface(provide(c.fmu, flavour, **options), c.name) for c in before.components}
-        interfaces = {name: with_units(interface, first[name]) for name, interface in interfaces.items()}
-        system = expand(without_lacking(system, interfaces), interfaces)
-        missing = missing_ports(system, interfaces, expand(before, first))
-        if missing:
-            raise ValueError("\n".join(missing))
-    else:
-        system = expand(system, interfaces)
-    system.check(interfaces)
-    return Assembly(system, fmus, interfaces)
+    system, fitting = fitted(system, interfaces, lambda c: _interface(provide(c.fmu, flavour, **options), c.name))
+    return Assembly(system, fmus, fitting)
 
 
 def _interface(fmu: Fmu, component: str) -> FmuInterface:

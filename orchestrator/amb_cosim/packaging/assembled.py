@@ -14,7 +14,7 @@ from amb_cosim.cosim.choices import Coupling, Flavour, Fmi
 from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
 from amb_cosim.cosim.fmus import build_models, is_model, model_source, models
-from amb_cosim.cosim.patterns import expand
+from amb_cosim.cosim.replacement import fitted
 from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
@@ -90,9 +90,12 @@ def levitated_rotor(
         rotor, receptances = rotor or scenario.rotor, receptances or scenario.receptances
     table = None if receptances is None else Path(receptances)
     made = made_for(system, rotor=rotor, receptances=table)
-    interfaces = {name: _interface(model) for name, (model, _) in made.items()}
-    system = expand(system, interfaces)
-    system.check(interfaces)
+    options = {"rotor": rotor, "receptances": table}
+    system, interfaces = fitted(
+        system,
+        {name: _interface(model) for name, (model, _) in made.items()},
+        lambda component: _interface(model_source(component.fmu, **options)[0]),
+    )
     assembly = Assembly(system, {}, interfaces)
     if scenario is None:
         plan = _plan(assembly, file)

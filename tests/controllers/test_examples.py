@@ -1,0 +1,100 @@
+"""The controllers of the examples hold the compressor, keep their margins, and are the same in another tool."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+import amb_cosim
+from amb_cosim import studies
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "controllers"
+NAMES = ("lead with two notches", "cross-feedback", "LQG")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def compare():
+    sys.path.insert(0, str(EXAMPLES))
+    try:
+        import compare
+
+        yield compare
+    finally:
+        sys.path.remove(str(EXAMPLES))
+
+
+@pytest.fixture(scope="module")
+def found(compare):
+    return {name: compare.compared(controller) for name, controller in compare.controllers().items()}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_levitates_the_compressor_through_the_unbalance_step(found, name):
+    run = found[name][1]
+    assert run.outcome.failure is None
+    assert run.summary.recovery == "prevented"
+    assert run.summary.first_contact is None
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_keeps_its_margins_computed_and_measured(found, name):
+    margins = found[name][0]
+    for axis in margins.axes.values():
+        assert axis.zone == "A"
+        assert axis.largest_difference < 1e-3
+    assert all(disk.least > 0.4 and disk.phase > 23.0 for disk in margins.disk_margins.values())
+
+
+def test_notches_and_lqg_bear_more_in_all_loops_than_the_pid(found):
+    least = {name: margins.disk_margins["currents"].least for name, (margins, _) in found.items()}
+    assert least["lead with two notches"] > 1.8 * least["PID"]
+    assert least["LQG"] > 1.6 * least["PID"]
+
+
+def test_cross_feedback_takes_the_gyroscopic_splitting_back(compare):
+    """Forward and backward tilting near 54 Hz, whose damping ratio is 0.69; without speed nothing is coupled."""
+
+    def tilting(controller):
+        found = studies.poles("compressor_levitated", controller=controller, up_to="9000 rpm", count=4)
+        pair = [pole for pole in found.poles if pole.damping_ratios[0] > 0.6]
+        assert len(pair) == 2
+        return [abs(pair[0].frequencies[k] - pair[1].frequencies[k]) / (2.0 * np.pi) for k in (0, -1)]
+
+    bare, coupled = tilting(None), tilting(compare.controllers()["cross-feedback"])
+    assert bare[1] > 3.0  # Hz
+    assert coupled[1] < 0.1
+    assert max(bare[0], coupled[0]) < 0.01
+
+
+def test_one_figure_compares_them(compare, found, tmp_path):
+    compare.draw(found, tmp_path / "controllers.png")
+    assert (tmp_path / "controllers.png").stat().st_size > 20_000
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_fmpy_gives_the_bits_of_the_orchestrator(compare, name, tmp_path):
+    """All in one FMU, from rest with an unbalance, stepped by simulate_fmu."""
+    file = Path(compare.controllers()[name])
+    compressor = amb_cosim.Scenario.load("compressor_levitated")
+    step = compressor.step_size("gauss_seidel")  # its "100 us", a sample, has another last bit than 1e-4
+    scenario = compressor.machine(
+        end_time=200 * step,
+        communication_step=step,
+        inputs={"rotor_contact": {"impeller3.u": "3 g.m"}},
+        fmu={"rolac_controller": str(file)},
+    )
+    run = amb_cosim.run(scenario, progress=False)
+    fmu = amb_cosim.build_assembled(tmp_path, scenario)
+    shown = [f"rotor_contact.{axis}" for axis in compare.AXES]
+    theirs = fmpy.simulate_fmu(str(fmu), stop_time=200 * step, step_size=step, output_interval=step, output=shown)
+    assert len(theirs) == 201
+    for variable in shown:
+        ours = run.signals[variable].values
+        assert np.abs(ours).max() > 1e-5
+        np.testing.assert_array_equal(theirs[variable][-len(ours) :], ours)
