@@ -19,6 +19,7 @@ from amb_actuator.force import Coils, force, is_beyond_knee
 from amb_actuator.interface import DYNAMIC, axes_of, interface_of
 from amb_actuator.records import N_DEVIATIONS, Axes, n_axes_of, views_of
 from fmi_export.jit import kernel, views
+from fmi_export.linear_state import LinearState
 from fmi_export.model import Array, Model
 
 # Three kinds of fault, each with a code for every axis; the codes of the rig's four axes leave room for ten.
@@ -166,6 +167,7 @@ def model_for(bearings: Sequence[str]) -> Model:
         packages=("amb_actuator", "fmi_export"),
         faults=_fault_sentences(axes_of(bearings)),
         layout={"bearings": list(bearings)},
+        linear_state=lambda constants: LinearState(((0, n_state(constants)),)),
     )
 
 

@@ -18,6 +18,7 @@ from linear_controller.records import (
     State,
     Work,
     inputs_of,
+    linear_state,
     outputs_of,
     parameters_of,
     state_of,
@@ -200,4 +201,5 @@ def model_for(ports: Ports, sample_time: float) -> Model:
         faults={FAULT_LONG_STEP: long_step, **crossed},
         step_size=sample_time,
         layout=ports.layout(),
+        linear_state=linear_state,
     )

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fmi_export.jit import views
+from fmi_export.linear_state import LinearState
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from linear_controller.delay import N_KEPT
 from linear_controller.interface import SMALLEST
-from linear_controller.matrices import REAL, Records, Sizes
-from signal_chain.readings import SensorMemory, sensor_memory_of, sensor_memory_size
+from linear_controller.matrices import REAL, Records, Sizes, sizes_of
+from signal_chain.readings import N_STREAM, SensorMemory, sensor_memory_of, sensor_memory_size
 
 PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.own_record(kind) for kind in ("parameter", "input", "output"))
 DEMAND = SMALLEST.element_record("parameter", "demands")
@@ -156,4 +157,13 @@ def work_of(work: Array, sizes: Sizes) -> Work:
         part(work, 0, REAL, given),
         part(work, given, REAL, found),
         part(work, given + found, REAL, sizes.n_demands),
+    )
+
+
+def linear_state(constants: Array) -> LinearState:
+    """Return the places of what moves linearly without a delay: states of the law, last demands, filters."""
+    sizes = sizes_of(constants)
+    sensors = state_size(sizes) - sensor_memory_size(sizes.n_signals)
+    return LinearState(
+        ((N_HEAD, N_HEAD + sizes.n_states + 2 * sizes.n_demands), (sensors + N_STREAM, state_size(sizes)))
     )

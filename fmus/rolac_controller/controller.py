@@ -26,7 +26,7 @@ from rolac_controller.receptance_table import TableViews, built_table, load, tab
 from rolac_controller.records import Inputs, Outputs, Parameters, Records, inputs_of, outputs_of, parameters_of
 from rolac_controller.sensor_check import suspect_sensor
 from rolac_controller.sizes import sizes_of
-from rolac_controller.state import State, Work, n_state, n_work, state_of, state_size, work_of
+from rolac_controller.state import State, Work, linear_state, n_state, n_work, state_of, state_size, work_of
 from rolac_controller.synchronous import permitted_status, update_forces
 from signal_chain.demands import converted, within_converter
 from signal_chain.presets import is_on
@@ -227,6 +227,7 @@ def model_for(loop: ControlLoop) -> Model:
         packages=PACKAGES,
         faults=_faults(loop),
         layout=loop.layout(),
+        linear_state=linear_state,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fmi_export.jit import views
+from fmi_export.linear_state import LinearState
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
@@ -23,7 +24,7 @@ from rolac_controller.receptance_table import table_size
 from rolac_controller.records import Records, inputs_size
 from rolac_controller.sensor_check import CHECK_MEMORY
 from rolac_controller.sizes import Sizes, sizes_of
-from signal_chain.readings import SensorMemory, sensor_memory_of, sensor_memory_size
+from signal_chain.readings import N_STREAM, SensorMemory, sensor_memory_of, sensor_memory_size
 
 HEAD = record(
     ("begin", "f8"),  # time of the first sample (s)
@@ -197,3 +198,14 @@ def n_work(constants: Array) -> int:
         + svd_work_size(sizes)
         + inputs_size(sizes)
     )
+
+
+def linear_state(constants: Array) -> LinearState:
+    """Return the places of what moves linearly: PID, currents, filters, displacements that a prediction keeps."""
+    sizes = sizes_of(constants)
+    n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
+    U = N_HEAD + n_axes * (N_PID + 1)
+    sensors = U + 2 * N_HARMONICS * n_axes + n_axes // 2
+    end, begin = sensors + sensor_memory_size(n_sensors), state_size(sizes) - n_sensors
+    rows = (N_HEAD, U), (sensors + N_STREAM, end), (begin, begin + n_sensors)
+    return LinearState(rows, unless=("rolac_enable", "identify"))

@@ -31,6 +31,7 @@ from rotor_contact.layout import (
     store_sites,
     workspace_of,
 )
+from rotor_contact.linear_state import linear_state
 from rotor_contact.modes import FAULT_MODES, FAULT_SINGULAR, resolve_modes
 from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
 from rotor_contact.planes import Planes
@@ -211,6 +212,7 @@ def model_for(planes: Planes) -> Model:
         packages=("rotor_contact", "fmi_export"),
         faults=_faults(planes),
         layout=planes.layout(),
+        linear_state=linear_state,
     )
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fmi_export.interface import Interface
 from fmi_export.jit import kernel
+from fmi_export.linear_state import LinearState
 from fmi_export.variables import FAULT_CODE, filled
 
 Array = NDArray[np.float64]
@@ -59,6 +60,8 @@ class Model:
     layout
         What the model's package makes its interface from, in types of JSON; empty where that is always the same. The
         kernels do not depend on it: sizes that do are among the constants.
+    linear_state
+        What of the state of a model with these constants moves linearly; None where that is not known.
     parts, wiring
         Of an assembly: what is stepped together in place of kernels of its own, and how.
 
@@ -80,6 +83,7 @@ class Model:
     step_size: float = 250e-6
     variable_step: bool = True
     layout: Mapping[str, Any] = field(default_factory=dict)
+    linear_state: Callable[[Array], LinearState] | None = None
     parts: tuple[Part, ...] = ()
     wiring: Wiring | None = None
 

@@ -24,7 +24,7 @@ from fmi_export.building.documentation import documentation
 from fmi_export.building.guard.libraries import check_guarded, guard, guard_key, library_names
 from fmi_export.building.identity import DOCUMENTATION, digests, guid_of, package_folder
 from fmi_export.building.native.compiler import host_platform
-from fmi_export.building.native.data import model_data, sizes
+from fmi_export.building.native.data import linear_state_file, model_data, sizes
 from fmi_export.model import Array, Model
 
 
@@ -59,6 +59,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
     content |= documentation(model, ["pythonfmu"])
     content["modelDescription.xml"] = xml_file(model_description(model, guid, *_tool()))
     content["resources/model.bin"] = _data(model, constants, guid)
+    content |= linear_state_file(model, constants)
     content["resources/python.txt"] = "\n".join(_this_python()).encode()
     folder.mkdir(parents=True, exist_ok=True)
     return write_archive(folder / f"{model.name}.fmu", content)

@@ -14,3 +14,5 @@ Loop = Literal["compiled", "plain"]
 LOOPS: tuple[Loop, ...] = get_args(Loop)
 
 Coupling = Literal["gauss_seidel", "jacobi", "iterative"]
+
+Settling = Literal["simulated", "solved", "automatic"]  # the last: solved where it can be

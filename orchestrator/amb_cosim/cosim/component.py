@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from ctypes import Array as CArray
-from ctypes import byref, c_double, c_int, c_uint, c_void_p, cast
+from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -177,6 +177,24 @@ class FmuComponent:
     def restore(self) -> None:
         """Bring back the state that was kept."""
         self._call("fmi2SetFMUstate", self._fmu.fmi2SetFMUstate, self._fmu.component, self._state)
+
+    def memory(self) -> NDArray[np.float64]:
+        """Return the state that was kept, as numbers that can be changed before `restore`.
+
+        They are what an FMU of this project's export keeps (`saved.c`): its values, in the order of the references, and
+        its state end them, each from a multiple of 16 bytes on. The next `save` changes them, `close` and `reset` free
+        them.
+        """
+        size = c_size_t()
+        self._call(
+            "fmi2SerializedFMUstateSize",
+            self._fmu.fmi2SerializedFMUstateSize,
+            self._fmu.component,
+            self._state,
+            byref(size),
+        )
+        numbers = (c_double * (size.value // 8)).from_address(self._state.value or 0)  # without the checksum's 4 bytes
+        return np.ctypeslib.as_array(numbers)
 
     @property
     def warnings(self) -> list[str]:

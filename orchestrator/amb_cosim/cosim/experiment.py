@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from amb_cosim.cosim.assignments import Assignments
+from amb_cosim.cosim.choices import Settling
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.replacement import notices
 from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear, Schedule, nearest_point
@@ -20,6 +21,7 @@ from amb_files.suggestions import suggest
 EVERYTHING = "*"  # as a pattern of what is recorded
 
 ROUNDING = 1e-9  # relative, of times that are whole numbers of steps
+WARM_UP = 40  # steps before a settled motion is solved for; the plant has its exact motion by then, and all has moved
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,12 @@ class Experiment:
         Patterns of what is recorded in any case.
     record_every, record_settling
         Every how many steps, and whether before time 0 too.
+    settling
+        Whether what comes before time 0 is simulated, or solved for (`settling`), or that where it can be.
+    turn
+        How long a motion that was solved for is simulated before time 0, so that what looks back shows it (s).
+    unsolvable
+        Why it cannot be solved for, if that is known.
     """
 
     step_size: float
@@ -78,6 +86,9 @@ class Experiment:
     essential: tuple[str, ...] = ()
     record_every: int = 1
     record_settling: bool = False
+    settling: Settling = "simulated"
+    turn: float = 0.0
+    unsolvable: str = ""
 
 
 @dataclass(frozen=True)
@@ -95,7 +106,9 @@ class Plan:
 
     `parameters` holds what components start with, `inputs` the first values of signals and scheduled inputs by name,
     `events` their changes as (point, name, value). What `stops` judge is recorded. `notices` say what
-    components that replace others do without, `partial_events` which events are done in part for that.
+    components that replace others do without, `partial_events` which events are done in part for that. What comes
+    before point 0 is simulated from point `first` on, or solved for and `turn` steps of it simulated; the angle is the
+    same.
     """
 
     system: System
@@ -110,8 +123,15 @@ class Plan:
     stops: tuple[Condition, ...] = ()
     record_every: int = 1
     record_from: int = 0
+    settling: Settling = "simulated"
+    turn: int = 0
     notices: tuple[str, ...] = ()
     partial_events: tuple[tuple[float, str], ...] = ()
+
+    @property
+    def begin(self) -> int:
+        """Communication point at which the run begins."""
+        return self.first if self.settling == "simulated" else -(WARM_UP + self.turn + 4)
 
     def all_parameters(self, interfaces: Mapping[str, FmuInterface]) -> dict[str, dict[str, float | None]]:
         """Return every parameter of every component: the value that was set, or its start value."""
@@ -160,6 +180,7 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         values.inputs.setdefault(name, values.start_value(event.variable))
         events.append((nearest_point("time of event", event.time, h), name, value))
     common = math.lcm(*(_start_grid(c, values, h) for c in system.components))
+    settling, unsolved = _settling(experiment, common)
     available = [
         *values.inputs,
         *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
@@ -180,9 +201,43 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         stops=tuple(_condition(stop, available, values, h) for stop in experiment.stops),
         record_every=experiment.record_every,
         record_from=first if experiment.record_settling else 0,
-        notices=tuple(notices(system, interfaces, values.inputs, values.dropped)),
+        settling=settling,
+        turn=math.ceil(experiment.turn / h),
+        notices=(*notices(system, interfaces, values.inputs, values.dropped), *unsolved),
         partial_events=partial_events,
     )
+
+
+def _settling(experiment: Experiment, samples: int) -> tuple[Settling, list[str]]:
+    """Return how a run settles that samples every so many steps, and a sentence where it cannot as it would.
+
+    Raises
+    ------
+    ValueError
+        If it must be solved for, and cannot be.
+    """
+    reason = experiment.unsolvable
+    if experiment.record_settling:
+        reason = reason or "record.settling asks for what comes before cycle 0"
+    if samples > 1:
+        reason = reason or f"a component samples every {samples} communication steps"
+    if experiment.start_time == 0.0:
+        return "simulated", []
+    if experiment.settling == "simulated" or not reason:
+        return experiment.settling, []
+    if experiment.settling == "solved":
+        raise ValueError(cannot_settle(reason))
+    return "simulated", [told_as_simulated(reason)]
+
+
+def cannot_settle(reason: str) -> str:
+    """Return the sentence of a run that is told to solve for its settled motion, and cannot."""
+    return f"settling = 'solved' is not allowed here: {reason}; settling = 'simulated' is"
+
+
+def told_as_simulated(reason: str) -> str:
+    """Return the sentence of a run whose settling is simulated, although it might have been solved for."""
+    return f"what comes before cycle 0 was simulated: {reason}"
 
 
 def _without_lacking(

@@ -69,6 +69,12 @@ class Fmu:
         file = self.folder / "resources" / "layout.json"
         return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
 
+    @cached_property
+    def linear_state(self) -> dict[str, Any] | None:
+        """What of its state moves linearly (`fmi_export.linear_state`), and its size; None where it is unknown."""
+        file = self.folder / "resources" / "linear_state.json"
+        return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
+
 
 def made_from(*packages: str, **files: Callable[[Any], Path]) -> Callable[[S], S]:
     """Declare the packages whose code, with the source's own file, decides what a source returns for its options.

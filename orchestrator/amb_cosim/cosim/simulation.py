@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -15,8 +15,9 @@ import numpy as np
 from amb_cosim.cosim import compiled
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.choices import Coupling, Flavour, Loop
+from amb_cosim.cosim.component import FmuComponent
 from amb_cosim.cosim.errors import StepFailed
-from amb_cosim.cosim.experiment import Plan
+from amb_cosim.cosim.experiment import Plan, cannot_settle, told_as_simulated
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
 from amb_cosim.cosim.fmu_libraries import check_libraries
 from amb_cosim.cosim.fmus import Fmu, provide
@@ -28,6 +29,7 @@ from amb_cosim.cosim.master import Master, Observer
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.replacement import fitted
 from amb_cosim.cosim.schedules import Array
+from amb_cosim.cosim.settling import CannotSettle, settle
 from amb_cosim.cosim.stopping import StopObserver, Stopped
 from amb_cosim.cosim.system import MasterLayout, System
 
@@ -198,6 +200,24 @@ def run_plan(
     """
     if assembly.from_elsewhere if isolated is None else isolated:
         return run_isolated(assembly, plan, progress, loop, coupling)
+    try:
+        return _run(assembly, plan, progress, loop, coupling, instances)
+    except CannotSettle as error:
+        if plan.settling == "solved":
+            raise ValueError(cannot_settle(str(error))) from error
+        told = (*plan.notices, told_as_simulated(str(error)))
+        return _run(assembly, replace(plan, settling="simulated", notices=told), progress, loop, coupling, instances)
+
+
+def _run(
+    assembly: Assembly,
+    plan: Plan,
+    progress: Progress | None,
+    loop: Loop,
+    coupling: Coupling | None,
+    instances: Instances | None,
+) -> Recording:
+    """Run a plan in this process; raises CannotSettle where its settled motion cannot be solved for."""
     system = plan.system
     coupling = coupling or system.coupling
     if coupling == "iterative":
@@ -205,7 +225,8 @@ def run_plan(
         loop = "plain"
     if loop == "compiled" and load_loop() is None:
         loop = "plain"
-    wiring, inputs, outputs = assembly.wiring(plan.inputs, plan.recorded)
+    layout = assembly.wiring(plan.inputs, plan.recorded)
+    wiring, inputs, outputs = layout
     recorder = Recorder([wiring.names.index(name) for name in plan.recorded], plan.record_from, plan.record_every)
     with ExitStack() as stack, deferred() as interruption:
         living = Instances() if instances is None else instances
@@ -217,7 +238,8 @@ def run_plan(
             components.append(living.take(c.name, folder, interface, *exchanged, plan.parameters[c.name], c.every))
         master = Master(components, wiring, plan.step_size, coupling)
         master.exogenous[:] = list(plan.inputs.values())
-        master.initialise(plan.first)
+        begin = plan.begin
+        master.initialise(begin)
         schedules = plan.schedules(wiring.names)
         stops = StopObserver(plan.stops, [wiring.names.index(condition.signal) for condition in plan.stops])
         observers: list[Observer] = [lambda *_: interruption.check()]
@@ -225,11 +247,17 @@ def run_plan(
             observers.append(_reporting(progress, plan))
         try:
             interruption.check()
+            if plan.settling != "simulated":
+                begin = _settle(assembly, master, layout, plan.first, begin, loop)
             if loop == "compiled":
-                compiled.run(master, plan.first, plan.last, schedules, recorder, observers, stops)
+                compiled.run(master, begin, plan.last, schedules, recorder, observers, stops)
             else:
-                master.run(plan.first, plan.last, schedules, [recorder, stops, *observers])
+                master.run(begin, plan.last, schedules, [recorder, stops, *observers])
             outcome = Outcome("completed", plan.last * plan.step_size)
+        except CannotSettle:
+            if instances is not None:
+                stack.pop_all()
+            raise
         except StepFailed as error:
             outcome = Outcome("failed", error.time, error.component, error.reason)
         except Stopped as condition:
@@ -243,6 +271,20 @@ def run_plan(
             if outcome.status not in ("completed", "stopped"):
                 instances.expire()
     return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings)
+
+
+def _settle(
+    assembly: Assembly, master: Master[FmuComponent], layout: MasterLayout, first: int, begin: int, loop: Loop
+) -> int:
+    """Bring a master from `begin` into its settled motion, as if it had run since `first`; return where it is then."""
+
+    def advance(start: int, end: int) -> None:
+        if loop == "compiled":
+            compiled.run(master, start, end, (), Recorder([], 1))
+        else:
+            master.run(start, end)
+
+    return settle(master, layout, assembly.fmus, assembly.interfaces, advance, first, begin)
 
 
 def _warn_of_not_finite(assembly: Assembly, plan: Plan, recorder: Recorder, warnings: dict[str, list[str]]) -> None:
@@ -266,11 +308,11 @@ def _check_states(assembly: Assembly) -> None:
 
 
 def _reporting(progress: Progress, plan: Plan) -> Observer:
-    total, latest = plan.last - plan.first, -math.inf
+    total, latest = plan.last - plan.begin, -math.inf
 
     def report(n: int, _: Array) -> None:
         nonlocal latest
-        done, now = n - plan.first, time.perf_counter()
+        done, now = n - plan.begin, time.perf_counter()
         if now > latest + REPORT_TIME or done == total:
             latest = now
             progress(done, total)

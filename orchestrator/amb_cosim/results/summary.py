@@ -90,6 +90,7 @@ class Summary:
     flavour: str
     completed: bool
     stopped: str | None
+    settled: str = field(metadata={KEY: "settling"})
     settling: float = field(metadata={KEY: "settling_s"})
     simulated: float = field(metadata={KEY: "simulated_s"})
     wall: float = field(metadata={KEY: "wall_s"})
@@ -176,6 +177,7 @@ def summarise(dataset: Signals) -> Summary:
         flavour=dataset.attrs["flavour"],
         completed=bool(dataset.attrs["completed"]),
         stopped=dataset.attrs.get("stopped") or None,
+        settled=str(dataset.attrs.get("settling", "simulated")),
         settling=float(dataset.attrs["settling_s"]),
         simulated=simulated,
         wall=wall,

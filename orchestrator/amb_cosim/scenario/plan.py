@@ -24,7 +24,7 @@ from amb_cosim.results.places import Places, places_of
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
 from amb_cosim.scenario.scenario import Scenario, positive_speed
-from amb_cosim.scenario.signal_chain import idle_switches
+from amb_cosim.scenario.signal_chain import idle_switches, unsteady_effects
 
 SPEED = "Omega"  # the shared signal whose first value counts the cycles
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
@@ -129,6 +129,9 @@ def plan_scenario(
         essential=_essential(places_of(assembly)) if recorded is None else tuple(recorded),
         record_every=scenario.record.every,
         record_settling=scenario.record.settling,
+        settling=scenario.settling,
+        turn=period,
+        unsolvable=unsteady_effects(values),
     )
     plan = plan_experiment(experiment, values)
     planned = {f.name: getattr(plan, f.name) for f in fields(Plan)}

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 import tomli_w
 from pydantic import Field
 
-from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.choices import Coupling, Settling
 from amb_cosim.cosim.stopping import StopCondition
 from amb_cosim.cosim.system_tables import Record, stop_condition
 from amb_cosim.cosim.tables import Cycles, Table, Value, Values, time_of
@@ -113,6 +113,10 @@ class Scenario(Table):
     `gravity` pulls on the rotor towards `gravity_angle`, from x towards y. The static currents of magnetic bearings
     then carry the weight, and the rotor levitates at its setpoint. Parameters that the scenario gives keep their
     values.
+    The `settle_cycles` before cycle 0 are `simulated`; or the motion that they lead to is `solved` for, and one turn of
+    it simulated, with the angle that the rotor has after them; or, `automatic`, solved for where it can be. It cannot
+    be where noise, converters, adaptive control, identification or contact are on before cycle 0, where the loop is not
+    stable, forces are not linear, or housings, races or the speed move.
     Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
     unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs match
     any characters and any one character.
@@ -131,6 +135,7 @@ class Scenario(Table):
     gravity: Value | None = None
     gravity_angle: Value = "225 deg"
     settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
+    settling: Settling = "simulated"
     end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
     end_time: Value | None = None
     unbalance_factor: float = Field(default=1.0, gt=0.0, le=1e9)

@@ -1,4 +1,4 @@
-"""Switches of the controller's signal chain that its preset leaves without effect."""
+"""Effects of the signal chains of controllers: switches that are idle, and those with which no two turns are alike."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from amb_cosim.results.places import CONTROLLER
 
 PRESET, CUSTOM = "chain.preset", "custom"
 IDEAL, SWITCHES = "ideal", ("noise", "filter", "adc", "dac", "delay")
+UNSTEADY = ("noise", "adc", "dac")  # effects with which no two turns are alike
 
 
 def idle_switches(values: Assignments, given: Collection[str]) -> list[str]:
@@ -33,3 +34,16 @@ def idle_switches(values: Assignments, given: Collection[str]) -> list[str]:
         return []
     told = ", ".join(f"{switch} = {'true' if values.parameter(switch) else 'false'}" for switch in idle)
     return [f"{told} changes nothing while {name} = {chosen}; it counts with {name} = {CUSTOM}"]
+
+
+def unsteady_effects(values: Assignments) -> str:
+    """Return which effects of signal chains, named, no two turns are alike with; empty where there are none."""
+    found = []
+    for component, interface in values.interfaces.items():
+        preset = interface.ports.get(PRESET)
+        if preset is None or CUSTOM not in preset.items or not (chosen := values.parameter(f"{component}.{PRESET}")):
+            continue
+        switches = [f"{component}.chain.{effect}" for effect in UNSTEADY]
+        custom = chosen == preset.items[CUSTOM]
+        found += [name for name in switches if not custom or values.parameter(name)]
+    return f"{', '.join(found)}: no two turns are alike" if found else ""

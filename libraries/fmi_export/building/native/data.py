@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import struct
 import zlib
@@ -99,6 +100,14 @@ def sizes(model: Model, constants: Array) -> tuple[int, int]:
         n_state += _even(len(own.variables)) + _even(state)
         n_work += _even(own.n_outputs) + _even(work)
     return n_state, n_work
+
+
+def linear_state_file(model: Model, constants: Array) -> dict[str, bytes]:
+    """Return the file that says what of the state moves linearly, by its name in an FMU; none if it is unknown."""
+    if model.linear_state is None:
+        return {}
+    places = {"size": sizes(model, constants)[0], **model.linear_state(constants)._asdict()}
+    return {"resources/linear_state.json": json.dumps(places, indent=1).encode()}
 
 
 def _size(size: Size, constants: Array) -> int:

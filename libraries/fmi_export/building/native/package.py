@@ -14,7 +14,7 @@ from fmi_export.building.description3 import model_description3
 from fmi_export.building.documentation import documentation
 from fmi_export.building.identity import guid_of
 from fmi_export.building.native.compiler import FOLDERS3, TARGETS, check_platforms, host_platform
-from fmi_export.building.native.data import model_data
+from fmi_export.building.native.data import linear_state_file, model_data
 from fmi_export.building.native.engines import engine, engine_key
 from fmi_export.model import Array, Model
 
@@ -56,6 +56,7 @@ def build_native_fmu(
             content[f"binaries/{place}/{model.name}{TARGETS[platform][0]}"] = one.library
     content |= {ICON3 if fmi == 3 and name == ICON else name: file for name, file in documentation(model).items()}
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
+    content |= linear_state_file(model, constants)
     folder.mkdir(parents=True, exist_ok=True)
     return write_archive(folder / f"{model.name}.fmu", content)
 
