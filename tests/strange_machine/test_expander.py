@@ -52,3 +52,15 @@ def test_it_rubs_hardest_where_no_bearing_is(rub):
     assert peaks["labyrinth"] > 2.0 * peaks["catch_n"] > 0.0
     assert peaks["shroud"] > 0.0
     assert rub.summary.recovery == "recovered"
+
+
+def test_no_figure_has_a_contact_at_the_bearing_without_a_retainer(touchdown):
+    labels = [label.get_text() for axes in touchdown.plot.contact().axes for label in axes.get_yticklabels()]
+    assert {"CATCH_N", "CATCH_S"} <= set(labels)
+    assert not [label for label in labels if "GUIDE" in label]
+
+
+def test_the_curve_of_a_spin_that_hardly_changes_is_inside_its_panel(touchdown):
+    panels = touchdown.plot.displacement().axes
+    panel = next(axes for axes in panels if axes.get_title(loc="left") == "Spin speed")
+    assert panel.get_ylim()[1] > 1.02 * max(panel.lines[0].get_ydata())

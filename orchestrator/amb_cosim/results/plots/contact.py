@@ -32,8 +32,8 @@ MODES = ("free", "sliding", "rolling")
 
 def contact(dataset: Signals) -> Figure:
     """Draw the normal contact force at each retainer bearing and each other site touched, and the contact state."""
-    sites, states = touchable(dataset), places(dataset).contact_states
-    bearings_alone = set(sites) == set(places(dataset).retainers)
+    sites, states, bearings = touchable(dataset), places(dataset).contact_states, places(dataset).bearings
+    bearings_alone = set(sites) == set(bearings.values())  # a bearing without a retainer has states that never come
     ratios = (*[3.0] * len(sites), 0.4 * (len(states) if bearings_alone else len(sites) + 1))
     figure = StyledFigure(figsize=(7.0, max(4.6 * sum(ratios) / 7.6, 3.2)), layout="constrained")
     *panels, state_panel = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)

@@ -85,7 +85,7 @@ def _draw_speed(panel: Axes, dataset: Signals) -> None:
     """Draw the spin speed, in rad/s on the left and in Hz on the right."""
     panel.plot(time_values(dataset), speed(dataset), color="black")
     panel.set_title("Spin speed", loc="left")
-    panel.set(ylabel=r"$\Omega$ (rad/s)", ylim=(0.0, None))
+    panel.set(ylabel=r"$\Omega$ (rad/s)", ylim=(0.0, 1.08 * float(speed(dataset).max(initial=0.0)) or None))
     turn = 2.0 * np.pi
     turns = panel.secondary_yaxis("right", functions=(lambda s: np.divide(s, turn), lambda f: np.multiply(f, turn)))
     turns.set_ylabel(r"$\Omega/2\pi$ (Hz)")
