@@ -39,7 +39,7 @@ def draw(result: ContactConvergence) -> Figure:
             if len(rows) <= NAMED:
                 axes.set_xticks(range(len(rows)), [_name(row) for row in rows], rotation=60, ha="right")
         line[0].set_ylabel(label)
-        line[0].set_ylim(0.0, None)
+        line[0].set_ylim(0.0, 1.05 * line[0].get_ylim()[1])
     if sites:
         grid[0, 0].legend(loc="best")
     figure.suptitle(
