@@ -24,13 +24,27 @@ PARTS = re.compile(r"\b([mre]b[12?*]|d[1-4?*]\.(u|phi|f_[xy?]))(?!\w)")
 
 # Pages that run scenarios of a pack as examples, and name their parts in commands and results. All others are general.
 EXAMPLES = {
-    *("change_the_friction_law", "cluster", "compare", "live", "own_pack", "report", "robustness", "run_many_cases"),
+    *(
+        "change_the_friction_law",
+        "cluster",
+        "compare",
+        "linear_model",
+        "live",
+        "own_pack",
+        "report",
+        "robustness",
+        "run_many_cases",
+    ),
     *("swap_a_component", "sweep", "wasm"),
     *(f"tools/{tool}" for tool in ("README", "dymola", "ecos", "fmpy", "fmusim", "libcosim", "omsimulator", "pyfmi")),
 }
 
 # What remains, by file and with the reason.
 REASONS = {
+    **{
+        f"examples/controllers/{name}": "is of the compressor, whose bearings are called so too"
+        for name in ("cross_feedback.toml", "lead_notches.toml", "lqg.py")
+    },
     "orchestrator/amb_cosim/design/README.md": "cites the thesis as the source of equations",
     "libraries/signal_chain/variables.py": "cites the thesis as the source of start values",
     "libraries/rotor_analysis/reduction.py": "cites the thesis as the source of equations 3.8 to 3.13",
