@@ -3,9 +3,10 @@
 `pyproject.toml` allows no numba later than the one that was tested. Where that has changed one of these, this file is
 what has to change.
 
-**Functions without numba's run-time system** (`WITHOUT_RUNTIME`, the option `_nrt` of `njit`). Allocating becomes an
-error of compilation, and no time goes into counting references to arrays. Without it kernels are right, and several
-times slower; `building.native` refuses them, since they call that system.
+**Functions without numba's run-time system, and without an entry for C** (`KERNEL_OPTIONS`, the options `_nrt` and
+`no_cfunc_wrapper` of `njit`). Allocating becomes an error of compilation, and no time goes into counting references to
+arrays. Without it kernels are right, and several times slower; `building.native` refuses them, since they call that
+system. Without the second, compiling takes an eighth longer.
 
 **The cache on disk** (`keep_cache_sound`, `dispatcher._cache` and the `_cache_file` in it). numba reads machine code
 from its cache as it is: a wrong bit would crash the process, a file cut short is a traceback, and so is a full disk.
@@ -42,7 +43,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-WITHOUT_RUNTIME = {"_nrt": False}  # options of `njit`
+KERNEL_OPTIONS = {"_nrt": False, "no_cfunc_wrapper": True}  # options of `njit`
 
 DIGEST_SIZE = sha256().digest_size
 

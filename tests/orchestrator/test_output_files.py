@@ -56,8 +56,9 @@ def test_a_full_disk_is_one_sentence_and_keeps_the_old_result(cosim, small_disk)
     assert load(disk / "result.nc").sizes["time"] == 81
 
 
-def test_a_full_cache_is_named(runner, small_disk, monkeypatch):
+def test_a_full_cache_is_named(runner, small_disk, monkeypatch, cache):
     disk = small_disk("100k")
+    monkeypatch.setattr("fmi_export.building.native.engines.SHIPPED", cache / "amb-cosim" / "engines")
     monkeypatch.setattr("platformdirs.user_cache_path", lambda name, *_, **__: disk / name)
     result = runner(*SHORT)
     assert result.exit_code == 1
