@@ -86,7 +86,7 @@ def _write(name: str, folder: Path) -> None:
 def _native(scenarios: Ends, rounds: int) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {}
     for name, until in scenarios.items():
-        prepared = prepare(load_scenario(name), until=until)
+        prepared = prepare(load_scenario(name).changed(settling="simulated"), until=until)
         simulated = (prepared.plan.last - prepared.plan.first) * prepared.plan.step_size
         found[name] = []
         for _ in range(rounds + 1):

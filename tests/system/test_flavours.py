@@ -53,7 +53,7 @@ def test_a_c_program_gets_the_numbers_of_the_orchestrator_for_fig4_9(tmp_path: P
     from amb_cosim.scenario.scenario import load_scenario
     from amb_cosim.scenario.simulation import prepare, run_prepared
 
-    prepared = prepare(load_scenario("fig4_9"), flavour="native")
+    prepared = prepare(load_scenario("fig4_9").changed(settling="simulated"), flavour="native")
     command = [sys.executable, "-m", "ziglang", "cc", "-std=gnu11", "-O1", f"-I{HEADERS}"]
     command += [str(TESTS / "native" / "support" / "co_simulation.c"), "-o", str(tmp_path / "host"), "-ldl"]
     subprocess.run(command, check=True, timeout=300)

@@ -28,7 +28,7 @@ from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer, Participant
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import Array, Changes, IntArray, Schedule
-from amb_cosim.cosim.stopping import Conditions, StopObserver, Stopped
+from amb_cosim.cosim.stopping import StopObserver, Stopped
 
 CALLS = ("fmi2Set", "fmi2DoStep", "fmi2Get")
 WARNING = 1  # the highest status with which a call has done its work
@@ -102,6 +102,7 @@ def run(
     recorder: Recorder,
     observers: Sequence[Observer] = (),
     stops: StopObserver | None = None,
+    program: Program | None = None,
 ) -> None:
     """Advance from communication point `first` to `last` as `Master.run` does.
 
@@ -118,6 +119,8 @@ def run(
         which those that are recorded and nothing else may be older.
     stops
         Judged at every point, after it has been recorded.
+    program
+        That of `program_of` for this master and these stops, where it runs more than once.
 
     Raises
     ------
@@ -131,7 +134,7 @@ def run(
         raise ValueError("there is no compiled loop for this machine, and no compiler to make it")
     master.check_start(first)
     conditions = (stops or StopObserver()).conditions
-    program = _program(master, conditions)
+    program = program or program_of(master, stops)
     buffer, row = recorder.buffer(first, last), len(recorder.points)
     given, kept, judged = _structure(program), _structure(buffer), _structure(conditions)
     begin, size, stopped = first, 64, End()
@@ -160,7 +163,9 @@ def run(
             begin = reached + 1
 
 
-def _program(master: Master[C], conditions: Conditions) -> Program:
+def program_of(master: Master[C], stops: StopObserver | None = None) -> Program:
+    """Return the data of a master whose run judges these stops."""
+    conditions = (stops or StopObserver()).conditions
     entries = [component.entry_points() for component in master.components]
     every = [component.every for component in master.components]
     fetches = [entry.fetches for entry in entries]

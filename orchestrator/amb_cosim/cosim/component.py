@@ -104,7 +104,7 @@ class FmuComponent:
         self._log = _logs.setdefault(self._instance_name, [])
         self._fmu: Any = None
         self._running = False  # between initialisation and an error, when fmi2Terminate may be called
-        self._state = c_void_p()
+        self._state, self._after = c_void_p(), c_void_p()
         self._exchanges: dict[tuple[str, ...], _Exchange] = {}
         try:
             self._fmu = FMU2Slave(
@@ -133,7 +133,7 @@ class FmuComponent:
             If the FMU refuses to be reset, or a start value.
         """
         _take_messages()
-        self._free_state(self._fmu)
+        self._free_states(self._fmu)
         self._running = False
         self._call("fmi2Reset", self._fmu.reset)
         self._log.clear()
@@ -185,15 +185,19 @@ class FmuComponent:
         its state end them, each from a multiple of 16 bytes on. The next `save` changes them, `close` and `reset` free
         them.
         """
-        size = c_size_t()
-        self._call(
-            "fmi2SerializedFMUstateSize",
-            self._fmu.fmi2SerializedFMUstateSize,
-            self._fmu.component,
-            self._state,
-            byref(size),
-        )
-        numbers = (c_double * (size.value // 8)).from_address(self._state.value or 0)  # without the checksum's 4 bytes
+        return self._numbers(self._state)
+
+    def answer(self, time: float, step_size: float) -> NDArray[np.float64]:
+        """Step from the state that was kept (s), and return the memory after it, which the next answer changes."""
+        self.restore()
+        self.step(time, step_size)
+        self._call("fmi2GetFMUstate", self._fmu.fmi2GetFMUstate, self._fmu.component, byref(self._after))
+        return self._numbers(self._after)
+
+    def _numbers(self, state: c_void_p) -> NDArray[np.float64]:
+        size, measure = c_size_t(), self._fmu.fmi2SerializedFMUstateSize
+        self._call("fmi2SerializedFMUstateSize", measure, self._fmu.component, state, byref(size))
+        numbers = (c_double * (size.value // 8)).from_address(state.value or 0)  # without the checksum's 4 bytes
         return np.ctypeslib.as_array(numbers)
 
     @property
@@ -226,7 +230,7 @@ class FmuComponent:
         if fmu is None or not fmu.component:
             return
         try:
-            self._free_state(fmu)
+            self._free_states(fmu)
             if self._running:
                 fmu.terminate()
         except Exception as error:  # an FMU that has failed may refuse this too, and must be freed all the same
@@ -248,10 +252,11 @@ class FmuComponent:
             self._exchanges[names] = _Exchange([self._interface.port(v, self.name) for v in names])
         return self._exchanges[names]
 
-    def _free_state(self, fmu: Any) -> None:
-        if self._state:
-            fmu.fmi2FreeFMUstate(fmu.component, byref(self._state))
-            self._state = c_void_p()
+    def _free_states(self, fmu: Any) -> None:
+        for state in (self._state, self._after):
+            if state:
+                fmu.fmi2FreeFMUstate(fmu.component, byref(state))
+        self._state, self._after = c_void_p(), c_void_p()
 
     def _said(self) -> list[str]:
         """Return what the FMU logged, without warnings if there is more than those."""

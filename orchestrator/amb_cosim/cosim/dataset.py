@@ -121,7 +121,7 @@ def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord
             component,
             interface.ports,
             recording.warnings[component],
-            plan.first * plan.step_size,
+            plan.begin * plan.step_size,
             times,
             {name: columns[f"{component}.{name}"] for name in interface.ports if f"{component}.{name}" in columns},
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -91,6 +92,16 @@ class FmuInterface:
     def _by_causality(self) -> dict[str, tuple[Port, ...]]:
         kinds = dict.fromkeys(port.causality for port in self.ports.values())
         return {kind: tuple(port for port in self.ports.values() if port.causality == kind) for kind in kinds}
+
+    def matching(self, pattern: str) -> tuple[Port, ...]:
+        """Return the variables whose names match a pattern with `*` and `?`."""
+        if pattern not in self._matching:
+            self._matching[pattern] = tuple(self.ports[name] for name in fnmatch.filter(self.ports, pattern))
+        return self._matching[pattern]
+
+    @cached_property
+    def _matching(self) -> dict[str, tuple[Port, ...]]:
+        return {}
 
     def port(self, name: str, component: str) -> Port:
         """Return the variable called `name`.

@@ -94,17 +94,10 @@ class Part:
         """Return the value of a variable, by its value reference."""
         return float(self.memory[self._values + reference])
 
-    def step(self, time: float, step_size: float) -> None:
-        """Step from what the memory holds (s); the memory then holds what came of it."""
-        self.component.restore()
-        self.component.step(time, step_size)
-        self.component.save()
-
     def advance(self, time: float, step_size: float) -> float:
         """Return by how much the angle grows in a step (rad)."""
         self.memory[:] = self.base
-        self.step(time, step_size)
-        growth = float(self.memory[self._angle] - self.base[self._angle])
+        growth = float(self.component.answer(time, step_size)[self._angle] - self.base[self._angle])
         return growth % (2.0 * math.pi)
 
     def response(self, signals: IntArray, angles: IntArray, scales: Array, time: float, step_size: float) -> Response:
@@ -125,22 +118,18 @@ class Part:
         changed = np.concatenate([self.rows, self._inputs[fed]])
         shown = np.concatenate([self.rows, self._outputs[np.isin(self.slot, signals)]])
         turned = [*self._inputs[np.isin(self.sources, angles)], *([] if self._angle is None else [self._angle])]
-        rest = self.base.copy()
-        rest[changed] = 0.0
-        rest[self._energy[1:]] = HUGE
-
-        def answer(angle: float, place: int = 0, change: float = 0.0) -> Array:
-            self.memory[:] = rest
+        self.memory[:] = self.base
+        self.memory[changed] = 0.0
+        self.memory[self._energy[1:]] = HUGE
+        forced, matrix = np.zeros((len(ANGLES), len(shown))), np.zeros((len(shown), len(changed)))
+        for row, angle in enumerate(ANGLES):
             self.memory[turned] = angle
-            if change:
-                self.memory[place] = change
-            self.step(time, step_size)
-            return self.memory[shown]
-
-        forced = np.array([answer(angle) for angle in ANGLES])
-        matrix = np.zeros((len(shown), len(changed)))
+            forced[row] = self.component.answer(time, step_size)[shown]
+        self.memory[turned] = ANGLES[0]
         for column, (place, change) in enumerate(zip(changed, changes, strict=True)):
-            matrix[:, column] = (answer(0.0, place, change) - forced[0]) / change
+            self.memory[place] = change
+            matrix[:, column] = (self.component.answer(time, step_size)[shown] - forced[0]) / change
+            self.memory[place] = 0.0
         return Response(matrix, first_harmonic(forced))
 
     def start(self, states: Array, values: Array, moved: IntArray, angle: float) -> None:

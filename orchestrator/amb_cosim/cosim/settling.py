@@ -17,7 +17,6 @@ limits and laws that are not linear show there.
 
 from __future__ import annotations
 
-import fnmatch
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -263,13 +262,12 @@ def _turning(parts: Sequence[Part]) -> Part:
 def _refuse_what_is_on(parts: Sequence[Part]) -> None:
     """Raise CannotSettle where a variable of a part says that it does not move linearly."""
     for part in parts:
-        ports = part.interface.ports
-        for name in (name for pattern in part.unless for name in fnmatch.filter(ports, pattern)):
-            port, value = ports[name], part.value(ports[name].reference)
+        for port in (port for pattern in part.unless for port in part.interface.matching(pattern)):
+            value = part.value(port.reference)
             if value != 0.0:
                 names = {number: item for item, number in port.items.items()}
                 shown = "true" if port.type == "Boolean" else names.get(int(value), f"{value:g}{port.shown_unit}")
-                raise CannotSettle(f"{part.component.name}.{name} = {shown} before cycle 0")
+                raise CannotSettle(f"{part.component.name}.{port.name} = {shown} before cycle 0")
 
 
 def _check(loop: Loop, orbit: Orbit, n: int) -> None:

@@ -278,9 +278,11 @@ def _settle(
 ) -> int:
     """Bring a master from `begin` into its settled motion, as if it had run since `first`; return where it is then."""
 
+    program = compiled.program_of(master) if loop == "compiled" else None
+
     def advance(start: int, end: int) -> None:
-        if loop == "compiled":
-            compiled.run(master, start, end, (), Recorder([], 1))
+        if program is not None:
+            compiled.run(master, start, end, (), Recorder([], 1), program=program)
         else:
             master.run(start, end)
 
