@@ -70,7 +70,9 @@ def test_an_fmu_with_other_names_is_wired_by_the_system_file(folder, tmp_path):
     (tmp_path / "other.py").write_text(script.replace("PdController", "OtherNames"), encoding="utf-8")
     execute("pythonfmu build -f other.py", tmp_path)
     (tmp_path / "renamed.toml").write_text((folder / "renamed.toml").read_text(encoding="utf-8"), encoding="utf-8")
-    (tmp_path / "other.toml").write_text('base = "fig4_9"\nsystem = "renamed.toml"\n', encoding="utf-8")
+    (tmp_path / "other.toml").write_text(
+        'base = "fig4_9"\nsystem = "renamed.toml"\nsettling = "simulated"\n', encoding="utf-8"
+    )
     done = execute("amb-cosim run other.toml --no-plots --until 0.1 --summary-json -", tmp_path)
     other = json.loads(done.stdout)
     assert other["orbit_largest_mm"]["mb1"] == pytest.approx(0.0102, rel=0.01)

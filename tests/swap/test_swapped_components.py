@@ -42,7 +42,9 @@ def run(run_once, tmp_path_factory):
 
     def run_it(fmu: dict[str, Path] | None = None, **changes: Any) -> dict[str, Any]:
         files = {component: os.path.relpath(path, folder) for component, path in (fmu or {}).items()}
-        return run_once(simulated, scenario={"base": "fig4_9", "fmu": files, **changes}, folder=str(folder))
+        return run_once(
+            simulated, scenario={"base": "fig4_9", "settling": "simulated", "fmu": files, **changes}, folder=str(folder)
+        )
 
     return run_it
 
