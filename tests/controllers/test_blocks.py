@@ -12,6 +12,7 @@ import tomli_w
 from amb_cosim import linear_controller
 from amb_cosim.controllers.block_file import read_blocks
 from amb_cosim.controllers.bode import response
+from amb_cosim.linear.control import law_at
 
 T, W = 1e-4, 2.0 * math.pi * 300.0
 S = 1j * W
@@ -224,3 +225,46 @@ def test_mutated_file_is_a_controller_or_sentences_that_name_it(tmp_path, number
     except ValueError as error:
         message = str(error)
     assert all(line.startswith(str(path)) for line in message.splitlines())
+
+
+NOTCH = {"type": "notch", "frequency": [["0 rad/s", "300 Hz"], ["1000 rad/s", "330 Hz"]], "damping": 0.05}
+
+
+def deepest(controller, speed):
+    """Frequency (Hz) at which the law in a controller's constants, as its FMU interpolates them, passes least."""
+    law = law_at(controller.model_and_constants[1], speed)
+    frequencies = np.linspace(280.0, 350.0, 1401)
+    z = np.exp(2j * np.pi * frequencies * T)
+    passed = [abs((law.C @ np.linalg.solve(x * np.eye(len(law.A)) - law.A, law.B) + law.D)[0, 0]) for x in z]
+    assert min(passed) < 0.02
+    return frequencies[int(np.argmin(passed))]
+
+
+def test_notch_follows_its_frequency_over_speed(tmp_path):
+    """At the points, between them, and beyond them, where the nearest holds."""
+    controller = linear_controller(written(tmp_path, content(NOTCH, prewarp=True)))
+    assert list(controller.laws) == [0.0, 1000.0]
+    for speed, expected in {0.0: 300.0, 500.0: 315.0, 1000.0: 330.0, 2000.0: 330.0}.items():
+        assert deepest(controller, speed) == pytest.approx(expected, rel=2e-3)
+
+
+def test_points_of_gain_and_of_frequency_are_those_of_one_table(tmp_path):
+    data = content(NOTCH)
+    data["channel"][0]["gain"] = [["500 rad/s", 1.0], ["1500 rad/s", 3.0]]
+    controller = linear_controller(written(tmp_path, data))
+    assert list(controller.laws) == [0.0, 500.0, 1000.0, 1500.0]
+    at_rest = [law.D + law.C @ np.linalg.solve(np.eye(2) - law.A, law.B) for law in controller.laws.values()]
+    np.testing.assert_allclose(np.ravel(at_rest), [1.0, 1.0, 2.0, 3.0], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("points", "told"),
+    [
+        ([["9 rad/s", "300 Hz"], ["3 rad/s", "310 Hz"]], r"block 1 \(notch\): the speeds of frequency, .* must ascend"),
+        ([["0 rad/s", "300 Hz"], ["3 rad/s", "0 Hz"]], r"frequency = 0 Hz is not allowed; it must be a frequency > 0"),
+        ([["0 Hz", "300 m"]], r"block 1 \(notch\): frequency"),
+    ],
+)
+def test_frequency_over_speed_that_is_none_is_refused(tmp_path, points, told):
+    with pytest.raises(ValueError, match=told):
+        linear_controller(written(tmp_path, content({**NOTCH, "frequency": points})))

@@ -21,7 +21,7 @@
     gain = -1.0                            # or over speed: [["0 rpm", -1.0], ["9000 rpm", -1.2]]
     blocks = [
       { type = "pid", kp = "2.3e4 A/m", kd = "36 A.s/m", roll_off = "3 kHz" },
-      { type = "notch", frequency = "350 Hz", damping = 0.1 },
+      { type = "notch", frequency = "350 Hz", damping = 0.1 },   # or over speed, as a gain
     ]
 
 Cross coupling is a channel from one axis to the other. Blocks are those of `blocks`.
@@ -30,14 +30,15 @@ Cross coupling is a channel from one axis to the other. Blocks are those of `blo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import Field
 
-from amb_cosim.controllers.blocks import Block, Warp
+from amb_cosim.controllers.blocks import Block, Warp, schedule
 from amb_cosim.controllers.discretisation import check_sample_time, sampled
 from amb_cosim.controllers.laws import Array, Law, in_series, law_of, side_by_side
 from amb_cosim.cosim.tables import Table, Value
@@ -46,6 +47,7 @@ from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 
 Names = Annotated[tuple[str, ...], Field(min_length=1, max_length=64)]
+T = TypeVar("T")
 Gains = Annotated[tuple[tuple[Value, float], ...], Field(min_length=1, max_length=1000)]
 
 
@@ -121,36 +123,48 @@ def read_blocks(path: Path, continuous: bool = False) -> dict[str, Any]:
 
 
 def _laws(table: ControllerTable, warp: Warp) -> dict[float, Law]:
-    """Return the continuous law for each speed at which a gain is given."""
-    parts, reads, feeds = [], [], []
+    """Return the continuous law for each speed at which a gain or a frequency is given."""
+    reads, feeds, owners, gains = [], [], [], []
+    speeds: set[float] = set()
     for number, channel in enumerate(table.channel, 1):
         where = f"channel {number}"
         ends = [[end] if isinstance(end, str) else list(end) for end in (channel.from_, channel.to)]
         if len(ends[0]) != len(ends[1]):
             raise ValueError(f"{where}: from has {len(ends[0])} names and to {len(ends[1])}; they must be as many")
-        law, gains = _in_series(channel, warp, where), _gains(channel, where)
+        gains.append(_gains(channel, where))
+        scheduled = [speed for k, block in enumerate(channel.blocks, 1) for speed in _of(where, k, block, block.speeds)]
+        speeds |= {*scheduled, *(speed for speed, _ in gains[-1])}
         for source, target in zip(*ends, strict=True):
-            parts.append(law)
+            owners.append(number - 1)
             reads.append(_weights(source, table.inputs, table.signals, f"{where}: from", "signals"))
-            feeds.append((_weights(target, table.outputs, table.demands, f"{where}: to", "demands"), gains))
-    each, B = side_by_side(parts), np.array(reads)
-    speeds = sorted({speed for _, gains in feeds for speed, _ in gains})
-    found = {}
-    for speed in speeds:
-        factors = [np.interp(speed, *np.array(gains).T) for _, gains in feeds]
-        C = np.array([weights for weights, _ in feeds]).T * factors
+            feeds.append(_weights(target, table.outputs, table.demands, f"{where}: to", "demands"))
+    B, found = np.array(reads), {}
+    for speed in sorted(speeds):
+        laws = [_in_series(channel, speed, warp, f"channel {k}") for k, channel in enumerate(table.channel, 1)]
+        each = side_by_side([laws[k] for k in owners])
+        factors = [np.interp(speed, *np.array(gains[k]).T) for k in owners]
+        C = np.array(feeds).T * factors
         found[speed] = Law(each.A, each.B @ B, C @ each.C, C @ each.D @ B, each.sample_time)
     return found
 
 
-def _in_series(channel: Channel, warp: Warp, where: str) -> Law:
+def _in_series(channel: Channel, speed: float, warp: Warp, where: str) -> Law:
     law = law_of(1.0)
     for number, block in enumerate(channel.blocks, 1):
-        try:
-            law = in_series(law, block.law(warp))
-        except ValueError as error:
-            raise ValueError(f"{where}: block {number} ({block.type}): {error}") from error
+        law = in_series(law, _of(where, number, block, partial(_law_at, block, speed, warp)))
     return law
+
+
+def _law_at(block: Block, speed: float, warp: Warp) -> Law:
+    return block.at(speed).law(warp)
+
+
+def _of(where: str, number: int, block: Block, ask: Callable[[], T]) -> T:
+    """Return what a block answers; its errors say which one it is."""
+    try:
+        return ask()
+    except ValueError as error:
+        raise ValueError(f"{where}: block {number} ({block.type}): {error}") from error
 
 
 def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
@@ -158,10 +172,10 @@ def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
     if isinstance(channel.gain, int | float):
         gains = [(0.0, float(channel.gain))]
     else:
-        gains = [(quantity(speed, "rad/s", f"{where}: speed of gain"), gain) for speed, gain in channel.gain]
-    speeds = [speed for speed, _ in gains]
-    if speeds != sorted(set(speeds)):
-        raise ValueError(f"{where}: the speeds of gain, {speeds} rad/s, are not allowed; they must ascend")
+        try:
+            gains = schedule(channel.gain, "gain", lambda raw, _: float(raw))
+        except ValueError as error:
+            raise ValueError(f"{where}: {error}") from error
     if not np.isfinite(gains).all():
         raise ValueError(f"{where}: gain is not allowed; it must be finite")
     return gains

@@ -4,6 +4,7 @@
     pid           kp + ki/s + kd s/(1 + s/w),  w = roll_off
     lead, lag     (1 + sqrt(a) s/w) / (1 + s/(sqrt(a) w)),  sin(phase) = (a - 1)/(a + 1): the phase at w, 1 at s = 0
     notch         (s^2 + 2 depth z w s + w^2) / (s^2 + 2 z w s + w^2),  z = damping: depth is the gain at w
+                  w may be given at points over speed
     band_stop     a notch of depth 0 with -3 dB at `low` and `high`: w^2 = low high, 2 z w = high - low
     low_pass      Butterworth of an order, -3 dB at `frequency`
     second_order  (s^2/v^2 + 2 y s/v + 1) / (s^2/w^2 + 2 z s/w + 1); without zeros the numerator is 1
@@ -14,15 +15,18 @@ W. Larsonneur in G. Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Annotated, Literal
+from collections.abc import Callable, Sequence
+from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import Field
 
 from amb_cosim.controllers.laws import Law, law_of, series_of_sections
 from amb_cosim.cosim.tables import Table, Value
 from amb_cosim.cosim.values import quantity
 
+Points = Annotated[tuple[tuple[Value, Value], ...], Field(min_length=1, max_length=1000)]  # of (speed, value)
+ValueOf = Callable[[Value, str], float]
 Warp = Callable[[float], float]  # of a frequency in rad/s, for which the sampled law is as stated
 
 
@@ -43,7 +47,28 @@ def _number(raw: Value, unit: str, name: str, low: float, high: float) -> float:
     return value
 
 
-class Gain(Table):
+def schedule(points: Sequence[tuple[Value, Value]], name: str, value_of: ValueOf) -> list[tuple[float, float]]:
+    """Return points over speed, ascending (rad/s), and the value at each; raises ValueError if they do not ascend."""
+    found = [(quantity(speed, "rad/s", f"speed of {name}"), value_of(raw, name)) for speed, raw in points]
+    speeds = [speed for speed, _ in found]
+    if speeds != sorted(set(speeds)):
+        raise ValueError(f"the speeds of {name}, {speeds} rad/s, are not allowed; they must ascend")
+    return found
+
+
+class BlockTable(Table):
+    """What all blocks can be asked for."""
+
+    def speeds(self) -> list[float]:
+        """Return the speeds (rad/s) for which something of the block is given."""
+        return []
+
+    def at(self, speed: float) -> Self:
+        """Return the block as it is at a speed (rad/s)."""
+        return self
+
+
+class Gain(BlockTable):
     """A factor."""
 
     type: Literal["gain"]
@@ -53,7 +78,7 @@ class Gain(Table):
         return law_of(_number(self.gain, "1", "gain", -1e12, 1e12))
 
 
-class Pid(Table):
+class Pid(BlockTable):
     """PID with roll-off."""
 
     type: Literal["pid"]
@@ -77,7 +102,7 @@ class Pid(Table):
         return law_of(([kp * tau + kd, kp + ki * tau, ki], [tau, 1.0, 0.0]))
 
 
-class LeadLag(Table):
+class LeadLag(BlockTable):
     """Phase lead or lag at a frequency."""
 
     type: Literal["lead", "lag"]
@@ -93,21 +118,36 @@ class LeadLag(Table):
         return law_of(([root / w, 1.0], [1.0 / (root * w), 1.0]))
 
 
-class Notch(Table):
-    """A notch of a damping and depth."""
+class Notch(BlockTable):
+    """A notch of a damping and depth, at a frequency or at points of it over speed."""
 
     type: Literal["notch"]
-    frequency: Value
+    frequency: Value | Points
     damping: Value = 0.1
     depth: Value = 0.0
 
+    def speeds(self) -> list[float]:
+        return [speed for speed, _ in self._frequencies()]
+
+    def at(self, speed: float) -> Self:
+        points = self._frequencies()
+        if not points:
+            return self
+        omega = float(np.interp(speed, *np.array(points).T))
+        return self.model_copy(update={"frequency": f"{omega!r} rad/s"})
+
+    def _frequencies(self) -> list[tuple[float, float]]:
+        points = self.frequency
+        return schedule(points, "frequency", angular_frequency) if isinstance(points, tuple) else []
+
     def law(self, warp: Warp) -> Law:
+        assert not isinstance(self.frequency, tuple), "a law is that of a block at a speed"
         w = warp(angular_frequency(self.frequency, "frequency"))
         z, depth = _number(self.damping, "1", "damping", 1e-6, 10.0), _number(self.depth, "1", "depth", 0.0, 1e3)
         return law_of(([1.0, 2.0 * depth * z * w, w * w], [1.0, 2.0 * z * w, w * w]))
 
 
-class BandStop(Table):
+class BandStop(BlockTable):
     """A stop between two frequencies."""
 
     type: Literal["band_stop"]
@@ -121,7 +161,7 @@ class BandStop(Table):
         return law_of(([1.0, 0.0, low * high], [1.0, high - low, low * high]))
 
 
-class LowPass(Table):
+class LowPass(BlockTable):
     """A Butterworth low-pass."""
 
     type: Literal["low_pass"]
@@ -138,7 +178,7 @@ class LowPass(Table):
         return series_of_sections([], [*poles, *(pole.conjugate() for pole in poles), *odd], w**n)
 
 
-class SecondOrder(Table):
+class SecondOrder(BlockTable):
     """A section by frequencies and dampings of its poles and zeros."""
 
     type: Literal["second_order"]
