@@ -105,6 +105,7 @@ class FmuComponent:
         self._fmu: Any = None
         self._running = False  # between initialisation and an error, when fmi2Terminate may be called
         self._state, self._after = c_void_p(), c_void_p()
+        self._memories: dict[int, NDArray[np.float64]] = {}  # by the address of a state
         self._exchanges: dict[tuple[str, ...], _Exchange] = {}
         try:
             self._fmu = FMU2Slave(
@@ -195,10 +196,13 @@ class FmuComponent:
         return self._numbers(self._after)
 
     def _numbers(self, state: c_void_p) -> NDArray[np.float64]:
-        size, measure = c_size_t(), self._fmu.fmi2SerializedFMUstateSize
-        self._call("fmi2SerializedFMUstateSize", measure, self._fmu.component, state, byref(size))
-        numbers = (c_double * (size.value // 8)).from_address(state.value or 0)  # without the checksum's 4 bytes
-        return np.ctypeslib.as_array(numbers)
+        place = state.value or 0
+        if place not in self._memories:
+            size, measure = c_size_t(), self._fmu.fmi2SerializedFMUstateSize
+            self._call("fmi2SerializedFMUstateSize", measure, self._fmu.component, state, byref(size))
+            numbers = (c_double * (size.value // 8)).from_address(place)  # without the checksum's 4 bytes
+            self._memories[place] = np.ctypeslib.as_array(numbers)
+        return self._memories[place]
 
     @property
     def warnings(self) -> list[str]:
@@ -257,6 +261,7 @@ class FmuComponent:
             if state:
                 fmu.fmi2FreeFMUstate(fmu.component, byref(state))
         self._state, self._after = c_void_p(), c_void_p()
+        self._memories.clear()
 
     def _said(self) -> list[str]:
         """Return what the FMU logged, without warnings if there is more than those."""
