@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from strange_machine import LEVITATION, ROTOR
 
 import amb_cosim
 from amb_cosim.linear.differences import part_by_differences
-from amb_cosim.linear.linearise import linearisable, model_of
+from amb_cosim.linear.linearisable import linearisable
+from amb_cosim.linear.linearise import model_of
 
 COMPRESSOR = "compressor_levitated"
 H = 1e-4
@@ -181,3 +183,20 @@ def test_what_a_model_cannot_have_is_named(compressor):
         linearisable(COMPRESSOR, {"amb_actuator.mb1.gap_x": 3.0})
     with pytest.raises(ValueError, match=r"x = 0\.00051 m is not allowed"):
         model_of(linearisable(COMPRESSOR, {"amb_actuator.mb1.x": 5.1e-4}, set={"amb_actuator.force_law": 2}))
+
+
+def test_system_is_linearised_as_a_scenario_of_it_is():
+    """The expander: its middle bearing is a passive ring, its loop is sampled every 50 us."""
+    system, rotor = amb_cosim.load_system(ROTOR.parent / "levitated_expander.toml"), str(ROTOR)
+    scenario = amb_cosim.Scenario.load(LEVITATION)
+    given = scenario.parameters["rolac_controller"] | {"sample_time": "50 us"}
+    settings = {f"rolac_controller.{name}": value for name, value in given.items()}
+    settings |= {f"amb_actuator.{name}": value for name, value in scenario.parameters["amb_actuator"].items()}
+    # What a scenario works out from gravity, and a system does not know.
+    settings |= {"amb_actuator.*.static_current_?": 0.5}
+    settings |= {"rolac_controller.*.k_s_?": 3e5, "rolac_controller.*.k_i_?": 40.0}
+    of_system = amb_cosim.linearise(system, scenario.Omega, rotor=rotor, set=settings)
+    of_scenario = amb_cosim.linearise(scenario, set=settings)
+    assert of_system.dt == pytest.approx(5e-5)
+    assert of_system.input_names == of_scenario.input_names
+    np.testing.assert_allclose(of_system.A, of_scenario.A, rtol=1e-12)

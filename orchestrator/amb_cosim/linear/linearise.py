@@ -3,135 +3,19 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from os import PathLike, fspath
+from collections.abc import Mapping, Sequence
+from os import PathLike
 from pathlib import Path
-from typing import Any
 
-from amb_cosim.controllers.laws import Array
-from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
-from amb_cosim.cosim.fmus import MADE_FROM_FILE, model_source
-from amb_cosim.cosim.simulation import Assembly, assemble
 from amb_cosim.cosim.system import System
-from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
-from amb_cosim.cosim.values import Raw, convert, quantity
-from amb_cosim.linear.control import law_part, pid_part
-from amb_cosim.linear.differences import part_by_differences
-from amb_cosim.linear.machine import actuator_part, rotor_part
+from amb_cosim.cosim.values import Raw
+from amb_cosim.linear.linearisable import Linearisable, linearisable
 from amb_cosim.linear.model import LinearModel, linear_model
 from amb_cosim.linear.parts import Part, loop_of, shown_a_step_later
-from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import SPEED
-from amb_cosim.scenario.scenario import Scenario, given_scenario
-from amb_cosim.scenario.simulation import Prepared, prepare
+from amb_cosim.scenario.scenario import Scenario
 from amb_files.suggestions import suggest
-
-LINEAR = "linear_controller"
-
-
-@dataclass(frozen=True)
-class Linearisable:
-    """What a linear model is made from: the components of a run with all that they start with.
-
-    assembly, plan
-        Of the run.
-    point
-        Values about which the model is linear, by signal or `component.variable`; `Omega` in rad/s.
-    rotor
-        What the plant is made for, as models are.
-    """
-
-    assembly: Assembly
-    plan: Plan
-    point: Mapping[str, float]
-    rotor: str | None = None
-    _kept: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
-
-    def at(self, Omega: float) -> Linearisable:
-        """Return the same at another spin speed (rad/s); an FMU that is known by differences stays as it is."""
-        return replace(self, point={**self.point, SPEED: Omega})
-
-    def parts(self, names: Sequence[str]) -> list[Part]:
-        """Return the linear parts of components."""
-        return [self._part(name) for name in names]
-
-    def _part(self, name: str) -> Part:
-        kind = self._kind(name)
-        if kind in (PLANT, LINEAR):
-            constants = self._constants_of(self.assembly.system.component(name).fmu)
-            make = rotor_part if kind == PLANT else law_part
-            return make(name, self._layout(name), constants, self._parameters(name), self._speed(name))
-        makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid}
-        part: Part = self._keep(name, lambda: makers.get(kind, self._foreign)(name))
-        return part
-
-    def units(self) -> dict[str, str]:
-        """Return the units of all variables, by name."""
-        ports = ((c, p) for c, interface in self.assembly.interfaces.items() for p in interface.ports.values())
-        return {f"{c}.{p.name}": p.unit or "1" for c, p in ports}
-
-    def feeds(self, names: Sequence[str]) -> dict[str, str]:
-        """Return the output that feeds each input, with both ends among components."""
-        system = self.assembly.system
-        links = {link.target: link.source for link in system.connections}
-        return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
-
-    def _kind(self, name: str) -> str:
-        """Return the model that a component is, or the path of its FMU."""
-        fmu = self.assembly.system.component(name).fmu
-        return MADE_FROM_FILE.get(Path(fmu).suffix, fmu)
-
-    def _layout(self, name: str) -> dict[str, Any]:
-        return self.assembly.fmus[name].layout or {}
-
-    def _parameters(self, name: str) -> dict[str, float]:
-        given = self._keep("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
-        return {variable: value or 0.0 for variable, value in given.items()}
-
-    def _actuator(self, name: str) -> Part:
-        prefix = f"{name}."
-        own = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
-        return actuator_part(name, self._layout(name), self._parameters(name), own)
-
-    def _pid(self, name: str) -> Part:
-        return pid_part(name, self._layout(name), self._parameters(name))
-
-    def _foreign(self, name: str) -> Part:
-        system, interface = self.assembly.system, self.assembly.interfaces[name]
-        every = next(c.every for c in self.plan.system.components if c.name == name)
-        start = dict(self.plan.parameters[name])
-        for port in interface.of("input"):
-            end = f"{name}.{port.name}"
-            signal = system.signal_of(end)
-            value = self._value(signal.name if signal else end)
-            if value is not None:
-                start[port.name] = value
-        fed = {link.target for link in system.connections}
-        inputs = [p.name for p in interface.of("input") if p.type == "Real" and f"{name}.{p.name}" in fed]
-        used = {link.source for link in system.connections}
-        outputs = [p.name for p in interface.of("output") if p.type == "Real" and f"{name}.{p.name}" in used]
-        folder, time = self.assembly.fmus[name].folder, every * self.plan.step_size
-        return part_by_differences(name, folder, interface, start, (inputs, outputs), time)
-
-    def _constants_of(self, fmu: str) -> Array:
-        constants: Array = self._keep(f"constants {fmu}", lambda: model_source(fmu, rotor=self.rotor)[1])
-        return constants
-
-    def _keep(self, name: str, make: Callable[[], Any]) -> Any:
-        if name not in self._kept:
-            self._kept[name] = make()
-        return self._kept[name]
-
-    def _value(self, name: str) -> float | None:
-        return self.point.get(name, self.plan.inputs.get(name))
-
-    def _speed(self, name: str) -> float:
-        signal = self.assembly.system.signal_of(f"{name}.{SPEED}")
-        value = self._value(signal.name if signal else f"{name}.{SPEED}")
-        return self._value(SPEED) or 0.0 if value is None else value
 
 
 def linearise(
@@ -212,78 +96,6 @@ def model_of(
     chosen_outputs = own if outputs is None else _matching("outputs", outputs, shown)
     point = {SPEED: made.plan.inputs[SPEED]} if SPEED in made.plan.inputs else {}
     return linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **made.point})
-
-
-def linearisable(
-    source: str | Path | Scenario | System | None = None,
-    at: Raw | Mapping[str, Raw] | None = None,
-    *,
-    rotor: str | Path | None = None,
-    fmu: Mapping[str, str | PathLike[str]] | None = None,
-    set: Mapping[str, Raw] | None = None,
-    flavour: Flavour = "native",
-) -> Linearisable:
-    """Return the components of a scenario or a system with all that they start with; arguments as of `linearise`."""
-    given = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
-    replaced = {component: fspath(file) for component, file in (fmu or {}).items()}
-    if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
-        assembly, plan = _of_system(source, replaced, rotor, set or {}, flavour)
-        return Linearisable(assembly, plan, _point(assembly, given), None if rotor is None else str(rotor))
-    scenario = given_scenario(source, rotor)
-    prepared = prepare(scenario.changed(fmu=replaced) if replaced else scenario, set, flavour=flavour)
-    return of_prepared(prepared, given)
-
-
-def of_prepared(prepared: Prepared, at: Mapping[str, Raw] | None = None) -> Linearisable:
-    """Return what the linear model of a prepared run is made from, at other values than it starts with if given."""
-    return Linearisable(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}), prepared.scenario.rotor)
-
-
-def _of_system(
-    source: str | Path | System,
-    fmu: Mapping[str, str],
-    rotor: str | Path | None,
-    set: Mapping[str, Raw],
-    flavour: Flavour,
-) -> tuple[Assembly, Plan]:
-    system = source if isinstance(source, System) else load_system(source)
-    for component, file in fmu.items():
-        system = system.with_fmu(component, file)
-    assembly = assemble(system, flavour, **({} if rotor is None else {"rotor": str(rotor)}))
-    values = assembly.assignments()
-    bare = Experiment(_sample_time(values), 1.0)
-    experiment, first = (bare, {}) if isinstance(source, System) else load_experiment(source, bare)
-    for name, raw in {**first, **set}.items():
-        values.set(name, raw)
-    return assembly, plan_experiment(experiment, values)
-
-
-def _sample_time(values: Assignments) -> float:
-    """Return the least `sample_time` (s) of the components, and 1 ms without any."""
-    times = [
-        values.parameter(f"{c}.sample_time")
-        for c, interface in values.interfaces.items()
-        if "sample_time" in interface.ports
-    ]
-    return min(times, default=1e-3)
-
-
-def _point(assembly: Assembly, given: Mapping[str, Raw]) -> dict[str, float]:
-    """Return values in the units of the variables; of inputs, whether fed or not, or of shared signals."""
-    found, system = {}, assembly.system
-    for name, raw in given.items():
-        end = system.first_end(name)
-        if "." not in end:
-            if name != SPEED:
-                raise ValueError(f"at: {name!r} is no component.variable and no signal")
-            found[name] = quantity(raw, "rad/s", name)
-            continue
-        port = system.port(end, assembly.interfaces)
-        if port.causality != "input":
-            raise ValueError(f"at: {name} is {port.kind}; it must be an input")
-        signal = system.signal_of(end)
-        found[signal.name if signal else name] = convert(raw, port, name)
-    return found
 
 
 def _in_order(

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.controllers.laws import Array
-from amb_cosim.linear.linearise import Linearisable, model_of
+from amb_cosim.linear.linearisable import Linearisable
+from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.model import LinearModel
 from amb_cosim.results.places import ACTUATOR, PLANT
 

@@ -14,7 +14,8 @@ from scipy.optimize import linear_sum_assignment
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw
-from amb_cosim.linear.linearise import model_of, of_prepared
+from amb_cosim.linear.linearisable import of_prepared
+from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.loop import Complex, Loop
 from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.results.places import PLANT

@@ -17,7 +17,7 @@ from amb_actuator.interface import DYNAMIC
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.values import Raw
-from amb_cosim.linear.linearise import of_prepared
+from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.loop import Loop
 from amb_cosim.results.contact_history import in_contact
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT

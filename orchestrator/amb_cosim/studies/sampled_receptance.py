@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.design.sampled_loop import identified_receptance, zoh_response
-from amb_cosim.linear.linearise import model_of, of_prepared
+from amb_cosim.linear.linearisable import of_prepared
+from amb_cosim.linear.linearise import model_of
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.simulation import Prepared
 from amb_cosim.studies.machine import machine_of

@@ -11,7 +11,7 @@ import numpy as np
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw, quantity
-from amb_cosim.linear.linearise import of_prepared
+from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.loop import (
     Complex,
     Loop,
