@@ -44,6 +44,15 @@ def is_compliant(site: Site) -> bool:
 
 
 @kernel
+def is_any_compliant(sites: Sites) -> bool:
+    """Return whether a site is in contact under a force law."""
+    for site in sites:
+        if is_compliant(site):
+            return True
+    return False
+
+
+@kernel
 def is_hertzian(law: float) -> bool:
     """Return whether a law's force grows with the power 3/2 of the penetration."""
     return law in (HERTZ, HUNT_CROSSLEY, ULBRICH)

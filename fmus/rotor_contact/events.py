@@ -222,8 +222,6 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
     shortest = SHORTEST_FLIGHT * longest
     tau = 0.0
     taken = events = 0
-    for site in w.sites:
-        site.f_n_peak = 0.0  # without what `exact_motion` may have begun
     fault = resolve_modes(w, tau, shortest)
     if fault != 0:
         return fault

@@ -19,6 +19,14 @@ from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagat
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.site import SITE, Sites
 from rotor_contact.step_cache import StepCache, step_cache_of, step_cache_size
+from rotor_contact.step_matrices import (
+    MatricesKey,
+    StepMatrices,
+    matrices_key_of,
+    matrices_key_size,
+    matrices_size,
+    step_matrices_of,
+)
 from rotor_contact.structure import REAL, Structure, structure_of
 from rotor_contact.workspace import (
     N_INTEGRALS,
@@ -38,7 +46,9 @@ HEAD = record(
     ("tolerance_missed", np.float64),  # whether a substep of the last step was less accurate than asked for
     ("coupling", np.float64),  # energy that shaft and free spin share by unbalance (J)
     ("largest_energy", np.float64),  # of mechanical energy, heat and work so far (J)
-    ("unused", np.float64),  # so that what follows begins at an even place
+    ("level", np.float64),  # of the matrices, for the next piece
+    ("n_matrix_steps", np.float64),  # for how many steps the key of the matrices has not changed
+    ("place", np.float64),  # of the speed on the grid of the matrices
 )
 # Mode and direction of slip; temperature (K); heat so far (J).
 SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
@@ -50,13 +60,14 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
 
 class State(NamedTuple):
-    """The state: record `HEAD`, in an array of one; the latest key; the sites; z = (q, v, energy integrals).
+    """The state: record `HEAD`, in an array of one; the latest keys; the sites; z = (q, v, energy integrals).
 
     z has room for all bodies; with those that there are it ends earlier.
     """
 
     head: Records
     key: Key
+    matrices_key: MatricesKey
     sites: Records
     z: Array
 
@@ -66,6 +77,8 @@ class Scratch(NamedTuple):
 
     propagator
         Kept from step to step as a cache; `propagator.is_built` revalidates it.
+    matrices
+        The same; `step_matrices.is_for` and `matrix_rows.is_complete` revalidate it.
     spin, sites, equations
         As in `Workspace`.
     stages
@@ -82,6 +95,7 @@ class Scratch(NamedTuple):
 
     spin: Records
     propagator: Propagator
+    matrices: StepMatrices
     stages: Array
     sites: Sites
     equations: Equations
@@ -104,11 +118,23 @@ def stage_size(n: int, n_sites: int) -> int:
     return 2 * n + N_INTEGRALS + N_SITE_INTEGRALS * n_sites
 
 
+@views
+def place_of_sites(structure: Structure) -> int:
+    """Return where the records of the sites begin in the state."""
+    n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
+    return N_HEAD + key_size(n_bearings) + matrices_key_size(n, n_bearings, n_sites)
+
+
+@views
+def place_of_motion(structure: Structure) -> int:
+    """Return where z begins in the state."""
+    return place_of_sites(structure) + structure.sites.shape[0] * N_SITE_STATE
+
+
 def n_state(constants: Array) -> int:
     """Return the size of the state for the rotor with these constants."""
-    s = structure_of(constants)
-    size = 2 * most_degrees_of_freedom(s) + N_INTEGRALS
-    return N_HEAD + key_size(len(s.bearings)) + len(s.sites) * N_SITE_STATE + size
+    structure = structure_of(constants)
+    return place_of_motion(structure) + 2 * most_degrees_of_freedom(structure) + N_INTEGRALS
 
 
 def n_work(constants: Array) -> int:
@@ -126,6 +152,7 @@ def n_work(constants: Array) -> int:
         + 2 * n * (2 * n + 1)
         + n_bearings * N_BEARING
         + step_cache_size(s)
+        + matrices_size(n, n_bearings, n_sites)
     )
 
 
@@ -133,12 +160,12 @@ def n_work(constants: Array) -> int:
 def state_of(state: Array, structure: Structure) -> State:
     """Return views into the state of a rotor with this structure."""
     n_bearings, n_sites = structure.bearings.shape[0], structure.sites.shape[0]
-    sites = N_HEAD + key_size(n_bearings)
     return State(
         part(state, 0, HEAD, 1),
         key_of(state, N_HEAD, n_bearings),
-        part(state, sites, SITE_STATE, n_sites),
-        part(state, sites + n_sites * N_SITE_STATE, REAL, 2 * most_degrees_of_freedom(structure) + N_INTEGRALS),
+        matrices_key_of(state, N_HEAD + key_size(n_bearings), structure.K.shape[0], n_bearings, n_sites),
+        part(state, place_of_sites(structure), SITE_STATE, n_sites),
+        part(state, place_of_motion(structure), REAL, 2 * most_degrees_of_freedom(structure) + N_INTEGRALS),
     )
 
 
@@ -161,6 +188,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     return Scratch(
         part(work, 0, SPIN, 1),
         propagator_of(work, N_SPIN, n, n_bearings, n_sites, structure.is_damped),
+        step_matrices_of(work, step_cache + step_cache_size(structure), n, n_bearings, n_sites),
         part(work, stages, REAL, stages_size),
         part(work, sites, SITE, n_sites),
         equations_of(work, equations, n_unknowns),

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from fmi_export.linear_state import LinearState
 from fmi_export.model import Array
-from rotor_contact.layout import HEAD, N_HEAD, N_SITE_STATE
-from rotor_contact.propagator import key_size
+from rotor_contact.layout import HEAD, place_of_motion
 from rotor_contact.structure import structure_of
 
 
 def linear_state(constants: Array) -> LinearState:
     """Return the places of q and v, of the angle and of the energies of a rotor at constant speed without housings."""
     structure, names = structure_of(constants), HEAD.names or ()
-    z = N_HEAD + key_size(len(structure.bearings)) + len(structure.sites) * N_SITE_STATE
+    z = place_of_motion(structure)
     energy = names.index("initial_energy"), names.index("largest_energy")
     unless = "spin.free", "*.housing_mass", "*.race_inertia", "*.mode"
     return LinearState(((z, z + 2 * len(structure.K)),), names.index("theta"), energy, unless)

@@ -8,6 +8,7 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
 from rotor_contact.bodies import SHORTEST_SUBSTEP, body_limit, coupling_energy, least_inertia
+from rotor_contact.compliant import is_any_compliant
 from rotor_contact.dynamics import (
     add_magnetic_forces,
     collect_coefficients,
@@ -34,6 +35,7 @@ from rotor_contact.layout import (
 from rotor_contact.linear_state import linear_state
 from rotor_contact.modes import FAULT_MODES, FAULT_SINGULAR, resolve_modes
 from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
+from rotor_contact.piecewise_step import advance_by_pieces, steps_with_matrices, update_matrices
 from rotor_contact.planes import Planes
 from rotor_contact.propagator import STEPS_BEFORE_BUILD, is_built, steps_unchanged, without_rounding
 from rotor_contact.series import build_rows
@@ -49,6 +51,7 @@ FAULT_OFFSET = 11  # plus the site
 MAX_SITES = 99 - FAULT_OFFSET + 1
 
 STABLE = 2.5  # times the start value of solver.max_substep: Runge-Kutta's method is stable up to 2.8 rad of a mode
+LEAST_SUBSTEPS = 4.0  # that a step would take at least, or they cost less than matrices
 TURN = 2.0 * math.pi
 
 
@@ -150,9 +153,26 @@ def step(
         build_rows(structure.Minv, motion, scratch.sites, x.key, scratch.propagator, share)
     if linear and n_steps >= STEPS_BEFORE_BUILD:
         is_done = propagate(w, scratch.propagator, x.z, step_size)
+    new_theta = head.theta + 0.5 * (Omega + (Omega + Omega_dot * step_size)) * step_size
+    new_Omega = Omega + Omega_dot * step_size
     if not is_done:
         copy(x.z[: 2 * n + N_INTEGRALS], z)
         z[2 * n + N_INTEGRALS :] = 0.0
+        for site in scratch.sites:
+            site.f_n_peak = 0.0  # without what `propagate` may have begun
+    by_pieces = not is_done and not linear and p.own[0].solver.exact_motion != 0.0
+    by_pieces = by_pieces and step_size >= LEAST_SUBSTEPS * p.own[0].solver.max_substep
+    if by_pieces and not is_any_compliant(scratch.sites):
+        share = steps_with_matrices(motion, scratch.sites, step_size, x.matrices_key, head) / STEPS_BEFORE_BUILD
+        if share > 0.0 and update_matrices(
+            structure, motion, scratch.sites, x.matrices_key, scratch.matrices, min(share, 1.0)
+        ):
+            law = int(p.own[0].contact.impact_law)
+            fault, new_theta, new_Omega = advance_by_pieces(structure, w, scratch.matrices, p.own[0].solver, law, head)
+            if fault != 0:
+                return fault
+            is_done = True
+    if not is_done:
         collect_coefficients(structure, motion)
         if spin.row >= 0 and spin.inertia <= least_inertia(motion):
             return FAULT_INERTIA
@@ -163,8 +183,7 @@ def step(
             return fault
     store_sites(scratch.sites, x.sites, z, n)
     copy(z[: 2 * n + N_INTEGRALS], x.z)
-    theta = head.theta + 0.5 * (Omega + (Omega + Omega_dot * step_size)) * step_size
-    Omega += Omega_dot * step_size
+    theta, Omega = new_theta, new_Omega
     if spin.row >= 0:
         theta, Omega = x.z[spin.row], x.z[n + spin.row]
         head.coupling = coupling_energy(motion, spin, theta, x.z[n : 2 * n])

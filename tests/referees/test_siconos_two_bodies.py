@@ -57,10 +57,15 @@ def test_frictionless_bodies_move_as_in_siconos(e: float, siconos: Siconos) -> N
     answer = siconos("from_event_to_event", h=h, points=points, tolerance=1e-9, **given(model))
     times = h * np.arange(1, points + 1)
     bounces = e > 0.0
-    for motion in (follow(model, times, np.zeros(6), START), follow_plant(plant_of(model, np.zeros(6), START), times)):
+    by_substeps, exact = (plant_of(model, np.zeros(6), START, **{"solver.exact_motion": k}) for k in (0.0, 1.0))
+    for motion, error, of_force in (
+        (follow(model, times, np.zeros(6), START), 1e-11, 1e-4),
+        (follow_plant(by_substeps, times), 1e-11, 1e-4),
+        (follow_plant(exact, times), 1e-9, 1e-3),  # m of 1e-4, N of 400
+    ):
         assert 0 < np.count_nonzero(motion.mode) < points
-        np.testing.assert_allclose(motion.q[:, :4], answer["q"] @ TO_RELATIVE.T, atol=5e-8 if bounces else 1e-11)
-        np.testing.assert_allclose(motion.N, answer["force"][:, 0], atol=0.1 if bounces else 1e-4)
+        np.testing.assert_allclose(motion.q[:, :4], answer["q"] @ TO_RELATIVE.T, atol=5e-8 if bounces else error)
+        np.testing.assert_allclose(motion.N, answer["force"][:, 0], atol=0.1 if bounces else of_force)
 
 
 @pytest.mark.slow

@@ -22,8 +22,9 @@ def run_up(x, Omega, Omega_dot, steps, names=(), h=H):
     return record
 
 
+@pytest.mark.parametrize(("exactly", "tolerance"), [(0, 1e-8), (1, 1e-5)])
 @pytest.mark.parametrize(("Omega", "Omega_dot"), [(40.0, 400.0), (150.0, -300.0), (-40.0, -400.0)])
-def test_run_through_a_critical_speed_is_the_one_of_the_complex_model(Omega, Omega_dot):
+def test_run_through_a_critical_speed_is_the_one_of_the_complex_model(Omega, Omega_dot, exactly, tolerance):
     """M r'' + (C - i Omega(t) G) r' + K r = u exp(i theta) (Omega^2 - i Omega'), theta = Omega t + Omega' t^2/2."""
     steps, u = 800, 5e-3
     model = OnePlane.of(ROTOR, 1e6, 5000.0)
@@ -37,14 +38,15 @@ def test_run_through_a_critical_speed_is_the_one_of_the_complex_model(Omega, Ome
 
     start = np.zeros(12, dtype=complex)
     exact = solve_ivp(derivative, (0.0, steps * H), start, method="DOP853", rtol=1e-12, atol=1e-16).y[:, -1]
-    x = plant(WIDE | BEARINGS | {"d1.u": u, "d4.u": 2e-3, "d4.phi": np.pi / 2, "solver.max_substep": 5e-6})
+    unbalance = {"d1.u": u, "d4.u": 2e-3, "d4.phi": np.pi / 2}
+    x = plant(WIDE | BEARINGS | unbalance | {"solver.exact_motion": exactly, "solver.max_substep": 5e-6})
     run_up(x, Omega, Omega_dot, steps)
     r, v = masters(x)
-    np.testing.assert_allclose(r, exact[:6], atol=1e-8 * np.max(np.abs(exact[:6])))
-    np.testing.assert_allclose(v, exact[6:], atol=1e-7 * np.max(np.abs(exact[6:])))
+    np.testing.assert_allclose(r, exact[:6], atol=tolerance * np.max(np.abs(exact[:6])))
+    np.testing.assert_allclose(v, exact[6:], atol=10.0 * tolerance * np.max(np.abs(exact[6:])))
     theta = Omega * steps * H + 0.5 * Omega_dot * (steps * H) ** 2
     assert x["theta"] == pytest.approx(theta % (2 * np.pi), rel=1e-9)
-    assert abs(x["energy.balance"]) < 1e-9 * x["energy.work"]
+    assert abs(x["energy.balance"]) < 0.1 * tolerance * x["energy.work"]
 
 
 def test_rolling_follows_the_spin_as_it_changes():

@@ -1,0 +1,385 @@
+"""The levels of the matrices: the shortest by Taylor series in time, each of the others by doubling.
+
+A piece of twice the length is two pieces one after the other. The cubic force over it is a cubic over either half, so
+with Y_i, the motion up to Lobatto point c_i of a piece of length T,
+
+    Y_i(2 T): x -> Y_i(T) (y, e, F'') with y = Y_i(T) (q, v, e, F'),  F'_j = F(c_j/2),  F''_j = F((c_i + c_j)/2)
+
+F being the cubic over [0, 1] through the given values, and e what goes with steady forces and unbalance, the latter
+turned by Omega c_i T. P is Y_3.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.flat import copy
+from fmi_export.jit import kernel, kernel_apart
+from fmi_export.model import Array
+from rotor_contact.dynamics import Motion, accelerations
+from rotor_contact.isotropic_products import isotropic_combination, rotate_row
+from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
+from rotor_contact.products import row_combination
+from rotor_contact.site import Sites
+from rotor_contact.step_matrices import (
+    MAX_COORDINATES,
+    MAX_LEVELS,
+    MatricesKey,
+    StepMatrices,
+    begin,
+    coefficients_at,
+    grid_speed,
+    inner_motion,
+    is_for,
+    level_of,
+    n_rows,
+    port_of,
+    slot_of,
+    spacing_for,
+)
+from rotor_contact.structure import Structure
+
+SHORTEST_RATE = 1.2  # longest the shortest piece may be, times how fast anything can change
+LEAST_LEVELS = 4
+ISOTROPY_TOLERANCE = 1e-10  # of the largest: by how much x and y may differ
+SMALLEST_TERM = 1e-20  # of the series, as in `series`
+
+
+def _lagrange(s: float) -> tuple[float, float, float, float]:
+    """Return the four cubics l_m at s."""
+    return tuple(sum(c * s**k for k, c in enumerate(row)) for row in LAGRANGE)  # type: ignore[return-value]
+
+
+FIRST_HALF = tuple(_lagrange(0.5 * c) for c in LOBATTO_POINTS)
+SECOND_PART = tuple(tuple(_lagrange(0.5 * (c + s)) for s in LOBATTO_POINTS) for c in LOBATTO_POINTS[1:])
+
+
+@kernel_apart
+def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices) -> None:
+    """Let the matrices be for `key`: find its sizes and ports; the coefficients of the motion must be collected."""
+    if is_for(matrices, key):
+        return
+    begin(matrices, key)
+    sizes = matrices.sizes[0]
+    n = structure.K.shape[0]
+    n_sites, n_bearings = sites.shape[0], motion.bearings.shape[0]
+    first = matrices.ports.shape[0] - 2 * n_sites - n_bearings
+    sizes.n, sizes.n_ports, sizes.n_levels = n, 0.0, 0.0
+    for k in range(n_sites):
+        matrices.ports[first + k] = port_of(matrices, sites[k].row)
+        matrices.ports[first + n_sites + k] = -1.0
+    for b in range(n_bearings):
+        matrices.ports[first + 2 * n_sites + b] = port_of(matrices, motion.bearings[b].row)
+    for k in range(n_sites):
+        if sites[k].housing >= 0:
+            sizes.n += 2.0
+            matrices.ports[first + n_sites + k] = port_of(matrices, sites[k].housing)
+    copy(accelerations(motion).cosine, matrices.effects[0])
+    copy(accelerations(motion).sine, matrices.effects[1])
+    steady = matrices.effects[2]
+    row_combination(key.forces[0], structure.Minv, steady, n)
+    step_size: float = key.step_size[0]
+    sizes.step_size = step_size
+    sizes.spacing = spacing_for(step_size)
+    if n > MAX_COORDINATES:
+        return
+    _write_coefficients(structure, motion, sites, matrices, 0, motion.Omega)
+    sizes.isotropic = 1.0 if _is_isotropic(structure.Minv, coefficients_at(matrices, 0).columns) else 0.0
+    rate = _fastest(coefficients_at(matrices, 0).columns) + abs(motion.Omega)
+    n_levels, shortest = 1, step_size
+    while n_levels < LEAST_LEVELS or shortest * rate > SHORTEST_RATE:
+        n_levels += 1
+        shortest *= 0.5
+    if n_levels > MAX_LEVELS:
+        return
+    sizes.n_levels, sizes.n_terms = n_levels, 0.0
+    term = 1.0
+    while term > SMALLEST_TERM or sizes.n_terms < N_LOBATTO:
+        sizes.n_terms += 1.0
+        term *= rate * shortest / sizes.n_terms
+
+
+@kernel
+def _is_isotropic(Minv: Array, KC: Array) -> bool:
+    """Return whether the rotor is isotropic: whether what y does is what x does, turned by a right angle."""
+    n = KC.shape[1]
+    largest = unlike = 0.0
+    for j in range(0, 2 * n, 2):
+        for i in range(0, n, 2):
+            largest = max(largest, abs(KC[j, i]))
+            unlike = max(unlike, max(abs(KC[j, i] - KC[j + 1, i + 1]), abs(KC[j, i + 1] + KC[j + 1, i])))
+        if j + 2 == n or j + 2 == 2 * n:  # stiffness and damping are of other sizes
+            if not unlike <= ISOTROPY_TOLERANCE * largest:
+                return False
+            largest = unlike = 0.0
+    for j in range(0, Minv.shape[0], 2):
+        for i in range(0, Minv.shape[0], 2):
+            largest = max(largest, abs(Minv[j, i]))
+            unlike = max(unlike, max(abs(Minv[j, i] - Minv[j + 1, i + 1]), abs(Minv[j, i + 1] + Minv[j + 1, i])))
+    return bool(unlike <= ISOTROPY_TOLERANCE * largest)
+
+
+@kernel
+def _fastest(KC: Array) -> float:
+    """Return a bound (1/s) of how fast anything can change, by the largest row sums."""
+    n = KC.shape[1]
+    elastic = viscous = 0.0
+    for i in range(n):
+        row_of_K = row_of_C = 0.0
+        for j in range(n):
+            row_of_K += abs(KC[j, i])
+            row_of_C += abs(KC[n + j, i])
+        elastic, viscous = max(elastic, row_of_K), max(viscous, row_of_C)
+    return math.sqrt(elastic) + viscous
+
+
+@kernel
+def _write_coefficients(
+    structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, slot: int, Omega: float
+) -> None:
+    """Write K and C without magnets at a speed, as columns, those of housings included."""
+    KC = coefficients_at(matrices, slot).columns
+    n, m = KC.shape[1], structure.K.shape[0]
+    KC[:, :] = 0.0
+    for i in range(m):
+        for j in range(m):
+            KC[j, i] = structure.MinvK[i, j] - Omega * structure.over_speed[m + i, j]
+            KC[n + j, i] = structure.MinvC[i, j] + Omega * structure.over_speed[i, j]
+    for bearing in motion.bearings:
+        for axis in range(2):
+            row = bearing.row + axis
+            for i in range(m):
+                KC[row, i] += structure.Minv[i, row] * bearing.k_b
+                KC[n + row, i] += structure.Minv[i, row] * bearing.c_b
+    for site in sites:
+        if site.housing >= 0:
+            x, y = site.housing, site.housing + 1
+            KC[x, x], KC[y, y] = site.mobility * site.mount_stiffness_x, site.mobility * site.mount_stiffness_y
+            KC[n + x, x], KC[n + y, y] = site.mobility * site.mount_damping_x, site.mobility * site.mount_damping_y
+
+
+@kernel_apart
+def build_slot(
+    structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, index: float, share: float
+) -> None:
+    """Build the levels for the speed at a place of the grid until a share of their rows, from 0 to 1, is there."""
+    sizes, which = matrices.sizes[0], slot_of(index)
+    slot = matrices.slots[which]
+    n, Omega = int(sizes.n), grid_speed(matrices, index)
+    rows = n_rows(n, int(sizes.n_ports))
+    if slot.index != index:
+        slot.index, slot.n_rows = index, 0.0
+        _write_coefficients(structure, motion, sites, matrices, which, Omega)
+    x = matrices.pieces[:rows]
+    room = matrices.pieces[rows:]
+    while slot.n_rows < share * rows * sizes.n_levels:
+        done = int(slot.n_rows)
+        level, row = int(sizes.n_levels) - 1 - done // rows, done % rows
+        _write_acceleration(structure, sites, matrices, which, level, row)
+        if level == int(sizes.n_levels) - 1:
+            _integrate_row(structure, sites, matrices, which, level, row, Omega, room)
+        else:
+            _double_row(matrices, which, level, row, Omega, x)
+        _observe_row(matrices, which, level, row)
+        slot.n_rows += 1.0
+        if sizes.isotropic != 0.0 and row != 2 * n:
+            _rotate_rows(matrices, which, level, row)
+            slot.n_rows += 1.0
+
+
+@kernel
+def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
+    """Write the rows after the last ones, which belong to x, for y."""
+    (P, S), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
+    rotate_row(P[row], P[row + 1])
+    rotate_row(S[row], S[row + 1])
+    rotate_row(inner.first[row], inner.first[row + 1])
+    rotate_row(inner.second[row], inner.second[row + 1])
+
+
+@kernel
+def share_of(matrices: StepMatrices, index: float) -> float:
+    """Return which share of the rows for the speed at a place of the grid is built."""
+    sizes, slot = matrices.sizes[0], matrices.slots[slot_of(index)]
+    if slot.index != index:
+        return 0.0
+    share: float = slot.n_rows / (n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_levels)
+    return share
+
+
+@kernel
+def is_complete(matrices: StepMatrices, index: float) -> bool:
+    """Return whether all levels for the speed at a place of the grid are built."""
+    sizes, slot = matrices.sizes[0], matrices.slots[slot_of(index)]
+    return bool(slot.index == index and slot.n_rows == n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_levels)
+
+
+@kernel
+def _add_force(
+    structure: Structure, sites: Sites, matrices: StepMatrices, row: int, cosine: float, sine: float, a: Array
+) -> None:
+    """Add to `a` the acceleration by the force of a row of x, which is `cosine` times that at the beginning.
+
+    That of the unbalance has turned, and is `sine` times the force of the other direction too.
+    """
+    sizes = matrices.sizes[0]
+    n, m = int(sizes.n), structure.K.shape[0]
+    given = matrices.key.forces
+    if row < 2 * n:
+        return
+    if row == 2 * n:
+        if cosine != 0.0:
+            for j in range(m):
+                force = cosine * given[0, j]
+                if force != 0.0:
+                    for i in range(m):
+                        a[i] += structure.Minv[j, i] * force
+            for site in sites:
+                if site.housing >= 0:
+                    a[site.housing] -= cosine * site.base_x
+                    a[site.housing + 1] -= cosine * site.base_y
+    elif row < 2 * n + 3:
+        turned = sine if row == 2 * n + 1 else -sine
+        for j in range(m):
+            c, s = given[1, j], given[2, j]
+            force = cosine * c + turned * s if row == 2 * n + 1 else cosine * s + turned * c
+            if force != 0.0:
+                for i in range(m):
+                    a[i] += structure.Minv[j, i] * force
+    else:
+        number = (row - 2 * n - 3) % (2 * int(sizes.n_ports))
+        column = int(matrices.ports[number // 2]) + number % 2
+        if column < m:
+            for i in range(m):
+                a[i] += structure.Minv[column, i] * cosine
+        else:
+            for site in sites:
+                if site.housing >= 0 and site.housing == column - number % 2:
+                    a[column] += site.mobility * cosine
+
+
+@kernel
+def _write_acceleration(
+    structure: Structure, sites: Sites, matrices: StepMatrices, slot: int, level: int, row: int
+) -> None:
+    """Write what S observes of the acceleration at the beginning."""
+    S = level_of(matrices, slot, level).S
+    KC = coefficients_at(matrices, slot).columns
+    n = KC.shape[1]
+    a = matrices.pieces[matrices.pieces.shape[0] - n :]
+    for i in range(n):
+        a[i] = -KC[row, i] if row < 2 * n else 0.0
+    if row < 2 * n + 3 + 2 * int(matrices.sizes[0].n_ports):  # later forces begin at zero
+        _add_force(structure, sites, matrices, row, 1.0, 0.0, a)
+    _observe(matrices, a, S[row])
+
+
+@kernel
+def _observe(matrices: StepMatrices, x: Array, observed: Array) -> None:
+    """Write what is observed of displacements, velocities or accelerations to the beginning of `observed`."""
+    n_ports, given = int(matrices.sizes[0].n_ports), matrices.key.forces
+    for port in range(n_ports):
+        row = int(matrices.ports[port])
+        observed[2 * port], observed[2 * port + 1] = x[row], x[row + 1]
+    cosine = sine = 0.0
+    for i in range(given.shape[1]):
+        cosine += given[1, i] * x[i]
+        sine += given[2, i] * x[i]
+    observed[2 * n_ports], observed[2 * n_ports + 1] = cosine, sine
+
+
+@kernel
+def _observe_row(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
+    """Write what S observes at the Lobatto points after the first."""
+    P, S = level_of(matrices, slot, level)
+    n, m = P.shape[1] // 2, 2 * int(matrices.sizes[0].n_ports) + 2
+    inner = inner_motion(matrices, slot, level)
+    for point in range(N_LOBATTO - 1):
+        motion = P[row] if point == N_LOBATTO - 2 else (inner.first if point == 0 else inner.second)[row]
+        at = m + 2 * m * point
+        _observe(matrices, motion[:n], S[row, at : at + m])
+        _observe(matrices, motion[n:], S[row, at + m : at + 2 * m])
+
+
+@kernel
+def _integrate_row(
+    structure: Structure,
+    sites: Sites,
+    matrices: StepMatrices,
+    slot: int,
+    level: int,
+    row: int,
+    Omega: float,
+    room: Array,
+) -> None:
+    """Taylor-integrate the motion from a unit of x over the shortest piece, term by term in t/h."""
+    sizes = matrices.sizes[0]
+    n = int(sizes.n)
+    h = sizes.step_size * 0.5**level
+    KC = coefficients_at(matrices, slot).columns
+    end = level_of(matrices, slot, level).P[row]
+    inner = inner_motion(matrices, slot, level)
+    first, second = inner.first[row], inner.second[row]
+    y, a = room[: 2 * n], room[2 * n : 3 * n]
+    y[:] = 0.0
+    if row < 2 * n:
+        y[row] = 1.0
+    copy(y, first)
+    copy(y, second)
+    copy(y, end)
+    point = (row - 2 * n - 3) // (2 * int(sizes.n_ports)) if row >= 2 * n + 3 else -1
+    cosine, sine = 1.0, 0.0  # terms of cos(Omega t) and sin(Omega t)
+    p_1 = p_2 = 1.0
+    for term in range(1, int(sizes.n_terms) + 1):
+        dt = h / term
+        row_combination(y, KC, a, n)
+        for i in range(n):
+            a[i] = -a[i]
+        if point >= 0:
+            if term <= N_LOBATTO:
+                _add_force(structure, sites, matrices, row, LAGRANGE[point][term - 1], 0.0, a)
+        elif row > 2 * n or term == 1:
+            _add_force(structure, sites, matrices, row, cosine, sine, a)
+        angle = Omega * dt
+        cosine, sine = -angle * sine, angle * cosine
+        p_1 *= LOBATTO_POINTS[1]
+        p_2 *= LOBATTO_POINTS[2]
+        for i in range(n):
+            y[i] = dt * y[n + i]
+            y[n + i] = dt * a[i]
+        for i in range(2 * n):
+            first[i] += p_1 * y[i]
+            second[i] += p_2 * y[i]
+            end[i] += y[i]
+
+
+@kernel
+def _double_row(matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, x: Array) -> None:
+    """Write a row of a level from the one below, of half the length."""
+    sizes = matrices.sizes[0]
+    n, axes = int(sizes.n), 2 * int(sizes.n_ports)
+    below = sizes.step_size * 0.5 ** (level + 1)
+    forces = 2 * n + 3
+    point, axis = (row - forces) // axes, (row - forces) % axes
+    known, found = inner_motion(matrices, slot, level + 1), inner_motion(matrices, slot, level)
+    ends, new_ends = level_of(matrices, slot, level + 1).P, level_of(matrices, slot, level).P
+    for i in range(N_LOBATTO - 1):
+        Y = ends if i == 2 else (known.first if i == 0 else known.second)
+        target = (new_ends if i == 2 else (found.first if i == 0 else found.second))[row]
+        x[:] = 0.0
+        if row < forces:
+            copy(Y[row], x)
+        else:
+            for j in range(N_LOBATTO):
+                weight = FIRST_HALF[j][point]
+                for c in range(2 * n):
+                    x[c] += weight * Y[forces + axes * j + axis, c]
+                x[forces + axes * j + axis] = SECOND_PART[i][j][point]
+        angle = Omega * LOBATTO_POINTS[i + 1] * below
+        if row == 2 * n:
+            x[2 * n] = 1.0
+        elif row == 2 * n + 1:
+            x[2 * n + 1], x[2 * n + 2] = math.cos(angle), math.sin(angle)
+        elif row == 2 * n + 2:
+            x[2 * n + 1], x[2 * n + 2] = -math.sin(angle), math.cos(angle)
+        isotropic_combination(x, Y, target, 2 * n, sizes.isotropic != 0.0, 2 * n)

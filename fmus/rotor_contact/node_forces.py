@@ -1,0 +1,254 @@
+"""Contact forces at the Lobatto points of a piece: the equations of `collocation`, with bodies that move.
+
+As there the normal velocity vanishes at each point after the first, of the journal from its housing, and a journal that
+rolls does not slip on its race; spin and races give way to friction as `piece` says. Forces of magnets at the points
+follow from the displacements there. All this is solved again until it settles.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from rotor_contact.dynamics import forces
+from rotor_contact.enumerations import ROLLING
+from rotor_contact.friction import friction_ratio
+from rotor_contact.linear_solver import solve
+from rotor_contact.lobatto import N_LOBATTO
+from rotor_contact.path import Point
+from rotor_contact.piece import INTEGRALS, Piece, piece_of, place_index, velocity_index
+from rotor_contact.products import row_combination
+from rotor_contact.site import Site, is_constrained, race_radius
+from rotor_contact.step_matrices import StepMatrices
+from rotor_contact.workspace import Workspace, stages_of
+
+
+@kernel
+def port_of_site(matrices: StepMatrices, k: int) -> int:
+    """Return the port of the plane of site k."""
+    return int(matrices.ports[first_port_number(matrices) + k])
+
+
+@kernel
+def port_of_housing(matrices: StepMatrices, k: int) -> int:
+    """Return the port of the housing of site k, or -1."""
+    return int(matrices.ports[first_port_number(matrices) + matrices.nodes.shape[0] + k])
+
+
+@kernel
+def port_of_bearing(matrices: StepMatrices, b: int) -> int:
+    """Return the port of bearing b."""
+    return int(matrices.ports[first_port_number(matrices) + 2 * matrices.nodes.shape[0] + b])
+
+
+@kernel
+def first_port_number(matrices: StepMatrices) -> int:
+    """Return where the numbers of the ports begin; before them are their coordinates, as many as there can be."""
+    return matrices.ports.shape[0] // 2
+
+
+@kernel
+def magnet_force(w: Workspace, b: int, axis: int, displacement: float) -> float:
+    """Return the force (N) of a magnetic bearing at a displacement (m) along an axis."""
+    bearing, given = w.motion.bearings[b], forces(w.motion)
+    row = bearing.row + axis
+    force: float = given.steady[row] - given.without_magnets[row] + bearing.gradient[axis] * displacement
+    return force
+
+
+@kernel
+def set_magnet_forces(w: Workspace, matrices: StepMatrices, point: int) -> float:
+    """Write the magnets' forces at a Lobatto point; return their largest change (N)."""
+    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    z, change = stages_of(w.stages).z, 0.0
+    for b in range(w.motion.bearings.shape[0]):
+        port = port_of_bearing(matrices, b)
+        for axis in range(2):
+            if point == 0:
+                displacement = z[w.motion.bearings[b].row + axis]
+            else:
+                displacement = piece.observed[6, place_index(n_ports, point) + 2 * port + axis]
+            unit = 2 * (n_ports * point + port) + axis
+            force = magnet_force(w, b, axis, displacement)
+            change = max(change, abs(force - piece.known[unit]))
+            piece.known[unit] = force
+    return change
+
+
+@kernel
+def observe(matrices: StepMatrices, A: float, B: float) -> None:
+    """Observe the ports under the forces at the nodes, and under unbalance in the direction A + i B."""
+    piece = piece_of(matrices)
+    observed = piece.observed
+    columns, axes = observed.shape[1], piece.known.shape[0] // N_LOBATTO
+    row_combination(piece.known, piece.of_forces, observed[4], columns)
+    row_combination(piece.contact[:axes], piece.of_forces, observed[1], columns)
+    row_combination(piece.contact[axes:], piece.of_forces[axes:], observed[5], columns)
+    for c in range(columns):
+        known = observed[0, c] + observed[1, c] + A * observed[2, c] + B * observed[3, c] + observed[4, c]
+        observed[4, c] = known
+        observed[6, c] = known + observed[5, c]
+
+
+@kernel
+def observed_journal(site: Site, matrices: StepMatrices, observed: Array, k: int, point: int) -> Point:
+    """Return what is observed of the journal of site k, from its housing, at a Lobatto point after the first."""
+    n_ports = int(matrices.sizes[0].n_ports)
+    housing = 2 * port_of_housing(matrices, k) if site.housing >= 0 else -1
+    return _observed_from(observed, n_ports, point, 2 * port_of_site(matrices, k), housing)
+
+
+@kernel
+def _observed_from(observed: Array, n_ports: int, point: int, port: int, housing: int) -> Point:
+    """Return the observed plane with columns from `port`, as the housing with those from `housing` >= 0 sees it."""
+    place, velocity = place_index(n_ports, point), velocity_index(n_ports, point)
+    x, y = observed[place + port], observed[place + port + 1]
+    v_x, v_y = observed[velocity + port], observed[velocity + port + 1]
+    if housing >= 0:
+        x -= observed[place + housing]
+        y -= observed[place + housing + 1]
+        v_x -= observed[velocity + housing]
+        v_y -= observed[velocity + housing + 1]
+    return Point(x, y, v_x, v_y)
+
+
+@kernel
+def locate_nodes(w: Workspace, matrices: StepMatrices) -> None:
+    """Write normal, slip and ratio of friction of all constrained sites at the Lobatto points after the first."""
+    piece = piece_of(matrices)
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if not is_constrained(site):
+            continue
+        for point in range(1, N_LOBATTO):
+            node, at = matrices.nodes[k, point], observed_journal(site, matrices, piece.observed[6], k, point)
+            x, y = at.x - site.offset_x, at.y - site.offset_y
+            r = math.sqrt(x * x + y * y)
+            node.n_x, node.n_y = x / r, y / r
+            node.slip = piece.spin[0, point] * site.journal_radius + node.n_x * at.v_y - node.n_y * at.v_x
+            if site.race >= 0:
+                node.slip -= piece.races[k, point] * race_radius(site)
+            site.slip = node.slip
+            node.ratio = friction_ratio(site, 1.0)
+
+
+@kernel
+def set_contact_forces(w: Workspace, matrices: StepMatrices) -> None:
+    """Write the forces of all nodes to the ports."""
+    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    piece.contact[:] = 0.0
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if not is_constrained(site):
+            continue
+        for point in range(N_LOBATTO):
+            node = matrices.nodes[k, point]
+            f_x = -node.f_n * node.n_x - node.f_t * node.n_y
+            f_y = -node.f_n * node.n_y + node.f_t * node.n_x
+            unit = 2 * (n_ports * point + port_of_site(matrices, k))
+            piece.contact[unit] += f_x
+            piece.contact[unit + 1] += f_y
+            if site.housing >= 0:
+                unit = 2 * (n_ports * point + port_of_housing(matrices, k))
+                piece.contact[unit] -= f_x
+                piece.contact[unit + 1] -= f_y
+
+
+@kernel
+def solve_nodes(w: Workspace, matrices: StepMatrices, size: int, h: float) -> tuple[bool, float, float]:
+    """Solve the forces at all points after the first in the directions there; `size` is the unknowns of one point.
+
+    Returns whether there is a solution, the largest change of a force, and the largest force (N).
+    """
+    for k in range(w.sites.shape[0]):
+        if is_constrained(w.sites[k]):
+            for point in range(1, N_LOBATTO):
+                _write_equations(w, matrices, k, point, size, h)
+    if not solve(matrices.equations, (N_LOBATTO - 1) * size):
+        return False, 0.0, 0.0
+    b = matrices.equations.right_side
+    change = largest = 0.0
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if is_constrained(site):
+            for point in range(1, N_LOBATTO):
+                row, node = (point - 1) * size + site.unknown, matrices.nodes[k, point]
+                f_n, f_t = b[row], b[row + 1] if site.mode == ROLLING else node.ratio * b[row]
+                change = max(change, max(abs(f_n - node.f_n), abs(f_t - node.f_t)))
+                largest = max(largest, abs(f_n))
+                node.f_n, node.f_t = f_n, f_t
+    return True, change, largest
+
+
+@kernel
+def _write_equations(w: Workspace, matrices: StepMatrices, k: int, point: int, size: int, h: float) -> None:
+    """Write the equations of site k at a Lobatto point after the first."""
+    piece = piece_of(matrices)
+    A, b = matrices.equations
+    site, node = w.sites[k], matrices.nodes[k, point]
+    of_known = observed_journal(site, matrices, piece.observed[4], k, point)
+    of_contact = observed_journal(site, matrices, piece.observed[5], k, point)
+    row, rolling = (point - 1) * size + site.unknown, site.mode == ROLLING
+    n_x, n_y = node.n_x, node.n_y
+    turn = (-n_y * (of_known.v_x + of_contact.v_x) + n_x * (of_known.v_y + of_contact.v_y)) / site.clearance
+    t_x, t_y = -turn * n_y, turn * n_x
+    b[row] = t_x * of_contact.x + t_y * of_contact.y - n_x * of_known.v_x - n_y * of_known.v_y
+    if rolling:
+        b[row + 1] = n_y * of_known.v_x - n_x * of_known.v_y - _surface_speed(w, matrices, piece, k, point, h)
+    n_ports = int(matrices.sizes[0].n_ports)
+    port, housing = 2 * port_of_site(matrices, k), 2 * port_of_housing(matrices, k) if site.housing >= 0 else -1
+    for other in range(w.sites.shape[0]):
+        if not is_constrained(w.sites[other]):
+            continue
+        other_port, n_unknowns = 2 * port_of_site(matrices, other), 2 if w.sites[other].mode == ROLLING else 1
+        other_housing = 2 * port_of_housing(matrices, other) if w.sites[other].housing >= 0 else -1
+        slip_response = _slip_response(w, k, other, h) if rolling else 0.0
+        for source in range(1, N_LOBATTO):
+            cause, column = matrices.nodes[other, source], (source - 1) * size + w.sites[other].unknown
+            unit = 2 * n_ports * source + other_port
+            of_x = _observed_from(piece.of_forces[unit], n_ports, point, port, housing)
+            of_y = _observed_from(piece.of_forces[unit + 1], n_ports, point, port, housing)
+            if other_housing >= 0:
+                unit = 2 * n_ports * source + other_housing
+                x = _observed_from(piece.of_forces[unit], n_ports, point, port, housing)
+                y = _observed_from(piece.of_forces[unit + 1], n_ports, point, port, housing)
+                of_x = Point(of_x.x - x.x, of_x.y - x.y, of_x.v_x - x.v_x, of_x.v_y - x.v_y)
+                of_y = Point(of_y.x - y.x, of_y.y - y.y, of_y.v_x - y.v_x, of_y.v_y - y.v_y)
+            f_x, f_y, f_t = -cause.n_x - cause.ratio * cause.n_y, -cause.n_y + cause.ratio * cause.n_x, cause.ratio
+            for i in range(n_unknowns):
+                if i == 1:
+                    f_x, f_y, f_t = -cause.n_y, cause.n_x, 1.0
+                q_x, q_y = of_x.x * f_x + of_y.x * f_y, of_x.y * f_x + of_y.y * f_y
+                v_x, v_y = of_x.v_x * f_x + of_y.v_x * f_y, of_x.v_y * f_x + of_y.v_y * f_y
+                A[row, column + i] = n_x * v_x + n_y * v_y + t_x * q_x + t_y * q_y
+                if rolling:
+                    slip = f_t * INTEGRALS[point][source] * slip_response
+                    A[row + 1, column + i] = n_x * v_y - n_y * v_x + slip
+
+
+@kernel
+def _slip_response(w: Workspace, k: int, other: int, h: float) -> float:
+    """Return how fast the slip at site k grows under a unit of friction at another, by spin and race, times h."""
+    site, cause = w.sites[k], w.sites[other]
+    rate = 0.0
+    if site.spin >= 0:
+        rate = site.journal_radius * cause.journal_radius / w.spin[0].inertia
+    if k == other and site.race >= 0:
+        rate += site.race_mobility
+    return h * rate
+
+
+@kernel
+def _surface_speed(w: Workspace, matrices: StepMatrices, piece: Piece, k: int, point: int, h: float) -> float:
+    """Return the velocity (m/s) of the surface of journal k over its race, without friction after the first point."""
+    site = w.sites[k]
+    speed = piece.spin[0, point] * site.journal_radius
+    if site.race >= 0:
+        speed -= piece.races[k, point] * race_radius(site)
+    for other in range(w.sites.shape[0]):
+        if is_constrained(w.sites[other]):
+            response = _slip_response(w, k, other, h)
+            for source in range(1, N_LOBATTO):
+                speed -= INTEGRALS[point][source] * response * matrices.nodes[other, source].f_t
+    return speed

@@ -1,0 +1,204 @@
+"""Scratch of one piece, and what moves beside the lateral coordinates in it: spin and races.
+
+Both turn under torques that are cubics through their values at the Lobatto points, like the forces,
+
+    Omega_j = Omega_0 + h sum_i a_ji M_i/J,    a_ji = int_0^c_j l_i ds
+
+A free spin shares momentum with the shaft by unbalance: with p = -sin(theta) cosine + cos(theta) sine (`bodies`)
+
+    (J Omega + p . v)' = M + p' . v,    p' = -Omega (cos(theta) cosine + sin(theta) sine)
+
+where M is the torque of drive, drag, friction and of damping that turns with the shaft.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fmi_export.jit import kernel, views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from rotor_contact.bodies import drive_torque, race_drag
+from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
+from rotor_contact.site import Site, is_constrained, race_radius
+from rotor_contact.step_matrices import StepMatrices, n_columns, n_rows
+from rotor_contact.structure import REAL
+from rotor_contact.workspace import Workspace, stages_of
+
+
+def _integral(j: int, i: int) -> float:
+    """Return a_ji."""
+    return sum(c * LOBATTO_POINTS[j] ** (k + 1) / (k + 1) for k, c in enumerate(LAGRANGE[i]))
+
+
+INTEGRALS = tuple(tuple(_integral(j, i) for i in range(N_LOBATTO)) for j in range(N_LOBATTO))
+
+
+class Piece(NamedTuple):
+    """One piece of a step.
+
+    x
+        As `step_matrices` says, shape (n_x,).
+    ends
+        Its end by the matrices of both speeds, shape (2, 2 N).
+    observed
+        What S sees, shape (7, n_columns): by state and steady forces, by contact at the first point, by A = 1 and
+        B = 1, by these and the magnets together, by contact at the other points, and by all.
+    of_forces
+        What S sees of unit forces at the ports, shape (8 n_ports, n_columns); these are ordered as in x.
+    known, contact
+        Forces at the ports (N), of magnets and of contacts, shape (8 n_ports,) each.
+    spin
+        Speed, angle, torque without contact and torque of friction at the Lobatto points; then cosine . v and sine . v
+        at the first, shape (5, 4).
+    races
+        Speeds of the races there, shape (n_sites, 4).
+    """
+
+    x: Array
+    ends: Array
+    observed: Array
+    of_forces: Array
+    known: Array
+    contact: Array
+    spin: Array
+    races: Array
+
+
+@views
+def piece_of(matrices: StepMatrices) -> Piece:
+    """Return the scratch of a piece."""
+    n, n_ports, n_sites = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), matrices.nodes.shape[0]
+    rows, columns, units = n_rows(n, n_ports), n_columns(n_ports), 2 * N_LOBATTO * n_ports
+    observed = rows + 4 * n
+    of_forces = observed + 7 * columns
+    known = of_forces + units * columns
+    return Piece(
+        part(matrices.pieces, 0, REAL, rows),
+        part(matrices.pieces, rows, REAL, (2, 2 * n)),
+        part(matrices.pieces, observed, REAL, (7, columns)),
+        part(matrices.pieces, of_forces, REAL, (units, columns)),
+        part(matrices.pieces, known, REAL, units),
+        part(matrices.pieces, known + units, REAL, units),
+        part(matrices.pieces, known + 2 * units, REAL, (5, N_LOBATTO)),
+        part(matrices.pieces, known + 2 * units + 5 * N_LOBATTO, REAL, (n_sites, N_LOBATTO)),
+    )
+
+
+@views
+def place_index(n_ports: int, point: int) -> int:
+    """Return the column of S from which the displacements at a Lobatto point after the first are."""
+    return (2 * n_ports + 2) * (2 * point - 1)
+
+
+@views
+def velocity_index(n_ports: int, point: int) -> int:
+    """Return the column of S from which the velocities there are."""
+    return (2 * n_ports + 2) * (2 * point)
+
+
+@kernel
+def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: float) -> None:
+    """Guess that spin and races go on as they are."""
+    piece, z = piece_of(matrices), stages_of(w.stages).z
+    for point in range(N_LOBATTO):
+        piece.spin[0, point], piece.spin[1, point] = Omega, theta
+        piece.spin[2, point] = piece.spin[3, point] = 0.0
+        for k in range(w.sites.shape[0]):
+            race = w.sites[k].race
+            piece.races[k, point] = z[w.n + race] if race >= 0 else 0.0
+    given, v = matrices.key.forces, z[w.n :]
+    cosine = sine = 0.0
+    for i in range(given.shape[1]):
+        cosine += given[1, i] * v[i]
+        sine += given[2, i] * v[i]
+    piece.spin[4, 0], piece.spin[4, 1] = cosine, sine
+
+
+@kernel
+def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_torque: float) -> None:
+    """Turn spin and races over a piece of length h (s) under the friction at the nodes; call it until it settles."""
+    piece = piece_of(matrices)
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if site.race >= 0:
+            _advance_race(matrices, piece.races[k], k, site, h)
+    if w.spin[0].row >= 0:
+        _advance_spin(w, matrices, piece, h, damping_torque)
+    else:
+        motion, spin = w.motion, piece.spin
+        for point in range(1, N_LOBATTO):
+            t = LOBATTO_POINTS[point] * h
+            spin[0, point] = spin[0, 0] + motion.Omega_dot * t
+            spin[1, point] = spin[1, 0] + (spin[0, 0] + 0.5 * motion.Omega_dot * t) * t
+
+
+@kernel
+def _advance_race(matrices: StepMatrices, speeds: Array, k: int, site: Site, h: float) -> None:
+    """Turn the race of site k."""
+    a = b = c = 0.0
+    for i in range(N_LOBATTO):
+        torque = -race_drag(site, speeds[i])
+        if is_constrained(site):
+            torque -= matrices.nodes[k, i].f_t * race_radius(site)
+        torque *= h / site.race_inertia
+        a += INTEGRALS[1][i] * torque
+        b += INTEGRALS[2][i] * torque
+        c += INTEGRALS[3][i] * torque
+    speeds[1], speeds[2], speeds[3] = speeds[0] + a, speeds[0] + b, speeds[0] + c
+
+
+@kernel
+def _advance_spin(w: Workspace, matrices: StepMatrices, piece: Piece, h: float, damping_torque: float) -> None:
+    """Turn the free spin."""
+    spin = w.spin[0]
+    speed, angle, torque, friction = piece.spin[0], piece.spin[1], piece.spin[2], piece.spin[3]
+    shared = (0.0, 0.0, 0.0, 0.0)
+    for i in range(N_LOBATTO):
+        cosine, sine = unbalance_velocity(matrices, i)
+        c, s = math.cos(angle[i]), math.sin(angle[i])
+        torque[i] = drive_torque(spin, speed[i]) - spin.drag * speed[i] + damping_torque
+        torque[i] -= speed[i] * (c * cosine + s * sine)
+        shared = (shared[1], shared[2], shared[3], c * sine - s * cosine)
+        friction[i] = 0.0
+        for k in range(w.sites.shape[0]):
+            if is_constrained(w.sites[k]):
+                friction[i] += matrices.nodes[k, i].f_t * w.sites[k].journal_radius
+    first, second, last = 0.0, 0.0, 0.0
+    for i in range(N_LOBATTO):
+        total = h * (torque[i] + friction[i])
+        first += INTEGRALS[1][i] * total
+        second += INTEGRALS[2][i] * total
+        last += INTEGRALS[3][i] * total
+    start = speed[0] * spin.inertia + shared[0]
+    speed[1] = (start + first - shared[1]) / spin.inertia
+    speed[2] = (start + second - shared[2]) / spin.inertia
+    speed[3] = (start + last - shared[3]) / spin.inertia
+    a = b = c = 0.0
+    for i in range(N_LOBATTO):
+        a += INTEGRALS[1][i] * speed[i]
+        b += INTEGRALS[2][i] * speed[i]
+        c += INTEGRALS[3][i] * speed[i]
+    angle[1], angle[2], angle[3] = angle[0] + h * a, angle[0] + h * b, angle[0] + h * c
+
+
+@kernel
+def unbalance_velocity(matrices: StepMatrices, point: int) -> tuple[float, float]:
+    """Return cosine . v and sine . v (kg m^2/s) at a Lobatto point."""
+    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    if point == 0:
+        return piece.spin[4, 0], piece.spin[4, 1]
+    at = velocity_index(n_ports, point) + 2 * n_ports
+    return piece.observed[6, at], piece.observed[6, at + 1]
+
+
+@kernel
+def phase_error(piece: Piece) -> float:
+    """Return how far (rad) the rotor's angle at the inner points is from that at the mean speed."""
+    angle = piece.spin[1]
+    largest = 0.0
+    for point in range(1, N_LOBATTO - 1):
+        mean = angle[0] + LOBATTO_POINTS[point] * (angle[3] - angle[0])
+        largest = max(largest, abs(angle[point] - mean))
+    return largest

@@ -1,0 +1,188 @@
+"""Heat and work in one piece, by Lobatto's quadrature; that of damping in the shaft by Hermite's.
+
+What the shaft's damping takes, P, is known at the ends of a piece alone, but with its slope:
+
+    int P dt = h (P_0 + P_1)/2 + h^2 (P_0' - P_1')/12
+
+The slope counts in short pieces, after an impact. Over whole steps one after the other it would cancel.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fmi_export.flat import copy
+from fmi_export.jit import kernel, kernel_apart
+from fmi_export.model import Array
+from rotor_contact.bodies import drive_torque, race_drag
+from rotor_contact.dynamics import unbalance_direction
+from rotor_contact.enumerations import SLIDING
+from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic
+from rotor_contact.node_forces import magnet_force, port_of_bearing, port_of_housing
+from rotor_contact.piece import piece_of, unbalance_velocity, velocity_index
+from rotor_contact.products import dot, row_combination
+from rotor_contact.site import is_constrained
+from rotor_contact.step_matrices import StepMatrices, coefficients_at, slot_of
+from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
+
+
+class ShaftDamping(NamedTuple):
+    """Heat per second (W) of the shaft's damping, how fast it changes (W/s), and its torque (N m) on the spin.
+
+    `has_slope` is whether the second is known.
+    """
+
+    heat: float
+    slope: float
+    torque: float
+    has_slope: bool
+
+
+@kernel
+def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
+    """Return what the shaft's damping takes at z (see `dynamics`), without its slope.
+
+    With w = v - Omega J q the heat is v . C v + w . R w, the torque (J q) . R w. C v and R w are left in stages.
+    """
+    if not w.motion.is_damped:
+        return ShaftDamping(0.0, 0.0, 0.0, False)
+    n, stages = w.Minv.shape[0], stages_of(w.stages)
+    q, v = z[:n], z[w.n : w.n + n]
+    turned, of_fixed, of_turned = stages.trial[:n], stages.k_3[:n], stages.k_4[:n]
+    row_combination(v, w.forms[n : 2 * n], of_fixed, n)
+    for i in range(0, n, 2):
+        turned[i], turned[i + 1] = v[i] + Omega * q[i + 1], v[i + 1] - Omega * q[i]
+    row_combination(turned, w.forms[2 * n : 3 * n], of_turned, n)
+    torque = 0.0
+    for i in range(0, n, 2):
+        torque += q[i] * of_turned[i + 1] - q[i + 1] * of_turned[i]
+    return ShaftDamping(dot(v, of_fixed) + dot(turned, of_turned), 0.0, torque, False)
+
+
+@kernel_apart
+def add_slope(
+    w: Workspace, matrices: StepMatrices, z: Array, index: float, theta: float, Omega: float, damping: ShaftDamping
+) -> ShaftDamping:
+    """Return the same with the slope of the heat, 2 (a . C v + (a - Omega J v) . R w), just after `damping_of_shaft`.
+
+    The contact forces at z must be with the sites.
+    """
+    n, stages = w.Minv.shape[0], stages_of(w.stages)
+    v, a, of_fixed, of_turned = z[w.n : w.n + n], stages.k_2[:n], stages.k_3[:n], stages.k_4[:n]
+    _accelerate(w, matrices, z, index, theta, Omega, a)
+    slope = 0.0
+    for i in range(0, n, 2):
+        slope += a[i] * of_fixed[i] + a[i + 1] * of_fixed[i + 1]
+        slope += (a[i] + Omega * v[i + 1]) * of_turned[i] + (a[i + 1] - Omega * v[i]) * of_turned[i + 1]
+    return ShaftDamping(damping.heat, 2.0 * slope, damping.torque, True)
+
+
+@kernel
+def _accelerate(
+    w: Workspace, matrices: StepMatrices, z: Array, index: float, theta: float, Omega: float, a: Array
+) -> None:
+    """Write the shaft's acceleration at z, nearly: with the matrices of the speed on the grid below."""
+    n, size = w.Minv.shape[0], int(matrices.sizes[0].n)
+    room = piece_of(matrices).x[: 2 * size]
+    copy(z[:size], room)
+    copy(z[w.n : w.n + size], room[size:])
+    row_combination(room, coefficients_at(matrices, slot_of(math.floor(index))).columns, a, n)
+    direction = unbalance_direction(theta, Omega, w.motion.Omega_dot)
+    steady, A, B = matrices.effects[2], direction.real, direction.imag
+    for i in range(n):
+        a[i] = steady[i] + A * matrices.effects[0, i] + B * matrices.effects[1, i] - a[i]
+    for b in range(w.motion.bearings.shape[0]):
+        for axis in range(2):
+            row = w.motion.bearings[b].row + axis
+            force = magnet_force(w, b, axis, z[row])
+            if force != 0.0:
+                for i in range(n):
+                    a[i] += w.Minv[row, i] * force
+    for site in w.sites:
+        if is_constrained(site):
+            f_x = -site.f_n * site.n_x - site.f_t * site.n_y
+            f_y = -site.f_n * site.n_y + site.f_t * site.n_x
+            for i in range(n):
+                a[i] += w.Minv[site.row, i] * f_x + w.Minv[site.row + 1, i] * f_y
+
+
+@kernel
+def mean_heat(before: ShaftDamping, after: ShaftDamping, h: float) -> float:
+    """Return the mean heat per second (W) of the shaft's damping in a piece of length h (s)."""
+    mean = 0.5 * (before.heat + after.heat)
+    if before.has_slope and after.has_slope:
+        mean += h * (before.slope - after.slope) / 12.0
+    return mean
+
+
+@kernel
+def add_energies(w: Workspace, matrices: StepMatrices, h: float, of_shaft: float, torque_of_shaft: float) -> None:
+    """Add heat and work of a piece of length h (s) from z to z_new; note the peaks of the forces.
+
+    Given are the mean heat per second of the shaft's damping (W) and its mean torque on the spin (N m).
+    """
+    n, stages = w.Minv.shape[0], stages_of(w.stages)
+    z, z_new, piece = stages.z, stages.z_new, piece_of(matrices)
+    integrals, speeds = energy_integrals(z_new, w.n), piece.spin[0]
+    is_free = w.spin[0].row >= 0
+    steady, damping, friction, work = matrices.key.forces[0], h * of_shaft, 0.0, 0.0
+    for i in range(n):
+        work += steady[i] * (z_new[i] - z[i])
+    for k in range(w.sites.shape[0]):
+        site, of_site = w.sites[k], site_integrals(z_new, w.n, k)
+        if site.housing >= 0:
+            x = site.housing
+            work -= site.housing_mass * (site.base_x * (z_new[x] - z[x]) + site.base_y * (z_new[x + 1] - z[x + 1]))
+        heat = 0.0
+        for point in range(N_LOBATTO):
+            share, node = h * LOBATTO_WEIGHTS[point], matrices.nodes[k, point]
+            if is_constrained(site):
+                if site.mode == SLIDING:
+                    heat -= share * node.f_t * node.slip
+                if not is_free:
+                    work -= share * node.f_t * site.journal_radius * speeds[point]
+                of_site.f_n += share * node.f_n
+            if site.race >= 0:
+                heat += share * race_drag(site, piece.races[k, point]) * piece.races[k, point]
+            if site.housing >= 0:
+                port = port_of_housing(matrices, k)
+                v_x, v_y = _velocity(w, matrices, port, point, 0), _velocity(w, matrices, port, point, 1)
+                damping += share * (site.mount_damping_x * v_x * v_x + site.mount_damping_y * v_y * v_y)
+        friction += heat
+        of_site.heat += heat
+        if is_constrained(site):
+            a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
+            site.f_n_peak = max(site.f_n_peak, greatest_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n))
+    for point in range(N_LOBATTO):
+        share = h * LOBATTO_WEIGHTS[point]
+        Omega = speeds[point]
+        for b in range(w.motion.bearings.shape[0]):
+            port = port_of_bearing(matrices, b)
+            for axis in range(2):
+                velocity = _velocity(w, matrices, port, point, axis)
+                damping += share * w.motion.bearings[b].c_b * velocity * velocity
+                unit = 2 * (int(matrices.sizes[0].n_ports) * point + port) + axis
+                work += share * piece.known[unit] * velocity
+        if is_free:
+            damping += share * w.spin[0].drag * Omega * Omega
+            work += share * drive_torque(w.spin[0], Omega) * Omega
+        else:
+            cosine, sine = unbalance_velocity(matrices, point)
+            direction = unbalance_direction(piece.spin[1, point], Omega, w.motion.Omega_dot)
+            work += share * (direction.real * cosine + direction.imag * sine - torque_of_shaft * Omega)
+    integrals.damping_heat += damping
+    integrals.friction_heat += friction
+    integrals.work += work
+
+
+@kernel
+def _velocity(w: Workspace, matrices: StepMatrices, port: int, point: int, axis: int) -> float:
+    """Return the velocity (m/s) of a port at a Lobatto point."""
+    if point == 0:
+        at_start: float = stages_of(w.stages).z[w.n + int(matrices.ports[port]) + axis]
+        return at_start
+    velocity: float = piece_of(matrices).observed[
+        6, velocity_index(int(matrices.sizes[0].n_ports), point) + 2 * port + axis
+    ]
+    return velocity

@@ -1,0 +1,213 @@
+"""A communication step by the matrices: pieces as long as the motion in them is smooth, events by integration between.
+
+A piece lasts a step, or its half, its quarter and so on; where something may begin or end in it, or a force is not
+smooth, half its length is tried, and after one that went well twice its length. What the shortest piece cannot do is
+left to `events`, for as long as that piece would last.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fmi_export.flat import copy, same_bits
+from fmi_export.jit import kernel, kernel_apart
+from fmi_export.model import Array
+from rotor_contact.bodies import RACE_SPEED_SCALE
+from rotor_contact.dynamics import Motion, accelerations, collect_coefficients, forces
+from rotor_contact.events import advance
+from rotor_contact.matrix_rows import build_slot, choose_levels, is_complete, share_of
+from rotor_contact.piece_energy import ShaftDamping, add_energies, add_slope, damping_of_shaft, mean_heat
+from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD, is_near
+from rotor_contact.site import Sites
+from rotor_contact.smooth_piece import begin_piece, end_piece, find_contact_forces, is_smooth, solve_piece
+from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for, spacing_for
+from rotor_contact.structure import Structure
+from rotor_contact.workspace import Workspace, stages_of
+
+STEPS_PER_SPEED = 16.0  # steps that count less for every speed of the grid that is passed
+FASTEST_DRIVE = 0.3  # of a piece, times how fast drive and drag change the speed
+
+
+@kernel
+def steps_with_matrices(motion: Motion, sites: Sites, step_size: float, key: MatricesKey, memory: np.record) -> float:
+    """Return for how many steps what the matrices are for has not changed, at most a few more than STEPS_BEFORE_BUILD.
+
+    `key` is updated. Each speed of the grid that is passed counts against `STEPS_PER_SPEED` steps, so that a speed that
+    changes fast is integrated: to build the matrices costs as much as some thirty steps.
+    """
+    same = is_near(step_size, key.step_size[0], STEP_TOLERANCE)
+    if not same:
+        key.step_size[0] = step_size
+    given = forces(motion)
+    for k in range(motion.bearings.shape[0]):
+        bearing = motion.bearings[k]
+        if key.bearings[k, 0] != bearing.k_b or key.bearings[k, 1] != bearing.c_b:
+            same = False
+            key.bearings[k, 0], key.bearings[k, 1] = bearing.k_b, bearing.c_b
+    for k in range(sites.shape[0]):
+        same = _housing_is_unchanged(sites[k], key.sites[k]) and same
+    for i in range(3):
+        force = given.without_magnets if i == 0 else (given.cosine if i == 1 else given.sine)
+        if not same_bits(force, key.forces[i]):
+            same = False
+            copy(force, key.forces[i])
+    place = math.floor(motion.Omega / spacing_for(key.step_size[0]))
+    moved = abs(place - float(memory.place))
+    memory.place = place
+    n_steps = 0.0
+    if same and moved <= 1.0:
+        n_steps = min(
+            max(float(memory.n_matrix_steps) + 1.0 - STEPS_PER_SPEED * moved, 0.0), STEPS_BEFORE_BUILD + STEPS_PER_SPEED
+        )
+    memory.n_matrix_steps = n_steps
+    return n_steps
+
+
+@kernel
+def _housing_is_unchanged(site: np.record, known: np.record) -> bool:
+    """Return whether the housing of a site is as it was; update what is known of it."""
+    moves = site.housing >= 0
+    row = float(site.housing)
+    same = known.row == row
+    if moves:
+        same = same and known.mobility == site.mobility
+        same = same and known.stiffness[0] == site.mount_stiffness_x and known.stiffness[1] == site.mount_stiffness_y
+        same = same and known.damping[0] == site.mount_damping_x and known.damping[1] == site.mount_damping_y
+        same = same and known.base_acceleration[0] == site.base_x and known.base_acceleration[1] == site.base_y
+    if not same:
+        known.row, known.mobility = row, site.mobility
+        known.stiffness[0], known.stiffness[1] = site.mount_stiffness_x, site.mount_stiffness_y
+        known.damping[0], known.damping[1] = site.mount_damping_x, site.mount_damping_y
+        known.base_acceleration[0], known.base_acceleration[1] = site.base_x, site.base_y
+    return bool(same)
+
+
+@kernel_apart
+def update_matrices(
+    structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices, share: float
+) -> bool:
+    """Build the matrices around the motion's speed until a share of it is there; return whether it can be used.
+
+    Then the next speed on the grid is built while the present one is on the way to it.
+    """
+    if not is_for(matrices, key):
+        collect_coefficients(structure, motion)
+        choose_levels(structure, motion, sites, key, matrices)
+    sizes = matrices.sizes[0]
+    if sizes.n_levels == 0.0:
+        return False
+    index = motion.Omega / sizes.spacing
+    low = math.floor(index)
+    for i in range(2):
+        part_of_it = min(max(2.0 * share - i, 0.0), 1.0)
+        if part_of_it > 0.0 and not is_complete(matrices, low + i):
+            build_slot(structure, motion, sites, matrices, low + i, part_of_it)
+    if share < 1.0:
+        return False
+    beyond = index - low - 0.5
+    ahead = low + 2.0 if beyond > 0.0 else low - 1.0
+    if abs(beyond) > 0.1 and not is_complete(matrices, ahead):
+        share = min(2.5 * abs(beyond) - 0.25, share_of(matrices, ahead) + 1.0 / STEPS_BEFORE_BUILD)
+        build_slot(structure, motion, sites, matrices, ahead, min(share, 1.0))
+    copy(matrices.effects[0], accelerations(motion).cosine)
+    copy(matrices.effects[1], accelerations(motion).sine)
+    return True
+
+
+@kernel_apart
+def advance_by_pieces(
+    structure: Structure, w: Workspace, matrices: StepMatrices, solver: np.record, law: int, memory: np.record
+) -> tuple[int, float, float]:
+    """Advance z over a communication step; return a fault code, and angle (rad) and speed (rad/s) at its end."""
+    sizes, stages = matrices.sizes[0], stages_of(w.stages)
+    total = 2 ** (int(sizes.n_levels) - 1)
+    unit = sizes.step_size / total
+    at = 0
+    z, n = stages.z, w.n
+    theta, Omega = w.motion.theta, w.motion.Omega
+    known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.level > 0.0)
+    while at < total:
+        level = min(int(memory.level), int(sizes.n_levels) - 1)
+        length = total >> level
+        while at % length != 0:
+            level += 1
+            length = total >> level
+        h = length * unit
+        index = (Omega + 0.5 * h * w.motion.Omega_dot) / sizes.spacing
+        done = False
+        if (
+            known
+            and _is_slow(w, h)
+            and is_complete(matrices, math.floor(index))
+            and is_complete(matrices, math.floor(index) + 1.0)
+        ):
+            begin_piece(w, matrices, level, index)
+            if solve_piece(w, matrices, h, theta, Omega, damping.torque) and is_smooth(w, matrices, h):
+                done = end_piece(w, matrices, level, index, h)
+        if done:
+            new_theta, new_Omega = angle_and_speed_after(w, stages.z_new, theta, Omega, h)
+            holds, after = find_forces_at(w, matrices, stages.z_new, new_theta, new_Omega, level > 0)
+            if holds:
+                add_energies(w, matrices, h, mean_heat(damping, after, h), 0.5 * (damping.torque + after.torque))
+                copy(stages.z_new, z)
+                theta, Omega, damping = new_theta, new_Omega, after
+                at += length
+                memory.level = max(level - 1.0, 0.0)
+                continue
+            known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.level > 0.0)
+        if level < int(sizes.n_levels) - 1:
+            memory.level = level + 1.0
+            continue
+        part = Motion(
+            w.motion.rows, w.motion.bearings, w.motion.over_speed, w.motion.is_damped, theta, Omega, w.motion.Omega_dot
+        )
+        collect_coefficients(structure, part)
+        within = Workspace(n, w.forms, w.Minv, part, w.spin, w.sites, w.equations, w.stages, w.n_translations)
+        fault = advance(within, solver, law, h, memory)
+        if fault != 0:
+            return fault, theta, Omega
+        theta, Omega = angle_and_speed_after(w, z, theta, Omega, h)
+        at += length
+        known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.level > 0.0)
+    return 0, theta, Omega
+
+
+@kernel
+def find_forces_at(
+    w: Workspace, matrices: StepMatrices, z: Array, theta: float, Omega: float, with_slope: bool
+) -> tuple[bool, ShaftDamping]:
+    """Find the contact forces at z; return whether they hold, and what the shaft's damping takes."""
+    index = Omega / matrices.sizes[0].spacing
+    if not (is_complete(matrices, math.floor(index)) and is_complete(matrices, math.floor(index) + 1.0)):
+        return False, ShaftDamping(0.0, 0.0, 0.0, False)
+    damping = damping_of_shaft(w, Omega, z)
+    holds = find_contact_forces(w, matrices, z, index, theta, Omega, damping.torque)
+    if with_slope and w.motion.is_damped:
+        damping = add_slope(w, matrices, z, index, theta, Omega, damping)
+    return holds, damping
+
+
+@kernel
+def _is_slow(w: Workspace, h: float) -> bool:
+    """Return whether drive, drag and races change the speeds by little over a piece of length h (s)."""
+    spin = w.spin[0]
+    if spin.row >= 0 and not h * (spin.gain + spin.drag) <= FASTEST_DRIVE * spin.inertia:
+        return False
+    for site in w.sites:
+        if site.race >= 0:
+            slope = site.race_drag / RACE_SPEED_SCALE + site.race_viscous_drag
+            if not h * slope <= FASTEST_DRIVE * site.race_inertia:
+                return False
+    return True
+
+
+@kernel
+def angle_and_speed_after(w: Workspace, z: Array, theta: float, Omega: float, h: float) -> tuple[float, float]:
+    """Return angle (rad) and speed (rad/s) after a time h (s): given, or those of the state z there."""
+    row = w.spin[0].row
+    if row >= 0:
+        return z[row], z[w.n + row]
+    gain = w.motion.Omega_dot * h
+    return theta + (Omega + 0.5 * gain) * h, Omega + gain

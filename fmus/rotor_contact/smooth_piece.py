@@ -1,0 +1,298 @@
+"""One piece of a step by the matrices: the exact motion with the forces at the nodes, where nothing begins or ends."""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.flat import copy
+from fmi_export.jit import kernel, kernel_apart
+from fmi_export.model import Array
+from rotor_contact.bodies import couple_spin, drive_torque, race_drag
+from rotor_contact.contact import find_multipliers, is_any_constrained, number_unknowns, put_on_circles
+from rotor_contact.dynamics import spin_coupling, unbalance_direction
+from rotor_contact.enumerations import ROLLING
+from rotor_contact.friction import STICK_SPEED, has_friction, static_coefficient
+from rotor_contact.isotropic_products import isotropic_combination
+from rotor_contact.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO, least_of_cubic
+from rotor_contact.node_forces import (
+    locate_nodes,
+    magnet_force,
+    observe,
+    observed_journal,
+    port_of_bearing,
+    port_of_housing,
+    port_of_site,
+    set_contact_forces,
+    set_magnet_forces,
+    solve_nodes,
+)
+from rotor_contact.path import Point, leaves_or_stays_within
+from rotor_contact.piece import advance_rotations, phase_error, piece_of, start_rotations
+from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
+from rotor_contact.step_matrices import StepMatrices, level_of, slot_of
+from rotor_contact.workspace import Workspace, stages_of
+
+MAX_SWEEPS = 8
+SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, of which the next one's is a millionth
+MAX_PHASE = 1e-5  # rad, by which the unbalance may be ahead or behind in the middle of a piece
+MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
+CLOSE_MARGIN = 4e-6  # of the clearance, within which the path between Lobatto points is not trusted
+MAX_ROUGHNESS = 2e-3  # of the largest force: how far the cubic of a force may be from a parabola
+LEAST_FORCE = 1e-3  # N, that counts as none in judging forces
+CUBIC, BEND = 5.0 * math.sqrt(5.0), 0.05  # t^3 is within a twentieth of a parabola
+
+
+@kernel
+def find_contact_forces(
+    w: Workspace, matrices: StepMatrices, z: Array, index: float, theta: float, Omega: float, torque: float
+) -> bool:
+    """Find the contact forces at z from the acceleration there; return False if a constrained site pulls.
+
+    `index` is the speed's place on the grid, `torque` that of rotating damping on the spin (N m).
+    """
+    if not is_any_constrained(w.sites):
+        return True
+    piece = piece_of(matrices)
+    n, n_ports, level = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), int(matrices.sizes[0].n_levels) - 1
+    observed, m = piece.observed, (2 * n_ports + 9) // 8 * 8
+    low = math.floor(index)
+    share = index - low
+    direction = unbalance_direction(theta, Omega, w.motion.Omega_dot)
+    x = piece.x[: 2 * n + 3]
+    copy(z[:n], x)
+    copy(z[w.n : w.n + n], x[n:])
+    x[2 * n], x[2 * n + 1], x[2 * n + 2] = 1.0, direction.real, direction.imag
+    isotropic = matrices.sizes[0].isotropic != 0.0
+    isotropic_combination(x, level_of(matrices, slot_of(low), level).S, observed[0], m, isotropic, 2 * n)
+    isotropic_combination(x, level_of(matrices, slot_of(low + 1.0), level).S, observed[1], m, isotropic, 2 * n)
+    S = level_of(matrices, slot_of(low), level).S
+    for c in range(m):
+        observed[0, c] += share * (observed[1, c] - observed[0, c])
+    for b in range(w.motion.bearings.shape[0]):
+        port, row = port_of_bearing(matrices, b), w.motion.bearings[b].row
+        for axis in range(2):
+            force = magnet_force(w, b, axis, z[row + axis])
+            if force != 0.0:
+                for c in range(m):
+                    observed[0, c] += force * S[2 * n + 3 + 2 * port + axis, c]
+    a = stages_of(w.stages).k_1[w.n :]
+    for k in range(w.sites.shape[0]):
+        site, port = w.sites[k], 2 * port_of_site(matrices, k)
+        a[site.row], a[site.row + 1] = observed[0, port], observed[0, port + 1]
+        if site.housing >= 0:
+            port = 2 * port_of_housing(matrices, k)
+            a[site.housing], a[site.housing + 1] = observed[0, port], observed[0, port + 1]
+        if site.race >= 0:
+            a[site.race] = -race_drag(site, z[w.n + site.race]) / site.race_inertia
+    if w.spin[0].row >= 0:
+        _accelerate_spin(w, n_ports, observed[0], theta, Omega, torque, a)
+    if not find_multipliers(w, z[: w.n], z[w.n : 2 * w.n], Omega, a):
+        return False
+    for site in w.sites:
+        if is_constrained(site):
+            if not site.f_n > 0.0:
+                return False
+            if site.mode == ROLLING and abs(site.f_t) > static_coefficient(site) * site.f_n:
+                return False
+    return True
+
+
+@kernel
+def _accelerate_spin(
+    w: Workspace, n_ports: int, observed: Array, theta: float, Omega: float, torque: float, a: Array
+) -> None:
+    """Write the free spin's acceleration, and add its effect on the shaft at the sites, as `bodies` does."""
+    spin = w.spin[0]
+    couple_spin(w.motion, spin, theta)
+    torque += drive_torque(spin, Omega) - spin.drag * Omega
+    torque -= math.cos(theta) * observed[2 * n_ports + 1] - math.sin(theta) * observed[2 * n_ports]
+    a[spin.row] = torque * spin.scale * spin.scale
+    s = spin_coupling(w.motion).s
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        for axis in range(2):
+            is_first = True
+            for other in range(k):
+                is_first = is_first and w.sites[other].row != site.row
+            if is_first:
+                a[site.row + axis] -= s[site.row + axis] * (torque * spin.scale)
+
+
+@kernel
+def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) -> None:
+    """Observe the motion from z and that of unit forces, by matrices between the two speeds around `index`."""
+    piece, z = piece_of(matrices), stages_of(w.stages).z
+    n = int(matrices.sizes[0].n)
+    observed, of_forces, columns = piece.observed, piece.of_forces, piece.observed.shape[1]
+    x = piece.x[: 2 * n + 1]
+    copy(z[:n], x)
+    copy(z[w.n : w.n + n], x[n:])
+    x[2 * n] = 1.0
+    low = math.floor(index)
+    share = index - low
+    S_low, S_high = level_of(matrices, slot_of(low), level).S, level_of(matrices, slot_of(low + 1.0), level).S
+    isotropic = matrices.sizes[0].isotropic != 0.0
+    isotropic_combination(x, S_low, observed[0], columns, isotropic, 2 * n)
+    isotropic_combination(x, S_high, observed[1], columns, isotropic, 2 * n)
+    for c in range(columns):
+        observed[0, c] += share * (observed[1, c] - observed[0, c])
+        for direction in range(2):
+            row = 2 * n + 1 + direction
+            observed[2 + direction, c] = S_low[row, c] + share * (S_high[row, c] - S_low[row, c])
+    for row in range(of_forces.shape[0]):
+        at = 2 * n + 3 + row
+        for c in range(columns):
+            of_forces[row, c] = S_low[at, c] + share * (S_high[at, c] - S_low[at, c])
+
+
+@kernel
+def solve_piece(w: Workspace, matrices: StepMatrices, h: float, theta: float, Omega: float, torque: float) -> bool:
+    """Find all forces at the nodes, with spin and races; return False if they do not settle.
+
+    The contact forces at z must be with the sites.
+    """
+    piece, in_contact = piece_of(matrices), is_any_constrained(w.sites)
+    size = number_unknowns(w.sites) if in_contact else 0
+    v = stages_of(w.stages).z[w.n : 2 * w.n]
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if is_constrained(site):
+            site.slip = slip_velocity(site, v, Omega)  # a piece that was given up has left another
+            for point in range(N_LOBATTO):
+                node = matrices.nodes[k, point]
+                node.n_x, node.n_y, node.slip = site.n_x, site.n_y, site.slip
+                node.f_n, node.f_t = site.f_n, site.f_t
+    set_contact_forces(w, matrices)
+    start_rotations(w, matrices, theta, Omega)
+    set_magnet_forces(w, matrices, 0)
+    axes = 2 * int(matrices.sizes[0].n_ports)
+    for unit in range(axes):
+        for point in range(1, N_LOBATTO):
+            piece.known[axes * point + unit] = piece.known[unit]
+    largest = change = 0.0
+    for sweep in range(MAX_SWEEPS):
+        advance_rotations(w, matrices, h, torque)
+        direction = _direction(w, matrices, h, theta)
+        piece.x[piece.x.shape[0] - piece.known.shape[0] - 2] = direction.real
+        piece.x[piece.x.shape[0] - piece.known.shape[0] - 1] = direction.imag
+        observe(matrices, direction.real, direction.imag)
+        if sweep > 0 and change <= SETTLED * largest + 1e-300:
+            locate_nodes(w, matrices)
+            return True
+        change = largest = 0.0
+        for point in range(1, N_LOBATTO):
+            change = max(change, set_magnet_forces(w, matrices, point))
+        for unit in range(axes):
+            largest = max(largest, abs(piece.known[unit]))
+        if in_contact:
+            locate_nodes(w, matrices)
+            solved, of_contact, force = solve_nodes(w, matrices, size, h)
+            if not solved or not force > 0.0:
+                return False
+            change, largest = max(change, of_contact), max(largest, force)
+            set_contact_forces(w, matrices)
+    return False
+
+
+@kernel
+def _direction(w: Workspace, matrices: StepMatrices, h: float, theta: float) -> complex:
+    """Return the direction of the unbalance at the beginning, with the mean speed and acceleration of the piece."""
+    spin = piece_of(matrices).spin
+    speed, gain = (spin[1, 3] - spin[1, 0]) / h, (spin[0, 3] - spin[0, 0]) / h
+    return unbalance_direction(theta, speed, gain)
+
+
+@kernel
+def is_smooth(w: Workspace, matrices: StepMatrices, h: float) -> bool:
+    """Return whether nothing begins, ends, sticks or slips in the piece, and its forces are smooth enough."""
+    piece, z = piece_of(matrices), stages_of(w.stages).z
+    if not phase_error(piece) <= MAX_PHASE:
+        return False
+    largest = LEAST_FORCE
+    for k in range(w.sites.shape[0]):
+        if is_constrained(w.sites[k]):
+            for point in range(N_LOBATTO):
+                largest = max(largest, abs(matrices.nodes[k, point].f_n))
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if can_touch(site):
+            if not _stays_clear(site, matrices, k, z, w.n, h):
+                return False
+            continue
+        if not is_constrained(site):
+            continue
+        a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
+        if not least_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n) > 0.0:
+            return False
+        rough_n = abs(5.0 * (d.f_n - a.f_n) + CUBIC * (b.f_n - c.f_n))
+        rough_t = abs(5.0 * (d.f_t - a.f_t) + CUBIC * (b.f_t - c.f_t))
+        if not BEND * max(rough_n, rough_t) <= MAX_ROUGHNESS * largest:
+            return False
+        if site.mode == ROLLING:
+            mu = static_coefficient(site)
+            for s in (1.0, -1.0):
+                if (
+                    not least_of_cubic(
+                        mu * a.f_n - s * a.f_t, mu * b.f_n - s * b.f_t, mu * c.f_n - s * c.f_t, mu * d.f_n - s * d.f_t
+                    )
+                    > 0.0
+                ):
+                    return False
+        elif has_friction(site):
+            s = site.slip_sign
+            if not least_of_cubic(s * a.slip, s * b.slip, s * c.slip, s * d.slip) > STICK_SPEED:
+                return False
+        for point in range(1, N_LOBATTO - 1):
+            at = observed_journal(site, matrices, piece.observed[6], k, point)
+            if not abs(math.hypot(at.x - site.offset_x, at.y - site.offset_y) - site.clearance) <= (
+                MAX_DEVIATION * site.clearance
+            ):
+                return False
+    return True
+
+
+@kernel_apart
+def _stays_clear(site: Site, matrices: StepMatrices, k: int, z: Array, n: int, h: float) -> bool:
+    """Return whether the journal of a free site stays clear, by its path between the Lobatto points."""
+    observed, row = piece_of(matrices).observed[6], site.row
+    begin = Point(z[row] - site.offset_x, z[row + 1] - site.offset_y, z[n + row], z[n + row + 1])
+    if site.housing >= 0:
+        row = site.housing
+        begin = Point(begin.x - z[row], begin.y - z[row + 1], begin.v_x - z[n + row], begin.v_y - z[n + row + 1])
+    for point in range(1, N_LOBATTO):
+        at = observed_journal(site, matrices, observed, k, point)
+        end = Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
+        dt = h * (LOBATTO_POINTS[point] - LOBATTO_POINTS[point - 1])
+        if not leaves_or_stays_within(site, begin, end, dt, CLOSE_MARGIN):
+            return False
+        begin = end
+    return True
+
+
+@kernel
+def end_piece(w: Workspace, matrices: StepMatrices, level: int, index: float, h: float) -> bool:
+    """Write the end of the piece to z_new, on the circles; return False if that is impossible."""
+    piece, stages = piece_of(matrices), stages_of(w.stages)
+    z_new, n, ends = stages.z_new, int(matrices.sizes[0].n), piece.ends
+    units = piece.known.shape[0]
+    first = piece.x.shape[0] - units
+    for unit in range(units):
+        piece.x[first + unit] = piece.known[unit] + piece.contact[unit]
+    low = math.floor(index)
+    share = index - low
+    isotropic = matrices.sizes[0].isotropic != 0.0
+    isotropic_combination(piece.x, level_of(matrices, slot_of(low), level).P, ends[0], 2 * n, isotropic, 2 * n)
+    isotropic_combination(piece.x, level_of(matrices, slot_of(low + 1.0), level).P, ends[1], 2 * n, isotropic, 2 * n)
+    copy(stages.z, z_new)
+    for i in range(n):
+        z_new[i] = ends[0, i] + share * (ends[1, i] - ends[0, i])
+        z_new[w.n + i] = ends[0, n + i] + share * (ends[1, n + i] - ends[0, n + i])
+    for k in range(w.sites.shape[0]):
+        race = w.sites[k].race
+        if race >= 0:
+            z_new[w.n + race] = piece.races[k, 3]
+            for point in range(N_LOBATTO):
+                z_new[race] += h * LOBATTO_WEIGHTS[point] * piece.races[k, point]
+    if w.spin[0].row >= 0:
+        z_new[w.spin[0].row], z_new[w.n + w.spin[0].row] = piece.spin[1, 3], piece.spin[0, 3]
+    return not is_any_constrained(w.sites) or put_on_circles(w, z_new[: w.n])

@@ -1,0 +1,306 @@
+"""Matrices of exact motion for a step, its half, its quarter and so on, at speeds on a grid.
+
+The lateral motion of shaft and housings, N coordinates, is linear between events but for forces at a few of them: the
+ports, which are the planes of sites and bearings, and the housings. With forces there that are cubic over a piece of
+length h, through values F_j at its Lobatto points, a state follows from the present one by matrices,
+
+    (q, v)(h) = x P,    (a(0), (q, v)(c_i h), i = 1..3) at the ports = x S,    x = (q, v, 1, A, B, F_j)(0)
+
+as in `exact_motion`; 1 goes with the steady forces that no magnet makes, A + i B is the direction of the unbalance.
+Besides the ports S observes cosine . q and sine . q, of which the unbalance's work and its torque on a free spin
+follow. Those of level l are for a piece of h/2^l; `matrix_rows` builds them.
+
+P and S depend on the speed through gyroscopic terms, rotating damping and the course of the unbalance. Between speeds
+on a grid of spacing d they are interpolated, which errs by (g d h)^2/8, where g <= 2 is how much of their velocity
+gyroscopic terms turn per unit of speed and time (a thin disc has 2).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fmi_export.flat import copy, same_bits
+from fmi_export.jit import kernel, views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import record, size_of
+from rotor_contact.linear_solver import Equations, equations_of
+from rotor_contact.lobatto import N_LOBATTO
+from rotor_contact.propagator import NODE, Nodes
+from rotor_contact.structure import REAL
+
+INTERPOLATION_ERROR = 1e-6  # of the velocities, by speeds between those on the grid
+GYROSCOPIC = 2.0  # largest g, see above
+MAX_LEVELS = 6
+MAX_COORDINATES = 128  # of a shaft; memory and time to build grow with their square and cube
+N_SLOTS = 3  # of speeds: those around the present one, and the next
+
+# Coordinates N of shaft and housings, ports, levels, terms of the series; length of a step (s), spacing of the speeds.
+SIZES = record(
+    ("n", np.float64),
+    ("n_ports", np.float64),
+    ("n_levels", np.float64),
+    ("n_terms", np.float64),
+    ("step_size", np.float64),
+    ("spacing", np.float64),
+    ("isotropic", np.float64),  # whether the rotor is, see `isotropic_products`
+    ("unused", np.float64),
+)
+# What is kept for a speed: its number on the grid, and how many rows of all levels are built.
+SLOT = record(("index", np.float64), ("n_rows", np.float64))
+# What motion depends on, per site: 1/m, stiffness and damping in x and y, base acceleration; per bearing: k_b, c_b.
+SITE_KEY = record(
+    ("mobility", np.float64),
+    ("stiffness", np.float64, 2),
+    ("damping", np.float64, 2),
+    ("base_acceleration", np.float64, 2),
+    ("row", np.float64),
+)
+N_SIZES, N_SLOT, N_SITE_KEY = size_of(SIZES), size_of(SLOT), size_of(SITE_KEY)
+N_NODE = size_of(NODE)
+
+Records = np.ndarray[tuple[int], np.dtype[np.record]]
+
+
+class MatricesKey(NamedTuple):
+    """What the matrices depend on but for the speed: all numbers, and the views into them that have names.
+
+    `step_size` in an array of one, of each bearing k_b and c_b, records of type `SITE_KEY`, and the forces (N) that go
+    with 1, A and B, shape (3, n).
+    """
+
+    values: Array
+    step_size: Array
+    bearings: Array
+    sites: Records
+    forces: Array
+
+
+class StepMatrices(NamedTuple):
+    """The matrices in memory, with what they are for and the scratch of a piece.
+
+    sizes, key
+        Record of type `SIZES`, in an array of one; what they are for, empty where that is not known.
+    slots
+        Records of type `SLOT`.
+    ports
+        Coordinate of x of each port; the ports of the sites, of their housings (-1: none) and of the bearings.
+    memory
+        Matrices of all slots, see `level_of`.
+    effects
+        Accelerations by the forces that go with A, with B and with 1, shape (3, n).
+    pieces
+        Scratch of one piece, see `piece`.
+    nodes
+        Records of type `NODE`, shape (n_sites, N_LOBATTO).
+    equations
+        Room for the equations of all Lobatto points after the first.
+    """
+
+    sizes: Records
+    key: MatricesKey
+    slots: Records
+    ports: Array
+    memory: Array
+    effects: Array
+    pieces: Array
+    nodes: Nodes
+    equations: Equations
+
+
+class Level(NamedTuple):
+    """P, shape (n_x, 2 N), and S, shape (n_x, n_columns)."""
+
+    P: Array
+    S: Array
+
+
+class SlotCoefficients(NamedTuple):
+    """The columns of K and of C, one below the other, shape (2 N, N)."""
+
+    columns: Array
+
+
+class InnerMotion(NamedTuple):
+    """P up to the first and the second inner Lobatto point, shape (n_x, 2 N) each."""
+
+    first: Array
+    second: Array
+
+
+@views
+def n_rows(n: int, n_ports: int) -> int:
+    """Return the number n_x of numbers of x."""
+    return 2 * n + 3 + 2 * N_LOBATTO * n_ports
+
+
+@views
+def n_columns(n_ports: int) -> int:
+    """Return the number of columns of S: accelerations first, then q and v at each Lobatto point after the first.
+
+    It is rounded up to eights, which products take at once.
+    """
+    return ((2 * n_ports + 2) * (2 * N_LOBATTO - 1) + 7) // 8 * 8
+
+
+@views
+def level_size(n: int, n_ports: int) -> int:
+    return n_rows(n, n_ports) * (2 * n + n_columns(n_ports))
+
+
+@views
+def slot_size(n: int, n_ports: int) -> int:
+    """Return how many float64 a slot takes: K and C, levels, and the motion up to the inner Lobatto points, twice."""
+    return 2 * n * n + MAX_LEVELS * level_size(n, n_ports) + 4 * n_rows(n, n_ports) * 2 * n
+
+
+@views
+def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
+    """Return the matrices of a level at the speed of a slot."""
+    sizes = matrices.sizes[0]
+    n, n_ports = int(sizes.n), int(sizes.n_ports)
+    rows = n_rows(n, n_ports)
+    at = slot * slot_size(n, n_ports) + 2 * n * n + level * level_size(n, n_ports)
+    return Level(
+        part(matrices.memory, at, REAL, (rows, 2 * n)),
+        part(matrices.memory, at + rows * 2 * n, REAL, (rows, n_columns(n_ports))),
+    )
+
+
+@views
+def coefficients_at(matrices: StepMatrices, slot: int) -> SlotCoefficients:
+    """Return K and C at the speed of a slot."""
+    n = int(matrices.sizes[0].n)
+    return SlotCoefficients(
+        part(matrices.memory, slot * slot_size(n, int(matrices.sizes[0].n_ports)), REAL, (2 * n, n)),
+    )
+
+
+@views
+def inner_motion(matrices: StepMatrices, slot: int, level: int) -> InnerMotion:
+    """Return P up to the inner Lobatto points of a level; they are kept of two levels at a time."""
+    n, n_ports = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports)
+    rows = n_rows(n, n_ports)
+    at = slot * slot_size(n, n_ports) + 2 * n * n + MAX_LEVELS * level_size(n, n_ports) + 2 * (level % 2) * rows * 2 * n
+    return InnerMotion(
+        part(matrices.memory, at, REAL, (rows, 2 * n)),
+        part(matrices.memory, at + rows * 2 * n, REAL, (rows, 2 * n)),
+    )
+
+
+@views
+def most_ports(n_bearings: int, n_sites: int) -> int:
+    return n_bearings + 2 * n_sites
+
+
+@views
+def matrices_key_size(n: int, n_bearings: int, n_sites: int) -> int:
+    """Return how many float64 a `MatricesKey` takes, an even number."""
+    return 2 + 2 * n_bearings + N_SITE_KEY * n_sites + 4 * n
+
+
+@views
+def matrices_key_of(array: Array, at: int, n: int, n_bearings: int, n_sites: int) -> MatricesKey:
+    """Return a `MatricesKey` in an array from `at` on."""
+    bearings = at + 2
+    sites = bearings + 2 * n_bearings
+    return MatricesKey(
+        part(array, at, REAL, matrices_key_size(n, n_bearings, n_sites)),
+        part(array, at, REAL, 1),
+        part(array, bearings, REAL, (n_bearings, 2)),
+        part(array, sites, SITE_KEY, n_sites),
+        part(array, sites + N_SITE_KEY * n_sites, REAL, (3, n)),
+    )
+
+
+@views
+def pieces_size(n: int, n_bearings: int, n_sites: int) -> int:
+    """Return how many float64 the scratch of a piece takes at most."""
+    n_ports = most_ports(n_bearings, n_sites)
+    n, rows, columns = n + 2 * n_sites, n_rows(n + 2 * n_sites, n_ports), n_columns(n_ports)
+    return rows + 8 * n + 8 * columns + (2 * N_LOBATTO * n_ports) * (columns + 3) + (8 + n_sites) * N_LOBATTO
+
+
+@views
+def matrices_size(n: int, n_bearings: int, n_sites: int) -> int:
+    """Return how many float64 a `StepMatrices` takes, an even number."""
+    n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
+    size = N_SIZES + matrices_key_size(n, n_bearings, n_sites) + N_SLOTS * N_SLOT
+    size += 2 * (n_ports + n_bearings + 2 * n_sites) + 2 * pieces_size(n, n_bearings, n_sites)
+    size += 4 * n + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
+    return size + (N_SLOTS * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0)
+
+
+@views
+def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int) -> StepMatrices:
+    """Return a `StepMatrices` in an array from `at` on."""
+    n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
+    n_pieces = 2 * pieces_size(n, n_bearings, n_sites)
+    key = at + N_SIZES
+    slots = key + matrices_key_size(n, n_bearings, n_sites)
+    ports = slots + N_SLOTS * N_SLOT
+    effects = ports + 2 * (n_ports + n_bearings + 2 * n_sites)
+    pieces = effects + 4 * n
+    nodes = pieces + n_pieces
+    equations = nodes + n_sites * N_LOBATTO * N_NODE
+    memory = equations + n_equations * (n_equations + 1)
+    return StepMatrices(
+        part(work, at, SIZES, 1),
+        matrices_key_of(work, key, n, n_bearings, n_sites),
+        part(work, slots, SLOT, N_SLOTS),
+        part(work, ports, REAL, 2 * n_ports),
+        part(work, memory, REAL, N_SLOTS * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0),
+        part(work, effects, REAL, (3, n)),
+        part(work, pieces, REAL, n_pieces),
+        part(work, nodes, NODE, (n_sites, N_LOBATTO)),
+        equations_of(work, equations, n_equations),
+    )
+
+
+@kernel
+def spacing_for(step_size: float) -> float:
+    """Return the spacing of the speeds (rad/s) for steps of this length (s)."""
+    return math.sqrt(8.0 * INTERPOLATION_ERROR) / (GYROSCOPIC * step_size)
+
+
+@kernel
+def grid_speed(matrices: StepMatrices, index: float) -> float:
+    """Return the speed (rad/s) at a place of the grid."""
+    speed: float = index * matrices.sizes[0].spacing
+    return speed
+
+
+@kernel
+def slot_of(index: float) -> int:
+    """Return the slot for a place of the grid."""
+    return int(index - N_SLOTS * math.floor(index / N_SLOTS))
+
+
+@kernel
+def is_for(matrices: StepMatrices, key: MatricesKey) -> bool:
+    """Return whether the matrices are for this key."""
+    return same_bits(matrices.key.values, key.values)
+
+
+@kernel
+def port_of(matrices: StepMatrices, row: int) -> int:
+    """Return the port with the coordinate `row` of its x; add it where there is none."""
+    sizes = matrices.sizes[0]
+    for port in range(int(sizes.n_ports)):
+        if matrices.ports[port] == row:
+            return port
+    matrices.ports[int(sizes.n_ports)] = row
+    sizes.n_ports += 1.0
+    return int(sizes.n_ports) - 1
+
+
+@kernel
+def begin(matrices: StepMatrices, key: MatricesKey) -> None:
+    """Let the matrices be for this key, with no row built."""
+    copy(key.values, matrices.key.values)
+    for slot in matrices.slots:
+        slot.index = math.nan
+        slot.n_rows = 0.0

@@ -1,0 +1,70 @@
+"""Exact motion where spin or retainers are free, or gradients change, beside Runge-Kutta's method in short substeps."""
+
+import numpy as np
+import pytest
+from rotor_cases import BEARINGS, CLEARANCE, both, plant, run
+
+from fmi_export.model import Instance
+from rotor_analysis.rotor_file import load_rotor
+
+SITES = ("rb1", "rb2", "eb1", "eb2")
+FORCES = [f"{site}.{name}" for site in SITES for name in ("f_n", "f_t", "f_n_peak")]
+ORBITS = [f"mb{k}.{axis}" for k in (1, 2) for axis in "xy"]
+WATCHED = [*FORCES, *ORBITS, "speed", "energy.balance", "energy.dissipated", "energy.kinetic"]
+ELASTIC = load_rotor("bath_rig")
+FALL = (
+    both("rb.mu", 0.12) | both("eb.mu", 0.12) | both("eb.enabled", 1) | {"gravity": 9.81, "Omega": 260.0, "d1.u": 5e-4}
+)
+MOUNT = both("rb.housing_mass", 3.0) | both("rb.mount_stiffness_x", 1e7) | both("rb.mount_damping_x", 1e4)
+MOUNT |= both("rb.mount_stiffness_y", 2e7) | both("rb.mount_damping_y", 1e4)
+FALLS = {
+    "free spin": {"spin.free": 1},
+    "mounts": MOUNT,
+    "races and drive": both("rb.race_inertia", 2.5e-4)
+    | both("rb.race_drag", 0.02)
+    | {"spin.free": 1, "drive.gain": 2.0, "drive.torque_limit": 20.0},
+}
+
+
+@pytest.mark.parametrize("case", FALLS)
+def test_an_elastic_rotor_falls_as_in_short_substeps(case):
+    steps = 240
+    values = FALL | FALLS[case]
+    ours = run(plant(values, ELASTIC), steps, WATCHED)
+    integrated = plant(values | {"solver.exact_motion": 0, "solver.max_substep": 7.5e-6}, ELASTIC)
+    expected = run(integrated, steps, WATCHED)
+    forces, orbits = slice(len(FORCES)), slice(len(FORCES), len(FORCES) + 4)
+    peak = expected[:, forces].max()
+    assert peak > 1000.0
+    np.testing.assert_allclose(ours[:, forces], expected[:, forces], atol=1e-3 * peak)
+    np.testing.assert_allclose(ours[:, orbits], expected[:, orbits], atol=1e-4 * CLEARANCE)
+    np.testing.assert_allclose(ours[:, -4], expected[:, -4], rtol=1e-6)
+    assert np.all(np.abs(ours[:, -3]) < 1e-6 * np.max(expected[:, -2:].sum(axis=1)) + 1e-4)
+
+
+def test_gradients_that_change_are_those_of_short_substeps():
+    """Forces of the magnets change in every step, their gradients too; unstable, the bearings' springs hold."""
+    steps, rng = 200, np.random.default_rng(3)
+    given = rng.uniform(-1.0, 1.0, (steps, 2))
+    paths = []
+    for exact in (1, 0):
+        x = plant(BEARINGS | {"Omega": 150.0, "d1.u": 1e-3, "solver.exact_motion": exact, "solver.max_substep": 1e-5})
+        path = np.empty((steps, 5))
+        for n, (force, gradient) in enumerate(given):
+            x["mb1.f_x"], x["mb1.k_xx"], x["mb2.k_yy"] = 100.0 * force, 5e5 * gradient, -5e5 * gradient
+            path[n] = run(x, 1, [*ORBITS, "energy.balance"], start=n * 250e-6)[0]
+        paths.append(path)
+    size = np.max(np.abs(paths[1][:, :4]))
+    np.testing.assert_allclose(paths[0][:, :4], paths[1][:, :4], atol=1e-6 * size)
+    assert np.max(np.abs(paths[0][:, 4])) < 1e-6 * x["energy.kinetic"] + 1e-9
+
+
+def test_a_restored_state_goes_on_to_the_last_bit():
+    values = FALL | FALLS["free spin"]
+    x = plant(values, ELASTIC)
+    run(x, 100)
+    fresh = Instance(x.model, x.constants)
+    fresh.values[:] = x.values
+    fresh.initialise()
+    fresh.state[:] = x.state
+    np.testing.assert_array_equal(run(fresh, 20, WATCHED), run(x, 20, WATCHED))
