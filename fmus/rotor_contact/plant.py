@@ -51,7 +51,7 @@ FAULT_OFFSET = 11  # plus the site
 MAX_SITES = 99 - FAULT_OFFSET + 1
 
 STABLE = 2.5  # times the start value of solver.max_substep: Runge-Kutta's method is stable up to 2.8 rad of a mode
-LEAST_SUBSTEPS = 4.0  # that a step would take at least, or they cost less than matrices
+FEW_SUBSTEPS = 4.0  # that cost less than matrices
 TURN = 2.0 * math.pi
 
 
@@ -161,7 +161,7 @@ def step(
         for site in scratch.sites:
             site.f_n_peak = 0.0  # without what `propagate` may have begun
     by_pieces = not is_done and not linear and p.own[0].solver.exact_motion != 0.0
-    by_pieces = by_pieces and step_size >= LEAST_SUBSTEPS * p.own[0].solver.max_substep
+    by_pieces = by_pieces and step_size > FEW_SUBSTEPS * p.own[0].solver.max_substep
     if by_pieces and not is_any_compliant(scratch.sites):
         share = steps_with_matrices(motion, scratch.sites, step_size, x.matrices_key, head) / STEPS_BEFORE_BUILD
         if share > 0.0 and update_matrices(
