@@ -30,10 +30,24 @@ def test_a_scenario_file_with_mistakes_says_each(runner, tmp_path):
     ]
 
 
-def test_list_names_every_scenario(runner):
-    result = runner("list")
-    assert result.exit_code == 0
-    assert all(name in result.stdout for name in packaged_scenarios())
+def test_list_has_one_line_for_each_scenario(runner):
+    lines = runner("list").stdout.splitlines()
+    assert all(sum(line.split()[:1] == [name] for line in lines) == 1 for name in packaged_scenarios())
+
+
+def test_list_finds_scenarios_that_have_all_words(runner):
+    found = runner("list", "--filter", "seal RECOVERS").stdout
+    assert {word for word in found.split() if word in packaged_scenarios()} == {
+        "compressor_touchdown",
+        "compressor_levitated_touchdown",
+    }
+    assert "no scenario and no sweep has the words" in runner("list", "--filter", "xyzzy").stderr
+
+
+def test_list_tells_all_of_one_scenario_or_names_the_nearest(runner):
+    told = runner("list", "compressor_touchdown").stdout
+    assert all(word in told for word in ("theme", "rubs at its seal", "Timbo", "compressor_touchdown.toml"))
+    assert "did you mean compressor_touchdown" in runner("list", "compressor_touchdow").stderr
 
 
 @pytest.mark.parametrize("arguments", [("list",), ("run", "fig4_9", "--until", "0.01", "--no-plots", "-o", "out")])

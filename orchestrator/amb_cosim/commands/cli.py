@@ -15,6 +15,7 @@ from amb_cosim.commands import (
     controller,
     export,
     identify,
+    listing,
     live,
     report,
     robustness,
@@ -50,6 +51,7 @@ def main() -> None:
 
 for command in (
     *run.COMMANDS,
+    *listing.COMMANDS,
     *compare.COMMANDS,
     *animate.COMMANDS,
     *build.COMMANDS,

@@ -1,4 +1,4 @@
-"""Commands that run scenarios and systems, and list scenarios."""
+"""Commands that run scenarios and systems."""
 
 from __future__ import annotations
 
@@ -118,38 +118,4 @@ def _simulate(system_file: Path, output: Path | None, **options: Any) -> None:
     tell_failure(result.outcome, folder)
 
 
-@click.command("list")
-def list_scenarios() -> None:
-    """List the scenarios and the ready sweeps, pack by pack."""
-    from rich.console import Console
-    from rich.table import Table
-
-    from amb_cosim.scenario.scenario import load_scenarios
-    from amb_cosim.studies.stored_robustness import known_outcomes
-    from amb_cosim.sweeps.ready import ready_sweeps
-    from amb_files.pack_file import pack_files
-    from amb_files.packs import files_of, packs
-
-    with refusing():
-        scenarios, sweeps, said, known = load_scenarios(), ready_sweeps(), pack_files(), known_outcomes()
-    verdicts = {name: f"{one.outcome.partition(',')[0]}, {one.verdict}" for name, one in known.items()}
-    rows = [
-        (files_of("scenarios")[name], one.description, verdicts.get(name, ""), one.source)
-        for name, one in scenarios.items()
-    ]
-    rows += [
-        (files_of("sweeps")[name], one.description, "", f"sweep of {one.scenario}") for name, one in sweeps.items()
-    ]
-    for pack, folder in packs().items():
-        table = Table(box=None, pad_edge=False, title_justify="left")
-        table.title = f"{pack}: {said[pack].description}" if pack in said else pack
-        for column in ("name", "description", "outcome", "source"):
-            table.add_column(column, no_wrap=column == "name")
-        for file, *texts in rows:
-            if file.parents[1] == folder:
-                table.add_row(file.stem, *texts)
-        if table.row_count:
-            Console().print(table)
-
-
-COMMANDS = (run, simulate, list_scenarios)
+COMMANDS = (run, simulate)

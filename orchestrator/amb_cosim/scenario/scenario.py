@@ -119,12 +119,13 @@ class Scenario(Table):
     stable, forces are not linear, or housings, races or the speed move.
     Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
     unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs match
-    any characters and any one character.
+    any characters and any one character. Lists of scenarios are grouped by `theme`.
     """
 
     name: str = "scenario"
     description: str = ""
     source: str = ""
+    theme: str = ""
     system: str = "levitated"
     rotor: str | None = None
     receptances: str | None = None

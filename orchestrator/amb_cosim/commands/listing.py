@@ -1,0 +1,104 @@
+"""The command that lists scenarios and ready sweeps, a line each, or tells all of one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import click
+
+from amb_cosim.commands.cli_errors import refusing
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+SWEEPS = "sweeps"  # theme of sweeps
+OTHERS = "others"  # theme of scenarios that tell none
+
+
+class Entry(NamedTuple):
+    """A scenario or a sweep: what is said of it, and by which words it is found."""
+
+    name: str
+    file: Path
+    theme: str
+    description: str
+    outcome: str
+    source: str
+
+    def has(self, words: tuple[str, ...]) -> bool:
+        """Whether all words are somewhere in what is said of it."""
+        text = " ".join((self.name, self.theme, self.description, self.outcome, self.source)).lower()
+        return all(word in text for word in words)
+
+
+@click.command("list")
+@click.argument("name", required=False)
+@click.option("--filter", "words", metavar="WORDS", default="", help="Only those that have all these words.")
+def list_scenarios(name: str | None, words: str) -> None:
+    """List the scenarios and the ready sweeps, a line each, or tell all of the one called NAME."""
+    from rich.console import Console
+
+    from amb_files.pack_file import pack_files
+    from amb_files.packs import packs
+    from amb_files.suggestions import suggest
+
+    with refusing():
+        entries, said = list(_entries()), pack_files()
+        if name is not None:
+            one = next((entry for entry in entries if entry.name == name), None)
+            if one is None:
+                names = [entry.name for entry in entries]
+                raise ValueError(f"there is no scenario and no sweep {name}; {suggest(name, names)}")
+            _tell(one)
+            return
+        wanted = tuple(words.lower().split())
+        entries = [entry for entry in entries if entry.has(wanted)]
+        if not entries:
+            raise ValueError(f"no scenario and no sweep has the words {words!r}")
+    console, width = Console(), max(len(entry.name) for entry in entries)
+    for pack, folder in packs().items():
+        of_pack = [entry for entry in entries if entry.file.parents[1] == folder]
+        if of_pack:
+            _line(console, f"{pack}: {said[pack].description}" if pack in said else pack, style="bold")
+        for theme in sorted({entry.theme for entry in of_pack}, key=lambda theme: (theme == SWEEPS, theme)):
+            _line(console, f"  {theme}", style="italic")
+            for entry in of_pack:
+                if entry.theme == theme:
+                    _line(console, f"    {entry.name:{width}}  {entry.description}")
+    _line(console, "amb-cosim list NAME tells all of one; amb-cosim run NAME and amb-cosim sweep NAME run it.")
+
+
+def _entries() -> Iterator[Entry]:
+    """Give the scenarios and the sweeps of all packs."""
+    from amb_cosim.scenario.scenario import load_scenarios
+    from amb_cosim.studies.stored_robustness import known_outcomes
+    from amb_cosim.sweeps.ready import ready_sweeps
+    from amb_files.packs import files_of
+
+    known, files = known_outcomes(), files_of("scenarios")
+    for name, one in load_scenarios().items():
+        outcome = f"{known[name].outcome}; {known[name].verdict}" if name in known else ""
+        yield Entry(name, files[name], one.theme or OTHERS, one.description, outcome, one.source)
+    files = files_of("sweeps")
+    for name, ready in ready_sweeps().items():
+        yield Entry(name, files[name], SWEEPS, ready.description, "", f"sweep of {ready.scenario}")
+
+
+def _line(console: Console, text: str, style: str | None = None) -> None:
+    """Print a line, cut where a terminal ends."""
+    if console.is_terminal:
+        console.print(text, style=style, no_wrap=True, overflow="ellipsis", markup=False, highlight=False)
+    else:
+        click.echo(text)
+
+
+def _tell(entry: Entry) -> None:
+    """Print all that is said of a scenario or a sweep."""
+    for label in ("name", "theme", "description", "outcome", "source", "file"):
+        if text := str(getattr(entry, label)):
+            click.echo(f"{label:12} {text}")
+
+
+COMMANDS = (list_scenarios,)
