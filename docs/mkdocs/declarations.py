@@ -1,6 +1,6 @@
 """MkDocs hook: writes reference pages from declarations.
 
-{{ keys of MODULE.CLASS }}       the keys of a TOML file: type, unit, default and limits, as the classes declare them
+{{ keys of MODULE.CLASS }}       the keys of a TOML file, as classes declare them and the texts below fields tell
 {{ names of MODULE }}            the documentation of every public function and class of a module, by mkdocstrings
 {{ outcomes of PACK }}           a table of the pack's scenarios: outcome, robust or fragile, what flips it
 {{ statements }}                 those of the thesis, by the tables that `amb-cosim report` left in results/report
@@ -8,12 +8,17 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import re
+import textwrap
 from collections.abc import Iterator, Mapping
+from dataclasses import is_dataclass
 from importlib import import_module
 from inspect import isclass, isfunction
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 from pydantic import TypeAdapter
 
@@ -75,7 +80,8 @@ def keys_of(form: type[Any]) -> str:
     """Return the sections of a file's form: a pydantic model or dataclass, and those that it holds."""
     schema = TypeAdapter(form).json_schema()
     forms: dict[str, Schema] = schema.get("$defs", {})
-    sections = [_section(schema)]
+    meanings = {one.__name__: meanings_of(one) for one in _forms_in(form)}
+    sections = [_section(schema, meanings[form.__name__])]
     done: list[tuple[str, str]] = []
     waiting = list(_tables("", schema))
     while waiting:
@@ -83,27 +89,65 @@ def keys_of(form: type[Any]) -> str:
         if name not in [other for _, other in done]:
             places = [place for place, _ in (*waiting, *done)]
             title = f"`{path}` ({name})" if path in places else f"`{path}`"
-            sections.append(f"## {title}\n\n" + _section(forms[name]))
+            sections.append(f"## {title}\n\n" + _section(forms[name], meanings[name]))
             waiting = [*_tables(path.strip("[]"), forms[name]), *waiting]
             done.append((path, name))
     return "\n\n".join(sections)
 
 
-def _section(schema: Schema) -> str:
+def meanings_of(form: type[Any]) -> dict[str, str]:
+    """Return what the keys of a form mean: the docstrings below its fields, and below those that it inherits."""
+    found: dict[str, str] = {}
+    for one in reversed(form.__mro__[:-1]):
+        if one.__module__.partition(".")[0] not in ("pydantic", "builtins"):
+            body = ast.parse(textwrap.dedent(inspect.getsource(one))).body[0].body  # type: ignore[attr-defined]
+            for field, text in pairwise(body):
+                if (
+                    isinstance(field, ast.AnnAssign)
+                    and isinstance(text, ast.Expr)
+                    and isinstance(text.value, ast.Constant)
+                ):
+                    found[_key_of(one, field.target.id)] = " ".join(str(text.value.value).split())  # type: ignore[union-attr]
+    return found
+
+
+def _key_of(form: type[Any], field: str) -> str:
+    """The key of a field in a file, which may have another name than in Python."""
+    declared = getattr(form, "model_fields", {}).get(field)
+    return declared.alias if declared is not None and declared.alias else field
+
+
+def _forms_in(form: type[Any]) -> set[type[Any]]:
+    """The form and those that it holds, however deep."""
+    found: set[type[Any]] = set()
+    waiting: list[Any] = [form]
+    while waiting:
+        one = waiting.pop()
+        if isclass(one) and (hasattr(one, "model_fields") or is_dataclass(one)) and one not in found:
+            found.add(one)
+            waiting += get_type_hints(one).values()
+        waiting += get_args(one)
+    return found
+
+
+def _section(schema: Schema, meanings: Mapping[str, str]) -> str:
     """The docstring and the table of keys of one form."""
     text = re.sub(r"\n\nRaises\n-+\n.*", "", schema.get("description", ""), flags=re.DOTALL)
-    rows = [_row(key, value, key in schema.get("required", ())) for key, value in schema["properties"].items()]
-    head = ["| key | type | unit | default | allowed |", "| --- | --- | --- | --- | --- |"]
+    required = schema.get("required", ())
+    rows = [_row(key, meanings.get(key, ""), value, key in required) for key, value in schema["properties"].items()]
+    head = ["| key | meaning | type | unit | default | allowed |", "| --- " * 6 + "|"]
     return "\n".join([*([text, ""] if text else []), *head, *rows])
 
 
-def _row(key: str, schema: Schema, required: bool) -> str:
+def _row(key: str, meaning: str, schema: Schema, required: bool) -> str:
     leaves = list(_leaves(schema))
     units = dict.fromkeys(leaf["unit"] for leaf in leaves if "unit" in leaf)
     limits = dict.fromkeys(f"{sign} {leaf[name]:g}" for leaf in leaves for name, sign in LIMITS.items() if name in leaf)
     choices = [f"`{choice}`" for leaf in leaves for choice in leaf.get("enum", ())]
     default = "required" if required else _default(schema)
-    return f"| `{key}` | {_type(schema)} | {', '.join(units)} | {default} | {', '.join([*limits, *choices])} |"
+    return (
+        f"| `{key}` | {meaning} | {_type(schema)} | {', '.join(units)} | {default} | {', '.join([*limits, *choices])} |"
+    )
 
 
 def _leaves(schema: Schema) -> Iterator[Schema]:

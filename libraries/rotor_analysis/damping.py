@@ -26,20 +26,21 @@ N_RIGID = 2  # modes of the free rotor in one plane: translation and tilting
 class Damping:
     """Damping of a rotor without its bearings. What is given adds up.
 
-    `mass` (1/s) and `stiffness` (s) multiply the shaft's mass and stiffness matrices. `modal` holds damping ratios of
-    the elastic modes of the free rotor, the lowest first; the last one holds for all modes beyond. `loss_factor` is of
-    hysteretic material damping, eta = energy lost per cycle / (2 pi greatest strain energy): each elastic mode gets the
-    viscous damping of equal loss at its own frequency, zeta = eta / 2.
-
-    `rotating` is the share of these that turns with the shaft, as the damping of its material and of its fits does, and
-    drives whirl that is slower than the spin. Damping by `mass` is that of the surroundings and never turns.
+    Each elastic mode gets of hysteretic damping the viscous damping of equal loss at its own frequency, zeta = eta / 2.
+    Damping that turns with the shaft, as that of its material and of its fits does, drives whirl that is slower than
+    the spin.
     """
 
     mass: Rate = 0.0
+    """Multiplies the shaft's mass matrix: damping by the surroundings, which never turns."""
     stiffness: Time = 0.0
+    """Multiplies the shaft's stiffness matrix."""
     modal: Ratios = ()
+    """Damping ratios of the elastic modes of the free rotor, the lowest first; the last one holds for all beyond."""
     loss_factor: Ratio = 0.0
+    """eta = energy lost per cycle / (2 pi greatest strain energy) of hysteretic material damping."""
     rotating: Share = 1.0
+    """Share of all but `mass` that turns with the shaft."""
 
     def ratios(self, count: int) -> Array:
         """Return the damping ratios of the first `count` elastic modes by `modal` and `loss_factor`, shape (count,)."""

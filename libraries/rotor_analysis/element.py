@@ -23,11 +23,14 @@ PoissonsRatio = Annotated[StrictFloat, Gt(-1.0), Lt(0.5)]
 
 @table
 class Material:
-    """An isotropic material: Young's modulus E (Pa), density rho (kg/m^3), Poisson's ratio nu."""
+    """An isotropic material."""
 
     youngs_modulus: YoungsModulus
+    """E."""
     density: Density
+    """rho."""
     poissons_ratio: PoissonsRatio
+    """nu."""
 
     @property
     def shear_modulus(self) -> float:

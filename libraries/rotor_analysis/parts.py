@@ -58,35 +58,44 @@ class _Placed:
 
 @table
 class Body(_Placed):
-    """A rigid body on the shaft at `node` (counted from 1) or `z` (m): mass (kg), inertias (kg m^2).
-
-    `unbalance` makes it a plane of unbalance and external force of the plant, with the inputs NAME.u, NAME.phi,
-    NAME.f_x and NAME.f_y; a plane that carries nothing else has mass 0.
-    """
+    """A rigid body on the shaft. A plane of unbalance that carries nothing else has mass 0."""
 
     name: Name
+    """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
+    """Node number, from 1, unless `z` is given."""
     mass: Mass
+    """Mass."""
     diametral_inertia: Inertia
+    """Moment of inertia about a diameter."""
     polar_inertia: Inertia
+    """Moment of inertia about the axis."""
     unbalance: StrictBool = False
+    """Whether it is a plane of unbalance and external force of the plant, with the inputs NAME.u, NAME.phi, NAME.f_x
+    and NAME.f_y."""
     z: Position | None = None
+    """Position along the shaft, in place of `node`; the shaft then has a node there."""
 
 
 @table
 class Disc(_Placed):
-    """A homogeneous rigid disc or core on the shaft at `node` or `z` (m): mass (kg), radius and width (m).
-
-    `unbalance` is that of a `Body`.
-    """
+    """A homogeneous rigid disc or core on the shaft."""
 
     name: Name
+    """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
+    """Node number, from 1, unless `z` is given."""
     mass: Mass
+    """Mass."""
     radius: Size
+    """Outer radius."""
     width: Size
+    """Length along the shaft."""
     unbalance: StrictBool = False
+    """Whether it is a plane of unbalance and external force of the plant, with the inputs NAME.u, NAME.phi, NAME.f_x
+    and NAME.f_y."""
     z: Position | None = None
+    """Position along the shaft, in place of `node`; the shaft then has a node there."""
 
     @property
     def diametral_inertia(self) -> float:
@@ -114,28 +123,36 @@ BodyOrDisc = Annotated[
 
 @table
 class AtSpeed:
-    """Stiffness (N/m) and damping (N s/m) of a bearing at one spin speed (rad/s)."""
+    """Coefficients of a bearing at one spin speed."""
 
     speed: Annotated[StrictFloat, Moderate, Unit("rad/s")]
+    """Spin speed."""
     stiffness: TensorOrNumber = NO_TENSOR
+    """2 x 2 stiffness (N/m) or one number."""
     damping: TensorOrNumber = NO_TENSOR
+    """2 x 2 damping (N s/m) or one number."""
 
 
 @table
 class Bearing(_Placed):
-    """A linear bearing at `node` or `z` (m): 2 x 2 stiffness (N/m) and damping (N s/m), or one number for both axes.
+    """A linear bearing. The tensors are cross-coupled where they are not diagonal; one number is for both axes.
 
-    The tensors are cross-coupled where they are not diagonal. `at_speed` gives them over the spin speed instead. The
-    analyses place the rotor on this bearing. In co-simulation the forces of the bearings come from another component,
-    and only the place counts.
+    The analyses place the rotor on this bearing. In co-simulation the forces of the bearings come from another
+    component, and only the place counts.
     """
 
     name: Name
+    """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
+    """Node number, from 1, unless `z` is given."""
     stiffness: TensorOrNumber = NO_TENSOR
+    """2 x 2 stiffness [[xx, xy], [yx, yy]] or one number (N/m)."""
     damping: TensorOrNumber = NO_TENSOR
+    """2 x 2 damping or one number (N s/m)."""
     z: Position | None = None
+    """Position along the shaft, in place of `node`; the shaft then has a node there."""
     at_speed: tuple[AtSpeed, ...] = ()
+    """Coefficients over the spin speed, in place of those above: ascending, a spline between."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -165,31 +182,36 @@ class Bearing(_Placed):
 
 @table
 class Site(_Placed):
-    """A place at `node` or `z` (m) where the rotor can touch, with radial `clearance` (m).
-
-    `journal_radius` (m) is that of the shaft there by default. `bearing` names the bearing whose retainer it is.
-    """
+    """A place where the rotor can touch."""
 
     name: Name
+    """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
+    """Node number, from 1, unless `z` is given."""
     clearance: Length = DEFAULT_CLEARANCE
+    """Radial clearance."""
     journal_radius: Size | None = None
+    """Radius of the rotor where it touches; that of the shaft by default."""
     bearing: Name | None = None
+    """Bearing whose retainer it is."""
     z: Position | None = None
+    """Position along the shaft, in place of `node`; the shaft then has a node there."""
 
 
 @table
 class Sensor(_Placed):
-    """A plane at `node` or `z` (m) where displacement is measured.
-
-    `x` and `y` name the plant's two variables, NAME.x and NAME.y by default.
-    """
+    """A plane where displacement is measured."""
 
     name: Name
+    """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
+    """Node number, from 1, unless `z` is given."""
     x: Variable = ""
+    """Name of the plant's variable along x; NAME.x by default."""
     y: Variable = ""
+    """The same along y; NAME.y by default."""
     z: Position | None = None
+    """Position along the shaft, in place of `node`; the shaft then has a node there."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -28,18 +28,18 @@ KINDS = ("bodies", "bearings", "sites", "sensors")
 
 @table
 class ReductionOptions:
-    """How the plant's model is made.
-
-    `msdc` condenses it to the translations at the nodes `masters`, `craig_bampton` keeps as many `modes` of the rotor
-    held there too, `none` keeps the full model; by default it is `msdc` where masters are named, else `craig_bampton`.
-    Where masters or modes are not named, they are chosen so that the
-    relative error of the first natural frequencies is within `accuracy`.
-    """
+    """How the plant's model is made. Where masters or modes are not named, they are chosen for `accuracy`."""
 
     method: Method | None = None
+    """`msdc` condenses it to the translations at the nodes `masters`, `craig_bampton` keeps as many `modes` of the
+    rotor held there too, `none` keeps the full model; by default `msdc` where masters are named, else
+    `craig_bampton`."""
     masters: tuple[Node, ...] = ()
+    """Nodes whose translations are kept; bearings and sites among them."""
     modes: Annotated[StrictInt, Ge(0)] | None = None
+    """Modes of the rotor held at its masters."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
+    """Relative error of the first natural frequencies that is allowed."""
 
     def __post_init__(self) -> None:
         if self.method is None:
@@ -54,10 +54,12 @@ class ReductionOptions:
 
 @table
 class Mesh:
-    """How fine the elements are: so that halving them moves none of the first `modes` by more than `accuracy`."""
+    """How fine the elements are: so that halving them moves no mode by more than allowed."""
 
     modes: Annotated[StrictInt, Ge(1)] = 6
+    """How many modes, from the lowest."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-4
+    """Relative change of their frequencies that is allowed."""
 
 
 @table
@@ -74,15 +76,25 @@ class Rotor:
     """
 
     name: StrictStr
+    """Name, in figures and reports."""
     shaft: ShaftOrSections
+    """Nodes or sections, material and theory."""
     bodies: tuple[BodyOrDisc, ...] = ()
+    """Rigid bodies and discs on the shaft."""
     bearings: tuple[Bearing, ...] = ()
+    """Linear bearings, for the analyses; in co-simulation only their places count."""
     sites: tuple[Site, ...] = ()
+    """Places where the rotor can touch."""
     sensors: tuple[Sensor, ...] = ()
+    """Planes where displacement is measured."""
     reduction: ReductionOptions = ReductionOptions()
+    """How the plant's model is made."""
     materials: dict[Name, Material] = field(default_factory=dict)
+    """Materials by name, which elements and sleeves may be of."""
     mesh: Mesh | None = None
+    """How fine the elements are, in place of the nodes as they are."""
     damping: Damping = Damping()
+    """Damping of the rotor without its bearings."""
 
     def __post_init__(self) -> None:
         wrong = [*self._misplaced(), *self._misnamed()]

@@ -43,14 +43,20 @@ PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in
 
 @table
 class ShaftSection:
-    """A piece of shaft: length, diameter and inner diameter (m), those at its other end if it is a cone, material."""
+    """A piece of shaft."""
 
     length: Length
+    """Its length."""
     diameter: Length
+    """Outer diameter, at the beginning of a cone."""
     inner_diameter: Size = 0.0
+    """Inner diameter."""
     diameter_end: Length | None = None
+    """Outer diameter at the other end of a cone."""
     inner_diameter_end: Size | None = None
+    """Inner diameter there."""
     material: Name | None = None
+    """Name of one of the `materials`; the shaft's own without."""
 
     def __post_init__(self) -> None:
         _give_ends(self)
@@ -58,18 +64,22 @@ class ShaftSection:
 
 @table
 class Sleeve:
-    """A ring from z = `begin` to `end` (m) that bends with the shaft: diameters (m), conical or not, and material.
-
-    The material is that of the shaft unless it is named.
-    """
+    """A ring that bends with the shaft, conical or not."""
 
     begin: Position
+    """Where it begins, z."""
     end: Position
+    """Where it ends."""
     diameter: Length
+    """Outer diameter, at the beginning of a cone."""
     inner_diameter: Size
+    """Inner diameter."""
     diameter_end: Length | None = None
+    """Outer diameter at the other end of a cone."""
     inner_diameter_end: Size | None = None
+    """Inner diameter there."""
     material: Name | None = None
+    """Name of one of the `materials`; the shaft's own without."""
 
     def __post_init__(self) -> None:
         require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, its begin")

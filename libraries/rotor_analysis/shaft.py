@@ -26,29 +26,34 @@ MaterialNames = Annotated[tuple[Name | None, ...], BeforeValidator(as_tuple)]
 
 @table
 class Shaft:
-    """A stepped circular shaft.
-
-    `nodes` are the axial positions z (m) of the finite-element nodes, ascending. `diameter` and `inner_diameter` (m)
-    hold one value for each element, or one for all; `diameter_end` and `inner_diameter_end` those at the other end of
-    elements that are cones. Elements are of the rotor's `material` that they name, the others of E (Pa), density
-    (kg/m^3) and Poisson's ratio given here. `theory` is `timoshenko`, with the `shear` coefficient of Cowper or of
-    Hutchinson, or `rayleigh` without shear deformation. `mass_matrix` is `diagonal` or `consistent`. `sleeves` bend
-    with the shaft.
-    """
+    """A stepped circular shaft. Elements without a material of their own are of the one that is given here."""
 
     nodes: tuple[Position, ...]
+    """Positions z of the nodes, ascending."""
     diameter: Diameters
+    """One for each element, or one for all."""
     youngs_modulus: YoungsModulus | None = None
+    """E of elements without a named material."""
     density: Density | None = None
+    """rho of these."""
     poissons_ratio: PoissonsRatio | None = None
+    """nu of these."""
     inner_diameter: InnerDiameters = (0.0,)
+    """One for each element, or one for all."""
     theory: Theory = "timoshenko"
+    """`timoshenko`, or `rayleigh` without shear deformation."""
     diameter_end: Diameters = ()
+    """Diameters at the other end of elements that are cones."""
     inner_diameter_end: InnerDiameters = ()
+    """Inner diameters there."""
     material: MaterialNames = ()
+    """Names of `materials`, one for each element or one for all."""
     shear: Shear = "cowper"
+    """Whose shear coefficient: Cowper's or Hutchinson's."""
     mass_matrix: MassModel = "diagonal"
+    """`diagonal` or `consistent`."""
     sleeves: tuple[Sleeve, ...] = ()
+    """Rings that bend with the shaft."""
 
     def __post_init__(self) -> None:
         ascending = all(b > a for a, b in pairwise(self.nodes))
@@ -153,20 +158,26 @@ class Shaft:
 
 @table
 class SectionedShaft:
-    """A shaft given by its sections from z = 0; it has nodes at their ends. All else is as for a `Shaft`.
-
-    `material` names that of the sections and sleeves that name none of their own.
-    """
+    """A shaft given by its sections from z = 0; it has nodes at their ends."""
 
     sections: Annotated[tuple[ShaftSection, ...], MinLen(1)]
+    """The sections, one after the other."""
     youngs_modulus: YoungsModulus | None = None
+    """E of sections without a named material."""
     density: Density | None = None
+    """rho of these."""
     poissons_ratio: PoissonsRatio | None = None
+    """nu of these."""
     theory: Theory = "timoshenko"
+    """`timoshenko`, or `rayleigh` without shear deformation."""
     material: Name | None = None
+    """Material of the sections and sleeves that name none of their own."""
     shear: Shear = "cowper"
+    """Whose shear coefficient: Cowper's or Hutchinson's."""
     mass_matrix: MassModel = "consistent"
+    """`diagonal` or `consistent`."""
     sleeves: tuple[Sleeve, ...] = ()
+    """Rings that bend with the shaft."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sleeves", _of_material(self.sleeves, self.material))

@@ -1,6 +1,7 @@
 """What the site renders: equations, and pages written from declarations."""
 
 import logging
+import re
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
@@ -14,6 +15,9 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "mkdocs"))
 import declarations
 import equations
 
+from amb_cosim.assessment.statements import Statements
+from amb_cosim.cosim.system_tables import SystemTable
+from amb_cosim.scenario.scenario import Scenario
 from rotor_analysis.rotor import Rotor
 
 PAGE = (
@@ -40,10 +44,17 @@ def test_an_equation_that_cannot_be_rendered_is_a_warning_of_mkdocs(tex, caplog)
 def test_keys_of_a_file_have_units_limits_and_defaults():
     page = declarations.keys_of(Rotor)
     bearing = page[page.index("## `[[bodies]]` (Body)") :]
-    assert "| `mass` | number | kg | required | >= 0 |" in bearing
-    assert "| `clearance` | number | m | `0.0005` | > 0 |" in page
-    assert "| `theory` | text |  | `timoshenko` | `timoshenko`, `rayleigh` |" in page
+    assert "| `mass` | Mass. | number | kg | required | >= 0 |" in bearing
+    assert "| `clearance` | Radial clearance. | number | m | `0.0005` | > 0 |" in page
+    assert "| text |  | `timoshenko` | `timoshenko`, `rayleigh` |" in page
     assert "## `[materials.NAME]`" in page
+
+
+@pytest.mark.parametrize("form", [Rotor, Scenario, SystemTable, Statements])
+def test_every_key_of_a_file_says_what_it_means(form):
+    rows = re.findall(r"^\| `(\w+)` \| (.*?) \|", declarations.keys_of(form), re.MULTILINE)
+    assert rows
+    assert [key for key, meaning in rows if not meaning] == []
 
 
 def test_every_public_name_is_documented():

@@ -27,31 +27,28 @@ Relation = Literal["equal", "below", "above"]
 
 
 class Source(Table):
-    """A run of a scenario or a study, from which statements are computed.
-
-    scenario, set, end_cycle
-        Name of a scenario, values that replace its own, and the cycle at which the run ends in place of its own.
-    unbalance_factor, rotor, rotor_file
-        Factor on all unbalances in place of the scenario's, tables that replace those of its rotor file, and the name
-        of a rotor in place of its own.
-    study, arguments
-        Name of a study, of `amb_cosim.studies` or `model_inputs`, and its arguments.
-    title
-        One line about it, in place of the scenario's or the study's own.
-    reading
-        What differs from the words of the source, where they leave something open or do not lead to what they report.
-    """
+    """A run of a scenario or a study, from which statements are computed."""
 
     scenario: str = ""
+    """Name of a scenario; either this or `study`."""
     set: Values = Field(default={})
+    """Values that replace its own."""
     end_cycle: float | None = Field(default=None, gt=0.0)
+    """Cycle at which the run ends, in place of its own."""
     unbalance_factor: float | None = Field(default=None, gt=0.0)
+    """Factor on all unbalances, in place of the scenario's."""
     rotor: dict[str, dict[str, Any]] = Field(default={})
+    """Tables that replace those of its rotor file."""
     rotor_file: str = ""
+    """Name of a rotor in place of its own."""
     study: str = ""
+    """Name of a study of `amb_cosim.studies`, or `model_inputs`."""
     arguments: Values = Field(default={})
+    """Arguments of the study."""
     title: str = ""
+    """One line about it, in place of the scenario's or the study's own."""
     reading: str = ""
+    """What differs from the words of the source, where they leave something open or do not lead to what they report."""
 
     @model_validator(mode="after")
     def _is_one(self) -> Source:
@@ -61,67 +58,63 @@ class Source(Table):
 
 
 class Reading(Table):
-    """Another way to compute a statement: its source, and quantity and arguments where they differ; `how` in words."""
+    """Another way to compute a statement."""
 
     source: str
+    """Its source."""
     quantity: str = ""
+    """Its quantity, where it differs."""
     arguments: Values | None = None
+    """Arguments of the quantity, where they differ."""
     how: str = ""
+    """The same in words."""
 
 
 class Statement(Table):
-    """One number, list, outcome or picture of a source.
-
-    key, where, what
-        Name, whose first part is that of a figure, a table or another group of statements; place in the source, such as
-        `Table 2`; and content in the project's words.
-    value, unit, relation
-        What is stated; a list for a row of a table. With `below` and `above` it is a limit.
-    tolerance, absolute
-        How far our value may be from it, relative to it and in its unit; the larger one counts.
-    because
-        Why the tolerance is what it is.
-    source, quantity, arguments
-        What it is computed from, and the quantity of that.
-    reading
-        Other ways to compute it, tried in turn where the first one misses.
-    beside
-        Other ways that are shown beside, and not judged.
-    converged
-        Source of the same quantity on a model with more modes, shown and judged in a column of its own.
-    given
-        Whether the model takes the value over as an input.
-    definition
-        Whether any model must meet it: a conversion of units, a kinematic identity, a formula of the source itself.
-    inferred
-        What is read into the words of the source where they do not say it: a number for a word, a comparison.
-    why
-        Why it is missed, where it is.
-    picture, missing
-        What a figure without numbers shows; why a statement is not computed.
-    """
+    """One number, list, outcome or picture of a source."""
 
     key: str = Field(pattern=r"^[a-z0-9_]+\.[a-z0-9_]+$")
+    """Name, whose first part is that of a figure, a table or another group of statements."""
     where: str = Field(min_length=1)
+    """Place in the source, such as `Table 2`."""
     what: str
+    """Content, in the project's words."""
     value: Expected | None = None
+    """What is stated; a list for a row of a table."""
     unit: str = ""
+    """Its unit."""
     relation: Relation = "equal"
+    """With `below` and `above` the value is a limit."""
     tolerance: float = Field(default=0.0, ge=0.0)
+    """How far our value may be from it, relative to it; of this and `absolute` the larger one counts."""
     absolute: float = Field(default=0.0, ge=0.0)
+    """The same in its unit."""
     because: str = ""
+    """Why the tolerance is what it is."""
     source: str = ""
+    """What it is computed from."""
     quantity: str = ""
+    """Which quantity of that."""
     arguments: Values = Field(default={})
+    """Arguments of the quantity."""
     reading: tuple[Reading, ...] = ()
+    """Other ways to compute it, tried in turn where the first one misses."""
     beside: tuple[Reading, ...] = ()
+    """Other ways that are shown beside, and not judged."""
     converged: str = ""
+    """Source of the same quantity on a model with more modes, shown and judged in a column of its own."""
     given: bool = False
+    """Whether the model takes the value over as an input."""
     definition: bool = False
+    """Whether any model must meet it: a conversion of units, a kinematic identity, a formula of the source itself."""
     inferred: str = ""
+    """What is read into the words of the source where they do not say it: a number for a word, a comparison."""
     why: str = ""
+    """Why it is missed, where it is."""
     picture: str = ""
+    """What a figure without numbers shows."""
     missing: str = ""
+    """Why it is not computed."""
 
     @model_validator(mode="after")
     def _is_complete(self) -> Statement:
@@ -140,18 +133,16 @@ class Statement(Table):
 
 
 class Chapter(Table):
-    """A part of the statements: those whose groups match a pattern, such as `table4_*`.
-
-    key, name, title
-        Name for `--only` (`ch4`), name and title on the page (`chapter 4`, `Contact`).
-    groups
-        Patterns of the groups of its statements.
-    """
+    """A part of the statements."""
 
     key: str
+    """Name for `--only`, such as `ch4`."""
     name: str
+    """Name on the page, such as `chapter 4`."""
     title: str = ""
+    """Title on the page, such as `Contact`."""
     groups: tuple[str, ...] = ("*",)
+    """Patterns of the groups of its statements, such as `table4_*`."""
 
     def has(self, statement: Statement) -> bool:
         """Return whether a statement is one of the chapter."""
@@ -159,29 +150,26 @@ class Chapter(Table):
 
 
 class Statements(Table):
-    """The content of the file.
-
-    title, about, note
-        What the page is called, what it compares, and what a reader must know of its verdicts.
-    label, converged
-        What the source, and the model with more modes, are called in the heads of tables.
-    quantities
-        Module with quantities and plots of its own, see `amb_cosim.assessment.quantities`.
-    chapter
-        Parts of the statements; without, they are one.
-    sources, statement
-        Runs and studies by name, and statements in the order of their source.
-    """
+    """The content of the file."""
 
     title: str
+    """What the page is called."""
     about: str = ""
+    """What it compares."""
     note: str = ""
+    """What a reader must know of its verdicts."""
     label: str = "stated"
+    """What the source is called in the heads of tables."""
     converged: str = "converged model"
+    """What the model with more modes is called there."""
     quantities: str = ""
+    """Module with quantities and plots of its own, see `amb_cosim.assessment.quantities`."""
     chapter: tuple[Chapter, ...] = (Chapter(key="all", name="statements"),)
+    """Parts of the statements; without, they are one."""
     sources: dict[str, Source]
+    """Runs and studies by name."""
     statement: tuple[Statement, ...]
+    """Statements in the order of their source."""
 
     @model_validator(mode="after")
     def _fits(self) -> Statements:

@@ -15,13 +15,18 @@ from amb_cosim.cosim.values import Raw
 
 
 class ComponentTable(Table):
-    """An instance of an FMU; `before` names the component of the base that it precedes."""
+    """An instance of an FMU."""
 
     name: str
+    """Name, by which connections and values know it."""
     fmu: str
+    """Name of an own FMU, or path of any."""
     every: Count = 1
+    """It steps once in that many communication steps."""
     mandatory: tuple[str, ...] = ()
+    """Inputs that a connection or a value must feed."""
     before: str | None = None
+    """Component of the base that it precedes."""
     _replaces: str | None = PrivateAttr(None)
 
     def component(self) -> Component:
@@ -37,15 +42,16 @@ class ComponentTable(Table):
 
 
 class ConnectTable(Table):
-    """Outputs of one component to inputs of another.
-
-    One with an `option` is made only where that is on; a component that replaces another may lack all its ports.
-    """
+    """Outputs of one component to inputs of another. A component that replaces another may lack all its ports."""
 
     source: str = Field(alias="from")
+    """Component whose outputs they are."""
     target: str = Field(alias="to")
+    """Component whose inputs they are."""
     variables: tuple[str, ...] | dict[str, str]
+    """Names that both have, or pairs of output and input."""
     option: str | None = None
+    """The connection is made only where that is on, such as `gradient`."""
     _inherited: bool = PrivateAttr(False)
     _but: tuple[str, ...] = PrivateAttr(())
 
@@ -77,35 +83,47 @@ class ConnectTable(Table):
 
 
 class SharedSignalTable(Table):
-    """A shared signal and the inputs that it feeds."""
+    """A value that feeds several inputs."""
 
     name: str
+    """Its name, under which it is set and recorded."""
     targets: tuple[str, ...] = Field(min_length=1)
+    """The inputs, as COMPONENT.INPUT."""
 
 
 class EventTable(Table):
     """From a time on, inputs have new values."""
 
     time: Value
+    """From when on."""
     set: Values
+    """New values, by COMPONENT.INPUT or shared signal."""
 
 
 class ProfileTable(Table):
     """An input that is linear between points (time, value)."""
 
     variable: str
+    """The input or shared signal."""
     points: tuple[tuple[Value, Value], ...] = Field(min_length=1)
+    """Times and values; constant before the first and after the last."""
     slope: str | None = None
+    """Input that gets the slope (per s), where a component asks for it."""
 
 
 class StopTable(Table):
     """A condition that ends the run early."""
 
     variable: str
+    """Output or input that is judged."""
     above: Value | None = None
+    """It counts while it is above; either this or `below`."""
     below: Value | None = None
+    """It counts while it is below."""
     hold_time: Value = 0.0
+    """How long without a break; a single point is enough at 0."""
     from_time: Value = 0.0
+    """From when on it is judged."""
 
     def condition(self) -> StopCondition:
         """Return the condition, times in s; raises ValueError unless one of `above` and `below` is given."""
@@ -119,27 +137,35 @@ class StopTable(Table):
 
 
 class Record(Table):
-    """What is recorded: patterns of variable names, every how many steps, and whether settling is kept.
-
-    `*` is all that the system records by itself; what it leaves out must be named.
-    """
+    """What is recorded."""
 
     variables: tuple[str, ...] = (EVERYTHING,)
+    """Patterns of names; `*` is all that the system records by itself, what it leaves out must be named."""
     every: Count = 1
+    """Every how many steps."""
     settling: bool = False
+    """Whether what is before time 0 is kept."""
 
 
 class ExperimentTable(Table):
     """A run: steps, times, inputs and what changes."""
 
     communication_step: Value
+    """Step after which values are exchanged."""
     stop_time: Value
+    """Where the run ends."""
     start_time: Value = 0.0
+    """Where it begins, 0 or before: what is before 0 is settling."""
     inputs: Values = Field(default={})
+    """Inputs and shared signals at the start."""
     event: tuple[EventTable, ...] = ()
+    """What changes, and when."""
     profile: tuple[ProfileTable, ...] = ()
+    """Inputs that change linearly."""
     stop: tuple[StopTable, ...] = ()
+    """Conditions that end the run before its end."""
     record: Record = Record()
+    """What is recorded."""
 
     def experiment(self) -> Experiment:
         """Return the run, times in s; raises ValueError where one is not allowed."""
@@ -167,13 +193,21 @@ class SystemTable(Table):
     """A system file without its base."""
 
     description: str = ""
+    """What it is, in one line."""
     coupling: Coupling = "gauss_seidel"
+    """Order in which the components step: each with the newest values, or all with those of the step before."""
     unrecorded: tuple[str, ...] = ()
+    """Patterns of variables that are recorded only where they are named."""
     parameters: dict[str, Values] = Field(default={})
+    """Parameters, by component."""
     component: tuple[ComponentTable, ...] = Field(min_length=1)
+    """The components, in the order in which they step."""
     connect: tuple[ConnectTable, ...] = ()
+    """What feeds what."""
     signal: tuple[SharedSignalTable, ...] = ()
+    """Values that feed several inputs."""
     experiment: ExperimentTable | None = None
+    """A run of it, for `amb-cosim simulate`."""
 
 
 class OverlayTable(SystemTable):

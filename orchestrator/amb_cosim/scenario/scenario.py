@@ -33,7 +33,9 @@ class _Moment(Table):
     noun: ClassVar[str]
 
     cycle: Cycles | None = None
+    """When, in turns at the initial speed from the end of settling."""
     time: Value | None = None
+    """When, in seconds from the end of settling."""
 
     def moment(self, period: float) -> float:
         """When it happens in s, for cycles of `period` s."""
@@ -45,12 +47,14 @@ class _Moment(Table):
 
 
 class Event(_Moment):
-    """From a moment on, inputs and tunable parameters have new values. `label` marks the event in figures and plots."""
+    """From a moment on, inputs and tunable parameters have new values."""
 
     noun = "an event"
 
     label: Literal["step", "removal"] | None = None
+    """Marks the event in figures and plots."""
     set: dict[str, Values]
+    """New values, by component and variable."""
 
 
 class SpeedPoint(_Moment):
@@ -59,23 +63,26 @@ class SpeedPoint(_Moment):
     noun = "a speed point"
 
     Omega: Value
+    """The speed that is reached."""
 
 
 class Stop(Table):
-    """The run ends at the first point at which a signal has been above, or below, a value for long enough.
-
-    `variable` is the name of an output or of an input that the scenario sets, as in the data set. It is judged from
-    cycle 0 on unless `from_cycle` or `from_time` says otherwise; without `hold_cycles` and `hold_time` one point is
-    enough.
-    """
+    """The run ends at the first point at which a signal has been above, or below, a value for long enough."""
 
     variable: str
+    """An output, or an input that the scenario sets, by its name in the data set."""
     above: Value | None = None
+    """The signal counts while it is above; either this or `below`."""
     below: Value | None = None
+    """The signal counts while it is below."""
     hold_cycles: Cycles | None = None
+    """How long without a break, in turns; a single point is enough without."""
     hold_time: Value | None = None
+    """The same in seconds."""
     from_cycle: Cycles | None = None
+    """From when on it is judged; from cycle 0 without."""
     from_time: Value | None = None
+    """The same in seconds."""
 
     def condition(self, period: float) -> StopCondition:
         """The condition with its times in s, for cycles of `period` s."""
@@ -94,60 +101,79 @@ class Stop(Table):
 
 
 class Plot(Table):
-    """Which figures are drawn, and of which cycles: what suits the run, and the whole of it, by default."""
+    """What is drawn."""
 
     cycles: tuple[Cycles, Cycles] | None = None
+    """First and last cycle of the figures; what suits the run without."""
     figures: tuple[FigureName, ...] | None = None
+    """Which figures; what suits the run without."""
 
 
 class Scenario(Table):
     """A run of the levitated rotor. Cycles are periods of the initial speed, counted from the end of settling.
 
-    The speed is `Omega` until cycle 0 begins, and from then on linear through the points of `speed` and constant
-    after the last; without points it stays. The run ends at `end_cycle` or `end_time`, or before that as soon as one of
-    the conditions `stop` is met.
-    Models are built for `rotor`, the name of one of a pack or a rotor file, by default that which a pack says; the
-    controller has the H of the table of `receptances` in place of the rotor model's.
-    `coupling` is that of the system by default, and `communication_step` 250 us, in Jacobi order 25 us, where a
-    controller with the parameter `prediction_time` predicts by two communication steps unless told otherwise.
-    `gravity` pulls on the rotor towards `gravity_angle`, from x towards y. The static currents of magnetic bearings
-    then carry the weight, and the rotor levitates at its setpoint. Parameters that the scenario gives keep their
-    values.
-    The `settle_cycles` before cycle 0 are `simulated`; or the motion that they lead to is `solved` for, and one turn of
-    it simulated, with the angle that the rotor has after them; or, `automatic`, solved for where it can be. It cannot
-    be where noise, converters, adaptive control, identification or contact are on before cycle 0, where the loop is not
-    stable, forces are not linear, or housings, races or the speed move.
-    Keys of `inputs`, `parameters` and `fmu` are component names. `unbalance_factor` multiplies every
-    unbalance (input in kg.m) that the scenario sets. `*` and `?` in the names of parameters and inputs match
-    any characters and any one character. Lists of scenarios are grouped by `theme`.
+    Keys of `inputs`, `parameters` and `fmu` are component names; `*` and `?` in the names of parameters and inputs
+    match any characters and any one character.
     """
 
     name: str = "scenario"
+    """Name, that of the file."""
     description: str = ""
+    """What happens, in one line."""
     source: str = ""
+    """Where it is from."""
     theme: str = ""
+    """Under which heading lists have it."""
     system: str = "levitated"
+    """Components and their connections: the name of a packaged system, or of a system file."""
     rotor: str | None = None
+    """Name of a rotor of a pack, or a rotor file, for which the models are built; by default the one that a pack says.
+    """
     receptances: str | None = None
+    """Table whose receptances the controller has in place of the rotor model's."""
     gradient: bool = True
+    """Whether the actuator feels the rotor within a communication step, by the gradient of its force."""
     coupling: Coupling | None = None
+    """Order in which the components step; that of the system by default."""
     communication_step: Value | None = None
+    """Step after which values are exchanged: 250 us by default, in Jacobi order 25 us, where a controller with the
+    parameter `prediction_time` predicts by two steps unless told otherwise."""
     Omega: Value
+    """Speed before and at cycle 0, and for good without points of `speed`."""
     gravity: Value | None = None
+    """Acceleration that pulls on the rotor. The static currents of magnetic bearings carry the weight, and the rotor
+    levitates at its setpoint; parameters that the scenario gives keep their values."""
     gravity_angle: Value = "225 deg"
+    """Where gravity pulls to, from x towards y."""
     settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
+    """Turns before cycle 0, in which the motion settles."""
     settling: Settling = "simulated"
+    """Whether these turns are `simulated`, or the motion that they lead to is `solved` for, and one turn of it
+    simulated, with the angle that the rotor has after them; `automatic` solves where it can. It cannot where noise,
+    converters, adaptive control, identification or contact are on before cycle 0, where the loop is not stable,
+    forces are not linear, or housings, races or the speed move."""
     end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
+    """Where the run ends, in turns; either this or `end_time`. A `stop` may end it before."""
     end_time: Value | None = None
+    """Where the run ends, in seconds."""
     unbalance_factor: float = Field(default=1.0, gt=0.0, le=1e9)
+    """Multiplies every unbalance (input in kg.m) that the scenario sets."""
     inputs: dict[str, Values] = Field(default={})
+    """Inputs at the start, by component."""
     parameters: dict[str, Values] = Field(default={})
+    """Parameters, by component."""
     event: tuple[Event, ...] = ()
+    """What changes, and when."""
     speed: tuple[SpeedPoint, ...] = ()
+    """Points through which the speed passes after cycle 0, linear between them and constant after the last."""
     stop: tuple[Stop, ...] = ()
+    """Conditions that end the run before its end."""
     record: Record = Record()
+    """What is recorded."""
     plot: Plot = Plot()
+    """What is drawn."""
     fmu: dict[str, str] = Field(default={})
+    """FMUs or controller files in the place of components."""
 
     @classmethod
     def load(cls, name: str | Path) -> Scenario:
