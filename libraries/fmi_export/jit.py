@@ -70,10 +70,11 @@ def _compiled(function: F, **options: bool) -> F:
 def views(function: F) -> F:
     """Let kernels call `function`, which hands out views into its arguments; called from Python it stays Python.
 
-    So does a formula that Python needs too. It becomes part of its callers. A kernel cannot give a view to Python: it
-    does not own the memory.
+    So does a formula that Python needs too. Its machine code becomes part of its callers'; numba's own inlining would
+    infer its types anew at every call, two fifths of the time to compile the plant. A kernel cannot give a view to
+    Python: it does not own the memory.
     """
-    return numba.extending.register_jitable(inline="always")(function) if COMPILED else function
+    return numba.extending.register_jitable(forceinline=True, **KERNEL_OPTIONS)(function) if COMPILED else function
 
 
 @contextmanager

@@ -23,8 +23,7 @@ once for every level above it. It has no code that Python or C calls a function 
 twice as long.
 
 **Types of calls** (`type_calls_once`, `get_call_type` of `numba.core.types.functions`). numba infers the type of an
-operator, or of what is inlined, anew at every call, and for what is inlined that means all its code. Without it
-lowering takes nearly twice as long; the machine code is the same.
+operator anew at every call. Without it lowering takes longer; the machine code is the same.
 
 **Stores that stay** (`keep_stores`, `find_potential_aliases` of `numba.core.ir_utils`). After inlining, numba removes
 what writes to an array that it takes for a local one, and it takes every array for that which came out of a tuple made
