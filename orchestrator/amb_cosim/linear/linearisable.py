@@ -58,9 +58,9 @@ class Linearisable:
     def _part(self, name: str) -> Part:
         kind = self._kind(name)
         if kind in (PLANT, LINEAR):
-            constants = self._constants_of(self.assembly.system.component(name).fmu)
+            constants = self.constants(name)
             make = rotor_part if kind == PLANT else law_part
-            return make(name, self._layout(name), constants, self._parameters(name), self._speed(name))
+            return make(name, self.layout(name), constants, self.parameters(name), self._speed(name))
         makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid}
         part: Part = self._keep(name, lambda: makers.get(kind, self._foreign)(name))
         return part
@@ -81,20 +81,22 @@ class Linearisable:
         fmu = self.assembly.system.component(name).fmu
         return MADE_FROM_FILE.get(Path(fmu).suffix, fmu)
 
-    def _layout(self, name: str) -> dict[str, Any]:
+    def layout(self, name: str) -> dict[str, Any]:
+        """Return what the FMU of a component says of its parts; nothing of one that has no layout."""
         return self.assembly.fmus[name].layout or {}
 
-    def _parameters(self, name: str) -> dict[str, float]:
+    def parameters(self, name: str) -> dict[str, float]:
+        """Return the parameters of a component by name (SI)."""
         given = self._keep("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
         return {variable: value or 0.0 for variable, value in given.items()}
 
     def _actuator(self, name: str) -> Part:
         prefix = f"{name}."
         own = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
-        return actuator_part(name, self._layout(name), self._parameters(name), own)
+        return actuator_part(name, self.layout(name), self.parameters(name), own)
 
     def _pid(self, name: str) -> Part:
-        return pid_part(name, self._layout(name), self._parameters(name))
+        return pid_part(name, self.layout(name), self.parameters(name))
 
     def _foreign(self, name: str) -> Part:
         system, interface = self.assembly.system, self.assembly.interfaces[name]
@@ -113,7 +115,9 @@ class Linearisable:
         folder, time = self.assembly.fmus[name].folder, every * self.plan.step_size
         return part_by_differences(name, folder, interface, start, (inputs, outputs), time)
 
-    def _constants_of(self, fmu: str) -> Array:
+    def constants(self, name: str) -> Array:
+        """Return the constants of a component that is one of our models."""
+        fmu = self.assembly.system.component(name).fmu
         constants: Array = self._keep(f"constants {fmu}", lambda: model_source(fmu, rotor=self.rotor)[1])
         return constants
 

@@ -84,7 +84,7 @@ def model_of(
             raise ValueError(f"no component {name!r}; {suggest(name, there)}")
     chosen, units = [name for name in there if components is None or name in components], made.units()
     parts, feeds = made.parts(chosen), made.feeds(chosen)
-    parts, feeds = _in_order(parts, feeds, chosen)
+    parts, feeds = in_order(parts, feeds, chosen)
     for name in _matching("opened", opened, [end for part in parts for end in part.inputs]):
         feeds.pop(name, None)
     whole = loop_of(parts, feeds)
@@ -98,7 +98,7 @@ def model_of(
     return linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **made.point})
 
 
-def _in_order(
+def in_order(
     parts: Sequence[Part], feeds: Mapping[str, str], names: Sequence[str]
 ) -> tuple[list[Part], dict[str, str]]:
     """Return parts and feeds where what an FMU shows at the end of its step reaches those before it a step later."""

@@ -12,8 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import expm, matrix_balance
 
 from amb_cosim.controllers.laws import Array, Law, side_by_side
@@ -122,12 +124,12 @@ def sampled(part: Part, sample_time: float, late: Mapping[str, float] | None = N
     """
     law, fractions = part.law, {name: f for name, f in (late or {}).items() if f > 0.0}
     n, m = law.B.shape
-    Phi, new = _held(law, sample_time)
+    Phi, new = held(law.A, law.B, sample_time)
     kept = [part.inputs.index(name) for name in fractions]
     old = np.zeros((n, len(kept)))
     new, D = new.copy(), law.D.copy()
     for k, (j, f) in enumerate(zip(kept, fractions.values(), strict=True)):
-        before, after = _held(law, f * sample_time), _held(law, (1.0 - f) * sample_time)
+        before, after = held(law.A, law.B, f * sample_time), held(law.A, law.B, (1.0 - f) * sample_time)
         old[:, k] = after[0] @ before[1][:, j]
         new[:, j] = after[1][:, j]
     shown = D[:, kept].copy()
@@ -137,13 +139,13 @@ def sampled(part: Part, sample_time: float, late: Mapping[str, float] | None = N
     return Part(Law(A, B, np.hstack([law.C, shown]), D, sample_time), part.inputs, part.outputs, notes=part.notes)
 
 
-def _held(law: Law, time: float) -> tuple[Array, Array]:
+def held(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return Phi and Gamma of a time (s): the states after it, from those before it and from held inputs."""
-    n, m = law.B.shape
-    block = np.zeros((n + m, n + m))
-    block[:n, :n], block[:n, n:] = law.A, law.B
+    n, m = B.shape
+    block = np.zeros((n + m, n + m), dtype=np.result_type(A, B))
+    block[:n, :n], block[:n, n:] = A, B
     whole = expm(block * time)
-    return np.asarray(whole[:n, :n]), np.asarray(whole[:n, n:])
+    return whole[:n, :n], whole[:n, n:]
 
 
 def shown_a_step_later(part: Part, names: Sequence[str]) -> tuple[Part, dict[str, str]]:
@@ -169,7 +171,7 @@ def loop_of(parts: Sequence[Part], feeds: Mapping[str, str]) -> Part:
     discrete = [part for part in parts if part.law.sample_time is not None]
     continuous = [part for part in parts if part.law.sample_time is None]
     if not discrete:
-        return connected(continuous, _within(continuous, feeds))
+        return connected(continuous, within(continuous, feeds))
     times = sorted({part.law.sample_time or 0.0 for part in discrete})
     if times[-1] > times[0] * (1.0 + 1e-9):
         raise ValueError(
@@ -177,22 +179,22 @@ def loop_of(parts: Sequence[Part], feeds: Mapping[str, str]) -> Part:
             "model has one sample time"
         )
     if not continuous:
-        return connected(discrete, _within(discrete, feeds))
+        return connected(discrete, within(discrete, feeds))
     shares = {name: part.late for part in discrete if part.late > 0.0 for name in part.outputs}
     inside = {name for part in continuous for name in part.inputs}
     delayed = {target: shares[source] for target, source in feeds.items() if target in inside and source in shares}
     gates = [Part(Law(*_no_states(), np.eye(1)), (target + LATE,), (f"{target}{LATE}:",)) for target in delayed]
     through = {target: f"{target}{LATE}:" for target in delayed}
-    machine = connected([*continuous, *gates], _within([*continuous, *gates], {**feeds, **through}))
+    machine = connected([*continuous, *gates], within([*continuous, *gates], {**feeds, **through}))
     machine = sampled(machine, times[0], {target + LATE: share for target, share in delayed.items()})
     outside = {target: source for target, source in feeds.items() if target not in delayed}
     outside |= {target + LATE: feeds[target] for target in delayed}
     together = [machine, *discrete]
-    solved = _within([*continuous, *gates], feeds)
-    return connected(together, _within(together, {k: v for k, v in outside.items() if k not in solved}))
+    solved = within([*continuous, *gates], feeds)
+    return connected(together, within(together, {k: v for k, v in outside.items() if k not in solved}))
 
 
-def _within(parts: Sequence[Part], feeds: Mapping[str, str]) -> dict[str, str]:
+def within(parts: Sequence[Part], feeds: Mapping[str, str]) -> dict[str, str]:
     """Return the feeds with both ends among parts."""
     inputs = {name for part in parts for name in part.inputs}
     outputs = {name for part in parts for name in part.outputs}

@@ -1,0 +1,1 @@
+"""Steady rub: states in which a rotor turns in contact, their stability, and what frees it."""

@@ -1,0 +1,261 @@
+"""The loop of a levitated rotor for forward motion, with forces where it may touch: complex, and half as large.
+
+With z = x + i y of each pair of coordinates, a loop that is the same in all directions obeys one complex equation. Of
+the real matrix [[xx, xy], [yx, yy]] of a pair
+
+    forward  = ((xx + yy) + i (yx - xy))/2,      mixing  = ((xx - yy) + i (yx + xy))/2                (1)
+
+the first acts on z, the second on its conjugate; it vanishes in an isotropic loop, and is left out of others.
+
+    forces at sites F, unbalance ---> rotor, magnets, amplifiers ---> q at sites, readings y
+                                         ^ currents held over a sample (x late)      |
+                                         +---------- controller, sampled <-----------+
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.controllers.laws import Array, Law
+from amb_cosim.linear.linearisable import Linearisable
+from amb_cosim.linear.linearise import in_order
+from amb_cosim.linear.machine import rotor_part
+from amb_cosim.linear.parts import Part, connected, loop_of, within
+from amb_cosim.results.places import ACTUATOR, PLANT
+from rotor_contact.structure import structure_of
+
+Complex = NDArray[np.complexfloating[Any, Any]]
+Pair = tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class ComplexLaw:
+    """Matrices of x' = A x + B w or x(n+1) = A x(n) + B w(n), y = C x + D w, complex."""
+
+    A: Complex
+    B: Complex
+    C: Complex
+    D: Complex
+
+
+@dataclass(frozen=True, eq=False)
+class ForwardLoop:
+    """The loop at one speed.
+
+    Omega
+        Spin speed (rad/s).
+    plant
+        Continuous. Inputs are forces at the sites, forces where unbalance can be, and currents that arrive; outputs
+        displacements at the sites, and readings.
+    controller
+        Sampled, currents over readings; None without one.
+    sample_time
+        T (s); None without a controller.
+    late
+        Share of a sample by which each current arrives late, shape (n_currents,).
+    sites, unbalances, currents
+        Names of places; of currents, of the bearings.
+    notes
+        What the linear model leaves out, in sentences.
+    """
+
+    Omega: float
+    plant: ComplexLaw
+    controller: ComplexLaw | None
+    sample_time: float | None
+    late: Array
+    sites: tuple[str, ...]
+    unbalances: tuple[str, ...]
+    currents: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def columns(self) -> tuple[slice, slice, slice]:
+        """Columns of the plant: sites, unbalances, currents."""
+        m, d, b = len(self.sites), len(self.unbalances), len(self.currents)
+        return slice(0, m), slice(m, m + d), slice(m + d, m + d + b)
+
+
+def forward_loop(made: Linearisable, Omega: float, sites: Sequence[str]) -> ForwardLoop:
+    """Return the loop of forward motion at a spin speed (rad/s), with forces at sites of the rotor.
+
+    Raises
+    ------
+    ValueError
+        If the run has no rotor, a site does not exist, or an FMU has no linear model.
+    """
+    names = [component.name for component in made.assembly.system.components]
+    if PLANT not in names:
+        raise ValueError(f"scenario {made.assembly.system.name} has no component {PLANT}; a rub needs a rotor")
+    at = made.at(Omega)
+    layout = at.layout(PLANT)
+    known = [site["name"] for site in layout["sites"]]
+    missing = [site for site in sites if site not in known]
+    if missing:
+        raise ValueError(f"there is no site {missing[0]!r}; the sites are {', '.join(known)}")
+    parts, feeds = _parts(at, names)
+    continuous = [part for part in parts if part.law.sample_time is None]
+    discrete = [part for part in parts if part.law.sample_time is not None]
+    machine = connected(continuous, within(continuous, feeds))
+    bearings = layout["bearings"]
+    places = [*layout["discs"], *bearings]
+    pairs = [_contact(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
+    shown = [_pair(PLANT, f"{site}.{{}}") for site in sites]
+    if not discrete:
+        plant = _forward(machine.selected(_flat(pairs), _flat(shown)).law)
+        return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), machine.notes)
+    control = connected(discrete, within(discrete, feeds))
+    demanded = [pair for pair in _demands(at) if any(end in feeds for end in pair)]
+    read = _reading_pairs(layout, bearings, sites)
+    sources = {feeds[end] for end in control.inputs if end in feeds}
+    used = [pair for pair in read if set(pair) & sources]
+    plant = _forward(machine.selected(_flat([*pairs, *demanded]), _flat([*shown, *used])).law)
+    controller = _forward_control(control, used, demanded, feeds)
+    shares = {name: part.late for part in discrete for name in part.outputs}
+    late = np.array([max(shares.get(feeds.get(end, ""), 0.0) for end in pair) for pair in demanded])
+    currents = tuple(pair[0].split(".")[1] for pair in demanded)
+    time = control.law.sample_time
+    notes = (*machine.notes, *control.notes)
+    ends = (tuple(sites), tuple(places), currents)
+    return ForwardLoop(Omega, plant, controller, time, late, *ends, notes)
+
+
+def loop_on_springs(
+    made: Linearisable, Omega: float, sites: Sequence[str], bearings: Mapping[str, tuple[float, float]]
+) -> ForwardLoop:
+    """Return the loop of a rotor on bearings that are springs (N/m) and dampers (N s/m), in place of its control."""
+    layout, constants = made.layout(PLANT), made.constants(PLANT)
+    passive = {f"{b}.{name}_b": value for b, pair in bearings.items() for name, value in zip("kc", pair, strict=True)}
+    rotor = rotor_part(PLANT, layout, constants, {**made.parameters(PLANT), **passive}, Omega)
+    places = [*layout["discs"], *layout["bearings"]]
+    pairs = [_contact(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
+    shown = [_pair(PLANT, f"{site}.{{}}") for site in sites]
+    plant = _forward(with_contact_forces(rotor, layout, constants).selected(_flat(pairs), _flat(shown)).law)
+    return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), rotor.notes)
+
+
+def with_contact_forces(part: Part, layout: Mapping[str, Any], constants: Array) -> Part:
+    """Return the part of a rotor with inputs for forces (N) at its sites too."""
+    s = structure_of(constants)
+    n = len(s.K)
+    rows = [int(row) + k for row in s.sites for k in (0, 1)]
+    force = np.vstack([np.zeros((n, len(rows))), s.Minv[:, rows]])
+    law = part.law
+    B, D = np.hstack([law.B, force]), np.hstack([law.D, np.zeros((len(law.D), len(rows)))])
+    inputs = (*part.inputs, *_flat([_contact(site["name"]) for site in layout["sites"]]))
+    return Part(Law(law.A, B, law.C, D), inputs, part.outputs, notes=part.notes)
+
+
+def _contact(site: str) -> Pair:
+    return _pair(PLANT, f"{site} (contact).f_{{}}")
+
+
+def _pair(component: str, variable: str) -> Pair:
+    return f"{component}.{variable.format('x')}", f"{component}.{variable.format('y')}"
+
+
+def _flat(pairs: Sequence[Pair]) -> list[str]:
+    return [name for pair in pairs for name in pair]
+
+
+def _demands(made: Linearisable) -> list[Pair]:
+    """Return the demanded currents of the bearings; without an actuator, the forces on the rotor."""
+    if ACTUATOR in made.assembly.interfaces:
+        return [_pair(ACTUATOR, f"{b}.i_{{}}") for b in made.layout(ACTUATOR)["bearings"]]
+    return [_pair(PLANT, f"{b}.f_{{}}") for b in made.layout(PLANT)["bearings"]]
+
+
+def _reading_pairs(layout: Mapping[str, Any], bearings: Sequence[str], sites: Sequence[str]) -> list[Pair]:
+    pairs = [(f"{PLANT}.{plane['x']}", f"{PLANT}.{plane['y']}") for plane in layout["sensors"]]
+    pairs += [_pair(PLANT, f"{place}.{{}}") for place in (*bearings, *sites)]
+    return list(dict.fromkeys(pairs))
+
+
+def _parts(made: Linearisable, names: Sequence[str]) -> tuple[list[Part], dict[str, str]]:
+    """Return the parts of a run, the rotor's with forces at its sites, and what feeds them."""
+    layout, constants = made.layout(PLANT), made.constants(PLANT)
+    rotor = rotor_part(PLANT, layout, constants, made.parameters(PLANT), made.point["Omega"])
+    others = {name: made.parts([name])[0] for name in names if name != PLANT}
+    parts = [others.get(name, with_contact_forces(rotor, layout, constants)) for name in names]
+    return in_order(parts, made.feeds(names), names)
+
+
+def mixing(made: Linearisable, Omega: float, sites: Sequence[str]) -> float:
+    """Return how far from isotropic a loop is: backward over forward receptance at the sites, the largest share (1).
+
+    0 where the loop is the same in all directions, so that a synchronous state is a circle.
+    """
+    at, names = made.at(Omega), [component.name for component in made.assembly.system.components]
+    whole = loop_of(*_parts(at, names))
+    law = whole.selected(_flat([_contact(s) for s in sites]), _flat([_pair(PLANT, f"{s}.{{}}") for s in sites])).law
+    root = 1j * Omega if law.sample_time is None else np.exp(1j * Omega * law.sample_time)
+    R = law.C @ np.linalg.solve(root * np.eye(len(law.A)) - law.A, law.B) + law.D
+    forward, backward = _split(R)
+    return float(np.abs(backward).max() / np.abs(forward).max())
+
+
+def _forward(law: Law) -> ComplexLaw:
+    """Return (1) of a law whose states, inputs and outputs are x and y in turn."""
+    return ComplexLaw(*(_split(matrix)[0] for matrix in (law.A, law.B, law.C, law.D)))
+
+
+def _split(matrix: NDArray[Any]) -> tuple[Complex, Complex]:
+    xx, xy, yx, yy = matrix[0::2, 0::2], matrix[0::2, 1::2], matrix[1::2, 0::2], matrix[1::2, 1::2]
+    return 0.5 * ((xx + yy) + 1j * (yx - xy)), 0.5 * ((xx - yy) + 1j * (yx + xy))
+
+
+def _forward_control(
+    control: Part, read: Sequence[Pair], demanded: Sequence[Pair], feeds: dict[str, str]
+) -> ComplexLaw:
+    """Return a controller for forward motion, with the states that it needs for that.
+
+    Of y = w (1, -i) and u = (1, i) . (u_x, u_y)/2 the response is (1) of the real one, whatever its states are.
+    """
+    law, row = control.law, {name: k for k, name in enumerate(control.outputs)}
+    S = np.zeros((len(control.inputs), 2 * len(read)))  # inputs over readings
+    at = {name: k for k, name in enumerate(_flat(read))}
+    for k, name in enumerate(control.inputs):
+        if feeds.get(name) in at:
+            S[k, at[feeds[name]]] = 1.0
+    T = np.zeros((2 * len(demanded), len(row)))
+    for k, name in enumerate(_flat(demanded)):
+        if name in feeds:
+            T[k, row[feeds[name]]] = 1.0
+    B, C, D = law.B @ S, T @ law.C, T @ law.D @ S
+    at_readings, shown = B[:, 0::2] - 1j * B[:, 1::2], np.asarray(0.5 * (C[0::2] + 1j * C[1::2]), dtype=np.complex128)
+    return minimal(ComplexLaw(np.asarray(law.A, dtype=np.complex128), at_readings, shown, _split(D)[0]))
+
+
+def minimal(law: ComplexLaw, tolerance: float = 1e-10) -> ComplexLaw:
+    """Return the law of the states that its inputs reach and its outputs show, by the staircase algorithm.
+
+    P. van Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129.
+    """
+    reached = _reachable(law.A, law.B, tolerance)
+    A, B, C = reached.conj().T @ law.A @ reached, reached.conj().T @ law.B, law.C @ reached
+    shown = _reachable(A.conj().T, C.conj().T, tolerance)
+    return ComplexLaw(shown.conj().T @ A @ shown, shown.conj().T @ B, C @ shown, law.D)
+
+
+def _reachable(A: Complex, B: Complex, tolerance: float) -> Complex:
+    """Return an orthonormal basis of the states that inputs reach, shape (n, r)."""
+    n = len(A)
+    basis = np.zeros((n, 0), dtype=complex)
+    if not n or not B.size:
+        return basis
+    columns = np.linalg.norm(B, axis=0)
+    new = B / np.where(columns > 0.0, columns, 1.0)
+    scale = max(float(np.linalg.norm(A, 2)), 1e-300)
+    while new.shape[1] and basis.shape[1] < n:
+        for _ in range(2):
+            new = new - basis @ (basis.conj().T @ new)
+        U, s, _ = np.linalg.svd(new, full_matrices=False)
+        fresh = U[:, s > tolerance]
+        basis = np.hstack([basis, fresh])
+        new = A @ fresh / scale
+    return basis[:, :n]

@@ -1,0 +1,131 @@
+"""What a steady rub needs of a run: its loop, where the rotor may touch, friction, and unbalance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from amb_cosim.controllers.laws import Array
+from amb_cosim.linear.linearisable import Linearisable, of_prepared
+from amb_cosim.results.places import CONTROLLER, PLANT
+from amb_cosim.rub.forward_loop import Complex, ForwardLoop, forward_loop, mixing
+from amb_cosim.rub.receptances import Receptances, receptances
+from amb_cosim.scenario.simulation import Prepared
+from rotor_contact.enumerations import CONSTRAINT, LAWS
+
+ISOTROPIC = 0.01  # share of backward motion from which a loop is said to be other than the same in all directions
+
+
+@dataclass(frozen=True, eq=False)
+class RubbingRotor:
+    """A rotor in its control loop, with sites where it may touch.
+
+    made
+        What the linear model is made from.
+    Omega
+        Spin speed of the run (rad/s).
+    sites
+        Names of the sites that are enabled.
+    c
+        Their clearances (m), shape (n_sites,).
+    unbalance
+        Complex unbalance (kg m) at each place where there can be one, at the end of the run, shape (n_places,).
+    places
+        Names of these.
+    notes
+        What holds only nearly, in sentences.
+    """
+
+    made: Linearisable
+    Omega: float
+    sites: tuple[str, ...]
+    c: Array
+    unbalance: Complex
+    places: tuple[str, ...]
+    notes: tuple[str, ...]
+    _loops: dict[float, ForwardLoop] = field(default_factory=dict)
+    _receptances: dict[float, Receptances] = field(default_factory=dict)
+
+    def loop(self, Omega: float) -> ForwardLoop:
+        """Return the loop of forward motion at a speed (rad/s)."""
+        if Omega not in self._loops:
+            self._loops[Omega] = forward_loop(self.made, Omega, self.sites)
+        return self._loops[Omega]
+
+    def receptances(self, Omega: float) -> Receptances:
+        """Return the receptances at a speed (rad/s)."""
+        if Omega not in self._receptances:
+            self._receptances[Omega] = receptances(self.loop(Omega))
+        return self._receptances[Omega]
+
+    def mu(self, Omega: float) -> Array:
+        """Return the friction of a journal that turns and whirls with Omega (rad/s), by the law of `rotor_contact`.
+
+        mu + (mu_s - mu) exp(-(v/v_S)^2), v = Omega (R_s + c) (`rotor_contact.friction`)
+        """
+        p = self.made.parameters(PLANT)
+        found = np.zeros(len(self.sites))
+        for k, site in enumerate(self.sites):
+            sliding, scale = p[f"{site}.mu"], p[f"{site}.stribeck_velocity"]
+            found[k] = sliding
+            if scale > 0.0:
+                slip = Omega * (p[f"{site}.journal_radius"] + self.c[k])
+                found[k] += max(p[f"{site}.mu_static"] - sliding, 0.0) * np.exp(-((slip / scale) ** 2))
+        return found
+
+    def with_unbalance(self, unbalance: Complex) -> RubbingRotor:
+        """Return the same with another unbalance (kg m) at each place."""
+        given = (self.made, self.Omega, self.sites, self.c, unbalance, self.places, self.notes)
+        return RubbingRotor(*given, self._loops, self._receptances)
+
+
+def rubbing_rotor(prepared: Prepared) -> RubbingRotor:
+    """Return the rotor of a prepared run, with the unbalance that it has at the end.
+
+    Raises
+    ------
+    ValueError
+        If the run has no rotor of ours, or it can touch nowhere.
+    """
+    made = of_prepared(prepared)
+    there = [component.name for component in prepared.assembly.system.components]
+    if PLANT not in there:
+        raise ValueError(f"scenario {prepared.name} has no component {PLANT}; a rub needs a rotor")
+    p, layout = made.parameters(PLANT), made.layout(PLANT)
+    sites = tuple(site["name"] for site in layout["sites"] if p[f"{site['name']}.enabled"])
+    if not sites:
+        raise ValueError(f"scenario {prepared.name} has no site that is enabled; a rub needs one")
+    places = (*layout["discs"], *layout["bearings"])
+    last = {**prepared.plan.inputs, **{name: value for _, name, value in prepared.plan.events}}
+    amounts = np.array([last.get(f"{PLANT}.{place}.u", 0.0) for place in places])
+    angles = np.array([last.get(f"{PLANT}.{place}.phi", 0.0) for place in places])
+    c = np.array([p[f"{site}.clearance"] for site in sites])
+    notes = _notes(p, sites) + _other_notes(last, mixing(made, prepared.plan.speed, sites))
+    return RubbingRotor(made, prepared.plan.speed, sites, c, amounts * np.exp(1j * angles), places, notes)
+
+
+def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:
+    found = []
+    for site in sites:
+        if p[f"{site}.law"] != CONSTRAINT:
+            found.append(f"{site} counts as rigid; its law is {LAWS[int(p[f'{site}.law'])]}")
+        if p[f"{site}.housing_mass"] > 0.0:
+            found.append(f"{site} counts as fixed; its housing moves")
+        if p[f"{site}.race_inertia"] > 0.0:
+            found.append(f"the race of {site} counts as standing")
+        if p[f"{site}.offset_x"] != 0.0 or p[f"{site}.offset_y"] != 0.0:
+            found.append(f"{site} counts as centred; it is {p[f'{site}.offset_x']:g}, {p[f'{site}.offset_y']:g} m away")
+    if p["gravity"] != 0.0:
+        found.append("weight is not in it: the rotor counts as centred while it turns")
+    return tuple(found)
+
+
+def _other_notes(inputs: Mapping[str, float], share: float) -> tuple[str, ...]:
+    found = []
+    if share > ISOTROPIC:
+        found.append(f"the loop is not the same in all directions: {share:.1%} of the motion is backward, and left out")
+    if inputs.get(f"{CONTROLLER}.rolac_enable"):
+        found.append("states are those of the feedback alone; what synchronous control does to them is told apart")
+    return tuple(found)

@@ -1,0 +1,174 @@
+"""Small motion about a synchronous state: the linear dynamics in the rotating frame, with the constraints held.
+
+In axes that turn with the rotor, along n and t of each site, a small motion (a, b) of a journal in contact changes its
+force -N (1 + i mu) exp(i psi) to first order. The constraint holds a = 0; with lambda for the change of N and what
+friction adds,
+
+    f_n = -lambda,     f_t = -mu lambda - (1 + mu^2) (N/c) b                                         (1)
+
+so that N on its circle is a spring of stiffness N/c, and lambda follows from a'' = 0. Motion is x' = (A - i Omega) x;
+currents that stand still over a sample turn with -i Omega. A sample of rotor and control makes x(n+1) = M x(n), and
+s = ln(z)/T of its eigenvalues z. Exact for a loop that is the same in all directions.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from scipy.linalg import expm, matrix_balance
+
+from amb_cosim.controllers.laws import Array
+from amb_cosim.rub.forward_loop import Complex, ForwardLoop
+
+STABLE = 1e-7  # growth rate (1/s), over the speed, up to which rounding may bring a rate that is zero
+
+
+@dataclass(frozen=True, eq=False)
+class SmallMotion:
+    """Vibrations about a state.
+
+    growth
+        Largest growth rate (1/s); negative if the state is stable.
+    frequency
+        Whirl frequency of what grows most or decays least, as it stands still outside (rad/s); negative backward.
+        That of the spin where it leaves without whirling.
+    damping
+        Its damping ratio -Re s/|s + i Omega| (1).
+    rates, frequencies
+        All vibrations (1/s) and their whirl frequencies (rad/s), what decays least first.
+    """
+
+    growth: Annotated[float, "1/s"]
+    frequency: Annotated[float, "rad/s"]
+    damping: float
+    rates: Annotated[Array, "1/s"]
+    frequencies: Annotated[Array, "rad/s"]
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether it stays where it is."""
+        return self.growth < STABLE * max(abs(self.frequency), 1.0)
+
+
+class Dynamics:
+    """Small motion about states of one loop, what does not depend on the state prepared once."""
+
+    def __init__(self, loop: ForwardLoop) -> None:
+        self.loop = loop
+        plant, m = loop.plant, len(loop.sites)
+        _, (scale, _) = matrix_balance(plant.A, permute=False, separate=True)
+        A = plant.A / scale[:, None] * scale - 1j * loop.Omega * np.eye(len(plant.A))
+        B, C = plant.B / scale[:, None], plant.C * scale
+        at_sites, _, at_currents = loop.columns
+        self.A, self.B_sites, self.B_currents = _real(A), B[:, at_sites], _real(B[:, at_currents])
+        self.C_sites, self.C_readings = C[:m], _real(C[m:])
+        self.n = len(self.A)
+
+    def about(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> SmallMotion:
+        """Return the vibrations about a state; N and psi are of the sites in contact, c and mu of all."""
+        A, basis = self._held(contact, N, psi, c, mu)
+        if self.loop.controller is None or self.loop.sample_time is None:
+            s, vectors = np.linalg.eig(A)
+        else:
+            M = self._sampled(A, basis)
+            z, vectors = np.linalg.eig(M)
+            alive = np.abs(z) > 1e-12
+            s = np.log(np.where(alive, z, 1e-12).astype(complex)) / self.loop.sample_time
+        return self._sorted(s, basis @ vectors[: basis.shape[1]])
+
+    def _held(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> tuple[Array, Array]:
+        """Return the dynamics without control in a basis of the motions that keep sites in contact, and the basis."""
+        if not contact:
+            return self.A, np.eye(self.n)
+        at = list(contact)
+        turn = np.exp(1j * psi)
+        radial, tangential = _rows(self.C_sites[at] / turn[:, None])
+        along_n, along_t = _columns(self.B_sites[:, at] * turn)
+        A = self.A - along_t @ ((1.0 + mu[at] ** 2) * N / c[at] * tangential.T).T
+        pushed = along_n + along_t * mu[at]
+        accelerations = radial @ A
+        mobility = accelerations @ pushed
+        A = A - pushed @ np.linalg.solve(mobility, accelerations @ A)
+        kept = np.vstack([radial / np.linalg.norm(radial, axis=1)[:, None], _unit(accelerations)])
+        basis = np.linalg.svd(kept)[2][len(kept) :].T
+        return basis.T @ A @ basis, basis
+
+    def _sampled(self, A: Array, basis: Array) -> Array:
+        """Return M of a sample of rotor and control; states are those of the rotor, of the control, and late currents.
+
+        In turning axes a current that stands still turns backward, and the controller's states too.
+        """
+        loop, T = self.loop, self.loop.sample_time
+        assert T is not None
+        assert loop.controller is not None
+        k, B, C = loop.controller, basis.T @ self.B_currents, self.C_readings @ basis
+        back = np.exp(-1j * loop.Omega * T)
+        K_A, K_B, K_C, K_D = _real(k.A * back), _real(k.B * back), _real(k.C), _real(k.D)
+        b, r = B.shape[1], len(K_A)
+        Phi, now, before = self._steps(A, B, T)
+        if not (loop.late > 0.0).any():
+            return np.block([[Phi + now @ K_D @ C, now @ K_C], [K_B @ C, K_A]])
+        turned = _real(back * np.eye(b // 2))
+        return np.block(
+            [
+                [Phi + now @ K_D @ C, now @ K_C, before],
+                [K_B @ C, K_A, np.zeros((r, b))],
+                [turned @ K_D @ C, turned @ K_C, np.zeros((b, b))],
+            ]
+        )
+
+    def _steps(self, A: Array, B: Array, T: float) -> tuple[Array, Array, Array]:
+        """Return Phi, and what currents of this sample and of the last one do, in axes at the sample."""
+        Phi, now = self._turning(A, B, T)
+        before = np.zeros_like(B)
+        for f in sorted({float(f) for f in self.loop.late if f > 0.0}):
+            columns = np.tile(self.loop.late == f, 2)
+            first, late = self._turning(A, B, f * T), self._turning(A, B, (1.0 - f) * T)
+            turned = _real(np.exp(-1j * self.loop.Omega * f * T) * np.eye(len(self.loop.late)))
+            before[:, columns] = (late[0] @ first[1])[:, columns]
+            now[:, columns] = (late[1] @ turned)[:, columns]
+        return Phi, now, before
+
+    def _turning(self, A: Array, B: Array, time: float) -> tuple[Array, Array]:
+        """Return Phi and Gamma of a time (s) with currents that turn with -i Omega."""
+        n, b = B.shape
+        block = np.zeros((n + b, n + b))
+        block[:n, :n], block[:n, n:] = A, B
+        block[n:, n:] = _real(-1j * self.loop.Omega * np.eye(b // 2))
+        whole = expm(block * time)
+        return whole[:n, :n], whole[:n, n:]
+
+    def _sorted(self, s: Complex, vectors: Complex) -> SmallMotion:
+        """Return vibrations by growth: v1 + i v2 whirls with Omega + Im s, that of the conjugate with Omega - Im s."""
+        half, Omega = self.n // 2, self.loop.Omega
+        one = s.imag >= 0.0
+        s, vectors = s[one], vectors[:, one]
+        order = np.argsort(-s.real, kind="stable")
+        s, vectors = s[order], vectors[:, order]
+        upper, lower = vectors[:half] + 1j * vectors[half:], vectors[:half].conj() + 1j * vectors[half:].conj()
+        sense = np.where(np.linalg.norm(upper, axis=0) >= np.linalg.norm(lower, axis=0), 1.0, -1.0)
+        rates, frequencies = np.asarray(s.real, dtype=np.float64), np.asarray(Omega + sense * s.imag, dtype=np.float64)
+        size = math.hypot(s[0].real, frequencies[0])
+        return SmallMotion(float(s[0].real), float(frequencies[0]), float(-s[0].real / size), rates, frequencies)
+
+
+def _real(A: Complex) -> Array:
+    """Return the real form of a complex matrix, real parts of states before imaginary ones."""
+    return np.block([[A.real, -A.imag], [A.imag, A.real]])
+
+
+def _rows(C: Complex) -> tuple[Array, Array]:
+    """Return the rows of the real and of the imaginary part of C x."""
+    return np.hstack([C.real, -C.imag]), np.hstack([C.imag, C.real])
+
+
+def _columns(B: Complex) -> tuple[Array, Array]:
+    """Return the columns of a real and of an imaginary force."""
+    return np.vstack([B.real, B.imag]), np.vstack([-B.imag, B.real])
+
+
+def _unit(rows: Array) -> Array:
+    return np.asarray(rows / np.linalg.norm(rows, axis=1)[:, None])

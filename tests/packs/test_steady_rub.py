@@ -1,0 +1,67 @@
+"""Steady rub of the thesis's rig: states by the continuous loop, and forces of the sampled one in co-simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import amb_cosim
+from amb_cosim.rub.forward_loop import loop_on_springs
+from amb_cosim.rub.receptances import receptances
+from amb_cosim.rub.rubbing_rotor import rubbing_rotor
+from amb_cosim.rub.stability import Dynamics
+from amb_cosim.rub.synchronous_states import all_sets, states_of
+from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.simulation import prepare
+
+SPRINGS = {"mb1": (1e6, 5000.0), "mb2": (1e6, 5000.0)}  # N/m, N s/m
+SPEED = 2.0 * np.pi * 16.0
+CASES = (  # rad/s, kg m on D1, mu; forces (N) of all states at RB1 and RB2, 0 where there is no contact
+    (SPEED, 0.03125, 0.0, [(1481.0, 785.3)]),
+    (SPEED, 0.03125, 0.1, [(1339.1, 703.2)]),
+    (140.0, 0.005, 0.0, [(0.0, 0.0), (2044.1, 0.0), (3415.7, 0.0)]),
+    (140.0, 0.040, 0.0, [(9768.5, 0.0), (10028.0, 1506.0), (9054.3, 3148.8)]),
+    (160.0, 0.015, 0.1, [(0.0, 0.0), (6114.4, 4336.4), (6587.8, 7902.9)]),
+    (120.0, 0.020, 0.1, [(873.5, 0.0), (2089.4, 1364.5), (819.6, 36.3), (316.9, 193.2), (1002.8, 1093.5)]),
+)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return rubbing_rotor(prepare(given_scenario("fig5_6_pid", None)))
+
+
+@pytest.mark.parametrize(("Omega", "u", "mu", "expected"), CASES)
+def test_states_of_the_continuous_loop_are_all_there(rig, Omega, u, mu, expected):
+    """Found before from starts on a grid of phases and forces, with K_b = 1e6 N/m and C_b = 5000 N s/m."""
+    at = receptances(loop_on_springs(rig.made, Omega, rig.sites, SPRINGS))
+    r = at.P[None, :, 0] * u * Omega**2
+    found = []
+    for contact in all_sets(2):
+        for N in states_of(contact, at.R, np.full(2, mu), rig.c, r).N:
+            forces = np.zeros(2)
+            forces[list(contact)] = N
+            found.append(tuple(forces))
+    np.testing.assert_allclose(sorted(found), sorted(expected), atol=0.06)
+
+
+def test_trapped_rotor_rubs_with_the_forces_of_its_only_state(rig):
+    """16 Hz, 31.25 g m on D1: no free orbit, one state in contact at both; the run of 8 s has its mean forces to 0.1 %.
+
+    Its vibration decays as the small motion about the state does.
+    """
+    at = rig.receptances(rig.Omega)
+    r = (at.P @ rig.unbalance * rig.Omega**2)[None]
+    found = {contact: states_of(contact, at.R, np.zeros(2), rig.c, r) for contact in all_sets(2)}
+    assert {contact: len(states.points) for contact, states in found.items()} == {(): 0, (0,): 0, (1,): 0, (0, 1): 1}
+    state = found[0, 1]
+    small = Dynamics(rig.loop(rig.Omega)).about((0, 1), state.N[0], state.psi[0], rig.c, np.zeros(2))
+    assert small.is_stable
+    run = amb_cosim.run("fig5_6_pid", until=8.0, progress=False).dataset
+    time = run["time"].values
+    for k, site in enumerate(rig.sites):
+        force = run[f"rotor_contact.{site}.f_n_mean"].values
+        np.testing.assert_allclose(force[time > 7.0].mean(), state.N[0, k], rtol=1e-3)
+    force = run["rotor_contact.rb1.f_n_mean"].values
+    spans = [np.ptp(force[(time > end - 0.5) & (time <= end)]) for end in (4.0, 8.0)]
+    np.testing.assert_allclose(np.log(spans[1] / spans[0]) / 4.0, small.growth, rtol=0.05)
