@@ -13,7 +13,7 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rolac_controller.complex_numbers import Complex, phasor, scaled, squared_magnitude
 from rolac_controller.control_loop import N_HARMONICS
-from rolac_controller.records import Records
+from rolac_controller.sizes import Records
 
 ROUNDING = 1e-12
 FADED = 1e-6  # N; a fading force that is smaller is none

@@ -23,9 +23,9 @@ from rolac_controller.outputs import write_identification, write_synchronous
 from rolac_controller.pid import differentiate, limit_and_integrate, pid_current
 from rolac_controller.prediction import predict
 from rolac_controller.receptance_table import TableViews, built_table, load, table_in_use
-from rolac_controller.records import Inputs, Outputs, Parameters, Records, inputs_of, outputs_of, parameters_of
+from rolac_controller.records import Inputs, Outputs, Parameters, inputs_of, outputs_of, parameters_of
 from rolac_controller.sensor_check import suspect_sensor
-from rolac_controller.sizes import sizes_of
+from rolac_controller.sizes import Records, sizes_of
 from rolac_controller.state import State, Work, linear_state, n_state, n_work, state_of, state_size, work_of
 from rolac_controller.synchronous import permitted_status, update_forces
 from signal_chain.demands import converted, within_converter

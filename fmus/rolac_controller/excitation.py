@@ -7,7 +7,7 @@ import math
 from fmi_export.jit import kernel
 from rolac_controller.complex_numbers import phasor, scaled
 from rolac_controller.control_loop import N_HARMONICS
-from rolac_controller.records import Records
+from rolac_controller.sizes import Records
 
 FEWEST_PERIODS, PERIODS_PER_HZ = 45.0, 3.0
 FORCE = 220.0  # N

@@ -24,7 +24,7 @@ from fmi_export.parts import clear, copy_all, part
 from fmi_export.records import record, size_of
 from rolac_controller.complex_numbers import COMPLEX, REAL, Complex, divided, phasor
 from rolac_controller.control_loop import N_HARMONICS
-from rolac_controller.records import Records
+from rolac_controller.sizes import Records
 
 CAPACITY = 2048  # samples: down to 2 Hz at 4 kHz
 LARGEST_STEP = 0.5 * math.pi  # rad between samples; more is a jump of the angle, and the window starts again

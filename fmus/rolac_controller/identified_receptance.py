@@ -20,8 +20,8 @@ from rolac_controller.enumerations import ILL_CONDITIONED, NO_ERROR, TABLE_FULL,
 from rolac_controller.excitation import force_component
 from rolac_controller.pseudo_inverse import SvdWork, negative_pseudo_inverse
 from rolac_controller.receptance_table import TableViews, store
-from rolac_controller.records import Parameters, Records
-from rolac_controller.sizes import Sizes
+from rolac_controller.records import Parameters
+from rolac_controller.sizes import Records, Sizes
 
 COURSE = record(
     ("stage", "f8"),  # identification_state

@@ -1,10 +1,11 @@
 """Generalised notch and synchronous force rejection: what magnetic bearings commonly do about unbalance.
 
 Neither reduces the vibration; they remove the bearing's response to it. The synchronous control force of an axis is
-E = U - C q_b, with C the PID's response (`pid.response`) and q_b the synchronous displacement at the bearing; with
-q_b = q_0 + R_b U it is E = E_0 + S^-1 U, S^-1 = I - C R_b, and
+E = U - C Q, with C the response of the loop's controller and Q the synchronous displacements of the sensors: of the PID
+(`pid.response`), at the sensor of the axis, and of a controller besides (`inner_loop`). With Q = Q_0 + R U it is
+E = E_0 + S^-1 U, S^-1 = I - C R, and
 
-    U' = -alpha S (U - C q_b)
+    U' = -alpha S (U - C Q)
 
 takes it to zero with the rate alpha: the current has no synchronous part any more. R. Herzog, P. Buehler, C. Gaehler
 and R. Larsonneur, "Unbalance compensation using generalized notch filters in the multivariable feedback of magnetic
@@ -15,9 +16,11 @@ bearing, K_s x + K_i I, that vanishes: the rotor turns about its principal axis 
 from __future__ import annotations
 
 from fmi_export.jit import kernel
+from fmi_export.parts import clear
 from rolac_controller.complex_numbers import Complex, divided
 from rolac_controller.enumerations import FORCE_FREE
 from rolac_controller.pid import response
+from rolac_controller.receptance_table import MISSING, find_bracket, interpolate
 from rolac_controller.records import Parameters
 from rolac_controller.state import Work
 
@@ -25,33 +28,59 @@ SINGULAR = 1e-9  # pivot below which there is no solution; the matrix is of orde
 
 
 @kernel
-def reject_synchronous(parameters: Parameters, omega: float, Q: Complex, U: Complex, work: Work) -> None:
-    """Change the forces of a harmonic by one step of U' = -alpha S (U - C q_b).
+def control_response(parameters: Parameters, order: float, Omega: float, C: Complex) -> None:
+    """Compute C of the whole controller at a harmonic, u = -C q, shape (n_axes, n_sensors) (N/m).
+
+    Parameters
+    ----------
+    order, Omega
+        Of the harmonic, and spin speed (rad/s).
+    C
+        Receives it; with `rolac.mode` FORCE_FREE less K_s, so that -C q is the whole force of the bearing.
+    """
+    own, inner = parameters.own[0], parameters.inner
+    bracket = find_bracket(inner, order, Omega)
+    if bracket.coverage == MISSING:
+        clear(C)
+    else:
+        interpolate(inner.C[bracket.lower], inner.C[bracket.upper], bracket.weight, C)
+    for i in range(C.shape[0]):
+        gains, s = parameters.axes[i], int(parameters.sensor_of_axis[i])
+        C[i, s] += response(gains, own.pid.direct, own.derivative_time, own.sample_time, order * Omega)
+        if own.rolac.mode == FORCE_FREE:
+            C[i, s] -= gains.k_s
+
+
+@kernel
+def reject_synchronous(parameters: Parameters, order: float, Omega: float, Q: Complex, U: Complex, work: Work) -> None:
+    """Change the forces of a harmonic by one step of U' = -alpha S (U - C Q).
 
     Parameters
     ----------
     parameters
         With `rolac.mode` FORCE_FREE it is the whole force of the bearing that vanishes.
-    omega
-        Frequency of the harmonic (rad/s).
+    order, Omega
+        Of the harmonic, and spin speed (rad/s).
     Q
         Synchronous displacements of the harmonic, shape (n_sensors,) (m).
     U
         Forces of the harmonic, shape (n_axes,) (N); changed.
     work
-        With the receptance R at this speed (m/N); its `inverse_S` and `E` are overwritten.
+        With the receptance R at this speed (m/N); its `C`, `inverse_S` and `E` are overwritten.
     """
     own, n_axes = parameters.own[0], U.shape[0]
-    direct, tau, h = own.pid.direct, own.derivative_time, own.sample_time
-    R, inverse_S, E = work.R, work.inverse_S, work.E
+    R, C, inverse_S, E = work.R, work.C, work.inverse_S, work.E
+    control_response(parameters, order, Omega, C)
     for i in range(n_axes):
-        gains, s = parameters.axes[i], int(parameters.sensor_of_axis[i])
-        C = response(gains, direct, tau, h, omega)
-        if own.rolac.mode == FORCE_FREE:
-            C -= gains.k_s
         for j in range(n_axes):
-            inverse_S[i, j] = (1.0 if i == j else 0.0) - C * R[s, j]
-        E[i] = U[i] - C * Q[s]
+            total = 0j
+            for s in range(C.shape[1]):
+                total += C[i, s] * R[s, j]
+            inverse_S[i, j] = (1.0 if i == j else 0.0) - total
+        total = 0j
+        for s in range(C.shape[1]):
+            total += C[i, s] * Q[s]
+        E[i] = U[i] - total
     if solve_in_place(inverse_S, E):
         for i in range(n_axes):
             U[i] -= own.rolac.alpha * own.sample_time * E[i]

@@ -19,7 +19,7 @@ from fmi_export.records import record, size_of
 from rolac_controller.complex_numbers import COMPLEX, Complex, squared_magnitude
 from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.fourier import ANGLE_TOLERANCE
-from rolac_controller.records import Records
+from rolac_controller.sizes import Records
 
 PROGRESS = record(
     ("angle", "f8"),  # since the last whole revolution (rad)

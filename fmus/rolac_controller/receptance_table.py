@@ -11,14 +11,12 @@ from typing import NamedTuple
 from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import copy_all, part
-from fmi_export.records import record, size_of
 from rolac_controller.complex_numbers import COMPLEX, REAL, Complex
+from rolac_controller.inner_loop import InnerLoop, table_start
 from rolac_controller.pseudo_inverse import SvdWork, negative_pseudo_inverse
-from rolac_controller.records import Parameters, Records
-from rolac_controller.sizes import N_SIZES, Sizes, sizes_of
+from rolac_controller.records import Parameters
+from rolac_controller.sizes import KEY, N_KEY, Records, Sizes, sizes_of
 
-KEY = record(("order", "f8"), ("speed", "f8"))  # of the harmonic, and of the rotor (rad/s)
-N_KEY = size_of(KEY)
 SPARE_ROWS = 48  # for identifications: twelve speeds, four harmonics
 SAME_SPEED = 0.005  # relative; an identification this close to a speed of the table replaces its row
 
@@ -67,13 +65,13 @@ def table_of(array: Array, start: int, capacity: int, sizes: Sizes) -> TableView
 @views
 def built_rows(constants: Array, sizes: Sizes) -> int:
     """Return the number of rows of the table that an FMU with these constants was built with."""
-    return int(constants[N_SIZES + sizes.n_axes])
+    return int(constants[table_start(constants, sizes)])
 
 
 @views
 def built_table(constants: Array, sizes: Sizes) -> TableViews:
     """Return the table that an FMU with these constants was built with."""
-    return table_of(constants, N_SIZES + sizes.n_axes, built_rows(constants, sizes), sizes)
+    return table_of(constants, table_start(constants, sizes), built_rows(constants, sizes), sizes)
 
 
 @views
@@ -126,7 +124,7 @@ def load(built: TableViews, parameters: Parameters, table: TableViews, svd: SvdW
 
 
 @inlined_kernel
-def find_bracket(table: TableViews, order: float, speed: float) -> Bracket:
+def find_bracket(table: TableViews | InnerLoop, order: float, speed: float) -> Bracket:
     """Return the rows of a harmonic on both sides of a speed (rad/s).
 
     Beyond the first and the last speed both rows are the nearest one.

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from fmi_export.jit import views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import size_of
 from rolac_controller.complex_numbers import COMPLEX, REAL, Complex
 from rolac_controller.control_loop import N_HARMONICS
+from rolac_controller.inner_loop import InnerLoop, inner_loop_of
 from rolac_controller.interface import SMALLEST
-from rolac_controller.sizes import N_SIZES, Sizes
-
-Records = np.ndarray[tuple[int], np.dtype[np.record]]
+from rolac_controller.sizes import N_SIZES, Records, Sizes
 
 PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.own_record(kind) for kind in ("parameter", "input", "output"))
 GAINS = SMALLEST.element_record("parameter", "axes")  # of the PID of one axis
@@ -42,6 +39,8 @@ class Parameters(NamedTuple):
         Shape (n_planes,) (m).
     sensor_of_axis
         From the constants: number of the sensor that closes the loop of each axis, shape (n_axes,).
+    inner
+        From the constants: response of the controller that closes the loop beside the PID.
     """
 
     own: Records
@@ -52,6 +51,7 @@ class Parameters(NamedTuple):
     plane_positions: Array
     plane_offsets: Array
     sensor_of_axis: Array
+    inner: InnerLoop
 
 
 class Inputs(NamedTuple):
@@ -92,6 +92,7 @@ def parameters_of(parameters: Array, constants: Array, sizes: Sizes) -> Paramete
         part(parameters, positions, REAL, n_planes),
         part(parameters, positions + n_planes, REAL, n_planes),
         part(constants, N_SIZES, REAL, n_axes),
+        inner_loop_of(constants, sizes),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from fmi_export.records import record
-from rolac_controller.records import Records
+from rolac_controller.sizes import Records
 
 CHECK_MEMORY = record(
     ("displacement", "f8"),  # at the sample before (m)

@@ -21,9 +21,9 @@ from rolac_controller.olac import OlacMemory, olac_memory_of, olac_memory_size
 from rolac_controller.pid import PID_MEMORY
 from rolac_controller.pseudo_inverse import SvdWork, svd_work_of, svd_work_size
 from rolac_controller.receptance_table import table_size
-from rolac_controller.records import Records, inputs_size
+from rolac_controller.records import inputs_size
 from rolac_controller.sensor_check import CHECK_MEMORY
-from rolac_controller.sizes import Sizes, sizes_of
+from rolac_controller.sizes import Records, Sizes, sizes_of
 from signal_chain.readings import N_STREAM, SensorMemory, sensor_memory_of, sensor_memory_size
 
 HEAD = record(
@@ -89,8 +89,8 @@ class Work(NamedTuple):
         Synchronous forces and test force now, shape (n_axes,) (N).
     delta_U, R, H, svd
         Intermediate results of the adaptation: shapes (n_axes,), (n_sensors, n_axes), (n_axes, n_sensors).
-    inverse_S, E
-        Of the notch: shapes (n_axes, n_axes), (n_axes,).
+    C, inverse_S, E
+        Of the notch: shapes (n_axes, n_sensors), (n_axes, n_axes), (n_axes,).
     inputs
         Those of the step, predicted; flat.
     """
@@ -103,6 +103,7 @@ class Work(NamedTuple):
     R: Complex
     H: Complex
     svd: SvdWork
+    C: Complex
     inverse_S: Complex
     E: Complex
     inputs: Array
@@ -165,7 +166,8 @@ def work_of(work: Array, sizes: Sizes) -> Work:
     R = delta_U + 2 * n_axes
     H = R + 2 * n_sensors * n_axes
     svd = H + 2 * n_sensors * n_axes
-    inverse_S = svd + svd_work_size(sizes)
+    C = svd + svd_work_size(sizes)
+    inverse_S = C + 2 * n_axes * n_sensors
     return Work(
         part(work, 0, FINDINGS, 1),
         part(work, displacements, REAL, n_sensors),
@@ -175,6 +177,7 @@ def work_of(work: Array, sizes: Sizes) -> Work:
         part(work, R, COMPLEX, (n_sensors, n_axes)),
         part(work, H, COMPLEX, (n_axes, n_sensors)),
         svd_work_of(work, svd, sizes),
+        part(work, C, COMPLEX, (n_axes, n_sensors)),
         part(work, inverse_S, COMPLEX, (n_axes, n_axes)),
         part(work, inverse_S + 2 * n_axes * n_axes, COMPLEX, n_axes),
         part(work, inverse_S + 2 * n_axes * (n_axes + 1), REAL, inputs_size(sizes)),
@@ -194,7 +197,7 @@ def n_work(constants: Array) -> int:
         N_FINDINGS
         + n_sensors * (1 + 2 * N_HARMONICS)
         + 5 * n_axes
-        + 2 * n_axes * (2 * n_sensors + n_axes)
+        + 2 * n_axes * (3 * n_sensors + n_axes)
         + svd_work_size(sizes)
         + inputs_size(sizes)
     )

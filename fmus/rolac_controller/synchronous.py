@@ -104,7 +104,7 @@ def adapt(parameters: Parameters, inputs: Inputs, state: State, work: Work, tabl
         if order == 0.0:
             break
         interpolate_matrix(table, find_bracket(table, order, Omega), mode, work)
-        step_harmonic(parameters, order * Omega, state, work, k)
+        step_harmonic(parameters, order, Omega, state, work, k)
 
 
 @inlined_kernel
@@ -117,13 +117,13 @@ def interpolate_matrix(table: TableViews, bracket: Bracket, mode: float, work: W
 
 
 @inlined_kernel
-def step_harmonic(parameters: Parameters, omega: float, state: State, work: Work, number: int) -> None:
-    """Change the forces of one harmonic, at the frequency omega (rad/s), by one step of the law."""
+def step_harmonic(parameters: Parameters, order: float, Omega: float, state: State, work: Work, number: int) -> None:
+    """Change the forces of one harmonic, of an order at a speed (rad/s), by one step of the law."""
     own = parameters.own[0]
     mode = own.rolac.mode
     Q, U = work.Q[number], state.U[number]
     if mode in (NOTCH, FORCE_FREE):
-        reject_synchronous(parameters, omega, Q, U, work)
+        reject_synchronous(parameters, order, Omega, Q, U, work)
         return
     gain = own.rolac.alpha * own.sample_time if mode == ROLAC else 1.0
     integral_step(work.H, gain, Q, work.delta_U)

@@ -46,6 +46,14 @@ def test_a_named_connection_and_a_signal_come_before_a_pattern():
     assert found.source_of("rotor.mb2.f_y") is None
 
 
+def test_inputs_may_have_an_ending_that_outputs_lack():
+    added = replace(SYSTEM, connections=(Connection("rotor.*.x", "magnet.*.x.added"),))
+    ports = interfaces(("a", "b"))
+    ports["magnet"] = of_reals(["a.x.added", "b.x.added", "c.x.added"], [])
+    ends = expand(replace(added, components=(*SYSTEM.components[1:], Component("magnet", "magnet"))), ports)
+    assert {(c.source, c.target) for c in ends.connections} == {(f"rotor.{b}.x", f"magnet.{b}.x.added") for b in "ab"}
+
+
 def test_a_parameter_whose_pattern_matches_nothing_is_left_out():
     assert expand(SYSTEM, interfaces(("mb1",))).parameters == {"magnet": {"*.gap": 1.0}}
 
@@ -54,7 +62,7 @@ def test_a_parameter_whose_pattern_matches_nothing_is_left_out():
     ("change", "message"),
     [
         ({"connections": (Connection("rotor.q?", "magnet.q?"),)}, r"no output of rotor that q\? matches is an input"),
-        ({"connections": (Connection("rotor.*", "magnet.*.x"),)}, "are patterns, and must be the same one"),
+        ({"connections": (Connection("rotor.*.x", "magnet.*.y"),)}, "are patterns, and must be the same one"),
         ({"connections": (Connection("roter.*", "magnet.*"),)}, "no component 'roter'; did you mean rotor"),
         ({"components": (Component("magnet", "m", mandatory=("i?",)), Component("rotor", "r"))}, r"has no input i\?"),
     ],

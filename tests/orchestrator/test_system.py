@@ -182,6 +182,15 @@ def test_the_same_fmu_replaces_nothing():
     assert SYSTEM.with_fmu("rotor", "mine.fmu").replaced == ("rotor",)
 
 
+def test_a_model_that_is_made_from_a_file_is_left_open_and_not_replaced():
+    system = load_system("levitated_inner_loop")
+    assert system.component("linear_controller").fmu == "linear_controller"
+    filled = system.with_fmu("linear_controller", "lead.npz")
+    assert filled.component("linear_controller").fmu == "lead.npz"
+    assert filled.replaced == ()
+    assert filled.with_fmu("linear_controller", "other.npz").replaced == ("linear_controller",)
+
+
 @pytest.mark.parametrize("end", ["rotor", "rotor.", ""])
 def test_an_end_has_a_component_and_a_variable(end):
     with pytest.raises(ValueError, match=r"is no component\.variable"):

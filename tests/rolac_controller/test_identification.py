@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from controller_bench import Plant, synchronous
 from rig import AXES, DONE, FAILED, SLOT_AFTER, identified_receptance, pack
+from sampled_loop import zoh_response
 from slow import slow_but_first
 
 from amb_cosim.design.controller_data import SPEEDS
-from amb_cosim.design.sampled_loop import zoh_response
 from rolac_controller.enumerations import (
     ADAPTING,
     CONTACT_OCCURRED,

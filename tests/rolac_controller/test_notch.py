@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 from controller_bench import Plant
-from rig import AXES, identified_receptance, pack
+from rig import AXES, LOOP, identified_receptance, pack
+from sampled_loop import zoh_response
 
-from amb_cosim.design.sampled_loop import zoh_response
+from amb_cosim.design.controller_data import pack_rows
 from rolac_controller.enumerations import FORCE_FREE, NOTCH
 from rolac_controller.notch import solve_in_place
 
@@ -91,3 +92,51 @@ def test_equations_without_a_solution_change_nothing(bench):
     A = np.zeros((4, 4), dtype=complex)
     A[:, 0] = 1.0
     assert not solve_in_place(A, np.ones(4, dtype=complex))
+
+
+def beneath_an_inner_loop(bench, rotor, mode, known=True, seconds=2.5):
+    """The same without a PID, on top of a controller of its own, u = -(K0 q + K1 (q - q_before)): its whole force."""
+    omega = 2.0 * math.pi * 25.0
+    K0, K1 = np.zeros((4, 8)), np.zeros((4, 8))
+    for k, (own, far) in enumerate(zip((4, 5, 2, 3), (6, 7, 0, 1), strict=True)):
+        K0[k, own], K0[k, far], K1[k, own] = 2.7e6, 3e5, 5e3 / H
+    C = K0 + K1 * (1.0 - np.exp(-1j * omega * H))
+    P = zoh_response(*rotor, omega, H)
+    receptance = P @ np.linalg.inv(np.eye(4) + C @ P)
+    constants = pack_rows(LOOP, [(1, omega, receptance)], [(1, 0.5 * omega, 0.5 * C), (1, 1.5 * omega, 1.5 * C)])
+    b = bench(
+        constants if known else pack([omega], [receptance]),
+        pid=False,
+        Omega=omega,
+        rolac__mode=mode,
+        pid__direct=1.0,
+        **GAINS,
+        **{f"{name}__{gain}_{a}": 0.0 for name, a in AXES for gain in ("k_p", "k_d")},
+    )
+    plant = Plant.sampled(*rotor, H)
+    unbalance = 300.0 * np.exp(1j * np.arange(4.0))
+    forces, before = [], np.zeros(8)
+    for n in range(round(seconds / H)):
+        q = plant.c @ plant.x
+        b["rolac_enable"] = float(n > 1000)
+        b.sense(q)
+        turning = (unbalance * np.exp(1j * b.theta)).real
+        b.sample()
+        whole = b.axis_forces() - K0 @ q - K1 @ (q - before)
+        plant.x, before = plant.a @ plant.x + plant.b @ (whole + turning), q
+        forces.append(whole)
+    turn = np.exp(-1j * omega * H * np.arange(len(forces)))[-1600:]
+    return 2.0 * np.mean(np.array(forces)[-1600:] * turn[:, None], axis=0), b.components()[[4, 5, 2, 3]]
+
+
+def test_notch_removes_the_synchronous_force_of_an_inner_loop_too(bench, rotor):
+    force, _ = beneath_an_inner_loop(bench, rotor, NOTCH)
+    without, _ = beneath_an_inner_loop(bench, rotor, NOTCH, known=False)
+    assert np.abs(without).min() > 50.0
+    assert np.abs(force).max() < 1e-4 * np.abs(without).max()
+
+
+def test_force_rejection_on_top_of_an_inner_loop_frees_the_rotor(bench, rotor):
+    force, position = beneath_an_inner_loop(bench, rotor, FORCE_FREE, seconds=3.0)
+    assert np.abs(force).min() > 100.0
+    assert np.abs(force + K_S * position).max() < 2e-2 * np.abs(force).max()

@@ -5,10 +5,12 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+import sampled_loop
 
 from amb_actuator.actuator import model_for as actuator_for
-from amb_cosim.design import controller_data, sampled_loop
+from amb_cosim.design import controller_data
 from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.design.sampled_loop import given_parameters as parameters_of_loop
 from rolac_controller.controller import model_for as controller_for
 from rolac_controller.enumerations import last_stages
 from rolac_controller.sizes import sizes_of
@@ -23,5 +25,5 @@ SLOT_AFTER, DONE, FAILED = last_stages(len(AXES))
 pack = partial(controller_data.pack, LOOP)
 NO_TABLE = controller_data.no_table(LOOP)
 SIZES = sizes_of(NO_TABLE)
-given_parameters = partial(sampled_loop.given_parameters, LOOP)
+given_parameters = partial(parameters_of_loop, LOOP)
 identified_receptance = partial(sampled_loop.identified_receptance, LOOP)

@@ -24,6 +24,7 @@ from amb_files.atomic import check_writable
 @ROTOR
 @SETTINGS
 @FLAVOUR
+@click.option("--computed", is_flag=True, help="From the linear model of the sampled loop; nothing is simulated.")
 def identify(output: Path, **options: Any) -> None:
     """Identify the receptances of the levitated rotor, as its controller does, and keep them in a table.
 

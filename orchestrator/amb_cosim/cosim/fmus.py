@@ -100,6 +100,11 @@ def is_model(fmu: str) -> bool:
     return fmu in models() or Path(fmu).suffix in MADE_FROM_FILE
 
 
+def is_placeholder(fmu: str) -> bool:
+    """Return whether a component's model is none before a file is named that it is made from."""
+    return fmu in MADE_FROM_FILE.values()
+
+
 def _resolved(fmu: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return the name of a model and its options, with the file that it is made from."""
     if fmu not in models() and Path(fmu).suffix in MADE_FROM_FILE:

@@ -15,7 +15,8 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
     """Return the system with its patterns replaced by the names that they match in these interfaces.
 
     A connection whose two ends have the same pattern connects every output of the one component with the input of the
-    same name of the other, where both match and nothing else feeds that input.
+    same name of the other, where both match and nothing else feeds that input. The pattern of the inputs may have an
+    ending besides, without `*` and `?`, which their names have too.
 
     Raises
     ------
@@ -51,18 +52,23 @@ def is_pattern(name: str) -> bool:
 
 def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInterface]) -> list[Connection]:
     (source, pattern), (target, other) = system.split(link.source), system.split(link.target)
-    if pattern != other:
-        raise ValueError(f"{link.source} and {link.target} are patterns, and must be the same one")
+    ending = other.removeprefix(pattern)
+    if not other.startswith(pattern) or is_pattern(ending):
+        raise ValueError(
+            f"{link.source} and {link.target} are patterns, and must be the same one; that of the inputs may have an "
+            "ending besides"
+        )
     inputs = {port.name for port in interfaces[target].of("input")}
     outputs = [port.name for port in interfaces[source].of("output")]
-    names = [name for name in fnmatch.filter(outputs, pattern) if name in inputs]
+    names = [name for name in fnmatch.filter(outputs, pattern) if f"{name}{ending}" in inputs]
     if not names and not link.inherited and link.option is None:
         raise ValueError(f"no output of {source} that {pattern} matches is an input of {target}")
     for left in link.but:
         if not fnmatch.filter(inputs, left) and not link.inherited:
             raise ValueError(f"remove: {target} has no parameter or input {left!r}; {suggest(left, inputs)}")
-    names = [name for name in names if not any(fnmatch.fnmatchcase(name, left) for left in link.but)]
-    return [replace(link, source=f"{source}.{name}", target=f"{target}.{name}", but=()) for name in names]
+    ends = {name: f"{name}{ending}" for name in names}
+    fed = {a: b for a, b in ends.items() if not any(fnmatch.fnmatchcase(b, left) for left in link.but)}
+    return [replace(link, source=f"{source}.{a}", target=f"{target}.{b}", but=()) for a, b in fed.items()]
 
 
 def _has(interface: FmuInterface | None, name: str) -> bool:

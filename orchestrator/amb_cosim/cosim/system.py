@@ -11,6 +11,7 @@ import numpy as np
 
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmus import is_placeholder
 from amb_cosim.cosim.master import Wiring
 from amb_cosim.cosim.values import Raw
 from amb_files.suggestions import suggest
@@ -108,6 +109,8 @@ class System:
         old = self.component(name)
         if fmu == old.fmu:
             return self
+        if is_placeholder(old.fmu):
+            return replace(self, components=tuple(replace(c, fmu=fmu) if c is old else c for c in self.components))
         changed = replace(old, fmu=fmu, replaces=old.replaces or old.fmu)
         links = tuple(replace(link, inherited=True) if link.touches(name) else link for link in self.connections)
         components = tuple(changed if c.name == name else c for c in self.components)

@@ -23,7 +23,7 @@ def overlaid(below: SystemTable, above: OverlayTable) -> SystemTable:
         names = [component.name for component in components]
         if new.name in names:
             place = names.index(new.name)
-            replaced |= {new.name} if new.fmu != components[place].fmu else set()
+            replaced |= {new.name} if new.replaces(components[place]) else set()
             components[place] = new.in_place_of(components[place])
         elif new.before is None:
             components.append(new)

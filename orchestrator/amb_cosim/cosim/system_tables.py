@@ -8,6 +8,7 @@ from pydantic import Field, PrivateAttr
 
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.experiment import EVERYTHING, Experiment, InputChange, Profile
+from amb_cosim.cosim.fmus import is_placeholder
 from amb_cosim.cosim.stopping import StopCondition
 from amb_cosim.cosim.system import Component, Connection
 from amb_cosim.cosim.tables import Count, Table, Value, Values, time_of
@@ -37,8 +38,12 @@ class ComponentTable(Table):
         """Return the component in the place of another: what feeds that must feed this, as far as it has the inputs."""
         mandatory = self.mandatory if "mandatory" in self.model_fields_set else old.mandatory
         new = self.model_copy(update={"mandatory": mandatory})
-        new._replaces = (old._replaces or old.fmu) if new.fmu != old.fmu else old._replaces
+        new._replaces = (old._replaces or old.fmu) if new.replaces(old) else old._replaces
         return new
+
+    def replaces(self, old: ComponentTable) -> bool:
+        """Return whether this is another FMU than that of a component, and not the file that it was left open for."""
+        return self.fmu != old.fmu and not is_placeholder(old.fmu)
 
 
 class ConnectTable(Table):

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.parameters import LARGEST_ORDER
-from rolac_controller.receptance_table import KEY
-from rolac_controller.sizes import SIZES
+from rolac_controller.sizes import KEY, SIZES
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -107,10 +106,15 @@ def pack(loop: ControlLoop, speeds: ArrayLike, receptances: ArrayLike, orders: S
     return pack_rows(loop, rows)
 
 
-def pack_rows(loop: ControlLoop, rows: Iterable[tuple[int, float, Complex]]) -> Array:
+def pack_rows(
+    loop: ControlLoop,
+    rows: Iterable[tuple[int, float, Complex]],
+    inner: Iterable[tuple[int, float, Complex]] = (),
+) -> Array:
     """Return the constants of a controller from (order, speed, R), ascending in order and speed; see `pack`.
 
-    They are laid out as `rolac_controller.sizes` and `rolac_controller.receptance_table` read them.
+    They are laid out as `rolac_controller.sizes`, `inner_loop` and `receptance_table` read them. `inner` are
+    (order, speed, C) of a controller that closes the loop beside the PID (`rolac_controller.inner_loop`).
     """
     keys, receptances, inverses = [], [], []
     for order, speed, receptance in rows:
@@ -120,10 +124,13 @@ def pack_rows(loop: ControlLoop, rows: Iterable[tuple[int, float, Complex]]) -> 
             raise ValueError(f"at {speed:g} rad/s: {error}") from error
         keys.append((order, speed))
         receptances.append(receptance)
-    names = loop.sensor_names
+    names, responses = loop.sensor_names, list(inner)
     parts = (
         np.array([(len(loop.bearings), len(loop.planes))], dtype=SIZES),
         np.array([names.index(axis.sensor) for axis in loop.axes], dtype=np.float64),
+        np.array([len(responses)], dtype=np.float64),
+        np.array([(order, speed) for order, speed, _ in responses], dtype=KEY),
+        np.array([C for *_, C in responses], dtype=np.complex128),
         np.array([len(keys)], dtype=np.float64),
         np.array(keys, dtype=KEY),
         np.array(receptances, dtype=np.complex128),

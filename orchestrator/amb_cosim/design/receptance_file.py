@@ -49,11 +49,15 @@ def loop_parameters(loop: ControlLoop, parameters: Mapping[str, float] | None = 
 
 @dataclass(frozen=True)
 class Entry:
-    """A receptance R, shape (n_sensors, n_axes) (m/N), of one harmonic at one speed (rad/s)."""
+    """A receptance R, shape (n_sensors, n_axes) (m/N), of one harmonic at one speed (rad/s).
+
+    `inner` is the response C of a controller that closes the loop beside the PID, shape (n_axes, n_sensors) (N/m).
+    """
 
     order: int
     speed: float
     receptance: Complex
+    inner: Complex | None = None
 
 
 @dataclass(frozen=True)
@@ -78,8 +82,12 @@ class ReceptanceTable:
     parameters: Mapping[str, float]
     entries: tuple[Entry, ...] = ()
 
-    def updated(self, speed: float, receptance: ArrayLike, order: int = 1) -> ReceptanceTable:
+    def updated(
+        self, speed: float, receptance: ArrayLike, order: int = 1, inner: Complex | None = None
+    ) -> ReceptanceTable:
         """Return the table with a new receptance, which replaces one at that speed (within 0.5 %) if there is one.
+
+        `inner` is as of an `Entry`.
 
         Raises
         ------
@@ -92,7 +100,7 @@ class ReceptanceTable:
         shape = (len(self.sensors), len(self.axes))
         if np.shape(receptance) != shape:
             raise ValueError(f"receptance of shape {np.shape(receptance)} is not allowed; it must be {shape}")
-        new = Entry(order, float(speed), np.asarray(receptance, dtype=np.complex128))
+        new = Entry(order, float(speed), np.asarray(receptance, dtype=np.complex128), inner)
         same = [e for e in self.entries if e.order == order and abs(e.speed - speed) <= SAME_SPEED * speed]
         old = min(same, key=lambda e: abs(e.speed - speed), default=None)
         kept = [e for e in self.entries if e is not old]
@@ -109,7 +117,8 @@ class ReceptanceTable:
         if not self.entries:
             raise ValueError(f"the table of rotor {self.rotor} has no entry")
         _check_names(self, loop, f"the table of rotor {self.rotor}")
-        return pack_rows(loop, ((e.order, e.speed, e.receptance) for e in self.entries))
+        inner = [(e.order, e.speed, e.inner) for e in self.entries if e.inner is not None]
+        return pack_rows(loop, ((e.order, e.speed, e.receptance) for e in self.entries), inner)
 
     def write(self, path: Path) -> None:
         """Write the table; a failure or an interruption leaves the old file as it was."""
@@ -138,9 +147,18 @@ class ReceptanceTable:
         return "\n".join([*head, *(line for entry in self.entries for line in _lines(entry))]) + "\n"
 
 
-def empty_table(rotor: str, loop: ControlLoop, parameters: Mapping[str, float] | None = None) -> ReceptanceTable:
-    """Return a table without entries for the rotor of this name, its loop and the controller's parameters."""
-    return ReceptanceTable(rotor, loop.sensor_names, loop.axis_names, loop_parameters(loop, parameters))
+def empty_table(
+    rotor: str,
+    loop: ControlLoop,
+    parameters: Mapping[str, float] | None = None,
+    inner: Mapping[str, float] | None = None,
+) -> ReceptanceTable:
+    """Return a table without entries for the rotor of this name, its loop and the controller's parameters.
+
+    `inner` are those of a controller beneath it, by `component.name`.
+    """
+    known = {**loop_parameters(loop, parameters), **(inner or {})}
+    return ReceptanceTable(rotor, loop.sensor_names, loop.axis_names, known)
 
 
 def read_table(
@@ -170,7 +188,7 @@ def read_table(
     """
     name = f"table of receptances {path}"
     file = validate(read_toml(path, name), _ReceptanceFile, name)
-    entries = tuple(Entry(entry.order, entry.speed, entry.receptance) for entry in file.receptance)
+    entries = tuple(Entry(entry.order, entry.speed, entry.receptance, entry.inner) for entry in file.receptance)
     found = ReceptanceTable(file.rotor, file.sensors, file.axes, file.loop, entries)
     if rotor is not None and found.rotor != rotor:
         raise ValueError(f"{name}: it is of rotor {found.rotor!r}, not of {rotor!r}")
@@ -196,6 +214,8 @@ def _lines(entry: Entry) -> list[str]:
         "imaginary = [",
         *rows(entry.receptance.imag),
         "]",
+        *([] if entry.inner is None else ["inner_real = [", *rows(entry.inner.real), "]"]),
+        *([] if entry.inner is None else ["inner_imaginary = [", *rows(entry.inner.imag), "]"]),
     ]
 
 
@@ -228,10 +248,17 @@ class _Receptance:
     speed: Annotated[StrictFloat, Gt(0.0), Unit("rad/s")]
     real: Matrix
     imaginary: Matrix
+    inner_real: Matrix | None = None
+    inner_imaginary: Matrix | None = None
 
     def __post_init__(self) -> None:
         if self.real.shape != self.imaginary.shape:
             raise ValueError(f"real is {_shape(self.real)} and imaginary {_shape(self.imaginary)}; they must be alike")
+        if (self.inner_real is None) != (self.inner_imaginary is None):
+            raise ValueError("inner_real and inner_imaginary must both be given, or none of them")
+        for name, matrix in (("inner_real", self.inner_real), ("inner_imaginary", self.inner_imaginary)):
+            if matrix is not None and matrix.shape != self.real.T.shape:
+                raise ValueError(f"{name} is {_shape(matrix)}; it must be {_shape(self.real.T)}, axes by sensors")
         try:
             inverse_receptance(self.receptance)
         except ValueError as error:
@@ -241,6 +268,13 @@ class _Receptance:
     def receptance(self) -> Complex:
         """R = real + j imaginary, shape (n_sensors, n_axes)."""
         return self.real + 1j * self.imaginary
+
+    @property
+    def inner(self) -> Complex | None:
+        """C = inner_real + j inner_imaginary, shape (n_axes, n_sensors), if there is one."""
+        if self.inner_real is None or self.inner_imaginary is None:
+            return None
+        return self.inner_real + 1j * self.inner_imaginary
 
 
 @table

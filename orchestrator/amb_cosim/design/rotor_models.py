@@ -69,14 +69,20 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
     return model, _modelled(rotor, loop) if table is None else table.constants(loop)
 
 
-def check_loop(receptances: Path, parameters: Mapping[str, float | None], rotor: str | Path | None = None) -> None:
+def check_loop(
+    receptances: Path,
+    parameters: Mapping[str, float | None],
+    rotor: str | Path | None = None,
+    inner: Mapping[str, float] | None = None,
+) -> None:
     """Raise a ValueError if a table was identified in another loop than that of a controller with these parameters.
 
-    The controller is that of a rotor, by default that of the packs.
+    The controller is that of a rotor, by default that of the packs; `inner` are parameters of a linear controller
+    beneath it, by `component.name`.
     """
     known = {name: value for name, value in parameters.items() if value is not None}
     loop = control_loop(load_rotor(rotor))
-    read_table(receptances, loop=loop, parameters=loop_parameters(loop, known))
+    read_table(receptances, loop=loop, parameters={**loop_parameters(loop, known), **(inner or {})})
 
 
 def _modelled(rotor: Rotor, loop: ControlLoop) -> Array:

@@ -20,6 +20,7 @@ from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
 from amb_cosim.packaging.models import Made
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.scenario.inner_loop import inner_loop_parameters
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import system_of
@@ -104,12 +105,14 @@ def levitated_rotor(
     if table is not None:
         from amb_cosim.design.rotor_models import check_loop
 
+        given = plan.all_parameters(interfaces)
+        inner = inner_loop_parameters(system, given)
         for component in system.components:
             if component.fmu == CONTROLLER:
-                check_loop(table, plan.parameters[component.name], rotor)
+                check_loop(table, given[component.name], rotor, inner)
     model, constants = assembled(plan, made, scenario.coupling if scenario else None)
-    given = {f"{component}.{name}": value for component, of in plan.parameters.items() for name, value in of.items()}
-    return with_starts(model, given | dict(plan.inputs)), constants
+    starts = {f"{component}.{name}": value for component, of in plan.parameters.items() for name, value in of.items()}
+    return with_starts(model, starts | dict(plan.inputs)), constants
 
 
 def made_for(system: System, source: Callable[..., Made] = model_source, **options: Any) -> dict[str, Made]:

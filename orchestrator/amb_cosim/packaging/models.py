@@ -62,7 +62,9 @@ def linear_controller(file: Path | None = None, **_: Any) -> Made:
     from amb_cosim.controllers.linear_controller import linear_controller as made_of
 
     if file is None:
-        raise ValueError("linear_controller is made from a file; name that in its place, such as fmu = 'lead.mat'")
+        raise ValueError(
+            "linear_controller is made from a file; name that in its place, such as fmu.linear_controller = 'lead.mat'"
+        )
     return made_of(file).model_and_constants
 
 

@@ -31,6 +31,7 @@ from amb_cosim.results.places import CONTROLLER, places_of
 from amb_cosim.results.result import Result
 from amb_cosim.results.stability import LAST_CHANGE
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
+from amb_cosim.scenario.inner_loop import inner_loop_parameters
 from amb_cosim.scenario.plan import ScenarioPlan, plan_scenario
 from amb_cosim.scenario.power import with_power
 from amb_cosim.scenario.scenario import Scenario, given_scenario
@@ -179,7 +180,8 @@ def plan_prepared(
     if table is not None and controller is not None:
         from amb_cosim.design.rotor_models import check_loop  # a run without a table needs nothing of it
 
-        check_loop(table, plan.all_parameters(assembly.interfaces)[controller], scenario.rotor)
+        given = plan.all_parameters(assembly.interfaces)
+        check_loop(table, given[controller], scenario.rotor, inner_loop_parameters(assembly.system, given))
     return Prepared(scenario, plan, assembly)
 
 

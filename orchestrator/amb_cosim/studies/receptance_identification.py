@@ -23,6 +23,7 @@ from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.studies.inputs import Number, spin_speeds
 from amb_cosim.studies.receptance_measurement import (
     IdentifiedReceptance,
+    computed_identification,
     prepare_identification,
     ratios,
     run_identification,
@@ -94,9 +95,12 @@ def identify(
     rotor: Path | str | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
+    computed: bool = False,
     progress: bool | Report | None = None,
 ) -> Identification:
     """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.
+
+    They are those of the loop with all its controllers, a linear one beneath the synchronous control too.
 
     Ctrl-C ends the study; the result then holds the speeds before.
 
@@ -116,6 +120,8 @@ def identify(
         Values by `component.variable`, numbers or texts with units.
     flavour
         Flavour of the FMUs.
+    computed
+        Whether they come from the linear model of the sampled loop, in place of co-simulations.
     progress
         Whether bars are shown (by default in a terminal and in a notebook), or a function that is called now and then
         with an `IdentificationProgress`.
@@ -137,10 +143,10 @@ def identify(
             def report_steps(done: int, total: int, speed: float = prepared.plan.speed) -> None:
                 report(IdentificationProgress(speed, len(results), len(runs), done, total))
 
-            result = run_identification(prepared, report_steps)
+            result = computed_identification(prepared) if computed else run_identification(prepared, report_steps)
             results.append(result)
             if result.receptance is not None:
-                table = table.updated(result.speed, result.receptance, result.order)
+                table = table.updated(result.speed, result.receptance, result.order, result.inner)
                 if path is not None:
                     table.write(path)
             if result.interrupted:

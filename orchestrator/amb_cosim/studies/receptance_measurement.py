@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,10 +21,11 @@ from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
 from amb_cosim.design.sampled_loop import given_parameters
 from amb_cosim.results.places import CONTROLLER
+from amb_cosim.scenario.inner_loop import inner_loop_parameters
 from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
 from amb_cosim.studies.machine import Machine, machine_of
-from amb_cosim.studies.sampled_receptance import sampled_receptance
+from amb_cosim.studies.sampled_receptance import inner_response, sampled_receptance
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.enumerations import ERRORS, GIVEN, ILL_CONDITIONED, last_stages, stages
 from rolac_controller.excitation import force_component, periods
@@ -56,6 +57,8 @@ class IdentifiedReceptance:
         R, shape (n_sensors, n_axes), complex (m/N); None if the identification failed.
     model
         R of the linear model of the same sampled loop.
+    inner
+        Response of a controller beneath the synchronous control (`sampled_receptance.inner_response`), if there is one.
     reason
         Why it failed; empty if it did not.
     interrupted
@@ -68,6 +71,7 @@ class IdentifiedReceptance:
     force: Annotated[float, "N"]
     receptance: Annotated[Complex | None, "m/N"]
     model: Annotated[Complex, "m/N"]
+    inner: Annotated[Complex | None, "N/m"] = None
     reason: str = ""
     interrupted: bool = False
 
@@ -141,9 +145,10 @@ def table_for(prepared: Prepared, path: Path | None) -> ReceptanceTable:
     """
     machine = machine_of(prepared, CONTROLLER)
     parameters, controlled, name = machine.parameters[CONTROLLER], machine.controlled, machine.rotor.name
+    inner = inner_loop_parameters(prepared.assembly.system, machine.parameters)
     if path is not None and path.exists():
-        return read_table(path, name, controlled, loop_parameters(controlled, parameters))
-    return empty_table(name, controlled, parameters)
+        return read_table(path, name, controlled, {**loop_parameters(controlled, parameters), **inner})
+    return empty_table(name, controlled, parameters, inner)
 
 
 def run_identification(prepared: Prepared, progress: Progress | None = None) -> IdentifiedReceptance:
@@ -151,22 +156,32 @@ def run_identification(prepared: Prepared, progress: Progress | None = None) -> 
 
     `progress` is called with the number of steps done, and of all steps.
     """
-    machine = machine_of(prepared, CONTROLLER)
-    order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
+    found = computed_identification(prepared)
     result = run_prepared(prepared, progress)
     receptance, reason = None, result.outcome.failure or ""
     if result.outcome.failure is None:
-        receptance, reason = _result(result.dataset.isel(time=-1), machine.controlled)
-    return IdentifiedReceptance(
+        receptance, reason = _result(result.dataset.isel(time=-1), machine_of(prepared, CONTROLLER).controlled)
+    interrupted = result.outcome.status == "interrupted"
+    return replace(found, receptance=receptance, reason=reason, interrupted=interrupted)
+
+
+def computed_identification(prepared: Prepared) -> IdentifiedReceptance:
+    """Return what an identification would find, by the linear model of the loop; nothing is simulated."""
+    machine = machine_of(prepared, CONTROLLER)
+    order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
+    model = sampled_receptance(prepared, order)
+    found = IdentifiedReceptance(
         speed=machine.Omega,
         order=order,
         periods=int(periods(machine.Omega / (2.0 * math.pi))),
         force=force_amplitude(machine),
-        receptance=receptance,
-        model=sampled_receptance(prepared, order),
-        reason=reason,
-        interrupted=result.outcome.status == "interrupted",
+        receptance=model,
+        model=model,
+        inner=inner_response(prepared, order),
     )
+    if condition_number(model) > MAX_CONDITION:
+        return replace(found, receptance=None, reason=ERRORS.sentences[ILL_CONDITIONED])
+    return found
 
 
 def force_amplitude(machine: Machine) -> float:

@@ -13,6 +13,7 @@ from rig import CONTROLLER, LOOP, SIZES, given_parameters, pack
 
 from amb_cosim.design.controller_data import inverse_receptance
 from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_table
+from rolac_controller.inner_loop import inner_loop_of
 from rolac_controller.pseudo_inverse import svd_work_of, svd_work_size
 from rolac_controller.receptance_table import built_table, find_bracket, interpolate, load, table_in_use, table_size
 
@@ -37,6 +38,19 @@ def test_what_is_written_is_read_to_the_last_bit(table, tmp_path):
     for a, b in zip(found.entries, table.entries, strict=True):
         np.testing.assert_array_equal(a.receptance, b.receptance)
     assert [p.name for p in (tmp_path / "new").iterdir()] == ["table.toml"]
+
+
+def test_response_of_an_inner_loop_is_kept_beside_its_receptance(table, receptance, tmp_path):
+    C = np.arange(32.0).reshape(4, 8) * (1.0 - 2.0j)
+    table.updated(31.4, receptance, inner=C).write(tmp_path / "table.toml")
+    found = read_table(tmp_path / "table.toml")
+    np.testing.assert_array_equal(found.entries[0].inner, C)
+    assert found.entries[1].inner is None
+    constants = found.constants(LOOP)
+    inner = inner_loop_of(constants, SIZES)
+    assert [tuple(key) for key in inner.keys] == [(1.0, 31.4)]
+    np.testing.assert_array_equal(inner.C, [C])
+    np.testing.assert_array_equal(built_table(constants, SIZES).R[0], receptance)
 
 
 @settings(deadline=None)
@@ -189,6 +203,11 @@ def edit(old, new):
         (edit("real = [\n  [", "real = [\n  [1.0, "), "rows of equally many numbers"),
         (edit("real = [\n  [", "real = [\n  ['x', "), "rows of equally many numbers"),
         (edit("imaginary", "imag"), r"receptance\[0\]\.imaginary is missing"),
+        (edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]"), "must both be given, or none"),
+        (
+            edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]\ninner_imaginary = [[1.0]]"),
+            r"receptance\[0\]: inner_real is 1 rows of 1 numbers; it must be 4 rows of 8 numbers, axes by sensors",
+        ),
         (
             edit("real = [\n  [", "real = [\n  [inf, 1.0, 1.0, 1.0], #"),
             r"receptance\[0\]\.real = .* is not allowed; it must be rows of equally many numbers, all finite",

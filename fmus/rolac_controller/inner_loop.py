@@ -1,0 +1,46 @@
+"""The response of a controller that closes the loop in place of the PID, or beside it, at speeds of a table.
+
+The constants hold it: the number of rows, their keys, ascending in harmonic order and speed, and C of each,
+
+    u = -C q,   C of shape (n_axes, n_sensors) (N/m),
+
+the force that the inner controller's currents stand for, K_i i, for what the sensors show, q, at the harmonic.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from rolac_controller.complex_numbers import COMPLEX, REAL, Complex
+from rolac_controller.sizes import KEY, N_KEY, N_SIZES, Records, Sizes
+
+
+class InnerLoop(NamedTuple):
+    """Views of the table: number of rows (1,), records KEY (n,), C (n, n_axes, n_sensors) (N/m)."""
+
+    n_rows: Array
+    keys: Records
+    C: Complex
+
+
+@views
+def inner_loop_of(constants: Array, sizes: Sizes) -> InnerLoop:
+    """Return the table in the constants of a controller of these sizes."""
+    start = N_SIZES + sizes.n_axes
+    n = int(constants[start])
+    keys = start + 1
+    return InnerLoop(
+        part(constants, start, REAL, 1),
+        part(constants, keys, KEY, n),
+        part(constants, keys + n * N_KEY, COMPLEX, (n, sizes.n_axes, sizes.n_sensors)),
+    )
+
+
+@views
+def table_start(constants: Array, sizes: Sizes) -> int:
+    """Return where the table of receptances begins in the constants: after that of the inner loop."""
+    start = N_SIZES + sizes.n_axes
+    return start + 1 + int(constants[start]) * (N_KEY + 2 * sizes.n_axes * sizes.n_sensors)

@@ -1,0 +1,35 @@
+"""What a table of receptances depends on in a linear controller beneath the synchronous control."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+from amb_cosim.cosim.fmus import MADE_FROM_FILE, model_source
+from amb_cosim.cosim.system import System
+
+# Names, and endings of names of signals and demands.
+_PARAMETERS = ("delay", "chain.preset", "chain.filter", "chain.delay", "chain.cutoff")
+_ENDINGS = (".gain", ".scale")
+
+
+def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, float | None]]) -> dict[str, float]:
+    """Return what decides the responses of linear controllers: parameters, and a checksum (CRC-32) of their matrices.
+
+    Parameters
+    ----------
+    system
+        Of the run.
+    parameters
+        By component and name.
+    """
+    found: dict[str, float] = {}
+    for component in system.components:
+        if Path(component.fmu).suffix not in MADE_FROM_FILE:
+            continue
+        given = parameters[component.name]
+        names = [name for name in given if name in _PARAMETERS or name.endswith(_ENDINGS)]
+        found |= {f"{component.name}.{name}": float(given[name] or 0.0) for name in names}
+        found[f"{component.name}.matrices"] = float(zlib.crc32(model_source(component.fmu)[1].tobytes()))
+    return found

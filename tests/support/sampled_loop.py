@@ -1,0 +1,100 @@
+"""The synchronous receptance that the controller identifies on a given plant: the sampled closed loop in z.
+
+    U --(+)--> D --> hold, plant P --> rotor --> sensors F --+--> Q = R U        R = F (I + P D C S F)^-1 P D
+         ^-                                                  |
+         +------------------- C S <-------------------------+
+
+P is the plant's response from held forces to the displacements of the sensors, F the response of sensors (scale,
+offset) and filter, S picks the sensor of each axis, C is the PID (`pid.response`) and D = 1/z the delay; all at
+z = exp(j omega h).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm
+
+from amb_cosim.design.sampled_loop import given_parameters, sensor_response
+from rolac_controller.control_loop import ControlLoop
+from rolac_controller.pid import response
+from rolac_controller.records import Parameters
+from signal_chain.presets import is_on
+
+Complex = NDArray[np.complex128]
+
+
+def zoh_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_time: float) -> Complex:
+    """Return the response P of x' = A x + B u, y = C x at omega, with u held over each sample: C (z I - Phi)^-1 Gamma.
+
+    Parameters
+    ----------
+    a, b, c
+        Shapes (n, n), (n, m), (p, n). For a rotor in magnetic bearings A holds their negative stiffness K_s, and u
+        is the force K_i I.
+    omega
+        Frequency (rad/s).
+    sample_time
+        h (s).
+
+    Returns
+    -------
+    array, shape (p, m), complex
+    """
+    A, B, C = (np.atleast_2d(np.asarray(matrix, dtype=np.float64)) for matrix in (a, b, c))
+    n, m = B.shape
+    block = np.zeros((n + m, n + m))
+    block[:n, :n], block[:n, n:] = A, B
+    sampled = expm(block * sample_time)
+    z = np.exp(1j * omega * sample_time)
+    return np.asarray(C @ np.linalg.solve(z * np.eye(n) - sampled[:n, :n], sampled[:n, n:]), dtype=np.complex128)
+
+
+def controller_response(parameters: Parameters, omega: float) -> Complex:
+    """Return C S of the PID at omega (rad/s), shape (n_axes, n_sensors) (N/m): its force is -C S q for a measured q."""
+    own = parameters.own[0]
+    force = np.zeros((len(parameters.axes), len(parameters.sensor_scales)), dtype=np.complex128)
+    for axis, sensor in enumerate(parameters.sensor_of_axis):
+        gains = parameters.axes[axis]
+        force[axis, int(sensor)] = response(gains, own.pid.direct, own.derivative_time, own.sample_time, omega)
+    return force
+
+
+def identified_receptance(
+    loop: ControlLoop, plant: ArrayLike, omega: float, parameters: Mapping[str, float] | None = None
+) -> Complex:
+    """Return the receptance R that the controller identifies on a linear plant: R = F (I + P D C S F)^-1 P D.
+
+    Parameters
+    ----------
+    loop
+        Names of the controller's bearings and sensors.
+    plant
+        P at omega, shape (n_sensors, n_axes), complex (m/N); see `zoh_response`.
+    omega
+        Frequency of the harmonic, n Omega (rad/s).
+    parameters
+        Parameters of the FMU that differ from their start values, by name.
+
+    Returns
+    -------
+    array, shape (n_sensors, n_axes), complex
+        m/N.
+
+    Raises
+    ------
+    ValueError
+        If the shape is wrong or a parameter does not exist.
+    """
+    p: Complex = np.asarray(plant, dtype=np.complex128)
+    if p.shape != loop.shape:
+        raise ValueError(f"plant of shape {p.shape} is not allowed; it must be {loop.shape}")
+    values = given_parameters(loop, parameters or {})
+    own = values.own[0]
+    if is_on(own.chain.preset, own.chain.delay):
+        p = p * np.exp(-1j * omega * own.sample_time)
+    F = sensor_response(values, omega)
+    closed = np.eye(len(p)) + p @ controller_response(values, omega) @ F
+    return np.asarray(F @ np.linalg.solve(closed, p), dtype=np.complex128)
