@@ -8,6 +8,7 @@ from analysis_cases import I_D, I_P, MASS, E, L, clamped, jeffcott, rigid, sprin
 from rotor_cases import one_plane_matrices
 from scipy.linalg import eigh
 
+from rotor_analysis.analysis_model import ACCURACY, analysis_model
 from rotor_analysis.assembly import assemble
 from rotor_analysis.campbell import campbell
 from rotor_analysis.parts import Body
@@ -115,3 +116,24 @@ def test_assurance_tells_circles_apart_and_ignores_size_and_phase():
 def test_speeds_that_do_not_rise_are_refused(speeds):
     with pytest.raises(ValueError, match="must be finite and ascending"):
         campbell(jeffcott().model, np.array(speeds))
+
+
+@pytest.mark.parametrize("name", ["compressor", "nelson_mcvaugh"])
+def test_a_reduced_model_has_the_critical_speeds_of_the_full_one(name):
+    rotor, speeds = load_rotor(name), np.linspace(0.0, 1200.0, 5)
+    analysed = analysis_model(rotor, None, speeds, 8)
+    full = analysed.supported.full
+    assert analysed.supported.model.size < full.size / 2
+    reduced = campbell(analysed.supported.model, speeds, 8)
+    whole = campbell(full, speeds, 8)
+    assert 0.0 < analysed.error <= ACCURACY
+    assert [c.whirl for c in reduced.critical_speeds] == [c.whirl for c in whole.critical_speeds]
+    for found, exact in zip(reduced.critical_speeds, whole.critical_speeds, strict=True):
+        assert found.Omega == pytest.approx(exact.Omega, rel=3 * ACCURACY)
+        assert found.damping_ratio == pytest.approx(exact.damping_ratio, rel=3 * ACCURACY, abs=ACCURACY)
+
+
+def test_where_nothing_may_err_the_full_model_is_analysed():
+    rotor = load_rotor("nelson_mcvaugh")
+    analysed = analysis_model(rotor, None, np.array([0.0, 100.0]), 4, 0.0)
+    assert analysed.supported.model is analysed.supported.full

@@ -91,7 +91,14 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     study.command(name, help=described.description)(decorated)
 
 
-add_study("campbell", ROTOR, MASS, UP_TO, COUNT)
+add_study(
+    "campbell",
+    ROTOR,
+    MASS,
+    UP_TO,
+    COUNT,
+    click.option("--full", is_flag=True, help="Analyse the full model, not the smallest one within 1e-5."),
+)
 add_study(
     "modes",
     ROTOR,

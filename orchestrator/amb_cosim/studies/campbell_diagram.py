@@ -11,10 +11,11 @@ from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
 from fmi_export.model import Array
+from rotor_analysis.analysis_model import ACCURACY, analysis_model
 from rotor_analysis.campbell import campbell as follow_modes
+from rotor_analysis.checks import require
 from rotor_analysis.modes import Whirl
 from rotor_analysis.shaft import MassModel
-from rotor_analysis.supported_rotor import supported_rotor
 
 POINTS = 161  # speeds of the diagram
 
@@ -58,6 +59,10 @@ class CampbellDiagram(DrawnResult):
         The lowest modes at the first speed, followed over the others.
     critical_speeds
         Where modes cross the synchronous line, ascending.
+    coordinates, of
+        Number of coordinates of the model that was analysed, and of the full one.
+    error
+        Largest relative error of the modes' eigenvalues against the full model's, at the lowest and highest speed.
     """
 
     name: ClassVar[str] = "campbell"
@@ -67,18 +72,31 @@ class CampbellDiagram(DrawnResult):
     speeds: Annotated[Array, "rad/s"]
     modes: tuple[ModeOverSpeed, ...]
     critical_speeds: tuple[CriticalSpeedRow, ...]
+    coordinates: int
+    of: int
+    error: float
 
     def text(self) -> list[TextPart]:
-        """Return the table of critical speeds."""
+        """Return the table of critical speeds, and how accurate they are."""
         table = text_table("Critical speeds", ("(rad/s)", "(Hz)", "mode", "damping ratio", "whirl"), left=("whirl",))
         for row in self.critical_speeds:
             hertz = f"{row.speed / (2 * np.pi):.3f}"
             table.add_row(f"{row.speed:.3f}", hertz, str(row.mode), f"{row.damping_ratio:.4f}", row.whirl)
-        return [table]
+        if self.coordinates == self.of:
+            return [table]
+        reduced = (
+            f"{self.coordinates} coordinates in place of {self.of}; eigenvalues within {self.error:.0e} of the full"
+        )
+        return [table, f"{reduced} model's, which --full analyses"]
 
 
 def campbell(
-    rotor: RotorSource = None, *, mass: MassModel | None = None, up_to: Number = "628 rad/s", count: int = 8
+    rotor: RotorSource = None,
+    *,
+    mass: MassModel | None = None,
+    up_to: Number = "628 rad/s",
+    count: int = 8,
+    full: bool = False,
 ) -> CampbellDiagram:
     """Return the natural frequencies and damping ratios of a rotor over the spin speed, and its critical speeds.
 
@@ -94,6 +112,8 @@ def campbell(
         Highest spin speed (rad/s), or a text with its unit.
     count
         Number of modes, the lowest first.
+    full
+        Whether the full model is analysed, in place of the smallest one whose eigenvalues are within 1e-5.
 
     Raises
     ------
@@ -102,10 +122,15 @@ def campbell(
     """
     description = rotor_of(rotor)
     mass = mass or description.shaft.mass_matrix
-    diagram = follow_modes(supported_rotor(description, mass).model, speed_range(up_to, POINTS), count)
+    speeds = speed_range(up_to, POINTS)
+    require(count >= 1, "count", count, "1 or more")
+    analysed = analysis_model(description, mass, speeds, count, 0.0 if full else ACCURACY)
+    model = analysed.supported.model
+    diagram = follow_modes(model, speeds, count)
     modes = tuple(
         ModeOverSpeed(frequencies, ratios, tuple(mode.whirl if mode else None for mode in track))
         for frequencies, ratios, track in zip(diagram.frequencies, diagram.damping_ratios, diagram.tracks, strict=True)
     )
     critical = tuple(CriticalSpeedRow(c.Omega, c.number, c.damping_ratio, c.whirl) for c in diagram.critical_speeds)
-    return CampbellDiagram(description.name, mass, diagram.speeds, modes, critical)
+    sizes = model.size, analysed.supported.full.size
+    return CampbellDiagram(description.name, mass, speeds, modes, critical, *sizes, analysed.error)

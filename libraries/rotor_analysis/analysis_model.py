@@ -1,0 +1,82 @@
+"""A rotor on its bearings in as few coordinates as its lowest modes take, for analyses over many speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmi_export.model import Array
+from rotor_analysis.assembly import Matrices, assemble, on_bearings
+from rotor_analysis.masters import needed_masters
+from rotor_analysis.modes import Complex, eigenvalues, modes
+from rotor_analysis.reduction import craig_bampton_by_modes, reduce_by, unreduced
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import MassModel
+from rotor_analysis.supported_rotor import SupportedRotor
+
+ACCURACY = 1e-5  # of an eigenvalue
+GROWTH = 1.5  # of the number of modes, until they are accurate
+
+
+@dataclass(frozen=True)
+class AnalysisModel:
+    """A reduced rotor on its bearings.
+
+    supported
+        The rotor, its full model, and the reduced one that is analysed.
+    error
+        Largest relative error of the eigenvalues of the lowest modes at the lowest and the highest speed; 0 if nothing
+        was reduced.
+    """
+
+    supported: SupportedRotor
+    error: float
+
+
+def analysis_model(
+    rotor: Rotor, mass: MassModel | None, speeds: Array, count: int, accuracy: float = ACCURACY
+) -> AnalysisModel:
+    """Return the smallest of a row of reductions whose lowest modes are those of the full model.
+
+    max |lambda - lambda_full| / |lambda_full| <= accuracy, over `count` modes at both ends of `speeds`
+
+    It keeps the planes of the bearings and more and more modes of the rotor held there (Craig and Bampton 1968); the
+    full model where no reduction is accurate.
+
+    Parameters
+    ----------
+    rotor
+        Its description, with stiffness and damping of the bearings.
+    mass
+        `consistent` or `diagonal`; as the rotor says without.
+    speeds
+        Spin speeds (rad/s) of the analysis, shape (n,).
+    count
+        Number of modes, the lowest first.
+    accuracy
+        Relative error of their eigenvalues that is allowed; with 0 nothing is reduced.
+    """
+    free = assemble(rotor, mass)
+    full = on_bearings(free, rotor)
+    if not accuracy:
+        return AnalysisModel(SupportedRotor(rotor, full, unreduced(full)), 0.0)
+    planes = tuple(sorted(set(rotor.bearing_nodes)))
+    reduced_to = craig_bampton_by_modes(free, planes if len(planes) > 1 else needed_masters(rotor))
+    ends = [float(speed) for speed in (np.min(speeds), np.max(speeds))]
+    exact = [eigenvalues(full, speed) for speed in ends]
+    kept = count
+    while 4 * kept < full.size:
+        basis = reduced_to(kept)
+        reduction = reduce_by(full, basis.model.translations, basis.right, basis.left)
+        error = max(_error(reduction.model, *end, count) for end in zip(ends, exact, strict=True))
+        if error <= accuracy:
+            return AnalysisModel(SupportedRotor(rotor, full, reduction), error)
+        kept = int(GROWTH * kept) + 1
+    return AnalysisModel(SupportedRotor(rotor, full, unreduced(full)), 0.0)
+
+
+def _error(reduced: Matrices, speed: float, exact: Complex, count: int) -> float:
+    """Largest relative distance of the lowest modes of a reduction from the nearest eigenvalue of the full model."""
+    found = np.array([mode.eigenvalue for mode in modes(reduced, speed, count)])
+    return float(np.max(np.min(np.abs(found[:, None] - exact), axis=1) / np.abs(found), initial=0.0))
