@@ -28,6 +28,7 @@ def _parsed(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> di
 
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 NO_PLOTS = click.option("--no-plots", is_flag=True, help="Draw no figures.")
+EXPLAIN = click.option("--explain", is_flag=True, help="Print warnings whole, not cut to a line of the terminal.")
 UNTIL = click.option("--until", type=float, metavar="SECONDS", help="End of a run, from the beginning of cycle 0.")
 ROTOR = click.option(
     "--rotor", metavar="NAME|FILE", help="Rotor of a pack, or rotor file (TOML); the packs' default without."

@@ -10,6 +10,7 @@ import click
 
 from amb_cosim.commands.cli_errors import refuse_nothing, refusing, tell_failure
 from amb_cosim.commands.options import (
+    EXPLAIN,
     FLAVOUR,
     ISOLATED,
     LOOP,
@@ -37,9 +38,16 @@ FOLDER = output("Folder for the results; default results/NAME.")
 @LOOP
 @ISOLATED
 @NO_PLOTS
+@EXPLAIN
 @click.option("--summary-json", metavar="FILE", help="Also write the summary to FILE; - is standard output.")
 def run(
-    name: str, output: Path | None, step: str | None, no_plots: bool, summary_json: str | None, **options: Any
+    name: str,
+    output: Path | None,
+    step: str | None,
+    no_plots: bool,
+    explain: bool,
+    summary_json: str | None,
+    **options: Any,
 ) -> None:
     """Run the scenario NAME, the one in a TOML file, or an SSP archive."""
     if Path(name).suffix == ".ssp":
@@ -52,7 +60,7 @@ def run(
             if unused:
                 raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which has its FMUs in it")
             step_size = None if step is None else time_of(step, "--step")
-        _simulate(Path(name), output, stop_time=options.pop("until"), step_size=step_size, **options)
+        _simulate(Path(name), output, explain, stop_time=options.pop("until"), step_size=step_size, **options)
         return
     from rich.console import Console
 
@@ -79,7 +87,7 @@ def run(
         click.echo(text, nl=False)
     console = Console(stderr=summary_json == "-")
     console.print(result.summary.table())
-    show_warnings(result.summary.warnings, console)
+    show_warnings(result.summary.warnings, console, whole=explain)
     show_notices(result.summary.notices)
     console.print(f"results in {folder}")
     tell_failure(result.outcome, folder)
@@ -93,12 +101,13 @@ def run(
 @FLAVOUR
 @LOOP
 @ISOLATED
-def simulate(system_file: Path, output: Path | None, **options: Any) -> None:
+@EXPLAIN
+def simulate(system_file: Path, output: Path | None, explain: bool, **options: Any) -> None:
     """Run any FMI 2.0 co-simulation FMUs, as a system file (TOML) or an SSP archive says."""
-    _simulate(system_file, output, **options)
+    _simulate(system_file, output, explain, **options)
 
 
-def _simulate(system_file: Path, output: Path | None, **options: Any) -> None:
+def _simulate(system_file: Path, output: Path | None, explain: bool, **options: Any) -> None:
     """Run a system file or an SSP archive, save what was recorded, and tell how it ended."""
     import amb_cosim
     from amb_cosim.cosim.warnings import sentences, warnings_of
@@ -112,7 +121,7 @@ def _simulate(system_file: Path, output: Path | None, **options: Any) -> None:
             result = amb_cosim.simulate(system_file, progress=report, **options)
         refuse_nothing(result.outcome)
         result.save(folder)
-    show_warnings(sentences(warnings_of(result.signals)))
+    show_warnings(sentences(warnings_of(result.signals)), whole=explain)
     show_notices(json.loads(result.signals.attrs["notices"]))
     click.echo(f"{result.outcome}; results in {folder}")
     tell_failure(result.outcome, folder)

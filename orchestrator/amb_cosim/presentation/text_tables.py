@@ -67,11 +67,16 @@ def rendered(parts: Iterable[TextPart]) -> str:
     return text.getvalue()
 
 
-def show_warnings(sentences: Iterable[str], console: Console | None = None) -> None:
-    """Print warnings, a line for each, to standard output by default."""
+def show_warnings(sentences: Iterable[str], console: Console | None = None, *, whole: bool = True) -> None:
+    """Print warnings, to standard output by default; each is cut to a line of a terminal unless it is `whole`."""
     console = console or Console()
-    for sentence in sentences:
-        console.print(f"warning: {sentence}", markup=False, highlight=False, soft_wrap=not console.is_terminal)
+    lines = [f"warning: {sentence}" for sentence in sentences]
+    cuts = console.is_terminal and not whole
+    for line in lines:
+        options = {"no_wrap": True, "overflow": "ellipsis"} if cuts else {"soft_wrap": not console.is_terminal}
+        console.print(line, markup=False, highlight=False, **options)
+    if cuts and any(len(line) > console.width for line in lines):
+        console.print("--explain shows warnings whole", highlight=False)
 
 
 def show_notices(sentences: Iterable[str]) -> None:
