@@ -113,6 +113,6 @@ def compliant_friction_damping(site: Site, slip: float) -> float:
 
 
 @kernel
-def creeps(site: Site, slip: float) -> bool:
+def is_below_slip_scale(site: Site, slip: float) -> bool:
     """Return whether friction of a compliant contact is below its full value, which counts as rolling."""
     return has_friction(site) and abs(slip) < SLIP_SCALE

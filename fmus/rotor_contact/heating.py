@@ -16,7 +16,7 @@ from rotor_contact.site import Site
 
 
 @kernel
-def warm(site: Site, state: np.record, heat: float, ambient: float, step_size: float) -> None:
+def advance_temperature(site: Site, state: np.record, heat: float, ambient: float, step_size: float) -> None:
     """Update the temperature (K) in the `state` of a site after a step of `step_size` (s) that brought `heat` (J)."""
     if site.heat_capacity == 0.0:
         return

@@ -9,7 +9,7 @@ from fmi_export.model import Array
 from rotor_contact.bodies import kinetic_energy, strain_energy
 from rotor_contact.compliant import is_compliant, stored_energy
 from rotor_contact.enumerations import FREE, ROLLING, SLIDING
-from rotor_contact.friction import creeps
+from rotor_contact.friction import is_below_slip_scale
 from rotor_contact.layout import State
 from rotor_contact.products import dot, quadratic_form
 from rotor_contact.signals import Outputs, Parameters
@@ -78,7 +78,7 @@ def _write_site(site: Site, v: Array, Omega: float, y: np.record) -> None:
     y.gap = site.clearance - site.radius
     y.mode = site.mode
     if is_compliant(site):
-        if creeps(site, slip):
+        if is_below_slip_scale(site, slip):
             y.mode = ROLLING
     elif closed:
         y.gap = 0.0

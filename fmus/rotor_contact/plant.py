@@ -19,7 +19,7 @@ from rotor_contact.dynamics import (
 from rotor_contact.enumerations import NODAL
 from rotor_contact.events import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
 from rotor_contact.exact_motion import propagate
-from rotor_contact.heating import warm
+from rotor_contact.heating import advance_temperature
 from rotor_contact.interface import interface_of
 from rotor_contact.layout import (
     Scratch,
@@ -191,7 +191,7 @@ def step(
     for k in range(scratch.sites.shape[0]):
         site, of_site = scratch.sites[k], site_integrals(z, n, k)
         site.f_n_mean = (of_site.f_n + site.impulse) / step_size
-        warm(site, x.sites[k], of_site.heat, p.own[0].ambient_temperature, step_size)
+        advance_temperature(site, x.sites[k], of_site.heat, p.own[0].ambient_temperature, step_size)
     write_outputs(structure, p, w, x, Omega, y)
     error = energy_error(y.own[0].energy, head)
     y.own[0].solver.energy_missed = 1.0 if error > 0.1 * p.own[0].solver.energy_limit else 0.0
