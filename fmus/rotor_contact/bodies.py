@@ -19,7 +19,7 @@ import numpy as np
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from fmi_export.records import record
-from rotor_contact.dynamics import Motion, accelerations, forces, shaft_damping, spin_coupling
+from rotor_contact.dynamics import Motion, accelerations, forces, spin_coupling
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.site import Site, Sites, race_radius
 from rotor_contact.workspace import Workspace
@@ -122,8 +122,11 @@ def least_inertia(motion: Motion) -> float:
 
 
 @kernel
-def accelerate_bodies(w: Workspace, q: Array, v: Array, a: Array) -> None:
-    """Write the accelerations of the bodies without contact into `a`, and change those of the shaft by the spin's."""
+def accelerate_bodies(w: Workspace, q: Array, v: Array, damping_torque: float, a: Array) -> None:
+    """Write the accelerations of the bodies without contact into `a`, and change those of the shaft by the spin's.
+
+    `damping_torque` is that of the shaft's damping on the spin (N m).
+    """
     for site in w.sites:
         if site.housing >= 0:
             x, y = site.housing, site.housing + 1
@@ -136,9 +139,7 @@ def accelerate_bodies(w: Workspace, q: Array, v: Array, a: Array) -> None:
         Omega = v[spin.row]
         couple_spin(w.motion, spin, q[spin.row])
         coupling = spin_coupling(w.motion)
-        torque = drive_torque(spin, Omega) - spin.drag * Omega
-        if w.motion.is_damped:
-            torque += shaft_damping(w.forms, Omega, q, v)[1]
+        torque = drive_torque(spin, Omega) - spin.drag * Omega + damping_torque
         for i in range(coupling.p.shape[0]):
             torque -= coupling.p[i] * a[i]
         a[spin.row] = torque * spin.scale * spin.scale

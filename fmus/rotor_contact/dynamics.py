@@ -14,10 +14,11 @@ import numpy as np
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, kernel_apart, views
 from fmi_export.model import Array
+from fmi_export.parts import part
 from fmi_export.records import record
-from rotor_contact.products import subtract_products
+from rotor_contact.products import dot, subtract_products
 from rotor_contact.signals import Inputs, Parameters
-from rotor_contact.structure import Structure
+from rotor_contact.structure import REAL, Structure
 
 # A magnetic bearing during a step: row of its x, passive stiffness (N/m) and damping (N s/m), and the gradients (N/m)
 # of its force in x and y.
@@ -268,12 +269,10 @@ def free_acceleration(motion: Motion, speed_gain: float, unbalance: complex, q: 
     subtract_products(K, q, C, v, a)
     if speed_gain != 0.0:
         for i in range(n):
-            for j in range(n):
-                a[i] -= speed_gain * motion.over_speed[i, j] * v[j]
-        if motion.is_damped:
-            for i in range(n):
-                for j in range(n):
-                    a[i] += speed_gain * motion.over_speed[n + i, j] * q[j]
+            change = dot(motion.over_speed[i], v[:n])
+            if motion.is_damped:
+                change -= dot(motion.over_speed[n + i], q[:n])
+            a[i] -= speed_gain * change
 
 
 @kernel
@@ -309,16 +308,51 @@ def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float
     """Return the heat per second (W) of the shaft's damping and its torque (N m) on the spin.
 
     With the velocity seen from the rotor, w = v - Omega J q:  heat = v . C v + w . R w,  torque = (J q) . R w.
+    C and R are symmetric: their rows are read in place of columns, eight sums of each at once.
     """
     n = forms.shape[1]
     heat = torque = 0.0
-    for i in range(n):
+    i = 0
+    while i + 8 <= n:
+        a = b = c = d = e = f = g = h = 0.0
+        k = m = o = p = r = s = t = u = 0.0
+        for j in range(n):
+            x, y = v[j], v[j] - Omega * _turned(q, j)
+            C, R = part(forms, (n + j) * n + i, REAL, 8), part(forms, (2 * n + j) * n + i, REAL, 8)
+            a += C[0] * x
+            b += C[1] * x
+            c += C[2] * x
+            d += C[3] * x
+            e += C[4] * x
+            f += C[5] * x
+            g += C[6] * x
+            h += C[7] * x
+            k += R[0] * y
+            m += R[1] * y
+            o += R[2] * y
+            p += R[3] * y
+            r += R[4] * y
+            s += R[5] * y
+            t += R[6] * y
+            u += R[7] * y
+        x, y = part(v, i, REAL, 8), part(q, i, REAL, 8)
+        heat += (x[0] * (a + k) + x[1] * (b + m)) + (x[2] * (c + o) + x[3] * (d + p))
+        heat += (x[4] * (e + r) + x[5] * (f + s)) + (x[6] * (g + t) + x[7] * (h + u))
+        torque += (y[0] * m - y[1] * k) + (y[2] * p - y[3] * o) + (y[4] * s - y[5] * r) + (y[6] * u - y[7] * t)
+        i += 8
+    while i < n:
         fixed = rotating = 0.0
-        for j in range(0, n, 2):
-            fixed += forms[n + i, j] * v[j] + forms[n + i, j + 1] * v[j + 1]
-            rotating += forms[2 * n + i, j] * (v[j] + Omega * q[j + 1])
-            rotating += forms[2 * n + i, j + 1] * (v[j + 1] - Omega * q[j])
-        turned = q[i - 1] if i % 2 else -q[i + 1]
-        heat += v[i] * fixed + (v[i] - Omega * turned) * rotating
-        torque += turned * rotating
-    return heat, torque
+        for j in range(n):
+            fixed += forms[n + j, i] * v[j]
+            rotating += forms[2 * n + j, i] * (v[j] - Omega * _turned(q, j))
+        heat += v[i] * (fixed + rotating)
+        torque += _turned(q, i) * rotating
+        i += 1
+    return heat - Omega * torque, torque
+
+
+@kernel
+def _turned(q: Array, j: int) -> float:
+    """Return component j of J q."""
+    component: float = q[j - 1] if j % 2 else -q[j + 1]
+    return component

@@ -49,25 +49,35 @@ def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
         theta, speed_gain = q[spin.row], Omega - motion.Omega
     unbalance = unbalance_direction(theta, Omega, motion.Omega_dot)
     free_acceleration(motion, speed_gain, unbalance, q, v, a)
+    shaft_heat = damping_torque = 0.0
+    if motion.is_damped:
+        shaft_heat, damping_torque = shaft_damping(w.forms, Omega, q, v)
     if n > w.Minv.shape[0]:
-        accelerate_bodies(w, q, v, a)
+        accelerate_bodies(w, q, v, damping_torque, a)
     compression = apply_compliant(w, z, Omega, a)
     solved = apply_contact(w, q, v, Omega, a)
-    _write_rates(w, Omega, unbalance, z, dz)
+    _write_rates(w, Omega, unbalance, shaft_heat, damping_torque, z, dz)
     energy_integrals(dz, n).impact_heat = compression
     return solved
 
 
 @inlined_kernel
-def _write_rates(w: Workspace, Omega: float, unbalance: complex, z: Array, dz: Array) -> None:
-    """Write the rates of all integrals at z, but for the heat of compliant contacts, into `dz`."""
+def _write_rates(
+    w: Workspace, Omega: float, unbalance: complex, shaft_heat: float, damping_torque: float, z: Array, dz: Array
+) -> None:
+    """Write the rates of all integrals at z, but for the heat of compliant contacts, into `dz`.
+
+    `shaft_heat` (W) and `damping_torque` (N m) are those of `shaft_damping`.
+    """
     n = w.n
     spin = w.spin[0]
     q = z[:n]
     v = z[n : 2 * n]
-    damping = damping_power(w.motion, v)
+    damping = damping_power(w.motion, v) + shaft_heat
     friction = 0.0
     work = input_power(w.motion, unbalance if spin.row < 0 else 0j, q, v)
+    if spin.row < 0:
+        work -= Omega * damping_torque
     for k in range(w.sites.shape[0]):
         site, rate = w.sites[k], site_integrals(dz, n, k)
         heat = normal = 0.0
@@ -81,11 +91,6 @@ def _write_rates(w: Workspace, Omega: float, unbalance: complex, z: Array, dz: A
             heat += race_drag(site, v[site.race]) * v[site.race]
         friction += heat
         rate.heat, rate.f_n = heat, normal
-    if w.motion.is_damped:
-        shaft_heat, torque = shaft_damping(w.forms, Omega, q, v)
-        damping += shaft_heat
-        if spin.row < 0:
-            work -= Omega * torque
     if n > w.Minv.shape[0]:
         damping += mount_heat(w.sites, spin, v)
         work += power_on_bodies(w.sites, spin, v)
