@@ -100,7 +100,7 @@ def velocity_index(n_ports: int, point: int) -> int:
 
 @kernel
 def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: float) -> None:
-    """Guess that spin and races go on as they are."""
+    """Guess that spin and races go on as they are, and the unbalance: what an earlier piece has left is no guess."""
     piece, z = piece_of(matrices), stages_of(w.stages).z
     for point in range(N_LOBATTO):
         piece.spin[0, point], piece.spin[1, point] = Omega, theta
@@ -114,6 +114,10 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
         cosine += given[1, i] * v[i]
         sine += given[2, i] * v[i]
     piece.spin[4, 0], piece.spin[4, 1] = cosine, sine
+    n_ports = int(matrices.sizes[0].n_ports)
+    for point in range(1, N_LOBATTO):
+        at = velocity_index(n_ports, point) + 2 * n_ports
+        piece.observed[6, at], piece.observed[6, at + 1] = cosine, sine
 
 
 @kernel
