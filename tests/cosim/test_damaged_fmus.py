@@ -9,7 +9,7 @@ import fmpy
 import pytest
 
 from amb_cosim.cosim import cache, fmus
-from amb_cosim.cosim.simulation import assemble
+from amb_cosim.cosim.assembly import assemble
 from amb_cosim.cosim.system import Component, System
 from amb_files.archive import write_archive
 

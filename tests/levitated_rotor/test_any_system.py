@@ -11,8 +11,8 @@ import pytest
 from assembled_rotor import differing, in_one, separate, series
 
 from amb_cosim import build_assembled
+from amb_cosim.cosim.assembly import assemble
 from amb_cosim.cosim.experiment import plan_experiment
-from amb_cosim.cosim.simulation import assemble
 from amb_cosim.cosim.system_file import load_experiment, load_system
 
 SYSTEM = """

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim import compiled
-from amb_cosim.cosim.component import EntryPoints, Transfer
+from amb_cosim.cosim.component import EntryPoints
 from amb_cosim.cosim.errors import StepFailed
+from amb_cosim.cosim.exchange import Transfer
 from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Wiring
 from amb_cosim.cosim.recorder import Recorder

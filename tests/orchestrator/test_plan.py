@@ -11,9 +11,9 @@ from dataclasses import replace
 import pytest
 from interfaces import interface
 
+from amb_cosim.cosim.assembly import Assembly
 from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.interruption import deferred
-from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.system import Component, Connection, Signal, System
 from amb_cosim.scenario.plan import parse_settings, plan_scenario
 from amb_cosim.scenario.scenario import parse_scenario

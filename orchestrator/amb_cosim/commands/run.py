@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -23,7 +24,12 @@ from amb_cosim.commands.options import (
 )
 from amb_files.atomic import check_writable
 
+if TYPE_CHECKING:
+    from amb_cosim.results.result import Result
+
 FOLDER = output("Folder for the results; default results/NAME.")
+AUTOSAVE = """Time between automatic checkpoints, from which the same command goes on if it is killed; 0 for none."""
+AUTOSAVED = "autosave.npz"
 
 
 @click.command()
@@ -39,6 +45,11 @@ FOLDER = output("Folder for the results; default results/NAME.")
 @ISOLATED
 @NO_PLOTS
 @EXPLAIN
+@click.option("--save-at", multiple=True, metavar="MOMENT", help="Save the state at 'cycle 5', '0.3 s', ....")
+@click.option("--from", "start", metavar="FILE", help="Go on from a state that --save-at saved.")
+@click.option(
+    "--autosave", type=click.FloatRange(0.0), default=60.0, show_default=True, metavar="SECONDS", help=AUTOSAVE
+)
 @click.option("--summary-json", metavar="FILE", help="Also write the summary to FILE; - is standard output.")
 def run(
     name: str,
@@ -47,6 +58,7 @@ def run(
     no_plots: bool,
     explain: bool,
     summary_json: str | None,
+    autosave: float,
     **options: Any,
 ) -> None:
     """Run the scenario NAME, the one in a TOML file, or an SSP archive."""
@@ -54,6 +66,7 @@ def run(
         from amb_cosim.cosim.tables import time_of
 
         fixed = {f"--{option}": options.pop(option) for option in ("rotor", "receptances")}
+        fixed |= {"--save-at": options.pop("save_at") or None, "--from": options.pop("start")}
         given = fixed | {"--summary-json": summary_json}
         with refusing():
             unused = [option for option, value in given.items() if value is not None]
@@ -77,10 +90,15 @@ def run(
         check_writable(folder, is_folder=True)
         if copy is not None:
             check_writable(copy, is_folder=False)
-        result = amb_cosim.run(scenario, **options)
+        file = folder / AUTOSAVED
+        options["autosave"] = file if autosave else None
+        result = amb_cosim.run(scenario, **options, autosave_every=autosave)
         refuse_nothing(result.outcome)
         text = result.summary.to_json()
         result.save(folder, plots=not no_plots)
+        saved = [_save(result, moment, folder) for moment in options["save_at"]]
+        if result.outcome.status != "interrupted":
+            file.unlink(missing_ok=True)
         if copy is not None:
             write_atomically(copy, lambda path: path.write_text(text, encoding="utf-8"))
     if summary_json == "-":
@@ -89,8 +107,19 @@ def run(
     console.print(result.summary.table())
     show_warnings(result.summary.warnings, console, whole=explain)
     show_notices(result.summary.notices)
+    for told in saved:
+        console.print(told)
     console.print(f"results in {folder}")
     tell_failure(result.outcome, folder)
+
+
+def _save(result: Result, moment: str, folder: Path) -> str:
+    """Write the state of a run at a moment into a folder, and say where, or that the run did not come so far."""
+    try:
+        file = result.checkpoint(moment).save(folder / f"checkpoint_{re.sub('[^0-9A-Za-z.]+', '_', moment)}.npz")
+    except ValueError as error:
+        return str(error)
+    return f"state at {moment} in {file}"
 
 
 @click.command()

@@ -22,8 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.clock import Clock
-from amb_cosim.cosim.component import EntryPoints, Transfer
+from amb_cosim.cosim.component import EntryPoints
 from amb_cosim.cosim.errors import StepFailed
+from amb_cosim.cosim.exchange import Transfer
 from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer, Participant
 from amb_cosim.cosim.recorder import Recorder
@@ -103,6 +104,7 @@ def run(
     observers: Sequence[Observer] = (),
     stops: StopObserver | None = None,
     program: Program | None = None,
+    stop: int | None = None,
 ) -> None:
     """Advance from communication point `first` to `last` as `Master.run` does.
 
@@ -121,6 +123,8 @@ def run(
         Judged at every point, after it has been recorded.
     program
         That of `program_of` for this master and these stops, where it runs more than once.
+    stop
+        As for `Master.run`.
 
     Raises
     ------
@@ -138,10 +142,11 @@ def run(
     buffer, row = recorder.buffer(first, last), len(recorder.points)
     given, kept, judged = _structure(program), _structure(buffer), _structure(conditions)
     begin, size, stopped = first, 64, End()
+    until = last + 1 if stop is None else stop
     with CLOCK.flag() as pause:
-        while begin <= last:
+        while begin < until:
             # Point 0 begins a block, because the recorder's clock starts there.
-            end = min(begin + size, last + 1, 0 if begin < 0 else last + 1)
+            end = min(begin + size, until, 0 if begin < 0 else until)
             changes = _merged([schedule.changes(begin, end) for schedule in schedules])
             recorder.see(begin)
             started, pause.value = time.perf_counter(), False

@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from ctypes import Array as CArray
-from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from ctypes import byref, c_char, c_double, c_size_t, c_void_p
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -28,8 +27,9 @@ from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.errors import FmuError
+from amb_cosim.cosim.exchange import Exchange, Transfer, address, check_status
 from amb_cosim.cosim.exit_order import release_before_static_destructors
-from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu_interface import FmuInterface
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
@@ -41,19 +41,6 @@ _serial = itertools.count()
 
 
 @dataclass(frozen=True)
-class Transfer:
-    """One fmi2Set or fmi2Get call: its address, the value references, their positions among the inputs or outputs.
-
-    Values are C doubles if `real`, and C ints otherwise.
-    """
-
-    function: int
-    references: NDArray[np.uint32]
-    where: NDArray[np.intp]
-    real: bool
-
-
-@dataclass(frozen=True)
 class EntryPoints:
     """Addresses of an FMU instance and of the FMI functions that a step calls, for compiled code."""
 
@@ -61,6 +48,16 @@ class EntryPoints:
     do_step: int
     sends: tuple[Transfer, ...]
     fetches: tuple[Transfer, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldState:
+    """A state of an FMU that lies in the memory of its instance; `FmuComponent.forget` frees it."""
+
+    pointer: c_void_p
+
+
+State = bytes | HeldState  # serialised, for any instance of the same FMU, or held for the one that it is of
 
 
 class FmuComponent:
@@ -105,8 +102,9 @@ class FmuComponent:
         self._fmu: Any = None
         self._running = False  # between initialisation and an error, when fmi2Terminate may be called
         self._state, self._after = c_void_p(), c_void_p()
+        self._held: set[HeldState] = set()
         self._memories: dict[int, NDArray[np.float64]] = {}  # by the address of a state
-        self._exchanges: dict[tuple[str, ...], _Exchange] = {}
+        self._exchanges: dict[tuple[str, ...], Exchange] = {}
         try:
             self._fmu = FMU2Slave(
                 guid=interface.guid,
@@ -179,6 +177,47 @@ class FmuComponent:
         """Bring back the state that was kept."""
         self._call("fmi2SetFMUstate", self._fmu.fmi2SetFMUstate, self._fmu.component, self._state)
 
+    def hold(self) -> HeldState:
+        """Return the state of the FMU, which a reset leaves as it is, and `close` frees."""
+        state = HeldState(c_void_p())
+        self._call("fmi2GetFMUstate", self._fmu.fmi2GetFMUstate, self._fmu.component, byref(state.pointer))
+        self._held.add(state)
+        return state
+
+    def forget(self, state: HeldState) -> None:
+        """Free a state that is held, if that has not happened."""
+        if state in self._held:
+            self._held.remove(state)
+            self._call("fmi2FreeFMUstate", self._fmu.fmi2FreeFMUstate, self._fmu.component, byref(state.pointer))
+
+    def serialise(self) -> bytes:
+        """Return the state of the FMU as bytes, which `put` takes in any instance of the same FMU."""
+        state, size = self.hold(), c_size_t()
+        try:
+            whole = self._fmu.component, state.pointer
+            self._call("fmi2SerializedFMUstateSize", self._fmu.fmi2SerializedFMUstateSize, *whole, byref(size))
+            content = (c_char * size.value)()
+            self._call("fmi2SerializeFMUstate", self._fmu.fmi2SerializeFMUstate, *whole, content, size.value)
+            return bytes(content)
+        finally:
+            self.forget(state)
+
+    def put(self, state: State, warnings: Sequence[str] = ()) -> None:
+        """Bring the FMU into a state, held or serialised; `warnings` are what it had logged as such until then."""
+        if isinstance(state, HeldState):
+            self._call("fmi2SetFMUstate", self._fmu.fmi2SetFMUstate, self._fmu.component, state.pointer)
+        else:
+            copy, content = HeldState(c_void_p()), (c_char * len(state)).from_buffer_copy(state)
+            given = self._fmu.component, content, len(state), byref(copy.pointer)
+            self._call("fmi2DeSerializeFMUstate", self._fmu.fmi2DeSerializeFMUstate, *given)
+            self._held.add(copy)
+            try:
+                self.put(copy)
+            finally:
+                self.forget(copy)
+        self._running = True
+        self._log[:] = [(WARNING, text) for text in warnings]
+
     def memory(self) -> NDArray[np.float64]:
         """Return the state that was kept, as numbers that can be changed before `restore`.
 
@@ -213,7 +252,7 @@ class FmuComponent:
         """Return the functions that `write`, `step` and `read` call; valid until `close`."""
         return EntryPoints(
             instance=int(self._fmu.component),
-            do_step=_address(self._fmu, "fmi2DoStep"),
+            do_step=address(self._fmu, "fmi2DoStep"),
             sends=self._in.transfers(self._fmu, "fmi2Set"),
             fetches=self._out.transfers(self._fmu, "fmi2Get"),
         )
@@ -235,6 +274,7 @@ class FmuComponent:
             return
         try:
             self._free_states(fmu)
+            self._free_held(fmu)
             if self._running:
                 fmu.terminate()
         except Exception as error:  # an FMU that has failed may refuse this too, and must be freed all the same
@@ -250,11 +290,16 @@ class FmuComponent:
         initial.values[:] = list(start.values())
         self._call("fmi2Set", initial.write, self._fmu)
 
-    def _exchange(self, names: tuple[str, ...]) -> _Exchange:
+    def _exchange(self, names: tuple[str, ...]) -> Exchange:
         """Return what moves the variables of these names; a run after a reset has those of the run before."""
         if names not in self._exchanges:
-            self._exchanges[names] = _Exchange([self._interface.port(v, self.name) for v in names])
+            self._exchanges[names] = Exchange([self._interface.port(v, self.name) for v in names])
         return self._exchanges[names]
+
+    def _free_held(self, fmu: Any) -> None:
+        for state in self._held:
+            fmu.fmi2FreeFMUstate(fmu.component, byref(state.pointer))
+        self._held.clear()
 
     def _free_states(self, fmu: Any) -> None:
         for state in (self._state, self._after):
@@ -275,64 +320,9 @@ class FmuComponent:
 
     def _call(self, name: str, function: Any, *arguments: Any) -> None:
         try:
-            _check(name, function(*arguments))
+            check_status(name, function(*arguments))
         except FMICallException as error:
             raise self.refusal(name, error.status) from error
-
-
-def _check(function: str, status: int | None) -> None:
-    """Raise for a status below OK as FMPy does for one above Warning; most of its methods return the status."""
-    if status is not None and status < 0:
-        raise FMICallException(function=function, status=status)
-
-
-def _address(fmu: Any, function: str) -> int:
-    return cast(getattr(fmu.dll, function), c_void_p).value or 0
-
-
-class _Group:
-    """Variables of one FMI type: value references, values as C arrays, positions among all variables."""
-
-    def __init__(self, kind: str, ports: Sequence[tuple[int, Port]]) -> None:
-        self.kind = kind
-        self.setter, self.getter = f"fmi2Set{kind}", f"fmi2Get{kind}"
-        self.size = len(ports)
-        self.references: CArray[Any] = (c_uint * self.size)(*[port.reference for _, port in ports])
-        self.buffer: CArray[Any] = ((c_double if kind == "Real" else c_int) * self.size)()
-        self.view: NDArray[Any] = np.ctypeslib.as_array(self.buffer)
-        self.where = np.array([position for position, _ in ports], dtype=np.intp)
-
-    def arguments(self, fmu: Any) -> tuple[Any, ...]:
-        return fmu.component, self.references, self.size, self.buffer
-
-
-class _Exchange:
-    """Variables of an FMU that are set or read together, by one FMI call for each type."""
-
-    def __init__(self, ports: Sequence[Port]) -> None:
-        self.values = np.zeros(len(ports))
-        numbered = list(enumerate(ports))
-        kinds = {kind: [item for item in numbered if item[1].type == kind] for kind in _KINDS}
-        self.groups = [_Group(kind, members) for kind, members in kinds.items() if members]
-
-    def write(self, fmu: Any) -> None:
-        for group in self.groups:
-            group.view[:] = self.values[group.where]
-            _check(group.setter, getattr(fmu, group.setter)(*group.arguments(fmu)))
-
-    def read(self, fmu: Any) -> None:
-        for group in self.groups:
-            _check(group.getter, getattr(fmu, group.getter)(*group.arguments(fmu)))
-            self.values[group.where] = group.view
-
-    def transfers(self, fmu: Any, prefix: str) -> tuple[Transfer, ...]:
-        return tuple(
-            Transfer(_address(fmu, prefix + g.kind), np.array(g.references, np.uint32), g.where, g.kind == "Real")
-            for g in self.groups
-        )
-
-
-_KINDS = ("Real", "Integer", "Boolean")
 
 
 def _receive(environment: Any, instance: bytes, status: int, category: bytes, message: bytes) -> None:

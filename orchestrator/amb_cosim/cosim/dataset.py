@@ -6,19 +6,24 @@ import importlib.metadata
 import json
 import platform
 import subprocess
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from amb_cosim.cosim import warnings
+from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.experiment import port_of
 from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.netcdf import netcdf
-from amb_cosim.cosim.schedules import Array
+from amb_cosim.cosim.schedules import Array, nearest_point
 from amb_cosim.cosim.signals import Samples, Signals, SignalTable
 from amb_cosim.cosim.simulation import Outcome, Recording
+from amb_cosim.cosim.tables import moment_of
+from amb_cosim.cosim.values import Raw
 from amb_files.atomic import write_atomically
 
 if TYPE_CHECKING:
@@ -35,11 +40,19 @@ class Run:
     ----------
     outcome
         `status` (completed, stopped, failed, interrupted), `time` (s), `component`, `reason`.
+    checkpoints
+        States that `save_at` asked for, by communication point; see `checkpoint`.
     """
 
-    def __init__(self, recorded: SignalTable | xr.Dataset, outcome: Outcome) -> None:
+    def __init__(
+        self,
+        recorded: SignalTable | xr.Dataset,
+        outcome: Outcome,
+        checkpoints: Mapping[int, Checkpoint] = MappingProxyType({}),
+    ) -> None:
         self._recorded = recorded
         self.outcome = outcome
+        self.checkpoints = checkpoints
 
     @property
     def signals(self) -> Signals:
@@ -52,6 +65,24 @@ class Run:
         if isinstance(self._recorded, SignalTable):
             self._recorded = self._recorded.to_dataset()
         return self._recorded
+
+    def checkpoint(self, moment: Raw | None = None) -> Checkpoint:
+        """Return the state that the run had at a moment that `save_at` named, or at the only one.
+
+        Raises
+        ------
+        ValueError
+            If no state of that moment was saved.
+        """
+        if moment is None and len(self.checkpoints) == 1:
+            return next(iter(self.checkpoints.values()))
+        h, period = float(self.signals.attrs["communication_step_s"]), self.signals.attrs.get("period_s")
+        n = -1 if moment is None else nearest_point("a moment", moment_of(moment, period), h)
+        if n in self.checkpoints:
+            return self.checkpoints[n]
+        saved = [f"{n * h:.9g} s" for n in self.checkpoints]
+        told = f"there are {', '.join(saved)}" if saved else "run with save_at saves some, as far as the run comes"
+        raise ValueError(f"there is no checkpoint at {'one moment' if moment is None else moment}; {told}")
 
     def _save(self, path: Path) -> None:
         """Write what was recorded as NetCDF."""

@@ -74,7 +74,7 @@ class FmuInterface:
     """An FMU's identity and its variables by name, in the order of the modelDescription.
 
     `takes_any_step` is whether it can handle a communication step other than its own, `saves_state` whether it can go
-    back to an earlier state.
+    back to an earlier state, `serialises_state` whether such a state can be written.
     """
 
     identifier: str
@@ -83,6 +83,7 @@ class FmuInterface:
     ports: Mapping[str, Port]
     takes_any_step: bool = False
     saves_state: bool = False
+    serialises_state: bool = False
 
     def of(self, causality: str) -> tuple[Port, ...]:
         """Return the variables of a causality."""
@@ -176,6 +177,7 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         ports=ports,
         takes_any_step=bool(ability.canHandleVariableCommunicationStepSize),
         saves_state=bool(ability.canGetAndSetFMUstate),
+        serialises_state=bool(ability.canGetAndSetFMUstate and ability.canSerializeFMUstate),
     )
 
 

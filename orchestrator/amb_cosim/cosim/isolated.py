@@ -23,7 +23,7 @@ def main() -> None:
     with os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run puts it off to a safe moment
-        assembly, plan, loop, coupling = pickle.load(sys.stdin.buffer)
+        assembly, plan, loop, coupling, start, saves = pickle.load(sys.stdin.buffer)
         adopt_orphans()
         threading.Thread(target=_end_with_parent, daemon=True).start()
         memory = _limit_memory()
@@ -43,6 +43,8 @@ def main() -> None:
                 coupling,
                 isolated=False,
                 instances=instances,
+                start=start,
+                saves=saves,
             )
             answer(RECORDING, recording)
             instances.close()  # an FMU that crashes as it is closed takes no record with it

@@ -28,8 +28,11 @@ from amb_cosim.cosim.errors import ProcessFailed
 from amb_cosim.cosim.interruption import deferred
 
 if TYPE_CHECKING:
+    from amb_cosim.cosim.assembly import Assembly
+    from amb_cosim.cosim.checkpoint import Checkpoint
     from amb_cosim.cosim.experiment import Plan
-    from amb_cosim.cosim.simulation import Assembly, Recording
+    from amb_cosim.cosim.saving import Saves
+    from amb_cosim.cosim.simulation import Recording
 
 log = logging.getLogger(__name__)
 
@@ -49,12 +52,14 @@ def run_isolated(
     progress: Callable[[int, int], None] | None,
     loop: Loop,
     coupling: Coupling | None,
+    start: Checkpoint | None,
+    saves: Saves,
 ) -> Recording:
     """Run a plan in a process of its own; see `cosim.simulation.run_plan` for arguments, result and errors.
 
     An interruption ends the run there at a safe moment, and a second one the process.
     """
-    with deferred() as interruption, _process((assembly, plan, loop, coupling)) as process:
+    with deferred() as interruption, _process((assembly, plan, loop, coupling, start, saves)) as process:
         messages = _messages(process)
         told, tell_at, latest = False, math.inf, time.monotonic()
         while True:

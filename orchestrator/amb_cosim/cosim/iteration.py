@@ -62,6 +62,16 @@ class Iteration:
         self.weights = weights
         self._largest = [np.zeros(len(positions)) for positions in sources]
 
+    @property
+    def largest(self) -> Array:
+        """The largest values that the inputs of all components ever had, one component after the other."""
+        return np.concatenate([np.zeros(0), *self._largest])
+
+    @largest.setter
+    def largest(self, largest: Array) -> None:
+        ends = np.cumsum([len(of_one) for of_one in self._largest])
+        self._largest = [part.copy() for part in np.split(largest, ends[:-1])]
+
     def step(self, values: Array, advance: Callable[[int], None]) -> None:
         """Carry out one communication step.
 

@@ -157,12 +157,17 @@ class Master(Generic[P]):
             self._starting(component, component.leave)
 
     def run(
-        self, first: int, last: int, schedules: Sequence[Schedule] = (), observers: Sequence[Observer] = ()
+        self,
+        first: int,
+        last: int,
+        schedules: Sequence[Schedule] = (),
+        observers: Sequence[Observer] = (),
+        stop: int | None = None,
     ) -> None:
         """Advance from communication point `first` to `last`.
 
         At every point, the last included, schedules write the exogenous inputs, and then observers are called with
-        the values that hold there.
+        the values that hold there. With `stop` it ends before the schedules of that point, from which it can go on.
 
         Raises
         ------
@@ -173,13 +178,22 @@ class Master(Generic[P]):
         advance = {"gauss_seidel": self._gauss_seidel, "jacobi": self._jacobi, "iterative": self._iterative}[
             self.coupling
         ]
-        for n in range(first, last + 1):
+        for n in range(first, last + 1 if stop is None else stop):
             for schedule in schedules:
                 schedule(n, self.exogenous)
             for observe in observers:
                 observe(n, self.values)
             if n < last:
                 advance(n)
+
+    @property
+    def scales(self) -> Array:
+        """The largest values that the inputs of all components ever had, which iterative coupling compares with."""
+        return self._iteration.largest
+
+    @scales.setter
+    def scales(self, largest: Array) -> None:
+        self._iteration.largest = largest
 
     def check_start(self, first: int) -> None:
         """Raise ValueError where a slower component is between its points at point `first`, or cannot be repeated."""

@@ -52,6 +52,13 @@ class Recorder:
             self._points[self._rows] = n
             self._rows += 1
 
+    def restore(self, points: IntArray, table: Array) -> None:
+        """Take the rows of a run that goes on: communication points, and a row of values for each."""
+        self._rows = 0
+        self._grow(len(points))
+        self._rows = len(points)
+        self._points[: self._rows], self._table[: self._rows] = points, table
+
     def see(self, n: int) -> None:
         """Note that the run has reached point n."""
         if n >= 0:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from amb_cosim.cosim.assembly import assemble
+from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.dataset import Run, to_signals
 from amb_cosim.cosim.experiment import Experiment, plan_experiment
-from amb_cosim.cosim.simulation import Progress, assemble, run_plan
+from amb_cosim.cosim.saving import Saves, save_points
+from amb_cosim.cosim.simulation import Progress, run_plan
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import load_experiment, load_system
 from amb_cosim.cosim.values import Raw
@@ -37,6 +40,8 @@ def simulate(
     step_size: float | None = None,
     stop_time: float | None = None,
     isolated: bool | None = None,
+    save_at: Sequence[Raw] = (),
+    start: Checkpoint | str | Path | None = None,
     **options: Any,
 ) -> Simulation:
     """Run a system of FMI 2.0 co-simulation FMUs.
@@ -60,6 +65,10 @@ def simulate(
     isolated
         Whether the FMUs run in a process of their own, so that their crash is an exception here; by default they do if
         one of them was given as a file.
+    save_at
+        Times, such as `0.3 s`, whose state `checkpoint` gives: what happens then has not happened yet.
+    start
+        A checkpoint, or its file, from which the run goes on; it must have the same past.
     options
         What models are made for, such as `rotor`, the name of a rotor of a pack or a rotor file.
 
@@ -92,5 +101,8 @@ def simulate(
         values.set_first(name, raw)
     for name, raw in (set or {}).items():
         values.set(name, raw)
-    recording = run_plan(assembly, plan_experiment(experiment, values), progress, loop, isolated=isolated)
-    return Simulation(to_signals(recording), recording.outcome)
+    plan = plan_experiment(experiment, values)
+    saves = Saves(save_points(save_at, plan))
+    start = Checkpoint.load(start) if isinstance(start, str | Path) else start
+    recording = run_plan(assembly, plan, progress, loop, isolated=isolated, start=start, saves=saves)
+    return Simulation(to_signals(recording), recording.outcome, recording.checkpoints)

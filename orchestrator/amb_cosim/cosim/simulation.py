@@ -4,34 +4,29 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any, Literal
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
-from amb_cosim.cosim import compiled
-from amb_cosim.cosim.assignments import Assignments
-from amb_cosim.cosim.choices import Coupling, Flavour, Loop
-from amb_cosim.cosim.component import FmuComponent
+from amb_cosim.cosim.assembly import Assembly
+from amb_cosim.cosim.checkpoint import Checkpoint
+from amb_cosim.cosim.choices import Coupling, Loop
 from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.experiment import Plan, cannot_settle, told_as_simulated
-from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
-from amb_cosim.cosim.fmu_libraries import check_libraries
-from amb_cosim.cosim.fmus import Fmu, provide
+from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.instances import Instances
-from amb_cosim.cosim.interruption import deferred
+from amb_cosim.cosim.interruption import Interruption, deferred
 from amb_cosim.cosim.isolation import run_isolated
-from amb_cosim.cosim.loop_library import load_loop
-from amb_cosim.cosim.master import Master, Observer
+from amb_cosim.cosim.master import Observer
 from amb_cosim.cosim.recorder import Recorder
-from amb_cosim.cosim.replacement import fitted
+from amb_cosim.cosim.saving import Saves, run_saving
 from amb_cosim.cosim.schedules import Array
-from amb_cosim.cosim.settling import CannotSettle, settle
-from amb_cosim.cosim.stopping import StopObserver, Stopped
-from amb_cosim.cosim.system import MasterLayout, System
+from amb_cosim.cosim.settling import CannotSettle
+from amb_cosim.cosim.simulator import Simulator
+from amb_cosim.cosim.stopping import Stopped
 
 REPORT_TIME = 0.04  # s between two reports of progress
 
@@ -78,7 +73,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Recording:
-    """What a run recorded, as far as it came; `warnings` are what each component logged as such."""
+    """What a run recorded, as far as it came; `warnings` are what each component logged as such.
+
+    `checkpoints` are the states that it was asked for, by point, as far as it came.
+    """
 
     plan: Plan
     interfaces: Mapping[str, FmuInterface]
@@ -86,79 +84,7 @@ class Recording:
     outcome: Outcome
     flavour: str
     warnings: Mapping[str, list[str]]
-
-
-@dataclass(frozen=True)
-class Assembly:
-    """A system with the FMUs of its components, checked against their interfaces."""
-
-    system: System
-    fmus: Mapping[str, Fmu]
-    interfaces: Mapping[str, FmuInterface]
-
-    @property
-    def flavour(self) -> str:
-        """The flavour of all FMUs, or `mixed`."""
-        flavours = {fmu.flavour for fmu in self.fmus.values()}
-        return flavours.pop() if len(flavours) == 1 else "mixed"
-
-    @property
-    def from_elsewhere(self) -> list[str]:
-        """The components whose FMUs were given as files."""
-        return [name for name, fmu in self.fmus.items() if fmu.flavour == "file"]
-
-    def assignments(self) -> Assignments:
-        """Return the values of the system's parameters, to add others to."""
-        return self._assignments.copy()
-
-    def wiring(self, exogenous: Iterable[str], recorded: Iterable[str]) -> MasterLayout:
-        """Lay out all signals for a master, see `System.wiring`; runs that differ in values alone share it."""
-        key = tuple(exogenous), tuple(recorded)
-        if key not in self._wirings:
-            self._wirings[key] = self.system.wiring(self.interfaces, *key)
-        return self._wirings[key]
-
-    @cached_property
-    def _wirings(self) -> dict[tuple[tuple[str, ...], tuple[str, ...]], MasterLayout]:
-        return {}
-
-    @cached_property
-    def _assignments(self) -> Assignments:
-        values = Assignments(self.system, self.interfaces)
-        for component, variables in self.system.parameters.items():
-            for variable, raw in variables.items():
-                values.set_or_drop(f"{component}.{variable}", raw, only="parameter")
-        return values
-
-
-def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Assembly:
-    """Find the FMUs of a system and check its connections.
-
-    Parameters
-    ----------
-    system
-        Which components, and how they are connected.
-    flavour
-        Which flavour of the models is built; FMU files are taken as they are.
-    options
-        What models are made for, as `model_source` takes it.
-
-    Raises
-    ------
-    ValueError
-        If an FMU cannot be had, or the system does not fit the interfaces.
-    """
-    fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
-    interfaces = {c: _interface(fmu, c) for c, fmu in fmus.items()}
-    system, fitting = fitted(system, interfaces, lambda c: _interface(provide(c.fmu, flavour, **options), c.name))
-    return Assembly(system, fmus, fitting)
-
-
-def _interface(fmu: Fmu, component: str) -> FmuInterface:
-    """Return the interface of an FMU, whose libraries have been checked."""
-    interface = read_interface(fmu.folder, component, fmu.path)
-    check_libraries(fmu.folder, interface.identifier, f"{component}: {fmu.path}")
-    return interface
+    checkpoints: Mapping[int, Checkpoint] = field(default_factory=dict)
 
 
 def run_plan(
@@ -169,6 +95,8 @@ def run_plan(
     coupling: Coupling | None = None,
     isolated: bool | None = None,
     instances: Instances | None = None,
+    start: Checkpoint | None = None,
+    saves: Saves | None = None,
 ) -> Recording:
     """Run a plan with the FMUs of an assembly.
 
@@ -188,6 +116,10 @@ def run_plan(
     isolated
         Whether the FMUs run in a process of their own, whose end is not that of this one; by default they do if one of
         them was given as a file.
+    start
+        A state from which the run goes on, of a run with the same past; the record is then that of the whole.
+    saves
+        What of the state is saved on the way.
 
     Raises
     ------
@@ -196,97 +128,60 @@ def run_plan(
     ProcessFailed
         If the FMUs' own process ended before its time, or took too long.
     ValueError
-        If the coupling is iterative, and an FMU cannot save its state, or steps at a rate of its own.
+        If the coupling is iterative, and an FMU cannot save its state, or steps at a rate of its own; if a state is to
+        be saved that an FMU cannot serialise, or `start` is of another run.
     """
+    saves = (saves or Saves()).possible(assembly)
     if assembly.from_elsewhere if isolated is None else isolated:
-        return run_isolated(assembly, plan, progress, loop, coupling)
-    try:
-        return _run(assembly, plan, progress, loop, coupling, instances)
-    except CannotSettle as error:
-        if plan.settling == "solved":
-            raise ValueError(cannot_settle(str(error))) from error
-        told = (*plan.notices, told_as_simulated(str(error)))
-        return _run(assembly, replace(plan, settling="simulated", notices=told), progress, loop, coupling, instances)
-
-
-def _run(
-    assembly: Assembly,
-    plan: Plan,
-    progress: Progress | None,
-    loop: Loop,
-    coupling: Coupling | None,
-    instances: Instances | None,
-) -> Recording:
-    """Run a plan in this process; raises CannotSettle where its settled motion cannot be solved for."""
-    system = plan.system
-    coupling = coupling or system.coupling
-    if coupling == "iterative":
-        _check_states(assembly)
-        loop = "plain"
-    if loop == "compiled" and load_loop() is None:
-        loop = "plain"
-    layout = assembly.wiring(plan.inputs, plan.recorded)
-    wiring, inputs, outputs = layout
-    recorder = Recorder([wiring.names.index(name) for name in plan.recorded], plan.record_from, plan.record_every)
+        return run_isolated(assembly, plan, progress, loop, coupling, start, saves)
+    notice = "" if start is None else start.notice
     with ExitStack() as stack, deferred() as interruption:
         living = Instances() if instances is None else instances
         stack.callback(living.close)
-        components = []
-        for c in system.components:
-            folder, interface = assembly.fmus[c.name].folder, assembly.interfaces[c.name]
-            exchanged = inputs[c.name], outputs[c.name]
-            components.append(living.take(c.name, folder, interface, *exchanged, plan.parameters[c.name], c.every))
-        master = Master(components, wiring, plan.step_size, coupling)
-        master.exogenous[:] = list(plan.inputs.values())
-        begin = plan.begin
-        master.initialise(begin)
-        schedules = plan.schedules(wiring.names)
-        stops = StopObserver(plan.stops, [wiring.names.index(condition.signal) for condition in plan.stops])
-        observers: list[Observer] = [lambda *_: interruption.check()]
-        if progress is not None:
-            observers.append(_reporting(progress, plan))
+
+        def run(notice: str) -> Recording:
+            simulator = Simulator(assembly, plan, coupling, loop, living, notice)
+            return _run(simulator, progress, interruption, start, saves)
+
         try:
-            interruption.check()
-            if plan.settling != "simulated":
-                begin = _settle(assembly, master, layout, plan.first, begin, loop)
-            if loop == "compiled":
-                compiled.run(master, begin, plan.last, schedules, recorder, observers, stops)
-            else:
-                master.run(begin, plan.last, schedules, [recorder, stops, *observers])
-            outcome = Outcome("completed", plan.last * plan.step_size)
-        except CannotSettle:
-            if instances is not None:
-                stack.pop_all()
-            raise
-        except StepFailed as error:
-            outcome = Outcome("failed", error.time, error.component, error.reason)
-        except Stopped as condition:
-            outcome = Outcome("stopped", master.time(condition.point), None, plan.stops[condition.index].text)
-        except KeyboardInterrupt:
-            outcome = Outcome("interrupted", recorder.reached * plan.step_size)
-        warnings = {component.name: component.warnings for component in components}
-        _warn_of_not_finite(assembly, plan, recorder, warnings)
+            recording = run(notice)
+        except CannotSettle as error:
+            if plan.settling == "solved":
+                raise ValueError(cannot_settle(str(error))) from error
+            recording = run(told_as_simulated(str(error)))
         if instances is not None:
             stack.pop_all()  # the next run resets them, or loads new ones
-            if outcome.status not in ("completed", "stopped"):
+            if recording.outcome.status not in ("completed", "stopped"):
                 instances.expire()
-    return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings)
+    return recording
 
 
-def _settle(
-    assembly: Assembly, master: Master[FmuComponent], layout: MasterLayout, first: int, begin: int, loop: Loop
-) -> int:
-    """Bring a master from `begin` into its settled motion, as if it had run since `first`; return where it is then."""
-
-    program = compiled.program_of(master) if loop == "compiled" else None
-
-    def advance(start: int, end: int) -> None:
-        if program is not None:
-            compiled.run(master, start, end, (), Recorder([], 1), program=program)
-        else:
-            master.run(start, end)
-
-    return settle(master, layout, assembly.fmus, assembly.interfaces, advance, first, begin)
+def _run(
+    simulator: Simulator, progress: Progress | None, interruption: Interruption, start: Checkpoint | None, saves: Saves
+) -> Recording:
+    """Run to the end of the plan; raises CannotSettle where the settled motion cannot be solved for."""
+    plan, recorder = simulator.plan, simulator.recorder
+    observers: list[Observer] = [lambda *_: interruption.check()]
+    if progress is not None:
+        observers.append(_reporting(progress, plan))
+    checkpoints: dict[int, Checkpoint] = {}
+    simulator.initialise()
+    begin = None if start is None else simulator.resume(start)
+    try:
+        interruption.check()
+        run_saving(simulator, simulator.settle() if begin is None else begin, saves, observers, checkpoints.__setitem__)
+        outcome = Outcome("completed", plan.last * plan.step_size)
+    except StepFailed as error:
+        outcome = Outcome("failed", error.time, error.component, error.reason)
+    except Stopped as condition:
+        stopped_at = simulator.master.time(condition.point)
+        outcome = Outcome("stopped", stopped_at, None, plan.stops[condition.index].text)
+    except KeyboardInterrupt:
+        outcome = Outcome("interrupted", recorder.reached * plan.step_size)
+    assembly = simulator.assembly
+    warnings = {component.name: component.warnings for component in simulator.components}
+    _warn_of_not_finite(assembly, plan, recorder, warnings)
+    return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings, checkpoints)
 
 
 def _warn_of_not_finite(assembly: Assembly, plan: Plan, recorder: Recorder, warnings: dict[str, list[str]]) -> None:
@@ -297,16 +192,6 @@ def _warn_of_not_finite(assembly: Assembly, plan: Plan, recorder: Recorder, warn
             row = int(np.argmin(np.isfinite(samples)))
             time = recorder.points[row] * plan.step_size
             warnings[component].append(f"{name} = {samples[row]:g} at t = {time:.9g} s, which is no finite number")
-
-
-def _check_states(assembly: Assembly) -> None:
-    """Raise ValueError if an FMU cannot save its state."""
-    unable = [name for name, interface in assembly.interfaces.items() if not interface.saves_state]
-    if unable:
-        raise ValueError(
-            f"coupling = 'iterative' is not allowed with {', '.join(unable)}: it repeats steps, and an FMU cannot save "
-            "and restore its state there (canGetAndSetFMUstate)"
-        )
 
 
 def _reporting(progress: Progress, plan: Plan) -> Observer:

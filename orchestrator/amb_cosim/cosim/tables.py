@@ -63,3 +63,22 @@ def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.
     elif not 0.0 < value < math.inf:
         raise ValueError(f"{name} = {value:g} s is not allowed; it must be > 0 s")
     return value
+
+
+def moment_of(raw: Raw, period: float | None) -> float:
+    """Convert a moment, `cycle 5` for cycles of `period` s or a time such as `0.3 s`, to s; it must be 0 or later.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or in cycles where there are none.
+    """
+    word, _, number = str(raw).strip().partition(" ")
+    if word != "cycle":
+        return time_of(raw, "a moment", least=0.0)
+    if period is None:
+        raise ValueError(f"a moment at {raw} is not allowed without cycles; it must be a time, such as 0.3 s")
+    cycle = quantity(number, "1", "a moment in cycles")
+    if not 0.0 <= cycle < math.inf:
+        raise ValueError(f"a moment at cycle {cycle:g} is not allowed; it must be 0 or later")
+    return cycle * period

@@ -72,7 +72,8 @@ def of_component(
     for text in dict.fromkeys(log):
         found = _LOGGED.fullmatch(text)
         if found is not None and found["variable"] in ports:
-            logged[found["variable"]] = float(found["time"] or start), found["sentence"]
+            # once in a run, and again where it goes on from a checkpoint
+            logged.setdefault(found["variable"], (float(found["time"] or start), found["sentence"]))
         else:
             others.append(WarningRecord(component, "", text, text))
     declared = (

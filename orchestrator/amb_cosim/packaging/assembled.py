@@ -10,12 +10,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from amb_cosim.cosim.assembly import Assembly
 from amb_cosim.cosim.choices import Coupling, Flavour, Fmi
 from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
 from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
 from amb_cosim.cosim.fmus import build_models, is_model, model_source, models
 from amb_cosim.cosim.replacement import fitted
-from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
 from amb_cosim.packaging.models import Made

@@ -28,6 +28,8 @@ class Result(Run):
         Every recorded variable over `time` (s) and `cycle`, with units and descriptions (`xarray.Dataset`).
     outcome
         How it ended: `status` (completed, stopped, failed, interrupted), `time` (s), `component`, `reason`.
+    checkpoints
+        States that `save_at` asked for, by communication point; see `checkpoint`.
     """
 
     @classmethod

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from amb_cosim.cosim.assembly import Assembly
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.experiment import (
     Experiment,
@@ -18,7 +19,6 @@ from amb_cosim.cosim.experiment import (
     plan_experiment,
 )
 from amb_cosim.cosim.schedules import nearest_point
-from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.values import Raw, convert
 from amb_cosim.results.places import Places, places_of
 from amb_cosim.scenario.coupling import delay, predictable

@@ -11,15 +11,18 @@ from typing import Any
 
 import numpy as np
 
+from amb_cosim.cosim.assembly import Assembly, assemble
+from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.dataset import to_signals
 from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmus import Fmu
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.saving import AUTOSAVE_TIME, Saves, resumed, save_points
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.signals import Samples, SignalTable
-from amb_cosim.cosim.simulation import Assembly, Progress, Recording, assemble, run_plan
+from amb_cosim.cosim.simulation import Progress, Recording, run_plan
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import load_system
 from amb_cosim.cosim.values import Raw
@@ -49,6 +52,10 @@ def run(
     loop: Loop = "compiled",
     progress: bool | Progress | None = None,
     isolated: bool | None = None,
+    save_at: Sequence[Raw] = (),
+    start: Checkpoint | str | Path | None = None,
+    autosave: str | Path | None = None,
+    autosave_every: float = AUTOSAVE_TIME,
 ) -> Result:
     """Run a scenario and return its result.
 
@@ -76,6 +83,14 @@ def run(
     isolated
         Whether the FMUs run in a process of their own, so that their crash is an exception here; by default they do if
         one of them was given as a file.
+    save_at
+        Moments, `cycle 5` or `0.3 s`, whose state `result.checkpoint` gives: what happens then has not happened yet.
+    start
+        A checkpoint, or its file, from which the run goes on; it must have the same past. The result is that of the
+        whole run, to the last bit.
+    autosave, autosave_every
+        File of automatic checkpoints, one every so many seconds of computing. A run that is asked for again goes on
+        from it.
 
     Raises
     ------
@@ -91,7 +106,12 @@ def run(
     if fmu:
         scenario = scenario.changed(fmu={component: fspath(file) for component, file in fmu.items()})
     with progress_bar(progress) as report:
-        return run_prepared(prepare(scenario, set, until, flavour), report, loop, isolated)
+        prepared = prepare(scenario, set, until, flavour)
+        file = None if autosave is None else Path(autosave)
+        saves = Saves(save_points(save_at, prepared.plan, prepared.plan.period), file, autosave_every)
+        given = Checkpoint.load(start) if isinstance(start, str | Path) else start
+        start = resumed(file, prepared.assembly, prepared.plan, scenario.coupling) or given
+        return run_prepared(prepared, report, loop, isolated, start=start, saves=saves)
 
 
 def check(scenario: str | Path | Scenario) -> None:
@@ -218,9 +238,11 @@ def run_prepared(
     loop: Loop = "compiled",
     isolated: bool | None = None,
     instances: Instances | None = None,
+    start: Checkpoint | None = None,
+    saves: Saves | None = None,
 ) -> Result:
     """Run a prepared scenario; see `cosim.simulation.run_plan` for the arguments and errors."""
-    return labelled(prepared, record_prepared(prepared, progress, loop, isolated, instances))
+    return labelled(prepared, record_prepared(prepared, progress, loop, isolated, instances, start, saves))
 
 
 def record_prepared(
@@ -229,10 +251,12 @@ def record_prepared(
     loop: Loop = "compiled",
     isolated: bool | None = None,
     instances: Instances | None = None,
+    start: Checkpoint | None = None,
+    saves: Saves | None = None,
 ) -> Recording:
     """Run a prepared scenario, and return what was recorded without labels; arguments as for `run_prepared`."""
     coupling = prepared.scenario.coupling
-    return run_plan(prepared.assembly, prepared.plan, progress, loop, coupling, isolated, instances)
+    return run_plan(prepared.assembly, prepared.plan, progress, loop, coupling, isolated, instances, start, saves)
 
 
 def bare_signals(prepared: Prepared, recording: Recording) -> SignalTable:
@@ -284,7 +308,7 @@ def labelled(prepared: Prepared, recording: Recording) -> Result:
     coordinates = _coordinates(plan, signals["time"].values)
     table = SignalTable(signals.variables, coordinates, {**signals.attrs, **attributes})
     told = {**table.attrs, WARNINGS: to_json(with_power(warned, table))}
-    return Result(SignalTable(table.variables, table.coordinates, told), recording.outcome)
+    return Result(SignalTable(table.variables, table.coordinates, told), recording.outcome, recording.checkpoints)
 
 
 def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Samples]:

@@ -14,13 +14,14 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.differences import told_differences
 from amb_cosim.sweeps.metrics import UNITS
 from amb_cosim.sweeps.sampling import Design
 from amb_cosim.sweeps.worker import PointResult
@@ -39,6 +40,7 @@ DESCRIPTIONS = {
     "outcome": "unstable, trapped, recovered, prevented; completed, stopped; failed, invalid, crashed; empty: not run",
     "reason": "Why a run failed or stopped",
     "seconds": "Wall-clock time of the run",
+    "shared": "Share of the steps of the run whose result was restored from another point",
     "contact": "1 where the rotor touched from cycle 0 on",
     "recovered": "1 where the rotor is stable and free of contact for good at the end",
     "rolling": "1 where the rotor rolled on a site through a turn of its whirl or more",
@@ -221,25 +223,5 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
 
 def check_same(asked: Mapping[str, Any], there: Mapping[str, Any], folder: Path) -> None:
     """Raise ValueError if what is asked for is not what the sweep in a folder was made for."""
-    if differing := list(_differences(there, asked)):
-        told = "\n".join(
-            f"  {where}: {_short(before)} there, {_short(now)} now" for where, before, now in differing[:10]
-        )
+    if told := told_differences(there, asked):
         raise ValueError(f"the sweep in {folder} was made for something else; choose another folder\n{told}")
-
-
-def _differences(there: Any, asked: Any, where: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Yield where two pieces of JSON data differ, and both values."""
-    if isinstance(there, Mapping) and isinstance(asked, Mapping):
-        for key in {**there, **asked}:
-            yield from _differences(there.get(key), asked.get(key), f"{where}.{key}".lstrip("."))
-    elif isinstance(there, list) and isinstance(asked, list) and len(there) == len(asked):
-        for k, (before, now) in enumerate(zip(there, asked, strict=True)):
-            yield from _differences(before, now, f"{where}[{k}]")
-    elif there != asked:
-        yield where, there, asked
-
-
-def _short(value: Any) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 160 else f"{text[:157]}..."

@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from amb_cosim.cosim.assembly import Assembly
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.instances import Instances
-from amb_cosim.cosim.simulation import Assembly
 from amb_cosim.cosim.values import Raw
 from amb_cosim.results.places import places_of
 from amb_cosim.results.result import Result

@@ -1,0 +1,143 @@
+"""The state of a run before a communication point, from which it, or another with the same past, goes on.
+
+In a file it is an archive of numpy (`.npz`): `head`, JSON text with the version of the form, the point, the past and
+names; `signals`, `points`, `table`; and the states of the FMUs, `state_0` and so on, as they serialise them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.cosim.component import State
+from amb_cosim.cosim.differences import told_differences
+from amb_cosim.cosim.schedules import Array, IntArray
+from amb_files.atomic import write_atomically
+
+VERSION = 1
+HEAD = ("point", "step_size", "past", "notice", "names", "recorded", "since", "components", "warnings")
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """The state of a run before communication point `point`: what happens at that point has not happened yet.
+
+    Attributes
+    ----------
+    point, step_size
+        The communication point, and the communication step (s).
+    past
+        What decided the state; see `past`.
+    notice
+        Why the motion before point 0 was simulated, where it might have been solved for.
+    signals, scales
+        Values of all signals by name, and what iterative coupling keeps.
+    recorded, points, table
+        Names of the variables that were recorded, communication points, and a row of values for each.
+    since
+        For each condition that ends the run, since which point it has been met without a break.
+    states, warnings
+        Of each component: its state, and what it logged as warnings.
+    """
+
+    point: int
+    step_size: float
+    past: Mapping[str, Any]
+    notice: str
+    signals: Mapping[str, float]
+    scales: Array
+    recorded: tuple[str, ...]
+    points: IntArray
+    table: Array
+    since: Mapping[str, int]
+    states: Mapping[str, State]
+    warnings: Mapping[str, Sequence[str]]
+
+    @property
+    def time(self) -> float:
+        """Time of the communication point (s)."""
+        return self.point * self.step_size
+
+    def check_past(self, past: Mapping[str, Any]) -> None:
+        """Raise ValueError, with what differs, unless this is the past of the run that is to go on."""
+        if told := told_differences(json.loads(json.dumps(self.past)), json.loads(json.dumps(past))):
+            raise ValueError(f"the checkpoint at t = {self.time:.9g} s is of another run; until then it had\n{told}")
+
+    def save(self, path: str | Path) -> Path:
+        """Write the checkpoint to a file, which appears whole or not at all, and return its path.
+
+        Raises
+        ------
+        ValueError
+            If the states are only held in the memory of living FMUs.
+        """
+        held = [name for name, state in self.states.items() if not isinstance(state, bytes)]
+        if held:
+            raise ValueError(f"the state of {held[0]} cannot be written; it lies in the memory of its FMU")
+        head = {
+            "version": VERSION,
+            **{name: getattr(self, name) for name in HEAD if hasattr(self, name)},
+            "names": list(self.signals),
+            "components": list(self.states),
+        }
+        arrays: dict[str, Any] = {
+            "head": np.frombuffer(json.dumps(head).encode(), np.uint8),
+            "signals": np.array([*self.signals.values()], np.float64),
+            "scales": self.scales,
+            "points": self.points.astype(np.int64),
+            "table": self.table,
+            **{f"state_{k}": np.frombuffer(state, np.uint8) for k, state in enumerate(self._bytes())},
+        }
+
+        def write(temporary: Path) -> None:
+            with temporary.open("wb") as file:
+                np.savez(file, allow_pickle=False, **arrays)
+
+        write_atomically(Path(path), write)
+        return Path(path)
+
+    def _bytes(self) -> list[bytes]:
+        return [state for state in self.states.values() if isinstance(state, bytes)]
+
+    @classmethod
+    def load(cls, path: str | Path) -> Checkpoint:
+        """Read a checkpoint from its file.
+
+        Raises
+        ------
+        ValueError
+            If there is none, it is damaged, or of another version.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                head = json.loads(file["head"].tobytes())
+                version = head["version"]
+                if version == VERSION:
+                    return cls._read(head, {name: file[name] for name in file.files})
+        except FileNotFoundError:
+            raise ValueError(f"no checkpoint {path}; it must be a file that --save-at wrote") from None
+        except Exception as error:  # numpy, zipfile and json have each their own
+            raise ValueError(f"{path} is no checkpoint, or damaged: {error or type(error).__name__}") from error
+        raise ValueError(f"{path} is a checkpoint of form {version}; it must be {VERSION}, as this version writes it")
+
+    @classmethod
+    def _read(cls, head: Mapping[str, Any], arrays: Mapping[str, Any]) -> Checkpoint:
+        return cls(
+            point=int(head["point"]),
+            step_size=float(head["step_size"]),
+            past=head["past"],
+            notice=head["notice"],
+            signals=dict(zip(head["names"], arrays["signals"].tolist(), strict=True)),
+            scales=arrays["scales"],
+            recorded=tuple(head["recorded"]),
+            points=arrays["points"].astype(np.intp),
+            table=arrays["table"],
+            since=head["since"],
+            states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head["components"])},
+            warnings=head["warnings"],
+        )

@@ -1,0 +1,216 @@
+"""A plan with living FMUs and its record: started or resumed, run from point to point, its state saved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.cosim import compiled
+from amb_cosim.cosim.assembly import Assembly
+from amb_cosim.cosim.checkpoint import Checkpoint
+from amb_cosim.cosim.choices import Coupling, Loop
+from amb_cosim.cosim.component import FmuComponent, State
+from amb_cosim.cosim.experiment import Plan
+from amb_cosim.cosim.instances import Instances
+from amb_cosim.cosim.loop_library import load_loop
+from amb_cosim.cosim.master import Master, Observer
+from amb_cosim.cosim.past import name_of, past_of
+from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.settling import settle
+from amb_cosim.cosim.stopping import StopObserver
+
+
+class Simulator:
+    """A master of a plan's components.
+
+    Parameters
+    ----------
+    assembly, plan
+        What is run.
+    coupling, loop
+        In place of the system's coupling; `compiled` or `plain`.
+    instances
+        The living FMUs, loaded where they are missing.
+    notice
+        Why the motion before point 0 is simulated, where it might have been solved for.
+
+    Raises
+    ------
+    FmuError
+        If an FMU cannot be loaded or refuses a start value.
+    ValueError
+        If the coupling is iterative, and an FMU cannot save its state.
+    """
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        plan: Plan,
+        coupling: Coupling | None,
+        loop: Loop,
+        instances: Instances,
+        notice: str = "",
+    ) -> None:
+        self.assembly, self._asked = assembly, plan
+        self.notice = notice
+        self.plan = with_simulated_settling(plan, notice) if notice else plan
+        self.coupling = coupling or plan.system.coupling
+        if self.coupling == "iterative":
+            _check_states(assembly)
+        self._is_compiled = loop == "compiled" and self.coupling != "iterative" and load_loop() is not None
+        self._layout = assembly.wiring(plan.inputs, plan.recorded)
+        wiring = self._layout.wiring
+        self._at = {name: position for position, name in enumerate(wiring.names)}
+        self.components = [
+            instances.take(
+                c.name,
+                assembly.fmus[c.name].folder,
+                assembly.interfaces[c.name],
+                self._layout.inputs[c.name],
+                self._layout.outputs[c.name],
+                plan.parameters[c.name],
+                c.every,
+            )
+            for c in plan.system.components
+        ]
+        self.master = Master(self.components, wiring, plan.step_size, self.coupling)
+        self.recorder = Recorder([self._at[name] for name in plan.recorded], plan.record_from, plan.record_every)
+        self._schedules = plan.schedules(wiring.names)
+        self._stops = StopObserver(plan.stops, [self._at[condition.signal] for condition in plan.stops])
+        self._program: compiled.Program | None = None
+        self.master.exogenous[:] = list(plan.inputs.values())
+
+    @property
+    def grid(self) -> int:
+        """Number of steps between points at which every component has done its step."""
+        return math.lcm(*(component.every for component in self.components))
+
+    def initialise(self) -> int:
+        """Initialise the FMUs, and return the point at which the run begins; raises StartFailed if one refuses."""
+        self.master.initialise(self.plan.begin)
+        return self.plan.begin
+
+    def settle(self) -> int:
+        """Settle, from where the run begins, and return the point at which it goes on.
+
+        Raises
+        ------
+        CannotSettle
+            If the settled motion cannot be solved for.
+        StepFailed
+            If a step fails on the way.
+        """
+        plan = self.plan
+        if plan.settling == "simulated":
+            return plan.begin
+        fmus, interfaces = self.assembly.fmus, self.assembly.interfaces
+        return settle(self.master, self._layout, fmus, interfaces, self._step, plan.first, plan.begin)
+
+    def _step(self, first: int, last: int) -> None:
+        """Step from one point to another, without schedules and record."""
+        if self._is_compiled:
+            compiled.run(self.master, first, last, (), Recorder([], 1), program=self._compiled_program())
+        else:
+            self.master.run(first, last)
+
+    def advance(self, first: int, stop: int, observers: Sequence[Observer] = ()) -> None:
+        """Run the points from `first` up to but not including `stop`, and step from each but the last of the plan.
+
+        Raises
+        ------
+        StepFailed
+            If a component does not complete a step.
+        Stopped
+            If a condition of the plan is met.
+        """
+        given = self.master, first, self.plan.last, self._schedules
+        if self._is_compiled:
+            program = self._compiled_program()
+            compiled.run(*given, self.recorder, observers, self._stops, program, stop)
+        else:
+            self.master.run(*given[1:], [self.recorder, self._stops, *observers], stop)
+
+    def _compiled_program(self) -> compiled.Program:
+        self._program = self._program or compiled.program_of(self.master, self._stops)
+        return self._program
+
+    def checkpoint(self, point: int, held: bool = False) -> Checkpoint:
+        """Return the state before a point that the run has come to, serialised, or held in the memory of the FMUs."""
+        plan = self.plan
+
+        def state(component: FmuComponent) -> State:
+            return component.hold() if held else component.serialise()
+
+        return Checkpoint(
+            point=point,
+            step_size=plan.step_size,
+            past=past_of(self.assembly, self._asked, self.coupling, point),
+            notice=self.notice,
+            signals=dict(zip(self._at, self.master.values.tolist(), strict=True)),
+            scales=self.master.scales,
+            recorded=plan.recorded,
+            points=self.recorder.points.copy(),
+            table=self.recorder.table.copy(),
+            since={name_of(c): int(since) for c, since in zip(plan.stops, self._stops.conditions.since, strict=True)},
+            states={component.name: state(component) for component in self.components},
+            warnings={component.name: component.warnings for component in self.components},
+        )
+
+    def resume(self, start: Checkpoint) -> int:
+        """Bring an initialised run to a checkpoint, and return its point.
+
+        Raises
+        ------
+        ValueError
+            If the checkpoint is of a run with another past, ends after this one, or lacks what is recorded.
+        FmuError
+            If an FMU does not take its state.
+        """
+        plan = self.plan
+        if start.point > plan.last:
+            end = plan.last * plan.step_size
+            raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
+        start.check_past(past_of(self.assembly, self._asked, self.coupling, start.point))
+        for component in self.components:
+            component.put(start.states[component.name], start.warnings[component.name])
+        for name, value in start.signals.items():
+            if name in self._at:
+                self.master.values[self._at[name]] = value
+        self.master.scales = start.scales
+        for k, condition in enumerate(plan.stops):
+            self._stops.conditions.since[k] = start.since.get(name_of(condition), condition.first)
+        self.recorder.restore(start.points, self._record_of(start))
+        return start.point
+
+    def _record_of(self, start: Checkpoint) -> np.ndarray[Any, Any]:
+        """Return what a checkpoint has recorded, column by column as this run records.
+
+        An input that only this run has was at its first value until then.
+        """
+        columns = dict(zip(start.recorded, start.table.T, strict=True))
+        missing = [name for name in self.plan.recorded if name not in columns and name not in self.plan.inputs]
+        if missing:
+            raise ValueError(f"the checkpoint has no record of {missing[0]}; it must have been recorded until then")
+        table = np.empty((len(start.points), len(self.plan.recorded)))
+        for k, name in enumerate(self.plan.recorded):
+            table[:, k] = columns[name] if name in columns else self.plan.inputs[name]
+        return table
+
+
+def with_simulated_settling(plan: Plan, notice: str) -> Plan:
+    """Return a plan whose motion before point 0 is simulated; the notice says why."""
+    return replace(plan, settling="simulated", notices=(*plan.notices, notice))
+
+
+def _check_states(assembly: Assembly) -> None:
+    """Raise ValueError if an FMU cannot save its state."""
+    unable = [name for name, interface in assembly.interfaces.items() if not interface.saves_state]
+    if unable:
+        raise ValueError(
+            f"coupling = 'iterative' is not allowed with {', '.join(unable)}: it repeats steps, and an FMU cannot save "
+            "and restore its state there (canGetAndSetFMUstate)"
+        )

@@ -1,0 +1,178 @@
+"""Runs of the expander that go on from a saved state, and what such a state is refused for."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+from command_line import COMMAND, run_command
+from strange_machine import RUB, TOUCHDOWN
+
+import amb_cosim
+from amb_cosim.cosim.checkpoint import Checkpoint
+from amb_cosim.scenario.scenario import Scenario
+
+WITHIN_CONTACT = "cycle 6"  # the rotor rubs then, and has had its step of unbalance
+SHORT = Scenario.load(RUB).changed(end_cycle=12)
+
+
+def assert_same(found, expected):
+    """The same signals to the last bit, and all that is said of them but the time that it took."""
+    assert list(found.signals.variables) == list(expected.signals.variables)
+    for name, samples in expected.signals.variables.items():
+        assert found.signals[name].values.tobytes() == samples.values.tobytes(), name
+    assert {**found.signals.attrs, "wall_s": 0} == {**expected.signals.attrs, "wall_s": 0}
+    assert found.outcome == expected.outcome
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return amb_cosim.run(SHORT)
+
+
+@pytest.fixture(scope="module")
+def saved():
+    return amb_cosim.run(SHORT, save_at=["cycle 0", WITHIN_CONTACT, 0.04])
+
+
+@pytest.fixture(scope="module")
+def file(saved, tmp_path_factory):
+    return saved.checkpoint(WITHIN_CONTACT).save(tmp_path_factory.mktemp("state") / "rub.npz")
+
+
+def test_saving_its_state_changes_no_bit_of_a_run(saved, plain):
+    assert_same(saved, plain)
+
+
+@pytest.mark.parametrize("moment", ["cycle 0", WITHIN_CONTACT, "40 ms"])
+def test_a_continued_run_is_the_whole_run(saved, plain, moment):
+    assert saved.checkpoint(moment).point > 0 or moment == "cycle 0"
+    assert_same(amb_cosim.run(SHORT, start=saved.checkpoint(moment)), plain)
+
+
+def test_a_state_is_the_same_from_its_file(file, plain):
+    assert_same(amb_cosim.run(SHORT, start=file), plain)
+
+
+def test_the_plain_loop_goes_on_where_the_compiled_one_was(saved, plain):
+    start = saved.checkpoint("40 ms")
+    assert_same(amb_cosim.run(SHORT, start=start, loop="plain"), plain)
+
+
+def test_both_loops_save_the_same_state(saved):
+    by_python = amb_cosim.run(SHORT, save_at=[WITHIN_CONTACT], loop="plain", until=0.03).checkpoint()
+    assert by_python.states == saved.checkpoint(WITHIN_CONTACT).states
+
+
+def test_a_later_end_and_a_new_event_belong_to_the_future(saved):
+    """Also where the event sets what nothing has set before: until then that is at its start value."""
+    dark = {"cycle": 8, "set": {"amb_actuator": {"*.amplifier_off_?": True}}}
+    future = SHORT.changed(end_cycle=14, event=[*(e.model_dump(exclude_none=True) for e in SHORT.event), dark])
+    assert_same(amb_cosim.run(future, start=saved.checkpoint(WITHIN_CONTACT)), amb_cosim.run(future))
+
+
+@pytest.mark.parametrize(
+    ("changes", "settings", "told"),
+    [
+        (
+            {},
+            {"rotor_contact.shroud.clearance": "0.15 mm"},
+            "parameters.rotor_contact.shroud.clearance: .* 0.00015 now",
+        ),
+        ({}, {"rotor_contact.turbine.u": "0.4 g.mm"}, "inputs.rotor_contact.turbine.u: 5e-07 there, 4e-07 now"),
+        ({"event": []}, {}, "events: "),
+        ({"coupling": "jacobi", "communication_step": "10 us"}, {}, 'coupling: "gauss_seidel" there, "jacobi" now'),
+        ({"end_cycle": 5}, {}, "the run ends at 0.02 s, before the checkpoint at t = 0.024 s"),
+    ],
+)
+def test_a_state_of_another_past_is_refused(file, changes, settings, told):
+    with pytest.raises(ValueError, match=told):
+        amb_cosim.run(SHORT.changed(**changes), set=settings, start=file)
+
+
+def test_a_state_of_other_fmus_is_refused(file):
+    with pytest.raises(ValueError, match=r"fmus.rotor_contact: .* there, .* now"):
+        amb_cosim.run(SHORT, start=file, flavour="python")
+
+
+def test_a_damaged_state_is_refused(file, tmp_path):
+    content = file.read_bytes()
+    for number, damaged in enumerate((b"", content[:-100], content[:9000] + b"x" + content[9001:], b"PK" + content)):
+        (tmp_path / f"{number}.npz").write_bytes(damaged)
+        with pytest.raises(ValueError, match="is no checkpoint, or damaged"):
+            Checkpoint.load(tmp_path / f"{number}.npz")
+    with pytest.raises(ValueError, match=r"no checkpoint .*missing"):
+        Checkpoint.load(tmp_path / "missing")
+
+
+def test_a_state_of_another_version_is_refused(file, tmp_path, monkeypatch):
+    monkeypatch.setattr("amb_cosim.cosim.checkpoint.VERSION", 2)
+    with pytest.raises(ValueError, match="is a checkpoint of form 1; it must be 2"):
+        Checkpoint.load(file)
+
+
+def test_a_moment_without_a_state_is_told(saved):
+    with pytest.raises(ValueError, match=r"no checkpoint at cycle 7; there are 0 s, 0.024 s, 0.04 s"):
+        saved.checkpoint("cycle 7")
+    with pytest.raises(ValueError, match=r"no state can be saved at cycle 13; the run ends at 0.048 s"):
+        amb_cosim.run(SHORT, save_at=["cycle 13"])
+
+
+def test_fmus_in_a_process_of_their_own_save_their_state(saved, plain):
+    """An FMU that is given as a file runs there, and its state says so: it is of another FMU then."""
+    first = amb_cosim.run(SHORT, save_at=[WITHIN_CONTACT], isolated=True)
+    assert first.checkpoint().states == saved.checkpoint(WITHIN_CONTACT).states
+    assert_same(amb_cosim.run(SHORT, start=first.checkpoint(), isolated=True), plain)
+
+
+def test_the_command_line_saves_a_state_and_goes_on_from_it(tmp_path):
+    first = run_command("run", RUB, "--save-at", WITHIN_CONTACT, "--no-plots", "-o", "one", cwd=tmp_path).stdout
+    assert re.search(r"state at cycle 6 in\s+one/checkpoint_cycle_6.npz", first)
+    state = tmp_path / "one" / "checkpoint_cycle_6.npz"
+    run_command("run", RUB, "--from", state, "--no-plots", "-o", "two", cwd=tmp_path)
+    one, two = (amb_cosim.Result.load(tmp_path / name).dataset for name in ("one", "two"))
+    assert all(np.array_equal(one[name], two[name], equal_nan=True) for name in one)
+    refused = run_command("run", TOUCHDOWN, "--from", state, "-o", "three", cwd=tmp_path, code=2).stderr
+    assert "is of another run" in refused
+    assert not (tmp_path / "three").exists()
+
+
+LONG = "base = '{rub}'\nend_cycle = {cycles}\nrecord.every = 1000\n"
+CYCLES_FOR_A_KILL = 1500  # more than go by in a tenth of a second
+
+
+def killed_runs(folder, cycles, moments, autosave):
+    """Run a long rub, killed at moments (s) after its next automatic checkpoint; return how often it went on."""
+    (folder / "long.toml").write_text(LONG.format(rub=RUB, cycles=cycles))
+    command = [*COMMAND, "run", "long.toml", "--no-plots", "-o", "out", "--autosave", str(autosave)]
+    file, resumed = folder / "out" / "autosave.npz", 0
+    for moment in [*moments, None]:
+        before = file.stat().st_mtime_ns if file.exists() else 0
+        process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        if moment is not None:
+            while process.poll() is None and not (file.exists() and file.stat().st_mtime_ns > before):
+                time.sleep(0.005)
+            time.sleep(moment)
+            process.kill()
+        _, errors = process.communicate(timeout=300)
+        assert process.returncode == (0 if moment is None else -signal.SIGKILL), errors
+        resumed += "the run goes on from" in errors
+    return resumed
+
+
+@pytest.mark.parametrize("kills", [1, pytest.param(30, marks=pytest.mark.slow)])
+def test_a_killed_run_goes_on_to_the_same_bits(tmp_path, kills, first_seed):
+    """Checkpoints come so fast that many a kill comes while one is written."""
+    moments = 0.1 * np.random.default_rng(first_seed).random(kills)
+    cycles = CYCLES_FOR_A_KILL * (kills + 1)
+    assert killed_runs(tmp_path, cycles, moments, 0.02) == kills
+    (tmp_path / "whole").mkdir()
+    assert killed_runs(tmp_path / "whole", cycles, [], 0) == 0
+    found, whole = (amb_cosim.Result.load(folder / "out").dataset for folder in (tmp_path, tmp_path / "whole"))
+    assert found.sizes == whole.sizes
+    assert all(found[name].values.tobytes() == whole[name].values.tobytes() for name in whole)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["result.nc", "summary.json"]
