@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 from amb_cosim.presentation.json_data import Layout
@@ -31,6 +31,20 @@ class PlacedPart:
     what: str
 
 
+@dataclass(frozen=True)
+class PlantModel:
+    """A reduced model of the rotor: nodes of its planes, number of coordinates, frequency up to which it holds."""
+
+    masters: tuple[int, ...]
+    coordinates: int
+    valid_to: Annotated[float, "rad/s"]
+
+    def text(self) -> str:
+        """Return it in words."""
+        planes = ", ".join(map(str, self.masters))
+        return f"{self.coordinates} coordinates, planes at nodes {planes}; holds up to {number(self.valid_to)} rad/s"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class RotorLayout(DrawnResult):
     """A rotor, its modes at rest on its bearings, and the reduced model of a plant.
@@ -46,6 +60,9 @@ class RotorLayout(DrawnResult):
     method, masters, coordinates, valid_to
         The plant's model: how it is made, nodes of its planes, number of coordinates, and the frequency up to which it
         holds (rad/s), see `rotor_analysis.reduced_rotor.valid_to`.
+    leaner
+        The same with planes at bearings and contact sites alone, which must have one; None where it has no fewer
+        coordinates. Unbalance, external forces and sensors need no plane of their own.
     frequencies, error
         Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and those of the
         plant's over these less one (%).
@@ -67,6 +84,7 @@ class RotorLayout(DrawnResult):
     masters: tuple[int, ...]
     coordinates: int
     valid_to: Annotated[float, "rad/s"]
+    leaner: PlantModel | None
     frequencies: Annotated[Array, "rad/s"]
     error: Annotated[Array, "%"]
     description: Annotated[Rotor, Layout.OMITTED]
@@ -82,13 +100,15 @@ class RotorLayout(DrawnResult):
             shown = "-" if math.isnan(error) else f"{error:+.4f}"
             hertz = f"{frequency / (2.0 * math.pi):.3f}" if frequency > 0.0 else "diverges"
             modes.add_row(str(k), f"{frequency:.3f}", hertz, shown)
+        plant = PlantModel(self.masters, self.coordinates, self.valid_to).text()
+        leaner = [] if self.leaner is None else [f"with reduction.masters at bearings and sites: {self.leaner.text()}"]
         return [
             f"{self.rotor}: {self.mass:.4g} kg, {self.length:.4g} m, {self.nodes} nodes",
             f"centre of mass at {self.centre:.4g} m; {inertia}",
             parts,
             modes,
-            f"plant: {self.coordinates} coordinates by {self.method}, planes at nodes "
-            f"{', '.join(map(str, self.masters))}; holds up to {number(self.valid_to)} rad/s",
+            f"plant by {self.method}: {plant}",
+            *leaner,
             f"damping: {_damping(self.description)}",
         ]
 
@@ -107,7 +127,7 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
         If the rotor file cannot be read, or the plant's model is not as accurate as the file asks for.
     """
     found = rotor_of(rotor)
-    body, model, error = rigid_body(found), reduced_rotor(found).model, reduction_error(found, COUNT)
+    body, plant, error = rigid_body(found), _plant(found), reduction_error(found, COUNT)
     z = found.shaft.nodes
     return RotorLayout(
         rotor=found.name,
@@ -119,13 +139,31 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
         nodes=len(z),
         parts=tuple(_parts(found)),
         method=str(found.reduction.method),
-        masters=tuple(model.translations),
-        coordinates=model.size,
-        valid_to=valid_to(assemble(found), model),
+        masters=plant.masters,
+        coordinates=plant.coordinates,
+        valid_to=plant.valid_to,
+        leaner=_leaner(found, plant),
         frequencies=error.frequencies,
         error=error.percent,
         description=found,
     )
+
+
+def _plant(rotor: Rotor) -> PlantModel:
+    model = reduced_rotor(rotor).model
+    return PlantModel(tuple(model.translations), model.size, valid_to(assemble(rotor), model))
+
+
+def _leaner(rotor: Rotor, plant: PlantModel) -> PlantModel | None:
+    """The plant with planes at bearings and sites alone, by its own number of modes, if that has fewer coordinates."""
+    needed = tuple(sorted({*rotor.bearing_nodes, *rotor.site_nodes}))
+    if rotor.reduction.method != "craig_bampton" or len(needed) < 2:
+        return None
+    try:
+        found = _plant(replace(rotor, reduction=replace(rotor.reduction, masters=needed)))
+    except ValueError:  # the shaft does not reach the accuracy on these planes
+        return None
+    return found if found.coordinates < plant.coordinates else None
 
 
 def _damping(rotor: Rotor) -> str:
