@@ -17,6 +17,7 @@
     identify     identify receptances of the levitated rotor by co-simulation, into a table for ROLAC
     sweep        run a scenario over a grid or a sample of its values, thousands of runs, on Dask
     draw_sweep   draw maps of a sweep into its folder
+    assess       whether a machine may run: verdicts by criteria of standards, with figures
     studies      questions answered by analysis or by many runs: Campbell diagram, sensitivity, recovery, ...
     simulate     run any FMI 2.0 co-simulation FMUs from a system file or an SSP archive
     System       components and connections of one's own
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 
     from amb_cosim import cosim as cosim
     from amb_cosim import studies as studies
+    from amb_cosim.acceptance.assess import assess as assess
     from amb_cosim.comparison.compare import compare as compare
     from amb_cosim.controllers.linear_controller import linear_controller as linear_controller
     from amb_cosim.cosim.run import simulate as simulate
@@ -71,6 +73,7 @@ _MODULES = {
     "identify": "studies.receptance_identification",
     "sweep": "sweeps.run",
     "draw_sweep": "sweeps.figures",
+    "assess": "acceptance.assess",
     "studies": "studies",
     "simulate": "cosim.run",
     "System": "cosim.system",

@@ -34,13 +34,14 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """One plot: title, labels of its axes, curves, and whether both axes have the same scale."""
+    """One plot: title, labels of its axes, curves, whether both axes have the same scale, and which are logarithmic."""
 
     title: str
     x: str
     y: str
     curves: tuple[Curve, ...]
     is_round: bool = False
+    log: str = ""
 
     def as_data(self) -> dict[str, Any]:
         """Return the plot for JSON; points are little-endian 32-bit numbers in base64, as Plotly reads them."""
@@ -49,6 +50,7 @@ class Panel:
             "x": self.x,
             "y": self.y,
             "round": self.is_round,
+            "log": self.log,
             "curves": [{"name": c.name, "style": c.style, "x": _packed(c.x), "y": _packed(c.y)} for c in self.curves],
         }
 
@@ -60,7 +62,7 @@ RunPanels = Callable[[Signals], Iterable[Panel]]
 def panel_of(data: dict[str, Any]) -> Panel:
     """Return the plot that `Panel.as_data` wrote."""
     curves = (Curve(c["name"], _unpacked(c["x"]), _unpacked(c["y"]), c["style"]) for c in data["curves"])
-    return Panel(data["title"], data["x"], data["y"], tuple(curves), data["round"])
+    return Panel(data["title"], data["x"], data["y"], tuple(curves), data["round"], data["log"])
 
 
 def run_panels(run: Signals, others: Iterable[RunPanels] = ()) -> tuple[Panel, ...]:

@@ -28,6 +28,8 @@ def picture_of(panels: Sequence[Panel]) -> bytes:
             colour = GREY if curve.style == "dashed" else next(colours)
             axes.plot(curve.x, curve.y, label=curve.name, color=colour, ls=line, marker=marker, ms=3.0, lw=0.8)
         axes.set(title=panel.title, xlabel=panel.x, ylabel=panel.y)
+        for axis in panel.log:
+            axes.set(**{f"{axis}scale": "log"})
         if panel.is_round:
             axes.set_aspect("equal", "datalim")
         if len(panel.curves) > 1:

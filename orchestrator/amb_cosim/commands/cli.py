@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from amb_cosim.commands import (
+    acceptance,
     analysis,
     animate,
     build,
@@ -61,6 +62,7 @@ for command in (
     *rotor.COMMANDS,
     *controller.COMMANDS,
     *report.COMMANDS,
+    *acceptance.COMMANDS,
     *robustness.COMMANDS,
     *live.COMMANDS,
     *cache.COMMANDS,

@@ -23,7 +23,7 @@ from amb_cosim.linear.loop import (
 )
 from amb_cosim.presentation.text_tables import TextPart, labelled_table, text_table
 from amb_cosim.results.places import ACTUATOR, CONTROLLER
-from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
 from amb_cosim.studies.inputs import Number, spin_speed, with_controller
 from amb_cosim.studies.result import DrawnResult
@@ -168,7 +168,7 @@ def zone(peak: float) -> str:
 
 
 def sensitivity(
-    scenario: str | Path | None = None,
+    scenario: str | Path | Scenario | None = None,
     *,
     rotor: str | Path | None = None,
     controller: str | Path | None = None,
@@ -187,8 +187,8 @@ def sensitivity(
     Parameters
     ----------
     scenario
-        Name of a scenario of a pack, or a TOML file, whose machine and parameters are taken, without its inputs and
-        events; the packs' default without.
+        A `Scenario`, the name of one of a pack, or a TOML file, whose machine and parameters are taken, without its
+        inputs and events; the packs' default without.
     rotor
         Name of a rotor of a pack, or rotor file, in place of the scenario's.
     controller

@@ -21,12 +21,14 @@
   function layout(panel) {
     const axis = (title) => ({ title: { text: title, standoff: 6 }, gridcolor: "#e6e6e6", zeroline: false,
                                linecolor: "#999999", ticks: "outside", ticklen: 3, automargin: true });
-    const y = axis(panel.y);
+    const x = axis(panel.x), y = axis(panel.y);
+    if (panel.log.includes("x")) { x.type = "log"; }
+    if (panel.log.includes("y")) { y.type = "log"; }
     if (panel.round) { y.scaleanchor = "x"; y.scaleratio = 1; }
     return { autosize: true,
              title: { text: panel.title, font: { size: 14 }, x: 0, xref: "container", xanchor: "left", pad: { l: 8, b: 6 },
                       yref: "paper", y: 1, yanchor: "bottom" },
-             xaxis: axis(panel.x), yaxis: y,
+             xaxis: x, yaxis: y,
              margin: { l: 10, r: 10, t: 60, b: 10 }, font: { size: 12, color: "#1b1f24" }, showlegend: panel.curves.length > 1,
              legend: { orientation: "h", y: -0.22 }, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
              hovermode: "closest" };

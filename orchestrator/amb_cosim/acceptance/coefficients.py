@@ -1,0 +1,56 @@
+"""Stiffness, damping and mass that a place of the rotor feels: seals and stages, cross-coupled, over speed.
+
+    f = -(K(Omega) q + C(Omega) q' + M(Omega) q''),   q = (x, y) at the place                     (1)
+
+A stage drives forward whirl with K = Q [[0, 1], [-1, 0]]: on a forward circle q = (cos, sin), f = Q (-sin, cos), which
+points along the velocity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from amb_cosim.acceptance.subject import Subject
+from fmi_export.model import Array
+from rotor_analysis.assembly import Matrices
+
+WHIRL = np.array([[0.0, 1.0], [-1.0, 0.0]])  # times Q > 0 it drives forward whirl
+
+Triple = tuple[Array, Array, Array]  # K (N/m), C (N s/m), M (kg), shape (2, 2) each
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """What a place of the rotor feels: its name, its node, and K, C and M of (1) over the spin speed (rad/s)."""
+
+    name: str
+    node: int
+    at: Callable[[float], Triple]
+
+    def added_to(self, model: Matrices, Omega: float) -> Matrices:
+        """Return a model with them, whose node keeps its translations."""
+        K, C, M = self.at(Omega)
+        rows = np.ix_(model.translations[self.node], model.translations[self.node])
+        stiff, damped, heavy = model.K.copy(), model.C.copy(), model.M.copy()
+        stiff[rows] += K
+        damped[rows] += C
+        heavy[rows] += M
+        return replace(model, K=stiff, C=damped, M=heavy)
+
+
+def cross_coupling(name: str, node: int, Q: float) -> Coefficients:
+    """Return a cross-coupled stiffness Q (N/m) that drives forward whirl."""
+    zero = np.zeros((2, 2))
+    return Coefficients(name, node, lambda Omega: (Q * WHIRL, zero, zero))
+
+
+def stages_of(subject: Subject, real: bool, factor: float = 1.0) -> tuple[Coefficients, ...]:
+    """Return the stages at the largest speed: the anticipated coupling times a factor, or the `real` one."""
+    speed = subject.file.speed.highest
+    return tuple(
+        cross_coupling(s.at, subject.node_of(s.at), factor * (s.level_two(speed) if real else s.anticipated(speed)))
+        for s in subject.file.stages
+    )

@@ -1,0 +1,75 @@
+"""Undamped critical speeds of a rotor on springs, and antinodes of their shapes.
+
+A synchronous forward whirl r exp(i Omega t) of the undamped rotor, with G_1 its polar inertias in one plane:
+
+    (K + sum k_b e_b e_b^T) phi = Omega^2 (M - G_1) phi                                           (1)
+
+K with the springs is positive definite, so that (M - G_1) phi = mu K phi has real mu, and Omega = 1/sqrt(mu) for each
+mu > 0; polar inertias of thick discs leave fewer critical speeds than degrees of freedom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+import numpy as np
+
+from fmi_export.model import Array
+from rotor_analysis.assembly import Matrices
+
+
+def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) -> tuple[Array, Array]:
+    """Return the lowest undamped critical speeds by (1).
+
+    Parameters
+    ----------
+    free
+        The finite-element model of the free rotor, the same in both planes of motion.
+    springs
+        Stiffness (N/m), above 0, by node; two nodes or more.
+    count
+        How many.
+
+    Returns
+    -------
+    speeds, shapes
+        Omega (rad/s), ascending, shape (n,); phi at the translations of the nodes, the largest 1, shape (nodes, n).
+
+    Raises
+    ------
+    ValueError
+        If the springs do not hold the rotor.
+    """
+    from scipy.linalg import eigh
+
+    if len(springs) < 2 or min(springs.values()) <= 0.0:
+        raise ValueError(f"springs = {dict(springs)} N/m are not allowed; they must be two or more, > 0 N/m")
+    M, K = free.M[::2, ::2], free.K[::2, ::2].copy()
+    G = free.G[::2, 1::2]  # of x over y: minus multiplication by -i, which is [[0, 1], [-1, 0]]
+    place = {node: rows[0] // 2 for node, rows in free.translations.items()}
+    for node, stiffness in springs.items():
+        K[place[node], place[node]] += stiffness
+    last = len(K) - 1
+    mu, shapes = eigh(M - G, K, subset_by_index=(max(0, last + 1 - count), last))
+    kept = mu[::-1] > 1e-16
+    along = shapes[[place[node] for node in sorted(place)]][:, ::-1][:, kept]
+    largest = along[np.abs(along).argmax(axis=0), np.arange(along.shape[1])]
+    return 1.0 / np.sqrt(mu[::-1][kept]), along / largest
+
+
+def antinodes(shape: Array) -> list[tuple[int, slice]]:
+    """Return for each lobe of a shape, between its zeros, the place where it is largest and the places it spans."""
+    signs = np.sign(shape)
+    edges = [0, *(k + 1 for k in range(len(shape) - 1) if signs[k] * signs[k + 1] < 0.0), len(shape)]
+    spans = [slice(a, b) for a, b in pairwise(edges)]
+    return [(span.start + int(np.abs(shape[span]).argmax()), span) for span in spans]
+
+
+def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
+    """Return for each lobe of a shape its antinode, counted from 0, its mass (kg), and its sign."""
+    along = np.zeros(free.size)
+    rows = [free.translations[node][0] for node in sorted(free.translations)]
+    along[rows] = 1.0
+    masses = (free.M @ along)[rows]
+    return [(at, float(masses[span].sum()), float(np.sign(shape[at]))) for at, span in antinodes(shape)]

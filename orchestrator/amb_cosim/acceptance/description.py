@@ -1,0 +1,40 @@
+"""What a machine file describes, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from amb_cosim.acceptance.criteria import Criterion
+from amb_cosim.acceptance.subject import Subject, rpm
+from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from rotor_analysis.static_load import carried_masses
+
+
+def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPart]:
+    """Return tables of bearings, sensors, retainers and stages of a machine, and lines on its speeds and criteria."""
+    rotor, z, speed = subject.rotor, subject.z, subject.file.speed
+    carried = carried_masses(rotor)
+    bearings = labelled_table(f"Bearings of {rotor.name}", "bearing", "z (mm)", "carries (kg)", "magnet", "bias (A)")
+    for bearing in rotor.bearings:
+        has_magnet = bearing.name in subject.magnets
+        bias = f"{subject.axis(bearing.name, 'x').bias_current:.4g}" if has_magnet else "-"
+        row = (f"{1e3 * z[bearing.node - 1]:.1f}", f"{carried[bearing.name]:.4g}", "yes" if has_magnet else "no", bias)
+        bearings.add_row(bearing.name, *row)
+    sensors = labelled_table("Sensors", "plane", "z (mm)")
+    for name, node in subject.probes.items():
+        sensors.add_row(name, f"{1e3 * z[node - 1]:.1f}")
+    sites = labelled_table("Places that the rotor can touch", "place", "z (mm)", "radial clearance (mm)")
+    for name, (node, clearance) in subject.clearances.items():
+        sites.add_row(name, f"{1e3 * z[node - 1]:.1f}", f"{1e3 * clearance:.4g}")
+    stages = labelled_table("Stages that drive whirl", "at", "anticipated (MN/m)")
+    for stage in subject.file.stages:
+        stages.add_row(stage.at, f"{1e-6 * stage.anticipated(speed.highest):.4g}")
+    facts = (
+        f"{subject.file.name}: {rotor.mass:.4g} kg, {rpm(speed.lowest):.0f} to {rpm(speed.highest):.0f} 1/min, trip at "
+        f"{rpm(speed.tripping):.0f} 1/min, G {1e3 * subject.file.balancing.speed:g}, "
+        f"sampled every {subject.loop.sample_time:g} s"
+    )
+    unread = sum(one.known != "read" and one.known != "own" for one in criteria)
+    told = f"{len(criteria)} criteria, {unread} of them of standards that nobody read"
+    tables: list[TextPart] = [facts, bearings, sensors, sites]
+    return [*tables, *([stages] if subject.file.stages else []), told]

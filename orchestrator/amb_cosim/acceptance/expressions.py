@@ -1,0 +1,108 @@
+"""Formulas of criteria: numbers, names, + - * / **, comparisons, `and`, `or`, `not`, min, max, sqrt, abs, log10."""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from amb_files.suggestions import suggest
+
+LONGEST = 400  # characters of a formula
+LARGEST_POWER = 64.0
+
+FUNCTIONS: Mapping[str, Callable[..., float]] = {
+    "min": min,
+    "max": max,
+    "sqrt": math.sqrt,
+    "abs": abs,
+    "log10": math.log10,
+}
+OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+    ast.Not: operator.not_,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
+
+
+def names_in(formula: str) -> set[str]:
+    """Return the names of the quantities in a formula.
+
+    Raises
+    ------
+    ValueError
+        If it is no formula.
+    """
+    return {node.id for node in ast.walk(_parsed(formula)) if isinstance(node, ast.Name)} - {*FUNCTIONS}
+
+
+def evaluate(formula: str, values: Mapping[str, float]) -> float:
+    """Return the value of a formula; a comparison is 1 or 0.
+
+    Parameters
+    ----------
+    formula
+        Such as `min(25.4, 25.4 * sqrt(12000 / N_mc))`.
+    values
+        Quantities by name.
+
+    Raises
+    ------
+    ValueError
+        If it is no formula, names what there is not, or has no finite value.
+    """
+    try:
+        value = float(_value(_parsed(formula).body, values, formula))
+    except (ArithmeticError, ValueError) as error:
+        raise ValueError(f"formula {formula!r}: {error}") from error
+    if not math.isfinite(value):
+        raise ValueError(f"formula {formula!r} has no finite value here")
+    return value
+
+
+def _parsed(formula: str) -> ast.Expression:
+    if len(formula) > LONGEST:
+        raise ValueError(f"a formula of {len(formula)} characters is not allowed; it must have <= {LONGEST}")
+    try:
+        return ast.parse(formula.strip(), mode="eval")
+    except (SyntaxError, RecursionError, MemoryError) as error:
+        raise ValueError(f"{formula!r} is no formula") from error
+
+
+def _value(node: ast.AST, values: Mapping[str, float], formula: str) -> Any:
+    def of(inner: ast.AST) -> Any:
+        return _value(inner, values, formula)
+
+    match node:
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+            return number
+        case ast.Name(id=name) if name in values:
+            return values[name]
+        case ast.Name(id=name):
+            raise ValueError(f"there is no {name!r}; {suggest(name, values)}")
+        case ast.BinOp(op=ast.Pow()) if not abs(of(node.right)) <= LARGEST_POWER:
+            raise ValueError(f"a power beyond {LARGEST_POWER:g} is not allowed")
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
+            return OPERATORS[type(op)](of(left), of(right))
+        case ast.UnaryOp(op=op, operand=operand) if type(op) in OPERATORS:
+            return OPERATORS[type(op)](of(operand))
+        case ast.BoolOp(op=ast.And(), values=parts):
+            return all(of(part) for part in parts)
+        case ast.BoolOp(op=ast.Or(), values=parts):
+            return any(of(part) for part in parts)
+        case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in OPERATORS:
+            return OPERATORS[type(op)](of(left), of(right))
+        case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FUNCTIONS:
+            return FUNCTIONS[name](*(of(argument) for argument in arguments))
+    raise ValueError("only numbers, names, + - * / **, a comparison, and, or, not, and functions are allowed")

@@ -1,0 +1,98 @@
+"""Vibrations of the machine under control over speed, with seals and stages: frequencies and logarithmic decrements."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_cosim.acceptance.coefficients import stages_of
+from amb_cosim.acceptance.coupled import coupled_loop
+from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.subject import Subject, hertz, rpm
+from amb_cosim.assessment.panels import Panel, curve
+from amb_cosim.linear.loop import Loop
+from amb_cosim.studies.closed_loop_poles import Vibrations, followed, vibrations
+from fmi_export.model import Array
+
+TITLE = "Closed loop over speed: damped frequencies and logarithmic decrements"
+POINTS = 41  # speeds
+SHOWN = 10.0  # largest logarithmic decrement in the figure
+LARGEST = 1e3  # decrement that stands for motion that hardly vibrates
+
+
+def answer(subject: Subject) -> Answer:
+    """Return damped frequencies and decrements over speed, and the least decrement over the operating speeds."""
+    loop = coupled_loop(subject, stages_of(subject, real=True))
+    speed, limit = subject.file.speed, subject.file.highest_frequency
+    speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
+    found = [_within(vibrations(loop, float(Omega)), limit) for Omega in speeds]
+    operating = [k for k, Omega in enumerate(speeds) if speed.lowest <= Omega <= speed.tripping]
+    measured = least_decrement("decrement", [(float(speeds[k]), found[k]) for k in operating])
+    tracks = followed(found, len(found[0].poles))
+    at = int(np.flatnonzero(speeds == speed.highest)[0])
+    rows = tuple(
+        (f"{hertz(s.imag):.1f}", f"{rpm(s.imag):.0f}", f"{-2.0 * np.pi * s.real / s.imag:.3f}", _sense(sense))
+        for s, sense in zip(found[at].poles, found[at].senses, strict=True)
+    )
+    table = Table(f"Vibrations at {rpm(speed.highest):.0f} 1/min", ("Hz", "1/min", "decrement", "whirl"), rows)
+    notes = [
+        f"Vibrations up to {hertz(limit):.0f} Hz, of the sampled loop, z = exp(s T); at most half the sample rate."
+    ]
+    if hertz(limit) > 0.5 / loop.sample_time:
+        notes.append(f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz: what is beyond it appears below.")
+    return Answer((measured,), _panels(subject, speeds, found, tracks), (table,), tuple(notes))
+
+
+def least_decrement(quantity: str, found: list[tuple[float, Vibrations]]) -> Measured:
+    """Return the least logarithmic decrement of vibrations at speeds (rad/s), and where it is."""
+    all_of = [
+        (float(d), Omega, float(s.imag), float(sense))
+        for Omega, of in found
+        for d, s, sense in zip(decrements(of), of.poles, of.senses, strict=True)
+    ]
+    if not all_of:
+        return Measured(quantity, "nothing vibrates", LARGEST, "1")
+    least, Omega, omega, sense = min(all_of)
+    where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} 1/min, {_sense(sense)}"
+    return Measured(quantity, where, least, "1", {"frequency": hertz(omega), "N": float(rpm(Omega))})
+
+
+def decrements(found: Vibrations) -> Array:
+    """Return logarithmic decrements, -2 pi Re s/Im s."""
+    return np.asarray(-2.0 * np.pi * found.poles.real / found.poles.imag)
+
+
+def vibrations_within(loop: Loop, Omega: float, limit: float) -> Vibrations:
+    """Return the vibrations of a loop at a speed up to a frequency (rad/s both)."""
+    return _within(vibrations(loop, Omega), limit)
+
+
+def _within(found: Vibrations, limit: float) -> Vibrations:
+    kept = found.poles.imag <= limit
+    return Vibrations(found.poles[kept], found.senses[kept])
+
+
+def _sense(sense: float) -> str:
+    return "mixed" if abs(sense) < 0.05 else "forward" if sense > 0.0 else "backward"
+
+
+def _panels(
+    subject: Subject, speeds: Array, found: list[Vibrations], tracks: list[list[int | None]]
+) -> tuple[Panel, ...]:
+    frequency, damping = [], []
+    for number, track in enumerate(tracks, 1):
+        alive = [k for k, n in enumerate(track) if n is not None]
+        chosen = [(k, track[k]) for k in alive]
+        s = np.array([found[k].poles[n] for k, n in chosen])
+        frequency.append(curve(f"{number}", rpm(speeds[alive]), hertz(s.imag)))
+        damping.append(curve(f"{number}", rpm(speeds[alive]), np.minimum(-2.0 * np.pi * s.real / s.imag, SHOWN)))
+    ends = rpm(np.array([0.0, subject.file.speed.tripping]))
+    frequency.append(curve("once per turn", ends, ends / 60.0, "dashed"))
+    damping.append(curve("0.1", ends, [0.1, 0.1], "dashed"))
+    for limit in (subject.file.speed.lowest, subject.file.speed.highest):
+        at = rpm(np.array([limit, limit]))
+        frequency.append(curve(f"{at[0]:.0f} 1/min", at, [0.0, hertz(subject.file.highest_frequency)], "dashed"))
+        damping.append(curve(f"{at[0]:.0f} 1/min", at, [0.0, SHOWN], "dashed"))
+    return (
+        Panel("Damped frequencies", "speed (1/min)", "Hz", tuple(frequency)),
+        Panel(f"Logarithmic decrements, up to {SHOWN:g}", "speed (1/min)", "decrement", tuple(damping)),
+    )

@@ -1,0 +1,38 @@
+"""The page as PDF, printed by a browser where one is there."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+from amb_files.atomic import write_atomically
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+LONGEST = 120.0  # s
+PDF = "assessment.pdf"
+
+
+def browser() -> str | None:
+    """Return the path of a browser that can print, if there is one."""
+    return next((path for name in BROWSERS if (path := shutil.which(name))), None)
+
+
+def print_page(page: Path) -> Path | None:
+    """Print a page beside itself as PDF and return its path; None without a browser, or where that fails."""
+    found = browser()
+    if found is None:
+        return None
+
+    def printed(path: Path) -> None:
+        options = ("--headless", "--disable-gpu", "--no-pdf-header-footer", "--no-sandbox")
+        command = [found, *options, f"--print-to-pdf={path}", page.resolve().as_uri()]
+        subprocess.run(command, check=True, capture_output=True, timeout=LONGEST)
+        if not path.is_file():
+            raise OSError("the browser wrote nothing")
+
+    try:
+        write_atomically(page.with_name(PDF), printed)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return page.with_name(PDF)

@@ -1,0 +1,94 @@
+"""Commands of a machine file: `machine check` looks at one, `assess` says whether the machine may run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.options import FLAVOUR, output
+from amb_cosim.cosim.choices import Flavour
+from amb_files.atomic import check_writable
+from fmi_export.building.extras import require_extra
+
+
+@click.group()
+def machine() -> None:
+    """Look at a machine file."""
+
+
+@machine.command("check")
+@click.argument("file")
+@FLAVOUR
+def check(file: str, flavour: Flavour) -> None:
+    """Check a machine FILE, or the machine of a pack, and print what it describes."""
+    from amb_cosim.acceptance.assess import check_machine
+    from amb_cosim.acceptance.criteria import load_criteria
+    from amb_cosim.acceptance.description import description
+    from amb_cosim.acceptance.machine_file import load_machine
+    from amb_cosim.presentation.text_tables import print_parts
+
+    with refusing():
+        found = load_machine(file)
+        criteria = load_criteria(found.criteria)
+        subject = check_machine(found, flavour)
+        parts = description(subject, criteria)
+    print_parts(parts)
+
+
+@click.command()
+@click.argument("file")
+@output("Folder for page, data and PDF; default results/assess_NAME.")
+@click.option("--only", multiple=True, metavar="PART", help="A part, such as closed_loop; may be repeated.")
+@click.option(
+    "--criteria",
+    multiple=True,
+    metavar="NAME|FILE",
+    help="Criteria in place of those of the machine file; may be repeated.",
+)
+@click.option("--pdf/--no-pdf", default=True, help="Whether a browser prints the page as PDF, where there is one.")
+@FLAVOUR
+def assess(
+    file: str, output: Path | None, only: tuple[str, ...], criteria: tuple[str, ...], pdf: bool, flavour: Flavour
+) -> None:
+    """Say whether the machine of a FILE, or of a pack, may run: one page of verdicts by criteria, and what to do.
+
+    Exit code 0 says that all parts are answered, whatever the verdicts.
+    """
+    from rich.console import Console
+
+    from amb_cosim.acceptance.assess import assess as answer
+    from amb_cosim.acceptance.findings import Verdict
+    from amb_cosim.acceptance.machine_file import load_machine
+    from amb_cosim.acceptance.page import write_assessment
+    from amb_cosim.acceptance.printed import print_page
+    from amb_cosim.commands.cli_errors import Failed
+    from amb_cosim.presentation.progress import bars
+
+    with refusing(), bars(Console(stderr=True)) as shown:
+        require_extra("report", "an assessment", "plotly")
+        read = load_machine(file)
+        folder = output or Path("results") / f"assess_{read.name}"
+        check_writable(folder, is_folder=True)
+        task = shown.add_task("preparing (a first run compiles the models)", total=None)
+        found = answer(
+            read,
+            only=only,
+            criteria=criteria,
+            flavour=flavour,
+            progress=lambda title, done, total: shown.update(task, description=title, completed=done, total=total),
+        )
+        page = write_assessment(found, folder)
+        printed = print_page(page) if pdf else None
+    for one in found.missed:
+        what = one.criterion.what if one.criterion else one.measured.quantity
+        click.echo(f"missed: {what}: {one.value_text} ({one.limit_text}), {one.measured.where}")
+    counts = found.counts()
+    click.echo(", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Verdict))
+    click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
+    if found.unanswered:
+        raise Failed("\n".join(f"{name}: not answered, because {reason}" for name, reason in found.unanswered.items()))
+
+
+COMMANDS = (machine, assess)

@@ -1,0 +1,121 @@
+"""Criteria are data: formulas, zones, sources; a wrong one says what is wrong."""
+
+import pytest
+
+from amb_cosim.acceptance.criteria import Criterion, load_criteria
+from amb_cosim.acceptance.expressions import evaluate, names_in
+from amb_cosim.acceptance.findings import Measured, Verdict, judge
+
+ABOUT = {"key": "own", "what": "w", "quantity": "q", "source": "me", "known": "own"}
+MACHINE = {"N_min": 7000.0, "N_mc": 9000.0, "N_trip": 9900.0}
+
+
+def of_api(key):
+    return next(one for one in load_criteria(["api_617"]) if one.key == key)
+
+
+@pytest.mark.parametrize(
+    ("formula", "value"),
+    [
+        ("1 + 2 * 3 ** 2", 19.0),
+        ("min(25.4, 25.4 * sqrt(12000 / N))", 12.7),
+        ("N > 1 and not N < 2", 1.0),
+        ("-N / 4", -12e3),
+    ],
+)
+def test_a_formula_has_the_value_of_algebra(formula, value):
+    assert evaluate(formula, {"N": 48000.0}) == pytest.approx(value)
+    assert names_in(formula) <= {"N"}
+
+
+@pytest.mark.parametrize(
+    ("formula", "said"),
+    [
+        ("M + 1", "there is no .M."),
+        ("1 / 0", "division by zero"),
+        ("9 ** 9 ** 9", "a power beyond 64 is not allowed"),
+        ("__import__('os')", "are allowed"),
+        ("N.real", "are allowed"),
+        ("1 +", "is no formula"),
+        ("(" * 300, "is no formula"),
+    ],
+)
+def test_a_wrong_formula_says_what_is_wrong(formula, said):
+    with pytest.raises(ValueError, match=said.replace("?", r"\?")):
+        evaluate(formula, {"N": 1.0})
+
+
+def test_no_packaged_criterion_claims_that_a_standard_was_read():
+    criteria = load_criteria()
+    assert len(criteria) > 15
+    assert not [one.key for one in criteria if one.known == "read"]
+    assert all(one.source for one in criteria)
+
+
+@pytest.mark.parametrize(
+    ("amplification", "below", "above"),
+    [(2.5, 0.0, 10.0), (5.0, 17 * (1 - 1 / 3.5), 10 + 17 * (1 - 1 / 3.5)), (100.0, 16.0, 26.0)],
+)
+def test_separation_margins_are_those_by_hand(amplification, below, above):
+    facts = {**MACHINE, "AF": amplification, "N_c": 5000.0}
+    assert of_api("separation_below").applies(facts)
+    assert of_api("separation_below").limit_of(facts) == pytest.approx(below, abs=1e-12)
+    facts["N_c"] = 11000.0
+    assert of_api("separation_above").applies(facts)
+    assert not of_api("separation_below").applies(facts)
+    assert of_api("separation_above").limit_of(facts) == pytest.approx(above)
+
+
+def test_an_amplification_below_2_5_asks_for_no_margin():
+    within = Measured("separation_margin", "here", -5.0, "%", {"AF": 2.4, "N_c": 8000.0})
+    sharp = Measured("separation_margin", "here", -5.0, "%", {"AF": 2.6, "N_c": 8000.0})
+    assert [one.verdict for one in judge([within], load_criteria(), MACHINE)] == [Verdict.TOLD]
+    assert [one.verdict for one in judge([sharp], load_criteria(), MACHINE)] == [Verdict.MISSED]
+
+
+def test_a_zone_ends_below_its_limit():
+    zones = Criterion(**ABOUT, zones={"A": 3.0, "B": 4.0}, accepted="B", beyond="D")
+    assert [zones.zone_of(value) for value in (2.9, 3.0, 4.0)] == ["A", "B", "D"]
+    assert zones.is_met(3.99, {})
+    assert not zones.is_met(4.0, {})
+
+
+def test_a_quantity_in_another_unit_is_not_judged():
+    (found,) = judge([Measured("q", "here", 1.0, "mm")], [Criterion(**ABOUT, unit="um", limit="25")], {})
+    assert found.verdict is Verdict.UNANSWERED
+    assert "um" in found.reason
+
+
+def test_a_formula_of_an_unknown_variable_is_not_answered():
+    (found,) = judge([Measured("q", "here", 1.0)], [Criterion(**ABOUT, limit="2 * N_mx")], MACHINE)
+    assert found.verdict is Verdict.UNANSWERED
+    assert "N_mc" in found.reason
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, "needs either limit or zones"),
+        ({"limit": "1", "zones": {"A": 1.0}}, "needs either limit or zones"),
+        ({"zones": {"A": 1.0}, "accepted": "B", "beyond": "D"}, "accepted, one of"),
+        ({"zones": {"A": 3.0, "B": 2.0}, "accepted": "B", "beyond": "D"}, "must ascend"),
+        ({"limit": "1 +"}, "no formula"),
+    ],
+)
+def test_a_criterion_that_is_not_complete_is_refused(changes, said):
+    with pytest.raises(ValueError, match=said):
+        Criterion(**ABOUT, **changes)
+
+
+def test_a_users_own_criteria_are_a_file(tmp_path):
+    path = tmp_path / "works.toml"
+    path.write_text(
+        'standard = "works standard"\n[[criterion]]\nkey = "probe"\nwhat = "quiet"\nquantity = "probe_displacement"\n'
+        'unit = "um"\nlimit = "10"\nsource = "our own"\nknown = "own"\nadvice = "balance"\n'
+    )
+    (criterion,) = load_criteria([path])
+    assert criterion.where == "works standard"
+    (found,) = judge([Measured("probe_displacement", "here", 11.0, "um")], [criterion], {})
+    assert (found.verdict, found.advice, found.limit_text) == (Verdict.MISSED, "balance", "at most 10 um")
+    with pytest.raises(ValueError, match="did you mean api_617"):
+        load_criteria(["api_618"])

@@ -1,0 +1,92 @@
+"""A machine file says what is wrong with it, and what it refers to is relative to it."""
+
+import pytest
+
+from amb_cosim.acceptance.machine_file import MachineFile, Stage, load_machine
+from amb_cosim.acceptance.parts.robustness import variations
+
+SPEED = {"minimum": "7000 rpm", "maximum": "9000 rpm"}
+DATA = {"power": "500 kW", "diameter": "0.5 m", "width": "20 mm"}
+
+
+def machine(**changes):
+    return MachineFile(**({"rotor": "compressor", "speed": SPEED} | changes))
+
+
+def test_cross_coupling_of_a_stage_is_that_by_hand():
+    Omega = 942.477796076938  # 9000 1/min
+    by_hand = 500e3 * 3.0 * 9.55 * 1.2 / (0.5 * 0.02 * 9000.0)
+    assert Stage(at="wheel", density_ratio=1.2, **DATA).anticipated(Omega) == pytest.approx(by_hand)
+    axial = Stage(at="wheel", kind="axial", **DATA).anticipated(Omega)
+    assert axial == pytest.approx(500e3 * 1.5 * 9.55 / (0.5 * 0.02 * 9000.0))
+
+
+def test_the_real_coupling_of_a_stage_takes_the_place_of_the_anticipated():
+    stage = Stage(at="wheel", cross_coupling="1 MN/m", real="0.2 MN/m")
+    assert stage.anticipated(900.0) == pytest.approx(1e6)
+    assert stage.level_two(900.0) == pytest.approx(2e5)
+
+
+def test_trip_and_frequencies_follow_from_the_largest_speed():
+    found = machine()
+    assert found.speed.tripping == pytest.approx(1.05 * found.speed.highest)
+    assert found.highest_frequency == pytest.approx(2.1 * found.speed.highest)
+    assert machine(up_to="700 Hz").highest_frequency == pytest.approx(4398.23, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"rotor": None}, "needs rotor, or scenario"),
+        ({"speed": {"minimum": "9 krpm", "maximum": "7 krpm"}}, "must ascend, from above 0"),
+        ({"speed": {"minimum": "0 rpm", "maximum": "7 krpm"}}, "must ascend, from above 0"),
+        ({"balancing": {"grade": "-1 mm/s"}}, "balancing.grade = -0.001 m/s"),
+        ({"balancing": {"grade": "2.5 kg"}}, "balancing.grade"),
+        ({"stages": [{"at": "wheel", "power": "500 kW"}]}, "either cross_coupling, or power, diameter and width"),
+        ({"stages": [{"at": "wheel", "cross_coupling": 1e6, **DATA}]}, "either cross_coupling"),
+        ({"stages": [{"at": "wheel", **DATA, "width": "0 mm"}]}, "width of stage at wheel"),
+        ({"up_to": "0 Hz"}, "up_to = 0 rad/s"),
+        ({"tolerances": {"k_i": 1.0}}, "less than 1"),
+    ],
+)
+def test_a_wrong_machine_is_refused(changes, said):
+    with pytest.raises(ValueError, match=said):
+        machine(**changes)
+
+
+def test_a_machine_of_a_scenario_has_its_parts_and_none_of_its_loads():
+    scenario = machine(rotor=None, scenario="compressor_levitated", gravity="9.81 m/s2").as_scenario(900.0)
+    assert scenario.rotor == "compressor"
+    assert scenario.parameters["amb_actuator"]["*.turns_?"] == 48
+    assert "rotor_contact" not in scenario.inputs
+    assert scenario.event == ()
+    assert (scenario.gravity, scenario.initial_speed) == ("9.81 m/s2", 900.0)
+
+
+def test_paths_of_a_machine_file_are_relative_to_it(tmp_path):
+    (tmp_path / "own.toml").write_text(
+        'rotor = "shaft.toml"\ncontroller = "law.toml"\ncriteria = ["works.toml", "api_617"]\n'
+        '[speed]\nminimum = "1 krpm"\nmaximum = "2 krpm"\n'
+    )
+    found = load_machine(tmp_path / "own.toml")
+    assert found.rotor == str(tmp_path / "shaft.toml")
+    assert found.controller == str(tmp_path / "law.toml")
+    assert found.criteria == (str(tmp_path / "works.toml"), "api_617")
+    assert found.name == "own"
+
+
+def test_mistakes_of_a_machine_file_are_one_line_each(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text('rotr = "x"\nrotor = "x"\n[speed]\nminimum = "1 krpm"\n')
+    with pytest.raises(ValueError, match="unknown key rotr; did you mean rotor") as error:
+        load_machine(path)
+    assert len(str(error.value).splitlines()) == 2
+    with pytest.raises(ValueError, match="did you mean compressor"):
+        load_machine("compresor")
+
+
+def test_all_corners_of_the_tolerances_are_varied():
+    corners = variations(machine().tolerances)
+    assert len(corners) == 17
+    assert min(v.k_i for v in corners.values()) == pytest.approx(0.9 / 1.05**2)
+    assert max(v.k_s for v in corners.values()) == pytest.approx(1.15 / 0.95**3)
