@@ -122,7 +122,7 @@ ABSENT = (
     *("GetIntervalDecimal", "GetIntervalFraction", "GetShiftDecimal", "GetShiftFraction", "SetIntervalDecimal"),
     *("SetIntervalFraction", "SetShiftDecimal", "SetShiftFraction", "EnterEventMode", "EnterStepMode"),
     *("EvaluateDiscreteStates", "UpdateDiscreteStates", "EnterConfigurationMode", "ExitConfigurationMode"),
-    *("GetNumberOfVariableDependencies", "GetVariableDependencies", "GetDirectionalDerivative", "GetAdjointDerivative"),
+    *("GetNumberOfVariableDependencies", "GetVariableDependencies"),
     *("GetOutputDerivatives", "EnterContinuousTimeMode", "CompletedIntegratorStep", "SetTime", "SetContinuousStates"),
     *("GetContinuousStateDerivatives", "GetEventIndicators", "GetContinuousStates", "GetNominalsOfContinuousStates"),
     *("GetNumberOfEventIndicators", "GetNumberOfContinuousStates", "ActivateModelPartition"),

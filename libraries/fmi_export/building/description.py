@@ -19,7 +19,8 @@ def model_description(model: Model, guid: str, tool: str, version: str, needs_to
     values depend on as far as the table declares it.
     """
     root = Element("fmiModelDescription", fmiVersion="2.0", guid=guid)
-    abilities = ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate", "canSerializeFMUstate")
+    states = ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate", "canSerializeFMUstate")
+    abilities = (*states, "providesDirectionalDerivative")
     describe(root, model, tool, version, needs_tool, abilities, _enumeration)
     variables = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(model.interface.variables):

@@ -20,7 +20,8 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
     the last variable.
     """
     root = Element("fmiModelDescription", fmiVersion="3.0", instantiationToken=token)
-    abilities = ("canGetAndSetFMUState", "canSerializeFMUState")
+    states, derivatives = ("canGetAndSetFMUState", "canSerializeFMUState"), ("Directional", "Adjoint")
+    abilities = (*states, *(f"provides{kind}Derivatives" for kind in derivatives))
     describe(root, model, tool, version, False, abilities, _enumeration, "s")
     variables = SubElement(root, "ModelVariables")
     found = slots(model.interface)

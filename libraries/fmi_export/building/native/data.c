@@ -5,7 +5,7 @@
 
 #include "engine_key.h" /* ENGINE_KEY */
 
-enum { VERSION = 4 };
+enum { VERSION = 5 };
 static const char MAGIC[8] = "ambdata"; /* and a zero */
 static const uint64_t MOST = 1u << 28; /* of anything, so that no size overflows */
 

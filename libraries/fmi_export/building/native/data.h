@@ -35,6 +35,7 @@ typedef struct {
     uint32_t allowed; /* what follows name and value in the sentence for a value outside the range */
     uint32_t tunable;
     uint32_t length; /* in FMI 3.0: 1, or of the array that begins here, or 0 within an array */
+    float nominal;
 } Variable;
 
 /* Text, followed by the value of a variable, or of one of these. */

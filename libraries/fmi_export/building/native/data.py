@@ -11,10 +11,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from fmi_export.building.arrays import lengths
+from fmi_export.building.units import NOMINAL
 from fmi_export.model import STEP_SIZE, Array, Model, Size, Wiring
 from fmi_export.variables import Type, Variable
 
-MAGIC, VERSION = b"ambdata\0", 4
+MAGIC, VERSION = b"ambdata\0", 5
 TYPES: tuple[Type, ...] = ("Real", "Integer", "Boolean")
 NUMBER = 32  # characters that a number in a sentence may take
 ROOM = 3584  # bytes of the longest sentence of a model; the slave adds some of its own, up to TEXT_SIZE
@@ -62,7 +63,7 @@ def model_data(model: Model, constants: Array, guid: str, key: str, kernels: int
 HEADER = struct.Struct("<8sQ32s48s12Q")
 WIRING = struct.Struct("<5qd")
 PART = struct.Struct("<3Qq")
-VARIABLE = struct.Struct("<5I")
+VARIABLE = struct.Struct("<5If")
 PIECE = struct.Struct("<Ii")
 SENTENCE = struct.Struct("<qII")
 
@@ -146,7 +147,8 @@ def _variable(v: Variable, length: int, texts: _Texts) -> bytes:
     texts.check(sentence, 1)
     allowed = sentence.removeprefix(f"{v.name} = 0")
     kind = f"{v.variability} {v.causality}"
-    return VARIABLE.pack(texts.place(v.name), texts.place(kind), texts.place(allowed), v.tunable, length)
+    places = (texts.place(text) for text in (v.name, kind, allowed))
+    return VARIABLE.pack(*places, v.tunable, length, NOMINAL.get(v.unit, 1.0))
 
 
 def _sentences(model: Model, sentences: Mapping[int, str], pieces: list[bytes], texts: _Texts) -> bytes:

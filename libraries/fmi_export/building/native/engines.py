@@ -27,7 +27,8 @@ HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
 SLAVE = (  # an instance as hosts of FMI 2.0 run it, without the kernels
     *(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform")),
     *("assembly.h", "data.h", "instance.h", "kernels.h", "loop.h", "resources.h", "slave.h"),
-    *("assembly.c", "data.c", "fmi2.c", "instance.c", "loop.c", "resources.c", "saved.c", "slave.c", "values.c"),
+    *("assembly.c", "data.c", "derivative.c", "fmi2.c", "instance.c", "loop.c", "resources.c", "saved.c"),
+    *("slave.c", "values.c"),
 )
 C_SOURCES = (
     *SLAVE,

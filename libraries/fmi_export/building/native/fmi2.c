@@ -290,19 +290,21 @@ fmi2Status fmi2GetStringStatus(fmi2Component component, fmi2StatusKind kind, fmi
     return fmi2OK;
 }
 
-/* Optional parts of the standard --------------------------------------------------------------------------------- */
-
-static fmi2Status not_here(Instance *instance, const char *call, const char *why)
-{
-    return (fmi2Status)unsupported(instance, STATUS_ERROR, call, why);
-}
+/* Derivatives ---------------------------------------------------------------------------------------------------- */
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknowns[], size_t n_unknowns,
                                         const fmi2ValueReference knowns[], size_t n_knowns, const fmi2Real dv_known[],
                                         fmi2Real dv_unknown[])
 {
-    (void)unknowns, (void)n_unknowns, (void)knowns, (void)n_knowns, (void)dv_known, (void)dv_unknown;
-    return not_here(component, __func__, "this FMU gives no derivatives");
+    const Derivatives of = {unknowns, knowns, n_unknowns, n_knowns};
+    return (fmi2Status)slave_directional(component, __func__, &of, dv_known, dv_unknown);
+}
+
+/* Optional parts of the standard --------------------------------------------------------------------------------- */
+
+static fmi2Status not_here(Instance *instance, const char *call, const char *why)
+{
+    return (fmi2Status)unsupported(instance, STATUS_ERROR, call, why);
 }
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, REFERENCES, const fmi2Integer orders[],
@@ -316,7 +318,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, REFERENCES, con
                                         fmi2Real values[])
 {
     (void)references, (void)count, (void)orders, (void)values;
-    return not_here(component, __func__, "this FMU gives no derivatives");
+    return not_here(component, __func__, "this FMU gives no derivatives by time");
 }
 
 fmi2Status fmi2CancelStep(fmi2Component component)

@@ -8,6 +8,8 @@
    wants it saves it. A step beyond the stop time is fmi3Error because the standard says so, although nothing has changed
    then. What FMI 3.0 has besides is in fmi3_absent.c, refused. */
 
+#include <stdlib.h>
+
 #include "fmi3Functions.h"
 #include "slave.h"
 
@@ -281,4 +283,67 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
 {
     return (fmi3Status)slave_deserialise(instance, __func__, bytes, size, state);
+}
+
+/* Derivatives ---------------------------------------------------------------------------------------------------- */
+
+/* Positions of all values of variables, `n` of them; NULL if there are others, a reference is none of a Float64, or there is
+   no memory. */
+static uint32_t *positions_of(Instance *instance, REFERENCES, size_t n)
+{
+    size_t used = 0;
+    int is_possible = !n || (n - 1) / (size_t)instance->run.data.n_values < count;
+    uint32_t *positions = is_possible ? malloc((n + 1) * sizeof *positions) : NULL;
+    for (size_t i = 0; positions && i < count; i++) {
+        size_t length = is_variable(instance, references[i], TYPE_REAL) ? length_of(instance, references[i]) : 0;
+        if (!length || length > n - used) {
+            free(positions);
+            return NULL;
+        }
+        for (size_t k = 0; k < length; k++)
+            positions[used++] = references[i] + (uint32_t)k;
+    }
+    if (positions && used == n)
+        return positions;
+    free(positions);
+    return NULL;
+}
+
+/* The derivatives of variables, arrays among them, by others. */
+static Status derivatives(Instance *instance, const char *call,
+                          Status (*find)(Instance *, const char *, const Derivatives *, const double *, double *),
+                          const fmi3ValueReference unknowns[], const fmi3ValueReference knowns[], Derivatives of,
+                          size_t n_of_unknowns, size_t n_of_knowns, const double *seed, double *results)
+{
+    if (!may(instance, STEP_COMPLETE, call))
+        return STATUS_ERROR;
+    if ((of.n_unknowns && !unknowns) || (of.n_knowns && !knowns))
+        return fail(instance, "%s: references is NULL", call);
+    uint32_t *of_unknowns = positions_of(instance, unknowns, of.n_unknowns, n_of_unknowns);
+    uint32_t *of_knowns = positions_of(instance, knowns, of.n_knowns, n_of_knowns);
+    const Derivatives values = {of_unknowns, of_knowns, n_of_unknowns, n_of_knowns};
+    Status status = of_unknowns && of_knowns
+                        ? find(instance, call, &values, seed, results)
+                        : reject(instance, "%s: seed and sensitivity must have a value for each of Float64 variables", call);
+    free(of_unknowns);
+    free(of_knowns);
+    return status;
+}
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t n_unknowns,
+                                        const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
+                                        size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
+{
+    const Derivatives of = {NULL, NULL, n_unknowns, n_knowns};
+    return (fmi3Status)derivatives(instance, __func__, slave_directional, unknowns, knowns, of, n_sensitivity, n_seed,
+                                   seed, sensitivity);
+}
+
+fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t n_unknowns,
+                                    const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
+                                    size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
+{
+    const Derivatives of = {NULL, NULL, n_unknowns, n_knowns};
+    return (fmi3Status)derivatives(instance, __func__, slave_adjoint, unknowns, knowns, of, n_seed, n_sensitivity, seed,
+                                   sensitivity);
 }

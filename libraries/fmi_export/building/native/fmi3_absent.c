@@ -1,4 +1,4 @@
-/* What FMI 3.0 has and these FMUs have not: other types, clocks, event mode, derivatives, model exchange, scheduled
+/* What FMI 3.0 has and these FMUs have not: other types, clocks, event mode, derivatives by time, model exchange, scheduled
    execution. Everything is there to be called, and refused with the reason. A variable of a type that there is none of is
    a wrong reference, which ends the run as any other wrong call does; the rest leaves the instance as it was. */
 
@@ -75,7 +75,7 @@ fmi3Status fmi3SetClock(fmi3Instance instance, REFERENCES, const fmi3Clock value
 #define AND , /* before the first further parameter */
 
 static const char CLOCKS[] = "this FMU has no clocks", EVENTS[] = "this FMU has no event mode",
-                  DERIVATIVES[] = "this FMU gives no derivatives", STRUCTURE[] = "this FMU has no structural parameters",
+                  DERIVATIVES[] = "this FMU gives no derivatives by time", STRUCTURE[] = "this FMU has no structural parameters",
                   EXCHANGE[] = "this is an FMU for co-simulation, not for model exchange",
                   SCHEDULED[] = "this is an FMU for co-simulation, not for scheduled execution",
                   DEPENDENCIES[] = "the dependencies are those of the modelDescription";
@@ -106,12 +106,6 @@ ABSENT(fmi3GetVariableDependencies, DEPENDENCIES,
        AND fmi3ValueReference dependent, size_t elements[], fmi3ValueReference independents[],
        size_t elements_of_independents[], fmi3DependencyKind kinds[], size_t count)
 
-ABSENT(fmi3GetDirectionalDerivative, DERIVATIVES,
-       AND const fmi3ValueReference unknowns[], size_t n_unknowns, const fmi3ValueReference knowns[], size_t n_knowns,
-       const fmi3Float64 seed[], size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
-ABSENT(fmi3GetAdjointDerivative, DERIVATIVES,
-       AND const fmi3ValueReference unknowns[], size_t n_unknowns, const fmi3ValueReference knowns[], size_t n_knowns,
-       const fmi3Float64 seed[], size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
 ABSENT(fmi3GetOutputDerivatives, DERIVATIVES,
        AND REFERENCES, const fmi3Int32 orders[], fmi3Float64 values[], size_t n_values)
 

@@ -168,6 +168,7 @@ void run_clear(Run *run)
     memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
     memset(run->work, 0, (size_t)data->n_work * sizeof *run->work);
     memset(run->told, 0, (size_t)data->n_warnings);
+    run->step_size = 0.0;
 }
 
 int64_t run_initialise(Run *run)

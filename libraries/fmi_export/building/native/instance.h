@@ -28,7 +28,7 @@ typedef struct {
     double *values, *state;
     Outcome *outcome;
     double *next_outputs, *work;
-    double step_size; /* of the present step (s) */
+    double step_size; /* of the present step, and of the last one after it; 0 before the first (s) */
     unsigned char *told; /* which warnings */
 } Run;
 

@@ -1,6 +1,6 @@
 /* Refusals, log and life cycle of an instance. Nothing here is global and writable, so instances share nothing. What a
-   model is, beyond its kernels, comes from the resources when an instance is made. Memory is taken once for each instance
-   and once for each saved state. */
+   model is, beyond its kernels, comes from the resources when an instance is made. Memory is taken once for each instance,
+   once for each saved state, and for as long as derivatives are worked out. */
 
 #include "slave.h"
 

@@ -121,6 +121,18 @@ Status slave_serialised_size(Instance *instance, const char *call, const void *s
 Status slave_serialise(Instance *instance, const char *call, const void *state, void *bytes, size_t size);
 Status slave_deserialise(Instance *instance, const char *call, const void *bytes, size_t size, void **state);
 
+/* Derivatives ---------------------------------------------------------------------------------------------------- */
+
+/* Of which outputs, by which inputs. */
+typedef struct {
+    const uint32_t *unknowns, *knowns;
+    size_t n_unknowns, n_knowns;
+} Derivatives;
+
+/* J v and J' w of the derivatives J over a step; seed and results have a value for each known, or unknown. */
+Status slave_directional(Instance *instance, const char *call, const Derivatives *of, const double *seed, double *results);
+Status slave_adjoint(Instance *instance, const char *call, const Derivatives *of, const double *seed, double *results);
+
 #pragma GCC visibility pop
 
 /* What every call and every value needs is inline. */

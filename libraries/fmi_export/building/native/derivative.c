@@ -1,0 +1,192 @@
+/* Directional and adjoint derivatives: of outputs after one more communication step, from where the instance is, by Real
+   inputs during it. The step has the size of the last one.
+
+   They are differences, of steps that are taken and taken back. With inputs u + d v and u - d v a step shows y+ and y-, with
+   u itself y0, and
+
+       D(d) = (y+ - y-) / 2d = y' v + d^2 y'''.. + ..                                           (Ridders)
+
+   d begins at a tenth of the nominal size of the inputs and becomes 8 times finer, level by level; of two levels that agree
+   best, D + (D - D_before) / 63 has no error of second order. C. J. F. Ridders, Accurate computation of F'(x) and
+   F'(x)F''(x), Advances in Engineering Software 4 (1982) 75-76. A step that is linear in its inputs is exact but for
+   rounding.
+
+   Where no two levels agree, or the differences to both sides do not approach each other, there is no derivative, as where a
+   rotor begins to touch: the question is refused, and the instance is as it was. */
+
+#include "slave.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LEVELS = 8 };
+static const double LARGEST_SHARE = 0.1; /* of the nominal size of an input */
+static const double FINER = 8.0;
+static const double AGREEMENT = 1e-6; /* of two levels, relative */
+static const double KINK = 1e-2;      /* of the differences to both sides, relative, that may be one of a bent curve */
+static const double ROUNDINGS = 256.0; /* by which a step's output may be wrong */
+
+/* Room for the answers to a direction: y0, and y+ and y- of each level, each of `n` outputs. */
+typedef struct {
+    Instance *instance;
+    void *before; /* the saved state of the instance */
+    const uint32_t *unknowns, *knowns;
+    size_t n, n_knowns;
+    double *answers;
+    int valid[LEVELS];
+} Question;
+
+static double *answer(const Question *question, int level, int up)
+{
+    return question->answers + question->n * (size_t)(1 + 2 * level + up);
+}
+
+/* Take a step with inputs changed by `share` times the seed, and keep its outputs; 0, or its fault. */
+static int64_t probe(const Question *question, const double *seed, double share, double *outputs)
+{
+    Instance *instance = question->instance;
+    memcpy(instance->now, question->before, instance->saved_size);
+    for (size_t i = 0; i < question->n_knowns; i++)
+        instance->run.values[question->knowns[i]] += share * seed[i];
+    int64_t fault = run_step(&instance->run, instance->now->time, instance->run.step_size);
+    for (size_t j = 0; j < question->n; j++)
+        outputs[j] = instance->run.values[question->unknowns[j]];
+    return fault;
+}
+
+/* The largest share of a seed, by the nominal sizes of its inputs; 0 of a seed that is zero. */
+static double first_share(const Question *question, const double *seed)
+{
+    double share = INFINITY;
+    for (size_t i = 0; i < question->n_knowns; i++)
+        if (seed[i] != 0.0)
+            share = fmin(share, LARGEST_SHARE * question->instance->run.data.variables[question->knowns[i]].nominal /
+                                    fabs(seed[i]));
+    return isfinite(share) ? share : 0.0;
+}
+
+/* The derivative of an output, or a refusal with the reason. */
+static Status settle_one(const Question *question, const char *call, double share, size_t j, double *result)
+{
+    double central[LEVELS], gap[LEVELS], noise[LEVELS], least = INFINITY, y = question->answers[j];
+    int best = -1;
+    for (int k = 0; k < LEVELS; k++, share /= FINER) {
+        double up = answer(question, k, 1)[j], down = answer(question, k, 0)[j];
+        central[k] = (up - down) / (2.0 * share);
+        gap[k] = fabs(up - 2.0 * y + down) / share;
+        noise[k] = ROUNDINGS * DBL_EPSILON * fmax(fabs(y), fmax(fabs(up), fabs(down))) / share;
+        if (!k || !question->valid[k] || !question->valid[k - 1])
+            continue;
+        double change = fabs(central[k] - central[k - 1]);
+        if (change < least) {
+            least = change;
+            best = k;
+        }
+    }
+    const char *name = name_of(&question->instance->run.data, question->unknowns[j]);
+    if (best < 0 || least > AGREEMENT * fabs(central[best]) + noise[best])
+        return reject(question->instance, "%s: %s has no derivative here, differences over ever smaller changes do not agree",
+                      call, name);
+    int next = best + 1 < LEVELS && question->valid[best + 1];
+    double finer = next ? gap[best + 1] : gap[best], coarser = next ? gap[best] : gap[best - 1];
+    if (gap[best] > KINK * fabs(central[best]) + noise[best] && finer > 0.5 * coarser)
+        return reject(question->instance, "%s: %s has no derivative here, which differs to both sides by %g of %g", call,
+                      name, gap[best], central[best]);
+    *result = central[best] + (central[best] - central[best - 1]) / (FINER * FINER - 1.0);
+    return STATUS_OK;
+}
+
+/* Derivatives of all unknowns in a direction. */
+static Status ask(Question *question, const char *call, const double *seed, double *results)
+{
+    Instance *instance = question->instance;
+    Status status = STATUS_OK;
+    double share = first_share(question, seed), finer = share;
+    if (share == 0.0) {
+        memset(results, 0, question->n * sizeof *results);
+        return STATUS_OK;
+    }
+    int64_t fault = probe(question, seed, 0.0, question->answers);
+    for (int k = 0; k < LEVELS && !fault; k++, finer /= FINER) {
+        int64_t down = probe(question, seed, -finer, answer(question, k, 0));
+        question->valid[k] = !down && !probe(question, seed, finer, answer(question, k, 1));
+    }
+    char reason[TEXT_SIZE];
+    memcpy(reason, instance->now->outcome.reason, TEXT_SIZE);
+    memcpy(instance->now, question->before, instance->saved_size);
+    if (fault)
+        return reject(instance, "%s: the next step cannot be taken: %s", call, reason);
+    for (size_t j = 0; j < question->n && status == STATUS_OK; j++)
+        status = settle_one(question, call, share, j, results + j);
+    return status;
+}
+
+/* Whether all are Real inputs, or Real outputs. */
+static int are_of(const Instance *instance, const uint32_t *references, size_t count, int outputs)
+{
+    const Data *data = &instance->run.data;
+    for (size_t i = 0; i < count; i++)
+        if (!is_variable(instance, references[i], TYPE_REAL) || references[i] < data->n_parameters ||
+            (references[i] >= first_output(data)) != outputs)
+            return 0;
+    return 1;
+}
+
+/* Make a question ready, its room in `block`, which is to be freed. */
+static Status prepare(Question *question, const char *call, char **block)
+{
+    Instance *instance = question->instance;
+    if (!may(instance, STEP_COMPLETE, call))
+        return STATUS_ERROR;
+    if ((question->n && !question->unknowns) || (question->n_knowns && !question->knowns))
+        return fail(instance, "%s: references is NULL", call);
+    if (!are_of(instance, question->unknowns, question->n, 1) || !are_of(instance, question->knowns, question->n_knowns, 0))
+        return reject(instance, "%s: there are derivatives of Real outputs by Real inputs alone", call);
+    if (!(instance->run.step_size > 0.0))
+        return reject(instance, "%s: derivatives are those over a step of the size of the last one; there was none", call);
+    size_t saved = (instance->saved_size + 15) / 16 * 16, own = question->n + question->n_knowns;
+    *block = malloc(saved + ((1 + 2 * LEVELS) * question->n + own) * sizeof(double));
+    if (!*block)
+        return fail(instance, "%s: there is no memory for differences", call);
+    question->before = *block;
+    question->answers = (double *)(*block + saved);
+    memcpy(question->before, instance->now, instance->saved_size);
+    return STATUS_OK;
+}
+
+Status slave_directional(Instance *instance, const char *call, const Derivatives *of, const double *seed, double *results)
+{
+    char *block = NULL;
+    Question question = {.instance = instance, .unknowns = of->unknowns, .knowns = of->knowns, .n = of->n_unknowns,
+                         .n_knowns = of->n_knowns};
+    Status status = prepare(&question, call, &block);
+    if (status == STATUS_OK && ((of->n_knowns && !seed) || (of->n_unknowns && !results)))
+        status = fail(instance, "%s: %s is NULL", call, seed ? "sensitivity" : "seed");
+    if (status == STATUS_OK)
+        status = ask(&question, call, seed, results);
+    free(block);
+    return status;
+}
+
+Status slave_adjoint(Instance *instance, const char *call, const Derivatives *of, const double *seed, double *results)
+{
+    char *block = NULL;
+    Question question = {.instance = instance, .unknowns = of->unknowns, .knowns = of->knowns, .n = of->n_unknowns,
+                         .n_knowns = of->n_knowns};
+    Status status = prepare(&question, call, &block);
+    if (status == STATUS_OK && ((of->n_unknowns && !seed) || (of->n_knowns && !results)))
+        status = fail(instance, "%s: %s is NULL", call, seed ? "sensitivity" : "seed");
+    for (size_t i = 0; i < of->n_knowns && status == STATUS_OK; i++) {
+        double *column = question.answers + (1 + 2 * LEVELS) * question.n, *one = column + question.n;
+        memset(one, 0, of->n_knowns * sizeof *one);
+        one[i] = 1.0;
+        status = ask(&question, call, one, column);
+        results[i] = 0.0;
+        for (size_t j = 0; j < of->n_unknowns; j++)
+            results[i] += seed[j] * column[j];
+    }
+    free(block);
+    return status;
+}

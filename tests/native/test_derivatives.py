@@ -1,0 +1,134 @@
+"""Directional and adjoint derivatives of outputs by inputs over a step, against what is known of the models."""
+
+from __future__ import annotations
+
+import math
+from ctypes import c_double, c_size_t, c_uint
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from raw import ERROR, OK, Library, Library3
+from rig import ACTUATOR, ACTUATOR_CONSTANTS
+
+H = 250e-6
+SHARE = 1.0 - math.exp(-H / 1e-3)  # of the input's change that the lag follows in a step
+
+
+@pytest.fixture(scope="module")
+def actuator(unpacked):
+    return Library(unpacked(ACTUATOR, ACTUATOR_CONSTANTS))
+
+
+def references(fmu, names):
+    return (c_uint * len(names))(*(fmu.library.variables[name][0] for name in names)), c_size_t(len(names))
+
+
+def derivative(fmu, unknowns, knowns, seed, kind="Directional"):
+    """Status and derivatives."""
+    given = (c_double * len(seed))(*seed)
+    found = (c_double * len(unknowns if kind == "Directional" else knowns))()
+    numbers = [given, found]
+    if fmu.library.version == 3:
+        numbers = [given, c_size_t(len(given)), found, c_size_t(len(found))]
+    status = fmu.call(f"Get{kind}Derivative", *references(fmu, unknowns), *references(fmu, knowns), *numbers)
+    return status, list(found)
+
+
+def test_lag_follows_its_input_as_its_equation_says(library):
+    with library.instantiate() as fmu:
+        fmu.begin(u=2.0, gain=3.0)
+        fmu.step(0)
+        before = fmu.get("y", "level")
+        status, found = derivative(fmu, ["y", "level"], ["u"], [0.5])
+        assert status == OK
+        np.testing.assert_allclose(found, [0.5 * 3.0 * SHARE, 1.0], rtol=1e-11)
+        assert fmu.get("y", "level") == before
+        assert fmu.step(1) == OK
+
+
+def test_question_changes_no_bit_of_what_follows(library):
+    results = []
+    for asks in (False, True):
+        with library.instantiate() as fmu:
+            fmu.begin(u=2.0)
+            for n in range(4):
+                fmu.step(n)
+                if asks:
+                    assert derivative(fmu, ["y"], ["u"], [1.0])[0] == OK
+            results.append(fmu.get("y", "level") + fmu.get("steps"))
+    assert results[0] == results[1]
+
+
+def test_adjoint_is_the_transpose_of_the_direction(unpacked, lag):
+    with Library3(unpacked(lag, None, None, 3)).instantiate() as fmu:
+        fmu.begin(u=2.0)
+        fmu.step(0)
+        status, found = derivative(fmu, ["y", "level"], ["u"], [10.0, 1.0], "Adjoint")
+        assert status == OK
+        np.testing.assert_allclose(found, [10.0 * SHARE + 2.0], rtol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("unknowns", "knowns"), [(["steps"], ["u"]), (["y"], ["hold"]), (["u"], ["y"]), (["y"], ["gain"])]
+)
+def test_what_has_no_derivative_is_refused_without_harm(library, unknowns, knowns):
+    with library.instantiate() as fmu:
+        fmu.begin()
+        fmu.step(0)
+        assert derivative(fmu, unknowns, knowns, [1.0])[0] == ERROR
+        assert "Real outputs by Real inputs" in fmu.log[-1][2] or "Float64 variables" in fmu.log[-1][2]
+        assert fmu.step(1) == OK
+
+
+def test_before_the_first_step_its_size_is_not_known(library):
+    with library.instantiate() as fmu:
+        fmu.begin()
+        assert derivative(fmu, ["y"], ["u"], [1.0])[0] == ERROR
+        assert "the size of the last one; there was none" in fmu.log[-1][2]
+        assert fmu.step(0) == OK
+        assert derivative(fmu, ["y"], ["u"], [0.0]) == (OK, [0.0])
+
+
+def test_at_the_edge_of_what_is_allowed_there_is_none(library):
+    """At u = 6 V the output `level` reaches the 12 V that it must stay below; at 5 V the model faults."""
+    with library.instantiate() as fmu:
+        fmu.begin(u=6.0)
+        fmu.step(0)
+        assert derivative(fmu, ["level"], ["u"], [1.0])[0] == ERROR
+        assert "level has no derivative here" in fmu.log[-1][2]
+        fmu.set(u=5.0)
+        assert derivative(fmu, ["level"], ["u"], [1.0])[0] == ERROR
+        assert "the next step cannot be taken: u = 5 V is 100 % too much" in fmu.log[-1][2].replace("%%", "%")
+        fmu.set(u=5.85)
+        assert derivative(fmu, ["level"], ["u"], [1.0])[0] == OK
+
+
+def test_actuator_has_its_constants_until_its_current_is_limited(actuator):
+    """f = K_s x + K_i i; where the current is limited the force has another slope to each side, and none beyond."""
+    with actuator.instantiate() as fmu:
+        fmu.begin()
+        fmu.step(0)
+        by_x, by_i = (derivative(fmu, ["mb1.f_x"], [name], [1.0])[1][0] for name in ("mb1.x", "mb1.i_x"))
+        fmu.set(**{"mb1.x": 1e-5, "mb1.i_x": 0.1})
+        fmu.step(1)
+        assert fmu.get("mb1.f_x")[0] == pytest.approx(1e-5 * by_x + 0.1 * by_i, rel=1e-9)
+        low, high = 0.0, 20.0
+        for n in range(60):
+            middle = 0.5 * (low + high)
+            fmu.set(**{"mb1.x": 0.0, "mb1.i_x": middle})
+            fmu.step(2 + n)
+            low, high = (middle, high) if fmu.get("mb1.f_x")[0] > by_i * middle * (1.0 - 1e-9) else (low, middle)
+        fmu.set(**{"mb1.i_x": high})
+        assert derivative(fmu, ["mb1.f_x"], ["mb1.i_x"], [1.0])[0] == ERROR
+        assert "mb1.f_x has no derivative here, which differs to both sides" in fmu.log[-1][2]
+        fmu.set(**{"mb1.i_x": high + 1.0})
+        assert derivative(fmu, ["mb1.f_x"], ["mb1.i_x"], [1.0]) == (OK, [0.0])
+
+
+@pytest.mark.parametrize(("version", "abilities"), [(2, ["Directional"]), (3, ["Directional", "Adjoint"])])
+def test_description_says_so(unpacked, lag, version, abilities):
+    root = ElementTree.parse(unpacked(lag, None, None, version) / "modelDescription.xml").getroot()
+    plural = "s" if version == 3 else ""
+    for ability in abilities:
+        assert root.find("CoSimulation").get(f"provides{ability}Derivative{plural}") == "true"
