@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.interruption import Interruption, deferred
 from amb_cosim.presentation.progress import SweepReport as Report
+from amb_cosim.sweeps.branching import branching_order
 from amb_cosim.sweeps.worker import PointResult, Task, run_batch
 
 if TYPE_CHECKING:
@@ -140,7 +141,7 @@ class _Submission:
         self._client, self._sweep, self._store = client, sweep, store
         self._task = cloudpickle.dumps(task)  # functions of a file by value, which Dask would pickle by name
         self._report, self._interruption = report, interruption
-        self._waiting = deque(store.missing)
+        self._waiting = deque(branching_order(store.design, store.missing))
         self._suspects: deque[int] = deque()  # points of batches that ended processes
         self._under_way: dict[Future[Any], list[int]] = {}
         self._landed: list[PointResult] = []  # since the last time that the store was written

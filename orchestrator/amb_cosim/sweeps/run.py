@@ -24,10 +24,11 @@ from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import Prepared
 from amb_cosim.sweeps import outcomes
 from amb_cosim.sweeps.axes import Vary
+from amb_cosim.sweeps.branching import LABELS, varied_labels
 from amb_cosim.sweeps.engine import connect, run_missing
 from amb_cosim.sweeps.sampling import Design, make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
-from amb_cosim.sweeps.worker import LABELS, Metric, Runner, Task
+from amb_cosim.sweeps.worker import Metric, Runner, Task
 from fmi_export.building.extras import require_extra
 
 if TYPE_CHECKING:
@@ -150,7 +151,7 @@ def sweep(
         from amb_cosim.sweeps.refine import check_refinement
 
         check_refinement(design, refine, boundary)
-    task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep))
+    task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), varied_labels(design))
     guids, units = check_points(task, design)
     design = design.with_units(units)
     asked = {**_request(task), "guids": guids}

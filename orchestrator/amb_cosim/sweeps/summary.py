@@ -27,7 +27,7 @@ def summarise_sweep(swept: Sweep) -> list[str]:
     dataset = swept.dataset
     parts = panels(swept.design, numeric_axes(swept.design))
     lines = [_of_part(panel.title, dataset.isel(panel.at)) for panel in parts]
-    return [*lines, *_of_boundary(swept), *_of_sensitivities(swept), *_of_failures(dataset)]
+    return [*lines, *_of_branching(dataset), *_of_boundary(swept), *_of_sensitivities(swept), *_of_failures(dataset)]
 
 
 def _of_part(title: str, part: xr.Dataset) -> str:
@@ -52,6 +52,14 @@ def _peak(part: xr.Dataset) -> str:
     where = [shown(str(name), there[name].item(), there[name].attrs.get("units", "")) for name in numbers]
     whose = ", unknown where a run broke off," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
     return f"; peak contact force{whose} up to {peak:.4g} N{at_site}, with {', '.join(where)}"
+
+
+def _of_branching(dataset: xr.Dataset) -> list[str]:
+    if "shared" not in dataset or not float(dataset["shared"].fillna(0.0).max()):
+        return []
+    return [
+        f"{100.0 * float(dataset['shared'].mean()):.3g} % of all steps were those of a point before, until an event"
+    ]
 
 
 def _of_boundary(swept: Sweep) -> list[str]:

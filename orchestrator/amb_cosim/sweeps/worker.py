@@ -25,11 +25,11 @@ from amb_cosim.scenario.simulation import (
     plan_prepared,
     record_prepared,
 )
+from amb_cosim.sweeps.branching import LABELS, Branches
 from amb_cosim.sweeps.metrics import evaluate, needed, outcome_of
 from amb_files.suggestions import suggest
 
 Metric = Callable[[Result], Mapping[str, float]]
-LABELS = ("step", "removal")  # of events, which names of what is varied may begin with
 FIELDS = (
     *("unbalance_factor", "settle_cycles", "end_cycle", "end_time", "gravity", "gravity_angle", "coupling"),
     *("rotor", "receptances"),
@@ -49,6 +49,8 @@ class Task:
         Functions of a result, whose numbers are added to the key values.
     keep
         Outcomes whose full records are kept; `all` for every run.
+    labels
+        Events that points vary; points share what comes before them, see `branching`.
     """
 
     scenario: Scenario
@@ -57,6 +59,7 @@ class Task:
     flavour: Flavour = "native"
     metrics: tuple[Metric, ...] = ()
     keep: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ class Runner:
 
     def __init__(self, task: Task) -> None:
         self.task = task
-        self._assemblies: dict[str, tuple[Assembly, Instances]] = {}
+        self._assemblies: dict[str, tuple[Assembly, Instances, Branches]] = {}
 
     def prepare(self, settings: Mapping[str, Raw]) -> Prepared:
         """Return a point that is ready to run.
@@ -92,12 +95,20 @@ class Runner:
         """Run a point; whatever goes wrong with it is its result."""
         began = time.perf_counter()
         try:
-            prepared, instances = self._prepared(settings)
-            recording = record_prepared(prepared, isolated=False, instances=instances)  # this process is expendable
+            prepared, instances, branches = self._prepared(settings)
+            plan = prepared.plan
+            start = branches.start_of(plan)
+            saves = branches.saves_of(plan, start)
+            # in this process, which is expendable
+            recording = record_prepared(
+                prepared, None, "compiled", False, instances, start, saves
+            )  # expendable process
         except ValueError as error:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
         except (StartFailed, FmuError, ProcessFailed) as error:
             return PointResult(point, "failed", str(error), seconds=time.perf_counter() - began)
+        if recording.outcome.failure is None:
+            branches.keep(plan, recording.checkpoints)
         recovery, values = evaluate(bare_signals(prepared, recording))
         outcome, reason = outcome_of(recording.outcome, recovery)
         if outcome == "failed":
@@ -106,6 +117,8 @@ class Runner:
             own, wrong = self._own_metrics(labelled(prepared, recording))
             values |= own
             outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
+        if self.task.labels and values:
+            values["shared"] = 0.0 if start is None else (start.point - plan.begin) / (plan.last - plan.begin)
         kept = "all" in self.task.keep or outcome in self.task.keep
         record = _netcdf(labelled(prepared, recording)) if kept else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
@@ -124,19 +137,20 @@ class Runner:
 
     def close(self) -> None:
         """Free the FMUs."""
-        for _, instances in self._assemblies.values():
+        for _, instances, _ in self._assemblies.values():
             instances.close()
         self._assemblies.clear()
 
-    def _prepared(self, given: Mapping[str, Raw]) -> tuple[Prepared, Instances]:
+    def _prepared(self, given: Mapping[str, Raw]) -> tuple[Prepared, Instances, Branches]:
         scenario, settings = varied(self.task.scenario, given)
         key = repr([getattr(scenario, name) for name in _ASSEMBLED_FROM])
         if key not in self._assemblies:
-            self._assemblies[key] = assemble_scenario(scenario, self.task.flavour), Instances()
-        assembly, instances = self._assemblies[key]
+            assembly, instances = assemble_scenario(scenario, self.task.flavour), Instances()
+            self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels)
+        assembly, instances, branches = self._assemblies[key]
         recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
         values = {**self.task.settings, **settings}
-        return plan_prepared(scenario, assembly, values, self.task.until, recorded), instances
+        return plan_prepared(scenario, assembly, values, self.task.until, recorded), instances, branches
 
 
 def varied(scenario: Scenario, given: Mapping[str, Raw]) -> tuple[Scenario, dict[str, Raw]]:

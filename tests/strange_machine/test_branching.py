@@ -1,0 +1,97 @@
+"""Points of a sweep of the expander that share what comes before an event."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from strange_machine import RUB
+
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.sweeps.branching import branching_order, varied_labels
+from amb_cosim.sweeps.sampling import make_design
+from amb_cosim.sweeps.worker import Runner, Task
+
+SHORT = Scenario.load(RUB).changed(end_cycle=11)
+SIZE, MOMENT, REMOVED = "step.rotor_contact.turbine.u", "step.cycle", "removal.cycle"
+DESIGNS = {
+    "what it sets": {SIZE: "60 g.mm:110 g.mm:3"},
+    "its moment": {MOMENT: "4:3:4"},
+    "both events": {REMOVED: [9, 8.5], SIZE: ["90 g.mm", "110 g.mm"], "rotor_contact.shroud.mu": [0.08, 0.1]},
+}
+
+
+def run(vary, order, labels, **options):
+    """Return what the points of a design lead to, as text, by number, and the steps that each took over."""
+    runner, design = Runner(Task(SHORT, labels=labels, **options)), make_design(vary)
+    results = {n: runner.run(n, design.settings(n)) for n in order}
+    runner.close()
+    shared = {n: found.metrics.get("shared", 0.0) for n, found in results.items()}
+    told = {
+        n: (r.outcome, r.reason, str({k: v for k, v in r.metrics.items() if k != "shared"})) for n, r in results.items()
+    }
+    return told, shared
+
+
+@pytest.mark.parametrize("vary", list(DESIGNS.values()), ids=list(DESIGNS))
+def test_points_that_share_a_past_lead_to_the_same_bits(vary):
+    design = make_design(vary)
+    points = range(design.size)
+    alone, _ = run(vary, points, ())
+    together, shared = run(vary, branching_order(design, points), varied_labels(design))
+    assert together == alone
+    assert len(set(alone.values())) == design.size, "the points differ"
+    parts = 2 if "rotor_contact.shroud.mu" in vary else 1
+    assert sum(share == 0.0 for share in shared.values()) == parts
+    assert min(share for share in shared.values() if share > 0.0) > 0.7
+
+
+def test_whatever_the_order_points_lead_to_the_same_bits():
+    vary = {REMOVED: [9, 8.5], SIZE: ["90 g.mm", "110 g.mm"]}
+    labels, points = varied_labels(make_design(vary)), range(4)
+    alone, _ = run(vary, points, ())
+    for order in ([3, 0, 2, 1], [0, 1, 2, 3], [2, 2, 1, 3, 0]):
+        assert run(vary, order, labels)[0] == alone
+
+
+def test_a_run_that_failed_leaves_no_state_behind():
+    vary = {SIZE: ["90 g.mm", "9e9 g.mm", "110 g.mm"]}
+    together, shared = run(vary, range(3), ("step",))
+    assert [outcome for outcome, *_ in together.values()][1] in ("failed", "invalid")
+    assert together[2] == run(vary, [2], ())[0][2]
+    assert shared[0] == 0.0
+
+
+def test_kept_records_are_whole_and_the_same():
+    vary = {SIZE: ["90 g.mm", "110 g.mm"]}
+    records = []
+    for labels in ((), ("step",)):
+        runner, design = Runner(Task(SHORT, keep=("all",), labels=labels)), make_design(vary)
+        import io
+
+        import xarray as xr
+
+        for n in range(2):
+            record = runner.run(n, design.settings(n)).record
+            with xr.open_dataset(io.BytesIO(record), engine="h5netcdf") as dataset:
+                records.append(dataset.load())
+        runner.close()
+    for one, other in zip(records[:2], records[2:], strict=True):
+        assert set(one.variables) == set(other.variables)
+        for name in one.variables:
+            np.testing.assert_array_equal(one[name].values, other[name].values)
+        assert one.attrs["warnings"] == other.attrs["warnings"]
+
+
+def test_what_an_event_varies_changes_first_and_its_moments_ascend():
+    vary = {MOMENT: [5, 3, 4], "rotor_contact.shroud.mu": [0.1, 0.2], REMOVED: [9, 8]}
+    design = make_design(vary)
+    assert varied_labels(design) == ("step", "removal")
+    ordered = [design.settings(n) for n in branching_order(design, range(design.size))]
+    keys = [(s["rotor_contact.shroud.mu"], s[MOMENT], s[REMOVED]) for s in ordered]
+    assert keys == sorted(keys)
+
+
+def test_without_events_the_order_is_that_of_the_axes():
+    design = make_design({"Omega": [3, 1, 2], "rotor_contact.shroud.mu": [0.2, 0.1]})
+    assert varied_labels(design) == ()
+    assert branching_order(design, [4, 0, 2]) == [4, 0, 2]
