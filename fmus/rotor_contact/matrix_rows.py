@@ -17,9 +17,8 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion, accelerations
-from rotor_contact.isotropic_products import isotropic_combination, rotate_row
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
-from rotor_contact.products import row_combination
+from rotor_contact.products import rotate_row, row_combination
 from rotor_contact.site import Sites
 from rotor_contact.step_matrices import (
     MAX_COORDINATES,
@@ -382,4 +381,4 @@ def _double_row(matrices: StepMatrices, slot: int, level: int, row: int, Omega: 
             x[2 * n + 1], x[2 * n + 2] = math.cos(angle), math.sin(angle)
         elif row == 2 * n + 2:
             x[2 * n + 1], x[2 * n + 2] = -math.sin(angle), math.cos(angle)
-        isotropic_combination(x, Y, target, 2 * n, sizes.isotropic != 0.0, 2 * n)
+        row_combination(x, Y, target, 2 * n)

@@ -10,71 +10,32 @@ from rotor_contact.structure import REAL
 
 @kernel
 def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
-    """Write the first `size` numbers of x A, the rows of A weighted with x, into `y`.
+    """Write the first `size` numbers of x A, the rows of A weighted with x, into `y`, which must not overlap them.
 
-    Sixteen sums at once, then eight, then four, stay in registers. Rows with weight zero are left out.
+    The matrix is read from its beginning to its end, four rows at once; those with weight zero are left out.
     """
-    i = 0
-    while i + 16 <= size:
-        a = b = c = d = e = f = g = h = k = m = n = o = p = q = r = s = 0.0
-        for j in range(x.shape[0]):
-            w = x[j]
-            if w != 0.0:
-                row = part(A, j * A.shape[1] + i, REAL, 16)
-                a += w * row[0]
-                b += w * row[1]
-                c += w * row[2]
-                d += w * row[3]
-                e += w * row[4]
-                f += w * row[5]
-                g += w * row[6]
-                h += w * row[7]
-                k += w * row[8]
-                m += w * row[9]
-                n += w * row[10]
-                o += w * row[11]
-                p += w * row[12]
-                q += w * row[13]
-                r += w * row[14]
-                s += w * row[15]
-        y[i], y[i + 1], y[i + 2], y[i + 3], y[i + 4], y[i + 5], y[i + 6], y[i + 7] = a, b, c, d, e, f, g, h
-        y[i + 8], y[i + 9], y[i + 10], y[i + 11] = k, m, n, o
-        y[i + 12], y[i + 13], y[i + 14], y[i + 15] = p, q, r, s
-        i += 16
-    while i + 8 <= size:
-        a = b = c = d = e = f = g = h = 0.0
-        for j in range(x.shape[0]):
-            w = x[j]
-            if w != 0.0:
-                row = part(A, j * A.shape[1] + i, REAL, 8)
-                a += w * row[0]
-                b += w * row[1]
-                c += w * row[2]
-                d += w * row[3]
-                e += w * row[4]
-                f += w * row[5]
-                g += w * row[6]
-                h += w * row[7]
-        y[i], y[i + 1], y[i + 2], y[i + 3], y[i + 4], y[i + 5], y[i + 6], y[i + 7] = a, b, c, d, e, f, g, h
-        i += 8
-    while i + 4 <= size:
-        a = b = c = d = 0.0
-        for j in range(x.shape[0]):
-            w = x[j]
-            if w != 0.0:
-                row = part(A, j * A.shape[1] + i, REAL, 4)
-                a += w * row[0]
-                b += w * row[1]
-                c += w * row[2]
-                d += w * row[3]
-        y[i], y[i + 1], y[i + 2], y[i + 3] = a, b, c, d
-        i += 4
-    while i < size:
-        a = 0.0
-        for j in range(x.shape[0]):
-            a += x[j] * A[j, i]
-        y[i] = a
-        i += 1
+    for i in range(size):
+        y[i] = 0.0
+    j = 0
+    while j + 4 <= x.shape[0]:
+        v, w, p, q = x[j], x[j + 1], x[j + 2], x[j + 3]
+        if v != 0.0 or w != 0.0 or p != 0.0 or q != 0.0:
+            a, b, c, d = A[j], A[j + 1], A[j + 2], A[j + 3]
+            for i in range(size):
+                y[i] += (v * a[i] + w * b[i]) + (p * c[i] + q * d[i])
+        j += 4
+    while j < x.shape[0]:
+        v, a = x[j], A[j]
+        for i in range(size):
+            y[i] += v * a[i]
+        j += 1
+
+
+@kernel
+def rotate_row(of_x: Array, of_y: Array) -> None:
+    """Write the answer to y, which is that to x turned by a right angle; both are x and y in turn."""
+    for i in range(0, of_x.shape[0], 2):
+        of_y[i], of_y[i + 1] = -of_x[i + 1], of_x[i]
 
 
 @kernel

@@ -12,7 +12,6 @@ from rotor_contact.contact import find_multipliers, is_any_constrained, number_u
 from rotor_contact.dynamics import spin_coupling, unbalance_direction
 from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import STICK_SPEED, has_friction, static_coefficient
-from rotor_contact.isotropic_products import isotropic_combination
 from rotor_contact.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO, least_of_cubic
 from rotor_contact.node_forces import (
     locate_nodes,
@@ -28,12 +27,13 @@ from rotor_contact.node_forces import (
 )
 from rotor_contact.path import Point, leaves_or_stays_within
 from rotor_contact.piece import advance_rotations, phase_error, piece_of, start_rotations
+from rotor_contact.products import row_combination
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
 from rotor_contact.step_matrices import StepMatrices, level_of, slot_of
 from rotor_contact.workspace import Workspace, stages_of
 
 MAX_SWEEPS = 8
-SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, of which the next one's is a millionth
+SETTLED = 1e-4  # of the largest force: change of the forces in a sweep, of which the next one's is a thousandth
 MAX_PHASE = 1e-5  # rad, by which the unbalance may be ahead or behind in the middle of a piece
 MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
 CLOSE_MARGIN = 4e-6  # of the clearance, within which the path between Lobatto points is not trusted
@@ -54,7 +54,7 @@ def find_contact_forces(
         return True
     piece = piece_of(matrices)
     n, n_ports, level = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), int(matrices.sizes[0].n_levels) - 1
-    observed, m = piece.observed, (2 * n_ports + 9) // 8 * 8
+    observed, m = piece.observed, 2 * n_ports + 2
     low = math.floor(index)
     share = index - low
     direction = unbalance_direction(theta, Omega, w.motion.Omega_dot)
@@ -62,9 +62,8 @@ def find_contact_forces(
     copy(z[:n], x)
     copy(z[w.n : w.n + n], x[n:])
     x[2 * n], x[2 * n + 1], x[2 * n + 2] = 1.0, direction.real, direction.imag
-    isotropic = matrices.sizes[0].isotropic != 0.0
-    isotropic_combination(x, level_of(matrices, slot_of(low), level).S, observed[0], m, isotropic, 2 * n)
-    isotropic_combination(x, level_of(matrices, slot_of(low + 1.0), level).S, observed[1], m, isotropic, 2 * n)
+    row_combination(x, level_of(matrices, slot_of(low), level).S, observed[0], m)
+    row_combination(x, level_of(matrices, slot_of(low + 1.0), level).S, observed[1], m)
     S = level_of(matrices, slot_of(low), level).S
     for c in range(m):
         observed[0, c] += share * (observed[1, c] - observed[0, c])
@@ -131,9 +130,8 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
     low = math.floor(index)
     share = index - low
     S_low, S_high = level_of(matrices, slot_of(low), level).S, level_of(matrices, slot_of(low + 1.0), level).S
-    isotropic = matrices.sizes[0].isotropic != 0.0
-    isotropic_combination(x, S_low, observed[0], columns, isotropic, 2 * n)
-    isotropic_combination(x, S_high, observed[1], columns, isotropic, 2 * n)
+    row_combination(x, S_low, observed[0], columns)
+    row_combination(x, S_high, observed[1], columns)
     for c in range(columns):
         observed[0, c] += share * (observed[1, c] - observed[0, c])
         for direction in range(2):
@@ -280,9 +278,8 @@ def end_piece(w: Workspace, matrices: StepMatrices, level: int, index: float, h:
         piece.x[first + unit] = piece.known[unit] + piece.contact[unit]
     low = math.floor(index)
     share = index - low
-    isotropic = matrices.sizes[0].isotropic != 0.0
-    isotropic_combination(piece.x, level_of(matrices, slot_of(low), level).P, ends[0], 2 * n, isotropic, 2 * n)
-    isotropic_combination(piece.x, level_of(matrices, slot_of(low + 1.0), level).P, ends[1], 2 * n, isotropic, 2 * n)
+    row_combination(piece.x, level_of(matrices, slot_of(low), level).P, ends[0], 2 * n)
+    row_combination(piece.x, level_of(matrices, slot_of(low + 1.0), level).P, ends[1], 2 * n)
     copy(stages.z, z_new)
     for i in range(n):
         z_new[i] = ends[0, i] + share * (ends[1, i] - ends[0, i])

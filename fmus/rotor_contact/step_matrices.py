@@ -46,7 +46,7 @@ SIZES = record(
     ("n_terms", np.float64),
     ("step_size", np.float64),
     ("spacing", np.float64),
-    ("isotropic", np.float64),  # whether the rotor is, see `isotropic_products`
+    ("isotropic", np.float64),  # whether y answers as x does, turned by a right angle
     ("unused", np.float64),
 )
 # What is kept for a speed: its number on the grid, and how many rows of all levels are built.
