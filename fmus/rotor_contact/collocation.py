@@ -24,21 +24,24 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.contact import find_multipliers, number_unknowns, put_on_circles
-from rotor_contact.enumerations import ROLLING, SLIDING
-from rotor_contact.friction import STICK_SPEED, friction_ratio, has_friction, static_coefficient
+from rotor_contact.enumerations import ROLLING
+from rotor_contact.friction import friction_ratio
 from rotor_contact.linear_solver import solve
-from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic, least_of_cubic
+from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
+from rotor_contact.path import Point
 from rotor_contact.products import row_combination
 from rotor_contact.propagator import N_OBSERVED, Propagator, n_free, observed
 from rotor_contact.site import Site, is_constrained
+from rotor_contact.site_in_piece import follows_circle, friction_heat, keeps_mode
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
 MAX_SWEEPS = 8
 SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, of which the next one's is a fiftieth
-MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
 
 
 @kernel_apart
@@ -197,41 +200,19 @@ def _is_smooth(w: Workspace, propagator: Propagator) -> bool:
     """Return whether no site opens, sticks or slips in the piece, and all follow their circles closely enough."""
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
-        if not is_constrained(site):
-            continue
-        a, b, c, d = propagator.nodes[k, 0], propagator.nodes[k, 1], propagator.nodes[k, 2], propagator.nodes[k, 3]
-        if not least_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n) > 0.0:
-            return False
-        if site.mode == ROLLING:
-            mu = static_coefficient(site)
-            for s in (1.0, -1.0):
-                if (
-                    not least_of_cubic(
-                        mu * a.f_n - s * a.f_t, mu * b.f_n - s * b.f_t, mu * c.f_n - s * c.f_t, mu * d.f_n - s * d.f_t
-                    )
-                    > 0.0
-                ):
-                    return False
-        elif has_friction(site):
-            s = site.slip_sign
-            if not least_of_cubic(s * a.slip, s * b.slip, s * c.slip, s * d.slip) > STICK_SPEED:
+        if is_constrained(site):
+            free, contact = observed(propagator.free_response[k]), observed(propagator.contact_response[k])
+            first, second = _inner_point(site, free, contact, 0), _inner_point(site, free, contact, 1)
+            if not (keeps_mode(site, propagator.nodes[k]) and follows_circle(site, first, second)):
                 return False
-        if not _deviation(site, propagator, k) <= MAX_DEVIATION * site.clearance:
-            return False
     return True
 
 
 @kernel
-def _deviation(site: Site, propagator: Propagator, k: int) -> float:
-    """Return how far (m) the journal of site k leaves the circle at the inner points."""
-    largest = 0.0
-    free, contact = observed(propagator.free_response[k]), observed(propagator.contact_response[k])
-    for point in range(1, N_LOBATTO - 1):
-        of_free, of_contact = free.journal[point - 1], contact.journal[point - 1]
-        x = of_free.x + of_contact.x - site.offset_x
-        y = of_free.y + of_contact.y - site.offset_y
-        largest = max(largest, abs(math.sqrt(x * x + y * y) - site.clearance))
-    return largest
+def _inner_point(site: Site, free: np.record, contact: np.record, number: int) -> Point:
+    """Return where the journal of a site is, from the centre of its retainer, at an inner Lobatto point."""
+    a, b = free.journal[number], contact.journal[number]
+    return Point(a.x + b.x - site.offset_x, a.y + b.y - site.offset_y, a.v_x + b.v_x, a.v_y + b.v_y)
 
 
 @kernel_apart
@@ -262,19 +243,16 @@ def find_end_forces(w: Workspace, propagator: Propagator, end: Array) -> bool:
 def add_contact(w: Workspace, propagator: Propagator, z: Array, h: float) -> None:
     """Add heat and work of friction and the integral of the normal force in a piece of length h (s) to z; note peaks.
 
-    Heat is -int T v_slip dt, the drive's work -int T R_s Omega dt.
+    The drive's work is -int T R_s Omega dt.
     """
     integrals = energy_integrals(z, w.n)
     for k in range(w.sites.shape[0]):
         site, of_site = w.sites[k], site_integrals(z, w.n, k)
         if not is_constrained(site):
             continue
-        a, b, c, d = propagator.nodes[k, 0], propagator.nodes[k, 1], propagator.nodes[k, 2], propagator.nodes[k, 3]
-        site.f_n_peak = max(site.f_n_peak, greatest_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n))
+        heat = friction_heat(site, propagator.nodes[k], h, of_site)
+        of_site.heat += heat
+        integrals.friction_heat += heat
         for point in range(N_LOBATTO):
-            node, share = propagator.nodes[k, point], h * LOBATTO_WEIGHTS[point]
-            heat = -share * node.f_t * node.slip if site.mode == SLIDING else 0.0
-            integrals.friction_heat += heat
-            integrals.work -= share * node.f_t * site.journal_radius * w.motion.Omega
-            of_site.heat += heat
-            of_site.f_n += share * node.f_n
+            torque = propagator.nodes[k, point].f_t * site.journal_radius
+            integrals.work -= h * LOBATTO_WEIGHTS[point] * torque * w.motion.Omega

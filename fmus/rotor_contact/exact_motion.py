@@ -30,16 +30,15 @@ from rotor_contact.collocation import add_contact, find_end_forces, find_forces
 from rotor_contact.compliant import is_compliant
 from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
-from rotor_contact.lobatto import LOBATTO_POINTS, N_LOBATTO
-from rotor_contact.path import Point, leaves_or_stays_within, point_of, stays_within
+from rotor_contact.path import Point, point_of, stays_within
 from rotor_contact.products import dot, row_combination
 from rotor_contact.propagator import N_GAUSS, N_OBSERVED, Propagator, n_free, observed
 from rotor_contact.series import direct_unbalance, n_axes, n_observed, row_of_axis
 from rotor_contact.site import Site, can_touch
+from rotor_contact.site_in_piece import stays_clear
 from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 
 TOUCH_MARGIN = 1e-4  # of the clearance, within which the path over a piece is not trusted
-CLOSE_MARGIN = 4e-6  # the same of that between Lobatto points
 GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
 
 
@@ -99,7 +98,9 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
         site = w.sites[k]
         if can_touch(site) and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
             row_combination(start, propagator.S[k], propagator.free_response[k], N_OBSERVED)
-            if not _stays_clear(site, point_of(site, start, n), observed(propagator.free_response[k]), h):
+            seen = observed(propagator.free_response[k])
+            points = _journal(site, seen, 0), _journal(site, seen, 1), _journal(site, seen, 2)
+            if not stays_clear(site, point_of(site, start, n), points, h):
                 return False
     if in_contact and not find_end_forces(w, propagator, end):
         return False
@@ -116,17 +117,11 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     return True
 
 
-@kernel_apart
-def _stays_clear(site: Site, begin: Point, response: np.record, h: float) -> bool:
-    """Return whether the journal of a site stays clear of its retainer, by its path between the Lobatto points."""
-    for point in range(1, N_LOBATTO):
-        journal = response.journal[point - 1]
-        end = Point(journal.x - site.offset_x, journal.y - site.offset_y, journal.v_x, journal.v_y)
-        dt = h * (LOBATTO_POINTS[point] - LOBATTO_POINTS[point - 1])
-        if not leaves_or_stays_within(site, begin, end, dt, CLOSE_MARGIN):
-            return False
-        begin = end
-    return True
+@kernel
+def _journal(site: Site, response: np.record, number: int) -> Point:
+    """Return the journal from the centre of its retainer at a Lobatto point after the first."""
+    at = response.journal[number]
+    return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
 
 
 @kernel

@@ -17,12 +17,12 @@ from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.bodies import drive_torque, race_drag
 from rotor_contact.dynamics import unbalance_direction
-from rotor_contact.enumerations import SLIDING
-from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic
+from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.node_forces import magnet_force, port_of_bearing, port_of_housing
 from rotor_contact.piece import piece_of, unbalance_velocity, velocity_index
 from rotor_contact.products import dot, row_combination
 from rotor_contact.site import is_constrained
+from rotor_contact.site_in_piece import friction_heat
 from rotor_contact.step_matrices import StepMatrices, coefficients_at, slot_of
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
@@ -134,15 +134,11 @@ def add_energies(w: Workspace, matrices: StepMatrices, h: float, of_shaft: float
         if site.housing >= 0:
             x = site.housing
             work -= site.housing_mass * (site.base_x * (z_new[x] - z[x]) + site.base_y * (z_new[x + 1] - z[x + 1]))
-        heat = 0.0
+        heat = friction_heat(site, matrices.nodes[k], h, of_site) if is_constrained(site) else 0.0
         for point in range(N_LOBATTO):
-            share, node = h * LOBATTO_WEIGHTS[point], matrices.nodes[k, point]
-            if is_constrained(site):
-                if site.mode == SLIDING:
-                    heat -= share * node.f_t * node.slip
-                if not is_free:
-                    work -= share * node.f_t * site.journal_radius * speeds[point]
-                of_site.f_n += share * node.f_n
+            share = h * LOBATTO_WEIGHTS[point]
+            if is_constrained(site) and not is_free:
+                work -= share * matrices.nodes[k, point].f_t * site.journal_radius * speeds[point]
             if site.race >= 0:
                 heat += share * race_drag(site, piece.races[k, point]) * piece.races[k, point]
             if site.housing >= 0:
@@ -151,9 +147,6 @@ def add_energies(w: Workspace, matrices: StepMatrices, h: float, of_shaft: float
                 damping += share * (site.mount_damping_x * v_x * v_x + site.mount_damping_y * v_y * v_y)
         friction += heat
         of_site.heat += heat
-        if is_constrained(site):
-            a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
-            site.f_n_peak = max(site.f_n_peak, greatest_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n))
     for point in range(N_LOBATTO):
         share = h * LOBATTO_WEIGHTS[point]
         Omega = speeds[point]

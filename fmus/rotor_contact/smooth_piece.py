@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import couple_spin, drive_torque, race_drag
 from rotor_contact.contact import find_multipliers, is_any_constrained, number_unknowns, put_on_circles
 from rotor_contact.dynamics import spin_coupling, unbalance_direction
 from rotor_contact.enumerations import ROLLING
-from rotor_contact.friction import STICK_SPEED, has_friction, static_coefficient
-from rotor_contact.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO, least_of_cubic
+from rotor_contact.friction import static_coefficient
+from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.node_forces import (
     locate_nodes,
     magnet_force,
@@ -25,18 +25,17 @@ from rotor_contact.node_forces import (
     set_magnet_forces,
     solve_nodes,
 )
-from rotor_contact.path import Point, leaves_or_stays_within
+from rotor_contact.path import Point, point_of
 from rotor_contact.piece import advance_rotations, phase_error, piece_of, start_rotations
 from rotor_contact.products import row_combination
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
+from rotor_contact.site_in_piece import follows_circle, keeps_mode, stays_clear
 from rotor_contact.step_matrices import StepMatrices, level_of, slot_of
 from rotor_contact.workspace import Workspace, stages_of
 
 MAX_SWEEPS = 8
 SETTLED = 1e-4  # of the largest force: change of the forces in a sweep, of which the next one's is a thousandth
 MAX_PHASE = 1e-5  # rad, by which the unbalance may be ahead or behind in the middle of a piece
-MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
-CLOSE_MARGIN = 4e-6  # of the clearance, within which the path between Lobatto points is not trusted
 MAX_ROUGHNESS = 2e-3  # of the largest force: how far the cubic of a force may be from a parabola
 LEAST_FORCE = 1e-3  # N, that counts as none in judging forces
 CUBIC, BEND = 5.0 * math.sqrt(5.0), 0.05  # t^3 is within a twentieth of a parabola
@@ -214,57 +213,35 @@ def is_smooth(w: Workspace, matrices: StepMatrices, h: float) -> bool:
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if can_touch(site):
-            if not _stays_clear(site, matrices, k, z, w.n, h):
+            points = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2), _journal(site, matrices, k, 3)
+            if not stays_clear(site, _journal_at_start(site, z, w.n), points, h):
                 return False
-            continue
-        if not is_constrained(site):
-            continue
-        a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
-        if not least_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n) > 0.0:
-            return False
-        rough_n = abs(5.0 * (d.f_n - a.f_n) + CUBIC * (b.f_n - c.f_n))
-        rough_t = abs(5.0 * (d.f_t - a.f_t) + CUBIC * (b.f_t - c.f_t))
-        if not BEND * max(rough_n, rough_t) <= MAX_ROUGHNESS * largest:
-            return False
-        if site.mode == ROLLING:
-            mu = static_coefficient(site)
-            for s in (1.0, -1.0):
-                if (
-                    not least_of_cubic(
-                        mu * a.f_n - s * a.f_t, mu * b.f_n - s * b.f_t, mu * c.f_n - s * c.f_t, mu * d.f_n - s * d.f_t
-                    )
-                    > 0.0
-                ):
-                    return False
-        elif has_friction(site):
-            s = site.slip_sign
-            if not least_of_cubic(s * a.slip, s * b.slip, s * c.slip, s * d.slip) > STICK_SPEED:
+        elif is_constrained(site):
+            a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
+            rough_n = abs(5.0 * (d.f_n - a.f_n) + CUBIC * (b.f_n - c.f_n))
+            rough_t = abs(5.0 * (d.f_t - a.f_t) + CUBIC * (b.f_t - c.f_t))
+            if not BEND * max(rough_n, rough_t) <= MAX_ROUGHNESS * largest:
                 return False
-        for point in range(1, N_LOBATTO - 1):
-            at = observed_journal(site, matrices, piece.observed[6], k, point)
-            if not abs(math.hypot(at.x - site.offset_x, at.y - site.offset_y) - site.clearance) <= (
-                MAX_DEVIATION * site.clearance
-            ):
+            first, second = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2)
+            if not (keeps_mode(site, matrices.nodes[k]) and follows_circle(site, first, second)):
                 return False
     return True
 
 
-@kernel_apart
-def _stays_clear(site: Site, matrices: StepMatrices, k: int, z: Array, n: int, h: float) -> bool:
-    """Return whether the journal of a free site stays clear, by its path between the Lobatto points."""
-    observed, row = piece_of(matrices).observed[6], site.row
-    begin = Point(z[row] - site.offset_x, z[row + 1] - site.offset_y, z[n + row], z[n + row + 1])
-    if site.housing >= 0:
-        row = site.housing
-        begin = Point(begin.x - z[row], begin.y - z[row + 1], begin.v_x - z[n + row], begin.v_y - z[n + row + 1])
-    for point in range(1, N_LOBATTO):
-        at = observed_journal(site, matrices, observed, k, point)
-        end = Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
-        dt = h * (LOBATTO_POINTS[point] - LOBATTO_POINTS[point - 1])
-        if not leaves_or_stays_within(site, begin, end, dt, CLOSE_MARGIN):
-            return False
-        begin = end
-    return True
+@kernel
+def _journal(site: Site, matrices: StepMatrices, k: int, point: int) -> Point:
+    """Return the journal of site k from the centre of its retainer at a Lobatto point after the first."""
+    at = observed_journal(site, matrices, piece_of(matrices).observed[6], k, point)
+    return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
+
+
+@kernel
+def _journal_at_start(site: Site, z: Array, n: int) -> Point:
+    """Return the same at the beginning."""
+    begin, row = point_of(site, z, n), site.housing
+    if row >= 0:
+        return Point(begin.x - z[row], begin.y - z[row + 1], begin.v_x - z[n + row], begin.v_y - z[n + row + 1])
+    return begin
 
 
 @kernel
