@@ -29,3 +29,15 @@ CONTACT_LAW = Enumeration(  # the constraint, and the classical laws of 4.2 in t
 )
 LAWS = CONTACT_LAW.names
 CONSTRAINT, LINEAR, HERTZ, KELVIN_VOIGT, KIRK, HUNT_CROSSLEY, ULBRICH, SWITCHED_KELVIN_VOIGT = range(len(LAWS))
+METHOD = Enumeration(  # how a step was computed
+    "Method",
+    (
+        ("exact", "the whole step by its matrices"),
+        ("pieces", "its half, its quarter and so on by theirs"),
+        ("events", "by substeps where something begins or ends in it, or its forces are not smooth"),
+        ("no_matrices", "by substeps: not 32 steps alike yet, a speed that changes too fast, or four substeps at most"),
+        ("yielding", "by substeps: a contact law that yields"),
+        ("integrated", "by substeps: solver.exact_motion is false"),
+    ),
+)
+EXACT, PIECES, EVENTS, NO_MATRICES, YIELDING, INTEGRATED = range(6)

@@ -27,15 +27,25 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.collocation import add_contact, find_end_forces, find_forces
-from rotor_contact.compliant import is_compliant
+from rotor_contact.compliant import is_any_compliant
 from rotor_contact.contact import is_any_constrained
-from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
+from rotor_contact.dynamics import Motion, collect_coefficients, damping_power, forces, shaft_damping
 from rotor_contact.path import Point, point_of, stays_within
 from rotor_contact.products import dot, row_combination
-from rotor_contact.propagator import N_GAUSS, N_OBSERVED, Propagator, n_free, observed
-from rotor_contact.series import direct_unbalance, n_axes, n_observed, row_of_axis
+from rotor_contact.propagator import (
+    N_GAUSS,
+    N_OBSERVED,
+    STEPS_BEFORE_BUILD,
+    Key,
+    Propagator,
+    is_built,
+    n_free,
+    observed,
+)
+from rotor_contact.series import build_rows, direct_unbalance, n_axes, n_observed, row_of_axis
 from rotor_contact.site import Site, can_touch
 from rotor_contact.site_in_piece import stays_clear
+from rotor_contact.structure import Structure
 from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
 
 TOUCH_MARGIN = 1e-4  # of the clearance, within which the path over a piece is not trusted
@@ -43,18 +53,27 @@ GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.
 
 
 @kernel
-def propagate(w: Workspace, propagator: Propagator, before: Array, step_size: float) -> bool:
+def propagate(
+    structure: Structure,
+    w: Workspace,
+    propagator: Propagator,
+    key: Key,
+    before: Array,
+    n_steps: float,
+    step_size: float,
+) -> bool:
     """Write the state a communication step after `before` to z; return False if an event may be in the step.
 
-    P must be built. Sites in contact under a force law are left to `events` too.
+    P is built for `key` over the first STEPS_BEFORE_BUILD steps, of which `n_steps` have been; before that it is False
+    too, and so it is where a site is in contact under a force law.
     """
+    if not is_built(propagator, key):
+        collect_coefficients(structure, w.motion)
+        build_rows(structure.Minv, w.motion, w.sites, key, propagator, n_steps / STEPS_BEFORE_BUILD)
     pieces = int(propagator.built[0].n_pieces)
-    in_contact = is_any_constrained(w.sites)
-    for site in w.sites:
-        if is_compliant(site):
-            return False
-    if pieces == 0:
+    if n_steps < STEPS_BEFORE_BUILD or pieces == 0 or is_any_compliant(w.sites):
         return False
+    in_contact = is_any_constrained(w.sites)
     n, z = w.n, stages_of(w.stages).z
     start, end = propagator.start, propagator.end
     copy(before[: 2 * n], start)
@@ -66,6 +85,8 @@ def propagate(w: Workspace, propagator: Propagator, before: Array, step_size: fl
         if piece > 0:
             copy(end[: 2 * n], start)
         if not _propagate_piece(w, propagator, piece * h, h, in_contact):
+            for site in w.sites:
+                site.f_n_peak = 0.0  # without what earlier pieces have noted
             return False
     copy(end[: 2 * n], z)
     return True

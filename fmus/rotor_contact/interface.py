@@ -7,7 +7,7 @@ import math
 from fmi_export.interface import Interface, interface, repeated
 from fmi_export.variables import Array, Variable, input_, one_of, output, parameter
 from rotor_contact import start_values
-from rotor_contact.enumerations import IMPACT_LAW, NEWTON
+from rotor_contact.enumerations import IMPACT_LAW, METHOD, NEWTON
 from rotor_contact.planes import ContactSite, Planes, SensorPlane
 from rotor_contact.site_variables import site_outputs, site_parameters
 
@@ -111,6 +111,7 @@ def interface_of(planes: Planes) -> Interface:
             warning="energy is not conserved: the contact is too stiff, or its friction too strong, for substeps of "
             "solver.max_substep = {solver.max_substep} s",
         ),
+        output("solver.method", "1", "How the last step was computed", starts_from=(), **one_of(METHOD)),
         repeated("displacements", displacements, _displacement_output),
         repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
         repeated("sites", [(site.name, planes) for site in sites], site_outputs),

@@ -49,6 +49,7 @@ HEAD = record(
     ("level", np.float64),  # of the matrices, for the next piece
     ("n_matrix_steps", np.float64),  # for how many steps the key of the matrices has not changed
     ("place", np.float64),  # of the speed on the grid of the matrices
+    ("method", np.float64),  # how the last step was computed, one of `METHOD`
 )
 # Mode and direction of slip; temperature (K); heat so far (J).
 SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))

@@ -32,6 +32,7 @@ def write_outputs(
     own.theta = head.theta
     own.speed = Omega
     own.solver.tolerance_missed = head.tolerance_missed
+    own.solver.method = head.method
     for k in range(structure.bearings.shape[0]):
         row = int(structure.bearings[k])
         outputs.displacements[2 * k] = q[row]

@@ -15,7 +15,9 @@ from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.bodies import RACE_SPEED_SCALE
+from rotor_contact.compliant import is_any_compliant
 from rotor_contact.dynamics import Motion, accelerations, collect_coefficients, forces
+from rotor_contact.enumerations import EVENTS, EXACT, PIECES
 from rotor_contact.events import advance
 from rotor_contact.matrix_rows import build_slot, choose_levels, is_complete, share_of
 from rotor_contact.piece_energy import ShaftDamping, add_energies, add_slope, damping_of_shaft, mean_heat
@@ -27,6 +29,8 @@ from rotor_contact.structure import Structure
 from rotor_contact.workspace import Workspace, stages_of
 
 STEPS_PER_SPEED = 16.0  # steps that count less for every speed of the grid that is passed
+FEW_SUBSTEPS = 4.0  # that cost less than matrices
+NO_MATRICES_YET = -1
 FASTEST_DRIVE = 0.3  # of a piece, times how fast drive and drag change the speed
 
 
@@ -84,7 +88,7 @@ def _housing_is_unchanged(site: np.record, known: np.record) -> bool:
     return bool(same)
 
 
-@kernel_apart
+@kernel
 def update_matrices(
     structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices, share: float
 ) -> bool:
@@ -118,15 +122,31 @@ def update_matrices(
 
 @kernel_apart
 def advance_by_pieces(
-    structure: Structure, w: Workspace, matrices: StepMatrices, solver: np.record, law: int, memory: np.record
-) -> tuple[int, float, float]:
-    """Advance z over a communication step; return a fault code, and angle (rad) and speed (rad/s) at its end."""
+    structure: Structure,
+    w: Workspace,
+    matrices: StepMatrices,
+    key: MatricesKey,
+    solver: np.record,
+    law: int,
+    step_size: float,
+    memory: np.record,
+) -> int:
+    """Advance z over a communication step; return a fault code, or NO_MATRICES_YET with z as it was.
+
+    `memory.method` tells whether the step was one piece, several, or in part integrated.
+    """
+    if step_size <= FEW_SUBSTEPS * solver.max_substep or is_any_compliant(w.sites):
+        return NO_MATRICES_YET
+    share = steps_with_matrices(w.motion, w.sites, step_size, key, memory) / STEPS_BEFORE_BUILD
+    if share == 0.0 or not update_matrices(structure, w.motion, w.sites, key, matrices, min(share, 1.0)):
+        return NO_MATRICES_YET
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
     total = 2 ** (int(sizes.n_levels) - 1)
     unit = sizes.step_size / total
     at = 0
     z, n = stages.z, w.n
     theta, Omega = w.motion.theta, w.motion.Omega
+    memory.method = EXACT
     known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.level > 0.0)
     while at < total:
         level = min(int(memory.level), int(sizes.n_levels) - 1)
@@ -155,6 +175,8 @@ def advance_by_pieces(
                 theta, Omega, damping = new_theta, new_Omega, after
                 at += length
                 memory.level = max(level - 1.0, 0.0)
+                if level > 0:
+                    memory.method = max(memory.method, PIECES)
                 continue
             known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.level > 0.0)
         if level < int(sizes.n_levels) - 1:
@@ -167,11 +189,12 @@ def advance_by_pieces(
         within = Workspace(n, w.forms, w.Minv, part, w.spin, w.sites, w.equations, w.stages, w.n_translations)
         fault = advance(within, solver, law, h, memory)
         if fault != 0:
-            return fault, theta, Omega
+            return fault
+        memory.method = EVENTS
         theta, Omega = angle_and_speed_after(w, z, theta, Omega, h)
         at += length
         known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.level > 0.0)
-    return 0, theta, Omega
+    return 0
 
 
 @kernel

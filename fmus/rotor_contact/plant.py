@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
@@ -16,7 +18,7 @@ from rotor_contact.dynamics import (
     motion_of,
     set_bearings,
 )
-from rotor_contact.enumerations import NODAL
+from rotor_contact.enumerations import EVENTS, EXACT, INTEGRATED, NO_MATRICES, NODAL, YIELDING
 from rotor_contact.events import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
 from rotor_contact.exact_motion import propagate
 from rotor_contact.heating import advance_temperature
@@ -35,11 +37,11 @@ from rotor_contact.layout import (
 from rotor_contact.linear_state import linear_state
 from rotor_contact.modes import FAULT_MODES, FAULT_SINGULAR, resolve_modes
 from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
-from rotor_contact.piecewise_step import advance_by_pieces, steps_with_matrices, update_matrices
+from rotor_contact.piecewise_step import NO_MATRICES_YET, advance_by_pieces, angle_and_speed_after
 from rotor_contact.planes import Planes
-from rotor_contact.propagator import STEPS_BEFORE_BUILD, is_built, steps_unchanged, without_rounding
-from rotor_contact.series import build_rows
+from rotor_contact.propagator import STEPS_BEFORE_BUILD, steps_unchanged, without_rounding
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
+from rotor_contact.site import Sites
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.step_cache import is_valid, store
 from rotor_contact.structure import Structure, structure_of
@@ -51,7 +53,6 @@ FAULT_OFFSET = 11  # plus the site
 MAX_SITES = 99 - FAULT_OFFSET + 1
 
 STABLE = 2.5  # times the start value of solver.max_substep: Runge-Kutta's method is stable up to 2.8 rad of a mode
-FEW_SUBSTEPS = 4.0  # that cost less than matrices
 TURN = 2.0 * math.pi
 
 
@@ -126,7 +127,8 @@ def step(
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
-    if step_size > MAX_SUBSTEPS * p.own[0].solver.max_substep:
+    solver, law = p.own[0].solver, int(p.own[0].contact.impact_law)
+    if step_size > MAX_SUBSTEPS * solver.max_substep:
         return FAULT_LONG_STEP
     x, scratch = state_of(state, structure), scratch_of(work, structure)
     head, spin = x.head[0], scratch.spin[0]
@@ -140,53 +142,34 @@ def step(
     set_bearings(p, motion)
     add_magnetic_forces(u, motion)
     n_steps = steps_unchanged(motion, step_size, x.key, head)
-    linear = p.own[0].solver.exact_motion != 0.0 and n == structure.K.shape[0] and n_steps > 0.0
-    if linear:
+    if n > structure.K.shape[0] or solver.exact_motion == 0.0:
+        n_steps = 0.0
+    if n_steps > 0.0:
         motion = without_rounding(motion, x.key)
     w = workspace_of(structure, motion, scratch, n)
     z = stages_of(w.stages).z
     head.tolerance_missed = 0.0
-    is_done = False
-    if linear and not is_built(scratch.propagator, x.key):
-        collect_coefficients(structure, motion)
-        share = n_steps / STEPS_BEFORE_BUILD
-        build_rows(structure.Minv, motion, scratch.sites, x.key, scratch.propagator, share)
-    if linear and n_steps >= STEPS_BEFORE_BUILD:
-        is_done = propagate(w, scratch.propagator, x.z, step_size)
-    new_theta = head.theta + 0.5 * (Omega + (Omega + Omega_dot * step_size)) * step_size
-    new_Omega = Omega + Omega_dot * step_size
-    if not is_done:
+    head.method = EXACT
+    if n_steps == 0.0 or not propagate(structure, w, scratch.propagator, x.key, x.z, n_steps, step_size):
         copy(x.z[: 2 * n + N_INTEGRALS], z)
         z[2 * n + N_INTEGRALS :] = 0.0
-        for site in scratch.sites:
-            site.f_n_peak = 0.0  # without what `propagate` may have begun
-    by_pieces = not is_done and not linear and p.own[0].solver.exact_motion != 0.0
-    by_pieces = by_pieces and step_size > FEW_SUBSTEPS * p.own[0].solver.max_substep
-    if by_pieces and not is_any_compliant(scratch.sites):
-        share = steps_with_matrices(motion, scratch.sites, step_size, x.matrices_key, head) / STEPS_BEFORE_BUILD
-        if share > 0.0 and update_matrices(
-            structure, motion, scratch.sites, x.matrices_key, scratch.matrices, min(share, 1.0)
-        ):
-            law = int(p.own[0].contact.impact_law)
-            fault, new_theta, new_Omega = advance_by_pieces(structure, w, scratch.matrices, p.own[0].solver, law, head)
-            if fault != 0:
-                return fault
-            is_done = True
-    if not is_done:
-        collect_coefficients(structure, motion)
-        if spin.row >= 0 and spin.inertia <= least_inertia(motion):
-            return FAULT_INERTIA
-        # another unbalance is another kinetic energy at the same velocities
-        energy_integrals(z, n).work += coupling_energy(motion, spin, head.theta, z[n : 2 * n]) - head.coupling
-        fault = advance(w, p.own[0].solver, int(p.own[0].contact.impact_law), step_size, head)
+        fault = NO_MATRICES_YET
+        if n_steps == 0.0 and solver.exact_motion != 0.0:
+            fault = advance_by_pieces(structure, w, scratch.matrices, x.matrices_key, solver, law, step_size, head)
+        if fault == NO_MATRICES_YET:
+            head.method = _method(solver, scratch.sites, n_steps)
+            collect_coefficients(structure, motion)
+            if spin.row >= 0 and spin.inertia <= least_inertia(motion):
+                return FAULT_INERTIA
+            # another unbalance is another kinetic energy at the same velocities
+            energy_integrals(z, n).work += coupling_energy(motion, spin, head.theta, z[n : 2 * n]) - head.coupling
+            fault = advance(w, solver, law, step_size, head)
         if fault != 0:
             return fault
     store_sites(scratch.sites, x.sites, z, n)
     copy(z[: 2 * n + N_INTEGRALS], x.z)
-    theta, Omega = new_theta, new_Omega
-    if spin.row >= 0:
-        theta, Omega = x.z[spin.row], x.z[n + spin.row]
-        head.coupling = coupling_energy(motion, spin, theta, x.z[n : 2 * n])
+    theta, Omega = angle_and_speed_after(w, x.z, head.theta, motion.Omega, step_size)
+    head.coupling = coupling_energy(motion, spin, theta, x.z[n : 2 * n])
     head.theta = theta if 0.0 <= theta < TURN else theta % TURN
     for k in range(scratch.sites.shape[0]):
         site, of_site = scratch.sites[k], site_integrals(z, n, k)
@@ -194,8 +177,18 @@ def step(
         advance_temperature(site, x.sites[k], of_site.heat, p.own[0].ambient_temperature, step_size)
     write_outputs(structure, p, w, x, Omega, y)
     error = energy_error(y.own[0].energy, head)
-    y.own[0].solver.energy_missed = 1.0 if error > 0.1 * p.own[0].solver.energy_limit else 0.0
-    return FAULT_ENERGY if error > p.own[0].solver.energy_limit else 0
+    y.own[0].solver.energy_missed = 1.0 if error > 0.1 * solver.energy_limit else 0.0
+    return FAULT_ENERGY if error > solver.energy_limit else 0
+
+
+@kernel
+def _method(solver: np.record, sites: Sites, n_steps: float) -> float:
+    """Return why a step is integrated; `n_steps` is for how many all was alike."""
+    if solver.exact_motion == 0.0:
+        return float(INTEGRATED)
+    if is_any_compliant(sites):
+        return float(YIELDING)
+    return float(EVENTS if n_steps >= STEPS_BEFORE_BUILD else NO_MATRICES)
 
 
 @kernel

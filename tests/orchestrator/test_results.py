@@ -50,6 +50,17 @@ def test_summary_of_a_known_run(synthetic):
     json.dumps(figures, allow_nan=False)
 
 
+def test_shares_of_methods_count_steps_after_the_settling(synthetic):
+    dataset = synthetic()
+    assert figures_of(dataset)["steps_by_method"] is None
+    method = np.select([dataset["cycle"].values < 0.0, dataset["cycle"].values < 5.0], [2, 1], 0)
+    flags = {"flag_values": np.arange(3, dtype=np.int32), "flag_meanings": "exact pieces integrated"}
+    dataset["rotor_contact.solver.method"] = ("time", method.astype(np.int32), flags)
+    begun = int(np.sum(dataset["cycle"].values >= 0.0))
+    in_pieces = int(np.sum(method == 1)) / begun
+    assert figures_of(dataset)["steps_by_method"] == pytest.approx({"exact": 1.0 - in_pieces, "pieces": in_pieces})
+
+
 def test_share_reaches_to_the_end_without_a_removal(synthetic, without):
     share = contact_history.contact_share(without(synthetic(15), "removal_cycle"))
     assert share["2"] == pytest.approx(100 / 1001)

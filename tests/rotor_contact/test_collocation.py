@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from rotor_cases import BEARINGS, CLEARANCE, H, both, memory, plant, run, scratch, size_of, workspace
+from rotor_cases import BEARINGS, CLEARANCE, H, both, head, memory, plant, run, scratch, size_of, workspace
 
 from rotor_contact.collocation import _find_first_forces, _locate_nodes, _solve_nodes, find_end_forces, find_forces
 from rotor_contact.contact import number_unknowns
+from rotor_contact.enumerations import EVENTS, INTEGRATED
 from rotor_contact.layout import stage_size
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, least_of_cubic
 from rotor_contact.workspace import N_STAGES
@@ -165,6 +166,8 @@ def test_step_with_an_event_is_that_of_the_integration_to_the_last_bit(steps):
     else:
         pytest.fail("there was no event")
     assert integrates(integrated)
+    assert (head(x).method, head(integrated).method) == (EVENTS, INTEGRATED)
+    head(integrated).method = EVENTS
     np.testing.assert_array_equal(integrated.state, x.state)
 
 

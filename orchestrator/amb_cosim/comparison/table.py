@@ -13,7 +13,8 @@ from amb_cosim.results.summary import KEY, Summary
 
 # Units as the keys of a summary end with them.
 UNITS = {"N": "N", "Ns": "N s", "mm": "mm", "rad_s": "rad/s", "cycle": "cycle", "J": "J", "s": "s", "relative": "1"}
-LEFT_OUT = ("scenario", "flavour", "wall", "real_time_factor", "contact_states", "touchdown", "warnings", "notices")
+COST = ("wall", "real_time_factor", "steps_by_method")
+LEFT_OUT = ("scenario", "flavour", *COST, "contact_states", "touchdown", "warnings", "notices")
 SHARES = ("contact_share", "site_share", "share_beyond_reduction")
 ABSOLUTE = ("1", "cycle")  # units of differences that are no percentages
 MOST_PERCENT = 1000.0  # beyond it a difference says more than a percentage

@@ -22,6 +22,16 @@ def signal(dataset: Signals, name: str) -> NDArray[Any] | None:
     return np.asarray(dataset[label].values) if label in dataset else None
 
 
+def flags(dataset: Signals, name: str) -> dict[int, str] | None:
+    """Return the names of the values of a variable of the plant; None if it was not recorded, or has none."""
+    label = f"{_PLANT}.{name}"
+    attributes = dataset[label].attrs if label in dataset else {}
+    if "flag_meanings" not in attributes:
+        return None
+    names = str(attributes["flag_meanings"]).split()
+    return dict(zip((int(value) for value in attributes["flag_values"]), names, strict=True))
+
+
 def displacements(dataset: Signals, x: str, y: str) -> Path | None:
     """Return two variables as x and y, shape (2, n), of what unit they are; None where one was not recorded."""
     of_x, of_y = signal(dataset, x), signal(dataset, y)

@@ -14,6 +14,7 @@ from amb_cosim.presentation.json_data import json_data
 from amb_cosim.presentation.text_tables import number
 from amb_cosim.results import contact_forces, contact_history, energies
 from amb_cosim.results.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
+from amb_cosim.results.methods import shares_of_steps
 from amb_cosim.results.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
 from amb_cosim.results.places import places
 from amb_cosim.results.touchdown import Retainer, Touchdown, touchdown
@@ -38,6 +39,9 @@ class Summary:
         Time simulated before and after cycle 0, and the wall-clock time of the latter (s).
     real_time_factor
         Simulated over wall-clock time.
+    steps_by_method
+        Share of the steps that the plant computed exactly, in pieces, and by substeps for each reason, by its output
+        `solver.method`.
     peak_contact_force
         Largest normal contact force at each site (N), without the impulses of impacts.
     peak_is_sampled
@@ -95,6 +99,7 @@ class Summary:
     simulated: float = field(metadata={KEY: "simulated_s"})
     wall: float = field(metadata={KEY: "wall_s"})
     real_time_factor: float | None
+    steps_by_method: dict[str, float] | None
     peak_contact_force: AtPlaces = field(metadata={KEY: "peak_contact_force_N"})
     peak_is_sampled: dict[str, bool]
     averaged_contact_force: AtPlaces = field(metadata={KEY: "averaged_contact_force_N"})
@@ -161,6 +166,9 @@ class Summary:
         for label, text in _touchdown_rows(self.touchdown) if self.touchdown is not None else ():
             table.add_row(label, text)
         table.add_row("simulated", f"{self.simulated:.4g} s, {number(self.real_time_factor)} times real time")
+        if self.steps_by_method is not None:
+            ways = (f"{name.replace('_', ' ')} {100 * share:.3g} %" for name, share in self.steps_by_method.items())
+            table.add_row("steps of the rotor", ", ".join(ways))
         if self.stopped is not None:
             table.add_row("stopped", self.stopped)
         return table
@@ -182,6 +190,7 @@ def summarise(dataset: Signals) -> Summary:
         simulated=simulated,
         wall=wall,
         real_time_factor=simulated / wall if wall > 0.0 else None,
+        steps_by_method=shares_of_steps(dataset),
         peak_contact_force={site: contact_forces.peak_force(dataset, site) for site in sites},
         peak_is_sampled={site: contact_forces.is_sampled(dataset, site) for site in sites},
         averaged_contact_force={site: contact_forces.largest_averaged_force(dataset, site) for site in sites},

@@ -1,0 +1,23 @@
+"""How the plant computed its steps, from a data set alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.series import cycles, flags, signal
+
+
+def shares_of_steps(dataset: Signals) -> dict[str, float] | None:
+    """Return the share of the samples from cycle 0 on whose step the plant computed by each method that occurs.
+
+    Names are those of the plant's output `solver.method`; None if it was not recorded, or cycle 0 was not reached.
+    """
+    methods, names = signal(dataset, "solver.method"), flags(dataset, "solver.method")
+    if methods is None or names is None:
+        return None
+    found = methods[cycles(dataset) >= 0.0]
+    if not len(found):
+        return None
+    shares = {name: float(np.mean(found == value)) for value, name in names.items()}
+    return {name: share for name, share in shares.items() if share > 0.0}
