@@ -66,6 +66,32 @@ every = 2
 JACOBI = SCENARIO.format(settle=0, coupling="jacobi", unbalance=25.5, gradient="true")
 HELD = SCENARIO.format(settle=0, coupling="jacobi", unbalance=25.5, gradient="false")
 SEQUENTIAL = SCENARIO.format(settle=1.5, coupling="gauss_seidel", unbalance=0.5, gradient="true") + EVENTS
+EXAMPLES = Path(__file__).parents[2] / "examples" / "controllers"
+CONTROLLED = """
+description = "A compressor under a linear controller of a file, from rest with an unbalance"
+rotor = "compressor"
+Omega = "9000 rpm"
+settle_cycles = 0
+end_time = "10 ms"
+coupling = "jacobi"
+communication_step = 2e-5 # "20 us" has another last bit
+
+[fmu]
+rolac_controller = "{file}"
+
+[parameters.amb_actuator]
+force_law = "linear"
+"*.turns_?" = 48
+"*.pole_area_?" = "45 cm^2"
+"*.gap_?" = "0.5 mm"
+"*.bias_current_?" = "5 A"
+"*.static_current_?" = "1.5 A"
+"*.current_limit_?" = "11.5 A"
+
+[inputs.rotor_contact]
+"impeller3.u" = "3 g.m"
+"""
+LINEAR = ("lead_notches", "cross_feedback")
 SCHEMAS = Path(fmpy.ssp.__file__).parent / "schema"
 
 
@@ -220,4 +246,34 @@ def test_ecos_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
     outputs = [name for name in ours if "." in name and not name.endswith(("d1.u", "rolac_enable"))]
     steps = len(ours["rotor_contact.mb1.x"]) - 1
     theirs = run_python(tools.with_ecos, archive=str(jacobi), recorded=outputs, steps=steps, step_size=250e-6)
+    assert {name for name in outputs if theirs[name] != ours[name]} == set()
+
+
+def under_linear_controller(archive, file):
+    scenario = CONTROLLED.format(file=EXAMPLES / f"{file}.toml")
+    return scenario, archive(file, scenario, integers=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", LINEAR)
+@pytest.mark.skipif(find_spec("libcosimpy") is None, reason="libcosimpy is not installed (extra: peers)")
+def test_libcosim_runs_a_linear_controller_to_the_same_bits(run_python, run_once, archive, file):
+    scenario, path = under_linear_controller(archive, file)
+    ours = run_once(tools.with_this_project, scenario=scenario, nanoseconds=True)
+    outputs = [name for name in ours if "." in name and not name.endswith("impeller3.u")]
+    theirs = run_python(tools.with_libcosim, archive=str(path), recorded=outputs, steps=500)
+    compared = {name: values for name, values in theirs.items() if values}
+    assert {"rolac_controller.mb1.i_x", "rotor_contact.mb2.y"} < compared.keys()
+    assert {name for name, values in compared.items() if values != ours[name][1:]} == set()
+    assert max(map(abs, ours["rolac_controller.mb1.i_x"])) > 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", LINEAR)
+@pytest.mark.skipif(find_spec("ecospy") is None, reason="ecospy is not installed (extra: peers)")
+def test_ecos_runs_a_linear_controller_to_the_same_bits(run_python, run_once, archive, file):
+    scenario, path = under_linear_controller(archive, file)
+    ours = run_once(tools.with_this_project, scenario=scenario)
+    outputs = [name for name in ours if "." in name and not name.endswith("impeller3.u")]
+    theirs = run_python(tools.with_ecos, archive=str(path), recorded=outputs, steps=500, step_size=20e-6)
     assert {name for name in outputs if theirs[name] != ours[name]} == set()
