@@ -63,9 +63,14 @@ class Checkpoint:
         """Time of the communication point (s)."""
         return self.point * self.step_size
 
+    @property
+    def is_held(self) -> bool:
+        """Whether the states lie in the memory of living FMUs."""
+        return not all(isinstance(state, bytes) for state in self.states.values())
+
     def check_past(self, past: Mapping[str, Any]) -> None:
         """Raise ValueError, with what differs, unless this is the past of the run that is to go on."""
-        if told := told_differences(json.loads(json.dumps(self.past)), json.loads(json.dumps(past))):
+        if self.past != past and (told := told_differences(self.past, past)):
             raise ValueError(f"the checkpoint at t = {self.time:.9g} s is of another run; until then it had\n{told}")
 
     def save(self, path: str | Path) -> Path:
@@ -76,9 +81,8 @@ class Checkpoint:
         ValueError
             If the states are only held in the memory of living FMUs.
         """
-        held = [name for name, state in self.states.items() if not isinstance(state, bytes)]
-        if held:
-            raise ValueError(f"the state of {held[0]} cannot be written; it lies in the memory of its FMU")
+        if self.is_held:
+            raise ValueError("the state cannot be written; it lies in the memory of its FMUs")
         head = {
             "version": VERSION,
             **{name: getattr(self, name) for name in HEAD if hasattr(self, name)},

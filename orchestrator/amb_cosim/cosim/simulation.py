@@ -165,11 +165,10 @@ def _run(
     if progress is not None:
         observers.append(_reporting(progress, plan))
     checkpoints: dict[int, Checkpoint] = {}
-    simulator.initialise()
-    begin = None if start is None else simulator.resume(start)
+    begin = simulator.initialise() if start is None else simulator.resume(start)
     try:
         interruption.check()
-        run_saving(simulator, simulator.settle() if begin is None else begin, saves, observers, checkpoints.__setitem__)
+        run_saving(simulator, simulator.settle() if start is None else begin, saves, observers, checkpoints.__setitem__)
         outcome = Outcome("completed", plan.last * plan.step_size)
     except StepFailed as error:
         outcome = Outcome("failed", error.time, error.component, error.reason)
