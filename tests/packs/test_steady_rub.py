@@ -7,10 +7,13 @@ import pytest
 
 import amb_cosim
 from amb_cosim.rub.forward_loop import loop_on_springs
+from amb_cosim.rub.freeing import smallest_freeing
 from amb_cosim.rub.receptances import receptances
 from amb_cosim.rub.rubbing_rotor import rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
 from amb_cosim.rub.synchronous_states import all_sets, states_of
+from amb_cosim.rub.trap_map import Kind, states_at, trap_map
+from amb_cosim.rub.whirl import whirls
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
 
@@ -65,3 +68,46 @@ def test_trapped_rotor_rubs_with_the_forces_of_its_only_state(rig):
     force = run["rotor_contact.rb1.f_n_mean"].values
     spans = [np.ptp(force[(time > end - 0.5) & (time <= end)]) for end in (4.0, 8.0)]
     np.testing.assert_allclose(np.log(spans[1] / spans[0]) / 4.0, small.growth, rtol=0.05)
+
+
+def on_d1(rig, u):
+    return rig.with_unbalance(np.array([u, *np.zeros(5)], dtype=complex))
+
+
+def test_smallest_freeing_currents_leave_no_state_in_contact_and_less_leave_one(rig):
+    freeing = smallest_freeing(rig, rig.Omega)
+    currents = np.array(list(freeing.injected.values()))
+    assert freeing.largest == pytest.approx(0.78, abs=0.02)
+    assert [state.contact for state in states_at(rig, rig.Omega, currents)] == [()]
+    assert any(state.contact for state in states_at(rig, rig.Omega, 0.9 * currents))
+
+
+def test_opposite_currents_of_the_same_size_free_nothing(rig):
+    """The sign of a control force counts: turned by half a turn it presses harder."""
+    freeing = smallest_freeing(rig, rig.Omega)
+    currents = np.array(list(freeing.injected.values()))
+    pressed, now = states_at(rig, rig.Omega, -currents), states_at(rig, rig.Omega)
+    assert [state.contact for state in pressed] == [("rb1", "rb2")]
+    assert sum(pressed[0].N.values()) > sum(now[0].N.values())
+
+
+@pytest.mark.parametrize(
+    ("Omega", "u", "kind"),
+    [
+        (60.0, 0.020, Kind.FREE),
+        (SPEED, 0.005, Kind.FREE),
+        (SPEED, 0.025, Kind.BOTH),
+        (SPEED, 0.03125, Kind.CONTACT),
+        (140.0, 0.010, Kind.BOTH),
+        (170.0, 0.010, Kind.FREE),
+        (170.0, 0.030, Kind.WHIRL),
+    ],
+)
+def test_map_has_what_runs_of_the_rig_do(rig, Omega, u, kind):
+    """Points within the areas that runs over speed and unbalance show."""
+    found = trap_map(on_d1(rig, u), np.array([Omega]), np.ones(1))
+    assert found.kinds()[0, 0] == kind
+
+
+def test_without_friction_and_rotating_damping_no_slow_whirl_lasts(rig):
+    assert [whirl for whirl in whirls(rig, rig.Omega) if abs(whirl.frequency) < 1000.0] == []

@@ -7,8 +7,10 @@ import pytest
 from strange_machine import LEVITATION
 
 import amb_cosim
+from amb_cosim import studies
 from amb_cosim.rub.rubbing_rotor import rubbing_rotor
 from amb_cosim.rub.synchronous_states import all_sets, states_of
+from amb_cosim.rub.trap_map import states_at
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
 
@@ -51,3 +53,52 @@ def test_every_set_of_the_four_sites_is_solved_in_equilibrium(expander):
         )
         sizes |= {len(contact)} if len(found.points) else set()
     assert {0, 1} < sizes
+
+
+LINEAR = {
+    "rotor_contact.gravity": 0.0,
+    "rotor_contact.spin.free": 0,
+    "amb_actuator.force_law": 0,
+    "amb_actuator.*.static_current_?": 0.0,
+    "amb_actuator.*.current_limit_?": 100.0,
+    "rolac_controller.*.i_max_?": 100.0,
+}
+
+
+@pytest.mark.parametrize("u", [60.0, 110.0])  # g mm
+def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_stable_state(u):
+    """A knock of six turns leaves it in the labyrinth with friction, though it can turn free: N to 1e-5."""
+    events = ({"label": "step", "cycle": 2.0, "set": {"rotor_contact": {"turbine.u": f"{2.2 * u} g.mm"}}},)
+    events += ({"label": "removal", "cycle": 8.0, "set": {"rotor_contact": {"turbine.u": f"{u} g.mm"}}},)
+    knocked = given_scenario(LEVITATION, None).changed(event=events, end_cycle=150)
+    machine = rubbing_rotor(prepare(knocked, LINEAR))
+    states = states_at(machine, machine.Omega)
+    stable = {state.contact: state for state in states if state.small.is_stable}
+    assert () in stable
+    assert [state.contact for state in states if not state.small.is_stable and len(state.contact) == 1] == [
+        ("labyrinth",)
+    ]
+    run = amb_cosim.run(knocked, set=LINEAR, progress=False).dataset
+    N = run["rotor_contact.labyrinth.f_n_mean"].values[-400:]
+    np.testing.assert_allclose(N, stable["labyrinth",].N["labyrinth"], rtol=1e-5)
+    friction = run["rotor_contact.labyrinth.f_t"].values[-1]
+    np.testing.assert_allclose(-friction, stable["labyrinth",].friction["labyrinth"], rtol=1e-3)
+
+
+def test_study_tells_what_frees_the_expander_and_draws_its_map(monkeypatch, tmp_path):
+    for name, few in (("SPEEDS", 6), ("AMOUNTS", 4), ("CURVE", 12), ("LEAST", 40)):
+        monkeypatch.setattr(f"amb_cosim.studies.contact_traps.{name}", few)
+    result = studies.traps(LEVITATION, unbalance="110 g.mm", set=LINEAR)
+    assert result.sites == ("catch_n", "catch_s", "labyrinth", "shroud")
+    assert result.kinds.shape == (6, 4)
+    assert result.least_trapping < result.unbalance
+    assert "it may turn without contact, or stay in contact" in str(result)
+    assert any("at most 2 sites" in note for note in result.notes)
+    assert {file.name for file in studies.save(result, tmp_path).iterdir()} == {"traps.json", "traps.png"}
+
+
+def test_asking_for_what_is_not_there_names_it():
+    with pytest.raises(ValueError, match="place = wheel is not allowed; it must be one of turbine"):
+        studies.traps(LEVITATION, place="wheel")
+    with pytest.raises(ValueError, match="unbalance"):
+        studies.traps(LEVITATION, unbalance="-1 g.mm")

@@ -150,6 +150,19 @@ add_study(
     FLAVOUR,
 )
 add_study(
+    "traps",
+    SCENARIO,
+    ROTOR,
+    CONTROLLER,
+    click.option("--speed", help="Spin speed of the machine; that of the scenario by default."),
+    click.option("--unbalance", help="Its unbalance; that at the end of the scenario by default."),
+    click.option("--place", metavar="DISC", help="Where the unbalance is; as in the scenario by default."),
+    click.option("--up-to", help="Highest spin speed of the map; twice that of the machine by default."),
+    click.option("--unbalance-up-to", help="Largest unbalance of the map; twice that of the machine by default."),
+    SETTINGS,
+    FLAVOUR,
+)
+add_study(
     "linearisation",
     SCENARIO,
     ROTOR,

@@ -117,6 +117,8 @@ def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:
             found.append(f"the race of {site} counts as standing")
         if p[f"{site}.offset_x"] != 0.0 or p[f"{site}.offset_y"] != 0.0:
             found.append(f"{site} counts as centred; it is {p[f'{site}.offset_x']:g}, {p[f'{site}.offset_y']:g} m away")
+    if p["spin.free"]:
+        found.append("the spin counts as held; friction brakes it in the run")
     if p["gravity"] != 0.0:
         found.append("weight is not in it: the rotor counts as centred while it turns")
     return tuple(found)

@@ -56,11 +56,13 @@ class SmallMotion:
 class Dynamics:
     """Small motion about states of one loop, what does not depend on the state prepared once."""
 
-    def __init__(self, loop: ForwardLoop) -> None:
+    def __init__(self, loop: ForwardLoop, frame: float | None = None) -> None:
+        """Prepare the loop in axes that turn with `frame` (rad/s): with the spin by default, with a whirl if given."""
         self.loop = loop
+        self.frame = loop.Omega if frame is None else frame
         plant, m = loop.plant, len(loop.sites)
         _, (scale, _) = matrix_balance(plant.A, permute=False, separate=True)
-        A = plant.A / scale[:, None] * scale - 1j * loop.Omega * np.eye(len(plant.A))
+        A = plant.A / scale[:, None] * scale - 1j * self.frame * np.eye(len(plant.A))
         B, C = plant.B / scale[:, None], plant.C * scale
         at_sites, _, at_currents = loop.columns
         self.A, self.B_sites, self.B_currents = _real(A), B[:, at_sites], _real(B[:, at_currents])
@@ -69,20 +71,20 @@ class Dynamics:
 
     def about(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> SmallMotion:
         """Return the vibrations about a state; N and psi are of the sites in contact, c and mu of all."""
-        A, basis = self._held(contact, N, psi, c, mu)
+        A, B, basis = self._held(contact, N, psi, c, mu)
         if self.loop.controller is None or self.loop.sample_time is None:
             s, vectors = np.linalg.eig(A)
         else:
-            M = self._sampled(A, basis)
+            M = self._sampled(A, B, basis)
             z, vectors = np.linalg.eig(M)
             alive = np.abs(z) > 1e-12
             s = np.log(np.where(alive, z, 1e-12).astype(complex)) / self.loop.sample_time
         return self._sorted(s, basis @ vectors[: basis.shape[1]])
 
-    def _held(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> tuple[Array, Array]:
-        """Return the dynamics without control in a basis of the motions that keep sites in contact, and the basis."""
+    def _held(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> tuple[Array, Array, Array]:
+        """Return A and B of held currents in a basis of the motions that keep sites in contact, and the basis."""
         if not contact:
-            return self.A, np.eye(self.n)
+            return self.A, self.B_currents, np.eye(self.n)
         at = list(contact)
         turn = np.exp(1j * psi)
         radial, tangential = _rows(self.C_sites[at] / turn[:, None])
@@ -91,12 +93,12 @@ class Dynamics:
         pushed = along_n + along_t * mu[at]
         accelerations = radial @ A
         mobility = accelerations @ pushed
-        A = A - pushed @ np.linalg.solve(mobility, accelerations @ A)
+        reaction = np.eye(self.n) - pushed @ np.linalg.solve(mobility, accelerations)  # so that a'' = 0
         kept = np.vstack([radial / np.linalg.norm(radial, axis=1)[:, None], _unit(accelerations)])
         basis = np.linalg.svd(kept)[2][len(kept) :].T
-        return basis.T @ A @ basis, basis
+        return basis.T @ reaction @ A @ basis, basis.T @ reaction @ self.B_currents, basis
 
-    def _sampled(self, A: Array, basis: Array) -> Array:
+    def _sampled(self, A: Array, B: Array, basis: Array) -> Array:
         """Return M of a sample of rotor and control; states are those of the rotor, of the control, and late currents.
 
         In turning axes a current that stands still turns backward, and the controller's states too.
@@ -104,8 +106,8 @@ class Dynamics:
         loop, T = self.loop, self.loop.sample_time
         assert T is not None
         assert loop.controller is not None
-        k, B, C = loop.controller, basis.T @ self.B_currents, self.C_readings @ basis
-        back = np.exp(-1j * loop.Omega * T)
+        k, C = loop.controller, self.C_readings @ basis
+        back = np.exp(-1j * self.frame * T)
         K_A, K_B, K_C, K_D = _real(k.A * back), _real(k.B * back), _real(k.C), _real(k.D)
         b, r = B.shape[1], len(K_A)
         Phi, now, before = self._steps(A, B, T)
@@ -127,7 +129,7 @@ class Dynamics:
         for f in sorted({float(f) for f in self.loop.late if f > 0.0}):
             columns = np.tile(self.loop.late == f, 2)
             first, late = self._turning(A, B, f * T), self._turning(A, B, (1.0 - f) * T)
-            turned = _real(np.exp(-1j * self.loop.Omega * f * T) * np.eye(len(self.loop.late)))
+            turned = _real(np.exp(-1j * self.frame * f * T) * np.eye(len(self.loop.late)))
             before[:, columns] = (late[0] @ first[1])[:, columns]
             now[:, columns] = (late[1] @ turned)[:, columns]
         return Phi, now, before
@@ -137,13 +139,13 @@ class Dynamics:
         n, b = B.shape
         block = np.zeros((n + b, n + b))
         block[:n, :n], block[:n, n:] = A, B
-        block[n:, n:] = _real(-1j * self.loop.Omega * np.eye(b // 2))
+        block[n:, n:] = _real(-1j * self.frame * np.eye(b // 2))
         whole = expm(block * time)
         return whole[:n, :n], whole[:n, n:]
 
     def _sorted(self, s: Complex, vectors: Complex) -> SmallMotion:
         """Return vibrations by growth: v1 + i v2 whirls with Omega + Im s, that of the conjugate with Omega - Im s."""
-        half, Omega = self.n // 2, self.loop.Omega
+        half, Omega = self.n // 2, self.frame
         one = s.imag >= 0.0
         s, vectors = s[one], vectors[:, one]
         order = np.argsort(-s.real, kind="stable")

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from amb_cosim.studies.campbell_diagram import campbell as campbell
     from amb_cosim.studies.closed_loop_poles import poles as poles
     from amb_cosim.studies.contact_convergence import convergence as convergence
+    from amb_cosim.studies.contact_traps import traps as traps
     from amb_cosim.studies.coupling_order import coupling as coupling
     from amb_cosim.studies.natural_modes import modes as modes
     from amb_cosim.studies.natural_modes import natural_frequencies as natural_frequencies
@@ -71,6 +72,10 @@ _OWN = {
     "poles": Study(
         ".closed_loop_poles",
         "Frequencies and damping of the levitated rotor under its controller over speed: its Campbell diagram.",
+    ),
+    "traps": Study(
+        ".contact_traps",
+        "Where a rotor can stay in contact over speed and unbalance, how stable that is, and what force frees it.",
     ),
     "robustness": Study(
         "amb_cosim.sweeps.robustness",  # stands on the sweeps, and so above this package

@@ -1,0 +1,94 @@
+"""Branches of states over speed, followed through their folds."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from amb_cosim.controllers.laws import Array
+from amb_cosim.rub.trap_map import StatesOfSet
+
+NEAR = 0.5  # distance of two states of one branch at neighbouring speeds, see `_distance`
+MEETS = 0.9  # the same of two branches that end at one speed, where they meet in a fold
+
+
+def branches(states: StatesOfSet, n_speeds: int) -> list[list[int]]:
+    """Return the states of one unbalance as branches, each a list of their numbers; two that meet in a fold are one.
+
+    States of neighbouring speeds are paired so that the sum of their distances is least; branches that begin or end
+    between the same two speeds, close to each other, meet there.
+    """
+    at = [np.flatnonzero(states.speed == k) for k in range(n_speeds)]
+    whole: list[list[int]] = []
+    open_ones: list[list[int]] = []
+    for here in at:
+        matched = _matched([branch[-1] for branch in open_ones], list(here), states)
+        ended = [branch for k, branch in enumerate(open_ones) if k not in matched]
+        for k, number in matched.items():
+            open_ones[k].append(number)
+        going = [open_ones[k] for k in matched]
+        begun = [[int(number)] for number in here if number not in matched.values()]
+        whole += _joined_ends(ended, states)
+        open_ones = going + begun
+    whole += open_ones
+    return _joined_starts(whole, states)
+
+
+def _distance(a: int, b: int, states: StatesOfSet) -> float:
+    """Return the largest change of a force, over it, or of an angle (rad)."""
+    if not states.contact:
+        return 0.0
+    force = np.abs(np.log(states.N[a] / states.N[b])).max()
+    return float(max(force, np.abs(np.exp(1j * (states.psi[a] - states.psi[b])) - 1.0).max()))
+
+
+def _matched(before: list[int], here: list[int], states: StatesOfSet) -> dict[int, int]:
+    """Return what each branch goes on with, by its place."""
+    if not before or not here:
+        return {}
+    cost: Array = np.array([[_distance(a, b, states) for b in here] for a in before])
+    pairs = zip(*linear_sum_assignment(cost), strict=True)
+    return {int(k): int(here[j]) for k, j in pairs if cost[k, j] < NEAR}
+
+
+def _joined_ends(ended: list[list[int]], states: StatesOfSet) -> list[list[int]]:
+    """Return branches that end between the same two speeds, joined where two meet."""
+    left, found = list(ended), []
+    while left:
+        one = left.pop()
+        near = min(left, key=lambda other: _distance(one[-1], other[-1], states), default=None)
+        if near is not None and _distance(one[-1], near[-1], states) < MEETS:
+            left.remove(near)
+            found.append(one + near[::-1])
+        else:
+            found.append(one)
+    return found
+
+
+def _joined_starts(whole: list[list[int]], states: StatesOfSet) -> list[list[int]]:
+    """Return branches joined where an end of one and an end of another are neighbours that begin at one speed."""
+    found = list(whole)
+    merged = True
+    while merged:
+        merged = False
+        for i, one in enumerate(found):
+            for j in range(i + 1, len(found)):
+                joined = _at_start(one, found[j], states)
+                if joined is not None:
+                    found[i] = joined
+                    del found[j]
+                    merged = True
+                    break
+            if merged:
+                break
+    return found
+
+
+def _at_start(one: list[int], other: list[int], states: StatesOfSet) -> list[int] | None:
+    for a in (one, one[::-1]):
+        for b in (other, other[::-1]):
+            begins = len(a) < 2 or states.speed[a[0]] < states.speed[a[1]]
+            same = states.speed[a[0]] == states.speed[b[0]] and (len(b) < 2 or states.speed[b[0]] < states.speed[b[1]])
+            if begins and same and states.contact and _distance(a[0], b[0], states) < MEETS:
+                return a[::-1] + b
+    return None

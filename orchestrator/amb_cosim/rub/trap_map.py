@@ -1,0 +1,200 @@
+"""All synchronous states over speed and unbalance, and what a rotor can do where.
+
+free      it turns without contact, and no state in contact is stable
+both      it turns without contact, or stays in contact: what happens decides
+contact   no orbit misses all sites, and a state in contact is stable
+whirl     no orbit misses all sites, and no state in contact is stable: it rubs unsteadily
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.controllers.laws import Array
+from amb_cosim.rub.forward_loop import Complex
+from amb_cosim.rub.rubbing_rotor import RubbingRotor
+from amb_cosim.rub.stability import Dynamics, SmallMotion
+from amb_cosim.rub.synchronous_states import States, all_sets, states_of
+
+
+class Kind(IntEnum):
+    """What a rotor can do at a speed and an unbalance."""
+
+    FREE, BOTH, CONTACT, WHIRL = range(4)
+
+
+@dataclass(frozen=True, eq=False)
+class StatesOfSet:
+    """Synchronous states of one set of sites in contact, over speed and unbalance; n states.
+
+    contact
+        Numbers of the sites in contact.
+    speed, amount
+        Numbers of speed and of unbalance of each state, shape (n,).
+    N, psi
+        Normal forces (N) and angles of the journals (rad), shape (n, m).
+    radius
+        Distances of all journals from their centres (m), shape (n, n_sites).
+    growth
+        Growth rate of small motion (1/s), shape (n,); NaN where it was not asked for.
+    frequency
+        Whirl frequency of that motion (rad/s), shape (n,).
+    """
+
+    contact: tuple[int, ...]
+    speed: NDArray[np.int64]
+    amount: NDArray[np.int64]
+    N: Annotated[Array, "N"]
+    psi: Annotated[Array, "rad"]
+    radius: Annotated[Array, "m"]
+    growth: Annotated[Array, "1/s"]
+    frequency: Annotated[Array, "rad/s"]
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Which states are stable."""
+        return np.asarray(self.growth < 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TrapMap:
+    """States over speeds (rad/s), shape (n,), and factors of an unbalance (1), shape (k,).
+
+    states
+        Those of each set of sites in contact, free first.
+    """
+
+    speeds: Annotated[Array, "rad/s"]
+    factors: Array
+    states: tuple[StatesOfSet, ...]
+
+    def kinds(self) -> NDArray[np.int64]:
+        """Return the `Kind` of each point, shape (n, k)."""
+        shape = len(self.speeds), len(self.factors)
+        free, trapped = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
+        for found in self.states:
+            at = free if not found.contact else trapped
+            at[found.speed[found.stable], found.amount[found.stable]] = True
+        kinds = np.where(free, np.where(trapped, Kind.BOTH, Kind.FREE), np.where(trapped, Kind.CONTACT, Kind.WHIRL))
+        return np.asarray(kinds, dtype=np.int64)
+
+    def least_trapping(self) -> Array:
+        """Return the smallest factor with which a stable state in contact exists at each speed, NaN where none has."""
+        trapped = np.isin(self.kinds(), (Kind.BOTH, Kind.CONTACT))
+        first = np.argmax(trapped, axis=1)
+        return np.where(trapped.any(axis=1), self.factors[first], np.nan)
+
+
+def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | None = 2) -> TrapMap:
+    """Return all synchronous states over speeds (rad/s) and factors of the rotor's unbalance, and their stability.
+
+    Parameters
+    ----------
+    rotor
+        The rotor, with the unbalance that the factors multiply.
+    speeds, factors
+        Ascending, speeds above zero.
+    most
+        Largest number of sites that are in contact at once; all without.
+    """
+    sets = all_sets(len(rotor.sites), most)
+    found: list[list[tuple[States, Array, Array]]] = [[] for _ in sets]
+    for Omega in speeds:
+        at, mu = rotor.receptances(float(Omega)), rotor.mu(float(Omega))
+        r = np.outer(factors, at.P @ rotor.unbalance * Omega**2)
+        dynamics = Dynamics(rotor.loop(float(Omega)))
+        for k, contact in enumerate(sets):
+            states = states_of(contact, at.R, mu, rotor.c, r)
+            found[k].append((states, *_growth(dynamics, states, rotor.c, mu)))
+    return TrapMap(speeds, factors, tuple(_joined(contact, of) for contact, of in zip(sets, found, strict=True)))
+
+
+def _growth(dynamics: Dynamics, states: States, c: Array, mu: Array) -> tuple[Array, Array]:
+    """Return growth and whirl frequency of the small motion about states; that about the free ones is one."""
+    n = len(states.points)
+    if not states.contact:
+        small = dynamics.about((), np.zeros(0), np.zeros(0), c, mu)
+        return np.full(n, small.growth), np.full(n, small.frequency)
+    each = [dynamics.about(states.contact, states.N[k], states.psi[k], c, mu) for k in range(n)]
+    return np.array([small.growth for small in each]), np.array([small.frequency for small in each])
+
+
+def _joined(contact: tuple[int, ...], found: list[tuple[States, Array, Array]]) -> StatesOfSet:
+    speed = np.concatenate([np.full(len(s.points), k, dtype=np.int64) for k, (s, _, _) in enumerate(found)])
+    states = [s for s, _, _ in found]
+    return StatesOfSet(
+        contact,
+        speed,
+        np.concatenate([s.points for s in states]),
+        np.concatenate([s.N for s in states]),
+        np.concatenate([s.psi for s in states]),
+        np.abs(np.concatenate([s.q for s in states])),
+        np.concatenate([growth for _, growth, _ in found]),
+        np.concatenate([frequency for _, _, frequency in found]),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """One synchronous state with all that is known of it.
+
+    contact
+        Names of the sites in contact.
+    N, psi
+        Normal force (N) and angle of the journal from the reference of unbalance (rad) at each of them.
+    friction
+        Friction force at each of them (N).
+    radius
+        Distance of the journal from the centre at every site (m).
+    currents
+        Complex demanded current of each bearing, in the rotating frame (A).
+    small
+        Small motion about it.
+    """
+
+    contact: tuple[str, ...]
+    N: Annotated[dict[str, float], "N"]
+    psi: Annotated[dict[str, float], "rad"]
+    friction: Annotated[dict[str, float], "N"]
+    radius: Annotated[dict[str, float], "m"]
+    currents: dict[str, complex]
+    small: SmallMotion
+
+
+def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None) -> list[State]:
+    """Return all synchronous states of a rotor at a speed (rad/s), of all sets of sites.
+
+    Parameters
+    ----------
+    injected
+        Synchronous currents (A) that are added to those of the controller, shape (n_bearings,).
+    """
+    at, mu, loop = rotor.receptances(Omega), rotor.mu(Omega), rotor.loop(Omega)
+    dynamics, found = Dynamics(loop), []
+    added = np.zeros(len(loop.currents), dtype=complex) if injected is None else injected
+    R_i, P_i, S_i = at.currents
+    force = rotor.unbalance * Omega**2
+    r = (at.P @ force + at.S @ added)[None]
+    for contact in all_sets(len(rotor.sites)):
+        states = states_of(contact, at.R, mu, rotor.c, r)
+        names = tuple(rotor.sites[k] for k in contact)
+        for n in range(len(states.points)):
+            currents = R_i @ states.force[n] + P_i @ force + S_i @ added
+            N = dict(zip(names, map(float, states.N[n]), strict=True))
+            found.append(
+                State(
+                    names,
+                    N,
+                    dict(zip(names, map(float, states.psi[n]), strict=True)),
+                    {name: float(mu[k]) * N[name] for k, name in zip(contact, names, strict=True)},
+                    dict(zip(rotor.sites, map(float, np.abs(states.q[n])), strict=True)),
+                    dict(zip(loop.currents, map(complex, currents), strict=True)),
+                    dynamics.about(contact, states.N[n], states.psi[n], rotor.c, mu),
+                )
+            )
+    return found

@@ -1,0 +1,118 @@
+"""Response with folds over speed, and the map of traps over speed and unbalance."""
+
+from __future__ import annotations
+
+from itertools import cycle
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from amb_cosim.presentation.style import (
+    BLUE,
+    DASHED,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY_BLUE,
+    TITLE_SIZE,
+    YELLOW,
+    StyledFigure,
+)
+from amb_cosim.rub.branches import branches
+from amb_cosim.studies.contact_traps import Traps
+
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
+FREE, BOTH, CONTACT, WHIRL = "#FFFFFF", "#F6D98B", "#E08E5B", "#C9C9D6"
+LABELS = ("free", "free or in contact", "in contact", "unsteady rub")
+
+
+def draw(result: Traps) -> Figure:
+    """Draw orbits and forces over speed on the left, the map with the machine's point on the right."""
+    figure = StyledFigure(figsize=(10.0, 5.4), layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.15))
+    top = figure.add_subplot(grid[0, 0])
+    bottom = figure.add_subplot(grid[1, 0], sharex=top)
+    _draw_orbits(top, result)
+    _draw_forces(bottom, result)
+    _draw_map(figure.add_subplot(grid[:, 1]), result)
+    unbalance = f"{1e3 * result.unbalance:.4g} g m"
+    figure.suptitle(
+        f"{result.scenario}: where the rotor can stay in contact; curves at {unbalance}", fontsize=TITLE_SIZE
+    )
+    return figure
+
+
+def _draw_orbits(panel: Axes, result: Traps) -> None:
+    """Draw the orbit that nothing stops of each site, over its clearance; dotted where a site is in the way."""
+    free, speeds = result.curves.states[0], result.curves.speeds
+    for k, (site, colour) in enumerate(zip(result.sites, cycle(COLOURS), strict=False)):
+        share = result.orbits[:, k] / result.clearances[k]
+        exists = np.isin(np.arange(len(speeds)), free.speed)
+        panel.plot(speeds, np.where(exists, share, np.nan), color=colour, lw=1.8, label=site)
+        panel.plot(speeds, np.where(exists, np.nan, share), color=colour, ls=":")
+    panel.axhline(1.0, color="black", lw=0.8, ls=DASHED)
+    panel.axvline(result.speed, color="0.6", lw=0.7)
+    panel.set(ylabel="orbit without contact / clearance", ylim=(0.0, 2.0))
+    panel.legend(loc="upper right", ncols=2)
+    panel.tick_params(labelbottom=False)
+
+
+def _draw_forces(panel: Axes, result: Traps) -> None:
+    """Draw the sum of normal forces of every state in contact: stable thick, unstable thin and dashed."""
+    speeds = result.curves.speeds
+    colours = cycle(COLOURS)
+    for found in result.curves.states[1:]:
+        colour = next(colours)
+        if not len(found.speed):
+            continue
+        total, stable = found.N.sum(axis=1), found.stable
+        for branch in branches(found, len(speeds)):
+            for piece, is_stable in _pieces(branch, stable):
+                line = {"lw": 1.8} if is_stable else {"lw": 0.8, "ls": (0, (3, 1.5))}
+                panel.plot(speeds[found.speed[piece]], total[piece], color=colour, **line)
+        label = "+".join(result.sites[k] for k in found.contact)
+        panel.plot([], [], color=colour, label=label)
+    for state in result.states:
+        if state.contact:
+            fill = "black" if state.stable else "white"
+            panel.plot(result.speed, sum(state.normal_forces.values()), "o", ms=4, mec="black", mfc=fill, zorder=4)
+    panel.axvline(result.speed, color="0.6", lw=0.7)
+    if any(len(found.speed) for found in result.curves.states[1:]):
+        panel.set_yscale("log")
+    styles = [Line2D([], [], color="black", lw=1.8, label="stable")]
+    styles.append(Line2D([], [], color="black", lw=0.8, ls=(0, (3, 1.5)), label="unstable"))
+    handles = [*panel.get_legend_handles_labels()[0], *styles]
+    panel.legend(handles=handles, loc="upper left", ncols=2)
+    panel.set(xlabel=r"spin speed $\Omega$ (rad/s)", ylabel="normal forces in contact, sum (N)", xlim=(0.0, speeds[-1]))
+
+
+def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool]]:
+    """Return a branch in pieces that are stable or not, each joined to the next."""
+    pieces: list[tuple[list[int], bool]] = []
+    for number in branch:
+        if pieces and pieces[-1][1] == stable[number]:
+            pieces[-1][0].append(number)
+        else:
+            if pieces:
+                pieces[-1][0].append(number)
+            pieces.append(([number], bool(stable[number])))
+    return pieces
+
+
+def _draw_map(panel: Axes, result: Traps) -> None:
+    amounts = 1e3 * result.unbalances
+    colours = (FREE, BOTH, CONTACT, WHIRL)
+    panel.pcolormesh(
+        result.speeds, amounts, result.kinds.T, cmap=ListedColormap(colours), vmin=-0.5, vmax=3.5, shading="nearest"
+    )
+    panel.plot(result.speed, 1e3 * result.unbalance, marker="*", ms=13, mfc="black", mec="white", ls="none", zorder=5)
+    patches = [Patch(fc=c, ec=GREY, label=label) for c, label in zip(colours, LABELS, strict=True)]
+    star = Line2D([], [], marker="*", ms=10, mfc="black", mec="white", ls="none", label="the machine")
+    panel.legend(handles=[*patches, star], loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=5, handlelength=1.2)
+    panel.set(xlabel=r"spin speed $\Omega$ (rad/s)", ylabel="unbalance (g m)")
+    panel.set(xlim=(result.speeds[0], result.speeds[-1]), ylim=(amounts[0], amounts[-1]))

@@ -1,0 +1,70 @@
+"""Small motion about states of steady rub, against closed forms of a Jeffcott rotor."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from jeffcott import CLEARANCE, DAMPING, MASS, OWN, STIFFNESS, dynamic_stiffness, jeffcott
+
+from amb_cosim.rub.receptances import receptances, receptances_at
+from amb_cosim.rub.stability import Dynamics
+from amb_cosim.rub.synchronous_states import states_of
+
+C = np.array([CLEARANCE])
+
+
+def about(Omega, N, mu):
+    return Dynamics(jeffcott(Omega)).about((0,), np.array([N]), np.zeros(1), C, np.array([mu]))
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("N", [0.0, 5.0, 40.0])
+def test_journal_swings_on_its_circle_with_the_closed_forms_rates(mu, N):
+    """On the circle b alone is free; Coriolis presses, and friction takes its share of that:
+
+    m b'' + (d + 2 mu m Omega) b' + (k - m Omega^2 + mu d Omega + (1 + mu^2) N/c) b = 0.
+    """
+    Omega = 1.5 * OWN
+    spring = STIFFNESS - MASS * Omega**2 + mu * DAMPING * Omega + (1.0 + mu**2) * N / CLEARANCE
+    expected = np.roots([MASS, DAMPING + 2.0 * mu * MASS * Omega, spring])
+    small = about(Omega, N, mu)
+    np.testing.assert_allclose(small.growth, expected.real.max(), rtol=1e-8)
+    assert small.is_stable == (spring > 0.0)
+    if expected[0].imag:
+        assert min(abs(abs(small.frequency - Omega) - abs(root.imag)) for root in expected) < 1e-6 * Omega
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.1])
+def test_of_two_states_beside_a_free_orbit_the_harder_one_is_stable(mu):
+    """They meet in a fold, where the swing on the circle has no stiffness."""
+    Omega, u = 1.5 * OWN, 3.0 * DAMPING * CLEARANCE / OWN
+    at = receptances(jeffcott(Omega))
+    found = states_of((0,), at.R, np.array([mu]), C, at.P * u * Omega**2)
+    assert len(found.points) == 2
+    assert abs(at.P[0, 0] * u * Omega**2) < CLEARANCE
+    assert [about(Omega, N, mu).is_stable for N in np.sort(found.N[:, 0])] == [False, True]
+
+
+def test_free_rotor_has_the_vibrations_of_its_own():
+    small = Dynamics(jeffcott(0.7 * OWN)).about((), np.zeros(0), np.zeros(0), C, np.zeros(1))
+    damped = np.sqrt(STIFFNESS / MASS - (DAMPING / (2.0 * MASS)) ** 2)
+    np.testing.assert_allclose(small.rates, -DAMPING / (2.0 * MASS), rtol=1e-9)
+    np.testing.assert_allclose(np.sort(small.frequencies), [-damped, damped], rtol=1e-9)
+
+
+@pytest.mark.parametrize("mu", [0.05, 0.4])
+def test_dry_whirl_of_a_jeffcott_rotor_has_the_closed_forms_frequency(mu):
+    """N = -c D/(1 + i mu) is real where d omega = mu (k - m omega^2), positive where m omega^2 > k: backward.
+
+    omega = -(d + sqrt(d^2 + 4 mu^2 m k))/(2 mu m), with any friction in a rigid ring, as long as the journal slips.
+    """
+    omega = -(DAMPING + np.sqrt(DAMPING**2 + 4.0 * mu**2 * MASS * STIFFNESS)) / (2.0 * mu * MASS)
+    R = receptances_at(jeffcott(OWN), omega).R[0, 0]
+    force = -CLEARANCE / (R * (1.0 + 1j * mu))
+    assert abs(force.imag) < 1e-9 * abs(force)
+    np.testing.assert_allclose(force.real, CLEARANCE * (MASS * omega**2 - STIFFNESS), rtol=1e-9)
+    assert abs(dynamic_stiffness(omega) + force.real * (1.0 + 1j * mu) / CLEARANCE) < 1e-6 * STIFFNESS
+    forward = np.linspace(0.01, 20.0, 4000) * OWN
+    forces = -CLEARANCE * dynamic_stiffness(forward) / (1.0 + 1j * mu)
+    real = np.abs(np.diff(np.sign(forces.imag))) > 0
+    assert not (forces.real[1:][real] > 0.0).any()
