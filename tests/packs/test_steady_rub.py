@@ -7,7 +7,7 @@ import pytest
 
 import amb_cosim
 from amb_cosim.rub.forward_loop import loop_on_springs
-from amb_cosim.rub.freeing import smallest_freeing
+from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
 from amb_cosim.rub.receptances import receptances
 from amb_cosim.rub.rubbing_rotor import rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
@@ -80,6 +80,15 @@ def test_smallest_freeing_currents_leave_no_state_in_contact_and_less_leave_one(
     assert freeing.largest == pytest.approx(0.78, abs=0.02)
     assert [state.contact for state in states_at(rig, rig.Omega, currents)] == [()]
     assert any(state.contact for state in states_at(rig, rig.Omega, 0.9 * currents))
+
+
+def test_smallest_demand_asks_less_of_the_bearings_and_frees_too(rig):
+    """Less of the feedback's own currents is left where injected ones are not the smallest."""
+    least = smallest_demand(rig, rig.Omega, np.array([4.43, 4.43]))
+    added = np.array(list(least.injected.values()))
+    assert [state.contact for state in states_at(rig, rig.Omega, added)] == [()]
+    whole = smallest_freeing(rig, rig.Omega)
+    assert max(map(abs, least.demanded.values())) < max(map(abs, whole.demanded.values()))
 
 
 def test_opposite_currents_of_the_same_size_free_nothing(rig):

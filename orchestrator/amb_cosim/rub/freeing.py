@@ -52,46 +52,68 @@ class Freeing:
 
 
 def smallest_freeing(rotor: RubbingRotor, Omega: float) -> Freeing | None:
-    """Return the smallest currents that free a rotor at a speed (rad/s); None where no currents do.
+    """Return the smallest injected currents that free a rotor at a speed (rad/s); None where no currents do.
 
     Currents of zero where it has no state in contact and turns free by itself.
     """
-    at, mu = rotor.receptances(Omega), rotor.mu(Omega)
-    force = rotor.unbalance * Omega**2
-    r, S = at.P @ force, at.S
-    names = rotor.loop(Omega).currents
+    n = len(rotor.loop(Omega).currents)
+    if _is_free(rotor, Omega, np.zeros(n, dtype=complex)):
+        return _told(rotor, Omega, np.zeros(n, dtype=complex), 1.0)
+    return _smallest(rotor, Omega, np.eye(n, dtype=complex), np.zeros(n, dtype=complex)) if n else None
 
-    def is_free(added: Complex) -> bool:
-        now = (r + S @ added)[None]
-        sets = all_sets(len(rotor.sites))
-        free = len(states_of((), at.R, mu, rotor.c, now).points) > 0
-        return free and not any(len(states_of(s, at.R, mu, rotor.c, now).points) for s in sets[1:])
 
-    def told(added: Complex, share: float) -> Freeing:
-        demanded = at.currents[1] @ force + at.currents[2] @ added
-        injected, whole = (dict(zip(names, map(complex, values), strict=True)) for values in (added, demanded))
-        return Freeing(injected, whole, share)
+def smallest_demand(rotor: RubbingRotor, Omega: float, allowed: Array) -> Freeing | None:
+    """Return the injected currents with which the largest demanded one, over what is allowed (A), is smallest.
 
-    nothing = np.zeros(len(names), dtype=complex)
-    if is_free(nothing):
-        return told(nothing, 1.0)
-    if not len(names):
+    What is demanded of a bearing is what the feedback asks for and what is injected, i = i_0 + S_i I.
+    """
+    at = rotor.receptances(Omega)
+    if not len(allowed) or (allowed <= 0.0).any():
         return None
+    own = at.currents[1] @ rotor.unbalance * Omega**2
+    turned = np.linalg.inv(at.currents[2])
+    return _smallest(rotor, Omega, turned * allowed, -turned @ own)
+
+
+def _smallest(rotor: RubbingRotor, Omega: float, turned: Complex, offset: Complex) -> Freeing | None:
+    """Return the currents I = turned J + offset that free, of the J whose largest is smallest (2)."""
+    at, mu = rotor.receptances(Omega), rotor.mu(Omega)
+    r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
     limits = trap_limits(at.R, mu, rotor.c) * (1.0 - MARGIN)
-    best = _smallest_currents(r, S, limits)
-    if best is not None and is_free(best):
-        return told(best, 1.0)
+
+    def with_share(share: float) -> Complex | None:
+        found = _smallest_currents(r, at.S @ turned, share * limits)
+        return None if found is None else turned @ found + offset
+
+    best = with_share(1.0)
+    if best is not None and _is_free(rotor, Omega, best):
+        return _told(rotor, Omega, best, 1.0)
     low, high, found = 0.0, 1.0, None
     for _ in range(HALVINGS):
         share = 0.5 * (low + high)
-        currents = _smallest_currents(r, S, share * limits)
-        if currents is None:
-            low = share
-        elif is_free(currents):
-            low, found = share, told(currents, share)
-        else:
+        currents = with_share(share)
+        if currents is not None and not _is_free(rotor, Omega, currents):
             high = share
+        else:
+            low = share
+            found = found if currents is None else _told(rotor, Omega, currents, share)
     return found
+
+
+def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
+    """Return whether injected currents leave the orbit without contact alone."""
+    at, mu = rotor.receptances(Omega), rotor.mu(Omega)
+    r = (at.P @ rotor.unbalance * Omega**2 + at.S @ added)[None]
+    sets = all_sets(len(rotor.sites))
+    free = len(states_of((), at.R, mu, rotor.c, r).points) > 0
+    return free and not any(len(states_of(s, at.R, mu, rotor.c, r).points) for s in sets[1:])
+
+
+def _told(rotor: RubbingRotor, Omega: float, added: Complex, share: float) -> Freeing:
+    at, names = rotor.receptances(Omega), rotor.loop(Omega).currents
+    demanded = at.currents[1] @ rotor.unbalance * Omega**2 + at.currents[2] @ added
+    injected, whole = (dict(zip(names, map(complex, values), strict=True)) for values in (added, demanded))
+    return Freeing(injected, whole, share)
 
 
 def trap_limits(R: Complex, mu: Array, c: Array) -> Array:

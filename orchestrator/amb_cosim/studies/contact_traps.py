@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -12,13 +12,15 @@ from typing import Annotated, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from amb_actuator.force import limited_current
+from amb_actuator.interface import DYNAMIC
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.rub.forward_loop import Complex
-from amb_cosim.rub.freeing import smallest_freeing
+from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
 from amb_cosim.rub.rubbing_rotor import RubbingRotor, rubbing_rotor
 from amb_cosim.rub.synchronous_control import adaptation_rates, settled
 from amb_cosim.rub.synchronous_states import all_sets, states_of
@@ -296,7 +298,9 @@ def traps(
     least = float(here.least_trapping()[0]) * amount
     freeing = smallest_freeing(machine, Omega)
     needed = None if freeing is None else _currents(freeing.injected, machine)
-    demanded = None if freeing is None else _currents(freeing.demanded, machine)
+    allowed = np.array([_allowed(machine, bearing) for bearing in machine.loop(Omega).currents])
+    demand = smallest_demand(machine, Omega, allowed)
+    demands = [_currents(found.demanded, machine) for found in (freeing, demand) if found is not None]
     valid_to = machine.made.layout(PLANT).get("valid_to") or math.inf
     notes = list(machine.notes)
     if len(machine.sites) > AT_ONCE:
@@ -315,7 +319,7 @@ def traps(
         ),
         least_trapping=least if math.isfinite(least) else None,
         smallest_force=needed,
-        control=_control(machine, Omega, states, demanded),
+        control=_control(machine, Omega, states, demands),
         speeds=speeds,
         unbalances=factors * amount,
         kinds=whole.kinds(),
@@ -382,17 +386,21 @@ def _currents(values: Mapping[str, complex], machine: RubbingRotor) -> dict[str,
 
 
 def _allowed(machine: RubbingRotor, bearing: str) -> float:
-    """Return the amplitude (A) that coils and controller follow: 0 <= bias +- (static + i) <= limit, |i| <= i_max."""
+    """Return the amplitude (A) that the coils (`amb_actuator.amplifier`) and the controller's limits follow."""
     interfaces, found = machine.made.assembly.interfaces, math.inf
     if ACTUATOR in interfaces:
         p = machine.made.parameters(ACTUATOR)
         for axis in "xy":
-            of = {name: p[f"{bearing}.{name}_{axis}"] for name in ("bias_current", "static_current", "current_limit")}
-            room = min(of["bias_current"], of["current_limit"] - of["bias_current"])
-            found = min(found, room - abs(of["static_current"]))
+            names = ("bias_current", "static_current", "current_limit", "voltage_limit", "resistance")
+            bias, static, limit, voltage, resistance = (p[f"{bearing}.{name}_{axis}"] for name in names)
+            if p["amplifier"] == DYNAMIC:
+                limit = min(limit, voltage / resistance)
+            found = min(found, *(abs(limited_current(demand, bias, static, limit)) for demand in (-1e12, 1e12)))
     if CONTROLLER in interfaces:
         p = machine.made.parameters(CONTROLLER)
-        found = min(found, *(p.get(f"{bearing}.i_max_{axis}", math.inf) or math.inf for axis in "xy"))
+        found = min(
+            found, *(abs(p.get(f"{bearing}.{name}_{a}", math.inf)) for name in ("i_min", "i_max") for a in "xy")
+        )
     return max(found, 0.0)
 
 
@@ -400,7 +408,7 @@ def _control(
     machine: RubbingRotor,
     Omega: float,
     states: tuple[SynchronousState, ...],
-    demanded: dict[str, BearingCurrent] | None,
+    demands: Sequence[dict[str, BearingCurrent]],
 ) -> dict[str, Freed]:
     """Return whether feedback, synchronous control and control that knows of the contact free the rotor."""
     trapped = [state for state in states if state.contact and state.stable]
@@ -414,12 +422,13 @@ def _control(
     if not machine.loop(Omega).currents:
         return found
     found["synchronous control"] = _synchronous(machine, Omega)
-    if demanded is None:
+    if not demands:
         freed = Freed(False, {}, "cannot free it: no synchronous currents do")
     else:
-        possible = all(current.is_allowed for current in demanded.values())
-        words = "can free it" if possible else "cannot free it within its limits"
-        freed = Freed(possible, demanded, f"{words}{_within(demanded)}")
+        within = [d for d in demands if all(current.is_allowed for current in d.values())]
+        shown = within[0] if within else demands[-1]
+        words = "can free it from any steady contact" if within else "cannot free it from all contact within its limits"
+        freed = Freed(bool(within), shown, f"{words}{_within(shown)}")
     found["synchronous control that knows of the contact"] = freed
     return found
 
