@@ -23,6 +23,7 @@ from scipy.linalg import expm, matrix_balance
 from amb_cosim.controllers.laws import Array
 from amb_cosim.rub.forward_loop import Complex, ForwardLoop
 
+TURNS = 1000.0  # of the rotor, within which a vibration that comes to rest falls to 1/e
 STABLE = 1e-7  # growth rate (1/s), over the speed, up to which rounding may bring a rate that is zero
 
 
@@ -51,6 +52,10 @@ class SmallMotion:
     def is_stable(self) -> bool:
         """Whether it stays where it is."""
         return self.growth < STABLE * max(abs(self.frequency), 1.0)
+
+    def settles(self, Omega: float) -> bool:
+        """Return whether vibrations fall to 1/e within `TURNS` turns at a speed (rad/s); others last in practice."""
+        return self.growth < -Omega / (2.0 * math.pi * TURNS)
 
 
 class Dynamics:

@@ -44,6 +44,8 @@ class StatesOfSet:
         Growth rate of small motion (1/s), shape (n,); NaN where it was not asked for.
     frequency
         Whirl frequency of that motion (rad/s), shape (n,).
+    settles
+        Whether it comes to rest, shape (n,).
     """
 
     contact: tuple[int, ...]
@@ -54,6 +56,7 @@ class StatesOfSet:
     radius: Annotated[Array, "m"]
     growth: Annotated[Array, "1/s"]
     frequency: Annotated[Array, "rad/s"]
+    settles: NDArray[np.bool_]
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -76,11 +79,12 @@ class TrapMap:
     def kinds(self) -> NDArray[np.int64]:
         """Return the `Kind` of each point, shape (n, k)."""
         shape = len(self.speeds), len(self.factors)
-        free, trapped = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
+        free, trapped, rests = (np.zeros(shape, dtype=bool) for _ in range(3))
         for found in self.states:
-            at = free if not found.contact else trapped
-            at[found.speed[found.stable], found.amount[found.stable]] = True
-        kinds = np.where(free, np.where(trapped, Kind.BOTH, Kind.FREE), np.where(trapped, Kind.CONTACT, Kind.WHIRL))
+            (trapped if found.contact else free)[found.speed[found.stable], found.amount[found.stable]] = True
+            if found.contact:
+                rests[found.speed[found.settles], found.amount[found.settles]] = True
+        kinds = np.where(free, np.where(trapped, Kind.BOTH, Kind.FREE), np.where(rests, Kind.CONTACT, Kind.WHIRL))
         return np.asarray(kinds, dtype=np.int64)
 
     def least_trapping(self) -> Array:
@@ -103,30 +107,29 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
         Largest number of sites that are in contact at once; all without.
     """
     sets = all_sets(len(rotor.sites), most)
-    found: list[list[tuple[States, Array, Array]]] = [[] for _ in sets]
+    found: list[list[tuple[States, list[SmallMotion]]]] = [[] for _ in sets]
     for Omega in speeds:
         at, mu = rotor.receptances(float(Omega)), rotor.mu(float(Omega))
         r = np.outer(factors, at.P @ rotor.unbalance * Omega**2)
         dynamics = Dynamics(rotor.loop(float(Omega)))
         for k, contact in enumerate(sets):
             states = states_of(contact, at.R, mu, rotor.c, r)
-            found[k].append((states, *_growth(dynamics, states, rotor.c, mu)))
-    return TrapMap(speeds, factors, tuple(_joined(contact, of) for contact, of in zip(sets, found, strict=True)))
+            found[k].append((states, _small_motions(dynamics, states, rotor.c, mu)))
+    joined = (_joined(contact, speeds, of) for contact, of in zip(sets, found, strict=True))
+    return TrapMap(speeds, factors, tuple(joined))
 
 
-def _growth(dynamics: Dynamics, states: States, c: Array, mu: Array) -> tuple[Array, Array]:
-    """Return growth and whirl frequency of the small motion about states; that about the free ones is one."""
+def _small_motions(dynamics: Dynamics, states: States, c: Array, mu: Array) -> list[SmallMotion]:
+    """Return the small motion about each state; that about free ones is one."""
     n = len(states.points)
     if not states.contact:
-        small = dynamics.about((), np.zeros(0), np.zeros(0), c, mu)
-        return np.full(n, small.growth), np.full(n, small.frequency)
-    each = [dynamics.about(states.contact, states.N[k], states.psi[k], c, mu) for k in range(n)]
-    return np.array([small.growth for small in each]), np.array([small.frequency for small in each])
+        return [dynamics.about((), np.zeros(0), np.zeros(0), c, mu)] * n
+    return [dynamics.about(states.contact, states.N[k], states.psi[k], c, mu) for k in range(n)]
 
 
-def _joined(contact: tuple[int, ...], found: list[tuple[States, Array, Array]]) -> StatesOfSet:
-    speed = np.concatenate([np.full(len(s.points), k, dtype=np.int64) for k, (s, _, _) in enumerate(found)])
-    states = [s for s, _, _ in found]
+def _joined(contact: tuple[int, ...], speeds: Array, found: list[tuple[States, list[SmallMotion]]]) -> StatesOfSet:
+    speed = np.concatenate([np.full(len(s.points), k, dtype=np.int64) for k, (s, _) in enumerate(found)])
+    states, small = [s for s, _ in found], [motion for _, of in found for motion in of]
     return StatesOfSet(
         contact,
         speed,
@@ -134,8 +137,9 @@ def _joined(contact: tuple[int, ...], found: list[tuple[States, Array, Array]]) 
         np.concatenate([s.N for s in states]),
         np.concatenate([s.psi for s in states]),
         np.abs(np.concatenate([s.q for s in states])),
-        np.concatenate([growth for _, growth, _ in found]),
-        np.concatenate([frequency for _, _, frequency in found]),
+        np.array([motion.growth for motion in small]),
+        np.array([motion.frequency for motion in small]),
+        np.array([motion.settles(speeds[k]) for k, motion in zip(speed, small, strict=True)], dtype=bool),
     )
 
 

@@ -41,8 +41,8 @@ AT_ONCE = 2  # sites in contact at once on the map and on the curves; at the mac
 KINDS = {
     Kind.FREE: "it turns without contact, and no steady contact is stable",
     Kind.BOTH: "it may turn without contact, or stay in contact",
-    Kind.CONTACT: "no orbit misses all sites; it stays in steady contact",
-    Kind.WHIRL: "no orbit misses all sites, and no steady contact is stable: it rubs unsteadily",
+    Kind.CONTACT: "no orbit misses all sites; it comes to rest in contact",
+    Kind.WHIRL: "no orbit misses all sites, and it comes to rest in no steady contact: it rubs unsteadily",
 }
 
 
@@ -80,8 +80,8 @@ class SynchronousState:
         Of each bearing.
     growth, whirl_frequency, damping_ratio
         Of the small motion about it that decays least: rate (1/s), frequency (rad/s, negative backward), damping (1).
-    stable
-        Whether it decays.
+    stable, settles
+        Whether it decays, and within a thousand turns.
     """
 
     contact: tuple[str, ...]
@@ -94,11 +94,12 @@ class SynchronousState:
     whirl_frequency: Annotated[float, "rad/s"]
     damping_ratio: float
     stable: bool
+    settles: bool
 
     def beyond(self, Omega: float) -> str:
         """Return what becomes of the rotor there, in words."""
         if self.stable:
-            return "stays"
+            return "stays" if self.settles else "stays, vibrating"
         if abs(self.whirl_frequency - Omega) < 1e-6 * Omega:
             return "leaves to another state"
         return "whirls backward" if self.whirl_frequency < 0.0 else "whirls forward"
@@ -293,7 +294,7 @@ def traps(
     factors = np.linspace(LOWEST, 1.0, AMOUNTS) * largest / amount
     whole = trap_map(machine, speeds, factors, AT_ONCE)
     curves = trap_map(machine, speed_range(highest, CURVE + 1)[1:], np.ones(1), AT_ONCE)
-    states = tuple(_told(state, machine) for state in states_at(machine, Omega))
+    states = tuple(_told(state, machine, Omega) for state in states_at(machine, Omega))
     here = trap_map(machine, np.array([Omega]), np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE)
     least = float(here.least_trapping()[0]) * amount
     freeing = smallest_freeing(machine, Omega)
@@ -359,10 +360,11 @@ def _orbits(machine: RubbingRotor, speeds: Array) -> Array:
 def _kind(states: tuple[SynchronousState, ...]) -> Kind:
     free = any(not state.contact and state.stable for state in states)
     trapped = any(state.contact and state.stable for state in states)
-    return (Kind.BOTH if trapped else Kind.FREE) if free else (Kind.CONTACT if trapped else Kind.WHIRL)
+    rests = any(state.contact and state.settles for state in states)
+    return (Kind.BOTH if trapped else Kind.FREE) if free else (Kind.CONTACT if rests else Kind.WHIRL)
 
 
-def _told(state: State, machine: RubbingRotor) -> SynchronousState:
+def _told(state: State, machine: RubbingRotor, Omega: float) -> SynchronousState:
     small = state.small
     return SynchronousState(
         contact=state.contact,
@@ -375,6 +377,7 @@ def _told(state: State, machine: RubbingRotor) -> SynchronousState:
         whirl_frequency=small.frequency,
         damping_ratio=small.damping,
         stable=small.is_stable,
+        settles=small.settles(Omega),
     )
 
 
