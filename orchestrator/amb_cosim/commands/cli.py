@@ -18,6 +18,7 @@ from amb_cosim.commands import (
     identify,
     listing,
     live,
+    new,
     report,
     robustness,
     rotor,
@@ -52,6 +53,7 @@ def main() -> None:
 
 for command in (
     *run.COMMANDS,
+    *new.COMMANDS,
     *listing.COMMANDS,
     *compare.COMMANDS,
     *animate.COMMANDS,
