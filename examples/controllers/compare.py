@@ -6,6 +6,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from h_infinity import h_infinity
 from lqg import AXES, SCENARIO, lqg
 
 import amb_cosim
@@ -21,6 +22,7 @@ def controllers():
         "lead with two notches": HERE / "lead_notches.toml",
         "cross-feedback": HERE / "cross_feedback.toml",
         "LQG": lqg(),
+        "H-infinity": h_infinity()[0],
     }
 
 

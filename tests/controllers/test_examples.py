@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import control
 import fmpy
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import amb_cosim
 from amb_cosim import studies
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "controllers"
-NAMES = ("lead with two notches", "cross-feedback", "LQG")
+NAMES = ("lead with two notches", "cross-feedback", "LQG", "H-infinity")
 
 pytestmark = pytest.mark.slow
 
@@ -55,6 +56,28 @@ def test_notches_and_lqg_bear_more_in_all_loops_than_the_pid(found):
     least = {name: margins.disk_margins["currents"].least for name, (margins, _) in found.items()}
     assert least["lead with two notches"] > 1.8 * least["PID"]
     assert least["LQG"] > 1.6 * least["PID"]
+    assert least["H-infinity"] > 1.3 * least["PID"]
+
+
+def test_h_infinity_reaches_the_norm_that_it_tells(compare):
+    """The largest singular value of all four blocks of the sampled loop, over frequency."""
+    from h_infinity import GAIN, h_infinity
+    from lqg import DEMANDS
+
+    controller, norm = h_infinity()
+    machine = ["rotor_contact", "amb_actuator"]
+    demands, shown = [f"amb_actuator.{name}" for name in DEMANDS], [f"rotor_contact.{a}" for a in compare.AXES]
+    plant = amb_cosim.linearise("compressor_levitated", inputs=demands, outputs=shown, components=machine)
+    plant = control.sample_system(plant, controller.sample_time, "zoh")
+    (law,) = controller.laws.values()
+    largest = 0.0
+    for omega in 2.0 * np.pi * np.geomspace(0.5, 4999.0, 4000):
+        z = np.exp(1j * omega * controller.sample_time)
+        G, K = (s.C @ np.linalg.solve(z * np.eye(len(s.A)) - s.A, s.B) + s.D for s in (plant, law))
+        G, K, eye = GAIN * G, K / GAIN, np.eye(4)
+        blocks = np.vstack([eye, K]) @ np.linalg.solve(eye - G @ K, np.hstack([eye, G]))
+        largest = max(largest, np.linalg.norm(blocks, 2))
+    assert 0.8 * norm < largest < norm * (1.0 + 1e-6)
 
 
 def test_cross_feedback_takes_the_gyroscopic_splitting_back(compare):
