@@ -28,7 +28,7 @@ def node() -> str:
 
 @pytest.fixture(scope="session")
 def rig_folder(create_once: Callable[..., Path]) -> Callable[[str], Path]:
-    """`rig_folder(scenario)`: folder with `rig.json` and the parts by their keys."""
+    """`rig_folder(scenario)`, a name or a file: folder with `rig.json` and the parts by their keys."""
 
     def make(name: str) -> Path:
         def fill(folder: Path) -> None:
@@ -37,7 +37,7 @@ def rig_folder(create_once: Callable[..., Path]) -> Callable[[str], Path]:
             for key, content in found.parts.items():
                 (folder / key).write_bytes(content)
 
-        return create_once(f"rig-{name}", fill)
+        return create_once(f"rig-{Path(name).stem}", fill)
 
     return make
 

@@ -58,7 +58,8 @@ def pid_part(name: str, layout: Mapping[str, Any], parameters: Mapping[str, floa
     inputs = [*loop.sensor_names, *(f"{axis.bearing}.set_{axis.direction}" for axis in loop.axes)]
     outputs = [f"{axis.bearing}.i_{axis.direction}" for axis in loop.axes]
     assert law.D.shape == (n, sensors + n)
-    return _part(name, law, time, inputs, outputs, f"synchronous control, {NOTE}")
+    left_out = "synchronous control, prediction_time" if own.prediction_time > 0.0 else "synchronous control"
+    return _part(name, law, time, inputs, outputs, f"{left_out}, {NOTE}")
 
 
 def law_part(
