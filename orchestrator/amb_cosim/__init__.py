@@ -4,6 +4,7 @@
     result = amb_cosim.run("drop", set={"rotor_contact.*.clearance": "0.6 mm"}, until=0.3)
 
     run          run a scenario and return its Result
+    Batch        members of a scenario stepped side by side, in threads: set, step, get, reset
     scenarios    names and descriptions of the scenarios of the packs
     Scenario     a scenario as an object: load, changed, save
     check        check that a scenario fits the components that it runs
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from amb_cosim.packaging.exchange import export_ssp as export_ssp
     from amb_cosim.packaging.models import build as build
     from amb_cosim.results.result import Result as Result
+    from amb_cosim.scenario.batch import Batch as Batch
     from amb_cosim.scenario.scenario import Scenario as Scenario
     from amb_cosim.scenario.scenario import scenarios as scenarios
     from amb_cosim.scenario.simulation import check as check
@@ -60,6 +62,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "run": "scenario.simulation",
+    "Batch": "scenario.batch",
     "scenarios": "scenario.scenario",
     "Scenario": "scenario.scenario",
     "check": "scenario.simulation",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from amb_cosim.cosim import compiled, loop_library, simulation
+from amb_cosim.cosim import compiled, loop_library, simulator
 from amb_cosim.scenario.scenario import parse_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 from fmi_export.building.native.compiler import PLATFORMS
@@ -15,10 +15,10 @@ SHORT = 'system = "passive"\nOmega = "10 Hz"\nend_time = "20 ms"\nsettle_cycles 
 
 @pytest.fixture
 def load_anew(tmp_path, monkeypatch):
-    """`load_loop` as a new process has it, with an empty cache and nothing shipped."""
+    """`load_library` as a new process has it, with an empty cache and nothing shipped."""
     monkeypatch.setattr(loop_library, "SHIPPED", tmp_path / "nothing")
     monkeypatch.setattr(loop_library, "cache_folder", lambda: tmp_path)
-    return loop_library.load_loop.__wrapped__
+    return loop_library.load_library.__wrapped__
 
 
 def test_the_loop_is_compiled_once(load_anew, tmp_path, monkeypatch):
@@ -51,8 +51,8 @@ def test_without_a_compiler_or_a_cache_there_is_no_loop(load_anew, monkeypatch, 
 def test_where_there_is_no_compiled_loop_the_plain_one_gives_the_same(monkeypatch):
     prepared = prepare(parse_scenario(SHORT, "short"))
     expected = run_prepared(prepared)
-    monkeypatch.setattr(simulation, "load_loop", lambda: None)
-    monkeypatch.setattr(compiled, "run", lambda *_: pytest.fail("not the plain loop"))
+    monkeypatch.setattr(simulator, "load_loop", lambda: None)
+    monkeypatch.setattr(compiled, "run", lambda *_, **__: pytest.fail("not the plain loop"))
     found = run_prepared(prepared)
     for name in expected.signals.variables:
         np.testing.assert_array_equal(found.signals[name].values, expected.signals[name].values)

@@ -140,17 +140,17 @@ def run(
     conditions = (stops or StopObserver()).conditions
     program = program or program_of(master, stops)
     buffer, row = recorder.buffer(first, last), len(recorder.points)
-    given, kept, judged = _structure(program), _structure(buffer), _structure(conditions)
+    given, kept, judged = structure_of(program), structure_of(buffer), structure_of(conditions)
     begin, size, stopped = first, 64, End()
     until = last + 1 if stop is None else stop
     with CLOCK.flag() as pause:
         while begin < until:
             # Point 0 begins a block, because the recorder's clock starts there.
             end = min(begin + size, until, 0 if begin < 0 else until)
-            changes = _merged([schedule.changes(begin, end) for schedule in schedules])
+            changes = merged([schedule.changes(begin, end) for schedule in schedules])
             recorder.see(begin)
             started, pause.value = time.perf_counter(), False
-            structures = (byref(structure) for structure in (given, _structure(changes), kept, judged))
+            structures = (byref(structure) for structure in (given, structure_of(changes), kept, judged))
             advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(pause), byref(stopped))
             row, reached = stopped.row, stopped.reached
             recorder.fill(row)
@@ -238,7 +238,7 @@ def _ends(lengths: Sequence[int]) -> IntArray:
     return np.cumsum([0, *lengths], dtype=np.intp)
 
 
-def _merged(changes: Sequence[Changes]) -> Changes:
+def merged(changes: Sequence[Changes]) -> Changes:
     """Merge the changes of several schedules in order of time; at the same point the last schedule wins."""
     nothing = Changes(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0))
     points, positions, values = (np.concatenate(parts) for parts in zip(nothing, *changes, strict=True))
@@ -246,7 +246,7 @@ def _merged(changes: Sequence[Changes]) -> Changes:
     return Changes(points[order], positions[order], values[order])
 
 
-def _structure(data: Any) -> Structure:
+def structure_of(data: Any) -> Structure:
     """Return a NamedTuple as a C structure: arrays as their addresses, last the length of the first array.
 
     It holds no references to the arrays, which must live as long as it.
@@ -270,4 +270,4 @@ def _member(value: Any) -> Any:
         return c_bool(value)
     if isinstance(value, float):
         return c_double(value)
-    return c_ssize_t(value) if isinstance(value, int) else _structure(value)
+    return c_ssize_t(value) if isinstance(value, int) else structure_of(value)

@@ -13,12 +13,25 @@ from fmi_export.building.native.compiler import PLATFORMS, compile_library, host
 from fmi_export.building.native.sources import digest_of, texts_of
 
 SOURCES = ("loop.c", "loop.h")  # of every engine too
+MEMBERS = Path(__file__).with_name("members.c")
 SHIPPED = Path(__file__).parent / "loops"  # in an installed package
 
 
-@cache
 def load_loop() -> Callable[..., None] | None:
     """Return the library's function `advance`, or None where there is no library and no compiler for it."""
+    library = load_library()
+    return None if library is None else library.advance
+
+
+def load_members() -> Callable[..., None] | None:
+    """Return the library's function `advance_members`, or None as `load_loop`."""
+    library = load_library()
+    return None if library is None else library.advance_members
+
+
+@cache
+def load_library() -> CDLL | None:
+    """Return the library, or None where there is none and no compiler for it."""
     try:
         place = loop_place(host_platform())
         path = SHIPPED / place
@@ -26,16 +39,16 @@ def load_loop() -> Callable[..., None] | None:
             folder = cache_folder() / "loops" / place.with_suffix("")
             keep(folder, lambda stage: (stage / place.name).write_bytes(compile_loop(host_platform())))
             path = folder / place.name
-        advance = CDLL(str(path)).advance
+        library = CDLL(str(path))
     except (OSError, ValueError):
         return None
-    advance.restype = None
-    return advance
+    library.advance.restype = library.advance_members.restype = None
+    return library
 
 
 def loop_place(platform: str) -> Path:
     """Return where the library for a platform is, below the folder of all of them."""
-    return Path(platform, f"loop-{digest_of('', *SOURCES)}{PLATFORMS[platform][0]}")
+    return Path(platform, f"loop-{digest_of(_members(), *SOURCES)}{PLATFORMS[platform][0]}")
 
 
 def compile_loop(platform: str) -> bytes:
@@ -46,4 +59,8 @@ def compile_loop(platform: str) -> bytes:
     ValueError
         If there is no such platform, or the compiler is missing.
     """
-    return compile_library("loop", texts_of(SOURCES) | {"loop_library.h": ""}, platform)
+    return compile_library("loop", texts_of(SOURCES) | {MEMBERS.name: _members(), "loop_library.h": ""}, platform)
+
+
+def _members() -> str:
+    return MEMBERS.read_text(encoding="utf-8")

@@ -87,6 +87,8 @@ class Master(Generic[P]):
         their end, see `iteration`.
     start_time
         t_0 in s, the time of communication point 0.
+    values
+        Array for the values, all zero, where it is part of another.
 
     Used as a context manager, it closes all components on the way out, whatever happened.
     """
@@ -98,6 +100,7 @@ class Master(Generic[P]):
         step_size: float,
         coupling: Coupling = "gauss_seidel",
         start_time: float = 0.0,
+        values: Array | None = None,
     ) -> None:
         if not 0.0 < step_size < math.inf:
             raise ValueError(f"communication step = {step_size:g} s is not allowed; it must be > 0 s")
@@ -106,7 +109,7 @@ class Master(Generic[P]):
         self.step_size = step_size
         self.coupling = coupling
         self.start_time = start_time
-        self.values = np.zeros(len(wiring.names))
+        self.values = np.zeros(len(wiring.names)) if values is None else values
         self._iteration = Iteration(self.components, wiring.sources, wiring.weights)
         self.exogenous = self.values[: wiring.n_exogenous]
         self.slots: list[slice] = []

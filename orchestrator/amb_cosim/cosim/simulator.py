@@ -20,6 +20,7 @@ from amb_cosim.cosim.loop_library import load_loop
 from amb_cosim.cosim.master import Master, Observer
 from amb_cosim.cosim.past import name_of, past_of
 from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.settling import settle
 from amb_cosim.cosim.stopping import StopObserver
 
@@ -37,6 +38,8 @@ class Simulator:
         The living FMUs, loaded where they are missing.
     notice
         Why the motion before point 0 is simulated, where it might have been solved for.
+    values
+        Array for the values of all signals, all zero, where it is part of another.
 
     Raises
     ------
@@ -54,6 +57,7 @@ class Simulator:
         loop: Loop,
         instances: Instances,
         notice: str = "",
+        values: Array | None = None,
     ) -> None:
         self.assembly, self._asked = assembly, plan
         self.notice = notice
@@ -77,9 +81,9 @@ class Simulator:
             )
             for c in plan.system.components
         ]
-        self.master = Master(self.components, wiring, plan.step_size, self.coupling)
+        self.master = Master(self.components, wiring, plan.step_size, self.coupling, values=values)
         self.recorder = Recorder([self._at[name] for name in plan.recorded], plan.record_from, plan.record_every)
-        self._schedules = plan.schedules(wiring.names)
+        self.schedules = plan.schedules(wiring.names)
         self._stops = StopObserver(plan.stops, [self._at[condition.signal] for condition in plan.stops])
         self._program: compiled.Program | None = None
         self.master.exogenous[:] = list(plan.inputs.values())
@@ -113,7 +117,7 @@ class Simulator:
     def _step(self, first: int, last: int) -> None:
         """Step from one point to another, without schedules and record."""
         if self._is_compiled:
-            compiled.run(self.master, first, last, (), Recorder([], 1), program=self._compiled_program())
+            compiled.run(self.master, first, last, (), Recorder([], 1), program=self.program())
         else:
             self.master.run(first, last)
 
@@ -127,14 +131,15 @@ class Simulator:
         Stopped
             If a condition of the plan is met.
         """
-        given = self.master, first, self.plan.last, self._schedules
+        given = self.master, first, self.plan.last, self.schedules
         if self._is_compiled:
-            program = self._compiled_program()
+            program = self.program()
             compiled.run(*given, self.recorder, observers, self._stops, program, stop)
         else:
             self.master.run(*given[1:], [self.recorder, self._stops, *observers], stop)
 
-    def _compiled_program(self) -> compiled.Program:
+    def program(self) -> compiled.Program:
+        """Return the data of the master for the compiled loop."""
         self._program = self._program or compiled.program_of(self.master, self._stops)
         return self._program
 

@@ -1,0 +1,112 @@
+"""Members of a batch of the expander are runs of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from strange_machine import RUB
+
+import amb_cosim
+from amb_cosim.scenario.scenario import Scenario
+
+SHORT = Scenario.load(RUB).changed(end_cycle=9)
+STEPS = 80 * 8
+PLACES = [f"rotor_contact.{place}.{axis}" for place in ("north", "south", "labyrinth") for axis in "xy"]
+FRICTION = [0.05, 0.08, 0.08, 0.2, 0.3]
+MU, UNBALANCE = "rotor_contact.shroud.mu", "rotor_contact.turbine.u"
+
+
+def motion(batch):
+    return np.array([batch.get(name).copy() for name in PLACES])
+
+
+def batch_of(n=5, **options):
+    return amb_cosim.Batch(SHORT, n, **({"set": {MU: FRICTION[:n]}, "variables": ["rotor_contact.*"]} | options))
+
+
+@pytest.fixture(scope="module")
+def batch():
+    with batch_of(threads=2) as members:
+        yield members
+
+
+@pytest.fixture(scope="module")
+def alone():
+    """The rows of runs alone, shape (members, steps, places)."""
+    runs = [amb_cosim.run(SHORT, set={MU: mu}) for mu in FRICTION]
+    return np.array([[run.signals[name].values for name in PLACES] for run in runs]).swapaxes(1, 2)
+
+
+def test_members_have_the_bits_of_runs_alone(batch, alone):
+    batch.reset()
+    for steps in (1, 7, 472, 160):  # into the rub
+        batch.step(steps)
+        n = round(batch.time[0] / batch.step_size)
+        assert np.array_equal(motion(batch).T, alone[:, n])
+    assert np.ptp(motion(batch)[:, [0, 4]], axis=1).all()
+
+
+@pytest.mark.parametrize("threads", [1, 3, 5])
+def test_the_number_of_threads_changes_no_bit(batch, threads):
+    batch.reset()
+    batch.step(STEPS)
+    with batch_of(threads=threads) as other:
+        other.step(STEPS)
+        assert np.array_equal(motion(other), motion(batch))
+
+
+def test_members_that_are_reset_begin_again_by_themselves(batch, alone):
+    batch.reset()
+    batch.step(STEPS)
+    batch.reset([True, False, False, True, False])
+    batch.step(20)
+    assert batch.time == pytest.approx(batch.step_size * np.array([20, 660, 660, 20, 660]))
+    assert np.array_equal(motion(batch).T[[0, 3]], alone[[0, 3], 20])
+    assert np.array_equal(motion(batch).T[[1, 2, 4]], alone[[1, 2, 4], 660])
+
+
+def test_states_are_brought_back_to_the_bit(batch):
+    batch.reset()
+    batch.step(STEPS)
+    states = batch.save()
+    batch.step(50)
+    first = motion(batch)
+    batch.restore(states)
+    batch.step(50)
+    assert np.array_equal(motion(batch), first)
+
+
+def test_what_is_set_holds_for_its_members_alone(batch, alone):
+    batch.reset()
+    batch.step(100)
+    before = batch.get(PLACES[0])
+    batch.set(UNBALANCE, 2e-6, mask=[False, True, False, False, False])
+    batch.step(200)
+    assert before[1] != before[2], "the array is live, and friction is the same in both"
+    assert np.array_equal(before[[0, 2, 3]], alone[[0, 2, 3], 300, 0])
+
+
+def test_values_are_checked_and_names_are_told(batch):
+    with pytest.raises(ValueError, match=r"rotor_contact.turbine.u = nan kg.m is not allowed"):
+        batch.set(UNBALANCE, np.nan)
+    with pytest.raises(ValueError, match=r"no input 'rotor_contact.turbine.v'; did you mean rotor_contact.turbine.u"):
+        batch.set("rotor_contact.turbine.v", 1.0)
+    with pytest.raises(ValueError, match=r"no variable 'rotor_contact.north.z'"):
+        batch.get("rotor_contact.north.z")
+    with pytest.raises(ValueError, match="0 steps are not allowed"):
+        batch.step(0)
+    with pytest.raises(ValueError, match=r"shroud.mu has 2 values; it must have one, or one for each of 3 members"):
+        batch_of(3, set={MU: [0.1, 0.2]})
+
+
+def test_a_member_that_fails_rests_and_says_why(batch):
+    batch.reset()
+    batch.set(UNBALANCE, 1e6, mask=[False, False, True, False, False])
+    batch.step(STEPS)
+    assert batch.failed.tolist() == [False, False, True, False, False]
+    assert "failed at t = " in batch.reason(2)
+    assert batch.reason(1) == ""
+    assert batch.time[2] < batch.time[1]
+    batch.reset([False, False, True, False, False])
+    batch.step(1)
+    assert not batch.failed.any()
