@@ -120,3 +120,19 @@ def test_map_has_what_runs_of_the_rig_do(rig, Omega, u, kind):
 
 def test_without_friction_and_rotating_damping_no_slow_whirl_lasts(rig):
     assert [whirl for whirl in whirls(rig, rig.Omega) if abs(whirl.frequency) < 1000.0] == []
+
+
+@pytest.mark.parametrize(("u", "stays"), [(0.01775, False), (0.0179, True)])
+def test_run_is_released_where_its_state_ends(rig, u, stays):
+    """The trap of 16 Hz ends in a fold at 17.81 g m; unloaded in steps, a run leaves it within 0.1 g m of that."""
+    loads = ((2.0, 0.031), (100.0, 0.026), (180.0, 0.022), (260.0, 0.020), (340.0, 0.019), (420.0, 0.0184), (500.0, u))
+    events = tuple({"cycle": cycle, "set": {"rotor_contact": {"d1.u": load}}} for cycle, load in loads)
+    record = {"every": 4, "variables": ["rotor_contact.rb?.f_n_mean"]}
+    changes = {"event": events, "end_cycle": 800, "unbalance_factor": 1.0, "record": record}
+    scenario = given_scenario("fig5_6_pid", None).changed(**changes)
+    run = amb_cosim.run(scenario, set={"rotor_contact.d1.u": 0.01}, progress=False).dataset
+    forces = [run[f"rotor_contact.{site}.f_n_mean"].values[-100:].mean() for site in rig.sites]
+    states = [s for s in states_at(on_d1(rig, u), rig.Omega) if s.contact]
+    assert len(states) == (2 if stays else 0)
+    expected = next((list(s.N.values()) for s in states if s.small.is_stable), [0.0, 0.0])
+    np.testing.assert_allclose(forces, expected, rtol=1e-6)
