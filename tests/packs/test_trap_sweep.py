@@ -1,0 +1,96 @@
+"""The map of traps against co-simulations: 400 runs of the rig over speed and unbalance, half of them knocked.
+
+A run that is not at rest after 8 s is repeated over 40 s. `python tests/packs/test_trap_sweep.py` prints counts, and
+every run that ends elsewhere than the map has it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import amb_cosim
+from amb_cosim.rub.rubbing_rotor import rubbing_rotor
+from amb_cosim.rub.trap_map import states_at
+from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.simulation import prepare
+
+SPEEDS, AMOUNTS = np.linspace(45.0, 235.0, 20), np.linspace(3e-3, 60e-3, 20)  # rad/s, kg m on D1
+TIMES = (8.0, 40.0)  # s
+UNSTEADY = ("settling", "unsteady", "failed")  # how runs may end where the map has no stable state
+AT_REST = 0.02  # standard deviation of a force, over the largest mean, that counts as none
+
+
+def run_of(Omega, u, is_knocked, time):
+    """Return time (s) and forces (N) of a run: at rest with 0.5 u, then u, or 2 u for ten turns and then u."""
+    more = [{"label": "step", "cycle": 2.0, "set": {"rotor_contact": {"d1.u": 2.0 * u if is_knocked else u}}}]
+    less = [{"label": "removal", "cycle": 12.0, "set": {"rotor_contact": {"d1.u": u}}}] if is_knocked else []
+    cycles = float(np.ceil(time * Omega / (2.0 * np.pi)))
+    changes = {"Omega": float(Omega), "event": (*more, *less), "end_cycle": cycles, "unbalance_factor": 1.0}
+    changes["record"] = {"every": 4, "variables": ["rotor_contact.rb?.f_n_mean"]}
+    scenario = given_scenario("fig5_6_pid", None).changed(**changes)
+    found = amb_cosim.run(scenario, set={"rotor_contact.d1.u": 0.5 * u}, progress=False)
+    data = found.dataset
+    forces = np.array([data[f"rotor_contact.{site}.f_n_mean"].values for site in ("rb1", "rb2")])
+    return data["time"].values, forces, found.outcome.status
+
+
+def end_of(Omega, u, is_knocked):
+    """Return what a run ends in, free, steady, settling, unsteady or failed, and its mean forces (N)."""
+    for time in TIMES:
+        t, N, status = run_of(Omega, u, is_knocked, time)
+        if status != "completed":
+            return "failed", np.zeros(2)
+        last, before = t > t[-1] - 1.0, (t > 0.5 * t[-1] - 1.0) & (t <= 0.5 * t[-1])
+        mean, spread = N[:, last].mean(axis=1), N[:, last].std(axis=1).max()
+        if not N[:, last].any():
+            return "free", mean
+        if spread < AT_REST * mean.max():
+            return "steady", mean
+    decays = spread < 0.7 * N[:, before].std(axis=1).max()
+    return ("settling" if decays else "unsteady"), mean
+
+
+def judged(rig, Omega, u, is_knocked):
+    """Return what the map has, what the run ends in, and whether the map has that."""
+    states = states_at(rig.with_unbalance(np.array([u, *np.zeros(5)], dtype=complex)), Omega)
+    free = any(not state.contact for state in states)
+    traps = [state for state in states if state.contact and state.small.is_stable]
+    resting = [[s.N.get(site, 0.0) for site in rig.sites] for s in traps if s.small.settles(Omega)]
+    kind = ("both" if traps else "free") if free else ("contact" if resting else "unsteady")
+    lasts = len(traps) > len(resting) or kind == "unsteady"  # it may vibrate in contact for more than a thousand turns
+    end, mean = end_of(Omega, u, is_knocked)
+    stable = [[s.N.get(site, 0.0) for site in rig.sites] for s in traps]
+    near = any(np.abs(np.array(N) - mean).max() < 0.02 * max(N) for N in stable)
+    agrees = {"free": free, "steady": near, "settling": near}.get(end, False) or (lasts and end in UNSTEADY)
+    return kind, end, agrees, mean
+
+
+def sweep(report=lambda *_: None):
+    rig = rubbing_rotor(prepare(given_scenario("fig5_6_pid", None)))
+    found = []
+    for i, Omega in enumerate(SPEEDS):
+        for j, u in enumerate(AMOUNTS):
+            is_knocked = (i + j) % 2 == 0
+            kind, end, agrees, mean = judged(rig, float(Omega), float(u), is_knocked)
+            found.append((kind, end, agrees))
+            if not agrees:
+                report(
+                    f"{Omega:.0f} rad/s {1e3 * u:.0f} g m knocked {is_knocked}: map {kind}, run {end} {np.round(mean)}"
+                )
+    return found
+
+
+@pytest.mark.slow
+def test_runs_end_in_states_that_the_map_has():
+    found = sweep()
+    assert sum(agrees for *_, agrees in found) >= 0.95 * len(found)
+
+
+if __name__ == "__main__":
+    counts = Counter(sweep(lambda line: print(line, flush=True)))
+    for (kind, end, agrees), count in sorted(counts.items()):
+        print(f"map {kind:9s} run {end:9s} {'agrees' if agrees else 'differs'} {count}")
+    print(sum(n for (*_, agrees), n in counts.items() if agrees), "of", sum(counts.values()), "agree")
