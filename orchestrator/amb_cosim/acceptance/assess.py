@@ -27,6 +27,9 @@ PARTS = (
     "envelope",
     "sensitivity",
     "robustness",
+    "vibration",
+    "faults",
+    "landing",
 )
 
 Told = Callable[[str, int, int], None]  # title of the part under way, parts done, their number

@@ -41,8 +41,8 @@ class Peak:
 
 
 def passive(subject: Subject, Omega: float, others: tuple[Coefficients, ...] = ()) -> Matrices:
-    """Return the rotor with its passive bearings and with other coefficients, at a spin speed (rad/s)."""
-    model, own = subject.free.at(Omega), subject.parameters[PLANT]
+    """Return the condensed rotor with its passive bearings and with other coefficients, at a spin speed (rad/s)."""
+    model, own = subject.condensed.model.at(Omega), subject.parameters[PLANT]
     for bearing in subject.rotor.bearings:
         k, c = (own.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
         model = model.with_bearing(bearing.node, k * np.eye(2), c * np.eye(2))
@@ -59,7 +59,7 @@ def dynamic_stiffness(model: Matrices, forces: Complex, Omega: float) -> Complex
     model
         Rotor and passive parts at this speed.
     forces
-        Forces of the magnetic bearings over displacements, x and y of each node in turn.
+        Forces of the magnetic bearings over displacements, x and y of each of the model's nodes in turn.
     Omega
         Spin speed, and frequency (rad/s).
     """
@@ -96,13 +96,16 @@ def synchronous_response(
     others
         Seals and stages.
     """
+    reduction, free = subject.condensed, subject.free
+    shown = [row for node in sorted(free.translations) for row in free.translations[node]]
+    kept = [2 * (node - 1) + k for node in sorted(reduction.model.translations) for k in (0, 1)]
+    loads = reduction.left @ np.stack([unbalance_vector(free, case) for case in cases], axis=1)
     found = np.empty((len(speeds), len(cases), len(subject.z), 2), dtype=np.complex128)
-    for k, Omega in enumerate(speeds):
-        model = passive(subject, float(Omega), others)
-        rows = [row for node in sorted(model.translations) for row in model.translations[node]]
-        stiffness = dynamic_stiffness(model, bearing_forces(subject, float(Omega), float(Omega)), float(Omega))
-        loads = np.stack([Omega**2 * unbalance_vector(model, case) for case in cases], axis=1)
-        found[k] = np.linalg.solve(stiffness, loads)[rows].T.reshape(len(cases), -1, 2)
+    for k, Omega in enumerate(map(float, speeds)):
+        forces = bearing_forces(subject, Omega, Omega)[np.ix_(kept, kept)]
+        stiffness = dynamic_stiffness(passive(subject, Omega, others), forces, Omega)
+        motion = reduction.right[shown] @ np.linalg.solve(stiffness, Omega**2 * loads)
+        found[k] = motion.T.reshape(len(cases), -1, 2)
     return found
 
 

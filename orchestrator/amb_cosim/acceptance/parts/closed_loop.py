@@ -27,6 +27,8 @@ def answer(subject: Subject) -> Answer:
     found = [_within(vibrations(loop, float(Omega)), limit) for Omega in speeds]
     operating = [k for k, Omega in enumerate(speeds) if speed.lowest <= Omega <= speed.tripping]
     measured = least_decrement("decrement", [(float(speeds[k]), found[k]) for k in operating])
+    ends = (speed.lowest, speed.highest, speed.tripping)
+    everything = least_decrement("decrement_anywhere", [(end, vibrations(loop, end)) for end in ends])
     tracks = followed(found, len(found[0].poles))
     at = int(np.flatnonzero(speeds == speed.highest)[0])
     rows = tuple(
@@ -39,7 +41,7 @@ def answer(subject: Subject) -> Answer:
     ]
     if hertz(limit) > 0.5 / loop.sample_time:
         notes.append(f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz: what is beyond it appears below.")
-    return Answer((measured,), _panels(subject, speeds, found, tracks), (table,), tuple(notes))
+    return Answer((measured, everything), _panels(subject, speeds, found, tracks), (table,), tuple(notes))
 
 
 def least_decrement(quantity: str, found: list[tuple[float, Vibrations]]) -> Measured:

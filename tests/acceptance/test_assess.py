@@ -1,0 +1,64 @@
+"""An assessment of a machine: its verdicts, its page, and parts that cannot be answered."""
+
+import json
+
+import pytest
+
+from amb_cosim.acceptance import assess as room
+from amb_cosim.acceptance.assess import assess
+from amb_cosim.acceptance.findings import Verdict
+from amb_cosim.acceptance.page import write_assessment
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def compressor():
+    return assess(
+        "compressor", only=["free_modes", "closed_loop", "cross_coupling", "unbalance", "envelope", "vibration"]
+    )
+
+
+def test_the_compressor_meets_every_criterion(compressor):
+    assert not compressor.unanswered
+    assert [(one.measured.quantity, one.measured.value) for one in compressor.missed] == []
+    assert compressor.counts()[Verdict.MET] > 15
+
+
+def test_linear_response_bounds_vibration_in_co_simulation(compressor):
+    found = {part.key: part for part in compressor.parts}
+    used = [one.measured.value for one in found["vibration"].findings]
+    assert 0.5 < max(used) < 10.0
+
+
+def test_page_and_data_hold_every_verdict(compressor, tmp_path):
+    pytest.importorskip("plotly")
+    page = write_assessment(compressor, tmp_path).read_text(encoding="utf-8")
+    assert "was not read" in page
+    data = json.loads((tmp_path / "assessment.json").read_text(encoding="utf-8"))
+    assert list(data["parts"]) == [part.key for part in compressor.parts]
+
+
+def test_a_broken_part_is_not_answered_and_ends_nothing(monkeypatch):
+    from amb_cosim.acceptance.parts import free_modes
+
+    def broken(subject):
+        raise ValueError("the drawing is wet")
+
+    monkeypatch.setattr(free_modes, "answer", broken)
+    found = assess("compressor", only=["free_modes", "closed_loop"])
+    assert found.unanswered == {"free_modes": "the drawing is wet"}
+    assert found.parts[1].findings
+
+
+def test_a_part_that_there_is_not_is_refused():
+    with pytest.raises(ValueError, match="did you mean landing"):
+        assess("compressor", only=["landng"])
+    assert "landing" in room.PARTS
+
+
+def test_the_turbo_expander_is_told_what_to_do():
+    found = assess("turbo_expander", only=["closed_loop", "unbalance"])
+    missed = {one.criterion.key for one in found.missed}
+    assert {"critical_in_range", "stable"} <= missed
+    assert all(one.advice for one in found.missed)
