@@ -1,7 +1,9 @@
 """Tune the damping of a controller over 64 rotors at once, whose friction and restitution nobody knows exactly.
 
     pip install 'amb-cosim[gym]'
-    python examples/tune_damping.py
+    python examples/tune_damping.py [SCENARIO]
+
+The scenario is the packs' default without.
 
 An optimiser of scipy asks for the mean reward of a damping: no contact, and little current, while an unbalance comes
 and goes.
@@ -9,24 +11,33 @@ and goes.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from amb_cosim.gym import RotorVectorEnv
+from amb_cosim.scenario.scenario import Scenario, given_scenario
+from rotor_analysis.rotor_file import load_rotor
 
-DAMPING = [f"rolac_controller.{bearing}.c_b_{axis}" for bearing in ("mb1", "mb2") for axis in "xy"]
-LOWEST, HIGHEST = 500.0, 6000.0  # N s/m
+LOWEST, HIGHEST = 500.0, 20000.0  # N s/m
 
 
 def tune(
-    scenario: str | Path = "fig4_9", n: int = 64, names: list[str] = DAMPING, decisions: int = 600, trials: int = 12
+    scenario: Scenario | str | Path | None = None,
+    n: int = 64,
+    names: list[str] | None = None,
+    decisions: int = 600,
+    trials: int = 12,
 ) -> tuple[float, float]:
-    """Return the best damping (N s/m) and its mean reward for each decision of 1 ms."""
+    """Return the best damping (N s/m) and its mean reward for each decision; of all bearings unless `names` says."""
+    machine = given_scenario(scenario, None)
+    bearings = [bearing.name for bearing in load_rotor(machine.rotor).bearings]
+    names = names or [f"rolac_controller.{bearing}.c_b_{axis}" for bearing in bearings for axis in "xy"]
     random = np.random.default_rng(1)
     env = RotorVectorEnv(
-        scenario,
+        machine,
         n,
         actions={name: (LOWEST, HIGHEST) for name in names},
         observations=[],
@@ -48,5 +59,5 @@ def tune(
 
 
 if __name__ == "__main__":
-    damping, reward = tune()
+    damping, reward = tune(*sys.argv[1:2])
     print(f"{damping:.0f} N s/m, mean reward {reward:.4f}")

@@ -16,7 +16,7 @@ from amb_cosim import build_assembled
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare
 
-SCENARIOS = ("fig4_9", "fig5_6", pytest.param("fig6_13", marks=pytest.mark.slow))
+SCENARIOS = ("fig5_6", *(pytest.param(name, marks=pytest.mark.slow) for name in ("fig4_9", "fig6_13")))
 
 SIMULATED = {"settling": "simulated"}  # as one FMU has it
 SHORT = {"settle_cycles": 2, "end_cycle": 12, **SIMULATED}  # of fig4_9: contact all the same

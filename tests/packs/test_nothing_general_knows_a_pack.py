@@ -25,6 +25,7 @@ PARTS = re.compile(r"\b([mre]b[12?*]|d[1-4?*]\.(u|phi|f_[xy?]))(?!\w)")
 # Pages that run scenarios of a pack as examples, and name their parts in commands and results. All others are general.
 EXAMPLES = {
     *(
+        "batch",
         "change_the_friction_law",
         "cluster",
         "compare",
@@ -32,8 +33,10 @@ EXAMPLES = {
         "live",
         "own_pack",
         "report",
+        "resume",
         "robustness",
         "run_many_cases",
+        "traps",
     ),
     *("swap_a_component", "sweep", "wasm"),
     *(f"tools/{tool}" for tool in ("README", "dymola", "ecos", "fmpy", "fmusim", "libcosim", "omsimulator", "pyfmi")),
@@ -73,9 +76,9 @@ def test_no_file_names_a_thing_of_a_pack():
 
 
 def test_no_file_names_a_scenario_or_a_rotor_that_only_a_pack_has():
-    """Examples in texts may: `drop`, `compressor` and `compressor_levitated` say what they are."""
+    """Examples in texts may: `drop`, `compressor_levitated` and `turbo_expander` say what they are."""
     names = {file.stem for folder in packs().values() for file in folder.glob("[rs]*/*.toml") if "_" in file.stem}
-    names -= {"compressor_levitated"}
+    names -= {"compressor_levitated", "turbo_expander"}
     words = re.compile(rf"\b({'|'.join(sorted(names))})\b")
     found = {str(file.relative_to(ROOT)): words.findall(file.read_text(encoding="utf-8")) for file in files()}
     assert {name: of for name, of in found.items() if of} == {}

@@ -24,9 +24,13 @@ def test_linearised_norm_is_that_of_5_19():
 
 def identified(speeds, reason="", **_):
     """What the controller would identify on a loop with continuous control."""
-    results = [IdentifiedReceptance(w, 1, 45, 50.0, R, 1.01 * R, reason) for w in speeds for R in receptance([w])]
+    results = [
+        IdentifiedReceptance(w, 1, 45, 50.0, R, 1.01 * R, reason=reason) for w in speeds for R in receptance([w])
+    ]
     if reason:
-        results = [IdentifiedReceptance(w, 1, 45, 50.0, None, R, reason) for w in speeds for R in receptance([w])]
+        results = [
+            IdentifiedReceptance(w, 1, 45, 50.0, None, R, reason=reason) for w in speeds for R in receptance([w])
+        ]
     return Identification(tuple(speeds), tuple(results), None)
 
 

@@ -68,11 +68,14 @@ def judged(rig, Omega, u, is_knocked):
     return kind, end, agrees, mean
 
 
-def sweep(report=lambda *_: None):
+def sweep(report=lambda *_: None, every=1):
+    """Judge every run, or every so many, spread over speed and unbalance."""
     rig = rubbing_rotor(prepare(given_scenario("fig5_6_pid", None)))
     found = []
     for i, Omega in enumerate(SPEEDS):
         for j, u in enumerate(AMOUNTS):
+            if (i + 3 * j) % every:
+                continue
             is_knocked = (i + j) % 2 == 0
             kind, end, agrees, mean = judged(rig, float(Omega), float(u), is_knocked)
             found.append((kind, end, agrees))
@@ -84,8 +87,8 @@ def sweep(report=lambda *_: None):
 
 
 @pytest.mark.slow
-def test_runs_end_in_states_that_the_map_has():
-    found = sweep()
+def test_runs_end_in_states_that_the_map_has(is_long):
+    found = sweep(every=1 if is_long else 5)
     assert sum(agrees for *_, agrees in found) >= 0.95 * len(found)
 
 

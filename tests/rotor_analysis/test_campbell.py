@@ -118,7 +118,7 @@ def test_speeds_that_do_not_rise_are_refused(speeds):
         campbell(jeffcott().model, np.array(speeds))
 
 
-@pytest.mark.parametrize("name", ["compressor", "nelson_mcvaugh"])
+@pytest.mark.parametrize("name", [pytest.param("compressor", marks=pytest.mark.slow), "nelson_mcvaugh"])
 def test_a_reduced_model_has_the_critical_speeds_of_the_full_one(name):
     rotor, speeds = load_rotor(name), np.linspace(0.0, 1200.0, 5)
     analysed = analysis_model(rotor, None, speeds, 8)

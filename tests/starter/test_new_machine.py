@@ -18,7 +18,7 @@ from rotor_analysis.rotor_file import load_rotor
 
 RPM = math.pi / 30.0
 MACHINES = {"blower": (12.0, 0.6, 30000.0), "pump": (60.0, 1.2, 12000.0), "turbine": (1500.0, 3.2, 6000.0)}
-SCENARIOS = ("levitation", "run_up", "landing", "relevitation", "sensor_loss", "shock")
+SCENARIOS = ("levitation", "runup", "landing", "relevitation", "sensor_loss", "shock")
 
 
 @pytest.fixture(scope="module")

@@ -61,6 +61,7 @@ def test_a_run_that_failed_leaves_no_state_behind():
     assert shared[0] == 0.0
 
 
+@pytest.mark.slow
 def test_kept_records_are_whole_and_the_same():
     vary = {SIZE: ["90 g.mm", "110 g.mm"]}
     records = []

@@ -129,6 +129,7 @@ def test_fmus_in_a_process_of_their_own_save_their_state(saved, plain):
     assert_same(amb_cosim.run(SHORT, start=first.checkpoint(), isolated=True), plain)
 
 
+@pytest.mark.slow
 def test_the_command_line_saves_a_state_and_goes_on_from_it(tmp_path):
     first = run_command("run", RUB, "--save-at", WITHIN_CONTACT, "--no-plots", "-o", "one", cwd=tmp_path).stdout
     assert re.search(r"state at cycle 6 in\s+one/checkpoint_cycle_6.npz", first)
@@ -164,7 +165,8 @@ def killed_runs(folder, cycles, moments, autosave):
     return resumed
 
 
-@pytest.mark.parametrize("kills", [1, pytest.param(30, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kills", [1, 30])
 def test_a_killed_run_goes_on_to_the_same_bits(tmp_path, kills, first_seed):
     """Checkpoints come so fast that many a kill comes while one is written."""
     moments = 0.1 * np.random.default_rng(first_seed).random(kills)

@@ -85,6 +85,7 @@ def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_
     np.testing.assert_allclose(-friction, stable["labyrinth",].friction["labyrinth"], rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_study_tells_what_frees_the_expander_and_draws_its_map(monkeypatch, tmp_path):
     for name, few in (("SPEEDS", 6), ("AMOUNTS", 4), ("CURVE", 12), ("LEAST", 40)):
         monkeypatch.setattr(f"amb_cosim.studies.contact_traps.{name}", few)

@@ -154,20 +154,20 @@ def _pair(E: Complex, c: Array, s: Complex) -> Complex:
     size = np.abs(E * c).sum(axis=2) + np.abs(s)  # each equation may be divided by its size
     e, s = E * c / size[:, :, None], s / size
     g, h, d1, d2 = e[:, 0, 1], e[:, 1, 0], e[:, 0, 0].imag, e[:, 1, 1].imag
-    s1, s2, zero = s[:, 0], s[:, 1], np.zeros(n, dtype=complex)
-    a, b, k = [-g], [s1, -2j * d1, -s1.conj()], [zero, zero, g.conj()]
-    a_, b_, k_ = [h.conj(), -s2.conj()], [zero, -2j * d2], [zero, s2, -h]
+    s_1, s_2, zero = s[:, 0], s[:, 1], np.zeros(n, dtype=complex)
+    a, b, k = [-g], [s_1, -2j * d1, -s_1.conj()], [zero, zero, g.conj()]
+    a_, b_, k_ = [h.conj(), -s_2.conj()], [zero, -2j * d2], [zero, s_2, -h]
     first = _minus(_times(a, k_), _times(k, a_))
     resultant = _minus(
         _times(first, first), _times(_minus(_times(a, b_), _times(b, a_)), _minus(_times(b, k_), _times(k, b_)))
     )
     coefficients = np.stack(resultant[1:8], axis=1)  # the constant is 0: x^1 to x^7
     x = _roots(coefficients)
-    one, square, (g, h, s1, s2, d1, d2) = np.ones_like(x), x**2, (v[:, None] for v in (g, h, s1, s2, d1, d2))
+    one, square, (g, h, s_1, s_2, d1, d2) = np.ones_like(x), x**2, (v[:, None] for v in (g, h, s_1, s_2, d1, d2))
     y = np.concatenate(
         [
-            _quadratic(-g * one, s1 - 2j * d1 * x - s1.conj() * square, g.conj() * square),
-            _quadratic(h.conj() - s2.conj() * x, -2j * d2 * x, s2 * x - h * square),
+            _quadratic(-g * one, s_1 - 2j * d1 * x - s_1.conj() * square, g.conj() * square),
+            _quadratic(h.conj() - s_2.conj() * x, -2j * d2 * x, s_2 * x - h * square),
         ],
         axis=2,
     )

@@ -85,7 +85,7 @@ def _combination(made: Linearisable, readings: Sequence[str], sensors: Sequence[
 
 
 def _places_of_currents(made: Linearisable, machine: Machine) -> dict[str, str]:
-    """Return the inputs that the currents of the controller feed, by the actuator's name of the demand, `mb1.i_x`."""
+    """Return the inputs that the currents of the controller feed, by the actuator's name of the demand, `left.i_x`."""
     fed = {link.source: link.target for link in made.assembly.system.connections}
     names = (f"{axis.bearing}.i_{axis.direction}" for axis in machine.controlled.axes)
     return {name: fed.get(f"{CONTROLLER}.{name}", f"{ACTUATOR}.{name}") for name in names}
