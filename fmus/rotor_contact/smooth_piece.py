@@ -34,7 +34,7 @@ from rotor_contact.step_matrices import StepMatrices, level_of, slot_of
 from rotor_contact.workspace import Workspace, stages_of
 
 MAX_SWEEPS = 8
-SETTLED = 1e-4  # of the largest force: change of the forces in a sweep, of which the next one's is a thousandth
+SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, of which the next one's is a thousandth
 MAX_PHASE = 1e-5  # rad, by which the unbalance may be ahead or behind in the middle of a piece
 MAX_ROUGHNESS = 2e-3  # of the largest force: how far the cubic of a force may be from a parabola
 LEAST_FORCE = 1e-3  # N, that counts as none in judging forces

@@ -1,7 +1,7 @@
 """`python -m tests.packs.readings_tables FILE` writes the tables of docs/validation/readings.md anew.
 
-FILE is the readings.json that `amb-cosim study readings -o FOLDER` leaves in FOLDER; chapters that it lacks stay. A test compares the names of
-readings and the numbers of statements with those that the pack has.
+FILE is the readings.json that `amb-cosim study readings -o FOLDER` leaves in FOLDER; chapters that it lacks stay. A
+test compares the names of readings and the numbers of statements with those that the pack has.
 """
 
 from __future__ import annotations

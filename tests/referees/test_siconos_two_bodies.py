@@ -61,7 +61,7 @@ def test_frictionless_bodies_move_as_in_siconos(e: float, siconos: Siconos) -> N
     for motion, error, of_force in (
         (follow(model, times, np.zeros(6), START), 1e-11, 1e-4),
         (follow_plant(by_substeps, times), 1e-11, 1e-4),
-        (follow_plant(exact, times), 5e-9, 1e-3),  # m of 1e-4, N of 400
+        (follow_plant(exact, times), 1e-9, 1e-3),  # m of 1e-4, N of 400
     ):
         assert 0 < np.count_nonzero(motion.mode) < points
         np.testing.assert_allclose(motion.q[:, :4], answer["q"] @ TO_RELATIVE.T, atol=5e-8 if bounces else error)

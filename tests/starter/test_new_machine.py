@@ -69,14 +69,14 @@ def test_a_new_machine_levitates_with_room_to_its_retainers(pump):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("name", ["blower", "pump"])
 def test_a_new_machine_lands_and_is_lifted_off_again(tmp_path, name):
     mass, length, rpm = MACHINES[name]
     made = new_machine(tmp_path / name, machine_sizes(mass, length, rpm * RPM))
     landed = amb_cosim.run(str(made.folder / "relevitation.toml"))
-    assert landed.summary.outcome == "recovered"
+    assert landed.summary.recovery == "recovered"
     shaken = amb_cosim.run(str(made.folder / "shock.toml"))
-    assert shaken.summary.outcome in ("prevented", "recovered")
+    assert shaken.summary.recovery in ("prevented", "recovered")
 
 
 @pytest.mark.parametrize(

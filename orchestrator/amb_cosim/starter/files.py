@@ -109,6 +109,7 @@ def _values(
         "wheel_width": sizes.wheel_width,
         "k_b": gains.k_b,
         "c_b": gains.c_b,
+        "cross_coupling": 0.01 * gains.k_b,
         "in_range": gains.in_range,
         "beyond": gains.beyond,
         "clearance": sizes.clearance,

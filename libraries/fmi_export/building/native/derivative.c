@@ -105,7 +105,8 @@ static Status ask(Question *question, const char *call, const double *seed, doub
     Status status = STATUS_OK;
     double share = first_share(question, seed), finer = share;
     if (share == 0.0) {
-        memset(results, 0, question->n * sizeof *results);
+        for (size_t j = 0; j < question->n; j++)
+            results[j] = 0.0;
         return STATUS_OK;
     }
     int64_t fault = probe(question, seed, 0.0, question->answers);
