@@ -10,7 +10,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from amb_cosim.acceptance.assess import Assessment, Part
@@ -18,6 +17,7 @@ from amb_cosim.acceptance.criteria import KNOWN
 from amb_cosim.acceptance.findings import Verdict
 from amb_cosim.assessment.pictures import picture_of
 from amb_cosim.assessment.texts import number_text
+from amb_cosim.presentation.templates import templates_of
 from amb_files.atomic import write_atomically
 
 PAGE, DATA = "assessment.html", "assessment.json"
@@ -36,13 +36,7 @@ def page(found: Assessment) -> str:
     """Return the text of the page."""
     from plotly.offline import get_plotlyjs
 
-    environment = Environment(
-        loader=PackageLoader("amb_cosim.acceptance", "template"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates_of("amb_cosim.acceptance", "template")
     environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=KNOWN)
     drawn = {part.key: [panel.as_data() for panel in part.answer.panels] for part in found.parts}
     return environment.get_template("assessment.html.j2").render(

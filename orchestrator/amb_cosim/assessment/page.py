@@ -12,7 +12,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from amb_cosim.assessment.evaluation import Judged, Report
@@ -20,6 +19,7 @@ from amb_cosim.assessment.sources import Answer
 from amb_cosim.assessment.statements import Chapter
 from amb_cosim.assessment.texts import converged_text, ratio_text, remark_text, stated_text, tolerance_text, value_text
 from amb_cosim.assessment.verdict import Verdict
+from amb_cosim.presentation.templates import templates_of
 from amb_files.atomic import write_atomically
 
 PAGE = "report.html"
@@ -63,13 +63,7 @@ def page(report: Report) -> str:
     """Return the text of the page."""
     from plotly.offline import get_plotlyjs
 
-    environment = Environment(
-        loader=PackageLoader("amb_cosim.assessment", "template"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates_of("amb_cosim.assessment", "template")
     environment.globals.update(
         stated=lambda one: stated_text(one.statement),
         ours=lambda one: value_text(one.ours, one.statement.unit),

@@ -11,11 +11,11 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from amb_cosim.live.rig import Rig
 from amb_cosim.live.scripts import joined
+from amb_cosim.presentation.templates import templates_of
 from amb_files.atomic import write_atomically
 
 PAGE = "ui/main.js"
@@ -40,13 +40,7 @@ def page(rigs: Sequence[Rig], documentation: str = "") -> str:
         Address of the documentation's folder `docs`, relative to the page or whole, for links to its theory; none are
         made without.
     """
-    environment = Environment(
-        loader=PackageLoader("amb_cosim.live", "page"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates_of("amb_cosim.live", "page")
     sources = dict(_sources())
     return environment.get_template("live.html.j2").render(
         title=rigs[0].data["scenario"],

@@ -1,0 +1,16 @@
+"""Templates of pages, which refuse names that nobody gave them."""
+
+from __future__ import annotations
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+
+def templates_of(package: str, folder: str) -> Environment:
+    """Return the templates in a folder of a package; text that they are given is escaped."""
+    return Environment(
+        loader=PackageLoader(package, folder),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
