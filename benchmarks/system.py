@@ -13,13 +13,10 @@ _KINDS: dict[str, type] = {"Real": float, "Integer": int, "Boolean": bool}
 def plain_system(prepared: Prepared, recorded: Sequence[str]) -> dict[str, Any]:
     """Return the arguments of the functions in `peers`, for a run from point 0 without events."""
     plan, system = prepared.plan, prepared.plan.system
-    targets = {s.name: s.targets for s in system.signals}
-    given = {f"{c}.{v}": value for c, values in plan.parameters.items() for v, value in values.items()}
-    given |= {end: value for name, value in plan.inputs.items() for end in targets.get(name, (name,))}
-    start: dict[str, dict[str, Any]] = {c.name: {} for c in system.components}
-    for end, value in given.items():
-        component, variable = system.split(end)
-        start[component][variable] = _KINDS[system.port(end, prepared.interfaces).type](value)
+    start: dict[str, dict[str, Any]] = {
+        component: {v: _KINDS[prepared.interfaces[component].ports[v].type](value) for v, value in values.items()}
+        for component, values in plan.start_values().items()
+    }
     return {
         "fmus": {c.name: str(prepared.fmus[c.name].path) for c in system.components},
         "start": start,

@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from amb_cosim.cosim.system_file import load_system as load_system
     from amb_cosim.linear.linearise import linearise as linearise
     from amb_cosim.packaging.assembled import build_assembled as build_assembled
+    from amb_cosim.packaging.build import build as build
     from amb_cosim.packaging.exchange import export_ssp as export_ssp
-    from amb_cosim.packaging.models import build as build
     from amb_cosim.results.result import Result as Result
     from amb_cosim.scenario.batch import Batch as Batch
     from amb_cosim.scenario.scenario import Scenario as Scenario
@@ -70,7 +70,7 @@ _MODULES = {
     "compare": "comparison.compare",
     "linearise": "linear.linearise",
     "linear_controller": "controllers.linear_controller",
-    "build": "packaging.models",
+    "build": "packaging.build",
     "build_assembled": "packaging.assembled",
     "export_ssp": "packaging.exchange",
     "identify": "studies.receptance_identification",

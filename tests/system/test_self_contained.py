@@ -22,7 +22,7 @@ START: dict[str, dict[str, float]] = {
 
 @pytest.fixture(scope="module")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    from amb_cosim.packaging.models import build
+    from amb_cosim import build
 
     return {path.stem: path for path in build(tmp_path_factory.mktemp("fmus"))}
 

@@ -29,6 +29,12 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     "one FMU of all its components.",
 )
 @click.option(
+    "--scenario",
+    metavar="SCENARIO",
+    help="The FMUs of a scenario's components (name, TOML or system file), with its parameters and first inputs as "
+    "start values, for masters that are wired by hand.",
+)
+@click.option(
     "--platform",
     "platforms",
     metavar="NAMES",
@@ -48,6 +54,7 @@ def build(
     receptances: Path | None,
     flavour: Flavour,
     assembled: str | None,
+    scenario: str | None,
     platforms: str | None,
     fmi: str,
 ) -> None:
@@ -61,12 +68,14 @@ def build(
     chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
 
     with refusing():
+        if assembled is not None and scenario is not None:
+            raise ValueError("--assembled and --scenario exclude each other: --assembled SCENARIO is one FMU of all")
         check_writable(output, is_folder=True)
         if assembled is not None:
-            scenario = None if assembled == SYSTEM else assembled
-            click.echo(amb_cosim.build_assembled(output, scenario, flavour, rotor, receptances, chosen, version))
+            whole = None if assembled == SYSTEM else assembled
+            click.echo(amb_cosim.build_assembled(output, whole, flavour, rotor, receptances, chosen, version))
             return
-        for path in amb_cosim.build(output, flavour, rotor, receptances, chosen, version):
+        for path in amb_cosim.build(output, flavour, rotor, receptances, chosen, version, scenario):
             click.echo(path)
     if flavour == "python":
         from fmi_export.building.python_fmu import what_it_needs

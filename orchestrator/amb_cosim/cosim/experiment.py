@@ -140,6 +140,16 @@ class Plan:
             for c, interface in interfaces.items()
         }
 
+    def start_values(self) -> dict[str, dict[str, float]]:
+        """Return parameters and first inputs by component, a shared signal's at each input that it feeds."""
+        values = {c.name: dict(self.parameters[c.name]) for c in self.system.components}
+        for signal, value in self.inputs.items():
+            shared = self.system.signal(signal)
+            for end in shared.targets if shared is not None else (signal,):
+                component, variable = self.system.split(end)
+                values[component][variable] = value
+        return values
+
     def schedules(self, names: Sequence[str]) -> list[Schedule]:
         """Return the inputs over time, for a master whose signals have these names."""
         at = list(names).index

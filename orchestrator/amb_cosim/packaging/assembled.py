@@ -3,31 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
+from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.assembly import Assembly
 from amb_cosim.cosim.choices import Coupling, Flavour, Fmi
-from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
-from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
-from amb_cosim.cosim.fmus import build_models, is_model, model_source, models
-from amb_cosim.cosim.replacement import fitted
-from amb_cosim.cosim.system import System
-from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
+from amb_cosim.cosim.experiment import Plan
+from amb_cosim.cosim.fmus import build_models
 from amb_cosim.packaging.models import Made
+from amb_cosim.packaging.planned import plan_models
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
-from amb_cosim.scenario.inner_loop import inner_loop_parameters
-from amb_cosim.scenario.plan import plan_scenario
-from amb_cosim.scenario.scenario import Scenario, given_scenario
-from amb_cosim.scenario.simulation import system_of
-from amb_files.stages import stage
-
-if TYPE_CHECKING:
-    from fmi_export.model import Model
+from amb_cosim.scenario.scenario import Scenario
 
 NAME = "levitated_rotor"
 DESCRIPTION = (
@@ -36,7 +24,6 @@ DESCRIPTION = (
 )
 SYSTEM = "levitated"  # what is assembled without a scenario
 IN_ORDER = (CONTROLLER, ACTUATOR, PLANT)  # models of the components of what is called so, as they step
-STEP_SIZE = 250e-6  # s, communication step where nothing says it
 
 
 def build_assembled(
@@ -82,53 +69,11 @@ def levitated_rotor(
     """Return the assembled model and its constants; see `build_assembled` for the arguments and errors."""
     from fmi_export.model import with_starts
 
-    file = scenario if isinstance(scenario, str | Path) and is_system(scenario) else None
-    if scenario is None or file is not None:
-        scenario, system = None, load_system(file or SYSTEM)
-    else:
-        scenario = given_scenario(scenario)
-        system = system_of(scenario)
-        rotor, receptances = rotor or scenario.rotor, receptances or scenario.receptances
-    table = None if receptances is None else Path(receptances)
-    made = made_for(system, rotor=rotor, receptances=table)
-    options = {"rotor": rotor, "receptances": table}
-    system, interfaces = fitted(
-        system,
-        {name: _interface(model) for name, (model, _) in made.items()},
-        lambda component: _interface(model_source(component.fmu, **options)[0]),
-    )
-    assembly = Assembly(system, {}, interfaces)
-    if scenario is None:
-        plan = _plan(assembly, file)
-    else:
-        plan = plan_scenario(scenario.model_copy(update={"rotor": None if rotor is None else str(rotor)}), assembly)
-    if table is not None:
-        from amb_cosim.design.rotor_models import check_loop
-
-        given = plan.all_parameters(interfaces)
-        inner = inner_loop_parameters(system, given)
-        for component in system.components:
-            if component.fmu == CONTROLLER:
-                check_loop(table, given[component.name], rotor, inner)
-    model, constants = assembled(plan, made, scenario.coupling if scenario else None)
+    planned = plan_models(SYSTEM if scenario is None else scenario, rotor, receptances)
+    plan = planned.plan
+    model, constants = assembled(plan, planned.made, planned.coupling)
     starts = {f"{component}.{name}": value for component, of in plan.parameters.items() for name, value in of.items()}
     return with_starts(model, starts | dict(plan.inputs)), constants
-
-
-def made_for(system: System, source: Callable[..., Made] = model_source, **options: Any) -> dict[str, Made]:
-    """Return model and constants of each component of a system, from `model_source` or what keeps its answers.
-
-    Raises
-    ------
-    ValueError
-        If a component is no model, or cannot be made with these options.
-    """
-    files = [component.name for component in system.components if not is_model(component.fmu)]
-    if files:
-        raise ValueError(
-            f"{', '.join(files)} of system {system.name} cannot be assembled: only models can, {', '.join(models())}"
-        )
-    return {c.name: source(c.fmu, **options) for c in system.components}
 
 
 def assembled(plan: Plan, made: Mapping[str, Made], coupling: Coupling | None = None) -> Made:
@@ -167,23 +112,3 @@ def assembled(plan: Plan, made: Mapping[str, Made], coupling: Coupling | None = 
     name = re.sub(r"\W", "_", system.name, flags=re.ASCII)
     description = system.description or f"System {system.name}"
     return model_for(composite, f"_{name}" if name[0].isdigit() else name, description), constants
-
-
-def _interface(model: Model) -> FmuInterface:
-    """Return the interface that the FMU of a model would have."""
-    from fmi_export.building.description import model_description
-
-    with stage() as folder:
-        description = ElementTree.tostring(model_description(model, "", "", ""))
-        (folder / "modelDescription.xml").write_bytes(description)
-        return read_interface(folder, model.name)
-
-
-def _plan(assembly: Assembly, file: str | Path | None) -> Plan:
-    """Return what the experiment of a system file says, if it has one."""
-    experiment, values = Experiment(STEP_SIZE, STEP_SIZE), assembly.assignments()
-    if file is not None:
-        experiment, inputs = load_experiment(file, experiment)
-        for name, raw in inputs.items():
-            values.set_first(name, raw)
-    return plan_experiment(experiment, values)

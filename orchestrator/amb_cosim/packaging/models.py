@@ -1,16 +1,14 @@
-"""The models of this project, as entry points find them, and the FMUs built from them."""
+"""The models of this project, as entry points find them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.choices import Flavour, Fmi
-from amb_cosim.cosim.fmus import build_models, made_from
+from amb_cosim.cosim.fmus import made_from
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_files.pack_file import rotor_path
 
@@ -66,40 +64,3 @@ def linear_controller(file: Path | None = None, **_: Any) -> Made:
             "linear_controller is made from a file; name that in its place, such as fmu.linear_controller = 'lead.mat'"
         )
     return made_of(file).model_and_constants
-
-
-def build(
-    folder: str | Path,
-    flavour: Flavour = "native",
-    rotor: str | Path | None = None,
-    receptances: str | Path | None = None,
-    platforms: Iterable[str] | None = None,
-    fmi: Fmi = 2,
-) -> list[Path]:
-    """Write the FMUs of the three models into a folder and return their paths.
-
-    Parameters
-    ----------
-    folder
-        Where the FMUs go; made if it is missing.
-    flavour, platforms
-        `native` FMUs are compiled, for this machine or for the platforms named (`linux64`, `win64`, `darwin64`,
-        `aarch64-linux`, `aarch64-darwin`, `wasm32`); `python` ones are run by PythonFMU.
-    rotor
-        Name of a rotor of a pack, or rotor file (TOML); the packs' default without.
-    receptances
-        Table file that the controller gets its H from; the rotor model's by default.
-    fmi
-        Version of FMI of native FMUs, 2 or 3; those for 3.0 are for other tools, `run` and `simulate` take none.
-
-    Raises
-    ------
-    ValueError
-        If a file is wrong, or has not what the plant's interface shows, if the table is of another rotor, or the
-        platforms or the compiler of native FMUs are not what they must be.
-    """
-    options = {
-        "rotor": rotor,
-        "receptances": None if receptances is None else Path(receptances),
-    }
-    return build_models(MODELS, Path(folder), flavour, platforms, fmi, **options)

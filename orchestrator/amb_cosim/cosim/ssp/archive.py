@@ -59,12 +59,7 @@ def export_ssp(
         If an FMU cannot be built, or the run cannot be written as SSP.
     """
     system = plan.system
-    starts = {c.name: dict(plan.parameters[c.name]) for c in system.components}
-    for signal, value in plan.inputs.items():
-        shared = system.signal(signal)
-        for end in shared.targets if shared is not None else (signal,):
-            component, variable = system.split(end)
-            starts[component][variable] = value
+    starts = plan.start_values()
     files = {c.name: f"resources/{c.name}" for c in system.components}
     run = Described(
         name=name,

@@ -1,0 +1,84 @@
+"""The models as FMUs, one each: the three of the rotor, or the components of a scenario with its values."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+
+from amb_cosim.cosim.choices import Flavour, Fmi
+from amb_cosim.cosim.fmus import build_model, build_models
+from amb_cosim.packaging.models import MODELS
+from amb_cosim.packaging.planned import plan_models
+from amb_cosim.scenario.scenario import Scenario
+from amb_files.atomic import write_atomically
+from amb_files.stages import stage
+
+
+def build(
+    folder: str | Path,
+    flavour: Flavour = "native",
+    rotor: str | Path | None = None,
+    receptances: str | Path | None = None,
+    platforms: Iterable[str] | None = None,
+    fmi: Fmi = 2,
+    scenario: str | Path | Scenario | None = None,
+) -> list[Path]:
+    """Write the FMUs of the three models, or of a scenario's components, into a folder and return their paths.
+
+    Parameters
+    ----------
+    folder
+        Where the FMUs go; made if it is missing.
+    flavour, platforms
+        `native` FMUs are compiled, for this machine or for the platforms named (`linux64`, `win64`, `darwin64`,
+        `aarch64-linux`, `aarch64-darwin`, `wasm32`); `python` ones are run by PythonFMU.
+    rotor
+        Name of a rotor of a pack, or rotor file (TOML); the scenario's, or the packs' default, without.
+    receptances
+        Table file that the controller gets its H from; the scenario's, or the rotor model's, by default.
+    fmi
+        Version of FMI of native FMUs, 2 or 3; those for 3.0 are for other tools, `run` and `simulate` take none.
+    scenario
+        Whose parameters and first inputs are the start values: a `Scenario`, a name or the path of a TOML file, or of
+        a system file. Each FMU is then called like its component. Events and what changes the speed are not in them.
+
+    Raises
+    ------
+    ValueError
+        If a file is wrong, or has not what the plant's interface shows, if the table is of another rotor, if a
+        component of the scenario is no model, or the platforms or the compiler are not what they must be.
+    """
+    if scenario is not None:
+        return _build_planned(Path(folder), flavour, scenario, rotor, receptances, platforms, fmi)
+    table = None if receptances is None else Path(receptances)
+    return build_models(MODELS, Path(folder), flavour, platforms, fmi, rotor=rotor, receptances=table)
+
+
+def _build_planned(
+    folder: Path,
+    flavour: Flavour,
+    scenario: str | Path | Scenario,
+    rotor: str | Path | None,
+    receptances: str | Path | None,
+    platforms: Iterable[str] | None,
+    fmi: Fmi,
+) -> list[Path]:
+    """Write the FMU of each component of a scenario, with its values to start with."""
+    from fmi_export.model import with_starts
+
+    planned = plan_models(scenario, rotor, receptances)
+    platforms = None if platforms is None else list(platforms)
+    starts = planned.plan.start_values()
+    models = {name: (with_starts(model, starts[name]), constants) for name, (model, constants) in planned.made.items()}
+    with stage() as temporary:
+        built = {
+            name: build_model(model, constants, temporary / name, flavour, platforms, fmi)
+            for name, (model, constants) in models.items()
+        }
+        folder.mkdir(parents=True, exist_ok=True)
+        targets = {name: folder / f"{name}.fmu" for name in built}
+        for name, target in targets.items():
+            write_atomically(target, partial(shutil.copyfile, built[name]))
+    return list(targets.values())

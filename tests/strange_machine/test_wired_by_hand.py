@@ -1,0 +1,130 @@
+"""FMUs with a scenario's values, wired by hand in FMPy: the run of the orchestrator, to the last bit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import fmpy
+import pytest
+from click.testing import CliRunner
+from fmpy.fmi2 import FMU2Slave
+from strange_machine import LEVITATION, SYSTEM
+
+import amb_cosim
+from amb_cosim.commands.cli import main
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import prepare
+
+SCENARIO = Scenario.load(LEVITATION).changed(settle_cycles=0, end_cycle=4)
+
+
+class Component:
+    """An FMU as a script has it: values by name."""
+
+    def __init__(self, path, folder):
+        description = fmpy.read_model_description(path)
+        self.variables = {v.name: v for v in description.modelVariables}
+        self.fmu = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=fmpy.extract(path, folder / path.stem),
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName=path.stem,
+        )
+        self.fmu.instantiate()
+        self.fmu.setupExperiment(startTime=0.0)
+        self.fmu.enterInitializationMode()
+
+    def get(self, name) -> Any:
+        v = self.variables[name]
+        return getattr(self.fmu, f"get{v.type.replace('Enumeration', 'Integer')}")([v.valueReference])[0]
+
+    def set(self, name, value):
+        v = self.variables[name]
+        getattr(self.fmu, f"set{v.type.replace('Enumeration', 'Integer')}")([v.valueReference], [value])
+
+
+def wired_by_hand(files, wires, names, h, steps, folder):
+    """Controller, actuator, plant in turn; nothing is set but what is connected."""
+    fmus = {path.stem: Component(path, folder) for path in files}
+
+    def feed(target):
+        for source, end in wires:
+            component, name = end.split(".", 1)
+            if component == target:
+                origin, output = source.split(".", 1)
+                fmus[target].set(name, fmus[origin].get(output))
+
+    for component in list(fmus) * 3:
+        feed(component)
+    for component in fmus.values():
+        component.fmu.exitInitializationMode()
+    found = {name: [] for name in names}
+    for n in range(steps + 1):
+        for component in fmus if n else ():
+            feed(component)
+            fmus[component].fmu.doStep((n - 1) * h, h)
+        for name, values in found.items():
+            component, output = name.split(".", 1)
+            values.append(fmus[component].get(output))
+    for component in fmus.values():
+        component.fmu.terminate()
+        component.fmu.freeInstance()
+    return found
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    return amb_cosim.build(tmp_path_factory.mktemp("by_hand"), scenario=SCENARIO)
+
+
+def test_components_wired_by_hand_give_the_orchestrators_run_to_the_last_bit(files, tmp_path):
+    ours = amb_cosim.run(SCENARIO, progress=False)
+    prepared = prepare(SCENARIO)
+    plan = prepared.plan
+    assert plan.last == 320
+    outputs = [name for name in plan.recorded if name not in plan.inputs]
+    wires = [(link.source, link.target) for link in plan.system.connections]
+    theirs = wired_by_hand(files, wires, outputs, plan.step_size, plan.last, tmp_path)
+    assert len(outputs) > 60
+    assert [name for name in outputs if theirs[name] != ours.signals[name].values.tolist()] == []
+    assert 1e-7 < max(map(abs, theirs["rotor_contact.north.x"])) < 1e-4
+
+
+def test_their_descriptions_say_the_values_of_the_scenario(files):
+    starts = {path.stem: {v.name: v.start for v in fmpy.read_model_description(path).modelVariables} for path in files}
+    assert list(starts) == ["rolac_controller", "amb_actuator", "rotor_contact"]
+    assert float(starts["rolac_controller"]["sample_time"]) == pytest.approx(50e-6, rel=1e-15)
+    assert float(starts["rolac_controller"]["Omega"]) == float(starts["rotor_contact"]["Omega"])
+    assert float(starts["rotor_contact"]["turbine.u"]) == pytest.approx(0.5e-6, rel=1e-15)
+    assert starts["rolac_controller"]["rolac_enable"] == "false"
+    assert starts["amb_actuator"]["force_law"] == "1"
+    assert float(starts["rotor_contact"]["gravity_y"]) == pytest.approx(-9.81)
+
+
+def test_fmus_are_called_like_the_components_whatever_the_model(tmp_path):
+    law = tmp_path / "law.toml"
+    law.write_text((LEVITATION.parents[2] / "examples/controllers/lead_notches.toml").read_text("utf-8"), "utf-8")
+    scenario = Scenario.load("compressor_levitated").changed(fmu={"rolac_controller": str(law)})
+    files = amb_cosim.build(tmp_path / "fmus", scenario=scenario)
+    assert [path.name for path in files] == ["rolac_controller.fmu", "amb_actuator.fmu", "rotor_contact.fmu"]
+    assert fmpy.read_model_description(files[0]).modelName == "linear_controller"
+
+
+def test_an_fmu_of_a_file_cannot_have_a_scenarios_values(tmp_path):
+    with pytest.raises(ValueError, match=r"amb_actuator of system \w+ cannot be built: only models can"):
+        amb_cosim.build(tmp_path / "fmus", scenario=SCENARIO.changed(fmu={"amb_actuator": "mine.fmu"}))
+    assert not (tmp_path / "fmus").exists()
+
+
+def test_the_command_writes_the_same_files_and_refuses_two_ways_at_once(files, tmp_path):
+    file = tmp_path / "short.toml"
+    file.write_text(f'base = "{LEVITATION}"\nsettle_cycles = 0\nend_cycle = 4\n', encoding="utf-8")
+    command = ["build", "--scenario", str(file), "-o"]
+    done = CliRunner().invoke(main, [*command, str(tmp_path / "fmus")])
+    assert done.exit_code == 0, done.output
+    for path in files:
+        assert (tmp_path / "fmus" / path.name).read_bytes() == path.read_bytes()
+    both = CliRunner().invoke(main, [*command, str(tmp_path / "both"), "--assembled", str(SYSTEM)])
+    assert both.exit_code != 0
+    assert "--assembled and --scenario exclude each other" in both.output
+    assert not (tmp_path / "both").exists()
