@@ -7,13 +7,14 @@ import shutil
 import zipfile
 from ctypes import byref, c_bool, c_double, c_size_t, c_uint32, c_void_p
 
+import fmpy
 import numpy as np
 import pytest
 from raw import ERROR, OK, Library3
 
 from fmi_export.building.arrays import lengths, slots
 from fmi_export.building.description3 import model_description3
-from fmi_export.building.native.package import native_guid
+from fmi_export.building.native.package import build_native_fmu, native_guid
 from fmi_export.interface import Interface, interface
 from fmi_export.model import Instance
 from fmi_export.variables import output
@@ -210,6 +211,23 @@ def test_an_output_array_depends_on_what_its_elements_depend_on(matrix):
     reference = {v.get("name"): v.get("valueReference") for v in root.iterfind("ModelVariables/*")}
     found = {o.get("valueReference"): o.get("dependencies") for o in root.iterfind("ModelStructure/Output")}
     assert [found[reference[name]] for name in ("f", "twice", "elapsed")] == [reference["u"], reference["n"], ""]
+
+
+def test_without_arrays_each_value_has_a_reference_as_in_fmi_2(matrix, library, tmp_path):
+    path = build_native_fmu(matrix, np.zeros(1), tmp_path, fmi=3, arrays=False)
+    assert not any(v.dimensions for v in fmpy.read_model_description(str(path)).modelVariables)
+    zipfile.ZipFile(path).extractall(tmp_path / "extracted")
+    scalars = Library3(tmp_path / "extracted")
+    names = [v.name for v in matrix.interface.variables]
+    assert scalars.variables.keys() == {*names, "time"}
+    assert [scalars.variables[name][::2] for name in names] == [(n, 1) for n in range(len(names))]
+    u, n, on = [1.5, -2.0, 4.0], [3, -4], [True, False]
+    with scalars.instantiate() as alone, library.instantiate() as whole:
+        alone.begin(**{f"{name}{j}": v for name, of in (("u", u), ("n", n), ("on", on)) for j, v in enumerate(of)})
+        whole.begin(u=u, n=n, on=on)
+        assert (alone.step(0), whole.step(0)) == (OK, OK)
+        assert alone.get("f0", "f1", "elapsed") == whole.get("f", "elapsed")
+        assert len(set(alone.get("f0", "f1"))) == 2
 
 
 def test_variables_that_make_no_array_are_refused(matrix):

@@ -97,6 +97,10 @@ def test_build_writes_native_fmus_for_this_machine(runner, tmp_path):
         assert f"/{path.stem}." in binaries[0]
 
 
+def test_fmus_without_arrays_are_of_fmi_3(refuses):
+    refuses("FMUs without arrays are of FMI 3.0 (--fmi 3); FMI 2.0 has no arrays", "build", "--no-arrays", "-o", "fmus")
+
+
 def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
     rig = rotor_path().read_text(encoding="utf-8")
     (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")

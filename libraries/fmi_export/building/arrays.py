@@ -6,7 +6,8 @@ of which there are as many as the rotor has sensors, and what is a matrix by nat
 controller, which one connection joins, their weights and scales, the sensor planes, and the identified receptance. Its
 elements stand one after another in the table, row by row, so that the array is a piece of the model's flat arrays.
 
-Positions in the table are value references; an array has that of its first element.
+Positions in the table are value references; an array has that of its first element. For hosts that read one value per
+reference a model `without_arrays` has each element as a variable of its own, as in FMI 2.0.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import math
 from dataclasses import dataclass, replace
 
 from fmi_export.interface import Interface
+from fmi_export.model import Model
 from fmi_export.variables import Variable
 
 
@@ -36,6 +38,12 @@ class Slot:
     def description(self) -> str:
         array = self.variables[0].array
         return array.description if array else self.variables[0].description
+
+
+def without_arrays(model: Model) -> Model:
+    """Return a model whose variables all stand alone in FMI 3.0, with the names and references of FMI 2.0."""
+    variables = tuple(replace(v, array=None) for v in model.interface.variables)
+    return replace(model, interface=Interface(variables))
 
 
 def slots(table: Interface) -> list[Slot]:

@@ -48,6 +48,7 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     show_default=True,
     help="Version of FMI: 2.0, or 3.0 for native FMUs, which has sensors and receptance as arrays; for other tools.",
 )
+@click.option("--no-arrays", is_flag=True, help="FMI 3.0 with a variable for each value, for hosts without arrays.")
 def build(
     output: Path,
     rotor: str | None,
@@ -57,6 +58,7 @@ def build(
     scenario: str | None,
     platforms: str | None,
     fmi: str,
+    no_arrays: bool,
 ) -> None:
     """Build the FMUs into a folder.
 
@@ -73,9 +75,10 @@ def build(
         check_writable(output, is_folder=True)
         if assembled is not None:
             whole = None if assembled == SYSTEM else assembled
-            click.echo(amb_cosim.build_assembled(output, whole, flavour, rotor, receptances, chosen, version))
+            made = amb_cosim.build_assembled(output, whole, flavour, rotor, receptances, chosen, version, not no_arrays)
+            click.echo(made)
             return
-        for path in amb_cosim.build(output, flavour, rotor, receptances, chosen, version, scenario):
+        for path in amb_cosim.build(output, flavour, rotor, receptances, chosen, version, scenario, not no_arrays):
             click.echo(path)
     if flavour == "python":
         from fmi_export.building.python_fmu import what_it_needs

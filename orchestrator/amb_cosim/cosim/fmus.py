@@ -131,6 +131,7 @@ def build_models(
     flavour: Flavour = "native",
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
+    arrays: bool = True,
     **options: Any,
 ) -> list[Path]:
     """Write the FMUs of models into `folder` and return their paths; nothing is written unless all can be made.
@@ -139,11 +140,12 @@ def build_models(
     ----------
     names, options
         The models and what they are made for, as for `model_source`.
-    flavour, platforms, fmi
-        Which flavour, what it runs on, and for which version of FMI; see `build_native_fmu` and `build_python_fmu`.
+    flavour, platforms, fmi, arrays
+        Which flavour, what it runs on, for which version of FMI, and whether that of 3.0 has arrays; see
+        `build_native_fmu` and `build_python_fmu`.
     """
     made = [model_source(name, **options) for name in names]
-    return [build_model(model, constants, folder, flavour, platforms, fmi) for model, constants in made]
+    return [build_model(model, constants, folder, flavour, platforms, fmi, arrays) for model, constants in made]
 
 
 def build_model(
@@ -153,9 +155,10 @@ def build_model(
     flavour: Flavour = "native",
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
+    arrays: bool = True,
 ) -> Path:
     """Write the FMU of a model with its constants into `folder` and return its path; options as for `build_models`."""
-    build, _ = _flavoured(flavour, platforms, fmi)
+    build, _ = _flavoured(flavour, platforms, fmi, arrays)
     return build(model, constants, folder)
 
 
@@ -264,8 +267,12 @@ def _code(package: str) -> bytes:
     return sha.digest()
 
 
-def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None, fmi: Fmi = 2) -> tuple[Build, Guid]:
+def _flavoured(
+    flavour: Flavour, platforms: Iterable[str] | None = None, fmi: Fmi = 2, arrays: bool = True
+) -> tuple[Build, Guid]:
     """Return the functions that build an FMU of that flavour and give its guid."""
+    if fmi == 2 and not arrays:
+        raise ValueError("FMUs without arrays are of FMI 3.0 (--fmi 3); FMI 2.0 has no arrays")
     if flavour == "python":
         if fmi != 2:
             raise ValueError("FMI 3.0 is for native FMUs alone; PythonFMU writes those of flavour python for FMI 2.0")
@@ -274,4 +281,4 @@ def _flavoured(flavour: Flavour, platforms: Iterable[str] | None = None, fmi: Fm
         return partial(build_python_fmu, platforms=platforms), python_guid
     from fmi_export.building.native.package import build_native_fmu, native_guid
 
-    return partial(build_native_fmu, platforms=platforms, fmi=fmi), native_guid
+    return partial(build_native_fmu, platforms=platforms, fmi=fmi, arrays=arrays), native_guid

@@ -34,6 +34,7 @@ def build_assembled(
     receptances: str | Path | None = None,
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
+    arrays: bool = True,
 ) -> Path:
     """Write one FMU with all components of a system into a folder and return its path.
 
@@ -46,7 +47,7 @@ def build_assembled(
         `Scenario`, a name or the path of a TOML file; the path of a system file; the system `levitated` by default.
     rotor, receptances
         In place of the scenario's; see `build`.
-    folder, flavour, platforms, fmi
+    folder, flavour, platforms, fmi, arrays
         As for `build`.
 
     Raises
@@ -56,7 +57,7 @@ def build_assembled(
         cannot be built.
     """
     options = {"scenario": scenario, "rotor": rotor, "receptances": receptances}
-    (path,) = build_models((NAME,), Path(folder), flavour, platforms, fmi, **options)
+    (path,) = build_models((NAME,), Path(folder), flavour, platforms, fmi, arrays, **options)
     return path
 
 

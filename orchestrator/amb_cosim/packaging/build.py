@@ -24,6 +24,7 @@ def build(
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
     scenario: str | Path | Scenario | None = None,
+    arrays: bool = True,
 ) -> list[Path]:
     """Write the FMUs of the three models, or of a scenario's components, into a folder and return their paths.
 
@@ -44,6 +45,9 @@ def build(
         Whose parameters and first inputs are the start values: a `Scenario`, a name or the path of a TOML file, or of
         a system file. Each FMU is then called like its component. Events and what changes the speed are not in them.
 
+    arrays
+        Whether FMUs of FMI 3.0 have array variables; without, each value has a reference of its own.
+
     Raises
     ------
     ValueError
@@ -51,9 +55,9 @@ def build(
         component of the scenario is no model, or the platforms or the compiler are not what they must be.
     """
     if scenario is not None:
-        return _build_planned(Path(folder), flavour, scenario, rotor, receptances, platforms, fmi)
+        return _build_planned(Path(folder), flavour, scenario, rotor, receptances, platforms, fmi, arrays)
     table = None if receptances is None else Path(receptances)
-    return build_models(MODELS, Path(folder), flavour, platforms, fmi, rotor=rotor, receptances=table)
+    return build_models(MODELS, Path(folder), flavour, platforms, fmi, arrays, rotor=rotor, receptances=table)
 
 
 def _build_planned(
@@ -64,6 +68,7 @@ def _build_planned(
     receptances: str | Path | None,
     platforms: Iterable[str] | None,
     fmi: Fmi,
+    arrays: bool,
 ) -> list[Path]:
     """Write the FMU of each component of a scenario, with its values to start with."""
     from fmi_export.model import with_starts
@@ -74,7 +79,7 @@ def _build_planned(
     models = {name: (with_starts(model, starts[name]), constants) for name, (model, constants) in planned.made.items()}
     with stage() as temporary:
         built = {
-            name: build_model(model, constants, temporary / name, flavour, platforms, fmi)
+            name: build_model(model, constants, temporary / name, flavour, platforms, fmi, arrays)
             for name, (model, constants) in models.items()
         }
         folder.mkdir(parents=True, exist_ok=True)

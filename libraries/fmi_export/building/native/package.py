@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from amb_files.archive import write_archive
+from fmi_export.building.arrays import without_arrays
 from fmi_export.building.description import model_description, xml_file
 from fmi_export.building.description3 import model_description3
 from fmi_export.building.documentation import documentation
@@ -23,7 +24,12 @@ ICON, ICON3 = "model.png", "terminalsAndIcons/icon.png"  # where an importer loo
 
 
 def build_native_fmu(
-    model: Model, constants: Array, folder: Path, platforms: Iterable[str] | None = None, fmi: Fmi = 2
+    model: Model,
+    constants: Array,
+    folder: Path,
+    platforms: Iterable[str] | None = None,
+    fmi: Fmi = 2,
+    arrays: bool = True,
 ) -> Path:
     """Write `<model.name>.fmu` into `folder` and return its path; the file appears complete or not at all.
 
@@ -39,12 +45,16 @@ def build_native_fmu(
         FMI names of the platforms that it runs on, or `all`; this machine's by default. See `compiler.TARGETS`.
     fmi
         Version of FMI: 2.0 or 3.0. Engine and data are the same but for the guid, and so are the results.
+    arrays
+        Whether an FMU of FMI 3.0 has array variables; without, each element is a variable, as in FMI 2.0.
 
     Raises
     ------
     ValueError
         If a platform is not known, a sentence of the model is wrong, or an engine must be compiled and cannot be.
     """
+    if fmi == 3 and not arrays:
+        model = without_arrays(model)
     chosen = check_platforms([host_platform()] if platforms is None else platforms)
     guid = native_guid(model, constants, fmi)
     data = model_data(model, constants, guid, engine_key(model.compiled))
