@@ -8,7 +8,7 @@ from scipy.io import loadmat
 from strange_machine import LEVITATION, ROTOR
 
 import amb_cosim
-from amb_cosim.linear.differences import part_by_differences
+from amb_cosim.linear.foreign import foreign_part
 from amb_cosim.linear.linearisable import linearisable
 from amb_cosim.linear.linearise import model_of
 
@@ -128,7 +128,7 @@ def test_fmu_from_elsewhere_is_known_by_differences():
     )
     own = linearisable(COMPRESSOR, fmu={"rolac_controller": lead})
     interface, folder = own.assembly.interfaces["rolac_controller"], own.assembly.fmus["rolac_controller"].folder
-    part = part_by_differences("rolac_controller", folder, interface, {"Omega": 900.0}, (AXES, DEMANDS), H)
+    part = foreign_part("rolac_controller", folder, interface, {"Omega": 900.0}, (AXES, DEMANDS), H)
     (exact,) = own.parts(["rolac_controller"])
     exact = exact.selected(part.inputs, part.outputs)
     for z in np.exp(1j * np.array([0.0, 0.1, 2.0])):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from amb_cosim.controllers.laws import Law
-from amb_cosim.linear.differences import realised, responses
+from amb_cosim.linear.foreign import realised, responses
 from amb_cosim.linear.loop import disk_gain_and_phase, disk_margin
 from amb_cosim.linear.parts import Part, connected, loop_of, sampled, shown_a_step_later
 

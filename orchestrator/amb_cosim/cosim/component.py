@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from ctypes import byref, c_char, c_double, c_size_t, c_void_p
+from ctypes import byref, c_char, c_double, c_size_t, c_uint, c_void_p
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -168,6 +168,17 @@ class FmuComponent:
     def step(self, time: float, step_size: float) -> None:
         """Advance from `time` by `step_size` (s)."""
         self._call("fmi2DoStep", self._fmu.fmi2DoStep, self._fmu.component, time, step_size, fmi2True)
+
+    def derivatives(self, unknowns: Sequence[str], knowns: Sequence[str]) -> NDArray[np.float64]:
+        """Return the derivatives of unknowns by knowns, shape (unknowns, knowns), as the FMU gives them."""
+        rows, columns = ([self._interface.port(v, self.name).reference for v in names] for names in (unknowns, knowns))
+        asked, ask = (c_uint * len(rows))(*rows), "fmi2GetDirectionalDerivative"
+        found = np.zeros((len(columns), len(rows)))
+        for column, answer in zip(columns, found, strict=True):
+            known = byref(c_uint(column)), 1, byref(c_double(1.0))
+            given = self._fmu.component, asked, len(rows), *known, np.ctypeslib.as_ctypes(answer)
+            self._call(ask, getattr(self._fmu, ask), *given)
+        return found.T
 
     def save(self) -> None:
         """Keep the state of the FMU, in place of the one that was kept before."""

@@ -74,7 +74,8 @@ class FmuInterface:
     """An FMU's identity and its variables by name, in the order of the modelDescription.
 
     `takes_any_step` is whether it can handle a communication step other than its own, `saves_state` whether it can go
-    back to an earlier state, `serialises_state` whether such a state can be written.
+    back to an earlier state, `serialises_state` whether such a state can be written. `states` are the names of the
+    continuous states and of their derivatives by time, of an FMU that gives directional derivatives and lists them.
     """
 
     identifier: str
@@ -84,6 +85,7 @@ class FmuInterface:
     takes_any_step: bool = False
     saves_state: bool = False
     serialises_state: bool = False
+    states: tuple[tuple[str, str], ...] = ()
 
     def of(self, causality: str) -> tuple[Port, ...]:
         """Return the variables of a causality."""
@@ -178,7 +180,15 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         takes_any_step=bool(ability.canHandleVariableCommunicationStepSize),
         saves_state=bool(ability.canGetAndSetFMUstate),
         serialises_state=bool(ability.canGetAndSetFMUstate and ability.canSerializeFMUstate),
+        states=_states(description) if ability.providesDirectionalDerivative else (),
     )
+
+
+def _states(description: Any) -> tuple[tuple[str, str], ...]:
+    """Return names of states and of their derivatives; none if a derivative does not say of what."""
+    listed = [unknown.variable for unknown in description.derivatives]
+    pairs = tuple((v.derivative.name, v.name) for v in listed if v is not None and v.derivative is not None)
+    return pairs if len(pairs) == len(listed) else ()
 
 
 def _warnings(folder: Path) -> dict[str, str]:

@@ -18,7 +18,7 @@ from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
 from amb_cosim.cosim.values import Raw, convert, quantity
 from amb_cosim.linear.control import law_part, pid_part
-from amb_cosim.linear.differences import part_by_differences
+from amb_cosim.linear.foreign import foreign_part
 from amb_cosim.linear.machine import actuator_part, rotor_part
 from amb_cosim.linear.parts import Part
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
@@ -48,7 +48,7 @@ class Linearisable:
     _kept: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
 
     def at(self, Omega: float) -> Linearisable:
-        """Return the same at another spin speed (rad/s); an FMU that is known by differences stays as it is."""
+        """Return the same at another spin speed (rad/s); an FMU that is no model of ours stays as it is."""
         return replace(self, point={**self.point, SPEED: Omega})
 
     def parts(self, names: Sequence[str]) -> list[Part]:
@@ -113,7 +113,7 @@ class Linearisable:
         used = {link.source for link in system.connections}
         outputs = [p.name for p in interface.of("output") if p.type == "Real" and f"{name}.{p.name}" in used]
         folder, time = self.assembly.fmus[name].folder, every * self.plan.step_size
-        return part_by_differences(name, folder, interface, start, (inputs, outputs), time)
+        return foreign_part(name, folder, interface, start, (inputs, outputs), time)
 
     def constants(self, name: str) -> Array:
         """Return the constants of a component that is one of our models."""

@@ -1,4 +1,4 @@
-"""The linear model of a scenario or of any system: from the constants of our models, by differences of other FMUs."""
+"""The linear model of a scenario or of any system: from the constants of our models, by what other FMUs answer."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def linearise(
     ValueError
         If a name or value is not allowed, components sample at different times, or an FMU has no linear model.
     FmuError
-        If an FMU that is linearised by differences refuses to run.
+        If an FMU that is no model of ours refuses to run.
     """
     made = linearisable(source, at, rotor=rotor, fmu=fmu, set=set, flavour=flavour)
     return model_of(made, inputs, outputs, components, opened)

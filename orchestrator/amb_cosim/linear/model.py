@@ -23,7 +23,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
     operating_point
         Values about which the model is linear, by name: the speed `Omega` (rad/s), and others that were given.
     notes
-        What is not in the model, or known by differences alone, in sentences.
+        What is not in the model, or how a part is known that is no model of ours, in sentences.
     """
 
     input_names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""The linear model of an FMU whose equations are not known, from its answers to pulses.
+"""The linear model of an FMU whose equations are not known, from its derivatives or from its answers to pulses.
 
 An instance runs from the same start once undisturbed, and once for each input with that input raised by delta during
 one communication step. The differences of its outputs, over delta, are the samples of its impulse response,
@@ -19,17 +19,21 @@ import numpy as np
 
 from amb_cosim.controllers.laws import Array, Law
 from amb_cosim.cosim.component import FmuComponent
+from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.linear.parts import Part, names_of
+from amb_cosim.linear.parts import Part, held, names_of
 
 STEPS = 240  # communication steps of a response
 RANK = 1e-9  # singular value of the responses' matrix, over the largest, that is no state
+TOLD = (
+    0.01  # error, over the largest response, up to which derivatives count: an FMU may have more states than it lists
+)
 STATED = 1e-6  # error, over the largest response, from which a model is said to be in doubt
 DELTAS = {"m": 1e-6, "N": 1.0, "A": 1e-3, "V": 1e-3}  # of an input, by its unit
 DELTA = 1e-3
 
 
-def part_by_differences(
+def foreign_part(
     name: str,
     folder: Path,
     interface: FmuInterface,
@@ -38,6 +42,9 @@ def part_by_differences(
     sample_time: float,
 ) -> Part:
     """Return the model of an FMU about its start values, at the end of each communication step.
+
+    By the directional derivatives of an FMU that gives them of all its states, where these tell what pulses lead to;
+    else by the pulses.
 
     Parameters
     ----------
@@ -65,6 +72,8 @@ def part_by_differences(
         answer = _Answers(component, inputs, outputs, start, rest, sample_time)
         still = answer.to(np.zeros(len(inputs)))
         pulses = [[answer.to(s * d * e) for s in (1.0, -1.0)] for d, e in zip(deltas, np.eye(len(inputs)), strict=True)]
+        answer.begin()
+        derived = by_derivatives(component, interface.states, ends, sample_time) if interface.states else None
     finally:
         component.close()
     each = np.array([(up - down) / (2.0 * d) for (up, down), d in zip(pulses, deltas, strict=True)])
@@ -72,12 +81,65 @@ def part_by_differences(
     if not np.isfinite(each).all():
         raise ValueError(f"{name}: its outputs are not finite; no linear model is there")
     markov = np.moveaxis(each, 0, 2)  # (step, output, input)
-    law = realised(markov, sample_time)
-    error, curvature = (_relative(found, markov) for found in (responses(law, len(markov)) - markov, bent))
-    stated = f"{name}: by differences, of {len(law.A)} states, with an error of {error:.1g} of its largest response"
+    law, stated = _best(derived, markov, sample_time)
+    curvature = _relative(bent, markov)
     if curvature > STATED:
         stated += f"; it is not linear, pulses of both signs differ by {curvature:.1g}"
-    return Part(law, names_of(name, inputs), names_of(name, outputs), notes=(stated,), at_end=True)
+    return Part(law, names_of(name, inputs), names_of(name, outputs), notes=(f"{name}: {stated}",), at_end=True)
+
+
+def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, str]:
+    """Return the law by derivatives where it tells the pulses, else that of the pulses, and what is stated."""
+    missed = ""
+    if derived is not None:
+        error = _relative(responses(derived, len(markov)) - markov, markov)
+        if error < TOLD:
+            return derived, (
+                f"by its directional derivatives, of {len(derived.A)} states; its largest response to pulses is missed "
+                f"by {error:.1g} of itself"
+            )
+        missed = f"; by its directional derivatives its largest response is missed by {error:.1g} of itself"
+    law = realised(markov, sample_time)
+    error = _relative(responses(law, len(markov)) - markov, markov)
+    return law, f"by differences, of {len(law.A)} states, with an error of {error:.1g} of its largest response{missed}"
+
+
+def by_derivatives(
+    component: FmuComponent,
+    states: Sequence[tuple[str, str]],
+    ends: tuple[Sequence[str], Sequence[str]],
+    sample_time: float,
+) -> Law | None:
+    """Return the law of an FMU, x' = A x + B u, y = C x + D u, at the end of each step; None where it refuses.
+
+        x(n+1) = Phi x(n) + Gamma u(n),   y(n) = C Phi x(n) + (C Gamma + D) u(n)                     (2)
+
+    FMI 2.0 has `fmi2GetDirectionalDerivative` of state derivatives and outputs by states and inputs for a model in
+    co-simulation too, where the description lists its state derivatives.
+
+    Parameters
+    ----------
+    component
+        After its initialisation.
+    states
+        Names of its states and of their derivatives.
+    ends
+        Names of its real inputs and outputs.
+    sample_time
+        T (s), through which inputs are held.
+    """
+    inputs, outputs = ends
+    x, rates = ([pair[k] for pair in states] for k in (0, 1))
+    try:
+        J = component.derivatives([*rates, *outputs], [*x, *inputs])
+    except FmuError:
+        return None
+    n = len(x)
+    if not np.isfinite(J).all():
+        return None
+    C, D = J[n:, :n], J[n:, n:]
+    Phi, Gamma = held(J[:n, :n], J[:n, n:], sample_time)
+    return Law(Phi, Gamma, C @ Phi, C @ Gamma + D, sample_time)
 
 
 class _Answers:
@@ -95,17 +157,21 @@ class _Answers:
         self.component, self.rest, self.sample_time = component, rest, sample_time
         self.arguments = inputs, outputs, start
 
+    def begin(self) -> None:
+        """Bring the instance to its start."""
+        self.component.reset(*self.arguments)
+        self.component.inputs[:] = self.rest
+        self.component.enter(0.0)
+        self.component.write()
+        self.component.leave()
+
     def to(self, pulse: Array) -> Array:
         """Return the outputs after each step but the first, shape (STEPS, n_outputs), with a pulse during the second.
 
         The first step has none, for an FMU may start at rest under what it is first shown.
         """
         component, found = self.component, []
-        component.reset(*self.arguments)
-        component.inputs[:] = self.rest
-        component.enter(0.0)
-        component.write()
-        component.leave()
+        self.begin()
         for n in range(STEPS + 1):
             component.inputs[:] = self.rest + (pulse if n == 1 else 0.0)
             component.write()

@@ -1,0 +1,82 @@
+"""FMUs of other makers: by their directional derivatives where these tell how they step, else by differences."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amb_cosim.cosim.fmu_interface import read_interface
+from amb_cosim.linear.foreign import foreign_part
+
+SOURCE = Path(__file__).parent / "support" / "spring.c"
+H = 1e-4
+M, D, K, CUBE = 2.0, 5.0, 8e4, 3e11  # of the spring
+FORCE = 50.0  # N
+DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Spring" guid="{spring}">
+<CoSimulation modelIdentifier="spring" canHandleVariableCommunicationStepSize="true"
+ providesDirectionalDerivative="true"/>
+<ModelVariables>
+<ScalarVariable name="f" valueReference="0" causality="input"><Real start="0"/></ScalarVariable>
+<ScalarVariable name="x" valueReference="1" causality="local"><Real/></ScalarVariable>
+<ScalarVariable name="v" valueReference="2" causality="local"><Real derivative="2"/></ScalarVariable>
+<ScalarVariable name="a" valueReference="3" causality="local"><Real derivative="3"/></ScalarVariable>
+<ScalarVariable name="lag" valueReference="4" causality="parameter" variability="fixed">
+<Real start="0"/></ScalarVariable>
+<ScalarVariable name="y" valueReference="5" causality="output"><Real/></ScalarVariable>
+</ModelVariables>
+<ModelStructure>
+<Outputs><Unknown index="6"/></Outputs>
+<Derivatives><Unknown index="3"/><Unknown index="4"/></Derivatives>
+</ModelStructure>
+</fmiModelDescription>
+"""
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+
+
+@pytest.fixture(scope="module")
+def folder(create_once, unpack):
+    def fill(folder: Path) -> None:
+        compile_it = [sys.executable, "-m", "ziglang", "cc", "-shared", "-fPIC", "-O2", "-o", folder / "spring.so"]
+        subprocess.run([*compile_it, SOURCE], check=True, capture_output=True)
+        with zipfile.ZipFile(folder / "Spring.fmu", "w") as archive:
+            archive.writestr("modelDescription.xml", DESCRIPTION)
+            archive.write(folder / "spring.so", "binaries/linux64/spring.so")
+
+    return unpack(create_once("spring-fmu", fill) / "Spring.fmu")
+
+
+def spring(folder, **start):
+    interface = read_interface(folder, "spring")
+    return foreign_part("spring", folder, interface, {"f": FORCE, **start}, (["f"], ["y"]), H)
+
+
+def exact_poles():
+    """z of m s^2 + d s + k + 3 c x^2 where the spring carries the force."""
+    x = min(np.roots([CUBE, 0.0, K, -FORCE]), key=lambda root: abs(root.imag)).real
+    return np.exp(H * np.roots([M, D, K + 3.0 * CUBE * x**2]))
+
+
+def test_poles_are_those_of_the_derivatives_at_the_point(folder):
+    part = spring(folder)
+    assert "by its directional derivatives, of 2 states" in part.notes[0]
+    found = np.linalg.eigvals(part.law.A)
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(exact_poles()), rtol=1e-12)
+    assert part.law.D[0, 0] > 0.0
+
+
+@pytest.mark.parametrize("lag", [2e-4, -1.0])
+def test_hidden_state_or_refusal_leaves_it_to_differences(folder, lag):
+    """With a lag that is not listed the derivatives miss a state; with a negative one they are refused."""
+    (note,) = (part := spring(folder, lag=lag)).notes
+    assert note.startswith("spring: by differences, of ")
+    assert ("by its directional derivatives its largest response is missed by" in note) == (lag > 0.0)
+    found = np.linalg.eigvals(part.law.A)
+    for pole in exact_poles():
+        assert np.abs(found / pole - 1.0).min() < 1e-4
