@@ -19,6 +19,7 @@
     sweep        run a scenario over a grid or a sample of its values, thousands of runs, on Dask
     draw_sweep   draw maps of a sweep into its folder
     assess       whether a machine may run: verdicts by criteria of standards, with figures
+    units        units of what is drawn, from now on or in a `with`: units("rpm", "um", "kN")
     studies      questions answered by analysis or by many runs: Campbell diagram, sensitivity, recovery, ...
     simulate     run any FMI 2.0 co-simulation FMUs from a system file or an SSP archive
     System       components and connections of one's own
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from amb_cosim.packaging.assembled import build_assembled as build_assembled
     from amb_cosim.packaging.build import build as build
     from amb_cosim.packaging.exchange import export_ssp as export_ssp
+    from amb_cosim.presentation.units import units as units
     from amb_cosim.results.result import Result as Result
     from amb_cosim.scenario.batch import Batch as Batch
     from amb_cosim.scenario.scenario import Scenario as Scenario
@@ -77,6 +79,7 @@ _MODULES = {
     "sweep": "sweeps.run",
     "draw_sweep": "sweeps.figures",
     "assess": "acceptance.assess",
+    "units": "presentation.units",
     "studies": "studies",
     "simulate": "cosim.run",
     "System": "cosim.system",

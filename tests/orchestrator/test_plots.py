@@ -152,7 +152,7 @@ def test_orbits_before_and_with_rolac_are_drawn_apart(synthetic, without):
 # Figures in Python and in a notebook
 
 
-@pytest.mark.parametrize("name", [name for name in plots.MODULES if name != "touchdown"])
+@pytest.mark.parametrize("name", [name for name in plots.MODULES if name not in ("touchdown", "magnets")])
 def test_every_figure_has_a_method_and_shows_itself(synthetic, name):
     figure = getattr(plots.Plots(synthetic()), name)()
     assert figure._repr_png_().startswith(b"\x89PNG")
@@ -177,5 +177,5 @@ def test_figures_that_cannot_be_drawn_are_refused(synthetic):
 
 
 def test_representation_lists_the_figures(synthetic):
-    listed = "orbits(), displacement(), contact(), whirl(), energy(), touchdown()"
+    listed = "orbits(), displacement(), contact(), whirl(), magnets(), energy(), touchdown()"
     assert repr(plots.Plots(synthetic())) == f"Plots of synthetic: {listed}"

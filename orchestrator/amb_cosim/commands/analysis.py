@@ -11,7 +11,7 @@ import click
 
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, SETTINGS, Option, output
+from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, SETTINGS, UNITS, Option, output
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.commands.printing import print_result
 from amb_files.atomic import check_writable
@@ -86,7 +86,8 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
         print_parts([*result.text(), f"results in {folder}"])
 
     decorated: Callable[..., None] = run
-    for add_option in (output(f"Folder for the results; default results/study_{name}."), *reversed(options)):
+    always: tuple[Option, ...] = (output(f"Folder for the results; default results/study_{name}."), UNITS)
+    for add_option in (*always, *reversed(options)):
         decorated = add_option(decorated)
     study.command(name, help=described.description)(decorated)
 

@@ -10,7 +10,7 @@ from typing import cast
 import click
 
 from amb_cosim.commands.cli_errors import Failed, interrupted, refuse_nothing, refusing
-from amb_cosim.commands.options import NO_PLOTS, UNTIL, output
+from amb_cosim.commands.options import NO_PLOTS, UNITS, UNTIL, output
 from amb_cosim.cosim.choices import Flavour
 from amb_files.atomic import check_writable
 
@@ -33,6 +33,7 @@ ONE = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
 @UNTIL
 @output("Folder; default results/comparison.")
 @NO_PLOTS
+@UNITS
 def compare(
     sources: tuple[str, ...],
     settings: tuple[str, ...],

@@ -26,8 +26,25 @@ def _parsed(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> di
         return parse_settings(texts)
 
 
+def _choose_units(context: click.Context, _: click.Parameter, text: str) -> None:
+    if text:
+        from amb_cosim.presentation.units import units
+
+        with refusing():
+            context.with_resource(units(text))
+
+
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 NO_PLOTS = click.option("--no-plots", is_flag=True, help="Draw no figures.")
+UNITS: Option = click.option(
+    "--units",
+    default="",
+    expose_value=False,
+    callback=_choose_units,
+    envvar="AMB_COSIM_UNITS",
+    metavar="UNIT,...",
+    help="Units of figures: rpm, Hz or rad/s; mm, um or m; N or kN. By default rad/s, others by their size.",
+)
 EXPLAIN = click.option("--explain", is_flag=True, help="Print warnings whole, not cut to a line of the terminal.")
 UNTIL = click.option("--until", type=float, metavar="SECONDS", help="End of a run, from the beginning of cycle 0.")
 ROTOR = click.option(

@@ -19,6 +19,7 @@ from amb_cosim.commands.options import (
     RECEPTANCES,
     ROTOR,
     SETTINGS,
+    UNITS,
     UNTIL,
     output,
 )
@@ -44,6 +45,7 @@ AUTOSAVED = "autosave.npz"
 @LOOP
 @ISOLATED
 @NO_PLOTS
+@UNITS
 @EXPLAIN
 @click.option("--save-at", multiple=True, metavar="MOMENT", help="Save the state at 'cycle 5', '0.3 s', ....")
 @click.option("--from", "start", metavar="FILE", help="Go on from a state that --save-at saved.")

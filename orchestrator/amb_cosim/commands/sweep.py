@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
-from amb_cosim.commands.options import FLAVOUR, NO_PLOTS, RECEPTANCES, ROTOR, SETTINGS, UNTIL, output
+from amb_cosim.commands.options import FLAVOUR, NO_PLOTS, RECEPTANCES, ROTOR, SETTINGS, UNITS, UNTIL, output
 from amb_files.atomic import check_writable
 
 VARY = """Values of a variable, NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...; units are understood. What an event sets
@@ -43,6 +43,7 @@ begins with step. or removal.; names joined by & are varied together; NAME=@FILE
 )
 @click.option("--jobs", type=int, help="Number of processes here; one a processor by default.")
 @NO_PLOTS
+@UNITS
 def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool, **options: Any) -> None:
     """Run the scenario NAME thousands of times, over a grid or a sample of its values.
 

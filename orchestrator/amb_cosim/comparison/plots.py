@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.presentation.style import DASHED, STYLE, StyledFigure, set_orbit_axes
+from amb_cosim.presentation.style import DASHED, STYLE, StyledFigure, fitted, set_orbit_axes
+from amb_cosim.presentation.units import force_unit, length_unit
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.orbits import path, radius, support
@@ -46,15 +47,16 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
     figure = StyledFigure(figsize=(max(3.7 * len(bearings), 4.5), 4.2), layout="constrained")
     panels = figure.subplots(1, len(bearings), squeeze=False)[0]
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    unit = length_unit(_largest(radius(run, support(run, bearing)) for run in runs.values() for bearing in bearings))
     for panel, bearing in zip(panels, bearings, strict=True):
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
             found, c = path(run, support(run, bearing)), _clearance(run, bearing)
             if found is not None:
-                panel.plot(*(1e3 * found), color=colour, lw=0.6, alpha=OPACITY)
+                panel.plot(*unit.of(found), color=colour, lw=0.6, alpha=OPACITY)
             if c is not None:
-                panel.plot(1e3 * c * np.cos(angle), 1e3 * c * np.sin(angle), color="black", ls=DASHED, lw=0.9)
-        set_orbit_axes(panel, bearing.upper(), _reach(panel))
-    panels[0].set_ylabel("$y$ (mm)")
+                panel.plot(unit.of(c) * np.cos(angle), unit.of(c) * np.sin(angle), color="black", ls=DASHED, lw=0.9)
+        set_orbit_axes(panel, fitted(bearing.upper(), 3.5), _reach(panel), unit.label)
+    panels[0].set_ylabel(f"$y$ ({unit.label})")
     return _with_legend(figure, panels[0], runs)
 
 
@@ -64,15 +66,16 @@ def displacement(runs: Runs, bearings: list[str]) -> Figure:
     figure = StyledFigure(figsize=(7.6, 2.2 * len(bearings) + 0.6), layout="constrained")
     panels = figure.subplots(len(bearings), 1, sharex=True, squeeze=False)[:, 0]
     for panel, bearing in zip(panels, bearings, strict=True):
+        unit = length_unit(_largest(radius(run, support(run, bearing)) for run in runs.values()))
         known = any(_clearance(run, bearing) is not None for run in runs.values())
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
             r, c = radius(run, support(run, bearing)), _clearance(run, bearing)
             if r is not None and (c is not None or not known):
-                panel.plot(axis(run), r / c if c is not None else 1e3 * r, color=colour, alpha=OPACITY)
+                panel.plot(axis(run), r / c if c is not None else unit.of(r), color=colour, alpha=OPACITY)
         if known:
             panel.axhline(1.0, color="black", lw=0.9, ls=DASHED)
         panel.set_title(bearing.upper(), loc="left")
-        panel.set(ylabel="radius / clearance" if known else "radius (mm)", ylim=(0.0, None))
+        panel.set(ylabel="radius / clearance" if known else f"radius ({unit.label})", ylim=(0.0, None))
     panels[-1].set_xlabel(label)
     return _with_legend(figure, panels[0], runs)
 
@@ -82,13 +85,14 @@ def contact(runs: Runs, sites: list[str]) -> Figure:
     label, axis = _axis(runs)
     figure = StyledFigure(figsize=(7.6, 2.2 * len(sites) + 0.6), layout="constrained")
     panels = figure.subplots(len(sites), 1, sharex=True, squeeze=False)[:, 0]
+    unit = force_unit(_largest(peaks(run, site) for run in runs.values() for site in sites))
     for panel, site in zip(panels, sites, strict=True):
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
             force = peaks(run, site)
             if force is not None:
-                panel.plot(axis(run), 1e-3 * force, color=colour, alpha=OPACITY)
+                panel.plot(axis(run), unit.of(force), color=colour, alpha=OPACITY)
         panel.set_title(site.upper(), loc="left")
-        panel.set(ylabel="force (kN)", ylim=(0.0, None))
+        panel.set(ylabel=f"force ({unit.label})", ylim=(0.0, None))
     panels[-1].set_xlabel(label)
     return _with_legend(figure, panels[0], runs)
 
@@ -109,6 +113,11 @@ def _clearance(run: Signals, bearing: str) -> float | None:
     """Return the clearance of a bearing's retainer (m); None where it has none."""
     site = places(run).bearings.get(bearing)
     return clearance(run, site) if site else None
+
+
+def _largest(values: Iterable[NDArray[np.float64] | None]) -> float:
+    """Return the largest of all values; 0 without any."""
+    return max((float(np.nanmax(found, initial=0.0)) for found in values if found is not None), default=0.0)
 
 
 def _reach(panel: Axes) -> float:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from amb_cosim.cosim.signals import Signals
+from amb_cosim.presentation.units import force_unit, length_unit, spin_text
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.series import cycles, speed
@@ -138,7 +139,7 @@ class Scene:
     """
 
     def __init__(self, recorded: Signals, trail: float) -> None:
-        from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure, set_orbit_axes
+        from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure, fitted, set_orbit_axes
         from amb_cosim.results.places import places
         from amb_cosim.results.plots.axes import clearance, stations
 
@@ -157,19 +158,22 @@ class Scene:
         self.drawn: list[tuple[Any, ...]] = []
         angle = np.linspace(0.0, 2.0 * np.pi, 181)
         for panel, station in zip(panels, shown, strict=True):
-            x, y = 1e3 * station.path(recorded)
+            path = station.path(recorded)
             force = peaks(recorded, station.site) if station.site else None
-            limit = float(np.nanmax(np.hypot(x, y)))
+            gap = clearance(recorded, station.site) if station.site else 0.0
+            limit = max(float(np.nanmax(np.hypot(*path))), gap)
+            unit = length_unit(limit)
+            (x, y), c = unit.of(path), gap / unit.size
             if station.site:
-                c = 1e3 * clearance(recorded, station.site)
-                limit = max(limit, c)
                 panel.plot(c * np.cos(angle), c * np.sin(angle), color="black", ls=DASHED, lw=1.0)
             (line,) = panel.plot([], [], color=BLUE, lw=0.9)
             (dot,) = panel.plot([], [], "o", color=BLUE, ms=6.0)
             text = panel.text(0.5, 0.5, "", transform=panel.transAxes, ha="center", va="center", color=ORANGE)
-            set_orbit_axes(panel, station.title, 1.1 * limit)
+            set_orbit_axes(panel, fitted(station.title, 3.3), 1.1 * limit / unit.size, unit.label)
+            panel.set_ylabel(f"$y$ ({unit.label})" if panel is panels[0] else "")
             self.drawn.append((x, y, np.zeros(len(x)) if force is None else force, line, dot, text, (BLUE, ORANGE)))
-        panels[0].set_ylabel("$y$ (mm)")
+        forces = (float(force.max(initial=0.0)) for _, _, force, *_ in self.drawn)
+        self.force_unit = force_unit(max(forces, default=0.0))
 
     def show(self, cycle: float) -> None:
         """Move everything to where it is at a cycle."""
@@ -180,5 +184,10 @@ class Scene:
             line.set_data(x[first:last], y[first:last])
             dot.set_data(x[last - 1 : last], y[last - 1 : last])
             dot.set_color(touching if force[last - 1] > 0.0 else free)
-            text.set_text(f"{1e-3 * force[last - 1]:.2f} kN" if force[last - 1] > 0.0 else "")
-        self.title.set_text(f"{self.name}: cycle {cycle:.2f}, {self.speeds[last - 1]:.4g} rad/s")
+            text.set_text(self._force_text(force[last - 1]) if force[last - 1] > 0.0 else "")
+        self.title.set_text(f"{self.name}: cycle {cycle:.2f}, {spin_text(self.speeds[last - 1])}")
+
+    def _force_text(self, force: float) -> str:
+        """Return a contact force, with decimals that do not change from picture to picture."""
+        unit = self.force_unit
+        return f"{force / unit.size:.{2 if unit.name == 'kN' else 0}f} {unit.name}"

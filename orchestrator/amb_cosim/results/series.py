@@ -45,7 +45,12 @@ def cycles(dataset: Signals) -> NDArray[np.float64]:
 
 def parameters(dataset: Signals) -> dict[str, Any]:
     """Return the parameters of the plant."""
-    found: dict[str, Any] = json.loads(dataset.attrs.get("parameters", "{}")).get(_PLANT, {})
+    return parameters_of(dataset, _PLANT)
+
+
+def parameters_of(dataset: Signals, component: str) -> dict[str, Any]:
+    """Return the parameters of a component; none of one that the run did not have."""
+    found: dict[str, Any] = json.loads(dataset.attrs.get("parameters", "{}")).get(component, {})
     return found
 
 

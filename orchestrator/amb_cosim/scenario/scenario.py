@@ -24,7 +24,7 @@ _MACHINE = (  # fields that say what runs, and how it is set
     *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "communication_step"),
 )
 
-FigureName = Literal["orbits", "displacement", "contact", "whirl", "energy", "touchdown"]
+FigureName = Literal["orbits", "displacement", "contact", "whirl", "magnets", "energy", "touchdown"]
 
 
 class _Moment(Table):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.results.contact_history import rolling_from
 from amb_cosim.results.energies import energies
+from amb_cosim.results.magnet_limits import is_magnetic
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.series import speed_changes
@@ -25,6 +27,7 @@ MODULES = {
     "displacement": "motion",
     "contact": "contact",
     "whirl": "contact",
+    "magnets": "magnets",
     "energy": "energy",
     "touchdown": "fall",
 }
@@ -58,6 +61,10 @@ class Plots:
         """Draw the whirl speed at each site of `contact`, and whether the rotor slides or rolls there."""
         return figure(self._dataset, "whirl")
 
+    def magnets(self) -> Figure:
+        """Draw control currents and forces of the magnetic bearings, with their limits."""
+        return figure(self._dataset, "magnets")
+
     def energy(self) -> Figure:
         """Draw the energy of the lateral motion, the work done on the rotor and the heat it became."""
         return figure(self._dataset, "energy")
@@ -83,7 +90,7 @@ def figure(dataset: Signals, name: str) -> Figure:
     dataset
         What the run recorded, with its attributes.
     name
-        `orbits`, `displacement`, `contact`, `whirl`, `energy` or `touchdown`.
+        `orbits`, `displacement`, `contact`, `whirl`, `magnets`, `energy` or `touchdown`.
 
     Raises
     ------
@@ -100,6 +107,8 @@ def figure(dataset: Signals, name: str) -> Figure:
         raise ValueError("energy cannot be drawn: the run did not reach cycle 0, or did not record energy.*")
     if name == "touchdown" and touchdown(dataset) is None:
         raise ValueError("touchdown cannot be drawn: the run is without gravity or without contact")
+    if name == "magnets" and not _has_magnets(dataset):
+        raise ValueError("magnets cannot be drawn: no current and no force of a magnetic bearing was recorded")
     import matplotlib as mpl
 
     from amb_cosim.presentation.style import STYLE
@@ -130,10 +139,17 @@ def chosen(dataset: Signals) -> list[str]:
     if "plot_figures" in dataset.attrs:
         requested: list[str] = json.loads(dataset.attrs["plot_figures"])
         missing = {name for name, found in (("energy", energies), ("touchdown", touchdown)) if found(dataset) is None}
+        missing |= set() if _has_magnets(dataset) else {"magnets"}
         return [name for name in requested if name not in missing]
     landed = touchdown(dataset) is not None
     names = ["touchdown"] * landed + ["orbits"] * (not landed and not speed_changes(dataset)) + ["displacement"]
-    return names + ["contact"] * bool(places(dataset).sites) + ["whirl"] * (rolling_from(dataset) is not None)
+    names += ["contact"] * bool(places(dataset).sites) + ["whirl"] * (rolling_from(dataset) is not None)
+    return names + ["magnets"] * _has_magnets(dataset)
+
+
+def _has_magnets(dataset: Signals) -> bool:
+    """Return whether a current or a force of a magnetic bearing was recorded that is not zero all the time."""
+    return any(map(partial(is_magnetic, dataset), places(dataset).bearings))
 
 
 def _has_motion(dataset: Signals) -> bool:

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW
+from amb_cosim.presentation.units import spin_text
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.orbits import path
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes, switched_on
 
+CONSTANT = 0.002  # relative change of a spin speed that is none to be drawn
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 
 
@@ -43,8 +45,14 @@ def add_title(figure: Figure, dataset: Signals) -> None:
     """Write the name of the scenario and its spin speed above the figure."""
     speeds = speed(dataset)
     name = Path(dataset.attrs["scenario"]).stem
-    text = f"{speeds[0]:.4g} to {speeds[-1]:.4g}" if speed_changes(dataset) else f"{speeds[0]:.4g}"
-    figure.suptitle(f"{name}, $\\Omega$ = {text} rad/s", fontsize=TITLE_SIZE)
+    ends = (speeds[0], speeds[-1]) if speed_is_drawn(dataset) else (speeds[0],)
+    figure.suptitle(f"{name}, {spin_text(*ends)}", fontsize=TITLE_SIZE)
+
+
+def speed_is_drawn(dataset: Signals) -> bool:
+    """Return whether the spin speed changes by more than `CONSTANT` of its largest value."""
+    speeds = speed(dataset)
+    return speed_changes(dataset) and bool(np.ptp(speeds) > CONSTANT * np.abs(speeds).max(initial=0.0))
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
+from amb_cosim.presentation.units import force_unit, speed_unit
 from amb_cosim.results.contact_forces import averaged_force, is_sampled, peaks
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.places import places
@@ -27,6 +28,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.series import speed
 
+OUTLIERS = 0.01  # share of whirl speeds at either end of their order that an axis may leave out
 MODES = ("free", "sliding", "rolling")
 
 
@@ -37,20 +39,20 @@ def contact(dataset: Signals) -> Figure:
     ratios = (*[3.0] * len(sites), 0.4 * (len(states) if bearings_alone else len(sites) + 1))
     figure = StyledFigure(figsize=(7.0, max(4.6 * sum(ratios) / 7.6, 3.2)), layout="constrained")
     *panels, state_panel = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
-    highest = 0.0
+    forces = {site: [_values(dataset, of(dataset, site)) for of in (peaks, averaged_force)] for site in sites}
+    highest = float(np.nanmax([values for found in forces.values() for values in found], initial=0.0))
+    unit = force_unit(highest)
     for panel, site in zip(panels, sites, strict=True):
-        force = _kilonewtons(dataset, peaks(dataset, site))
-        averaged = _kilonewtons(dataset, averaged_force(dataset, site))
-        highest = max(highest, float(force.max()), float(np.nanmax(averaged, initial=0.0)))
-        panel.plot(time_values(dataset), averaged, color="black", lw=0.8)
-        panel.plot(time_values(dataset), force, color=colour_of(dataset, site))
+        force, averaged = forces[site]
+        panel.plot(time_values(dataset), unit.of(averaged), color="black", lw=0.8)
+        panel.plot(time_values(dataset), unit.of(force), color=colour_of(dataset, site))
         panel.set_title(site_title(dataset, site), loc="left", pad=title_padding(dataset, panel is panels[0]))
-        panel.set_ylabel("$N$ (kN)")
+        panel.set_ylabel(f"$N$ ({unit.label})")
         if not force.any() and not averaged.any():
             _write_no_contact(panel)
         mark_events(panel, dataset, named=panel is panels[0])
     for panel in panels:
-        panel.set_ylim(0.0, 1.08 * (highest or 1.0))
+        panel.set_ylim(0.0, 1.08 * (highest / unit.size or 1.0))
     handles = [Line2D([], [], color=GREY, label=_meaning(dataset, sites))]
     handles.append(Line2D([], [], color="black", lw=0.8, label="averaged over 1 ms, impacts included"))
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
@@ -71,28 +73,36 @@ def _meaning(dataset: Signals, sites: list[str]) -> str:
     return "force at the samples" if sampled else "largest force in each step"
 
 
-def _kilonewtons(dataset: Signals, force: NDArray[np.float64] | None) -> NDArray[np.float64]:
-    """Return a force in kN; NaN if it was not recorded."""
-    return np.full(dataset.sizes["time"], np.nan) if force is None else 1e-3 * force
+def _values(dataset: Signals, force: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    """Return a force; NaN if it was not recorded."""
+    return np.full(dataset.sizes["time"], np.nan) if force is None else force
 
 
 def whirl(dataset: Signals) -> Figure:
-    """Draw the whirl speed at each site of `touchable`, with spin speed and rolling speed, and the mode of contact."""
+    """Draw the whirl speed at each site of `touchable`, with spin speed and rolling speed, and the mode of contact.
+
+    The axis holds what the rotor does; a rolling speed that it is far from is written.
+    """
     sites = touchable(dataset)
     figure = StyledFigure(figsize=(7.0, 2.9 * len(sites)), layout="constrained")
     panels = figure.subplots(2 * len(sites), 1, sharex=True, height_ratios=(3, 1) * len(sites))
-    times, Omega = time_values(dataset), speed(dataset)
+    times, unit = time_values(dataset), speed_unit()
+    Omega = unit.of(speed(dataset))
     for whirl_panel, mode_panel, site in zip(panels[::2], panels[1::2], sites, strict=True):
         rolling = -plant_parameter(dataset, f"{site}.journal_radius") / clearance(dataset, site) * Omega
         closed = plant_signal(dataset, f"{site}.mode") > 0.0
         whirl_panel.plot(times, Omega, color="black", lw=0.8, ls=":", label=r"$+\Omega$")
         whirl_panel.plot(times, rolling, color="black", lw=0.8, ls=DASHED, label=r"rolling, $-(R_s/C_r)\,\Omega$")
-        whirling = np.where(closed, plant_signal(dataset, f"{site}.whirl_speed"), np.nan)
+        whirling = np.where(closed, unit.of(plant_signal(dataset, f"{site}.whirl_speed")), np.nan)
         whirl_panel.plot(times, whirling, ".-", ms=1.5, color=colour_of(dataset, site), label="in contact")
         whirl_panel.set_title(
             site_title(dataset, site), loc="left", pad=title_padding(dataset, whirl_panel is panels[0])
         )
-        whirl_panel.set(ylabel="whirl (rad/s)", ylim=(1.12 * rolling.min(), -0.12 * rolling.min()))
+        low, high = _whirl_limits(Omega, whirling)
+        whirl_panel.set(ylabel=f"whirl ({unit.label})", ylim=(low, high))
+        if np.median(rolling) < low:
+            text = f"rolling: {np.median(rolling):,.0f} {unit.label}, below".replace("-", "\N{MINUS SIGN}")
+            whirl_panel.text(0.99, 0.03, text, transform=whirl_panel.transAxes, ha="right", fontsize=8, color="0.3")
         if not closed.any():
             _write_no_contact(whirl_panel)
         _draw_states(mode_panel, dataset, f"{site}.mode", MODES)
@@ -104,6 +114,15 @@ def whirl(dataset: Signals) -> Figure:
     label_time_axis(panels[-1], dataset)
     add_title(figure, dataset)
     return figure
+
+
+def _whirl_limits(Omega: NDArray[np.float64], whirling: NDArray[np.float64]) -> tuple[float, float]:
+    """Return limits that hold the spin speed, its opposite, and all whirl speeds but `OUTLIERS` at either end."""
+    found = whirling[np.isfinite(whirling)]
+    ends = np.quantile(found, (OUTLIERS, 1.0 - OUTLIERS)) if found.size else np.zeros(2)
+    largest = float(Omega.max(initial=0.0)) or 1.0
+    low, high = min(-largest, float(ends[0])), max(largest, float(ends[1]))
+    return low - 0.12 * (high - low), high + 0.12 * (high - low)
 
 
 def _draw_states(panel: Axes, dataset: Signals, name: str, states: tuple[str, ...]) -> None:

@@ -9,7 +9,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.presentation.style import DASHED, GREY, StyledFigure, set_orbit_axes
+from amb_cosim.presentation.style import DASHED, GREY, StyledFigure, fitted, set_orbit_axes
+from amb_cosim.presentation.units import SYMBOLS, length_unit, speed_unit
 from amb_cosim.results.orbits import centre
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
@@ -43,7 +44,9 @@ def touchdown(dataset: Signals) -> Figure:
     grid = figure.add_gridspec(1 + rows, max(len(drawn), 1), height_ratios=[orbit, *[1.7] * rows])
     limit = 1.05 * max((_reach(dataset, station) for station in drawn), default=1.0)
     for k, station in enumerate(drawn):
-        _draw_orbit(figure.add_subplot(grid[0, k]), dataset, station, limit)
+        panel = figure.add_subplot(grid[0, k])
+        _draw_orbit(panel, dataset, station, limit)
+        panel.set_title(fitted(station.title, 0.95 * orbit))
     first = figure.add_subplot(grid[1, :])
     panels = [first, *(figure.add_subplot(grid[row, :], sharex=first) for row in range(2, 1 + rows))]
     _draw_heights(panels[0], dataset, [station for station in drawn if station.site in retainers] or drawn)
@@ -54,7 +57,7 @@ def touchdown(dataset: Signals) -> Figure:
         mark_events(panel, dataset, named=panel is first)
         panel.tick_params(labelbottom=panel is panels[-1])
     label_time_axis(panels[-1], dataset)
-    figure.legend(handles=_legend(dataset, drawn), loc="outside lower center", ncols=len(drawn) + 3)
+    figure.legend(handles=_legend(dataset, drawn), loc="outside lower center", ncols=min(len(drawn) + 3, 5))
     add_title(figure, dataset)
     return figure
 
@@ -76,8 +79,8 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Line2D]:
 
 
 def _reach(dataset: Signals, station: Station) -> float:
-    """Return the largest coordinate in the picture of an orbit (mm)."""
-    return 1e3 * max(clearance(dataset, station.site), float(np.nanmax(np.abs(_seen(dataset, station)))))
+    """Return the largest coordinate in the picture of an orbit (m)."""
+    return max(clearance(dataset, station.site), float(np.nanmax(np.abs(_seen(dataset, station)))))
 
 
 def _seen(dataset: Signals, station: Station) -> NDArray[np.float64]:
@@ -87,36 +90,38 @@ def _seen(dataset: Signals, station: Station) -> NDArray[np.float64]:
 
 def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -> None:
     """Draw the path of the journal, that of the housing if it moves, and the clearance about its place at rest."""
-    (x, y), turn = 1e3 * _seen(dataset, station), np.linspace(0.0, 2.0 * np.pi, 361)
+    unit = length_unit(limit)
+    (x, y), turn = unit.of(_seen(dataset, station)), np.linspace(0.0, 2.0 * np.pi, 361)
     given = parameters(dataset)
-    x_0, y_0 = (1e3 * float(given.get(f"{station.site}.offset_{axis}", 0.0)) for axis in "xy")
-    c = 1e3 * clearance(dataset, station.site)
+    x_0, y_0 = (unit.of(float(given.get(f"{station.site}.offset_{axis}", 0.0))) for axis in "xy")
+    c = unit.of(clearance(dataset, station.site))
     panel.plot(x_0 + c * np.cos(turn), y_0 + c * np.sin(turn), color="black", ls=DASHED, zorder=3)
     panel.plot(x, y, color=colour_of(dataset, station.site), lw=0.6)
     if _has_housing(dataset, station):
-        panel.plot(*(1e3 * centre(dataset, station.site)), color=GREY, lw=0.6)
-    set_orbit_axes(panel, station.title, limit)
-    panel.set_ylabel("$y$ (mm)")
+        panel.plot(*unit.of(centre(dataset, station.site)), color=GREY, lw=0.6)
+    set_orbit_axes(panel, station.title, limit / unit.size, unit.label)
+    panel.set_ylabel(f"$y$ ({unit.label})")
 
 
 def _draw_heights(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
+    unit = length_unit(max((_reach(dataset, station) for station in drawn), default=1.0))
     for station in drawn:
         of_station = height(dataset, station.place)
         if of_station is not None:
-            panel.plot(time_values(dataset), 1e3 * of_station, color=colour_of(dataset, station.site))
-            panel.axhline(-1e3 * clearance(dataset, station.site), color="black", lw=0.8, ls=DASHED)
+            panel.plot(time_values(dataset), unit.of(of_station), color=colour_of(dataset, station.site))
+            panel.axhline(-clearance(dataset, station.site) / unit.size, color="black", lw=0.8, ls=DASHED)
     panel.set_title("Height against gravity", loc="left", pad=title_padding(dataset, highest=True))
-    panel.set_ylabel("height (mm)")
+    panel.set_ylabel(f"height ({unit.label})")
 
 
 def _draw_speeds(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
-    panel.plot(time_values(dataset), speed(dataset), color="black")
+    panel.plot(time_values(dataset), speed_unit().of(speed(dataset)), color="black")
     races = {station.site: plant_signal(dataset, f"{station.site}.race_speed") for station in drawn}
     for site, race in races.items():
         if np.any(race != 0.0):
-            panel.plot(time_values(dataset), race, color=colour_of(dataset, site))
+            panel.plot(time_values(dataset), speed_unit().of(race), color=colour_of(dataset, site))
     panel.set_title("Spin speed of rotor and races", loc="left")
-    panel.set_ylabel(r"$\Omega$ (rad/s)")
+    panel.set_ylabel(SYMBOLS[speed_unit().name])
 
 
 def _draw_temperatures(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:

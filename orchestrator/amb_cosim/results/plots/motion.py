@@ -5,75 +5,100 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.signals import Signals
-from amb_cosim.presentation.style import BLUE, DASHED, GREY, ORANGE, StyledFigure, set_orbit_axes
+from amb_cosim.presentation.style import BLUE, DASHED, GREY, ORANGE, StyledFigure, fitted, set_orbit_axes
+from amb_cosim.presentation.units import SYMBOLS, length_unit, speed_unit
 from amb_cosim.results.plots.axes import (
-    Station,
     add_title,
     clearance,
     colour_of,
     label_time_axis,
     mark_events,
+    speed_is_drawn,
     stations,
     time_values,
     title_padding,
 )
-from amb_cosim.results.series import cycles, speed, speed_changes, switched_on
+from amb_cosim.results.series import cycles, speed, switched_on
+
+SMALL = 0.25  # share of the clearance; a smaller motion is drawn in its own size
+MOST_COLUMNS = 4  # of orbits side by side
 
 # Colours of the parts of a run.
 BEFORE, LOADED, AFTER = GREY, ORANGE, BLUE
 
 
 def orbits(dataset: Signals) -> Figure:
-    """Draw the path of the rotor centre at each station and the clearance, coloured by part of the run."""
+    """Draw the path of the rotor centre at each station, coloured by part of the run, and the clearance.
+
+    Where all orbits are small in their clearances, they are drawn in their own size, and the clearance is written.
+    """
     drawn = stations(dataset)
-    clearances = [1e3 * clearance(dataset, station.site) for station in drawn if station.site]
-    limit = 1.1 * max(clearances + _largest_coordinates(dataset, drawn))
-    figure = StyledFigure(figsize=(max(3.5 * len(drawn), 4.5), 3.9), layout="constrained")
-    panels = figure.subplots(1, len(drawn), sharex=True, sharey=True, squeeze=False)[0]
-    for panel, station in zip(panels, drawn, strict=True):
-        x, y = 1e3 * station.path(dataset)
+    gaps = [clearance(dataset, station.site) if station.site else 0.0 for station in drawn]
+    reach = [float(np.nanmax(np.abs(station.path(dataset)), initial=0.0)) for station in drawn]
+    small = all(_is_small(r, c) for r, c in zip(reach, gaps, strict=True))
+    limit = (1.35 * max(reach) if small else 1.1 * max(gaps + reach)) or 1e-6
+    unit, columns = length_unit(limit), min(len(drawn), MOST_COLUMNS)
+    rows = -(-len(drawn) // columns)
+    figure = StyledFigure(figsize=(max(3.5 * columns, 4.5), 3.4 * rows + 0.5), layout="constrained")
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    for panel, station, c in zip(panels.flat, drawn, gaps, strict=False):
+        x, y = unit.of(station.path(dataset))
         angle = np.linspace(0.0, 2.0 * np.pi, 361)
-        if station.site:
-            c = 1e3 * clearance(dataset, station.site)
-            circle = {"color": "black", "lw": 1.0, "ls": DASHED, "zorder": 3, "label": "clearance"}
-            panel.plot(c * np.cos(angle), c * np.sin(angle), **circle)
-        for label, colour, within in run_parts(dataset):
-            panel.plot(np.where(within, x, np.nan), np.where(within, y, np.nan), color=colour, lw=0.7, label=label)
-        set_orbit_axes(panel, station.title, limit)
-    panels[0].set_ylabel("$y$ (mm)")
-    with_clearance = next((k for k, station in enumerate(drawn) if station.site), 0)
-    handles, labels = panels[with_clearance].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+        if station.site and small:
+            _write(panel, f"clearance {unit.text(c)}")
+        elif station.site:
+            circle = {"color": "black", "lw": 1.0, "ls": DASHED, "zorder": 3}
+            panel.plot(unit.of(c) * np.cos(angle), unit.of(c) * np.sin(angle), **circle)
+        for _, colour, within in run_parts(dataset):
+            panel.plot(np.where(within, x, np.nan), np.where(within, y, np.nan), color=colour, lw=0.7)
+        set_orbit_axes(panel, fitted(station.title, 3.3), limit / unit.size, unit.label)
+    for first in panels[:, 0]:
+        first.set_ylabel(f"$y$ ({unit.label})")
+    for panel in panels.flat[len(drawn) :]:
+        panel.remove()
+    handles = [Line2D([], [], color=colour, label=label) for label, colour, _ in run_parts(dataset)]
+    if not small and any(gaps):
+        handles.insert(0, Line2D([], [], color="black", ls=DASHED, label="clearance"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     add_title(figure, dataset)
     return figure
 
 
 def displacement(dataset: Signals) -> Figure:
-    """Draw the radius of the motion at each station, over its clearance, and below it the speed where it changes."""
-    drawn, changing = stations(dataset), speed_changes(dataset)
+    """Draw the radius of the motion at each station over its clearance, and below it the speed where it changes.
+
+    A motion that is small in its clearance, or has none, is drawn as a length.
+    """
+    drawn, changing = stations(dataset), speed_is_drawn(dataset)
     figure = StyledFigure(figsize=(7.0, 2.1 * len(drawn) + 1.2 * changing), layout="constrained")
     ratios = (3,) * len(drawn) + (2,) * changing
     panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios, squeeze=False)[:, 0]
-    highest = 1.0
+    highest, relative = 1.0, []
     for panel, station in zip(panels, drawn, strict=False):
         r = np.hypot(*station.path(dataset))
+        reach = float(np.nanmax(r, initial=0.0))
+        colour = colour_of(dataset, station.site) if station.site else "black"
         panel.set_title(station.title, loc="left", pad=title_padding(dataset, panel is panels[0]))
         mark_events(panel, dataset, named=panel is panels[0])
-        if not station.site:
-            panel.plot(time_values(dataset), 1e3 * r, color="black")
-            panel.set(ylabel="radius (mm)", ylim=(0.0, None))
+        c = clearance(dataset, station.site) if station.site else 0.0
+        if _is_small(reach, c):
+            unit = length_unit(reach)
+            panel.plot(time_values(dataset), unit.of(r), color=colour)
+            panel.set(ylabel=f"radius ({unit.label})", ylim=(0.0, 1.25 * reach / unit.size or None))
+            if c:
+                _write(panel, f"clearance {unit.text(c)}")
             continue
-        relative = r / clearance(dataset, station.site)
-        highest = max(highest, float(relative.max()))
+        highest = max(highest, reach / c)
+        relative.append(panel)
         panel.axhline(1.0, color="black", lw=1.0, ls=DASHED)
-        panel.plot(time_values(dataset), relative, color=colour_of(dataset, station.site))
+        panel.plot(time_values(dataset), r / c, color=colour)
         panel.set_ylabel("radius / clearance")
-    for panel, station in zip(panels, drawn, strict=False):
-        if station.site:
-            panel.set_ylim(0.0, 1.05 * highest)
+    for panel in relative:
+        panel.set_ylim(0.0, 1.05 * highest)
     if changing:
         _draw_speed(panels[-1], dataset)
     label_time_axis(panels[-1], dataset)
@@ -81,15 +106,23 @@ def displacement(dataset: Signals) -> Figure:
     return figure
 
 
+def _is_small(reach: float, clearance: float) -> bool:
+    """Return whether a motion is too small to be seen within its clearance, or has none."""
+    return reach < SMALL * clearance or clearance == 0.0
+
+
+def _write(panel: Axes, text: str) -> None:
+    """Write a text into the upper right corner of a panel."""
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
+    panel.text(0.99, 0.97, text, transform=panel.transAxes, ha="right", va="top", fontsize=8, color="0.3", bbox=box)
+
+
 def _draw_speed(panel: Axes, dataset: Signals) -> None:
-    """Draw the spin speed, in rad/s on the left and in Hz on the right."""
-    panel.plot(time_values(dataset), speed(dataset), color="black")
+    """Draw the spin speed."""
+    speeds = speed_unit().of(speed(dataset))
+    panel.plot(time_values(dataset), speeds, color="black")
     panel.set_title("Spin speed", loc="left")
-    panel.set(ylabel=r"$\Omega$ (rad/s)", ylim=(0.0, 1.08 * float(speed(dataset).max(initial=0.0)) or None))
-    turn = 2.0 * np.pi
-    turns = panel.secondary_yaxis("right", functions=(lambda s: np.divide(s, turn), lambda f: np.multiply(f, turn)))
-    turns.set_ylabel(r"$\Omega/2\pi$ (Hz)")
-    turns.spines["right"].set_visible(True)
+    panel.set(ylabel=SYMBOLS[speed_unit().name], ylim=(0.0, 1.08 * float(speeds.max(initial=0.0)) or None))
     mark_events(panel, dataset, named=False)
 
 
@@ -113,8 +146,3 @@ def run_parts(dataset: Signals) -> list[tuple[str, str, NDArray[np.bool_]]]:
         ("after its removal", AFTER, cycle >= end),
     ]
     return [part for part, bound in zip(parts, (step, True, removal), strict=True) if bound is not None]
-
-
-def _largest_coordinates(dataset: Signals, drawn: list[Station]) -> list[float]:
-    """Return the largest |x| and |y| (mm) at each station."""
-    return [1e3 * float(np.nanmax(np.abs(station.path(dataset)))) for station in drawn]

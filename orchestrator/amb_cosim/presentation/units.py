@@ -1,0 +1,129 @@
+"""Units that figures and pages show: for speeds as asked, for lengths and forces as asked or as large as they are.
+
+All that is drawn asks here, so that one choice holds for a whole command or notebook.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+SIZES = {  # of each unit in the SI unit of its quantity, the first; a frequency is a speed too, a hertz one turn
+    "speed": {"rad/s": 1.0, "Hz": 2.0 * math.pi, "rpm": 2.0 * math.pi / 60.0},
+    "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
+    "force": {"N": 1.0, "kN": 1e3},
+}
+QUANTITIES = {name: quantity for quantity, sizes in SIZES.items() for name in sizes}
+SYMBOLS = {"rad/s": r"$\Omega$ (rad/s)", "Hz": r"$\Omega/2\pi$ (Hz)", "rpm": r"$n$ (rpm)"}  # of the spin speed
+SMALL, LARGE = 1e-4, 1e3  # m, below which lengths are in um; N, from which on forces are in kN
+
+_chosen: dict[str, str] = {}
+
+
+@dataclass(frozen=True)
+class ShownUnit:
+    """A unit in which values are shown: its name, and its size in the SI unit."""
+
+    name: str
+    size: float
+
+    @property
+    def label(self) -> str:
+        """The unit as it is printed."""
+        return self.name.replace("um", "\N{MICRO SIGN}m")
+
+    def of(self, values: ArrayLike) -> NDArray[np.float64]:
+        """Return values of the SI unit in this one."""
+        return np.asarray(values, np.float64) / self.size
+
+    def text(self, value: float, digits: int = 4) -> str:
+        """Return a value of the SI unit in this one, with its name."""
+        return f"{value / self.size:.{digits}g} {self.label}"
+
+
+class units:  # used as a function, and in `with`
+    """Choose the units of what is drawn from now on, or within `with`: `units("rpm", "um")`, `units("rpm,um,kN")`.
+
+    Parameters
+    ----------
+    names
+        `rad/s`, `Hz` or `rpm` for speeds and frequencies, `mm`, `um` or `m` for lengths, `N` or `kN` for forces. A
+        quantity that is not named keeps its own: rad/s, and lengths and forces by their size.
+
+    Raises
+    ------
+    ValueError
+        If a name is none of these, or two are of one quantity.
+    """
+
+    def __init__(self, *names: str) -> None:
+        chosen = parse_units(",".join(names))
+        self._before = dict(_chosen)
+        _chosen.clear()
+        _chosen.update(chosen)
+
+    def __enter__(self) -> None:
+        """Keep the choice until the end of the block."""
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        _chosen.clear()
+        _chosen.update(self._before)
+
+
+def parse_units(text: str) -> dict[str, str]:
+    """Return the unit of each quantity that a text names, `rpm,um,kN`.
+
+    Raises
+    ------
+    ValueError
+        If a name is no unit that is shown, or two are of one quantity.
+    """
+    found: dict[str, str] = {}
+    for given in filter(None, re.split(r"[,;\s]+", text.replace("\N{MICRO SIGN}", "u"))):
+        if given not in QUANTITIES:
+            raise ValueError(f"units = {given!r} is not allowed; it must be one of {', '.join(QUANTITIES)}")
+        quantity = QUANTITIES[given]
+        if quantity in found:
+            raise ValueError(f"units = {text!r} is not allowed; it must have one unit of {quantity}")
+        found[quantity] = given
+    return found
+
+
+def speed_unit() -> ShownUnit:
+    """Return the unit of spin speeds and frequencies: rad/s unless another was chosen."""
+    return _unit("speed", lambda: "rad/s")
+
+
+def length_unit(largest: float) -> ShownUnit:
+    """Return the unit for lengths up to `largest` (m): um for less than 0.1 mm, or mm, unless one was chosen."""
+    return _unit("length", lambda: "um" if largest < SMALL else "mm")
+
+
+def force_unit(largest: float) -> ShownUnit:
+    """Return the unit for forces up to `largest` (N): kN from 1 kN on, or N, unless one was chosen."""
+    return _unit("force", lambda: "kN" if largest >= LARGE else "N")
+
+
+def spin_label() -> str:
+    """Return the label of an axis of spin speeds."""
+    return f"spin speed {SYMBOLS[speed_unit().name]}"
+
+
+def spin_text(*speeds: float) -> str:
+    """Return one spin speed (rad/s), or the first and the last of several, as a title says it."""
+    unit = speed_unit()
+    symbol = SYMBOLS[unit.name].partition(" ")[0]
+    return f"{symbol} = {' to '.join(f'{speed / unit.size:.4g}' for speed in speeds)} {unit.label}"
+
+
+def _unit(quantity: str, usual: Callable[[], str]) -> ShownUnit:
+    name = _chosen.get(quantity) or usual()
+    return ShownUnit(name, SIZES[quantity][name])

@@ -1,0 +1,81 @@
+"""Control currents and forces of the magnets of a run, and what they can do at most."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.results.places import ACTUATOR, CONTROLLER
+from amb_cosim.results.series import parameters_of
+
+MU_0 = 4e-7 * math.pi  # H/m
+Limits = tuple[float, float]
+
+
+def control_current(dataset: Signals, axis: str) -> NDArray[np.float64] | None:
+    """Return the control current (A) of an axis, `mb1.x`, at each sample; None if it was not recorded."""
+    bearing, _, direction = axis.rpartition(".")
+    return _recorded(dataset, f"{CONTROLLER}.{bearing}.i_{direction}")
+
+
+def magnet_force(dataset: Signals, axis: str) -> NDArray[np.float64] | None:
+    """Return the force (N) of an axis at each sample; None if it was not recorded."""
+    bearing, _, direction = axis.rpartition(".")
+    return _recorded(dataset, f"{ACTUATOR}.{bearing}.f_{direction}")
+
+
+def is_magnetic(dataset: Signals, bearing: str) -> bool:
+    """Return whether a current or a force of a bearing was recorded that is not zero all the time."""
+    found = (of(dataset, f"{bearing}.{axis}") for of in (control_current, magnet_force) for axis in "xy")
+    return any(values is not None and bool(values.any()) for values in found)
+
+
+def current_limits(dataset: Signals, axis: str) -> Limits | None:
+    """Return the least and the largest control current (A) of an axis, `mb1.x`; None where they are not known."""
+    bearing, _, direction = axis.rpartition(".")
+    given = parameters_of(dataset, CONTROLLER)
+    low, high = (given.get(f"{bearing}.{name}_{direction}") for name in ("i_min", "i_max"))
+    if low is None or high is None or high <= low:
+        return None
+    return float(low), float(high)
+
+
+def force_limits(dataset: Signals, axis: str) -> Limits | None:
+    """Return the least and the largest force (N) of an axis at its centre; None where they are not known.
+
+        P = B^2 A_e cos(phi)/mu_0,   B = min(B_sat, mu_0 N I_max/l);   -P - F_0 <= F <= P - F_0             (2.6)
+
+    One coil pair pulls with all that iron and amplifier allow, the other with nothing. F_0 is the static load, which a
+    force without its static part leaves out.
+    """
+    given = parameters_of(dataset, ACTUATOR)
+    p = _axis(given, axis)
+    if not {"turns", "pole_area", "gap", "half_angle", "bias_current", "static_current", "current_limit"} <= p.keys():
+        return None
+    per_ampere = MU_0 * p["turns"] / p["gap"]
+    flux = min(p.get("b_sat", math.inf), per_ampere * p["current_limit"])
+    pull_of_square = p["pole_area"] * math.cos(p["half_angle"]) / MU_0
+    operating = p["static_current"] + p["bias_current"]
+    static = 0.0
+    if not given.get("total_force"):
+        static = pull_of_square * per_ampere**2 * (operating**2 - p["bias_current"] ** 2)
+    return -pull_of_square * flux**2 - static, pull_of_square * flux**2 - static
+
+
+def _axis(given: dict[str, Any], axis: str) -> dict[str, float]:
+    """Return the numbers of an axis by their names without it."""
+    bearing, _, direction = axis.rpartition(".")
+    begin, end = f"{bearing}.", f"_{direction}"
+    return {
+        name[len(begin) : -len(end)]: float(value)
+        for name, value in given.items()
+        if name.startswith(begin) and name.endswith(end) and not isinstance(value, str)
+    }
+
+
+def _recorded(dataset: Signals, label: str) -> NDArray[np.float64] | None:
+    return np.asarray(dataset[label].values, np.float64) if label in dataset else None

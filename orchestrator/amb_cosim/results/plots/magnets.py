@@ -1,0 +1,86 @@
+"""Figure of the magnets: control currents and forces of each axis, with what they can do at most."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.signals import Signals
+from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure
+from amb_cosim.presentation.units import force_unit
+from amb_cosim.results.magnet_limits import (
+    Limits,
+    control_current,
+    current_limits,
+    force_limits,
+    is_magnetic,
+    magnet_force,
+)
+from amb_cosim.results.places import places
+from amb_cosim.results.plots.axes import add_title, label_time_axis, mark_events, time_values, title_padding
+
+AXES = {"x": BLUE, "y": ORANGE}
+NEAR = 0.4  # share of a limit from which on it is drawn; else it is written
+
+
+def magnets(dataset: Signals) -> Figure:
+    """Draw control current and force of both axes of each magnetic bearing, and their limits."""
+    bearings = [bearing for bearing in places(dataset).bearings if is_magnetic(dataset, bearing)]
+    figure = StyledFigure(figsize=(9.0, 1.9 * len(bearings) + 0.9), layout="constrained")
+    panels = figure.subplots(len(bearings), 2, sharex=True, squeeze=False)
+    forces = [magnet_force(dataset, f"{bearing}.{axis}") for bearing in bearings for axis in AXES]
+    unit = force_unit(max((float(np.nanmax(np.abs(f), initial=0.0)) for f in forces if f is not None), default=0.0))
+    for row, bearing in zip(panels, bearings, strict=True):
+        for panel, what, of, limits, size, label in (
+            (row[0], "control current", control_current, current_limits, 1.0, "A"),
+            (row[1], "force", magnet_force, force_limits, unit.size, unit.label),
+        ):
+            values = {axis: of(dataset, f"{bearing}.{axis}") for axis in AXES}
+            for axis, colour in AXES.items():
+                found = values[axis]
+                if found is not None:
+                    panel.plot(time_values(dataset), found / size, color=colour, lw=0.7)
+            bounds = [limits(dataset, f"{bearing}.{axis}") for axis in AXES]
+            _draw_limits(panel, [b for b in bounds if b is not None], values.values(), size, label)
+            panel.set_ylabel(f"{what} ({label})")
+            panel.set_title(bearing.upper(), loc="left", pad=title_padding(dataset, row is panels[0]))
+            mark_events(panel, dataset, named=row is panels[0])
+    for panel in panels[-1]:
+        label_time_axis(panel, dataset)
+    handles = [Line2D([], [], color=colour, label=axis) for axis, colour in AXES.items()]
+    figure.legend(
+        handles=[*handles, Line2D([], [], color="black", ls=DASHED, label="limit")],
+        loc="outside lower center",
+        ncols=3,
+    )
+    add_title(figure, dataset)
+    return figure
+
+
+def _draw_limits(
+    panel: Axes, bounds: list[Limits], values: Iterable[NDArray[np.float64] | None], size: float, unit: str
+) -> None:
+    """Draw the limits that values come near to, and write those that are far away."""
+    drawn = [found / size for found in values if found is not None]
+    low, high = (
+        min((float(np.nanmin(found, initial=0.0)) for found in drawn), default=0.0),
+        max((float(np.nanmax(found, initial=0.0)) for found in drawn), default=0.0),
+    )
+    far = []
+    for limit in sorted({bound / size for pair in bounds for bound in pair}):
+        if (high >= NEAR * limit) if limit > 0.0 else (low <= NEAR * limit):
+            panel.axhline(limit, color="black", lw=0.9, ls=DASHED)
+            low, high = min(low, limit), max(high, limit)
+        else:
+            far.append(f"{limit:.4g}".replace("-", "\N{MINUS SIGN}"))
+    margin = 0.08 * (high - low) or 1.0
+    panel.set_ylim(low - margin, high + margin * (2.5 if far else 1.0))
+    if far:
+        text = f"limit{'s' * (len(far) > 1)} {', '.join(far)} {unit}"
+        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
+        panel.text(0.99, 0.97, text, transform=panel.transAxes, ha="right", va="top", fontsize=8, color="0.3", bbox=box)

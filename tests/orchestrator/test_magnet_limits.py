@@ -1,0 +1,51 @@
+"""What magnets can do at most, against the actuator's own force law."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from amb_actuator.force import pull, static_pull
+from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.results import plots
+from amb_cosim.results.magnet_limits import current_limits, force_limits
+
+
+def with_magnets(run: xr.Dataset, force: float, total: bool = True) -> xr.Dataset:
+    """Add the force and the current of an axis in x, of constant size, to a run."""
+    p = axis_parameters("mb1", "x")
+    actuator = {f"mb1.{name}_x": float(p[name]) for name in p.dtype.names} | {"total_force": float(total)}
+    controller = {"mb1.i_min_x": -5.57, "mb1.i_max_x": 4.43}
+    parameters = json.loads(run.attrs["parameters"]) | {"amb_actuator": actuator, "rolac_controller": controller}
+    constant = np.full(run.sizes["time"], force)
+    added = {"amb_actuator.mb1.f_x": ("time", constant), "rolac_controller.mb1.i_x": ("time", 1e-3 * constant)}
+    return run.assign(added).assign_attrs(parameters=json.dumps(parameters))
+
+
+@pytest.mark.parametrize("total", [True, False])
+def test_largest_force_is_that_of_a_saturated_coil_pair(synthetic, total):
+    """The iron carries less than the largest current asks; a force without its static part is less by the weight."""
+    p = axis_parameters("mb1", "x")
+    low, high = force_limits(with_magnets(synthetic(), 100.0, total), "mb1.x")
+    largest, static = pull(p, 100.0, p.gap).force, 0.0 if total else static_pull(p)
+    assert (low, high) == pytest.approx((-largest - static, largest - static), rel=1e-9)
+
+
+def test_limits_of_a_system_without_magnets_are_not_known(synthetic):
+    assert force_limits(synthetic(), "mb1.x") is None
+    assert current_limits(synthetic(), "mb1.x") is None
+    with pytest.raises(ValueError, match="magnets cannot be drawn: no current and no force"):
+        plots.Plots(synthetic()).magnets()
+
+
+@pytest.mark.parametrize(("force", "lines"), [(1.0, 0), (1500.0, 1)])
+def test_limits_are_drawn_where_they_are_near_and_written_where_not(synthetic, force, lines):
+    dataset = with_magnets(synthetic(), force)
+    panel = plots.Plots(dataset).magnets().axes[1]
+    drawn = [line for line in panel.lines if len(set(line.get_ydata())) == 1 and line.get_linestyle() == "--"]
+    assert len(drawn) == lines
+    assert any("limit" in text.get_text() for text in panel.texts)
+    assert plots.chosen(dataset)[-1] == "magnets"
