@@ -7,6 +7,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from slow import slow_but_first
 
 from amb_cosim.cosim import cache, fmus
 from amb_cosim.cosim.assembly import assemble
@@ -112,7 +113,7 @@ def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_p
     assert len(str(error.value).splitlines()) == 1
 
 
-@pytest.mark.parametrize("damage", ["changed", "cut", "missing", "no archive"])
+@pytest.mark.parametrize("damage", slow_but_first(["changed", "cut", "missing", "no archive"]))
 def test_a_damaged_entry_of_the_cache_is_made_anew(tmp_path, monkeypatch, whole, damage):
     """The FMU of flavour python, which is made without a compiler."""
     monkeypatch.setattr(cache.platformdirs, "user_cache_path", lambda name, *_, **__: tmp_path / name)

@@ -20,7 +20,7 @@ PAGES = [
     *ROOT.glob("examples/**/*.md"),
 ]
 RUNNING = [page for page in PAGES if any(not (block.needs or block.part_of) for block in blocks_of(page))]
-FAST = ("README", "own_scenario", "run_any_fmus")
+FAST = ("README", "run_any_fmus")
 NEEDING = [(page, block) for page in PAGES for block in blocks_of(page) if block.needs]
 
 # What blocks need, and whether it is here; what is None cannot be had in a test.

@@ -42,6 +42,7 @@ def write(folder: Path, package: str, value: float) -> Path:
     return folder / package
 
 
+@pytest.mark.slow
 def test_kernel_is_compiled_again_when_a_kernel_that_it_calls_changed(run_python, tmp_path):
     results = []
     for value in (2.0, 2.0, 5.0):

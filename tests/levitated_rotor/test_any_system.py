@@ -72,6 +72,7 @@ def built(tmp_path: Path) -> Callable[..., Any]:
     return build
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("coupling", "every"), [("gauss_seidel", 1), ("gauss_seidel", 3), ("jacobi", 1), ("jacobi", 2)]
 )

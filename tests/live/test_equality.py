@@ -18,6 +18,8 @@ from live_answers import Answers
 import amb_cosim
 import amb_cosim.live
 
+pytestmark = pytest.mark.slow  # the engine is compiled as WebAssembly first
+
 SITES = ("rb1", "rb2", "eb1", "eb2")
 DISPLACEMENTS = [*(f"rotor_contact.mb{k}.{axis}" for k in (1, 2) for axis in "xy")]
 DISPLACEMENTS += [f"rotor_contact.s{k}" for k in range(1, 9)]
@@ -116,13 +118,11 @@ def test_a_scenario_in_node_is_that_of_the_orchestrator(name, in_node, record_pr
     compare(name, in_node, record_property, capsys)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["fig4_9", "fig5_6"])
 def test_a_scenario_in_chromium_is_that_of_the_orchestrator(name, in_chromium, record_property, capsys):
     compare(name, in_chromium, record_property, capsys)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("place", ["in_node", "in_chromium"])
 def test_a_touchdown_is_that_of_the_orchestrator(place, request, record_property, capsys):
     compare("drop", request.getfixturevalue(place), record_property, capsys)

@@ -20,6 +20,8 @@ from amb_cosim.live.rig import rig
 from amb_cosim.scenario.scenario import load_scenario
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright, which drives a browser, is not installed")
+pytestmark = pytest.mark.slow  # the engine is compiled as WebAssembly first
+
 SCENARIOS = ("fig5_6_pid", "drop")
 END = 2.5  # s, of fig5_6_pid
 
@@ -102,7 +104,6 @@ def test_opened_from_a_file_it_runs_and_draws(open_rig):
         assert colours > 5, canvas
 
 
-@pytest.mark.slow
 def test_it_runs_from_a_server_too(open_rig, server):
     found = open_rig(server)
     assert [url for url in found.problems if not url.startswith("http://127.0.0.1")] == []
@@ -111,7 +112,6 @@ def test_it_runs_from_a_server_too(open_rig, server):
     assert found.time == pytest.approx(0.1, abs=3e-4)
 
 
-@pytest.mark.slow
 def test_a_single_step_is_one_of_communication_and_reset_goes_to_zero(open_rig):
     found = open_rig()
     assert found.time == 0.0
@@ -138,7 +138,6 @@ def test_the_keyboard_runs_pauses_steps_and_resets(open_rig):
     assert found.page.is_visible("#help-dialog")
 
 
-@pytest.mark.slow
 def test_pid_traps_the_rotor_and_rolac_from_the_start_frees_it(open_rig):
     found = open_rig()
     found.go(END)
@@ -151,7 +150,6 @@ def test_pid_traps_the_rotor_and_rolac_from_the_start_frees_it(open_rig):
     assert found.modes == ["0", "0"]
 
 
-@pytest.mark.slow
 def test_contact_aware_rolac_frees_a_rotor_that_is_trapped(open_rig):
     found = open_rig()
     found.page.click("button[data-option=Contact-aware]")
@@ -168,7 +166,6 @@ def test_contact_aware_rolac_frees_a_rotor_that_is_trapped(open_rig):
     assert found.modes == ["0", "0"]
 
 
-@pytest.mark.slow
 def test_the_original_forgets_what_was_done(open_rig):
     found = open_rig()
     found.page.click("button[data-option=ROLAC]")
@@ -187,7 +184,6 @@ def test_bad_input_says_the_message_of_the_fmu(open_rig):
     assert found.page.get_attribute("#failure", "role") == "alert"
 
 
-@pytest.mark.slow
 def test_a_fixed_parameter_waits_for_a_new_start(open_rig):
     found = open_rig()
     found.go(0.05)
@@ -206,7 +202,6 @@ IS_NEAR = """() => {
 }"""
 
 
-@pytest.mark.slow
 def test_dragging_in_an_orbit_pushes_until_it_is_let_go(open_rig):
     found = open_rig()
     found.page.fill("#pace", "-1")
@@ -222,7 +217,6 @@ def test_dragging_in_an_orbit_pushes_until_it_is_let_go(open_rig):
     found.page.wait_for_function("!document.querySelector('.orbit .force').textContent.startsWith('push')")
 
 
-@pytest.mark.slow
 def test_an_arrow_key_on_an_orbit_pushes_while_it_is_held(open_rig):
     found = open_rig()
     found.page.focus(".orbit canvas")
@@ -232,7 +226,6 @@ def test_an_arrow_key_on_an_orbit_pushes_while_it_is_held(open_rig):
     found.page.wait_for_function("!document.querySelector('.orbit .force').textContent.includes('500 N')")
 
 
-@pytest.mark.slow
 def test_what_was_done_is_saved_as_a_scenario_that_can_be_read(open_rig, tmp_path):
     found = open_rig()
     found.go(0.05)
@@ -247,7 +240,6 @@ def test_what_was_done_is_saved_as_a_scenario_that_can_be_read(open_rig, tmp_pat
     assert scenario.event[-1].set["rotor_contact"]["d2.u"] == 0.004
 
 
-@pytest.mark.slow
 def test_the_curves_are_saved_as_csv_with_units(open_rig, tmp_path):
     found = open_rig()
     found.go(0.05)
@@ -262,7 +254,6 @@ def test_the_curves_are_saved_as_csv_with_units(open_rig, tmp_path):
     assert all(len(line.split(",")) == len(names) for line in lines)
 
 
-@pytest.mark.slow
 def test_a_saved_scenario_repeats_what_the_page_showed(open_rig, tmp_path):
     found = open_rig()
     found.go(0.1)
@@ -283,7 +274,6 @@ def test_a_saved_scenario_repeats_what_the_page_showed(open_rig, tmp_path):
     assert float(again["rotor_contact.rb1.f_n"].max()) > 0.0
 
 
-@pytest.mark.slow
 def test_a_link_holds_what_was_done(open_rig):
     found = open_rig()
     found.go(0.05)
@@ -295,13 +285,11 @@ def test_a_link_holds_what_was_done(open_rig):
     assert again.page.input_value('[data-variable="rotor_contact.d3.u"]') == "7"
 
 
-@pytest.mark.slow
 def test_a_damaged_link_is_told(open_rig, page_file):
     found = open_rig(f"{page_file.as_uri()}#fig5_6_pid=%%%")
     assert "damaged" in found.page.inner_text("#failure")
 
 
-@pytest.mark.slow
 def test_another_scenario_can_be_chosen(open_rig):
     found = open_rig()
     found.page.select_option("#scenario", "drop")
@@ -312,7 +300,6 @@ def test_another_scenario_can_be_chosen(open_rig):
     assert "1" in found.modes
 
 
-@pytest.mark.slow
 def test_speed_is_reached_at_the_rate_that_is_given(open_rig):
     found = open_rig()
     found.page.fill("#speed-field", "110")
@@ -323,7 +310,6 @@ def test_speed_is_reached_at_the_rate_that_is_given(open_rig):
     assert "110 rad/s" in found.page.inner_text("#control-state")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("theme", ["dark", "light"])
 def test_the_theme_is_that_of_the_system_until_it_is_chosen(open_rig, theme):
     found = open_rig(color_scheme=theme, settle=False)
@@ -333,7 +319,6 @@ def test_the_theme_is_that_of_the_system_until_it_is_chosen(open_rig, theme):
     assert found.page.evaluate(shown) == {"dark": "light", "light": "dark"}[theme]
 
 
-@pytest.mark.slow
 def test_who_wants_little_motion_starts_it_by_hand(open_rig):
     found = open_rig()
     found.page.wait_for_timeout(500)
@@ -346,7 +331,6 @@ def test_nothing_is_wider_than_the_screen(open_rig, width):
     assert found.page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-@pytest.mark.slow
 def test_every_control_has_a_name_and_can_be_reached_by_keyboard(open_rig):
     found = open_rig()
     found.page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
@@ -362,7 +346,6 @@ def test_every_control_has_a_name_and_can_be_reached_by_keyboard(open_rig):
     assert skipped == 0
 
 
-@pytest.mark.slow
 def test_theory_is_one_click_away(open_rig):
     found = open_rig()
     found.page.click(".orbits a[data-theory=contact]")

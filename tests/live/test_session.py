@@ -13,6 +13,8 @@ X, Y, CONTACT, UNBALANCE = (
     "rotor_contact.contact_state",
     "rotor_contact.d1.u",
 )
+pytestmark = pytest.mark.slow  # the engine is compiled as WebAssembly first
+
 WATCHED = [X, Y, CONTACT, UNBALANCE, "Omega", "rolac_controller.mb1.c_b_x"]
 CLEARANCE = 0.75e-3  # m
 
@@ -159,7 +161,7 @@ def test_a_saved_scenario_is_the_run_that_was_seen(session, tmp_path):
         assert np.abs(answers.column(name) - dataset[name].values).max() < 1e-6 * CLEARANCE
 
 
-@pytest.mark.parametrize("name", ["fig4_9", "run_up", pytest.param("drop", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["fig4_9", "run_up", "drop"])
 def test_a_scenario_saved_untouched_is_the_scenario(name, session, tmp_path):
     answers = session(name, [X], run(0.02), {"type": "save", "name": "same"})
     file = tmp_path / "same.toml"

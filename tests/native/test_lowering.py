@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from slow import slow_but_first
 
 from fmi_export.building.native.lowering import lower
 from fmi_export.interface import interface
@@ -40,11 +41,12 @@ def test_the_code_is_for_no_machine_and_tells_of_none(assembly):
     assert not re.search(r"inttoptr|/\w+/", assembly)
 
 
+@pytest.mark.slow
 def test_lowering_again_gives_the_same_code(lag, assembly):
     assert lower(lag) == assembly
 
 
-@pytest.mark.parametrize("kernel", ["allocate", "assign_overlapping", "raise_with_value"])
+@pytest.mark.parametrize("kernel", slow_but_first(["allocate", "assign_overlapping", "raise_with_value"]))
 def test_a_kernel_that_needs_the_runtime_of_numba_is_refused(kernel):
     with pytest.raises(ValueError, match=r"probe_python .*: a kernel must not allocate, .*kernels.py \(\d+\)"):
         lower(model_of(kernel))

@@ -175,7 +175,7 @@ def test_an_interruption_at_the_start_keeps_the_old_result(runner, monkeypatch, 
     assert {path: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
 
 
-@pytest.mark.parametrize("number", CODES)
+@pytest.mark.parametrize("number", slow_but_first(CODES))
 def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
     (tmp_path / "long.toml").write_text("base = 'fig4_9'\nend_cycle = 1e5\nsettle_cycles = 0\nrecord.every = 1000\n")
     process = start("run", "long.toml", "--no-plots", "-o", "out")

@@ -3,12 +3,15 @@
 import re
 from pathlib import Path
 
+import pytest
+
 from amb_cosim.results.result import Result
 
 PAGE = Path(__file__).parents[2] / "docs" / "tutorials" / "own_rotor.md"
 BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
 
 
+@pytest.mark.slow
 def test_the_pump_rubs_on_its_ring_and_recovers(runner, tmp_path):
     for text in BLOCKS:
         (tmp_path / text.split()[1]).write_text(text, encoding="utf-8")

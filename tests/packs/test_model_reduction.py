@@ -25,6 +25,7 @@ def test_printed_errors_follow_from_the_printed_frequencies():
     assert mean == pytest.approx(printed("reduction")["mean_error"]["6_node"]["diagonal"], abs=0.3)
 
 
+@pytest.mark.slow
 def test_condensed_model_follows_the_full_one_where_the_coarse_mesh_does_not(result):
     full, condensed, coarse = (result.models[name] for name in ("13_node", "condensed", "6_node"))
     assert (full.coordinates, condensed.coordinates, coarse.coordinates) == (52, 12, 24)

@@ -47,6 +47,7 @@ def amb_cosim(project):
     return run
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_work(amb_cosim, project):
     (block,) = [block for block in BLOCKS if block.needs == "the pack installed"]
     printed = {line: amb_cosim(line.removeprefix("amb-cosim ")) for line in block.code.splitlines()}

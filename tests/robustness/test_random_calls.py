@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from slow import slow_but_first
 
 NATIVE_SUPPORT = Path(__file__).parents[1] / "native" / "support"
 MODELS = ("amb_actuator", "rolac_controller", "rotor_contact")
@@ -47,7 +48,7 @@ def call_randomly(fmu_folder, first_seed, tmp_path):
     return call
 
 
-@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("threads", slow_but_first([3, 1]))
 @pytest.mark.parametrize("model", MODELS)
 def test_native_fmu_answers_any_calls_with_finite_numbers_or_errors(call_randomly, is_long, model, threads):
     counts = call_randomly(model, "native", 1_000_000 if is_long else 20_000, threads)

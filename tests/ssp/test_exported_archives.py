@@ -14,6 +14,7 @@ import xmlschema
 from click.testing import CliRunner
 from fmpy.ssp.ssd import read_ssd
 from lxml import etree
+from slow import slow_but_first
 
 from amb_cosim.commands.cli import main
 from amb_cosim.cosim.ssp import load_ssp
@@ -106,7 +107,7 @@ def jacobi(archive):
     return archive("jacobi", JACOBI, integers=True)
 
 
-@pytest.mark.parametrize("connectors", [False, True])
+@pytest.mark.parametrize("connectors", slow_but_first([False, True]))
 def test_documents_follow_the_schemas_of_ssp(archive, sequential, connectors):
     path = archive("connectors", SEQUENTIAL, connectors=True) if connectors else sequential
     structure = xmlschema.XMLSchema(str(SCHEMAS / "SystemStructureDescription.xsd"))

@@ -101,6 +101,7 @@ def test_a_folder_that_exists_is_left_alone(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_command_takes_units_and_says_what_levitates(tmp_path):
     asked = ("new", str(tmp_path / "fan"), "--mass", "60000 g", "--length", "1200 mm", "--speed", "200 Hz")
     done = CliRunner().invoke(main, [*asked, "--bearings", "0.25m 0.95m"])

@@ -79,6 +79,7 @@ def test_a_range_that_is_none_is_refused():
         RotorVectorEnv(SHORT, 1, actions={DAMPING[0]: (2.0, 1.0)}, observations=SEEN)
 
 
+@pytest.mark.slow
 def test_the_example_tunes_the_damping_of_any_machine():
     spec = importlib.util.spec_from_file_location("tune_damping", EXAMPLE)
     example = importlib.util.module_from_spec(spec)

@@ -112,6 +112,7 @@ def test_jacobi_and_gauss_seidel_order_differ(case: str, reference: Reference) -
     assert deviations(jacobi, gauss_seidel)["rotor_contact.mb1.x"] > 0.01
 
 
+@pytest.mark.slow
 @needs("libcosimpy")
 @pytest.mark.parametrize("step", [250, pytest.param(125, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("case", CASES)
@@ -133,6 +134,7 @@ def test_ecos_gives_the_same(case: str, reference: Reference) -> None:
     assert deviations(theirs, ours["series"]) == {}
 
 
+@pytest.mark.slow
 @needs("fmu_manipulation_toolbox")
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 @pytest.mark.parametrize("case", CASES)
@@ -145,6 +147,7 @@ def test_the_three_in_one_container_give_the_same(
     assert deviations(theirs, ours["series"]) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flavour", slow_but_first(["native", "python"]))
 @pytest.mark.parametrize("name", ["rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"])
 def test_fmutool_and_fmpy_find_no_fault_in_the_fmu(name: str, flavour: Any, tmp_path: Path) -> None:
