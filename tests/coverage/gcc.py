@@ -9,7 +9,7 @@ import json
 import subprocess
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -45,11 +45,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _with_counters(compile_library: Callable[..., bytes], counters: Path) -> Callable[..., bytes]:
-    def compile_with_gcc(
-        name: str, sources: Mapping[str, str], target_platform: str, libraries: Iterable[str] = ("m",)
-    ) -> bytes:
+    def compile_with_gcc(name: str, sources: Mapping[str, str], target_platform: str) -> bytes:
         if target_platform != "linux64":
-            return compile_library(name, sources, target_platform, libraries)
+            return compile_library(name, sources, target_platform)
         folder = counters / f"{name}-{sha256(repr(sorted(sources.items())).encode()).hexdigest()[:16]}"
         folder.mkdir(parents=True, exist_ok=True)
         for file, text in sources.items():
@@ -59,8 +57,7 @@ def _with_counters(compile_library: Callable[..., bytes], counters: Path) -> Cal
             zig = [sys.executable, "-m", "ziglang", "cc", "-target", PLATFORMS[target_platform][1][0], *OF_KERNELS]
             subprocess.run([*zig, kernels, "-o", f"{kernels}.o"], cwd=folder, check=True)
             inputs.append(f"{kernels}.o")
-        links = [f"-l{library}" for library in libraries]
-        subprocess.run(["gcc", *OPTIONS, "-o", "library.so", *inputs, *links], cwd=folder, check=True)
+        subprocess.run(["gcc", *OPTIONS, "-o", "library.so", *inputs, "-lm", "-ldl"], cwd=folder, check=True)
         return (folder / "library.so").read_bytes()
 
     return compile_with_gcc

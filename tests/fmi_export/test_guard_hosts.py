@@ -186,13 +186,12 @@ def test_without_the_name_of_its_python_an_fmu_takes_another_one(spoilt, host):
 @pytest.mark.parametrize(
     ("failing", "answers", "sentence"),
     [
-        (3, "3 3 3 3 3", "model.bin: Cannot allocate memory"),
         (4, "3 3 3 3 3", "there is no memory for another instance"),
         (6, "3 3 3 3 3", "there is no memory for the path of the resources"),
         (7, "3 3 3 3 3", "there is no memory for another instance"),
         (11, "3 3 3 3 3", "slavemodule.txt: Cannot allocate memory"),
         (14, "0 0 0 3 3", "fmi2GetFMUstate: there is no memory for a state"),
-        (15, "0 0 0 0 3", "fmi2DeSerializeFMUstate: there is no memory for a state"),
+        (16, "0 0 0 0 3", "fmi2DeSerializeFMUstate: there is no memory for a state"),
     ],
 )
 def test_memory_that_is_refused_is_an_error_with_the_reason(fmu, host, compiled, failing, answers, sentence):

@@ -37,6 +37,7 @@ def refusal(fmu, tmp_path_factory):
     subprocess.run([*command, f"-I{HEADERS}", SUPPORT / "host.c", "-o", folder / "host.exe"], check=True)
     wine = [shutil.which("wine64") or shutil.which("wine"), folder / "host.exe"]
     library, guid, _ = binary_of(fmu, "win64")
+    library = shutil.copytree(library.parent, folder / "alone") / library.name  # away from the resources
     environment = {**os.environ, "WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all"}
 
     def say(location: str) -> str:

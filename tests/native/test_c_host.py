@@ -224,14 +224,18 @@ def failing_memory(tmp_path_factory):
         (3, "3 3 3 3 3", "model.bin: Cannot allocate memory"),
         (4, "3 3 3 3 3", "there is no memory for another instance"),
         (5, "0 0 0 3 3", "fmi2GetFMUstate: there is no memory for a state"),
-        (6, "0 0 0 0 3", "fmi2DeSerializeFMUstate: there is no memory for a state"),
+        (6, "0 0 0 3 3", "fmi2GetFMUstate: there is no memory for a state"),
+        (7, "0 0 0 0 3", "fmi2DeSerializeFMUstate: there is no memory for a state"),
     ],
 )
 def test_memory_that_is_refused_is_an_error_with_the_reason(
-    host, unpacked, lag, failing_memory, failing, answers, sentence
+    host, unpacked, lag, failing_memory, failing, answers, sentence, tmp_path
 ):
+    library, guid, resources = binary_of(unpacked(lag))
+    shutil.copy(library, tmp_path)  # away from the resources
     program = ["new 0", "enter 0", "exit 0", "save 0", "bytes 0", "free 0"]
-    found, log = run([host], *binary_of(unpacked(lag)), program=program, env=failing_memory | {"FAILING": str(failing)})
+    given = tmp_path / library.name, guid, resources
+    found, log = run([host], *given, program=program, env=failing_memory | {"FAILING": str(failing)})
     assert " ".join(answer[0] for answer in found) == f"{answers} 0"
     assert sentence in log
 
@@ -239,6 +243,7 @@ def test_memory_that_is_refused_is_an_error_with_the_reason(
 @pytest.mark.parametrize(("failing", "long"), [(4, True), (5, True), (1, False)], ids=["growth", "more", "in memory"])
 def test_memory_that_is_refused_to_the_data_is_an_error(host, unpacked, lag, failing_memory, tmp_path, failing, long):
     library, guid, _ = binary_of(unpacked(lag))
+    library = shutil.copy(library, tmp_path)  # away from the resources
     (tmp_path / "model.bin").write_bytes(bytes(1 << 18))
     location = tmp_path.as_uri() if long else "data:;base64,AAAA"
     found, log = run([host], library, guid, location, program=["new 0"], env=failing_memory | {"FAILING": str(failing)})
@@ -303,5 +308,7 @@ def test_the_windows_library_finds_its_data_in_every_form_of_location(wine, cc, 
     for form in forms:
         answers, log = run([*wine, host], library, guid, form, program=["new 0", "enter 0", "exit 0", "free 0"])
         assert [answer[0] for answer in answers] == ["0"] * 4, (form, log)
-    _, log = run([*wine, host], library, guid, "Z:\\nowhere", program=["new 0"])
+    beside, _ = run([*wine, host], library, guid, "Z:\\nowhere", program=["new 0", "enter 0", "exit 0", "free 0"])
+    assert [answer[0] for answer in beside] == ["0"] * 4, "those beside the library are taken"
+    _, log = run([*wine, host], shutil.copy(library, tmp_path), guid, "Z:\\nowhere", program=["new 0"])
     assert "cannot read Z:\\nowhere/model.bin: No such file or directory" in log

@@ -18,7 +18,7 @@ PROCESSORS = {
     "aarch64-darwin": ["ARM64"],
 }
 LIBRARIES = {
-    "linux": r"lib[cm]\.so\.6|ld-linux-aarch64\.so\.1",
+    "linux": r"lib[cm]\.so\.6|libdl\.so\.2|ld-linux-aarch64\.so\.1",
     "darwin": r"/usr/lib/libSystem\.B\.dylib",
     "win64": r"KERNEL32\.dll|ntdll\.dll|api-ms-win-crt-\w+-l1-1-0\.dll",
 }

@@ -115,8 +115,6 @@ def check_states(library, function, state, allowed):
         ({"guid": None}, "the modelDescription.xml has guid NULL"),
         ({"name": b""}, "an instance needs a name"),
         ({"name": None}, "an instance needs a name"),
-        ({"resources": None}, "the host gave no resource location"),
-        ({"resources": "/nowhere/"}, "cannot read /nowhere/model.bin: "),
     ],
 )
 def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(library, wrong, sentence):

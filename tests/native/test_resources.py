@@ -5,7 +5,7 @@ import shutil
 import sys
 
 import pytest
-from raw import ERROR, OK
+from raw import ERROR, OK, WARNING, Library
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="paths of Windows are tested under wine")
 
@@ -62,6 +62,37 @@ def test_the_data_may_be_given_in_memory_instead_of_a_file(library_of):
             assert fmu.step(0) == OK
 
 
+@pytest.fixture(scope="module")
+def alone(library2, tmp_path_factory):
+    """The same library without resources beside it."""
+    folder = tmp_path_factory.mktemp("alone") / "fmu"
+    shutil.copytree(library2.path.parents[2], folder, ignore=shutil.ignore_patterns("resources"))
+    return Library(folder)
+
+
+@pytest.mark.parametrize("location", [None, "", "/nowhere", "file:///nowhere", "file://server/x", "https://server/x"])
+def test_where_a_location_is_wrong_the_data_beside_the_library_are_taken(library2, location):
+    """FMUSDK and others do not pass where they have unpacked the FMU."""
+    beside = library2.path.parents[2] / "resources"
+    with library2.instantiate(resources=location) as fmu:
+        given = "NULL" if location is None else location
+        sentence = f"there are no resources at {given}; those beside the library are taken, {beside}"
+        assert fmu.log == [(WARNING, "logStatusWarning", sentence)]
+        fmu.begin(u=1.0)
+        assert fmu.step(0) == OK
+        assert fmu.get("y") != [0.0]
+    with library2.instantiate(resources=location, logging=0) as fmu:
+        assert (fmu.pointer is not None, fmu.log) == (True, [])
+
+
+def test_data_of_another_fmu_are_refused_whatever_lies_beside_the_library(library2, tmp_path):
+    data = bytearray((library2.path.parents[2] / "resources" / "model.bin").read_bytes())
+    (tmp_path / "model.bin").write_bytes(data[:-1])
+    fmu = library2.instantiate(resources=str(tmp_path))
+    assert fmu.pointer is None
+    assert fmu.log[0][2].startswith("resources/model.bin does not fit: it is not whole")
+
+
 @pytest.mark.parametrize(
     ("location", "sentence"),
     [
@@ -85,8 +116,8 @@ def test_the_data_may_be_given_in_memory_instead_of_a_file(library_of):
         ("data:;base64,", "resources/model.bin does not fit: there is no data of an FMU in it"),
     ],
 )
-def test_a_location_without_data_is_refused_with_the_reason(library2, location, sentence):
-    fmu = library2.instantiate(resources=location, logging=0)
+def test_a_location_without_data_is_refused_with_the_reason(alone, location, sentence):
+    fmu = alone.instantiate(resources=location, logging=0)
     assert fmu.pointer is None
     assert [entry[:2] for entry in fmu.log] == [(ERROR, "logStatusError")]
     assert fmu.log[0][2].startswith(sentence)
@@ -99,8 +130,8 @@ def test_a_long_file_in_the_place_of_the_data_is_read_and_refused(library2, tmp_
     assert fmu.log[0][2].startswith("resources/model.bin does not fit: there is no data of an FMU in it")
 
 
-def test_a_folder_in_the_place_of_the_data_is_refused(library2, tmp_path):
+def test_a_folder_in_the_place_of_the_data_is_refused(alone, tmp_path):
     (tmp_path / "model.bin").mkdir()
-    fmu = library2.instantiate(resources=str(tmp_path))
+    fmu = alone.instantiate(resources=str(tmp_path))
     assert fmu.pointer is None
     assert "model.bin: Is a directory" in fmu.log[0][2]

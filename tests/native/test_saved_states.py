@@ -116,11 +116,58 @@ def test_a_state_with_one_wrong_bit_is_refused(library):
             assert fmu.deserialise(bytes(damaged))[0] == ERROR, bit
 
 
-def test_a_state_in_memory_of_another_fmu_is_refused(library):
+NO_STATE = "the pointer is to no state that this instance has saved and not freed"
+
+
+@pytest.mark.parametrize("call", ["SetFMUstate", "SerializedFMUstateSize", "SerializeFMUstate"])
+def test_a_pointer_to_no_state_is_not_looked_at(library, call):
+    """Address 8 cannot be read; a state that was freed, a copy of one, and another instance's are none either."""
+    with library.instantiate() as fmu, library.instantiate() as other:
+        saved, before = fmu.begin(u=1.0).save(), fmu.save()
+        copy, freed = create_string_buffer(fmu.serialise(saved)), c_void_p(saved.value)
+        assert fmu.call("FreeFMUstate", byref(saved)) == OK
+        for wrong in (c_void_p(8), cast(copy, c_void_p), freed, other.begin().save()):
+            rest = (byref(c_size_t()),) if "Size" in call else (copy, c_size_t(len(copy))) if "ize" in call else ()
+            assert fmu.call(call, wrong, *rest) == ERROR
+            assert fmu.log[-1][2] == f"{library.function(call)}: {NO_STATE}"
+            assert fmu.restore(before) == OK, "the instance lives on from a state of its own"
+        assert fmu.step(0) == OK
+
+
+def test_a_pointer_to_no_state_is_not_freed(library):
+    with library.instantiate() as fmu, library.instantiate() as other:
+        saved = fmu.begin(u=1.0).save()
+        copied, foreign = c_void_p(saved.value), other.begin().save()
+        assert fmu.call("FreeFMUstate", byref(saved)) == OK
+        for wrong in (copied, foreign, c_void_p(8)):
+            value = wrong.value
+            assert (fmu.call("FreeFMUstate", byref(wrong)), wrong.value) == (ERROR, value)
+            assert fmu.log[-1][2] == f"{library.function('FreeFMUstate')}: {NO_STATE}"
+        assert (fmu.step(0), other.restore(foreign), other.step(0)) == (OK, OK, OK)
+
+
+def test_a_state_is_saved_anew_where_the_host_has_not_set_its_pointer(library):
     with library.instantiate() as fmu:
-        other = create_string_buffer(b"{x" + fmu.begin().serialise(fmu.save())[2:])
-        assert fmu.restore(cast(other, c_void_p)) == ERROR
-        assert fmu.log[0][2] == f"{library.function('SetFMUstate')}: the state belongs to another FMU"
+        unset = c_void_p(8)
+        saved = fmu.begin(u=1.0).save(unset)
+        assert saved.value != 8
+        assert (fmu.step(0), fmu.restore(saved), fmu.last_time()) == (OK, OK, 0.0)
+
+
+def test_any_number_of_states_is_kept_apart(library):
+    with library.instantiate() as fmu:
+        fmu.begin(u=1.0)
+        saved, shown = [], []
+        for n in range(40):
+            fmu.step(n)
+            saved.append(fmu.save())
+            shown.append(fmu.get("y"))
+        for n in (3, 20, 11):
+            fmu.call("FreeFMUstate", byref(saved[n]))
+        for n in sorted({*range(40)} - {3, 11, 20}, reverse=True):
+            assert fmu.restore(saved[n]) == OK
+            assert (fmu.get("y"), fmu.last_time()) == (shown[n], n * 250e-6 + 250e-6)
+        assert len(set(map(tuple, shown))) == 40
 
 
 def test_too_little_room_for_the_bytes_is_refused(library):

@@ -12,16 +12,13 @@ from fmi_export.building.native.engines import COMPILING, SLAVE, Engine, find_or
 from fmi_export.building.native.sources import digest_of, texts_of
 
 OWN = ("pythonfmu.h", "system.h", "interpreted.c", "pythonfmu.c")
-# Platforms of PythonFMU: the code for their operating system, and the libraries that it needs there.
-SYSTEMS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "linux64": ("linux.c", ("m", "dl")),
-    "win64": ("windows.c", ()),
-}
+# Platforms of PythonFMU: the code for their operating system.
+SYSTEMS = {"linux64": "linux.c", "win64": "windows.c"}
 
 
 def guard_key() -> str:
     """Return an identifier, 32 hexadecimal digits, that changes with the code of the guard, with nothing else."""
-    return digest_of(SYSTEMS, *SLAVE, *_own(*OWN, *(code for code, _ in SYSTEMS.values())), *COMPILING)
+    return digest_of(SYSTEMS, *SLAVE, *_own(*OWN, *SYSTEMS.values()), *COMPILING)
 
 
 def guard(platform: str) -> Engine:
@@ -58,10 +55,9 @@ def check_guarded(platforms: Iterable[str]) -> list[str]:
 
 def _compile(platform: str) -> Engine:
     require_extra("native", f"there is no guard of flavour python for {platform} yet; compiling it", "ziglang")
-    code, libraries = SYSTEMS[platform]
-    sources = texts_of(SLAVE + _own(*OWN, code))
+    sources = texts_of(SLAVE + _own(*OWN, SYSTEMS[platform]))
     sources["engine_key.h"] = f'#define ENGINE_KEY "{guard_key()}"\n'
-    library = compile_library("guard", sources, platform, libraries)
+    library = compile_library("guard", sources, platform)
     return Engine(library, f"ziglang {importlib.metadata.version('ziglang')}")
 
 

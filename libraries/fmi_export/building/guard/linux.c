@@ -16,13 +16,6 @@
 
 const char LIBRARY_PATH[] = "LD_LIBRARY_PATH";
 
-int own_path(char *path)
-{
-    static const char here;
-    Dl_info self;
-    return dladdr(&here, &self) && self.dli_fname && snprintf(path, PATH_SIZE, "%s", self.dli_fname) < PATH_SIZE;
-}
-
 /* Python ---------------------------------------------------------------------------------------------------------- */
 
 static int python_is_here(void)

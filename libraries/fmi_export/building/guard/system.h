@@ -5,7 +5,9 @@
 
 #include <stddef.h>
 
-enum { PATH_SIZE = 4096, SHOWN = 1000 /* characters of a path or a text in a reason */ };
+#include "resources.h"
+
+enum { SHOWN = 1000 /* characters of a path or a text in a reason */ };
 
 /* The Python with which the FMU was built: its library and its interpreter; empty where it has none. */
 typedef struct {
@@ -13,9 +15,6 @@ typedef struct {
 } BuiltWith;
 
 #pragma GCC visibility push(hidden)
-
-/* The path (PATH_SIZE) of the library that this code is in; 0 if it is not known. */
-int own_path(char *path);
 
 /* Make Python's functions available to libraries that are loaded after this: those of the process, or else those of a
    Python that is loaded. 0, and `why` (SHOWN), if there is none. */

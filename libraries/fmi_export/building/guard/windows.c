@@ -18,16 +18,6 @@ static int widen(wchar_t *wide, const char *text)
     return MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, text, -1, wide, PATH_SIZE) > 0;
 }
 
-int own_path(char *path)
-{
-    static const char here;
-    wchar_t wide[PATH_SIZE];
-    HMODULE self;
-    return GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
-                              (const wchar_t *)&here, &self) &&
-           GetModuleFileNameW(self, wide, PATH_SIZE) < PATH_SIZE && narrow(path, wide);
-}
-
 /* Python ---------------------------------------------------------------------------------------------------------- */
 
 /* PythonFMU's library asks for python3.dll, which hands over to the Python that it belongs to: that of the process, or the

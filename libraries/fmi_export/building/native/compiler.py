@@ -100,12 +100,8 @@ def check_platforms(platforms: Iterable[str]) -> list[str]:
     return [name for name in TARGETS if name in wanted or (name in PLATFORMS and "all" in wanted)]
 
 
-def compile_library(
-    name: str, sources: Mapping[str, str], target_platform: str, libraries: Iterable[str] = ("m",)
-) -> bytes:
+def compile_library(name: str, sources: Mapping[str, str], target_platform: str) -> bytes:
     """Compile sources (C, LLVM assembly, headers; by file name) to the shared library `name` for one of `TARGETS`.
-
-    `libraries` of the platform are linked to it.
 
     Raises
     ------
@@ -119,7 +115,7 @@ def compile_library(
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8", newline="\n")
         inputs = sorted(f"../{file}" for file in sources if not file.endswith(".h"))
-        links = [f"-l{library}" for library in libraries]
+        links = ["-lm", "-ldl"] if "linux" in target_platform else ["-lm"]
         slices = []
         for target in targets:
             (folder / target).mkdir()

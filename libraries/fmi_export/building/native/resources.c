@@ -1,3 +1,5 @@
+#define _GNU_SOURCE /* for dladdr */
+
 #include "resources.h"
 
 #include <errno.h>
@@ -7,6 +9,8 @@
 
 #ifdef _WIN32
 #include <windows.h>
+#elif !defined __wasm__
+#include <dlfcn.h>
 #endif
 
 #include "data.h"
@@ -103,6 +107,45 @@ char *resource_folder(const char *location, char *reason)
         folder[--length] = '\0';
     return folder;
 }
+
+/* Places beside this library --------------------------------------------------------------------------------------- */
+
+int own_path(char *path)
+{
+#if defined __wasm__
+    (void)path;
+    return 0;
+#elif defined _WIN32
+    static const char here;
+    wchar_t wide[PATH_SIZE];
+    HMODULE self;
+    return GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
+                              (const wchar_t *)&here, &self) &&
+           GetModuleFileNameW(self, wide, PATH_SIZE) < PATH_SIZE &&
+           WideCharToMultiByte(CP_UTF8, 0, wide, -1, path, PATH_SIZE, NULL, NULL) > 0;
+#else
+    static const char here;
+    Dl_info self;
+    return dladdr(&here, &self) && self.dli_fname && snprintf(path, PATH_SIZE, "%s", self.dli_fname) < PATH_SIZE;
+#endif
+}
+
+int resources_beside_library(char *path)
+{
+    static const char PLACE[] = "resources";
+    int levels = 3; /* from binaries/<platform>/<library> up */
+    size_t length = own_path(path) ? strlen(path) : 0;
+    while (length > 0 && levels > 0) {
+        length--;
+        levels -= path[length] == '/' || path[length] == '\\';
+    }
+    if (levels > 0 || length + sizeof PLACE >= PATH_SIZE)
+        return 0;
+    strcpy(path + length + 1, PLACE);
+    return 1;
+}
+
+/* Content ---------------------------------------------------------------------------------------------------------- */
 
 static FILE *open_file(const char *path)
 {
@@ -203,9 +246,19 @@ static unsigned char *bytes_of_uri(const char *rest, size_t *size, char *reason)
     return bytes;
 }
 
+static const char *of_data_uri(const char *location)
+{
+    return location ? after(location, "data:") : NULL;
+}
+
+int is_wrong_place(const char *location)
+{
+    return !of_data_uri(location);
+}
+
 unsigned char *resource_bytes(const char *location, size_t *size, char *reason)
 {
-    const char *rest = location ? after(location, "data:") : NULL;
+    const char *rest = of_data_uri(location);
     if (rest)
         return bytes_of_uri(rest, size, reason);
     char *folder = resource_folder(location, reason);

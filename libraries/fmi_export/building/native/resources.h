@@ -5,7 +5,19 @@
 
 #include <stddef.h>
 
+enum { PATH_SIZE = 4096 };
+
 #pragma GCC visibility push(hidden)
+
+/* The path (PATH_SIZE) in UTF-8 of the library that this code is in; 0 if it is not known, as in WebAssembly. */
+int own_path(char *path);
+
+/* Whether a location that has no data may be taken for a mistake; one that is the data themselves may not. */
+int is_wrong_place(const char *location);
+
+/* Write the folder of the resources of the FMU that this library lies in to `path` (PATH_SIZE), for hosts whose location is
+   wrong; 0 if it is not known. Whether it exists is not asked. */
+int resources_beside_library(char *path);
 
 /* The bytes of the file `model.bin` at a location, in memory that the caller frees; NULL with a `reason` (TEXT_SIZE) if
    there are none. A location is a file URI, a path, or the bytes themselves as a data URI in base64. */

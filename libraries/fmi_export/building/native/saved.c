@@ -1,14 +1,50 @@
-/* Saved states: one copy of memory, alone or with a checksum as bytes. */
+/* Saved states: one copy of memory, alone or with a checksum as bytes. An instance knows its own by their addresses, and
+   refuses a pointer to anything else, which may have been freed, or be another instance's: that takes bytes. */
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "slave.h"
 
-static int is_ours(const Instance *instance, const char *guid)
+/* The number of a state among those of an instance, or how many there are. The latest are looked at first. */
+static size_t number_of(const Instance *instance, const void *state)
 {
-    return strncmp(guid, instance->run.data.guid, GUID_SIZE) == 0;
+    for (size_t i = instance->n_states; i-- > 0;)
+        if (instance->states[i] == state)
+            return i;
+    return instance->n_states;
 }
+
+static int is_saved(const Instance *instance, const void *state)
+{
+    return number_of(instance, state) < instance->n_states;
+}
+
+/* Room for another state, or NULL. */
+static void *new_state(Instance *instance)
+{
+    if (instance->n_states == instance->room_for_states) {
+        size_t room = 2 * instance->room_for_states + 4;
+        void **states = realloc(instance->states, room * sizeof *states);
+        if (!states)
+            return NULL;
+        instance->states = states;
+        instance->room_for_states = room;
+    }
+    void *state = malloc(instance->saved_size);
+    if (state)
+        instance->states[instance->n_states++] = state;
+    return state;
+}
+
+void free_states(Instance *instance)
+{
+    for (size_t i = 0; i < instance->n_states; i++)
+        free(instance->states[i]);
+    free(instance->states);
+}
+
+static const char NO_STATE[] = "%s: the pointer is to no state that this instance has saved and not freed";
 
 /* Bytes may come from anywhere, so they end with the checksum of those before. */
 static size_t serialised_size(const Instance *instance)
@@ -16,13 +52,14 @@ static size_t serialised_size(const Instance *instance)
     return instance->saved_size + sizeof(uint32_t);
 }
 
+/* What is no state of this instance on entry may be anything, such as memory that a host has not set, and is left alone. */
 Status slave_save(Instance *instance, const char *call, void **state)
 {
     if (!may(instance, ANY, call))
         return STATUS_ERROR;
     if (!state)
         return fail(instance, "%s: state is NULL", call);
-    void *saved = *state ? *state : malloc(instance->saved_size);
+    void *saved = is_saved(instance, *state) ? *state : new_state(instance);
     if (!saved)
         return fail(instance, "%s: there is no memory for a state", call);
     memcpy(saved, instance->now, instance->saved_size);
@@ -36,8 +73,8 @@ Status slave_restore(Instance *instance, const char *call, const void *state)
         return STATUS_ERROR;
     if (!state)
         return fail(instance, "%s: state is NULL", call);
-    if (!is_ours(instance, state))
-        return fail(instance, "%s: the state belongs to another FMU", call);
+    if (!is_saved(instance, state))
+        return fail(instance, NO_STATE, call);
     memcpy(instance->now, state, instance->saved_size);
     return STATUS_OK;
 }
@@ -46,10 +83,14 @@ Status slave_forget(Instance *instance, const char *call, void **state)
 {
     if (!may(instance, ANY, call))
         return STATUS_ERROR;
-    if (state) {
-        free(*state);
-        *state = NULL;
-    }
+    if (!state || !*state)
+        return STATUS_OK;
+    if (!is_saved(instance, *state))
+        return reject(instance, NO_STATE, call);
+    instance->states[number_of(instance, *state)] = instance->states[instance->n_states - 1];
+    instance->n_states--;
+    free(*state);
+    *state = NULL;
     return STATUS_OK;
 }
 
@@ -59,6 +100,8 @@ Status slave_serialised_size(Instance *instance, const char *call, const void *s
         return STATUS_ERROR;
     if (!state || !size)
         return fail(instance, "%s: %s is NULL", call, state ? "size" : "state");
+    if (!is_saved(instance, state))
+        return fail(instance, NO_STATE, call);
     *size = serialised_size(instance);
     return STATUS_OK;
 }
@@ -69,6 +112,8 @@ Status slave_serialise(Instance *instance, const char *call, const void *state, 
         return STATUS_ERROR;
     if (!state || !bytes)
         return fail(instance, "%s: %s is NULL", call, state ? "bytes" : "state");
+    if (!is_saved(instance, state))
+        return fail(instance, NO_STATE, call);
     if (size < serialised_size(instance))
         return fail(instance, "%s: a state takes %zu bytes, not %zu", call, serialised_size(instance), size);
     uint32_t sum = checksum(state, instance->saved_size);
@@ -84,13 +129,13 @@ Status slave_deserialise(Instance *instance, const char *call, const void *bytes
         return STATUS_ERROR;
     if (!bytes || !state)
         return fail(instance, "%s: %s is NULL", call, bytes ? "state" : "bytes");
-    if (size < GUID_SIZE || !is_ours(instance, bytes))
+    if (size < GUID_SIZE || strncmp(bytes, instance->run.data.guid, GUID_SIZE) != 0)
         return fail(instance, "%s: the state belongs to another FMU", call);
     if (size == serialised_size(instance))
         memcpy(&sum, (const char *)bytes + instance->saved_size, sizeof sum);
     if (size != serialised_size(instance) || sum != checksum(bytes, instance->saved_size))
         return fail(instance, "%s: the bytes are not whole", call);
-    void *saved = malloc(instance->saved_size);
+    void *saved = new_state(instance);
     if (!saved)
         return fail(instance, "%s: there is no memory for a state", call);
     memcpy(saved, bytes, instance->saved_size);

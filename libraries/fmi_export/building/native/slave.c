@@ -180,13 +180,19 @@ static Instance *allocate(const unsigned char *bytes, size_t size, const char *n
     return instance;
 }
 
-/* A new instance with the data at a resource location; NULL with a reason if there can be none. */
-static Instance *load(const char *name, const char *guid, const char *location, char *reason)
+/* A new instance with the data at a resource location, or beside the library where there are none, which `elsewhere`
+   (PATH_SIZE) then says; NULL with a reason if there can be none. */
+static Instance *load(const char *name, const char *guid, const char *location, char *elsewhere, char *reason)
 {
     char why[TEXT_SIZE];
     size_t size = 0;
     Instance *instance = NULL;
     unsigned char *bytes = resource_bytes(location, &size, reason);
+    *elsewhere = '\0';
+    if (!bytes && is_wrong_place(location) && resources_beside_library(elsewhere)) {
+        bytes = resource_bytes(elsewhere, &size, why);
+        location = elsewhere;
+    }
     if (!bytes)
         return NULL;
     if (!data_is_valid(bytes, size, why))
@@ -210,8 +216,8 @@ void slave_log_no_instance(const Host *host, const char *name, const char *reaso
 
 Instance *slave_new(const char *name, const char *guid, const char *location, const Host *host, int logging)
 {
-    char reason[TEXT_SIZE] = "an instance needs a name";
-    Instance *instance = name && *name ? load(name, guid, location, reason) : NULL;
+    char reason[TEXT_SIZE] = "an instance needs a name", elsewhere[PATH_SIZE];
+    Instance *instance = name && *name ? load(name, guid, location, elsewhere, reason) : NULL;
     if (!instance) {
         slave_log_no_instance(host, name, reason);
         return NULL;
@@ -219,13 +225,18 @@ Instance *slave_new(const char *name, const char *guid, const char *location, co
     instance->host = *host;
     instance->enabled_categories = logging ? EVERY_CATEGORY : 0;
     start_over(instance);
+    if (*elsewhere)
+        log_status(instance, STATUS_WARNING, "there are no resources at %.1000s; those beside the library are taken, %.1000s",
+                   location ? location : "NULL", elsewhere);
     return instance;
 }
 
 void slave_free(Instance *instance)
 {
-    if (instance)
-        run_close(&instance->run);
+    if (!instance)
+        return;
+    run_close(&instance->run);
+    free_states(instance);
     free(instance);
 }
 

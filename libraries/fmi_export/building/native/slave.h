@@ -62,6 +62,8 @@ typedef struct {
     unsigned int enabled_categories; /* one bit for each category that is logged; errors always are */
     const char *name;
     Known read, written; /* the latest lists that were read, and set; of the latter only those of inputs */
+    void **states;       /* saved by this instance and not freed yet */
+    size_t n_states, room_for_states;
 } Instance;
 
 #pragma GCC visibility push(hidden)
@@ -114,12 +116,16 @@ Status slave_integer(Instance *instance, const char *call, uint32_t reference, i
 
 /* Saved states --------------------------------------------------------------------------------------------------- */
 
+/* They are known by their addresses: a pointer that is none of this instance's is not looked at. */
 Status slave_save(Instance *instance, const char *call, void **state);
 Status slave_restore(Instance *instance, const char *call, const void *state);
 Status slave_forget(Instance *instance, const char *call, void **state);
 Status slave_serialised_size(Instance *instance, const char *call, const void *state, size_t *size);
 Status slave_serialise(Instance *instance, const char *call, const void *state, void *bytes, size_t size);
 Status slave_deserialise(Instance *instance, const char *call, const void *bytes, size_t size, void **state);
+
+/* Free what the host has not. */
+void free_states(Instance *instance);
 
 /* Derivatives ---------------------------------------------------------------------------------------------------- */
 
