@@ -98,6 +98,7 @@ add_study(
     MASS,
     UP_TO,
     COUNT,
+    click.option("--speed", help="Speed of the machine, which the figure marks; also in Hz."),
     click.option("--full", is_flag=True, help="Analyse the full model, not the smallest one within 1e-5."),
 )
 add_study(

@@ -17,7 +17,7 @@ Limits = tuple[float, float]
 
 
 def control_current(dataset: Signals, axis: str) -> NDArray[np.float64] | None:
-    """Return the control current (A) of an axis, `mb1.x`, at each sample; None if it was not recorded."""
+    """Return the control current (A) of an axis, `BEARING.x`, at each sample; None if it was not recorded."""
     bearing, _, direction = axis.rpartition(".")
     return _recorded(dataset, f"{CONTROLLER}.{bearing}.i_{direction}")
 
@@ -35,7 +35,7 @@ def is_magnetic(dataset: Signals, bearing: str) -> bool:
 
 
 def current_limits(dataset: Signals, axis: str) -> Limits | None:
-    """Return the least and the largest control current (A) of an axis, `mb1.x`; None where they are not known."""
+    """Return the least and the largest control current (A) of an axis, `BEARING.x`; None where they are not known."""
     bearing, _, direction = axis.rpartition(".")
     given = parameters_of(dataset, CONTROLLER)
     low, high = (given.get(f"{bearing}.{name}_{direction}") for name in ("i_min", "i_max"))

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_cosim.presentation.text_tables import TextPart, text_table
-from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
+from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range, spin_speed
 from amb_cosim.studies.result import DrawnResult
 from fmi_export.model import Array
 from rotor_analysis.analysis_model import ACCURACY, analysis_model
@@ -63,6 +63,8 @@ class CampbellDiagram(DrawnResult):
         Number of coordinates of the model that was analysed, and of the full one.
     error
         Largest relative error of the modes' eigenvalues against the full model's, at the lowest and highest speed.
+    operating_speed
+        The speed of the machine (rad/s), where it was given.
     """
 
     name: ClassVar[str] = "campbell"
@@ -75,6 +77,7 @@ class CampbellDiagram(DrawnResult):
     coordinates: int
     of: int
     error: float
+    operating_speed: Annotated[float | None, "rad/s"] = None
 
     def text(self) -> list[TextPart]:
         """Return the table of critical speeds, and how accurate they are."""
@@ -96,6 +99,7 @@ def campbell(
     mass: MassModel | None = None,
     up_to: Number = "628 rad/s",
     count: int = 8,
+    speed: Number | None = None,
     full: bool = False,
 ) -> CampbellDiagram:
     """Return the natural frequencies and damping ratios of a rotor over the spin speed, and its critical speeds.
@@ -112,6 +116,8 @@ def campbell(
         Highest spin speed (rad/s), or a text with its unit.
     count
         Number of modes, the lowest first.
+    speed
+        Speed of the machine, which the figure marks.
     full
         Whether the full model is analysed, in place of the smallest one whose eigenvalues are within 1e-5.
 
@@ -133,4 +139,5 @@ def campbell(
     )
     critical = tuple(CriticalSpeedRow(c.Omega, c.number, c.damping_ratio, c.whirl) for c in diagram.critical_speeds)
     sizes = model.size, analysed.supported.full.size
-    return CampbellDiagram(description.name, mass, speeds, modes, critical, *sizes, analysed.error)
+    operating = None if speed is None else spin_speed(speed)
+    return CampbellDiagram(description.name, mass, speeds, modes, critical, *sizes, analysed.error, operating)

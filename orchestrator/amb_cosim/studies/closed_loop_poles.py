@@ -71,6 +71,8 @@ class ClosedLoopPoles(DrawnResult):
         Least damping ratio of all vibrations at each speed (1), shape (n,), followed or not.
     unstable
         Speeds (rad/s) at which the loop is not stable.
+    operating_speed
+        That of the scenario (rad/s).
     """
 
     name: ClassVar[str] = "poles"
@@ -82,6 +84,7 @@ class ClosedLoopPoles(DrawnResult):
     poles: tuple[PoleOverSpeed, ...]
     least_damped: Array
     unstable: Annotated[tuple[float, ...], "rad/s"]
+    operating_speed: Annotated[float, "rad/s"]
 
     def text(self) -> list[TextPart]:
         """Return a table of the poles at the lowest and at the highest speed, and where the loop is not stable."""
@@ -169,6 +172,7 @@ def poles(
         poles=tuple(_over_speed(found, track) for track in tracks),
         least_damped=least,
         unstable=tuple(float(Omega) for Omega, ratio in zip(speeds, least, strict=True) if ratio <= 0.0),
+        operating_speed=prepared.plan.speed,
     )
 
 

@@ -1,0 +1,64 @@
+"""Campbell diagrams: what is written does not collide, and damping lies in its zones."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+import amb_cosim
+from amb_cosim.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
+from amb_cosim.studies.figures import figure
+from amb_cosim.studies.figures.over_speed import damping_ratio
+
+
+def close_modes(damping: float = 0.02) -> CampbellDiagram:
+    """Four modes within 2 % of 100 rad/s, one far above, on a rotor of any kind."""
+    speeds = np.linspace(0.0, 300.0, 31)
+    frequencies = (99.0, 100.0, 100.5, 101.0, 280.0)
+    modes = tuple(
+        ModeOverSpeed(np.full(31, f), np.full(31, damping * f / 100.0), ("forward",) * 31) for f in frequencies
+    )
+    critical = tuple(CriticalSpeedRow(f, k, damping, "forward") for k, f in enumerate(frequencies, start=1))
+    return CampbellDiagram("any", "consistent", speeds, modes, critical, 8, 8, 0.0, 200.0)
+
+
+def boxes(panel):
+    """Where the texts of a panel are on the picture, those of critical speeds and numbers of modes."""
+    renderer = FigureCanvasAgg(panel.figure).get_renderer()
+    panel.figure.draw(renderer)
+    named = [text for text in panel.texts if text.get_text()[0].isdigit() and not text.get_text().endswith("x")]
+    return [Text.get_window_extent(text, renderer) for text in named]  # without the line to the point
+
+
+def test_labels_of_close_critical_speeds_do_not_collide():
+    found = boxes(figure(close_modes()).axes[0])
+    assert len(found) == 10
+    heights = sorted((box.y0, box.y1, box.x0, box.x1) for box in found)
+    for k, (y0, y1, x0, x1) in enumerate(heights):
+        for other_y0, _, other_x0, other_x1 in heights[k + 1 :]:
+            assert other_y0 > y0 + 0.7 * (y1 - y0) or other_x0 > x1 or other_x1 < x0
+
+
+@pytest.mark.parametrize(("damping", "scale"), [(0.02, "log"), (-0.02, "symlog")])
+def test_damping_is_logarithmic_through_zero_where_it_is_unstable(damping, scale):
+    panel = figure(close_modes(damping)).axes[1]
+    assert panel.get_yscale() == scale
+    assert any(text.get_text().strip() == "unstable" for text in panel.texts) == (damping < 0.0)
+
+
+def test_speeds_and_frequencies_are_in_the_unit_asked_for():
+    with amb_cosim.units("rpm"):
+        panel = figure(close_modes()).axes[0]
+    assert panel.get_xlim()[1] == pytest.approx(300.0 * 60.0 / (2.0 * math.pi))
+    assert panel.get_ylabel() == "damped frequency (rpm)"
+
+
+def test_decrement_and_damping_ratio_are_those_of_one_decay():
+    """exp(-delta) is the next amplitude over this one: exp(-zeta omega_0 T) with T = 2 pi/(omega_0 sqrt(1-zeta^2))."""
+    zeta = 0.2
+    delta = zeta * 2.0 * math.pi / math.sqrt(1.0 - zeta**2)
+    assert damping_ratio(delta) == pytest.approx(zeta)
