@@ -11,7 +11,7 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from amb_cosim.presentation.style import BLUE, TITLE_SIZE, StyledFigure, write_png
+from amb_cosim.presentation.style import BLUE, TITLE_SIZE, StyledFigure, fitted, write_png
 from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
 from amb_cosim.sweeps.panels import numeric_axes, panels
 from amb_cosim.sweeps.refine import boundary_group
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 SPREAD = 100.0  # of the largest value over the smallest, beyond which colours are logarithmic
 DRAWN = ("contact_share", "peak_contact_force", "orbit_largest", "rolling")
+LABELLED = ("step", "removal")  # events that set what is varied
 LABELS = {
     "contact_share": "share of contact between step and removal",
     "peak_contact_force": "peak contact force (N)",
@@ -169,5 +170,9 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
 
 
 def _axis_label(dataset: xr.Dataset, name: str) -> str:
-    unit = dataset[name].attrs.get("units", "")
-    return f"{name} ({unit})" if unit else name
+    """Return what a coordinate is, in words where its variable has a description, and its unit."""
+    unit, described = (dataset[name].attrs.get(key, "") for key in ("units", "description"))
+    words = described.partition(";")[0].partition(" (")[0] or name
+    if name.partition(".")[0] in LABELLED:
+        words += f", from the {name.partition('.')[0]} on"
+    return fitted(f"{words} ({unit})" if unit and unit != "1" else words, 3.6)

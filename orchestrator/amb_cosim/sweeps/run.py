@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.dataset import git_revision
+from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.values import Raw
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.presentation.progress import sweep_bar
@@ -152,11 +153,11 @@ def sweep(
 
         check_refinement(design, refine, boundary)
     task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), varied_labels(design))
-    guids, units = check_points(task, design)
+    guids, units, described = check_points(task, design)
     design = design.with_units(units)
     asked = {**_request(task), "guids": guids}
     folder = Path(output)
-    provenance = _provenance()
+    provenance = {**_provenance(), "descriptions": described}
     with only_writer(folder):
         store = SweepStore(folder, design, {**asked, "design": design.as_dict()}, provenance)
         name = hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
@@ -191,8 +192,8 @@ def _refine(
     refinement.save(store)
 
 
-def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, str]]:
-    """Check the values of a sweep one by one; return the guids of its FMUs, and the units of what is varied.
+def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
+    """Check the values of a sweep one by one; return the guids of its FMUs, and units and descriptions of what varies.
 
     FMUs are built if need be.
 
@@ -204,24 +205,36 @@ def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, 
     runner = Runner(task)
     guids: dict[str, str] = {}
     units: dict[str, str] = {}
+    described: dict[str, str] = {}
     sampled = design.sampling != "grid" and len(design.axes) == 1
     for point in (0, design.size - 1) if sampled else design.corners():
         settings = design.settings(point)
         prepared = runner.prepare(settings)
         if not set(guids) >= {fmu.path.stem for fmu in prepared.fmus.values()}:
             guids |= {prepared.fmus[c].path.stem: interface.guid for c, interface in prepared.interfaces.items()}
-        units |= {name: unit for name in settings if name not in units and (unit := unit_of(prepared, name))}
-    return guids, units
+        for name in settings:
+            port = _port_of(prepared, name)
+            if port is not None and port.unit:
+                units.setdefault(name, port.unit)
+            if port is not None and port.description:
+                described.setdefault(name, port.description)
+    return guids, units, described
 
 
 def unit_of(prepared: Prepared, name: str) -> str:
     """Return the unit of what is varied under a name; empty where it has none or is no variable."""
+    port = _port_of(prepared, name)
+    return "" if port is None else port.unit or ""
+
+
+def _port_of(prepared: Prepared, name: str) -> Port | None:
+    """Return the first variable that is varied under a name; None where it is none."""
     label, _, rest = name.partition(".")
     values = prepared.assembly.assignments()
     try:
-        return values.port(values.matching(rest if label in LABELS else name)[0]).unit or ""
+        return values.port(values.matching(rest if label in LABELS else name)[0])
     except ValueError:
-        return ""
+        return None
 
 
 def _request(task: Task) -> dict[str, Any]:

@@ -125,10 +125,13 @@ class SweepStore:
 
     def _coordinates(self) -> dict[str, Any]:
         coordinates: dict[str, Any] = {}
+        described = json.loads(self._attrs["provenance"]).get("descriptions", {})
         for axis in self.design.axes:
             for column in axis.columns:
                 values = column.values if column.numeric else [str(v) for v in column.values]
                 attributes = {"units": column.unit} if column.unit else {}
+                if column.name in described:
+                    attributes["description"] = described[column.name]
                 coordinates[column.name] = (axis.name, np.array(values), attributes)
         return coordinates
 

@@ -52,7 +52,7 @@ def test_the_command_maps_a_scenario_and_goes_on(command, tmp_path):
 def test_ready_sweeps_fit_their_scenarios(name):
     study = ready_sweeps()[name]
     design = make_design(study.options["vary"], study.options.get("sample", "grid"))
-    guids, units = check_points(Task(amb_cosim.Scenario.load(study.scenario)), design)
+    guids, units, _ = check_points(Task(amb_cosim.Scenario.load(study.scenario)), design)
     assert len(guids) == 3
     assert {"rad/s", "kg.m"} & set(units.values())
     assert prepare(amb_cosim.Scenario.load(study.scenario)).plan.last > 0

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from amb_cosim.sweeps.figures import draw_sweep
+from amb_cosim.sweeps.maps import draw_map
 from amb_cosim.sweeps.phases import distribution, draw_distribution, draw_phases, phase_of
 from amb_cosim.sweeps.refine import Refinement
 from amb_cosim.sweeps.run import Sweep
@@ -74,3 +75,18 @@ def test_a_sampled_phase_is_drawn_and_a_sweep_without_one_is_not(tmp_path):
     sampled = filled(tmp_path / "sampled", {"step.cycle": "5:6", "a.x": "1:2"}, force, "lhs:8")
     assert draw_phases(sampled) == ["phase.png"]
     assert draw_phases(filled(tmp_path / "other", {"a.x": "1:2:2"}, force)) == []
+
+
+def test_maps_say_what_is_varied_in_words_and_tell_failed_runs(tmp_path):
+    """A name without a description stays; the largest unbalance failed."""
+    vary = {"Omega": "200:260:3", "step.rotor_contact.turbine.u": "5 g.mm:60 g.mm:3"}
+    design = make_design(vary).with_units({"Omega": "rad/s"})
+    words = {"descriptions": {"step.rotor_contact.turbine.u": "Unbalance of turbine (3.20); a fixed one"}}
+    store = SweepStore(tmp_path, design, {"scenario": {"name": "made up"}}, words)
+    ends = ["recovered"] * 8 + ["failed"]
+    store.add([PointResult(n, ends[n], "", {"contact_share": 0.1 * n} if n < 8 else {}) for n in range(9)])
+    swept = Sweep(tmp_path, design)
+    figure = draw_map(swept, swept.dataset, "contact_share")
+    assert figure.axes[0].get_xlabel() == "Omega (rad/s)"
+    assert figure.axes[0].get_ylabel().replace("\n", " ") == "Unbalance of turbine, from the step on (g.mm)"
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["failed: 1 of 9"]

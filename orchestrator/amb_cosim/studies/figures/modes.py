@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from scipy.interpolate import CubicHermiteSpline
 
 from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import speed_unit, spin_text
 from amb_cosim.studies.figures.whirl import WHIRL_STYLES
 from amb_cosim.studies.natural_modes import ModeShapes
 from rotor_analysis.modes import Mode
@@ -32,7 +33,8 @@ def draw(result: ModeShapes) -> Figure:
         _draw_mode(axes, rotor, mode)
         ratio = round(mode.damping_ratio, 3) + 0.0  # not -0.000
         axes.set_title(
-            f"{k + 1}: {result.shapes[k].kind}, {mode.whirl}\n{mode.frequency:.1f} rad/s, $\\zeta$ = {ratio:.3f}",
+            f"{k + 1}: {result.shapes[k].kind}, {mode.whirl}\n"
+            f"{speed_unit().text(mode.frequency)}, $\\zeta$ = {ratio:.3f}",
             y=0.86,
         )
     handles = [
@@ -47,7 +49,7 @@ def draw(result: ModeShapes) -> Figure:
         if any(m.whirl == whirl for m in found)
     ]
     figure.legend(handles=handles, loc="lower center", ncols=len(handles) if columns > 2 else 3)
-    figure.suptitle(rf"{rotor.name}: modes at $\Omega$ = {result.speed:.4g} rad/s", fontsize=TITLE_SIZE)
+    figure.suptitle(f"{rotor.name}: modes at {spin_text(result.speed)}", fontsize=TITLE_SIZE)
     return figure
 
 

@@ -23,6 +23,7 @@ from amb_cosim.presentation.style import (
     YELLOW,
     StyledFigure,
 )
+from amb_cosim.presentation.units import speed_unit, spin_label
 from amb_cosim.rub.branches import branches
 from amb_cosim.studies.contact_traps import Traps
 
@@ -49,14 +50,14 @@ def draw(result: Traps) -> Figure:
 
 def _draw_orbits(panel: Axes, result: Traps) -> None:
     """Draw the orbit that nothing stops of each site, over its clearance; dotted where a site is in the way."""
-    free, speeds = result.curves.states[0], result.curves.speeds
+    free, speeds = result.curves.states[0], speed_unit().of(result.curves.speeds)
     for k, (site, colour) in enumerate(zip(result.sites, cycle(COLOURS), strict=False)):
         share = result.orbits[:, k] / result.clearances[k]
         exists = np.isin(np.arange(len(speeds)), free.speed)
         panel.plot(speeds, np.where(exists, share, np.nan), color=colour, lw=1.8, label=site)
         panel.plot(speeds, np.where(exists, np.nan, share), color=colour, ls=":")
     panel.axhline(1.0, color="black", lw=0.8, ls=DASHED)
-    panel.axvline(result.speed, color="0.6", lw=0.7)
+    panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
     panel.set(ylabel="orbit without contact / clearance", ylim=(0.0, 2.0))
     panel.legend(loc="upper right", ncols=2)
     panel.tick_params(labelbottom=False)
@@ -64,7 +65,7 @@ def _draw_orbits(panel: Axes, result: Traps) -> None:
 
 def _draw_forces(panel: Axes, result: Traps) -> None:
     """Draw the sum of normal forces of every state in contact: stable thick, unstable thin and dashed."""
-    speeds = result.curves.speeds
+    speeds, at = speed_unit().of(result.curves.speeds), result.speed / speed_unit().size
     colours = cycle(COLOURS)
     for found in result.curves.states[1:]:
         colour = next(colours)
@@ -80,15 +81,15 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
     for state in result.states:
         if state.contact:
             fill = "black" if state.stable else "white"
-            panel.plot(result.speed, sum(state.normal_forces.values()), "o", ms=4, mec="black", mfc=fill, zorder=4)
-    panel.axvline(result.speed, color="0.6", lw=0.7)
+            panel.plot(at, sum(state.normal_forces.values()), "o", ms=4, mec="black", mfc=fill, zorder=4)
+    panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
     if any(len(found.speed) for found in result.curves.states[1:]):
         panel.set_yscale("log")
     styles = [Line2D([], [], color="black", lw=1.8, label="stable")]
     styles.append(Line2D([], [], color="black", lw=0.8, ls=(0, (3, 1.5)), label="unstable"))
     handles = [*panel.get_legend_handles_labels()[0], *styles]
     panel.legend(handles=handles, loc="upper left", ncols=2)
-    panel.set(xlabel=r"spin speed $\Omega$ (rad/s)", ylabel="normal forces in contact, sum (N)", xlim=(0.0, speeds[-1]))
+    panel.set(xlabel=spin_label(), ylabel="normal forces in contact, sum (N)", xlim=(0.0, speeds[-1]))
 
 
 def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool]]:
@@ -107,12 +108,28 @@ def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool
 def _draw_map(panel: Axes, result: Traps) -> None:
     amounts = 1e3 * result.unbalances
     colours = (FREE, BOTH, CONTACT, WHIRL)
+    unit = speed_unit()
+    speeds, at = unit.of(result.speeds), (result.speed / unit.size, 1e3 * result.unbalance)
     panel.pcolormesh(
-        result.speeds, amounts, result.kinds.T, cmap=ListedColormap(colours), vmin=-0.5, vmax=3.5, shading="nearest"
+        speeds,
+        amounts,
+        result.kinds.T,
+        cmap=ListedColormap(colours),
+        vmin=-0.5,
+        vmax=3.5,
+        shading="nearest",
     )
-    panel.plot(result.speed, 1e3 * result.unbalance, marker="*", ms=13, mfc="black", mec="white", ls="none", zorder=5)
+    panel.plot(
+        *at,
+        marker="*",
+        ms=13,
+        mfc="black",
+        mec="white",
+        ls="none",
+        zorder=5,
+    )
     patches = [Patch(fc=c, ec=GREY, label=label) for c, label in zip(colours, LABELS, strict=True)]
     star = Line2D([], [], marker="*", ms=10, mfc="black", mec="white", ls="none", label="the machine")
     panel.legend(handles=[*patches, star], loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=5, handlelength=1.2)
-    panel.set(xlabel=r"spin speed $\Omega$ (rad/s)", ylabel="unbalance (g m)")
-    panel.set(xlim=(result.speeds[0], result.speeds[-1]), ylim=(amounts[0], amounts[-1]))
+    panel.set(xlabel=spin_label(), ylabel="unbalance (g m)")
+    panel.set(xlim=(speeds[0], speeds[-1]), ylim=(amounts[0], amounts[-1]))
