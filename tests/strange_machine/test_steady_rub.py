@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from growing_vibration import growth_of
 from strange_machine import LEVITATION
 
 import amb_cosim
 from amb_cosim import studies
 from amb_cosim.rub.rubbing_rotor import rubbing_rotor
+from amb_cosim.rub.started import checkpoint_in
 from amb_cosim.rub.synchronous_states import all_sets, states_of
 from amb_cosim.rub.trap_map import states_at
 from amb_cosim.scenario.scenario import given_scenario
@@ -83,6 +85,31 @@ def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_
     np.testing.assert_allclose(N, stable["labyrinth",].N["labyrinth"], rtol=1e-5)
     friction = run["rotor_contact.labyrinth.f_t"].values[-1]
     np.testing.assert_allclose(-friction, stable["labyrinth",].friction["labyrinth"], rtol=1e-3)
+
+
+def test_co_simulation_that_begins_in_a_state_of_any_sites_leaves_or_stays_as_the_map_says():
+    """One, two and three of the four sites in contact, with friction: N to 1e-3 in the first step; one is stable.
+
+    The saddle of the labyrinth alone is left at the rate of its eigenvalue, 815 1/s, within a turn.
+    """
+    scenario = STEADY.changed(settle_cycles=20, end_cycle=10)
+    settings = {**LINEAR, "rotor_contact.turbine.u": "110 g.mm"}
+    machine = rubbing_rotor(prepare(scenario, settings))
+    sets = set()
+    for state in states_at(machine, machine.Omega):
+        run = amb_cosim.run(scenario, set=settings, start=checkpoint_in(machine, state), progress=False).dataset
+        N = {site: run[f"rotor_contact.{site}.f_n_mean"].values[1:] for site in machine.sites}
+        sets.add(state.contact)
+        for site, force in N.items():
+            assert abs(force[0] - state.N.get(site, 0.0)) <= 1e-3 * state.N.get(site, 0.0)
+        if state.contact == ("labyrinth",) and state.small.is_stable:
+            np.testing.assert_allclose(N["labyrinth"], state.N["labyrinth"], rtol=1e-4)
+        elif state.contact == ("labyrinth",):
+            away = N["labyrinth"] / state.N["labyrinth"] - 1.0
+            first, last = (int(np.argmax(np.abs(away) > size)) for size in (1e-3, 1e-2))
+            growth, _ = growth_of(away[first:last], 5e-5, 0.0)
+            np.testing.assert_allclose(growth, state.small.growth, rtol=0.01)
+    assert {len(contact) for contact in sets} == {0, 1, 2, 3}
 
 
 @pytest.mark.slow

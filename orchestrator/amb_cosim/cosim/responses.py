@@ -79,7 +79,8 @@ class Part:
         )
         self.sources, self.slot = positions
         rows = state + np.concatenate([np.arange(begin, end) for begin, end in places["rows"]])
-        self.rows = rows[self.base[rows] != 0.0]  # what has not moved by now never does
+        self.moves = self.base[rows] != 0.0  # what has not moved by now never does
+        self.rows = rows[self.moves]
         self.unless: tuple[str, ...] = tuple(places["unless"])
         self._angle = None if places["angle"] is None else state + int(places["angle"])
         self._energy = [state + int(place) for place in places["energy"] or ()]

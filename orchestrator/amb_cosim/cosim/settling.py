@@ -152,28 +152,13 @@ def settle(
     CannotSettle
         If there is no settled motion, or it cannot be solved for.
     """
-    unable = [c.name for c in master.components if fmus[c.name].linear_state is None]
-    if unable:
-        raise CannotSettle(f"the FMU of {unable[0]} does not say what of its state moves linearly")
-    if master.coupling == "iterative":
-        raise CannotSettle("in iterative coupling steps are repeated")
     n = begin + WARM_UP
-    parts: list[Part] = []
+    parts: Sequence[Part] = ()
     try:
         advance(begin, n)
-        before = master.values.copy()
-        master.run(n, n + 1)
-        for component, sources, slot in zip(master.components, master.wiring.sources, master.slots, strict=True):
-            name = component.name
-            exchanged, positions = (layout.inputs[name], layout.outputs[name]), (sources, np.arange(len(before))[slot])
-            parts.append(Part(component, interfaces[name], exchanged, positions, fmus[name].linear_state or {}))
-        _refuse_what_is_on(parts)
-        turning = _turning(parts)
-        used = np.unique(np.concatenate(master.wiring.sources))
-        moved = used[(used >= master.wiring.n_exogenous) & (master.values[used] != before[used])]
-        is_angle = master.values[moved] == turning.angle
-        loop = Loop(master, parts, moved[~is_angle], moved[is_angle], n + 1)
-        orbit = solve(loop, turning, begin - first)
+        loop = loop_at(master, layout, fmus, interfaces, n)
+        parts = loop.parts
+        orbit = solve(loop, loop.responses(), begin - first)
         loop.put(orbit.at(orbit.angle), orbit.angle)
         loop.step()
         _check(loop, orbit, n + 2)
@@ -191,24 +176,60 @@ def settle(
     return -1
 
 
-def solve(loop: Loop, turning: Part, skipped: int) -> Orbit:
+def loop_at(
+    master: Master[FmuComponent],
+    layout: MasterLayout,
+    fmus: Mapping[str, Fmu],
+    interfaces: Mapping[str, FmuInterface],
+    n: int,
+) -> Loop:
+    """Return the loop of a master at point n as it is after a step from there; arguments as of `settle`.
+
+    Raises
+    ------
+    CannotSettle
+        If it does not say what moves linearly, or something is on that does not.
+    FmuError, StepFailed
+        If an FMU refuses.
+    """
+    unable = [c.name for c in master.components if fmus[c.name].linear_state is None]
+    if unable:
+        raise CannotSettle(f"the FMU of {unable[0]} does not say what of its state moves linearly")
+    if master.coupling == "iterative":
+        raise CannotSettle("in iterative coupling steps are repeated")
+    before = master.values.copy()
+    master.run(n, n + 1)
+    parts = []
+    for component, sources, slot in zip(master.components, master.wiring.sources, master.slots, strict=True):
+        name = component.name
+        exchanged, positions = (layout.inputs[name], layout.outputs[name]), (sources, np.arange(len(before))[slot])
+        parts.append(Part(component, interfaces[name], exchanged, positions, fmus[name].linear_state or {}))
+    _refuse_what_is_on(parts)
+    used = np.unique(np.concatenate(master.wiring.sources))
+    moved = used[(used >= master.wiring.n_exogenous) & (master.values[used] != before[used])]
+    is_angle = master.values[moved] == _turning(parts).angle
+    return Loop(master, parts, moved[~is_angle], moved[is_angle], n + 1)
+
+
+def solve(loop: Loop, responses: Sequence[Response], skipped: int, corrects: bool = True) -> Orbit:
     """Solve for the motion (2).
 
     Parameters
     ----------
-    loop
-        The loop.
-    turning
-        Its part with an angle.
+    loop, responses
+        The loop, and the response of each part.
     skipped
         Steps by which the angle of the orbit is ahead of what it is now.
+    corrects
+        Whether a step corrects it; not where forces are at work that the FMUs do not have in free motion.
 
     Raises
     ------
     CannotSettle
         If the loop is not stable.
     """
-    T, forcing = loop.one_step(loop.responses())
+    turning = _turning(loop.parts)
+    T, forcing = loop.one_step(responses)
     check_stability(T, loop.master.step_size)
     advance = turning.advance(loop.master.time(loop.n), loop.master.step_size)
     angle = ((turning.angle or 0.0) + skipped * advance) % (2.0 * math.pi)
@@ -221,7 +242,7 @@ def solve(loop: Loop, turning: Part, skipped: int) -> Orbit:
 
     rest = Orbit(np.zeros(len(T)), np.zeros(len(T), np.complex128), loop.n, angle, advance)
     orbit = corrected(rest, forcing)
-    return corrected(orbit, _left(loop, orbit))
+    return corrected(orbit, _left(loop, orbit)) if corrects else orbit
 
 
 def _left(loop: Loop, orbit: Orbit) -> Array:

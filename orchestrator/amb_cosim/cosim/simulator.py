@@ -66,16 +66,16 @@ class Simulator:
         if self.coupling == "iterative":
             _check_states(assembly)
         self._is_compiled = loop == "compiled" and self.coupling != "iterative" and load_loop() is not None
-        self._layout = assembly.wiring(plan.inputs, plan.recorded)
-        wiring = self._layout.wiring
+        self.layout = assembly.wiring(plan.inputs, plan.recorded)
+        wiring = self.layout.wiring
         self._at = {name: position for position, name in enumerate(wiring.names)}
         self.components = [
             instances.take(
                 c.name,
                 assembly.fmus[c.name].folder,
                 assembly.interfaces[c.name],
-                self._layout.inputs[c.name],
-                self._layout.outputs[c.name],
+                self.layout.inputs[c.name],
+                self.layout.outputs[c.name],
                 plan.parameters[c.name],
                 c.every,
             )
@@ -112,7 +112,7 @@ class Simulator:
         if plan.settling == "simulated":
             return plan.begin
         fmus, interfaces = self.assembly.fmus, self.assembly.interfaces
-        return settle(self.master, self._layout, fmus, interfaces, self._step, plan.first, plan.begin)
+        return settle(self.master, self.layout, fmus, interfaces, self._step, plan.first, plan.begin)
 
     def _step(self, first: int, last: int) -> None:
         """Step from one point to another, without schedules and record."""

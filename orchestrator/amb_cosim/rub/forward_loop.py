@@ -104,17 +104,17 @@ def forward_loop(made: Linearisable, Omega: float, sites: Sequence[str]) -> Forw
     machine = connected(continuous, within(continuous, feeds))
     bearings = layout["bearings"]
     places = [*layout["discs"], *bearings]
-    pairs = [_contact(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
+    pairs = [contact_pair(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
     shown = [_pair(PLANT, f"{site}.{{}}") for site in sites]
     if not discrete:
-        plant = _forward(machine.selected(_flat(pairs), _flat(shown)).law)
+        plant = _forward(machine.selected(flat(pairs), flat(shown)).law)
         return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), machine.notes)
     control = connected(discrete, within(discrete, feeds))
     demanded = [pair for pair in _demands(at) if any(end in feeds for end in pair)]
     read = _reading_pairs(layout, bearings, sites)
     sources = {feeds[end] for end in control.inputs if end in feeds}
     used = [pair for pair in read if set(pair) & sources]
-    plant = _forward(machine.selected(_flat([*pairs, *demanded]), _flat([*shown, *used])).law)
+    plant = _forward(machine.selected(flat([*pairs, *demanded]), flat([*shown, *used])).law)
     controller = _forward_control(control, used, demanded, feeds)
     shares = {name: part.late for part in discrete for name in part.outputs}
     late = np.array([max(shares.get(feeds.get(end, ""), 0.0) for end in pair) for pair in demanded])
@@ -133,9 +133,9 @@ def loop_on_springs(
     passive = {f"{b}.{name}_b": value for b, pair in bearings.items() for name, value in zip("kc", pair, strict=True)}
     rotor = rotor_part(PLANT, layout, constants, {**made.parameters(PLANT), **passive}, Omega)
     places = [*layout["discs"], *layout["bearings"]]
-    pairs = [_contact(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
+    pairs = [contact_pair(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
     shown = [_pair(PLANT, f"{site}.{{}}") for site in sites]
-    plant = _forward(with_contact_forces(rotor, layout, constants).selected(_flat(pairs), _flat(shown)).law)
+    plant = _forward(with_contact_forces(rotor, layout, constants).selected(flat(pairs), flat(shown)).law)
     return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), rotor.notes)
 
 
@@ -147,11 +147,11 @@ def with_contact_forces(part: Part, layout: Mapping[str, Any], constants: Array)
     force = np.vstack([np.zeros((n, len(rows))), s.Minv[:, rows]])
     law = part.law
     B, D = np.hstack([law.B, force]), np.hstack([law.D, np.zeros((len(law.D), len(rows)))])
-    inputs = (*part.inputs, *_flat([_contact(site["name"]) for site in layout["sites"]]))
+    inputs = (*part.inputs, *flat([contact_pair(site["name"]) for site in layout["sites"]]))
     return Part(Law(law.A, B, law.C, D), inputs, part.outputs, notes=part.notes)
 
 
-def _contact(site: str) -> Pair:
+def contact_pair(site: str) -> Pair:
     return _pair(PLANT, f"{site} (contact).f_{{}}")
 
 
@@ -159,7 +159,7 @@ def _pair(component: str, variable: str) -> Pair:
     return f"{component}.{variable.format('x')}", f"{component}.{variable.format('y')}"
 
 
-def _flat(pairs: Sequence[Pair]) -> list[str]:
+def flat(pairs: Sequence[Pair]) -> list[str]:
     return [name for pair in pairs for name in pair]
 
 
@@ -192,7 +192,7 @@ def mixing(made: Linearisable, Omega: float, sites: Sequence[str]) -> float:
     """
     at, names = made.at(Omega), [component.name for component in made.assembly.system.components]
     whole = loop_of(*_parts(at, names))
-    law = whole.selected(_flat([_contact(s) for s in sites]), _flat([_pair(PLANT, f"{s}.{{}}") for s in sites])).law
+    law = whole.selected(flat([contact_pair(s) for s in sites]), flat([_pair(PLANT, f"{s}.{{}}") for s in sites])).law
     root = 1j * Omega if law.sample_time is None else np.exp(1j * Omega * law.sample_time)
     R = law.C @ np.linalg.solve(root * np.eye(len(law.A)) - law.A, law.B) + law.D
     forward, backward = _split(R)
@@ -218,12 +218,12 @@ def _forward_control(
     """
     law, row = control.law, {name: k for k, name in enumerate(control.outputs)}
     S = np.zeros((len(control.inputs), 2 * len(read)))  # inputs over readings
-    at = {name: k for k, name in enumerate(_flat(read))}
+    at = {name: k for k, name in enumerate(flat(read))}
     for k, name in enumerate(control.inputs):
         if feeds.get(name) in at:
             S[k, at[feeds[name]]] = 1.0
     T = np.zeros((2 * len(demanded), len(row)))
-    for k, name in enumerate(_flat(demanded)):
+    for k, name in enumerate(flat(demanded)):
         if name in feeds:
             T[k, row[feeds[name]]] = 1.0
     B, C, D = law.B @ S, T @ law.C, T @ law.D @ S

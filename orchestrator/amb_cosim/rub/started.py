@@ -1,0 +1,113 @@
+"""A co-simulation that begins in a synchronous state, stable or not.
+
+The contact forces F of a state turn with the rotor as unbalance does. Under both, and without its sites, the whole loop
+settles to the state, sampled controller included; that motion is solved for as all settled motion is
+(`cosim.settling`). What F does to the rotor in a step h is, with x = Re[X exp(i theta)] of all its states,
+
+    f = Re[(exp(i Omega h) - exp(A h)) X exp(i theta)],      X = (i Omega - A)^-1 B F                 (1)
+
+The run goes on from there, and the sites press by themselves. Currents that are held over a sample let N ripple about
+that of the state.
+"""
+
+from __future__ import annotations
+
+from contextlib import closing
+
+import numpy as np
+from scipy.linalg import expm
+
+from amb_cosim.cosim.checkpoint import Checkpoint
+from amb_cosim.cosim.experiment import WARM_UP
+from amb_cosim.cosim.instances import Instances
+from amb_cosim.cosim.responses import Part, Response
+from amb_cosim.cosim.settling import Loop, loop_at, solve
+from amb_cosim.cosim.simulator import Simulator
+from amb_cosim.linear import parts as linear
+from amb_cosim.linear.machine import rotor_part
+from amb_cosim.results.places import ACTUATOR, PLANT
+from amb_cosim.rub.forward_loop import Complex, contact_pair, flat, with_contact_forces
+from amb_cosim.rub.rubbing_rotor import RubbingRotor
+from amb_cosim.rub.trap_map import State
+
+SMALL = 1e-3  # share of the unbalance in the steps before, in which nothing may touch
+
+
+def checkpoint_in(rotor: RubbingRotor, state: State) -> Checkpoint:
+    """Return a checkpoint at cycle 0 from which the run of a rotor goes on in one of its states (1).
+
+    `amb_cosim.run(..., start=checkpoint)` takes it. The unbalance is that of the rotor, until an event changes it.
+
+    Parameters
+    ----------
+    rotor
+        Of a prepared run, of which some cycles come before cycle 0.
+    state
+        At the speed of the run.
+
+    Raises
+    ------
+    CannotSettle
+        If an FMU does not say what of it moves linearly, or the loop without contact is not stable.
+    ValueError
+        If too few steps come before cycle 0, or the run has no input for the rotor's unbalance.
+    """
+    plan, assembly = rotor.made.plan, rotor.made.assembly
+    at_end = {**plan.inputs, **_unbalance(rotor)}
+    missing = [name for name, value in at_end.items() if name not in plan.inputs and value != 0.0]
+    if missing:
+        raise ValueError(f"the run has no {missing[0]}; it must be among its inputs, with any value")
+    if plan.begin > -(WARM_UP + 2):
+        raise ValueError(f"{-plan.begin} steps before cycle 0 are not allowed; at least {WARM_UP + 2} must come before")
+    with closing(Instances()) as instances:
+        simulator = Simulator(assembly, plan, None, "plain", instances)
+        begin, master = simulator.initialise(), simulator.master
+        final = np.array([at_end[name] for name in plan.inputs])
+        amounts = np.array([name in at_end and name.endswith(".u") for name in plan.inputs], dtype=bool)
+        master.exogenous[:] = np.where(amounts, SMALL, 1.0) * final
+        master.run(begin, -2)
+        master.exogenous[:] = final
+        loop = loop_at(master, simulator.layout, assembly.fmus, assembly.interfaces, -2)
+        responses = [
+            _pressed(rotor, state, loop, part, answer) if part.component.name == PLANT else answer
+            for part, answer in zip(loop.parts, loop.responses(), strict=True)
+        ]
+        orbit = solve(loop, responses, 0, corrects=False)
+        loop.put(orbit.at(orbit.angle), orbit.angle)
+        loop.step()
+        for part in loop.parts:
+            part.balance_energy()
+        return simulator.checkpoint(0)
+
+
+def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
+    """Return amount (kg m) and angle (rad) of each place, by the names of the inputs."""
+    found: dict[str, float] = {}
+    for place, u in zip(rotor.places, rotor.unbalance, strict=True):
+        found |= {f"{PLANT}.{place}.u": float(abs(u)), f"{PLANT}.{place}.phi": float(np.angle(u))}
+    return found
+
+
+def _pressed(rotor: RubbingRotor, state: State, loop: Loop, part: Part, answer: Response) -> Response:
+    """Return the response of the plant with the contact forces of a state in its forcing (1)."""
+    machine, h = _machine(rotor), loop.master.step_size
+    force = [-(N + 1j * state.friction[site]) * np.exp(1j * state.psi[site]) for site, N in state.N.items()]
+    turning = np.array([F * way for F in force for way in (1.0, -1j)])  # x and y of each
+    law = machine.selected(flat([contact_pair(site) for site in state.N]), machine.outputs).law
+    X = np.linalg.solve(1j * rotor.Omega * np.eye(len(law.A)) - law.A, law.B @ turning)
+    moved = np.exp(1j * rotor.Omega * h) * X - expm(law.A * h) @ X
+    shown = dict(zip(machine.outputs, law.C @ moved, strict=True))
+    names = [loop.master.wiring.names[at] for at in part.slot[np.isin(part.slot, loop.signals)]]
+    added: Complex = np.array([*moved[: len(part.moves)][part.moves], *(shown.get(name, 0.0) for name in names)])
+    return answer._replace(forcing=answer.forcing + np.stack([0.0 * added.real, added.real, -added.imag], axis=1))
+
+
+def _machine(rotor: RubbingRotor) -> linear.Part:
+    """Return the rotor, on the gradient of its magnets where it follows that within a step; its own states first."""
+    made = rotor.made.at(rotor.Omega)
+    layout, constants = made.layout(PLANT), made.constants(PLANT)
+    own = rotor_part(PLANT, layout, constants, made.parameters(PLANT), rotor.Omega)
+    parts, feeds = [with_contact_forces(own, layout, constants)], made.feeds([PLANT, ACTUATOR])
+    if any(target.endswith(".k_xx") for target in feeds):
+        parts += made.parts([ACTUATOR])
+    return linear.connected(parts, linear.within(parts, feeds))
