@@ -331,6 +331,43 @@ def test_nothing_is_wider_than_the_screen(open_rig, width):
     assert found.page.evaluate("document.documentElement.scrollWidth") <= width
 
 
+def test_state_and_energy_are_above_the_fold(open_rig):
+    found = open_rig()
+    for panel in (".state", ".energy"):
+        box = found.page.locator(panel).bounding_box()
+        assert box["y"] + box["height"] <= 900, panel
+
+
+def test_an_experiment_waits_for_the_push_and_remarks_on_it(open_rig):
+    found = open_rig()
+    found.page.click("#play")
+    found.page.wait_for_function("document.querySelector('#guide .say').textContent.startsWith('Push it')")
+    found.page.focus(".orbit canvas")
+    found.page.keyboard.down("ArrowRight")
+    found.page.wait_for_function("document.querySelector('#guide .say').textContent.startsWith('Let go')")
+    found.page.keyboard.up("ArrowRight")
+    found.page.wait_for_function("document.querySelectorAll('#guide .remarks li').length === 3", timeout=120_000.0)
+
+
+def test_a_landing_is_told_in_words(open_rig):
+    found = open_rig()
+    found.page.click("button[data-experiment='2']")
+    found.page.click("button[data-option=Off]")
+    found.page.fill("#pace", FASTEST)
+    found.page.click("#play")
+    found.page.wait_for_function("document.querySelector('#guide .say').textContent.startsWith('Lift it')")
+    assert "It landed" in found.page.inner_text("#guide")
+    assert "the rotor touches RB" in found.page.inner_text("#log")
+
+
+def test_control_that_works_is_offered_where_the_chosen_one_does_not(open_rig):
+    found = open_rig()
+    found.go(1.5)
+    found.page.click("button[data-option=ROLAC]")
+    found.page.click(".advice button")
+    assert "contact.aware" in found.page.inner_text("#pending")
+
+
 def test_every_control_has_a_name_and_can_be_reached_by_keyboard(open_rig):
     found = open_rig()
     found.page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")

@@ -47,7 +47,7 @@ export function makeChart(place, spec, palette) {
   let half = spec.least;
   const axis = { stroke: palette.soft, grid: { stroke: palette.line, width: 1 }, ticks: { stroke: palette.line, width: 1, size: 4 }, font: `12px ${palette.font}`, gap: 3 };
   const plot = new uPlot({
-    width: Math.max(place.clientWidth, 120), height: Math.max(place.clientHeight, 80),
+    width: Math.max(place.clientWidth, 120), height: Math.max(place.clientHeight, 60),
     padding: [6, 8, 0, 0],
     cursor: { y: false, points: { size: 6 } }, legend: { show: false },
     scales: { x: { time: false, range: () => window }, y: { range: () => [spec.positive ? 0 : -half, half] } },
@@ -68,7 +68,7 @@ export function makeChart(place, spec, palette) {
       half = roomFor(curves.slice(1), spec.least, half);
       plot.setData(/** @type {uPlot.AlignedData} */ (curves));
     },
-    resize: () => plot.setSize({ width: Math.max(place.clientWidth, 120), height: Math.max(place.clientHeight, 80) }),
+    resize: () => plot.setSize({ width: Math.max(place.clientWidth, 120), height: Math.max(place.clientHeight, 60) }),
     show: (visible) => visible.forEach((isVisible, k) => { if (plot.series[k + 1].show !== isVisible) { plot.setSeries(k + 1, { show: isVisible }); } }),
     destroy: () => plot.destroy(),
   };

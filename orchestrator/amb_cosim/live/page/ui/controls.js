@@ -1,5 +1,6 @@
 // The panel of controls: each shows what holds, sends what is changed, and says when that takes effect.
 
+import { advice, contactTime } from "./advice.js";
 import { apply, effectBadge } from "./changes.js";
 import { declaredGroups } from "./declared.js";
 import { make, setText, typeset } from "./dom.js";
@@ -145,20 +146,36 @@ function makeBoxes(session, control, changes) {
  * @returns {Control}
  */
 function makeChoice(session, control, changes) {
+  const hint = make("p", { class: "advice", role: "status", hidden: true });
+  let present = session;
   const options = control.options.map((option) => {
     const badge = make("span", { class: "badge" });
     const button = make("button", { type: "button", title: option.title, "aria-pressed": "false", "data-option": option.label }, [option.label, badge]);
-    button.addEventListener("click", () => apply(session, changes, option.values));
+    button.addEventListener("click", () => {
+      apply(session, changes, option.values);
+      advise(option.label);
+    });
     return { ...option, badge, button };
   });
-  return {
-    element: make("div", { class: "choices", role: "group", "aria-label": control.label }, options.map((option) => option.button)),
-    update: (now) => options.forEach((option) => {
+  const advise = (/** @type {string} */ chosen) => {
+    const found = advice(present, chosen, control.options.map((one) => one.label)), better = options.find((one) => one.label === found?.option);
+    hint.hidden = found === null || better === undefined;
+    if (found === null || better === undefined) { return; }
+    const choose = make("button", { type: "button", text: `Choose ${found.option}` });
+    choose.addEventListener("click", () => better.button.click());
+    hint.replaceChildren(`${found.text} `, choose);
+  };
+  const update = (/** @type {Session} */ now) => {
+    present = now;
+    if (contactTime(now) === 0) { hint.hidden = true; }
+    options.forEach((option) => {
       const entries = Object.entries(option.values);
       const waits = entries.some(([name, value]) => effectOf(now, name) === "anew" && settingOf(now, name) !== value);
       option.button.setAttribute("aria-pressed", String(entries.every(([name, value]) => shownSetting(now, changes, name) === value)));
       option.badge.className = `badge ${waits ? "anew" : "live"}`;
       setText(option.badge, waits ? "reset" : "now");
-    }),
+    });
   };
+  const group = make("div", { class: "choices", role: "group", "aria-label": control.label }, options.map((option) => option.button));
+  return { element: make("div", {}, [group, hint]), update };
 }

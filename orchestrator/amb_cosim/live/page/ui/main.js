@@ -5,7 +5,9 @@ import { fromHash, toHash } from "../engine/link.js";
 import { partsOf, readPageData, rigOf } from "./data.js";
 import { byId, download, make, setText } from "./dom.js";
 import { startEngine } from "./engine.js";
-import { quantityText } from "./format.js";
+import { narrate, newNarrator } from "./events.js";
+import { clockText, quantityText } from "./format.js";
+import { newProgress } from "./guide.js";
 import { listenToKeys } from "./keys.js";
 import { addMessage, clearMessages, endNotice, showFailure, showNotice, showPending } from "./messages.js";
 import { shownSites } from "./orbits.js";
@@ -43,6 +45,7 @@ function open(data) {
   let plays = !matchMedia("(prefers-reduced-motion: reduce)").matches; // once the rotor has settled
   let waits = true; // for it to settle
   let drawn = -1, rests = 0; // what was heard when it was drawn last, and when drawing may rest (ms)
+  let narrator = newNarrator(), progress = newProgress();
   let shown = ""; // sites that the view was made for
 
   const send = (/** @type {import("../protocol.js").Request} */ request) => engine?.send(request);
@@ -61,6 +64,7 @@ function open(data) {
     engine?.end();
     view?.end();
     [engine, view, planned, waits] = [null, null, {}, true];
+    [narrator, progress] = [newNarrator(), { ...newProgress(), experiment: progress.experiment }];
     seeker.drop();
     const loaded = session = newSession(rigOf(data, scenario)), { rig } = session;
     chooser.value = rig.scenario;
@@ -82,7 +86,10 @@ function open(data) {
   function hear(answer) {
     absorb(session, answer);
     if (answer.type === "refused" || answer.type === "failed") { seeker.drop(); }
-    if (answer.type === "frame") { seeker.heard(); }
+    if (answer.type === "frame") {
+      seeker.heard();
+      for (const { time, text } of narrate(narrator, session)) { addMessage(clockText(time), text); }
+    }
     if (answer.type === "ready") { rebuild(); }
     if (answer.type === "frame" && waits && answer.status === "paused") { begin(); }
     if (answer.type === "refused") { showFailure(answer.text); }
@@ -102,7 +109,7 @@ function open(data) {
     shown = sitesShown();
     if (session.status !== "loading") {
       view?.end();
-      view = makeView(() => session, changes, () => palette);
+      view = makeView(() => session, changes, () => palette, progress);
     }
   }
 
@@ -123,7 +130,7 @@ function open(data) {
   function restart(settings) {
     showFailure("");
     clearMessages();
-    [planned, waits] = [{}, true];
+    [planned, waits, narrator] = [{}, true, newNarrator()];
     seeker.drop();
     send({ type: "reset", settings });
     tellPending();

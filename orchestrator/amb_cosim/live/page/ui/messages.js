@@ -1,9 +1,9 @@
-// What the page says in words: a failure, a notice that goes by itself, what waits for a new start, and the FMUs' messages.
+// What the page says in words: a failure, a notice that goes by itself, what waits for a new start, and what happened.
 
 import { byId, make, setText } from "./dom.js";
 
 const READ = 8000; // ms that a notice stays
-const MOST = 30; // messages of FMUs that are kept
+const MOST = 30; // messages that are kept
 
 let noticeEnds = 0;
 
@@ -31,17 +31,17 @@ export function endNotice(now) {
 }
 
 /**
- * Add what an FMU logged to the list of messages, the newest first.
- * @param {string} component
+ * Add what happened, or what an FMU logged, to the list of messages, the newest first.
+ * @param {string} source the component, or when
  * @param {string} text
  */
-export function addMessage(component, text) {
+export function addMessage(source, text) {
   const list = byId("log", HTMLOListElement);
-  list.prepend(make("li", {}, [make("b", { text: component }), ` ${text}`]));
+  list.prepend(make("li", {}, [make("b", { text: source }), ` ${text}`]));
   while (list.children.length > MOST) { list.lastElementChild?.remove(); }
 }
 
-/** Forget the FMUs' messages. */
+/** Forget what happened. */
 export function clearMessages() {
   byId("log", HTMLOListElement).replaceChildren();
 }

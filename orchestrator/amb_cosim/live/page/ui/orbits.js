@@ -5,14 +5,14 @@ import { make, setText } from "./dom.js";
 import { quantityText } from "./format.js";
 import { contactArcs, drawOrbit, fromCanvas, spanOf } from "./orbit.js";
 import { seriesOfSite } from "./palette.js";
-import { settingOf, valueOf } from "./session.js";
+import { matching, settingOf, valueOf } from "./session.js";
 import { between } from "./traces.js";
 
 const SECTORS = 120;
 const REVOLUTIONS = 3; // of a trail
 const LONGEST = 0.5; // s of a trail
-const PER_CLEARANCE = 1000; // N of push for a drag of one clearance
-const KEY_PUSH = 500; // N
+const USUAL_PUSH = 1000; // N for a drag of one clearance, where the stiffness of the bearings is not known
+const STRONGER = 1.3; // than what the stiffness of a bearing holds at the clearance
 /** @type {Record<string, [number, number]>} */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
@@ -68,6 +68,20 @@ export function nearestDisc(geometry, z) {
 }
 
 /**
+ * Return the push (N) for a drag of one clearance: a little more than the bearings hold there, in steps of 1, 2 and 5.
+ * @param {Session} session
+ * @returns {number}
+ */
+export function pushScale(session) {
+  const stiffness = matching(session, "rolac_controller.*.k_b_?").map((name) => settingOf(session, name)).filter((one) => one > 0);
+  const clearances = session.rig.geometry.sites.map((site) => site.clearance);
+  const wanted = STRONGER * Math.max(...stiffness) * Math.max(...clearances);
+  if (!(wanted > 0 && Number.isFinite(wanted))) { return USUAL_PUSH; }
+  const decade = 10 ** Math.floor(Math.log10(wanted));
+  return decade * ([10, 5, 2, 1].find((step) => step * decade <= 1.15 * wanted) ?? 1);
+}
+
+/**
  * Fill the panel of orbits.
  * @param {HTMLElement} panel
  * @param {Session} session
@@ -119,7 +133,7 @@ function listen(view, session, rotation, apply) {
   const pull = (/** @type {PointerEvent} */ event) => {
     const box = canvas.getBoundingClientRect();
     const [x, y] = fromCanvas(event.clientX - box.left, event.clientY - box.top, box.width, box.height, view.span, rotation);
-    const scale = PER_CLEARANCE / settingOf(session, `rotor_contact.${view.site.name}.clearance`);
+    const scale = pushScale(session) / settingOf(session, `rotor_contact.${view.site.name}.clearance`);
     apply(view, [scale * (x - valueOf(session, view.site.x)), scale * (y - valueOf(session, view.site.y))]);
   };
   const release = () => {
@@ -133,8 +147,8 @@ function listen(view, session, rotation, apply) {
     if (direction === undefined) { return; }
     event.preventDefault();
     if (event.repeat) { return; }
-    const [c, s] = [Math.cos(rotation), Math.sin(rotation)], [u, v] = direction;
-    apply(view, [KEY_PUSH * (c * u + s * v), KEY_PUSH * (c * v - s * u)]);
+    const [c, s] = [Math.cos(rotation), Math.sin(rotation)], [u, v] = direction, size = 0.5 * pushScale(session);
+    apply(view, [size * (c * u + s * v), size * (c * v - s * u)]);
   });
   for (const name of /** @type {const} */ (["keyup", "blur"])) {
     canvas.addEventListener(name, () => { if (!grabbed && (view.push[0] !== 0 || view.push[1] !== 0)) { apply(view, [0, 0]); } });

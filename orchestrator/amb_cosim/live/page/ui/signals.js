@@ -2,12 +2,15 @@
 
 import { makeChart } from "./charts.js";
 import { make } from "./dom.js";
+import { numberText } from "./format.js";
 import { seriesOfSite } from "./palette.js";
 import { whetherSeen } from "./seen.js";
 import { settingOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 /** @typedef {import("./charts.js").ChartSpec} ChartSpec */
+
+const SMALL = 3e-4; // m of the largest clearance, below which displacements are in µm
 
 /**
  * Return the charts of a rig: displacements, contact forces, currents and forces of the magnets.
@@ -20,17 +23,22 @@ export function chartSpecs(current) {
     whole || bearing.magnetic ? ["x", "y"] : []).map((axis) => ({
     signal: signal(bearing.name, axis), label: `${bearing.name.toUpperCase()} ${axis}`, series: k, dashed: axis === "y" })));
   const inPlane = sites.filter((site) => bearings.some((one) => one.name === site.bearing && Math.abs(one.z - site.z) < 1e-6));
+  const isSmall = Math.max(...sites.map((site) => site.clearance), 0) < SMALL && sites.length > 0;
+  const length = isSmall ? { unit: "µm", scale: 1e6, least: 1 } : { unit: "mm", scale: 1e3, least: 0.01 };
   const clearances = () => inPlane.flatMap((site) => {
-    const c = 1e3 * settingOf(current(), `rotor_contact.${site.name}.clearance`);
+    const c = length.scale * settingOf(current(), `rotor_contact.${site.name}.clearance`);
     return [c, -c];
   });
+  const currents = [...new Set(bearings.flatMap(({ name }) => ["x", "y"].flatMap((axis) => ["i_min", "i_max"].map((limit) => `rolac_controller.${name}.${limit}_${axis}`))))]
+    .filter((name) => session.variables.has(name));
+  const limits = () => [...new Set(currents.map((name) => Number(settingOf(current(), name).toPrecision(4))))].filter(Number.isFinite).sort((a, b) => a - b);
   /** @type {ChartSpec[]} */
   const specs = [
-    { key: "displacement", title: "Displacement (mm)", unit: "mm", scale: 1e3, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`, true), levels: clearances, least: 0.01, positive: false },
+    { key: "displacement", title: `Displacement (${length.unit})`, ...length, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`, true), levels: clearances, positive: false },
     { key: "contact", title: "Contact force N, largest in a step (kN)", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
       curves: sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0).map((site) => ({
         signal: `rotor_contact.${site.name}.f_n_peak`, label: site.name.toUpperCase(), series: seriesOfSite(session.rig.geometry, site), dashed: false })) },
-    { key: "current", title: "Control current (A)", unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: () => [], least: 0.1, positive: false },
+    { key: "current", title: `Control current (A)${limits().length > 0 ? `, limits ${limits().map((one) => numberText(one, 3)).join(", ")}` : ""}`, unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: limits, least: 0.1, positive: false },
     { key: "force", title: "Magnet force (kN)", unit: "kN", scale: 1e-3, curves: axes((name, axis) => `amb_actuator.${name}.f_${axis}`), levels: () => [], least: 0.05, positive: false },
   ];
   return specs.map((spec) => ({ ...spec, curves: spec.curves.filter((curve) => session.columns.has(curve.signal)) })).filter((spec) => spec.curves.length > 0);

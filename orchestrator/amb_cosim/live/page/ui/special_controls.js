@@ -3,7 +3,7 @@
 import { apply, effectBadge } from "./changes.js";
 import { make, setText } from "./dom.js";
 import { numberText, unitText } from "./format.js";
-import { rotationOf } from "./orbits.js";
+import { pushScale, rotationOf } from "./orbits.js";
 import { settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -37,7 +37,7 @@ export function makeSpeedControl(session, changes) {
     element: make("div", {}, [top, below]),
     update: (now) => {
       const asked = valueOf(now, "Omega"), speed = Number.isFinite(asked) ? asked : valueOf(now, "rotor_contact.speed");
-      setText(hertz, `${numberText(speed / (2 * Math.PI), 4)} Hz`);
+      setText(hertz, `${numberText(speed * 30 / Math.PI, 4)} rpm`);
       if (document.activeElement !== field && !range.matches(":active")) {
         field.value = Number.isFinite(speed) ? String(Number(speed.toPrecision(6))) : "";
         range.value = field.value;
@@ -56,7 +56,7 @@ export function makePushControl(session, changes) {
   const discs = session.rig.geometry.discs.filter((one) => one.unbalance).map((one) => one.name);
   if (discs.length === 0) { return { element: make("span"), update: () => undefined }; }
   const disc = make("select", { "aria-label": "Disc to push" }, discs.map((name) => make("option", { value: name, text: name.toUpperCase() })));
-  const force = make("input", { type: "number", step: "any", value: "1000", style: "width: 4.1rem", "aria-label": "Force of the push, N" });
+  const force = make("input", { type: "number", step: "any", value: String(pushScale(session)), style: "width: 4.1rem", "aria-label": "Force of the push, N" });
   const angle = make("input", { type: "number", step: "any", value: "-90", style: "width: 3.6rem", "aria-label": "Direction of the push, degrees from the right, upwards positive" });
   const button = make("button", { type: "button", id: "push", "aria-pressed": "false", text: "Push", title: "Pushes while it is held, by the pointer or a key" });
   const press = (/** @type {boolean} */ isOn) => {

@@ -64,7 +64,7 @@ export function makeFacts(panel, session) {
 
 /** @param {number} speed rad/s */
 function speedText(speed) {
-  return `${numberText(speed, 4)} rad/s, ${numberText(speed / (2 * Math.PI), 4)} Hz`;
+  return `${numberText(speed * 30 / Math.PI, 4)} rpm, ${numberText(speed, 4)} rad/s, ${numberText(speed / (2 * Math.PI), 4)} Hz`;
 }
 
 /** @param {Session} session */

@@ -1,7 +1,9 @@
 // Time: run, pause, single step, reset, pace, and the time line on which one goes back.
 
+import { touched } from "./advice.js";
 import { byId, setText } from "./dom.js";
 import { clockText, factorText, numberText } from "./format.js";
+import { valueOf } from "./session.js";
 import { drawTimeline, endOfLine } from "./timeline.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -26,6 +28,7 @@ import { drawTimeline, endOfLine } from "./timeline.js";
  */
 
 const DETENTS = [-3, -2, -1, 0, Math.log10(5)]; // 1/1000, 1/100, 1/10, 1, 5
+const ENOUGH = 0.9; // of the pace asked for, from which on it is reached
 const LINES = 40; // ms between drawings of the time line
 const SEEKS = 120; // ms between going to times while the handle is dragged
 
@@ -76,6 +79,10 @@ export function makeTransport(wishes, current) {
       setText(clock, clockText(session.time));
       setText(cycle, `cycle ${(session.time / session.rig.period).toFixed(2)}`);
       setText(achieved, statusText(session));
+      const slow = slowness(session, paceNow());
+      achieved.classList.toggle("slow", slow !== "");
+      achieved.title = slow;
+      setText(byId("slow", HTMLElement), slow);
       seek.max = String(endOfLine(session));
       seek.step = String(session.rig.stepSize);
       if (!isDragging) { seek.value = String(session.time); }
@@ -95,6 +102,22 @@ export function makeTransport(wishes, current) {
  */
 export function snapped(decades) {
   return DETENTS.find((detent) => Math.abs(decades - detent) < 0.04) ?? decades;
+}
+
+/**
+ * Return why it runs slower than it was asked to, and than real time; empty where it does not.
+ * @param {Session} session
+ * @param {number} asked simulated seconds in a second
+ * @returns {string}
+ */
+export function slowness(session, asked) {
+  const { status, speed } = session;
+  if (status !== "playing" || !(speed > 0) || speed >= Math.min(asked, 1) * ENOUGH) { return ""; }
+  const method = session.variables.get("rotor_contact.solver.method"), now = valueOf(session, "rotor_contact.solver.method");
+  const way = Object.entries(method?.items ?? {}).find(([, value]) => value === now)?.[0].replaceAll("_", " ") ?? "";
+  const at = touched(session).map((name) => name.toUpperCase()).join(" and ");
+  const why = at !== "" ? `contact at ${at} takes many small steps` : way !== "" && way !== "exact" ? `its steps are computed the long way (${way})` : "this computer does no more for so many modes";
+  return `Slower than asked, ${factorText(speed)} of real time: ${why}.`;
 }
 
 /**

@@ -4,6 +4,7 @@ import { surfaceOf } from "./canvas.js";
 import { turned } from "./camera.js";
 import { makeControls } from "./controls.js";
 import { byId, setText } from "./dom.js";
+import { makeGuide } from "./guide.js";
 import { makeOrbits, rotationOf } from "./orbits.js";
 import { whetherSeen } from "./seen.js";
 import { settingOf, valueOf } from "./session.js";
@@ -31,9 +32,10 @@ const YAW = { home: -1.15, step: 0.08 };
  * @param {() => Session} current
  * @param {import("./changes.js").Changes} changes
  * @param {() => Palette} palette
+ * @param {import("./guide.js").Progress} progress
  * @returns {View}
  */
-export function makeView(current, changes, palette) {
+export function makeView(current, changes, palette, progress) {
   const session = current(), colours = palette();
   const orbits = makeOrbits(byId("orbits", HTMLElement), session, changes.push);
   const shaft = makeShaft(current, orbits.push);
@@ -42,7 +44,7 @@ export function makeView(current, changes, palette) {
   const window_ = byId("window", HTMLSelectElement);
   const texts = [
     makeContacts(byId("contacts", HTMLElement), session), makeFacts(byId("control-state", HTMLElement), session),
-    makeEnergies(byId("energies", HTMLElement)), makeControls(byId("controls", HTMLElement), session, changes),
+    makeEnergies(byId("energies", HTMLElement)), makeGuide(byId("guide", HTMLElement), session, progress), makeControls(byId("controls", HTMLElement), session, changes),
   ];
   setText(byId("enlargement", HTMLElement), `displacements ${enlargementOf(session.rig.geometry)} times enlarged`);
   let lastTexts = -Infinity;

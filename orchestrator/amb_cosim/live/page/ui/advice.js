@@ -1,0 +1,65 @@
+// Which control works where the one that was chosen does not.
+
+import { matching, settingOf, valueOf } from "./session.js";
+
+/** @typedef {import("./session.js").Session} Session */
+
+export const AWARE = "Contact-aware";
+const LASTING = 0.2; // s in contact, from which on it lasts
+
+/**
+ * Return whether all amplifiers are off; not of a machine without any.
+ * @param {Session} session
+ */
+export function isOff(session) {
+  const names = matching(session, "amb_actuator.*.amplifier_off_?");
+  return names.length > 0 && names.every((name) => settingOf(session, name) === 1);
+}
+
+/**
+ * Return the sites where the rotor is in contact now.
+ * @param {Session} session
+ * @returns {string[]}
+ */
+export function touched(session) {
+  return session.rig.geometry.sites.map((site) => site.name).filter((name) => valueOf(session, `rotor_contact.${name}.mode`) > 0);
+}
+
+/**
+ * Return how long the rotor has been in contact somewhere, apart from moments between impacts; 0 if it is free.
+ * @param {Session} session
+ * @param {number} [between] s, the longest moment between impacts
+ */
+export function contactTime({ contacts, time }, between = 0.05) {
+  /** @type {Set<string>} */
+  const closed = new Set();
+  let began = NaN, ended = -Infinity;
+  for (const one of contacts) {
+    if (one.mode > 0) {
+      if (closed.size === 0 && !(one.time - ended < between)) { began = one.time; }
+      closed.add(one.site);
+    } else if (closed.delete(one.site) && closed.size === 0) { ended = one.time; }
+  }
+  return closed.size > 0 || time - ended < between ? time - began || 0 : 0;
+}
+
+/**
+ * Return what to say to a choice of control that will not do what is hoped for, and the choice that does; null else.
+ * @param {Session} session
+ * @param {string} chosen label of the choice
+ * @param {readonly string[]} options labels of all
+ * @returns {{ text: string, option: string } | null}
+ */
+export function advice(session, chosen, options) {
+  const lasts = contactTime(session) > LASTING, offers = (/** @type {string} */ label) => options.includes(label) && label !== chosen;
+  if (lasts && (chosen === "ROLAC" || chosen === "OLAC") && offers(AWARE)) {
+    return { option: AWARE, text: `In a contact that lasts ${chosen} counts on a table of the free rotor, and its force grows to its limit. ${AWARE} ROLAC counts with the contact.` };
+  }
+  if (lasts && chosen === "PID" && offers(AWARE) && !isOff(session)) {
+    return { option: AWARE, text: `The PID does not know of the unbalance: a rotor that rubs goes on. ${AWARE} ROLAC takes the vibration away.` };
+  }
+  if (chosen === "Off" && session.rig.geometry.sites.length === 0 && offers("PID")) {
+    return { option: "PID", text: "This rotor has no retainer to fall on: without magnets it leaves its bearings. PID holds it." };
+  }
+  return null;
+}

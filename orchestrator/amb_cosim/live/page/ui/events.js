@@ -1,0 +1,127 @@
+// What happens, in words: contact that begins, rolls and ends, events of the scenario, limits that are reached.
+
+import { quantityText } from "./format.js";
+import { valueOf } from "./session.js";
+
+/** @typedef {import("./session.js").Session} Session */
+
+/** Something that happened. @typedef {{ time: number, text: string }} Told */
+
+/**
+ * What was told so far.
+ * @typedef {object} Narrator
+ * @property {number} time s, up to which all is told
+ * @property {number} seen contacts that were looked at
+ * @property {Map<string, { mode: number, since: number, told: number }>} sites present mode of each, since when, and the mode told last
+ * @property {number} limited time at which currents were at their limit last (s)
+ */
+
+const CALM = 0.05; // s without another change of contact, after which its state is told
+const AGAIN = 0.3; // s without a limit, after which the next one is told
+
+/** @returns {Narrator} */
+export function newNarrator() {
+  return { time: -Infinity, seen: 0, sites: new Map(), limited: -Infinity };
+}
+
+/**
+ * Return what happened since the last call. After a way back in time it is told anew.
+ * @param {Narrator} narrator
+ * @param {Session} session
+ * @returns {Told[]}
+ */
+export function narrate(narrator, session) {
+  if (session.time < narrator.time || session.contacts.length < narrator.seen) { goBack(narrator, session); }
+  if (session.status === "loading" || session.status === "settling") { return []; }
+  const told = [...planned(session, narrator.time), ...contacts(narrator, session), ...limits(narrator, session)];
+  narrator.time = session.time;
+  return told.sort((a, b) => a.time - b.time);
+}
+
+/**
+ * Take the contacts up to the present as told.
+ * @param {Narrator} narrator
+ * @param {Session} session
+ */
+function goBack(narrator, session) {
+  Object.assign(narrator, { time: session.time, seen: session.contacts.length, limited: -Infinity });
+  narrator.sites.clear();
+  for (const { site, mode, time } of session.contacts) { narrator.sites.set(site, { mode, since: time, told: mode }); }
+}
+
+/**
+ * @param {Narrator} narrator
+ * @param {Session} session
+ * @returns {Told[]}
+ */
+function contacts(narrator, session) {
+  /** @type {Told[]} */
+  const told = [];
+  for (const { site, mode, time } of session.contacts.slice(narrator.seen)) {
+    const known = narrator.sites.get(site) ?? { mode: 0, since: time, told: 0 };
+    if (mode > 0 && known.told === 0) {
+      told.push({ time, text: `the rotor touches ${site.toUpperCase()}` });
+      known.told = 1;
+    }
+    narrator.sites.set(site, { ...known, mode, since: time });
+  }
+  narrator.seen = session.contacts.length;
+  for (const [site, known] of narrator.sites) {
+    if (session.time - known.since > CALM && known.mode !== known.told) {
+      told.push({ time: known.since, text: calmText(site.toUpperCase(), known.mode) });
+      known.told = known.mode;
+    }
+  }
+  return told;
+}
+
+/** @param {string} site @param {number} mode */
+function calmText(site, mode) {
+  if (mode === 0) { return `the rotor is free of ${site}`; }
+  return mode === 2 ? `the rotor rolls on ${site}` : `the rotor slides in ${site}`;
+}
+
+/**
+ * Return the events of the scenario after a time and up to the present, one for each moment.
+ * @param {Session} session
+ * @param {number} after s
+ * @returns {Told[]}
+ */
+function planned({ rig, deed, time, variables }, after) {
+  /** @type {Map<number, string[]>} */
+  const found = new Map();
+  for (const { point, variable, value, label } of deed.settings.events === false ? [] : rig.events) {
+    const at = point * rig.stepSize;
+    if (at <= after || at > time || at < 0) { continue; }
+    const [, place, name] = /^[^.]*\.(?:(.*)\.)?([^.]*)$/.exec(variable) ?? ["", "", "", variable];
+    const what = `${name}${place ? ` of ${place.toUpperCase()}` : ""} becomes ${valueText(value, variables.get(variable)?.unit ?? "")}`;
+    const words = found.get(point) ?? [];
+    found.set(point, [...words, words.length === 0 && label !== "" ? `${label}: ${what}` : what]);
+  }
+  return [...found].map(([point, words]) => {
+    const shown = words.length > 2 ? `${words[0]}, and ${words.length - 1} more` : words.join(", ");
+    return { time: point * rig.stepSize, text: shown };
+  });
+}
+
+/**
+ * Return a value as people write it: an unbalance in g m or g mm.
+ * @param {number} value
+ * @param {string} unit
+ */
+function valueText(value, unit) {
+  if (unit !== "kg.m") { return quantityText(value, unit); }
+  return Math.abs(value) < 1e-4 ? quantityText(1e6 * value, "g mm") : quantityText(1e3 * value, "g m");
+}
+
+/**
+ * @param {Narrator} narrator
+ * @param {Session} session
+ * @returns {Told[]}
+ */
+function limits(narrator, session) {
+  if (valueOf(session, "rolac_controller.current_limited") !== 1) { return []; }
+  const isNew = session.time - narrator.limited > AGAIN;
+  narrator.limited = session.time;
+  return isNew ? [{ time: session.time, text: "a control current is at its limit" }] : [];
+}

@@ -1,0 +1,158 @@
+// Three guided experiments: what to do, how the page knows that it was done, and what to say of what came of it.
+
+import { contactTime, isOff, touched } from "./advice.js";
+import { numberText, quantityText } from "./format.js";
+import { shownSites } from "./orbits.js";
+import { matching, settingOf, valueOf } from "./session.js";
+
+/** @typedef {import("./session.js").Session} Session */
+
+/**
+ * What an experiment has noted since its step began.
+ * @typedef {object} Notes
+ * @property {number} began s
+ * @property {number} reach largest displacement over clearance
+ * @property {number} force largest contact force (N)
+ * @property {boolean} touched
+ * @property {number} since s, from when on what is waited for holds without a break; NaN while it does not
+ */
+
+/**
+ * A step: what is asked, whether it is so now, for how long it must be (s), and the remark when it was.
+ * @typedef {object} Step
+ * @property {(session: Session) => string} say
+ * @property {(session: Session, notes: Notes) => boolean} isSo
+ * @property {number} holds
+ * @property {(session: Session, notes: Notes) => string} remark
+ */
+
+/** @typedef {{ title: string, steps: Step[] }} Experiment */
+
+const places = (/** @type {readonly string[]} */ names) => names.map((name) => name.toUpperCase()).join(" and ");
+const percent = (/** @type {number} */ share) => `${numberText(100 * share, 2)} %`;
+
+/** @param {Session} session */
+export function isPushed(session) {
+  return session.rig.geometry.discs.some(({ name }) => ["x", "y"].some((axis) => Math.abs(valueOf(session, `rotor_contact.${name}.f_${axis}`)) > 0));
+}
+
+/** @param {number} now s @returns {Notes} */
+export function newNotes(now) {
+  return { began: now, reach: 0, force: 0, touched: false, since: NaN };
+}
+
+/**
+ * Note what happens, and return whether a step is done.
+ * @param {Step} step
+ * @param {Notes} notes
+ * @param {Session} session
+ */
+export function follow(step, notes, session) {
+  if (session.time < notes.began) { Object.assign(notes, newNotes(session.time)); }
+  if (session.status === "loading" || session.status === "settling") { return false; }
+  for (const site of shownSites(session)) {
+    const clearance = settingOf(session, `rotor_contact.${site.name}.clearance`), r = Math.hypot(valueOf(session, site.x), valueOf(session, site.y));
+    notes.reach = Math.max(notes.reach, r / clearance || 0);
+    notes.force = Math.max(notes.force, valueOf(session, `rotor_contact.${site.name}.f_n_peak`) || 0);
+  }
+  notes.touched ||= touched(session).length > 0;
+  if (!step.isSo(session, notes)) {
+    notes.since = NaN;
+    return false;
+  }
+  if (Number.isNaN(notes.since)) { notes.since = session.time; }
+  return session.time - notes.since >= step.holds;
+}
+
+/**
+ * Return the experiments that a rig can do.
+ * @param {Session} session
+ * @returns {Experiment[]}
+ */
+export function experimentsOf(session) {
+  const { discs, sites } = session.rig.geometry, canPush = discs.some((one) => one.unbalance) && sites.length > 0;
+  const canLand = matching(session, "amb_actuator.*.amplifier_off_?").length > 0 && sites.length > 0;
+  const canTrap = discs.some((one) => one.unbalance) && sites.length > 0;
+  return [...(canPush ? [push()] : []), ...(canTrap ? [trap(session)] : []), ...(canLand ? [land(session)] : [])];
+}
+
+/** @returns {Experiment} */
+function push() {
+  return {
+    title: "Levitate and push",
+    steps: [
+      {
+        say: () => "Run it (space). Nothing touches the rotor: magnets hold it, and its unbalance leads it around its orbit. The circle is the clearance of a retainer.",
+        isSo: (session) => session.status === "playing" || session.time > 0.01, holds: 0.05,
+        remark: (session, notes) => (notes.touched ? `It turns, and touches ${places(touched(session)) || "now and then"}.` : `It turns freely, on ${percent(notes.reach)} of the clearance.`),
+      },
+      {
+        say: () => "Push it: drag within an orbit, or give an orbit the focus and hold an arrow key. A slow pace shows more.",
+        isSo: isPushed, holds: 0, remark: () => "The magnets answer with more current; look at Signals.",
+      },
+      {
+        say: () => "Let go, and watch it come back.",
+        isSo: (session) => !isPushed(session), holds: 0.15,
+        remark: (session, notes) => {
+          const now = touched(session);
+          if (now.length > 0) { return `It is in contact at ${places(now)}, and stays: that is the next experiment.`; }
+          return notes.touched ? `It touched with ${quantityText(notes.force, "N")}, and is free again.` : `It came back without contact; it went to ${percent(notes.reach)} of the clearance. Push harder?`;
+        },
+      },
+    ],
+  };
+}
+
+/** @param {Session} session @returns {Experiment} */
+function trap({ rig, variables }) {
+  const coming = rig.events.find(({ variable, value }) => /^rotor_contact\.[^.]+\.u$/.test(variable) && value > 0);
+  const has = variables.has("rolac_controller.rolac_enable");
+  const byItself = coming === undefined ? "" : ` The scenario does so itself at ${quantityText(coming.point * rig.stepSize, "s")}.`;
+  return {
+    title: "Trap and free",
+    steps: [
+      {
+        say: () => `Under a plain controller, let an unbalance grow (Hands on, Unbalance) until the rotor touches and stays in contact.${byItself}`,
+        isSo: (session) => contactTime(session) > 0.3, holds: 0,
+        remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with up to ${quantityText(notes.force, "N")}: the rub feeds itself.`,
+      },
+      {
+        say: () => `Free it: ${has ? "choose another controller, or " : ""}take the unbalance back, or change a gain.`,
+        isSo: (session) => contactTime(session) === 0, holds: 0.1,
+        remark: (session, notes) => `Free after ${quantityText(session.time - notes.began, "s")}. Back on the time line, try another way.`,
+      },
+    ],
+  };
+}
+
+/** @param {Session} session @returns {Experiment} */
+function land(session) {
+  const weightless = settingOf(session, "rotor_contact.gravity") === 0;
+  const fall = weightless ? "This scenario has no gravity; give it some (Gravity and drop), and switch" : "Switch";
+  return {
+    title: "Land",
+    steps: [
+      {
+        say: () => `${fall} the magnets off: Controller, Off. A pace of 1/100 shows the fall.`,
+        isSo: isOff, holds: 0, remark: () => "No magnet pulls: the rotor is on its own.",
+      },
+      {
+        say: () => "Watch it land.",
+        isSo: (_, notes) => notes.touched, holds: 0.1,
+        remark: (now, notes) => `It landed ${quantityText(notes.since - notes.began, "s")} after, and pressed with up to ${quantityText(notes.force, "N")}; ${landed(now)}.`,
+      },
+      {
+        say: () => "Lift it again: Controller, PID.",
+        isSo: (now) => !isOff(now), holds: 0.3,
+        remark: (now) => (touched(now).length === 0 ? "It levitates again." : `It is still in contact at ${places(touched(now))}: lifting a rotor that whirls takes more than a PID. Wait, slow it down, or choose another controller.`),
+      },
+    ],
+  };
+}
+
+/** @param {Session} session */
+function landed(session) {
+  const modes = session.rig.geometry.sites.map(({ name }) => valueOf(session, `rotor_contact.${name}.mode`));
+  if (modes.some((mode) => mode === 2)) { return "it rolls"; }
+  return modes.some((mode) => mode === 1) ? "it slides" : "it bounces";
+}

@@ -1,0 +1,95 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { advice, contactTime } from "../../../orchestrator/amb_cosim/live/page/ui/advice.js";
+import { narrate, newNarrator } from "../../../orchestrator/amb_cosim/live/page/ui/events.js";
+import { experimentsOf, follow, newNotes } from "../../../orchestrator/amb_cosim/live/page/ui/experiments.js";
+import { slowness } from "../../../orchestrator/amb_cosim/live/page/ui/transport.js";
+
+// A machine with one retainer and one disc, whose names have no numbers.
+const CLEARANCE = 1e-4;
+const names = ["rotor_contact.catch.mode", "rotor_contact.catch.x", "rotor_contact.catch.y", "rotor_contact.wheel.f_x", "rotor_contact.catch.f_n_peak", "rolac_controller.current_limited"];
+const geometry = { discs: [{ name: "wheel", unbalance: true, z: 0 }], sites: [{ name: "catch", clearance: CLEARANCE, x: names[1], y: names[2], z: 0 }], bearings: [] };
+const events = [{ point: 100, variable: "rotor_contact.wheel.u", value: 5e-6, label: "step" }];
+const OFF = "amb_actuator.north.amplifier_off_x";
+const variables = new Map([["rotor_contact.wheel.u", { unit: "kg.m", start: 0 }], ["rotor_contact.catch.clearance", { unit: "m", start: CLEARANCE }], [OFF, { unit: "", start: 0 }]]);
+const at = (time, values = {}, more = {}) => ({
+  rig: { geometry, events, stepSize: 1e-3, inputs: {}, components: [] }, variables, columns: new Map(names.map((name, k) => [name, k])),
+  values: Float64Array.from(names, (name) => values[name.split(".").slice(1).join(".")] ?? 0), contacts: [], deed: { settings: {}, changes: [] },
+  status: "playing", time, speed: 2, ...more,
+});
+const contact = (time, mode) => ({ time, mode, site: "catch", point: Math.round(time * 1000) });
+const off = (value) => ({ deed: { settings: { values: { [OFF]: value } }, changes: [] } });
+
+test("contact is told when it begins, and its end when it is over for good", () => {
+  const narrator = newNarrator();
+  narrate(narrator, at(0));
+  const rattle = [contact(0.02, 1), contact(0.021, 0), contact(0.03, 1), contact(0.031, 0)];
+  assert.deepEqual(narrate(narrator, at(0.04, {}, { contacts: rattle })), [{ time: 0.02, text: "the rotor touches CATCH" }]);
+  assert.deepEqual(narrate(narrator, at(0.09, {}, { contacts: rattle })), [{ time: 0.031, text: "the rotor is free of CATCH" }]);
+  assert.deepEqual(narrate(narrator, at(0.095, {}, { contacts: rattle })), []);
+});
+
+test("an event of the scenario is told in words when it comes, and again after a way back", () => {
+  const narrator = newNarrator(), text = "step: u of WHEEL becomes 5 g mm";
+  narrate(narrator, at(0.05));
+  assert.deepEqual(narrate(narrator, at(0.11)).map((one) => one.text), [text]);
+  assert.deepEqual(narrate(narrator, at(0.06)), []);
+  assert.deepEqual(narrate(narrator, at(0.12)).map((one) => one.text), [text]);
+});
+
+test("a limit that lasts is told once", () => {
+  const narrator = newNarrator(), limited = { current_limited: 1 };
+  const told = [0, 0.1, 0.2, 0.3].map((time) => narrate(narrator, at(time, limited)).filter((one) => one.text.includes("limit")).length);
+  assert.deepEqual(told, [1, 0, 0, 0]);
+});
+
+test("moments between impacts do not end a contact, a longer time does", () => {
+  const contacts = [contact(0.1, 1), contact(0.2, 0), contact(0.21, 1)];
+  assert.ok(Math.abs(contactTime(at(0.4, {}, { contacts })) - 0.3) < 1e-12);
+  assert.equal(contactTime(at(0.4, {}, { contacts: contacts.slice(0, 2) })), 0);
+});
+
+test("in a contact that lasts plain adaptation is answered with what works, in a short one with nothing", () => {
+  const options = ["Off", "PID", "ROLAC", "Contact-aware"], contacts = [contact(0.1, 1)];
+  assert.equal(advice(at(0.5, {}, { contacts }), "ROLAC", options)?.option, "Contact-aware");
+  assert.equal(advice(at(0.15, {}, { contacts }), "ROLAC", options), null);
+  assert.equal(advice(at(0.5, {}, { contacts }), "ROLAC", options.slice(0, 3)), null);
+  assert.equal(advice(at(0.5, {}, { contacts }), "Contact-aware", options), null);
+});
+
+test("the push waits until it is let go, and says whether the rotor touched", () => {
+  const [push] = experimentsOf(at(0)), [, pushed, letGo] = push.steps;
+  const notes = newNotes(0);
+  assert.ok(!follow(pushed, notes, at(0.1)));
+  assert.ok(follow(pushed, notes, at(0.2, { "wheel.f_x": 30 })));
+  const after = newNotes(0.2);
+  assert.ok(!follow(letGo, after, at(0.3, { "wheel.f_x": 30, "catch.x": 0.8 * CLEARANCE })));
+  assert.ok(!follow(letGo, after, at(0.4)));
+  assert.ok(follow(letGo, after, at(0.6)));
+  assert.match(letGo.remark(at(0.6), after), /without contact; it went to 80 %/);
+  follow(letGo, after, at(0.7, { "catch.mode": 1, "catch.f_n_peak": 40 }));
+  assert.match(letGo.remark(at(0.8), after), /touched with 40\.0 N, and is free again/);
+});
+
+test("a landing counts from the moment at which no magnet pulls", () => {
+  const land = experimentsOf(at(0)).find((one) => one.title === "Land"), [drop, watch, lift] = land.steps;
+  assert.ok(!follow(drop, newNotes(0), at(0.1)));
+  assert.ok(follow(drop, newNotes(0), at(0.1, {}, off(1))));
+  const notes = newNotes(0.1);
+  follow(watch, notes, at(0.15, { "catch.mode": 1, "catch.f_n_peak": 900 }, off(1)));
+  assert.ok(follow(watch, notes, at(0.3, { "catch.mode": 1 }, off(1))));
+  assert.match(watch.remark(at(0.3, { "catch.mode": 1 }, off(1)), notes), /landed 50\.0 ms after, and pressed with up to 900 N; it slides/);
+  assert.ok(!follow(lift, newNotes(0.3), at(0.7, {}, off(1))));
+});
+
+test("a machine without amplifiers or discs has no experiment that needs them", () => {
+  const bare = at(0, {}, { rig: { ...at(0).rig, geometry: { ...geometry, discs: [] } }, variables: new Map() });
+  assert.deepEqual(experimentsOf(bare), []);
+});
+
+test("slower than asked is told with its reason, a pace that is kept is not", () => {
+  assert.equal(slowness(at(0), 1), "");
+  assert.equal(slowness(at(0, {}, { speed: 0.2 }), 0.1), "");
+  assert.match(slowness(at(0, { "catch.mode": 1 }, { speed: 0.2 }), 1), /1\/5 of real time: contact at CATCH takes many small steps/);
+  assert.equal(slowness(at(0, {}, { speed: 0.2, status: "paused" }), 1), "");
+});
