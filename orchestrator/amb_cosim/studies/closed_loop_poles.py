@@ -19,10 +19,9 @@ from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.loop import Complex, Loop
 from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.results.places import PLANT
-from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.studies.inputs import Number, speed_range, with_controller
-from amb_cosim.studies.result import DrawnResult
+from amb_cosim.studies.inputs import Number, controlled, speed_range
+from amb_cosim.studies.result import MachineResult
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.modes import Whirl
@@ -56,11 +55,9 @@ class PoleOverSpeed:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ClosedLoopPoles(DrawnResult):
+class ClosedLoopPoles(MachineResult):
     """Poles of the sampled loop over the spin speed, z = exp(s T).
 
-    scenario, rotor
-        Names of the scenario that the parameters are those of, and of its rotor.
     sample_time
         Sample time of the controller (s).
     speeds
@@ -77,8 +74,6 @@ class ClosedLoopPoles(DrawnResult):
 
     name: ClassVar[str] = "poles"
 
-    scenario: str
-    rotor: str
     sample_time: Annotated[float, "s"]
     speeds: Annotated[Array, "rad/s"]
     poles: tuple[PoleOverSpeed, ...]
@@ -133,21 +128,14 @@ def poles(
 
     Parameters
     ----------
-    scenario
-        Name of a scenario of a pack, or a TOML file, whose machine and parameters are taken; the packs' default
-        without.
-    rotor
-        Name of a rotor of a pack, or rotor file, in place of the scenario's.
-    controller
-        Controller file, object or FMU in place of the scenario's controller.
+    scenario, rotor, controller
+        Machine, its parameters and its control (`studies.inputs.controlled`).
     up_to
         Highest spin speed (rad/s), or a text with its unit; 1.5 times that of the scenario by default.
     count
         Number of vibrations that are followed, the slowest first.
-    set
-        Values of parameters by `component.variable`, numbers or texts with units.
-    flavour
-        Flavour of the FMUs.
+    set, flavour
+        Values of parameters by `component.variable`, numbers or texts with units; flavour of the FMUs.
 
     Raises
     ------
@@ -155,7 +143,7 @@ def poles(
         If a value is not allowed, or the scenario has no magnetic bearings under a controller.
     """
     require(count >= 1, "count", count, "1 or more")
-    given = with_controller(given_scenario(scenario, rotor), controller)
+    given = controlled(scenario, rotor, controller)
     prepared = prepare(given.machine(), set, flavour=flavour)
     loop = Loop(of_prepared(prepared))
     highest = 1.5 * prepared.plan.speed if up_to is None else up_to

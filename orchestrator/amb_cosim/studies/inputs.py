@@ -10,7 +10,7 @@ import numpy as np
 
 from amb_cosim.cosim.values import quantity
 from amb_cosim.results.places import CONTROLLER
-from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.scenario import Scenario, given_scenario
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.rotor import Rotor
@@ -40,9 +40,22 @@ def rotor_of(source: RotorSource) -> Rotor:
     return source if isinstance(source, Rotor) else load_rotor(source)
 
 
-def with_controller(scenario: Scenario, controller: str | PathLike[str] | None) -> Scenario:
-    """Return a scenario with a controller file, object or FMU in place of its controller, if one is given."""
-    return scenario if controller is None else scenario.changed(fmu={CONTROLLER: fspath(controller)})
+def controlled(
+    scenario: str | Path | Scenario | None, rotor: RotorFile, controller: str | PathLike[str] | None
+) -> Scenario:
+    """Return the scenario of a study of a machine under control.
+
+    Parameters
+    ----------
+    scenario
+        A `Scenario`, the name of one of a pack, or a TOML file; the packs' default without.
+    rotor
+        Name of a rotor of a pack, or rotor file, in place of the scenario's.
+    controller
+        Controller file, object or FMU in place of the scenario's controller.
+    """
+    given = given_scenario(scenario, rotor)
+    return given if controller is None else given.changed(fmu={CONTROLLER: fspath(controller)})
 
 
 def spin_speed(raw: Number, name: str = "speed") -> float:

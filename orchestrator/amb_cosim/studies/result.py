@@ -49,6 +49,18 @@ class DrawnResult(StudyResult):
         return {f"{self.name}.json": self.to_json(indent=1)}
 
 
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class MachineResult(DrawnResult):
+    """A result for the machine of a scenario.
+
+    scenario, rotor
+        Names of the scenario that the parameters are those of, and of its rotor.
+    """
+
+    scenario: str
+    rotor: str
+
+
 def _short(value: Any) -> str:
     """Represent a value in one line: an array by its shape, anything else that is long by its type."""
     if isinstance(value, np.ndarray):

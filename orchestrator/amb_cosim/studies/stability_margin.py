@@ -23,10 +23,10 @@ from amb_cosim.linear.loop import (
 )
 from amb_cosim.presentation.text_tables import TextPart, labelled_table, text_table
 from amb_cosim.results.places import ACTUATOR, CONTROLLER
-from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
-from amb_cosim.studies.inputs import Number, spin_speed, with_controller
-from amb_cosim.studies.result import DrawnResult
+from amb_cosim.studies.inputs import Number, controlled, spin_speed
+from amb_cosim.studies.result import MachineResult
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.rotor_file import load_rotor
@@ -99,11 +99,9 @@ class DiskMargin:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StabilityMargin(DrawnResult):
+class StabilityMargin(MachineResult):
     """Sensitivities of all axes, and what all loops together allow.
 
-    scenario, rotor
-        Names of the scenario that the parameters are those of, and of its rotor.
     speed
         Spin speed (rad/s).
     sample_time
@@ -128,8 +126,6 @@ class StabilityMargin(DrawnResult):
 
     name: ClassVar[str] = "sensitivity"
 
-    scenario: str
-    rotor: str
     speed: Annotated[float, "rad/s"]
     sample_time: Annotated[float, "s"]
     delay: Annotated[float, "samples"]
@@ -186,13 +182,8 @@ def sensitivity(
 
     Parameters
     ----------
-    scenario
-        A `Scenario`, the name of one of a pack, or a TOML file, whose machine and parameters are taken, without its
-        inputs and events; the packs' default without.
-    rotor
-        Name of a rotor of a pack, or rotor file, in place of the scenario's.
-    controller
-        Controller file, object or FMU in place of the scenario's controller.
+    scenario, rotor, controller
+        Machine, its parameters and its control, without inputs and events (`studies.inputs.controlled`).
     speed
         Spin speed (rad/s), or a text with its unit; that of the scenario by default.
     amplifier
@@ -201,17 +192,15 @@ def sensitivity(
         Whether currents are delayed by one sample, whatever the scenario says.
     sample_time
         Sample time of the controller (s), or a text with its unit; that of the scenario by default.
-    set
-        Values of parameters by `component.variable`, numbers or texts with units.
-    flavour
-        Flavour of the FMUs.
+    set, flavour
+        Values of parameters by `component.variable`, numbers or texts with units; flavour of the FMUs.
 
     Raises
     ------
     ValueError
         If a value is not allowed, the loop is not stable, or the co-simulation is not that of a linear system.
     """
-    given = with_controller(given_scenario(scenario, rotor), controller)
+    given = controlled(scenario, rotor, controller)
     if speed is not None:
         given = given.model_copy(update={"Omega": spin_speed(speed)})
     settings = dict(set or {})

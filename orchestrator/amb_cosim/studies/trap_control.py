@@ -1,0 +1,109 @@
+"""What control frees a rotor that may stay in contact, within the currents of its bearings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from amb_cosim.rub.forward_loop import Complex
+from amb_cosim.rub.rubbing_rotor import RubbingRotor
+from amb_cosim.rub.synchronous_control import adaptation_rates, settled
+from amb_cosim.rub.synchronous_states import all_sets, states_of
+from amb_cosim.studies.trap_states import BearingCurrent, SynchronousState, currents_of
+
+
+@dataclass(frozen=True, eq=False)
+class Freed:
+    """Whether a control frees the rotor at the machine's point.
+
+    frees
+        Whether it leaves no state in contact.
+    currents
+        What it demands of each bearing for that.
+    words
+        The same in a sentence.
+    """
+
+    frees: bool
+    currents: dict[str, BearingCurrent]
+    words: str
+
+
+def control_of(
+    machine: RubbingRotor,
+    Omega: float,
+    states: tuple[SynchronousState, ...],
+    demands: Sequence[dict[str, BearingCurrent]],
+) -> dict[str, Freed]:
+    """Return whether feedback, synchronous control and control that knows of the contact free the rotor."""
+    trapped = [state for state in states if state.contact and state.stable]
+    free = [state for state in states if not state.contact and state.stable]
+    own = free[0].currents if free else {}
+    if free and not trapped:
+        words = "frees it: no steady contact is stable" + _within(own)
+    else:
+        words = "may leave it in contact" if free else "cannot free it: no orbit misses all sites"
+    found = {"feedback alone": Freed(bool(free) and not trapped, own, words)}
+    if not machine.loop(Omega).currents:
+        return found
+    found["synchronous control"] = _synchronous(machine, Omega)
+    if not demands:
+        freed = Freed(False, {}, "cannot free it: no synchronous currents do")
+    else:
+        within = [d for d in demands if all(current.is_allowed for current in d.values())]
+        shown = within[0] if within else demands[-1]
+        words = "can free it from any steady contact" if within else "cannot free it from all contact within its limits"
+        freed = Freed(bool(within), shown, f"{words}{_within(shown)}")
+    found["synchronous control that knows of the contact"] = freed
+    return found
+
+
+def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
+    """Return what the steady force of synchronous control leaves, and whether it gets there from contact."""
+    at, mu = machine.receptances(Omega), machine.mu(Omega)
+    rest, force = settled(at), machine.unbalance * Omega**2
+    r = (rest.P @ force)[None]
+    orbit = states_of((), rest.R, mu, machine.c, r)
+    values: Complex = rest.currents[1] @ force
+    currents = currents_of(dict(zip(machine.loop(Omega).currents, values, strict=True)), machine)
+    stuck = []
+    for contact in all_sets(len(machine.sites))[1:]:
+        states = states_of(contact, rest.R, mu, machine.c, r)
+        for n in range(len(states.points)):
+            if adaptation_rates(at, states, n, machine.c, mu).real.max() < 0.0:
+                stuck.append("+".join(machine.sites[k] for k in contact))
+    if not len(orbit.points):
+        return Freed(False, currents, "cannot free it: its steady force leaves no orbit that misses all sites")
+    words = "can hold it free" + _within(currents)
+    own = _rates_of_feedback(machine, Omega)
+    turned = [name for name, rate in own.items() if rate > 0.0]
+    if stuck:
+        words += f"; it may also come to rest in contact at {', '.join(sorted(frozenset(stuck)))}"
+    elif turned:
+        words += f"; in contact at {', '.join(turned)} its adaptation goes the wrong way"
+    possible = all(current.is_allowed for current in currents.values())
+    return Freed(possible and not stuck and not turned, currents, words)
+
+
+def _rates_of_feedback(machine: RubbingRotor, Omega: float) -> dict[str, float]:
+    """Return the largest rate of adaptation, over alpha, in each state in contact under feedback alone (1)."""
+    at, mu = machine.receptances(Omega), machine.mu(Omega)
+    r = (at.P @ machine.unbalance * Omega**2)[None]
+    found: dict[str, float] = {}
+    for contact in all_sets(len(machine.sites))[1:]:
+        states = states_of(contact, at.R, mu, machine.c, r)
+        for n in range(len(states.points)):
+            name = "+".join(machine.sites[k] for k in contact)
+            rate = float(adaptation_rates(at, states, n, machine.c, mu).real.max())
+            found[name] = max(rate, found.get(name, -math.inf))
+    return found
+
+
+def _within(currents: Mapping[str, BearingCurrent]) -> str:
+    if not currents:
+        return ""
+    told = ", ".join(
+        f"{bearing} {current.amplitude:.2f} of {current.allowed:.2f} A" for bearing, current in currents.items()
+    )
+    return f" ({told})"
