@@ -9,6 +9,7 @@ import amb_cosim
 from amb_cosim.rub.forward_loop import loop_on_springs
 from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
 from amb_cosim.rub.receptances import receptances
+from amb_cosim.rub.rolling import rolling
 from amb_cosim.rub.rubbing_rotor import rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
 from amb_cosim.rub.synchronous_states import all_sets, states_of
@@ -136,3 +137,19 @@ def test_run_is_released_where_its_state_ends(rig, u, stays):
     assert len(states) == (2 if stays else 0)
     expected = next((list(s.N.values()) for s in states if s.small.is_stable), [0.0, 0.0])
     np.testing.assert_allclose(forces, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("case", ["rolling_90", "rolling_220"])
+def test_runs_that_roll_have_the_computed_frequency_and_forces(case):
+    """N over the angle between the journals, which is free, is mean + swing cos(angle); friction is 2."""
+    rig = rubbing_rotor(prepare(given_scenario(case, None)))
+    found = next(found for found in rolling(rig, rig.Omega) if len(found.contact) == 2)
+    assert 0.05 < found.friction < 0.15
+    run = amb_cosim.run(case, progress=False).dataset
+    last = run["time"].values > run["time"].values[-1] - 0.05
+    first, second = (run[f"rotor_contact.{s}.x"].values + 1j * run[f"rotor_contact.{s}.y"].values for s in rig.sites)
+    angle = np.angle(second[-1] / first[-1])
+    for site in rig.sites:
+        np.testing.assert_allclose(run[f"rotor_contact.{site}.whirl_speed"].values[last], found.frequency, rtol=1e-9)
+        force = run[f"rotor_contact.{site}.f_n_mean"].values[last].mean()
+        assert force == pytest.approx(found.N[site] + found.swing[site] * np.cos(angle), rel=5e-3)

@@ -87,7 +87,7 @@ def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_
     np.testing.assert_allclose(-friction, stable["labyrinth",].friction["labyrinth"], rtol=1e-3)
 
 
-def test_co_simulation_that_begins_in_a_state_of_any_sites_leaves_or_stays_as_the_map_says():
+def test_runs_begun_in_states_of_any_sites_leave_or_stay_as_told():
     """One, two and three of the four sites in contact, with friction: N to 1e-3 in the first step; one is stable.
 
     The saddle of the labyrinth alone is left at the rate of its eigenvalue, 815 1/s, within a turn.

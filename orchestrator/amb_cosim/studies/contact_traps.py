@@ -28,11 +28,13 @@ from amb_cosim.studies.trap_control import Freed, control_of
 from amb_cosim.studies.trap_states import (
     KINDS,
     BearingCurrent,
+    RollingContact,
     SustainedWhirl,
     SynchronousState,
     allowed_current,
     currents_of,
     kind_of,
+    rolling_contacts,
     told,
 )
 from fmi_export.model import Array
@@ -57,8 +59,8 @@ class Traps(MachineResult):
         What it can do at this point.
     states
         All synchronous states there.
-    sustained
-        Whirls that need no unbalance, at its speed.
+    sustained, rolling
+        Whirls that need no unbalance, at its speed: with slip, and how sites can roll.
     least_trapping
         Smallest unbalance with which a stable contact exists at its speed (kg m); None up to the largest of the map.
     smallest_force
@@ -87,6 +89,7 @@ class Traps(MachineResult):
     kind: str
     states: tuple[SynchronousState, ...]
     sustained: tuple[SustainedWhirl, ...]
+    rolling: tuple[RollingContact, ...]
     least_trapping: Annotated[float | None, "kg.m"]
     smallest_force: dict[str, BearingCurrent] | None
     control: dict[str, Freed]
@@ -119,6 +122,10 @@ class Traps(MachineResult):
             forces = ", ".join(f"{name} {force:.4g} N" for name, force in whirl.normal_forces.items())
             rolling = "" if whirl.slips else "; it rolls before"
             lines.append(f"a whirl at {whirl.frequency:.4g} rad/s needs no unbalance, and lasts ({forces}{rolling})")
+        for contact in {found.frequency: found for found in self.rolling if found.possible}.values():  # the most sites
+            slower = [w.frequency for w in self.sustained if w.grows_backward and {*w.contact} <= {*contact.contact}]
+            from_there = f"; a backward whirl grows from {max(slower):.4g} rad/s on" if slower else ""
+            lines.append(f"{contact}{from_there}")
         return [*lines, *(f"notice: {note}" for note in self.notes)]
 
     def _freeing(self) -> list[str]:
@@ -208,6 +215,7 @@ def traps(
             SustainedWhirl(w.contact, w.frequency, w.N, w.slips, w.stable, abs(w.frequency) <= valid_to)
             for w in whirls(machine, Omega)
         ),
+        rolling=rolling_contacts(machine, Omega, valid_to),
         least_trapping=least if math.isfinite(least) else None,
         smallest_force=needed,
         control=control_of(machine, Omega, states, demands),

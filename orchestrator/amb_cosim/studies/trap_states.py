@@ -11,7 +11,8 @@ import numpy as np
 
 from amb_actuator.force import limited_current
 from amb_actuator.interface import DYNAMIC
-from amb_cosim.results.places import ACTUATOR, CONTROLLER
+from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.rub.rolling import rolling
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
 from amb_cosim.rub.trap_map import Kind, State
 
@@ -103,6 +104,44 @@ class SustainedWhirl:
     stable: bool
     accurate: bool
 
+    @property
+    def grows_backward(self) -> bool:
+        """Whether friction drives a backward whirl on that is faster than this one."""
+        return self.frequency < 0.0 and self.slips and not self.stable
+
+
+@dataclass(frozen=True, eq=False)
+class RollingContact:
+    """How sites can roll, a journal without slip in its ring, once something has made it whirl backward fast enough.
+
+    contact, frequency
+        One site or two, and whirl frequency (rad/s), negative.
+    normal_forces, swings
+        At each site (N), in the mean over the angle between the two, and how far from it (N).
+    least_friction
+        Coefficient below which it slips (1).
+    possible
+        Whether the friction of all of them is above that.
+    accurate
+        Whether the reduced rotor is accurate at this frequency.
+    """
+
+    contact: tuple[str, ...]
+    frequency: Annotated[float, "rad/s"]
+    normal_forces: Annotated[dict[str, float], "N"]
+    swings: Annotated[dict[str, float], "N"]
+    least_friction: float
+    possible: bool
+    accurate: bool
+
+    def __str__(self) -> str:
+        forces = ", ".join(f"{site} {force:.4g} N" for site, force in self.normal_forces.items())
+        beyond = "" if self.accurate else "; the reduced rotor is not accurate there"
+        return (
+            f"{'+'.join(self.contact)} may roll at {self.frequency:.4g} rad/s ({forces}), which takes a friction of "
+            f"{self.least_friction:.2g}{beyond}"
+        )
+
 
 def kind_of(states: tuple[SynchronousState, ...]) -> Kind:
     """Return what a rotor can do that has these states."""
@@ -110,6 +149,24 @@ def kind_of(states: tuple[SynchronousState, ...]) -> Kind:
     trapped = any(state.contact and state.stable for state in states)
     rests = any(state.contact and state.settles for state in states)
     return (Kind.BOTH if trapped else Kind.FREE) if free else (Kind.CONTACT if rests else Kind.WHIRL)
+
+
+def rolling_contacts(machine: RubbingRotor, Omega: float, valid_to: float) -> tuple[RollingContact, ...]:
+    """Return how sites can roll at a speed (rad/s) of a rotor that is accurate up to a frequency (rad/s)."""
+    p = machine.made.parameters(PLANT)
+    mu = {site: max(p[f"{site}.mu"], p[f"{site}.mu_static"]) for site in machine.sites}
+    return tuple(
+        RollingContact(
+            contact=found.contact,
+            frequency=found.frequency,
+            normal_forces=found.N,
+            swings=found.swing,
+            least_friction=found.friction,
+            possible=all(mu[site] >= found.friction for site in found.contact),
+            accurate=abs(found.frequency) <= valid_to,
+        )
+        for found in rolling(machine, Omega)
+    )
 
 
 def told(state: State, machine: RubbingRotor, Omega: float) -> SynchronousState:
