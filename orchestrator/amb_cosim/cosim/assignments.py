@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.values import Raw, convert, is_zero
 from amb_files.suggestions import suggest
+from amb_files.wildcards import is_pattern, matching_names
 
 
 class Assignments:
@@ -95,7 +95,7 @@ class Assignments:
     def lacks(self, name: str, only: str | None = None) -> bool:
         """Return whether a component that replaces another has nothing that `name` matches; see `set` for `only`."""
         component, _, pattern = name.partition(".")
-        return component in self.system.replaced and not fnmatch.filter(self._settable_names(component, only), pattern)
+        return component in self.system.replaced and not matching_names(self._settable_names(component, only), pattern)
 
     def missing(self, name: str) -> str:
         """Return what the FMU of a component does not have, and what it has that is called alike."""
@@ -114,11 +114,11 @@ class Assignments:
 
     def matching(self, name: str) -> list[str]:
         """Return the settable variables that a name with `*` or `?` matches; any other name as it is."""
-        if not set("*?") & set(name):
+        if not is_pattern(name):
             return [name]
         component, pattern = self._split(name)
         settable = self._settable_names(component)
-        matching = fnmatch.filter(settable, pattern)
+        matching = matching_names(settable, pattern)
         if not matching:
             raise ValueError(f"{component} has no parameter or input {pattern!r}; {suggest(pattern, settable)}")
         return [f"{component}.{variable}" for variable in matching]

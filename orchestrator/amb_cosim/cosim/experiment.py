@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,6 +16,7 @@ from amb_cosim.cosim.stopping import Condition, StopCondition
 from amb_cosim.cosim.system import Component, System
 from amb_cosim.cosim.values import Raw
 from amb_files.suggestions import suggest
+from amb_files.wildcards import matches, matching_names
 
 EVERYTHING = "*"  # as a pattern of what is recorded
 
@@ -365,7 +365,7 @@ def _condition(stop: StopCondition, available: Sequence[str], values: Assignment
 def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequence[str]) -> tuple[str, ...]:
     """Return the names that are recorded; `*` leaves out what the system does not record by itself."""
     for pattern in experiment.recorded:
-        if not fnmatch.filter(available, pattern):
+        if not matching_names(available, pattern):
             raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")
     named = (*(pattern for pattern in experiment.recorded if pattern != EVERYTHING), *experiment.essential)
     watched = tuple(stop.variable for stop in experiment.stops)
@@ -386,4 +386,4 @@ def _chosen(
 
 
 def _matches(name: str, patterns: Sequence[str]) -> bool:
-    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
+    return any(matches(name, pattern) for pattern in patterns)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import fnmatch
 from collections.abc import Mapping
 from dataclasses import replace
 
 from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.system import Component, Connection, System
 from amb_files.suggestions import suggest
+from amb_files.wildcards import is_pattern, matches, matching_names
 
 
 def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
@@ -45,11 +45,6 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
     )
 
 
-def is_pattern(name: str) -> bool:
-    """Return whether a name has characters that stand for others."""
-    return bool(set("*?[") & set(name))
-
-
 def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInterface]) -> list[Connection]:
     (source, pattern), (target, other) = system.split(link.source), system.split(link.target)
     ending = other.removeprefix(pattern)
@@ -60,20 +55,20 @@ def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInte
         )
     inputs = {port.name for port in interfaces[target].of("input")}
     outputs = [port.name for port in interfaces[source].of("output")]
-    names = [name for name in fnmatch.filter(outputs, pattern) if f"{name}{ending}" in inputs]
+    names = [name for name in matching_names(outputs, pattern) if f"{name}{ending}" in inputs]
     if not names and not link.inherited and link.option is None:
         raise ValueError(f"no output of {source} that {pattern} matches is an input of {target}")
     for left in link.but:
-        if not fnmatch.filter(inputs, left) and not link.inherited:
+        if not matching_names(inputs, left) and not link.inherited:
             raise ValueError(f"remove: {target} has no parameter or input {left!r}; {suggest(left, inputs)}")
     ends = {name: f"{name}{ending}" for name in names}
-    fed = {a: b for a, b in ends.items() if not any(fnmatch.fnmatchcase(b, left) for left in link.but)}
+    fed = {a: b for a, b in ends.items() if not any(matches(b, left) for left in link.but)}
     return [replace(link, source=f"{source}.{a}", target=f"{target}.{b}", but=()) for a, b in fed.items()]
 
 
 def _has(interface: FmuInterface | None, name: str) -> bool:
     """Return whether a name is no pattern, or one that matches a variable."""
-    return interface is None or not is_pattern(name) or bool(fnmatch.filter(interface.ports, name))
+    return interface is None or not is_pattern(name) or bool(matching_names(interface.ports, name))
 
 
 def _mandatory(component: Component, interface: FmuInterface) -> tuple[str, ...]:
@@ -81,7 +76,7 @@ def _mandatory(component: Component, interface: FmuInterface) -> tuple[str, ...]
     inputs = [port.name for port in interface.of("input")]
     found: list[str] = []
     for name in component.mandatory:
-        matching = fnmatch.filter(inputs, name) if is_pattern(name) or component.replaces is not None else [name]
+        matching = matching_names(inputs, name) if is_pattern(name) or component.replaces is not None else [name]
         if not matching and component.replaces is None:
             raise ValueError(f"{component.name} has no input {name}, which must be connected; {suggest(name, inputs)}")
         found += matching

@@ -13,8 +13,9 @@ from pathlib import Path
 
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmus import is_model
-from amb_cosim.cosim.patterns import expand, is_pattern
+from amb_cosim.cosim.patterns import expand
 from amb_cosim.cosim.system import Component, Connection, System
+from amb_files.wildcards import is_pattern
 
 Interfaces = Mapping[str, FmuInterface]
 

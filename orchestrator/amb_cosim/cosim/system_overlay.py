@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fnmatch import fnmatchcase
 
 from amb_cosim.cosim.system_tables import ConnectTable, OverlayTable, SharedSignalTable, SystemTable
 from amb_files.suggestions import suggest
+from amb_files.wildcards import is_pattern, matches
 
 
 def overlaid(below: SystemTable, above: OverlayTable) -> SystemTable:
@@ -58,7 +58,7 @@ def _reduced(table: SystemTable, remove: Sequence[str]) -> SystemTable:
         if component not in names:
             raise ValueError(f"remove: no component {component!r}; {suggest(component, names)}")
         given = table.parameters.get(component, {})
-        left = {name: raw for name, raw in given.items() if name != variable and not fnmatchcase(name, variable)}
+        left = {name: raw for name, raw in given.items() if name != variable and not matches(name, variable)}
         if not dot:
             table = _without_component(table, component)
         elif len(left) < len(given):
@@ -75,7 +75,7 @@ def _check_feeds(table: SystemTable, component: str, pattern: str) -> None:
     targets = [link.target for connect in table.connect for link in connect.connections()]
     targets += [target for signal in table.signal for target in signal.targets]
     own = [target.removeprefix(f"{component}.") for target in targets if target.startswith(f"{component}.")]
-    if not any(set("*?[") & set(name) or fnmatchcase(name, pattern) for name in own):
+    if not any(is_pattern(name) or matches(name, pattern) for name in own):
         options = [*table.parameters.get(component, {}), *own]
         raise ValueError(f"remove: the base gives {component} no {pattern!r}; {suggest(pattern, options)}")
 
@@ -95,9 +95,7 @@ def _without_component(table: SystemTable, name: str) -> SystemTable:
 
 def _signals(signals: Sequence[SharedSignalTable], pattern: str) -> tuple[SharedSignalTable, ...]:
     """Return signals without the inputs that a pattern names, and without those that then feed nothing."""
-    left = [
-        s.model_copy(update={"targets": tuple(t for t in s.targets if not fnmatchcase(t, pattern))}) for s in signals
-    ]
+    left = [s.model_copy(update={"targets": tuple(t for t in s.targets if not matches(t, pattern))}) for s in signals]
     return tuple(signal for signal in left if signal.targets)
 
 

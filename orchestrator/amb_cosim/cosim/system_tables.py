@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
-
 from pydantic import Field, PrivateAttr
 
 from amb_cosim.cosim.choices import Coupling
@@ -13,6 +11,7 @@ from amb_cosim.cosim.stopping import StopCondition
 from amb_cosim.cosim.system import Component, Connection
 from amb_cosim.cosim.tables import Count, Table, Value, Values, time_of
 from amb_cosim.cosim.values import Raw
+from amb_files.wildcards import matches
 
 
 class ComponentTable(Table):
@@ -75,7 +74,7 @@ class ConnectTable(Table):
 
     def leaving(self, pattern: str) -> ConnectTable:
         """Return the table without the inputs that a pattern names, by whichever own patterns it reaches them."""
-        left = {a: b for a, b in self.pairs() if b != pattern and not fnmatchcase(b, pattern)}
+        left = {a: b for a, b in self.pairs() if b != pattern and not matches(b, pattern)}
         table = self.model_copy(update={"variables": left})
         table._but = (*self._but, pattern)
         return table

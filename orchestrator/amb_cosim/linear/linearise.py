@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
@@ -16,6 +15,7 @@ from amb_cosim.linear.parts import Part, loop_of, shown_a_step_later
 from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.suggestions import suggest
+from amb_files.wildcards import matching_names
 
 
 def linearise(
@@ -118,7 +118,7 @@ def _matching(what: str, patterns: Sequence[str], names: Sequence[str]) -> list[
     """Return the names that are given, or match a pattern, in order and once."""
     found: dict[str, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
-        matching = [pattern] if pattern in names else fnmatch.filter(names, pattern)
+        matching = [pattern] if pattern in names else matching_names(names, pattern)
         if not matching:
             raise ValueError(f"{what}: nothing in the linear model matches {pattern!r}; {suggest(pattern, names)}")
         found |= dict.fromkeys(matching)

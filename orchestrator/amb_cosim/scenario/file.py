@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from amb_cosim.cosim.tables import check_bases
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml
+from amb_files.wildcards import matches
 
 PATHS = (
     "rotor",
@@ -108,7 +108,7 @@ def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:
     reduced, known = dict(data), [key for key in data if key not in ("description", "source")]
     for key in OF_COMPONENTS:
         values = data.get(key, {}).get(head, {})
-        left = {name: raw for name, raw in values.items() if name != rest and not fnmatchcase(name, rest)}
+        left = {name: raw for name, raw in values.items() if name != rest and not matches(name, rest)}
         known += [f"{head}.{name}" for name in values]
         if len(left) < len(values):
             reduced[key] = reduced[key] | {head: left}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from amb_cosim.cosim.values import Raw
 from amb_cosim.results.places import CONTROLLER, PLANT
 from amb_cosim.scenario.plan import UNBALANCE
 from amb_cosim.scenario.simulation import Prepared
+from amb_files.wildcards import matches
 
 STEP = 2.0 * np.pi  # rad/s, between speeds at which H is identified for a run that changes its speed
 SWITCHES = {name: f"{CONTROLLER}.{name}" for name in ("rolac_enable", "identify")}
@@ -93,7 +93,7 @@ def _quantities(prepared: Prepared, settings: Mapping[str, Raw]) -> Iterator[tup
     found: dict[str, dict[str, float]] = {}
     for component, of_one, patterns in ((CONTROLLER, controller, gains), (PLANT, plant, OF_PLANT)):
         for quantity, pattern in patterns.items():
-            matching = {f"{component}.{n}": v for n, v in of_one.items() if v and fnmatchcase(n, pattern)}
+            matching = {f"{component}.{n}": v for n, v in of_one.items() if v and matches(n, pattern)}
             found[quantity] = found.get(quantity, {}) | matching
     if _is_on(prepared, "rolac_enable"):
         found["alpha"] = {f"{CONTROLLER}.rolac.alpha": controller["rolac.alpha"] or 0.0}
